@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+
+namespace matchbox_slam {
+
+/// A cell of an unbounded grid. Cell (i, j) covers [i, i+1) x [j, j+1) cell sizes of the map frame,
+/// so cell (0, 0) has its lower left corner at the map's origin and indices may be negative.
+struct Cell {
+  int x = 0;
+  int y = 0;
+};
+
+[[nodiscard]] inline bool operator==(const Cell& a, const Cell& b) { return a.x == b.x && a.y == b.y; }
+[[nodiscard]] inline bool operator!=(const Cell& a, const Cell& b) { return !(a == b); }
+
+/// Cells from `min` up to but without `max`.
+struct CellBox {
+  Cell min;
+  Cell max;
+
+  [[nodiscard]] int width() const { return max.x - min.x; }
+  [[nodiscard]] int height() const { return max.y - min.y; }
+  [[nodiscard]] bool empty() const { return max.x <= min.x || max.y <= min.y; }
+  [[nodiscard]] bool contains(const Cell& cell) const {
+    return cell.x >= min.x && cell.x < max.x && cell.y >= min.y && cell.y < max.y;
+  }
+};
+
+/// The only place where metres of the map frame become cells and back.
+class GridGeometry {
+ public:
+  /// @param resolution  edge of a cell [m], > 0.
+  explicit GridGeometry(double resolution) : resolution_(resolution), inverse_(1.0 / resolution) {}
+
+  [[nodiscard]] double resolution() const { return resolution_; }
+
+  [[nodiscard]] Cell cell_at(const Eigen::Vector2d& point) const {
+    return {static_cast<int>(std::floor(point.x() * inverse_)),
+            static_cast<int>(std::floor(point.y() * inverse_))};
+  }
+
+  [[nodiscard]] Eigen::Vector2d center(const Cell& cell) const {
+    return {(cell.x + 0.5) * resolution_, (cell.y + 0.5) * resolution_};
+  }
+
+  /// Lower left corner of a cell.
+  [[nodiscard]] Eigen::Vector2d corner(const Cell& cell) const {
+    return {cell.x * resolution_, cell.y * resolution_};
+  }
+
+ private:
+  double resolution_;
+  double inverse_;
+};
+
+}  // namespace matchbox_slam

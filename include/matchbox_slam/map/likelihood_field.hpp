@@ -1,0 +1,126 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/map/grid_geometry.hpp"
+#include "matchbox_slam/map/tiled_grid.hpp"
+
+namespace matchbox_slam {
+
+struct LikelihoodFieldOptions {
+  double sigma = 0.045;
+  double reach = 0.4;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.sigma, "sigma", between(1e-3, 1.0), "m",
+           "Width of the Gaussian around each surface, in which a scan point counts as explained.");
+    option(self.reach, "reach", between(0.05, 5.0), "m",
+           "Up to here the distance to the nearest surface is kept.");
+  }
+};
+
+/// A piece of wall within one cell, averaged over the hits that fell there.
+struct Surface {
+  Eigen::Vector2d position;  ///< [m], map frame
+  /// (cos 2a, sin 2a) of the direction a of the wall's normal, so that a normal and its opposite are
+  /// the same. Its length is 1 when the hits agree on a line and 0 when they tell no direction.
+  Eigen::Vector2d double_angle;
+};
+
+/// A hit in the map frame, to be taken into the field.
+struct SurfaceHit {
+  Eigen::Vector2d position;
+  Eigen::Vector2d normal;  ///< zero when unknown
+};
+
+/// The lookup table of correlative matching (Olson 2009, section III): for every cell near a surface
+/// how likely a scan point falls there, the distance to the nearest surface, and which cell that
+/// surface lies in. Distances are to the mean position of the hits, not to cell centres, and combine
+/// by nearest-wins, so that dense surfaces are not more likely than sparse ones.
+///
+/// Kept up to date: an update renders anew only the blocks around surfaces that changed, and yields
+/// the same bits as rendering everything from scratch, also after surfaces were removed.
+class LikelihoodField {
+ public:
+  struct Tile {
+    static constexpr std::size_t kCells = 64 * 64;
+    std::array<std::uint8_t, kCells> likelihood;  ///< 255 exp(-d^2 / 2 sigma^2), rounded
+    std::array<std::uint8_t, kCells> distance;    ///< 255 d / reach, rounded; 255: reach or farther
+    std::array<std::int8_t, kCells> nearest_x;    ///< nearest surface's cell minus this cell
+    std::array<std::int8_t, kCells> nearest_y;
+  };
+  using Tiles = TiledGrid<Tile, 6>;
+
+  static constexpr std::uint8_t kFar = 255;  ///< `distance` of cells without a surface in reach
+
+  /// @param resolution  edge of a cell [m], > 0. `reach / resolution` must not exceed 120 cells.
+  /// Throws ConfigurationError otherwise.
+  LikelihoodField(double resolution, const LikelihoodFieldOptions& options);
+
+  /// Takes in new hits and drops the surfaces of cells that turned out free, then renders.
+  void update(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared);
+
+  [[nodiscard]] const GridGeometry& geometry() const { return geometry_; }
+  [[nodiscard]] const LikelihoodFieldOptions& options() const { return options_; }
+  [[nodiscard]] bool empty() const { return surface_count_ == 0; }
+
+  [[nodiscard]] const Tiles& tiles() const { return tiles_; }
+
+  /// Likelihood of a scan point in this cell, 0...255; 0 far from everything.
+  [[nodiscard]] std::uint8_t likelihood(const Cell& cell) const {
+    const Tile* tile = tiles_.find(Tiles::tile_of(cell));
+    return tile == nullptr ? std::uint8_t{0} : tile->likelihood[Tiles::index_in_tile(cell)];
+  }
+
+  /// Distance from the cell's centre to the nearest surface, 255 being `reach` or more.
+  [[nodiscard]] std::uint8_t distance(const Cell& cell) const {
+    const Tile* tile = tiles_.find(Tiles::tile_of(cell));
+    return tile == nullptr ? kFar : tile->distance[Tiles::index_in_tile(cell)];
+  }
+
+  /// The surface nearest to the cell's centre. False when there is none within reach.
+  [[nodiscard]] bool nearest_surface(const Cell& cell, Surface& surface) const;
+
+  /// Cells that hold a surface, by rows of tiles; for pictures and tests.
+  [[nodiscard]] std::vector<Cell> surface_cells() const;
+
+  [[nodiscard]] bool has_surface(const Cell& cell) const;
+
+  [[nodiscard]] std::size_t bytes() const { return tiles_.bytes() + surfaces_.bytes(); }
+
+ private:
+  struct StoredSurface {
+    std::uint16_t hits = 0;
+    std::int16_t offset_x = 0;  ///< mean position within the cell, 1/65536 of a cell from the centre
+    std::int16_t offset_y = 0;
+    std::int16_t mean_double_angle_x = 0;  ///< over the hits, 32767 being 1
+    std::int16_t mean_double_angle_y = 0;
+    std::int16_t double_angle_x = 0;  ///< as in Surface, 32767 being 1
+    std::int16_t double_angle_y = 0;
+  };
+  using SurfaceTile = std::array<StoredSurface, 8 * 8>;
+  using SurfaceTiles = TiledGrid<SurfaceTile, 3>;
+
+  void add_hit(const SurfaceHit& hit);
+  bool remove_surface(const Cell& cell);
+  [[nodiscard]] const StoredSurface* find_surface(const Cell& cell) const;
+  [[nodiscard]] std::vector<Cell> blocks_around(std::vector<Cell> changed) const;
+  [[nodiscard]] std::vector<Cell> surfaces_in(const CellBox& box) const;
+  void render_block(const Cell& block);
+
+  GridGeometry geometry_;
+  LikelihoodFieldOptions options_;
+  int reach_cells_;
+  /// Likelihood and distance by squared distance, in equal steps from 0 to reach squared.
+  std::vector<std::uint8_t> likelihood_of_square_;
+  std::vector<std::uint8_t> distance_of_square_;
+  std::size_t surface_count_ = 0;
+  SurfaceTiles surfaces_;
+  Tiles tiles_;
+};
+
+}  // namespace matchbox_slam

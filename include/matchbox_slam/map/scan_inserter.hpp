@@ -1,0 +1,51 @@
+#pragma once
+
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/map/likelihood_field.hpp"
+#include "matchbox_slam/map/occupancy_grid.hpp"
+#include "matchbox_slam/sensor/point_scan.hpp"
+
+namespace matchbox_slam {
+
+struct MapOptions {
+  double resolution = 0.05;
+  double quality = 0.35;
+  double no_return_quality = 0.1;
+  double hole_width = 0.1;
+  double occupied_threshold = 0.5;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.resolution, "resolution", between(0.005, 1.0), "m", "Edge of a cell.");
+    option(self.quality, "quality", between(0.001, 1.0), "",
+           "Weight of a new observation when it is blended into a cell.");
+    option(self.no_return_quality, "no_return_quality", between(0.0, 1.0), "",
+           "The same for beams without return, which dark or shiny surfaces cause too.");
+    option(self.hole_width, "hole_width", between(0.0, 5.0), "m",
+           "Length of the obstacle that a hit draws along its beam, the hit in its middle.");
+    option(self.occupied_threshold, "occupied_threshold", between(0.05, 0.95), "",
+           "A hit cell becomes a surface to match against from this occupancy on, and ceases below.");
+  }
+};
+
+/// Everything that a scan is matched against and inserted into. Copies are cheap snapshots.
+struct SlamMap {
+  SlamMap(const MapOptions& map_options, const LikelihoodFieldOptions& field_options)
+      : occupancy(map_options.resolution), field(map_options.resolution, field_options) {}
+
+  OccupancyGrid occupancy;
+  LikelihoodField field;
+};
+
+/// Draws a scan into the map: free along each beam, an obstacle profile around its hit (tinySLAM's
+/// "hole"), and the hits as surfaces into the likelihood field.
+/// Each cell is blended once a scan, with the most occupied value that any beam gave it, so that
+/// beams grazing along a wall do not erase it and the order of the beams does not matter.
+/// @param map_from_base  pose at the scan's stamp.
+void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
+                 SlamMap& map);
+
+}  // namespace matchbox_slam

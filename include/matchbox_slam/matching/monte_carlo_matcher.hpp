@@ -1,0 +1,71 @@
+#pragma once
+
+#include "matchbox_slam/matching/refinement.hpp"
+#include "matchbox_slam/matching/scan_matcher.hpp"
+
+namespace matchbox_slam {
+
+struct MonteCarloOptions {
+  int max_tries = 1000;
+  int max_failed_tries = 100;
+  bool reset_on_success = true;
+  double first_area = 1.0;
+  double narrowing = 0.9;
+  int halve_after = 33;
+  int search_points = 180;
+  double slope_share = 0.5;
+  double prior_weight = 0.03;
+  double min_score = 0.25;
+  int covariance_samples = 32;
+  RefinementOptions refinement;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.max_tries, "max_tries", between(1, 10000000), "", "Poses drawn in all, at most.");
+    option(self.max_failed_tries, "max_failed_tries", between(1, 10000000), "",
+           "The search ends after this many tries in a row that were no better.");
+    option(self.reset_on_success, "reset_on_success", any(), "",
+           "A better pose starts the count of failed tries anew, as the paper's text says; its "
+           "listing does not.");
+    option(self.first_area, "first_area", between(1e-3, 100.0), "",
+           "Spread of the first draws, in standard deviations of the prior.");
+    option(self.narrowing, "narrowing", between(0.01, 1.0), "",
+           "The area shrinks by this factor with every better pose; 1: it does not.");
+    option(self.halve_after, "halve_after", between(0, 10000000), "",
+           "The area is also halved after this many failed tries in a row, as in tinySLAM; 0: never.");
+    option(self.search_points, "search_points", between(10, 1000000), "",
+           "Points that are looked up for each pose, spread evenly along the walls.");
+    option(self.slope_share, "slope_share", between(0.0, 1.0), "",
+           "Share of the long slope (the distance to the nearest wall) in the score; the rest is the "
+           "narrow Gaussian.");
+    option(self.prior_weight, "prior_weight", between(0.0, 10.0), "",
+           "Score lost by a pose one standard deviation of the prior away from the prediction.");
+    option(self.min_score, "min_score", between(0.0, 1.0), "",
+           "Matches that explain less of the scan than this are rejected.");
+    option(self.covariance_samples, "covariance_samples", between(0, 100000), "",
+           "Poses around the answer, two for each, whose scores make its covariance; 0: the "
+           "curvature alone makes it.");
+    RefinementOptions::visit(self.refinement, option);
+  }
+};
+
+/// The paper's Monte-Carlo matcher, after tinySLAM (Steux and El Hamzaoui 2010): poses are drawn at
+/// random around the best one so far; a better one becomes the new centre, resets the count of failed
+/// tries and narrows the area. Ends after `max_failed_tries` in a row or `max_tries` in all.
+/// Deviation: the cost of a pose is read from the likelihood field (how far from a wall each point
+/// falls) instead of from the cells' occupancy, and a sub-cell refinement ends the search.
+/// Cost: search points times tries, and beams times refinement steps.
+class MonteCarloMatcher : public ScanMatcher {
+ public:
+  MonteCarloMatcher() = default;
+  explicit MonteCarloMatcher(const MonteCarloOptions& options) : options_(options) {}
+
+  void configure(const Parameters& parameters) override;
+  [[nodiscard]] std::vector<OptionDescription> options() const override;
+  [[nodiscard]] MatchResult match(const MatchProblem& problem) const override;
+
+ private:
+  MonteCarloOptions options_;
+};
+
+}  // namespace matchbox_slam

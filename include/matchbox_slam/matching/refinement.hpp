@@ -1,0 +1,81 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/map/likelihood_field.hpp"
+#include "matchbox_slam/matching/correspondences.hpp"
+#include "matchbox_slam/sensor/point_scan.hpp"
+
+namespace matchbox_slam {
+
+struct RefinementOptions {
+  int iterations = 12;
+  double first_kernel = 0.15;
+  double last_kernel = 0.04;
+  double noise = 0.02;
+  double wall_per_measurement = 0.1;
+  double weakest_direction = 0.01;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.iterations, "refine_iterations", between(0, 100), "",
+           "Gauss-Newton steps at most; 0 leaves the search's answer as it is.");
+    option(self.first_kernel, "refine_first_kernel", between(1e-3, 1.0), "m",
+           "Width of the robust kernel at the first step, ...");
+    option(self.last_kernel, "refine_last_kernel", between(1e-3, 1.0), "m",
+           "... and at the last ones: points farther than this from a wall count little.");
+    option(self.noise, "refine_noise", between(1e-4, 1.0), "m",
+           "Standard deviation of a measurement, the map's own error included.");
+    option(self.wall_per_measurement, "refine_wall_per_measurement", between(1e-3, 10.0), "m",
+           "Length of wall that makes one independent measurement.");
+    option(self.weakest_direction, "weakest_direction", between(0.0, 1.0), "",
+           "A direction of translation with less than this share of the strongest direction's "
+           "information counts as unconstrained.");
+  }
+};
+
+/// What motion alone says about the pose.
+struct PosePrior {
+  Pose2 map_from_base;
+  Eigen::Matrix3d covariance;  ///< over (x, y, theta) in the map frame
+};
+
+struct RefinedPose {
+  Pose2 map_from_base;
+  Eigen::Matrix3d covariance;  ///< of prior and scan together, over (x, y, theta) in the map frame
+  double score = 0.0;          ///< mean closeness of the points to the map's walls, 0...1
+  std::vector<Eigen::Vector2d> unconstrained_directions;  ///< unit vectors, map frame
+};
+
+/// Moves a pose that is a few cells off to where scan, map and prior agree best, far below the size
+/// of a cell: Gauss-Newton on the distances from the points to the walls next to them, under a robust
+/// kernel that narrows from step to step (point to line: Censi 2008).
+/// Directions that the scan does not constrain keep the prior's value and variance.
+/// Cost: one look-up a point and step.
+[[nodiscard]] RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodField& field,
+                                 const Pose2& start_map_from_base, const PosePrior& prior,
+                                 const RefinementOptions& options);
+
+/// Probability of poses next to one pose, given scan and prior.
+class LocalPosterior {
+ public:
+  LocalPosterior(const std::vector<ScanPoint>& points, const LikelihoodField& field,
+                 const Pose2& map_from_base, const PosePrior& prior,
+                 const RefinementOptions& options);
+
+  /// Negative logarithm of the probability a small step (x, y, theta) away, over that at the pose.
+  [[nodiscard]] double cost(const Eigen::Vector3d& step) const;
+
+ private:
+  Correspondences correspondences_;
+  Eigen::Matrix3d prior_information_;
+  Eigen::Vector3d off_prior_;
+  double kernel_;
+  double scale_;
+  double closeness_;
+};
+
+}  // namespace matchbox_slam

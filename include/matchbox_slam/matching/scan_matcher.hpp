@@ -1,0 +1,105 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/common/parameters.hpp"
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/map/likelihood_field.hpp"
+#include "matchbox_slam/sensor/point_scan.hpp"
+
+namespace matchbox_slam {
+
+/// An earlier scan that was inserted into the map, and where.
+struct KeyScan {
+  PointScan scan;
+  Pose2 map_from_base;
+};
+
+/// Key scans, oldest first. Shared, never changed once made.
+using KeyScans = std::deque<std::shared_ptr<const KeyScan>>;
+
+/// One question to a matcher. All of it outlives the call to `match`.
+struct MatchProblem {
+  const PointScan& scan;               ///< in the base frame
+  Pose2 predicted_map_from_base;       ///< where motion alone puts the base
+  Eigen::Matrix3d prior_covariance;    ///< of the prediction, over (x, y, theta) in the map frame
+  const LikelihoodField& field;        ///< the map so far, for matchers of scan to map
+  const KeyScans& key_scans;           ///< recent scans and their poses, for matchers of scan to scan
+  std::uint64_t seed;                  ///< the only source of randomness
+};
+
+enum class MatchStatus {
+  kAccepted,
+  kRejectedNoReference,    ///< nothing to match against yet
+  kRejectedTooFewPoints,   ///< the scan says too little
+  kRejectedLowScore,       ///< even the best pose explains too little of the scan
+  kRejectedInvalidPrior,   ///< the prediction or its covariance is not a number
+};
+
+/// A word for logs, tables and reports, such as "accepted" or "rejected_low_score".
+[[nodiscard]] const char* to_string(MatchStatus status);
+
+/// What is known about the optimality of an exhaustive search's answer.
+struct OptimalityProof {
+  double best_score = 0.0;       ///< score of the answer on the search lattice
+  double remaining_bound = 0.0;  ///< no pose of the window that was not looked at scores higher
+  /// 0 when the answer is proven to be the optimum of the window.
+  [[nodiscard]] double gap() const {
+    return remaining_bound > best_score ? remaining_bound - best_score : 0.0;
+  }
+};
+
+/// A matcher's answer. When rejected, pose and covariance are the prior's.
+struct MatchResult {
+  Pose2 map_from_base;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the map frame
+  double score = 0.0;  ///< how well the scan fits, 0...1
+  MatchStatus status = MatchStatus::kRejectedNoReference;
+  /// Unit directions of the map frame in which the surroundings do not hold the scan, such as along
+  /// a corridor. There the pose is the prediction's and the variance the prior's.
+  std::vector<Eigen::Vector2d> unconstrained_directions;
+  std::size_t candidates = 0;  ///< poses evaluated
+  std::optional<OptimalityProof> proof;
+
+  [[nodiscard]] bool accepted() const { return status == MatchStatus::kAccepted; }
+};
+
+/// A scan matcher. Pure: the same problem yields the same bits, whatever was asked before, from one
+/// thread or from many at once. All state is the configuration.
+///
+/// Life of a plugin: default-constructed, `configure` once from one thread, then `match` any number
+/// of times from any thread.
+class ScanMatcher {
+ public:
+  ScanMatcher() = default;
+  ScanMatcher(const ScanMatcher&) = delete;
+  ScanMatcher& operator=(const ScanMatcher&) = delete;
+  virtual ~ScanMatcher() = default;
+
+  /// Takes the matcher's own parameters, without the matcher's name in front of the keys.
+  /// Throws ConfigurationError for an unknown key or a bad value; then nothing has changed.
+  virtual void configure(const Parameters& parameters) = 0;
+
+  /// The options in effect, one row each.
+  [[nodiscard]] virtual std::vector<OptionDescription> options() const = 0;
+
+  /// Finds the pose of the scan. Never throws for any content of the scan or the prior: what cannot
+  /// be matched is rejected, with the reason as status and the prior as pose.
+  [[nodiscard]] virtual MatchResult match(const MatchProblem& problem) const = 0;
+};
+
+/// Whether the prediction is a pose and its covariance symmetric and positive semidefinite, zero
+/// included.
+[[nodiscard]] bool is_valid_prior(const MatchProblem& problem);
+
+/// The answer when there is no match: the prior, and why.
+[[nodiscard]] MatchResult rejected(const MatchProblem& problem, MatchStatus why);
+
+}  // namespace matchbox_slam

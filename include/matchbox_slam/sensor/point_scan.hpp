@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/sensor/laser_scan.hpp"
+
+namespace matchbox_slam {
+
+/// A beam that hit something.
+struct ScanPoint {
+  Eigen::Vector2d position;  ///< [m], where the beam ended
+  Eigen::Vector2d origin;    ///< [m], where the beam left the laser
+  /// Unit normal of the surface at the hit, towards the laser; zero where the neighbours tell none.
+  Eigen::Vector2d normal = Eigen::Vector2d::Zero();
+  /// Length of wall that the point stands for [m], capped: equal weights would let a near wall with
+  /// a thousand returns outvote everything far away.
+  double weight = 0.0;
+};
+
+/// A beam that met nothing on its way to `end`.
+struct FreeRay {
+  Eigen::Vector2d origin;
+  Eigen::Vector2d end;
+};
+
+/// One scan as points in the frame of the robot's base at the scan's stamp, in the order in which
+/// they were measured, with the robot's motion during the scan taken out.
+struct PointScan {
+  double stamp = 0.0;  ///< [s]
+  std::vector<ScanPoint> points;
+  std::vector<FreeRay> free_rays;
+};
+
+/// Which readings count, and for what.
+struct ProjectionOptions {
+  double min_range = 0.0;
+  double max_range = 80.0;
+  double free_range = 5.0;
+  double max_point_weight = 0.1;
+  double surface_radius = 0.15;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.min_range, "min_range", between(0.0, 1000.0), "m",
+           "Shorter readings are ignored, such as the robot's own body; the scan's range_min holds too.");
+    option(self.max_range, "max_range", between(0.1, 1000.0), "m",
+           "Longer readings are treated as no return; the scan's range_max holds too.");
+    option(self.free_range, "free_range", between(0.0, 1000.0), "m",
+           "A beam without return clears the map up to here; 0 lets it clear nothing.");
+    option(self.max_point_weight, "max_point_weight", between(1e-3, 1e3), "m",
+           "Cap of the length of wall that one point stands for when a scan is matched.");
+    option(self.surface_radius, "surface_radius", between(1e-3, 10.0), "m",
+           "Neighbours within this distance tell a point's surface normal.");
+  }
+};
+
+/// Turns measured ranges into points, by REP-117: NaN, -inf, 0 and anything below the minimum range
+/// is ignored; +inf and anything from the maximum range on is a ray without return; the rest hits.
+/// @param base_from_laser  pose of the laser in the base, in full 3-D: tilted, upside down, anywhere.
+/// @param motion  pose of the base at the last beam in the base at the first; beams in between are
+///                placed by interpolation. Identity for a robot at rest or an instantaneous scan.
+/// Cost: linear in the beams.
+[[nodiscard]] PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from_laser,
+                                     const Pose2& motion, const ProjectionOptions& options);
+
+}  // namespace matchbox_slam

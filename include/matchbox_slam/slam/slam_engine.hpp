@@ -1,0 +1,126 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/map/scan_inserter.hpp"
+#include "matchbox_slam/matching/scan_matcher.hpp"
+#include "matchbox_slam/sensor/laser_scan.hpp"
+#include "matchbox_slam/sensor/point_scan.hpp"
+#include "matchbox_slam/slam/motion_prior.hpp"
+
+namespace matchbox_slam {
+
+/// Odometry around one scan.
+struct ScanOdometry {
+  Pose2 odom_from_base;            ///< at the scan's stamp, the time of its first beam
+  Pose2 odom_from_base_last_beam;  ///< at the time of its last beam
+};
+
+/// One scan with all that is known about it when it is processed.
+struct ScanInput {
+  LaserScan scan;
+  Eigen::Isometry3d base_from_laser = Eigen::Isometry3d::Identity();
+  std::optional<ScanOdometry> odometry;  ///< none: the engine goes by constant velocity
+};
+
+struct SlamOptions {
+  double insert_distance = 0.3;
+  double insert_angle = 0.2;
+  int key_scans = 30;
+  int min_points = 10;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.insert_distance, "insert_distance", between(0.0, 100.0), "m",
+           "A scan is inserted into the map after this much motion, or ...");
+    option(self.insert_angle, "insert_angle", between(0.0, 3.2), "rad",
+           "... this much turning, since the last one inserted. 0 and 0: every scan.");
+    option(self.key_scans, "key_scans", between(1, 10000), "",
+           "Recent inserted scans kept for matchers of scan to scan.");
+    option(self.min_points, "min_points", between(1, 100000), "",
+           "Scans with fewer hits are not matched; the prediction stands.");
+  }
+};
+
+/// All options of the engine, a section each: `slam/`, `scan/`, `map/`, `field/`, `motion/`.
+struct EngineOptions {
+  SlamOptions slam;
+  ProjectionOptions scan;
+  MapOptions map;
+  LikelihoodFieldOptions field;
+  MotionPriorOptions motion;
+};
+
+/// Reads the engine's sections from `parameters`; other keys are left to their owners.
+/// Throws ConfigurationError for unknown keys within the sections and for bad values.
+[[nodiscard]] EngineOptions read_engine_options(const Parameters& parameters);
+
+/// All rows, with names that carry their section.
+[[nodiscard]] std::vector<OptionDescription> describe_engine_options(const EngineOptions& options);
+
+/// What became of one scan.
+struct ScanOutcome {
+  double stamp = 0.0;
+  Pose2 map_from_base;         ///< at the scan's stamp
+  Eigen::Matrix3d covariance;  ///< over (x, y, theta) in the map frame
+  Pose2 predicted_map_from_base;
+  std::optional<Pose2> odom_from_base;
+  MatchResult match;           ///< status kRejectedNoReference for the scan that starts the map
+  bool inserted = false;
+};
+
+/// The SLAM loop: predict, match, decide, insert. Single-threaded; the same scans, options and seed
+/// yield the same bits.
+class SlamEngine {
+ public:
+  /// @param matcher  configured; shared, since it has no state.
+  /// @param seed     of the run; each scan gets its own from this and its number.
+  /// @param start    pose of the base in the map at the first scan.
+  SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
+             std::uint64_t seed, const Pose2& start = {});
+
+  /// Processes the next scan. Scans come in order of their stamps.
+  /// Throws std::invalid_argument when a stamp is not later than the one before.
+  ScanOutcome process(const ScanInput& input);
+
+  /// The map so far; copy it for a snapshot.
+  [[nodiscard]] const SlamMap& map() const { return map_; }
+  [[nodiscard]] const KeyScans& key_scans() const { return key_scans_; }
+  [[nodiscard]] const EngineOptions& options() const { return options_; }
+
+  /// Matches from the next scan on are made by this matcher; map and pose stay.
+  void set_matcher(std::shared_ptr<const ScanMatcher> matcher) { matcher_ = std::move(matcher); }
+
+ private:
+  /// The newest scan's pose and what the next prediction needs.
+  struct State {
+    double stamp = 0.0;
+    Pose2 map_from_base;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    std::optional<Pose2> odom_from_base;
+    Pose2 motion;           ///< from the scan before this one, by its own base frame
+    double interval = 0.0;  ///< [s] that this motion took
+  };
+
+  [[nodiscard]] MotionEstimate predict_motion(const ScanInput& input) const;
+  [[nodiscard]] Pose2 motion_during_scan(const ScanInput& input) const;
+  [[nodiscard]] bool moved_enough(const Pose2& map_from_base) const;
+  void insert(const PointScan& scan, const Pose2& map_from_base);
+
+  EngineOptions options_;
+  std::shared_ptr<const ScanMatcher> matcher_;
+  std::uint64_t seed_;
+  Pose2 start_;
+  std::uint64_t scan_count_ = 0;
+  std::optional<State> last_;
+  KeyScans key_scans_;
+  SlamMap map_;
+};
+
+}  // namespace matchbox_slam

@@ -1,0 +1,45 @@
+#include "matchbox_slam/map/occupancy_grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace matchbox_slam {
+
+double OccupancyGrid::blend(const Cell& cell, double observed, double quality) {
+  static const Tile kBlank{};
+  Stored& stored = tiles_.touch(Tiles::tile_of(cell), kBlank)[Tiles::index_in_tile(cell)];
+  const double before = to_probability(stored);
+  const double after = before + quality * (observed - before);
+  stored = static_cast<Stored>(1 + std::lround(after * 65534.0));
+  return after;
+}
+
+CellBox OccupancyGrid::known_bounds() const {
+  constexpr int kSize = Tiles::kTileSize;
+  CellBox bounds;
+  const CellBox tiles = tiles_.tile_bounds();
+  for (int ty = tiles.min.y; ty < tiles.max.y; ++ty) {
+    for (int tx = tiles.min.x; tx < tiles.max.x; ++tx) {
+      const Tile* tile = tiles_.find({tx, ty});
+      if (tile == nullptr) {
+        continue;
+      }
+      for (std::size_t i = 0; i < tile->size(); ++i) {
+        if ((*tile)[i] == kUnknown) {
+          continue;
+        }
+        const Cell cell{tx * kSize + static_cast<int>(i) % kSize,
+                        ty * kSize + static_cast<int>(i) / kSize};
+        if (bounds.empty()) {
+          bounds = {cell, {cell.x + 1, cell.y + 1}};
+        } else {
+          bounds.min = {std::min(bounds.min.x, cell.x), std::min(bounds.min.y, cell.y)};
+          bounds.max = {std::max(bounds.max.x, cell.x + 1), std::max(bounds.max.y, cell.y + 1)};
+        }
+      }
+    }
+  }
+  return bounds;
+}
+
+}  // namespace matchbox_slam

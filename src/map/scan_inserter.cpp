@@ -1,0 +1,164 @@
+#include "matchbox_slam/map/scan_inserter.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace matchbox_slam {
+namespace {
+
+/// What one scan says about the cells that it saw, before the map hears of it.
+class Observations {
+ public:
+  using Tile = std::array<std::uint8_t, 64 * 64>;
+  using Tiles = TiledGrid<Tile, 6>;
+
+  static constexpr std::uint8_t kUnseen = 0;
+  static constexpr std::uint8_t kFreeNoReturn = 1;
+  static constexpr std::uint8_t kFree = 2;
+  static constexpr double kOccupiedSteps = 253.0;  // 3...255 are occupancies from just above 0 to 1
+
+  [[nodiscard]] static std::uint8_t occupied(double occupancy) {
+    return static_cast<std::uint8_t>(2 + std::lround(occupancy * kOccupiedSteps));
+  }
+  [[nodiscard]] static double occupancy(std::uint8_t mark) {
+    return mark <= kFree ? 0.0 : (mark - 2) / kOccupiedSteps;
+  }
+
+  /// The most occupied observation of a cell wins.
+  void mark(const Cell& cell, std::uint8_t value) {
+    const Cell tile = Tiles::tile_of(cell);
+    if (current_ == nullptr || tile != current_position_) {
+      static const Tile kBlank{};
+      current_ = &tiles_.touch(tile, kBlank);
+      current_position_ = tile;
+    }
+    std::uint8_t& marked = (*current_)[Tiles::index_in_tile(cell)];
+    marked = std::max(marked, value);
+  }
+
+  [[nodiscard]] const Tiles& tiles() const { return tiles_; }
+
+ private:
+  Tiles tiles_;
+  Tile* current_ = nullptr;  // consecutive cells of a ray mostly share their tile
+  Cell current_position_;
+};
+
+/// Marks every cell that the segment from `a` to `b` crosses (Amanatides and Woo 1987).
+void mark_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const GridGeometry& geometry,
+                  std::uint8_t value, Observations& observations) {
+  Cell cell = geometry.cell_at(a);
+  const Cell end = geometry.cell_at(b);
+  const Eigen::Vector2d step = b - a;
+  const int step_x = step.x() < 0.0 ? -1 : 1;
+  const int step_y = step.y() < 0.0 ? -1 : 1;
+  const double per_cell_x = geometry.resolution() / std::max(std::abs(step.x()), 1e-12);
+  const double per_cell_y = geometry.resolution() / std::max(std::abs(step.y()), 1e-12);
+  const Eigen::Vector2d from_corner = (a - geometry.corner(cell)) / geometry.resolution();
+  double next_x = (step_x > 0 ? 1.0 - from_corner.x() : from_corner.x()) * per_cell_x;
+  double next_y = (step_y > 0 ? 1.0 - from_corner.y() : from_corner.y()) * per_cell_y;
+  // The number of steps is known beforehand, so that rounding cannot make the walk miss its end.
+  int left_x = std::abs(end.x - cell.x);
+  int left_y = std::abs(end.y - cell.y);
+  observations.mark(cell, value);
+  while (left_x + left_y > 0) {
+    if (left_y == 0 || (left_x > 0 && next_x < next_y)) {
+      cell.x += step_x;
+      next_x += per_cell_x;
+      --left_x;
+    } else {
+      cell.y += step_y;
+      next_y += per_cell_y;
+      --left_y;
+    }
+    observations.mark(cell, value);
+  }
+}
+
+/// A hit: free up to half a hole in front of it, then rising to an obstacle at the hit.
+/// Deviation from tinySLAM: behind the hit the profile stops where it says rather free than
+/// occupied, because nothing was seen there.
+void mark_hit(const Eigen::Vector2d& origin, const Eigen::Vector2d& hit, double half_hole,
+              const GridGeometry& geometry, Observations& observations) {
+  const double range = (hit - origin).norm();
+  const Eigen::Vector2d direction = (hit - origin) / std::max(range, 1e-9);
+  const double free_length = range - half_hole;
+  if (free_length > 0.0) {
+    mark_segment(origin, origin + free_length * direction, geometry, Observations::kFree,
+                 observations);
+  }
+  const double step = 0.5 * geometry.resolution();
+  for (double offset = -std::min(half_hole, range); offset < 0.5 * half_hole; offset += step) {
+    const double occupancy = 1.0 - std::abs(offset) / half_hole;
+    observations.mark(geometry.cell_at(hit + offset * direction), Observations::occupied(occupancy));
+  }
+  observations.mark(geometry.cell_at(hit), Observations::occupied(1.0));
+}
+
+Observations observe(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options) {
+  const GridGeometry geometry(options.resolution);
+  Observations observations;
+  for (const FreeRay& ray : scan.free_rays) {
+    mark_segment(map_from_base * ray.origin, map_from_base * ray.end, geometry,
+                 Observations::kFreeNoReturn, observations);
+  }
+  for (const ScanPoint& point : scan.points) {
+    mark_hit(map_from_base * point.origin, map_from_base * point.position, 0.5 * options.hole_width,
+             geometry, observations);
+  }
+  return observations;
+}
+
+/// Blends all observations into the map. Returns the cells that ceased to be occupied.
+std::vector<Cell> blend(const Observations& observations, const MapOptions& options,
+                        OccupancyGrid& occupancy) {
+  constexpr int kSize = Observations::Tiles::kTileSize;
+  std::vector<Cell> cleared;
+  const CellBox tiles = observations.tiles().tile_bounds();
+  for (int ty = tiles.min.y; ty < tiles.max.y; ++ty) {
+    for (int tx = tiles.min.x; tx < tiles.max.x; ++tx) {
+      const Observations::Tile* tile = observations.tiles().find({tx, ty});
+      if (tile == nullptr) {
+        continue;
+      }
+      for (int i = 0; i < kSize * kSize; ++i) {
+        const std::uint8_t mark = (*tile)[static_cast<std::size_t>(i)];
+        if (mark == Observations::kUnseen) {
+          continue;
+        }
+        const Cell cell{tx * kSize + i % kSize, ty * kSize + i / kSize};
+        const double before = occupancy.occupancy(cell);
+        const double after = occupancy.blend(
+            cell, Observations::occupancy(mark),
+            mark == Observations::kFreeNoReturn ? options.no_return_quality : options.quality);
+        if (before >= options.occupied_threshold && after < options.occupied_threshold) {
+          cleared.push_back(cell);
+        }
+      }
+    }
+  }
+  return cleared;
+}
+
+}  // namespace
+
+void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
+                 SlamMap& map) {
+  const std::vector<Cell> cleared =
+      blend(observe(scan, map_from_base, options), options, map.occupancy);
+  const Eigen::Rotation2Dd rotation(map_from_base.theta);
+  std::vector<SurfaceHit> hits;
+  hits.reserve(scan.points.size());
+  for (const ScanPoint& point : scan.points) {
+    const Eigen::Vector2d position = map_from_base * point.position;
+    const Cell cell = map.occupancy.geometry().cell_at(position);
+    if (map.occupancy.occupancy(cell) >= options.occupied_threshold) {
+      hits.push_back({position, rotation * point.normal});
+    }
+  }
+  map.field.update(hits, cleared);
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,45 @@
+#include "matchbox_slam/matching/scan_matcher.hpp"
+
+#include <Eigen/Eigenvalues>
+
+namespace matchbox_slam {
+
+const char* to_string(MatchStatus status) {
+  switch (status) {
+    case MatchStatus::kAccepted:
+      return "accepted";
+    case MatchStatus::kRejectedNoReference:
+      return "rejected_no_reference";
+    case MatchStatus::kRejectedTooFewPoints:
+      return "rejected_too_few_points";
+    case MatchStatus::kRejectedLowScore:
+      return "rejected_low_score";
+    case MatchStatus::kRejectedInvalidPrior:
+      return "rejected_invalid_prior";
+  }
+  return "unknown";
+}
+
+bool is_valid_prior(const MatchProblem& problem) {
+  const Eigen::Matrix3d& covariance = problem.prior_covariance;
+  if (!problem.predicted_map_from_base.is_finite() || !covariance.allFinite()) {
+    return false;
+  }
+  const double scale = covariance.cwiseAbs().maxCoeff();
+  const double tolerance = 1e-9 * scale;
+  if (!(covariance - covariance.transpose()).isZero(tolerance)) {
+    return false;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues().minCoeff() >= -tolerance;
+}
+
+MatchResult rejected(const MatchProblem& problem, MatchStatus why) {
+  MatchResult result;
+  result.map_from_base = problem.predicted_map_from_base;
+  result.covariance = problem.prior_covariance;
+  result.status = why;
+  return result;
+}
+
+}  // namespace matchbox_slam

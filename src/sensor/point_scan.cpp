@@ -1,0 +1,187 @@
+#include "matchbox_slam/sensor/point_scan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace matchbox_slam {
+namespace {
+
+enum class Reading { kIgnored, kNoReturn, kHit };
+
+Reading classify(double range, double min_range, double max_range) {
+  if (std::isnan(range) || range <= 0.0 || range < min_range) {
+    return Reading::kIgnored;
+  }
+  return range >= max_range ? Reading::kNoReturn : Reading::kHit;
+}
+
+/// Sums over the first points of a scan, so that a line through any run of them is fitted in
+/// constant time.
+class RunningSums {
+ public:
+  explicit RunningSums(const std::vector<ScanPoint>& points) {
+    sums_.reserve(points.size() + 1);
+    sums_.emplace_back();
+    for (const ScanPoint& point : points) {
+      const double x = point.position.x();
+      const double y = point.position.y();
+      const Sums& last = sums_.back();
+      sums_.push_back({last.x + x, last.y + y, last.xx + x * x, last.xy + x * y, last.yy + y * y});
+    }
+  }
+
+  /// Second moments of a run of points about their mean [m^2].
+  struct Spread {
+    double xx = 0.0;
+    double xy = 0.0;
+    double yy = 0.0;
+    double smallest = 0.0;  ///< eigenvalue: squared rms distance from the best line
+    double largest = 0.0;   ///< eigenvalue: squared rms extent along it
+
+    /// Unit normal of the line of total least squares.
+    [[nodiscard]] Eigen::Vector2d normal() const {
+      const Eigen::Vector2d a(xy, smallest - xx);
+      const Eigen::Vector2d b(smallest - yy, xy);
+      return (a.squaredNorm() > b.squaredNorm() ? a : b).normalized();
+    }
+  };
+
+  /// Of the points first...last, both included.
+  [[nodiscard]] Spread spread(std::size_t first, std::size_t last) const {
+    const Sums& a = sums_[first];
+    const Sums& b = sums_[last + 1];
+    const auto n = static_cast<double>(last + 1 - first);
+    const double mean_x = (b.x - a.x) / n;
+    const double mean_y = (b.y - a.y) / n;
+    const double xx = (b.xx - a.xx) / n - mean_x * mean_x;
+    const double xy = (b.xy - a.xy) / n - mean_x * mean_y;
+    const double yy = (b.yy - a.yy) / n - mean_y * mean_y;
+    const double half_difference = 0.5 * (xx - yy);
+    const double half_spread = std::sqrt(half_difference * half_difference + xy * xy);
+    const double middle = 0.5 * (xx + yy);
+    return {xx, xy, yy, std::max(0.0, middle - half_spread), middle + half_spread};
+  }
+
+ private:
+  struct Sums {
+    double x = 0.0;
+    double y = 0.0;
+    double xx = 0.0;
+    double xy = 0.0;
+    double yy = 0.0;
+  };
+  std::vector<Sums> sums_;
+};
+
+/// The line through the neighbours of a point, or a zero normal. Of the neighbours on the left, on
+/// the right and on both sides, those that lie best on a line are taken, so that corners stay sharp.
+Eigen::Vector2d surface_normal(const std::vector<ScanPoint>& points, const RunningSums& sums,
+                               std::size_t index, double radius) {
+  constexpr std::size_t kFewest = 3;
+  constexpr double kStraight = 0.04;  // squared residual over squared extent: more is a blob
+  const Eigen::Vector2d& here = points[index].position;
+  const double radius_square = radius * radius;
+  const auto reaches = [&](std::size_t from, std::size_t to) {
+    return (points[to].position - here).squaredNorm() <= radius_square &&
+           (points[to].position - points[from].position).squaredNorm() <= radius_square;
+  };
+  std::size_t first = index;
+  while (first > 0 && reaches(first, first - 1)) {
+    --first;
+  }
+  std::size_t last = index;
+  while (last + 1 < points.size() && reaches(last, last + 1)) {
+    ++last;
+  }
+  RunningSums::Spread best;
+  double best_ratio = kStraight;
+  const auto consider = [&](std::size_t from, std::size_t to, double handicap) {
+    if (to + 1 - from < kFewest) {
+      return;
+    }
+    const RunningSums::Spread spread = sums.spread(from, to);
+    if (handicap * spread.smallest < best_ratio * spread.largest) {
+      best = spread;
+      best_ratio = handicap * spread.smallest / spread.largest;
+    }
+  };
+  consider(first, last, 1.0);
+  // One side alone has half the points, so it must be clearly straighter to be believed.
+  consider(first, index, 4.0);
+  consider(index, last, 4.0);
+  return best.largest > 0.0 ? best.normal() : Eigen::Vector2d::Zero();
+}
+
+void add_normals(std::vector<ScanPoint>& points, const std::vector<double>& radii) {
+  const RunningSums sums(points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    Eigen::Vector2d normal = surface_normal(points, sums, i, radii[i]);
+    if (normal.dot(points[i].origin - points[i].position) < 0.0) {
+      normal = -normal;
+    }
+    points[i].normal = normal;
+  }
+}
+
+/// Each point stands for half the way to its neighbours on both sides.
+void add_weights(std::vector<ScanPoint>& points, double cap) {
+  const auto gap = [&](std::size_t i) {
+    return std::min(cap, (points[i].position - points[i - 1].position).norm());
+  };
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double before = i > 0 ? gap(i) : cap;
+    const double after = i + 1 < points.size() ? gap(i + 1) : cap;
+    // Coincident points would otherwise count nothing at all.
+    points[i].weight = std::max(0.5 * (before + after), 1e-3 * cap);
+  }
+}
+
+}  // namespace
+
+PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from_laser,
+                       const Pose2& motion, const ProjectionOptions& options) {
+  const double min_range = std::max(options.min_range, scan.range_min);
+  const double max_range = std::min(options.max_range, scan.range_max);
+  const double free_range = std::min(options.free_range, max_range);
+  const Eigen::Matrix<double, 2, 2> axes = base_from_laser.linear().topLeftCorner<2, 2>();
+  const Eigen::Vector2d mount = base_from_laser.translation().head<2>();
+  const std::size_t count = scan.ranges.size();
+  const bool moving = motion != Pose2{} && count > 1;
+
+  PointScan result;
+  result.stamp = scan.stamp;
+  result.points.reserve(count);
+  std::vector<double> radii;
+  radii.reserve(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto range = static_cast<double>(scan.ranges[k]);
+    const Reading reading = classify(range, min_range, max_range);
+    if (reading == Reading::kIgnored || (reading == Reading::kNoReturn && free_range <= 0.0)) {
+      continue;
+    }
+    const double angle = scan.angle_min + static_cast<double>(k) * scan.angle_increment;
+    const double length = reading == Reading::kHit ? range : free_range;
+    Eigen::Vector2d origin = mount;
+    Eigen::Vector2d end =
+        mount + axes * Eigen::Vector2d(length * std::cos(angle), length * std::sin(angle));
+    if (moving) {
+      const double fraction = static_cast<double>(k) / static_cast<double>(count - 1);
+      const Pose2 first_from_here = interpolate(Pose2{}, motion, fraction);
+      origin = first_from_here * origin;
+      end = first_from_here * end;
+    }
+    if (reading == Reading::kNoReturn) {
+      result.free_rays.push_back({origin, end});
+    } else {
+      result.points.push_back({end, origin, Eigen::Vector2d::Zero(), 0.0});
+      // Far away even neighbouring beams are farther apart than the radius.
+      radii.push_back(std::max(options.surface_radius, 4.0 * range * std::abs(scan.angle_increment)));
+    }
+  }
+  add_normals(result.points, radii);
+  add_weights(result.points, options.max_point_weight);
+  return result;
+}
+
+}  // namespace matchbox_slam
