@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "matchbox_slam/simulation/wall_segment.hpp"
+#include "matchbox_slam/simulation/world.hpp"
+
+namespace matchbox_slam {
+
+/// Corners in order, counter-clockwise when closed.
+using Corners = std::vector<Eigen::Vector2d>;
+
+/// A rectangle whose sides `size` are turned by `angle` about its centre.
+[[nodiscard]] Corners box(const Eigen::Vector2d& centre, const Eigen::Vector2d& size, double angle);
+
+/// A regular polygon, such as a round pillar.
+[[nodiscard]] Corners regular_polygon(const Eigen::Vector2d& centre, double radius, int corners,
+                                      double angle);
+
+/// The lines that join the corners, without the one from the last to the first.
+[[nodiscard]] std::vector<WallSegment> open_line(const Corners& corners);
+
+/// The lines that join the corners, all around.
+[[nodiscard]] std::vector<WallSegment> outline(const Corners& corners);
+
+/// Walls and things in a world that is being drawn.
+class FloorPlan {
+ public:
+  /// @param route  that has to stay free.
+  explicit FloorPlan(Route route);
+
+  /// Adds lines, wherever they are.
+  void add(const std::vector<WallSegment>& lines);
+
+  /// Adds a thing of several outlines unless it comes nearer than `clearance` to the route or than
+  /// `gap` to a thing added before. Returns whether it was added.
+  bool add_if_clear(const std::vector<WallSegment>& lines, double clearance, double gap);
+
+  [[nodiscard]] World world() const { return {segments_, route_}; }
+
+ private:
+  Route route_;
+  std::vector<WallSegment> route_lines_;
+  std::vector<WallSegment> segments_;
+  std::vector<WallSegment> things_;
+};
+
+}  // namespace matchbox_slam

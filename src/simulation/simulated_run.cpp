@@ -1,0 +1,67 @@
+#include "matchbox_slam/simulation/simulated_run.hpp"
+
+#include "matchbox_slam/common/random.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+// Each source of chance has its own stream, so that changing one leaves the others as they were.
+enum Stream : std::uint64_t { kLaserStream = 1, kOdometryStream = 2 };
+
+/// Stamps at a rate [Hz] from `start` on, the last at or after `end`.
+std::vector<double> stamps_at_rate(double start, double end, double rate) {
+  std::vector<double> stamps = {start};
+  while (stamps.back() < end) {
+    stamps.push_back(start + static_cast<double>(stamps.size()) / rate);
+  }
+  return stamps;
+}
+
+}  // namespace
+
+SimulationOptions without_noise(SimulationOptions options) {
+  options.laser = without_noise(options.laser);
+  options.odometry = without_noise(options.odometry);
+  return options;
+}
+
+ScanInput SimulatedRun::scan_input(std::size_t index, bool with_odometry) const {
+  ScanInput input;
+  input.scan = scans.at(index);
+  input.base_from_laser = base_from_laser;
+  if (with_odometry) {
+    const double stamp = input.scan.stamp;
+    input.odometry = ScanOdometry{interpolate_odometry(odometry, stamp),
+                                  interpolate_odometry(odometry, stamp + input.scan.duration())};
+  }
+  return input;
+}
+
+SimulatedRun simulate_run(const World& world, const Route& route, const SimulationOptions& options,
+                          std::uint64_t seed) {
+  check_laser_options(options.laser);
+  const RobotMotion motion = drive(route, options.drive);
+  const double start = options.time.start_stamp;
+  const double duration = options.time.duration > 0.0 ? options.time.duration : motion.duration();
+  const PoseAtTime world_from_base = [&](double stamp) { return motion.pose(stamp - start); };
+
+  SimulatedRun run;
+  run.base_from_laser = options.laser.base_from_laser();
+  const std::vector<double> scan_stamps =
+      stamps_at_rate(start, start + duration, options.laser.scan_rate);
+  run.scans.reserve(scan_stamps.size());
+  run.world_from_base.reserve(scan_stamps.size());
+  for (const double stamp : scan_stamps) {
+    const std::uint64_t scan_seed = mix_seed(mix_seed(seed, kLaserStream), run.scans.size());
+    run.scans.push_back(
+        simulate_scan(world, options.laser, world_from_base, stamp, scan_seed).scan);
+    run.world_from_base.push_back(world_from_base(stamp));
+  }
+  const double last_beam = scan_stamps.back() + run.scans.back().duration();
+  run.odometry = simulate_odometry(world_from_base,
+                                   stamps_at_rate(start, last_beam, options.odometry.odometry_rate),
+                                   options.odometry, mix_seed(seed, kOdometryStream));
+  return run;
+}
+
+}  // namespace matchbox_slam

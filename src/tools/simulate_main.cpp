@@ -1,0 +1,119 @@
+// rosrun matchbox_slam simulate: drives a simulated robot through a simulated world and records a
+// bag.
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "matchbox_slam/evaluation/trajectory.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/tum.hpp"
+#include "matchbox_slam/ros/simulated_bag.hpp"
+#include "matchbox_slam/simulation/make_world.hpp"
+#include "matchbox_slam/simulation/simulated_run.hpp"
+#include "option_flags.hpp"
+#include "run_program.hpp"
+
+namespace {
+
+using namespace matchbox_slam;
+
+/// The command line as it was given.
+struct Request {
+  std::string world;
+  std::uint64_t seed = 1;
+  std::string bag;
+  std::string truth;
+  bool inverted_laser = false;
+  Parameters laser;
+  Parameters drive;
+  Parameters odometry;
+  Parameters time;
+  Parameters recording;
+};
+
+void declare_options(CLI::App& app, Request& request) {
+  app.add_option("--world", request.world, one_of(world_names()).text())
+      ->required()
+      ->type_name("NAME");
+  app.add_option("--seed", request.seed, "Of world and noise; the same seed gives the same bag")
+      ->type_name("N");
+  app.add_option("--bag", request.bag, "Bag to write")->required()->type_name("OUT.bag");
+  app.add_option(
+         "--truth", request.truth,
+         "True trajectory to write: pose of the base in the world at the stamp of each scan")
+      ->required()
+      ->type_name("OUT.tum");
+  app.add_flag("--inverted-laser", request.inverted_laser,
+               "The laser hangs upside down; the same as --mount-roll 3.14159...");
+  add_option_flags<LaserOptions>(app, "Laser", request.laser);
+  add_option_flags<DriveOptions>(app, "Path", request.drive);
+  add_option_flags<OdometryOptions>(app, "Odometry", request.odometry);
+  add_option_flags<RunTimeOptions>(app, "Time", request.time);
+  add_option_flags<SimulatedBagOptions>(app, "Recording", request.recording);
+}
+
+SimulationOptions read_simulation_options(Request request) {
+  if (request.inverted_laser) {
+    if (request.laser.find("mount_roll") != nullptr) {
+      throw ConfigurationError("--inverted-laser and --mount-roll exclude each other");
+    }
+    request.laser.set("mount_roll", kPi);
+  }
+  SimulationOptions options;
+  options.laser = read_options<LaserOptions>(request.laser, "");
+  options.drive = read_options<DriveOptions>(request.drive, "");
+  options.odometry = read_options<OdometryOptions>(request.odometry, "");
+  options.time = read_options<RunTimeOptions>(request.time, "");
+  check_laser_options(options.laser);
+  return options;
+}
+
+/// Throws FileError unless a file can be written there.
+void require_writable_file(const std::string& path) {
+  if (std::filesystem::is_directory(path)) {
+    throw FileError(path + ": cannot be written: there is a folder of that name");
+  }
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  require_writable_folder(folder.empty() ? "." : folder.string());
+}
+
+/// By the clock of the laser, as all that is derived from scans is.
+Trajectory truth_of(const SimulatedRun& run, double clock_offset) {
+  std::vector<StampedPose2> poses;
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    poses.push_back({run.scans[i].stamp - clock_offset, run.world_from_base[i]});
+  }
+  return Trajectory(std::move(poses));
+}
+
+void simulate(const Request& request) {
+  const SimulationOptions options = read_simulation_options(request);
+  const auto recording = read_options<SimulatedBagOptions>(request.recording, "");
+  const World world = make_world(request.world, request.seed);
+  require_writable_file(request.truth);
+  require_writable_file(request.bag);
+  SimulatedBagWriter bag(request.bag, recording);
+  const SimulatedRun run = simulate_run(world, world.route(), options, request.seed);
+  bag.write(run);
+  write_tum(request.truth, truth_of(run, recording.clock_offset));
+  std::cout << request.bag << ": " << run.scans.size() << " scans in "
+            << run.scans.back().stamp - run.scans.front().stamp << " s\n"
+            << request.truth << ": the truth" << std::endl;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Request request;
+  CLI::App app(
+      "Drives a simulated robot through a simulated world and records a bag like those of the MIT "
+      "Stata Center, and the truth.",
+      "simulate");
+  declare_options(app, request);
+  return matchbox_slam::run_program(app, argc, argv, [&] { simulate(request); });
+}

@@ -1,0 +1,127 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "matchbox_slam/simulation/make_world.hpp"
+#include "matchbox_slam/simulation/odometry.hpp"
+#include "matchbox_slam/simulation/robot.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+std::vector<double> stamps_until(double end, double step) {
+  std::vector<double> stamps;
+  for (int i = 0; i * step <= end; ++i) {
+    stamps.push_back(i * step);
+  }
+  return stamps;
+}
+
+/// Mean and standard deviation.
+struct Statistics {
+  double mean = 0.0;
+  double deviation = 0.0;
+};
+
+Statistics statistics(const std::vector<double>& values) {
+  double sum = 0.0;
+  double sum_of_squares = 0.0;
+  for (const double value : values) {
+    sum += value;
+    sum_of_squares += value * value;
+  }
+  const double count = static_cast<double>(values.size());
+  return {sum / count, std::sqrt(sum_of_squares / count - sum / count * (sum / count))};
+}
+
+constexpr int kRuns = 4000;
+// A deviation estimated from that many runs is right to 1.1 %; four times that is no accident.
+constexpr double kTolerance = 0.045;
+
+TEST(Odometry, WithoutErrorsItIsTheTruth) {
+  const RobotMotion motion = drive(make_rooms_world(5).route(), {});
+  const auto truth = [&](double time) { return motion.pose(time); };
+  const auto readings = simulate_odometry(truth, stamps_until(motion.duration(), 0.02),
+                                          without_noise(OdometryOptions{}), 1);
+  for (const OdometryReading& reading : readings) {
+    const Pose2 pose = motion.pose(0.0) * reading.odom_from_base;
+    const Pose2 error = motion.pose(reading.stamp).inverse() * pose;
+    ASSERT_LT(std::hypot(error.x, error.y), 1e-9);
+    ASSERT_LT(std::abs(error.theta), 1e-9);
+  }
+}
+
+TEST(Odometry, DistanceDriftsAsTheOptionsSay) {
+  OdometryOptions options = without_noise(OdometryOptions{});
+  options.translation_noise = 0.02;
+  options.translation_bias = 0.01;
+  const auto straight = [](double time) { return Pose2{0.5 * time, 0.0, 0.0}; };
+  const std::vector<double> stamps = stamps_until(8.0, 0.1);  // 4 m
+  std::vector<double> errors;
+  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+    const Pose2 end = simulate_odometry(straight, stamps, options, seed).back().odom_from_base;
+    EXPECT_EQ(end.y, 0.0);
+    errors.push_back(end.x - 4.0);
+  }
+  const double deviation = 0.02 * std::sqrt(4.0);
+  EXPECT_NEAR(statistics(errors).mean, 0.01 * 4.0, 4.0 * deviation / std::sqrt(kRuns));
+  EXPECT_NEAR(statistics(errors).deviation, deviation, kTolerance * deviation);
+}
+
+TEST(Odometry, HeadingDriftsWithTheDistance) {
+  OdometryOptions options = without_noise(OdometryOptions{});
+  options.heading_noise = 0.008;
+  options.heading_bias = 0.003;
+  const auto straight = [](double time) { return Pose2{0.5 * time, 0.0, 0.0}; };
+  const std::vector<double> stamps = stamps_until(8.0, 0.1);
+  std::vector<double> errors;
+  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+    errors.push_back(
+        simulate_odometry(straight, stamps, options, seed).back().odom_from_base.theta);
+  }
+  const double deviation = 0.008 * std::sqrt(4.0);
+  EXPECT_NEAR(statistics(errors).mean, 0.003 * 4.0, 4.0 * deviation / std::sqrt(kRuns));
+  EXPECT_NEAR(statistics(errors).deviation, deviation, kTolerance * deviation);
+}
+
+TEST(Odometry, HeadingDriftsWithTheTurn) {
+  OdometryOptions options = without_noise(OdometryOptions{});
+  options.rotation_noise = 0.03;
+  options.rotation_bias = 0.01;
+  const auto on_the_spot = [](double time) { return Pose2{0.0, 0.0, wrap_angle(-0.5 * time)}; };
+  const std::vector<double> stamps = stamps_until(4.0, 0.1);  // 2 rad to the right
+  std::vector<double> errors;
+  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+    const Pose2 end = simulate_odometry(on_the_spot, stamps, options, seed).back().odom_from_base;
+    EXPECT_EQ(end.translation().norm(), 0.0);
+    errors.push_back(wrap_angle(end.theta + 2.0));
+  }
+  const double deviation = 0.03 * std::sqrt(2.0);
+  EXPECT_NEAR(statistics(errors).mean, -0.01 * 2.0, 4.0 * deviation / std::sqrt(kRuns));
+  EXPECT_NEAR(statistics(errors).deviation, deviation, kTolerance * deviation);
+}
+
+TEST(Odometry, ARestingRobotDoesNotDrift) {
+  const auto at_rest = [](double /*time*/) { return Pose2{3.0, 1.0, 0.5}; };
+  for (const OdometryReading& reading :
+       simulate_odometry(at_rest, stamps_until(10.0, 0.02), {}, 1)) {
+    ASSERT_LT(reading.odom_from_base.translation().norm(), 1e-12);
+    ASSERT_LT(std::abs(reading.odom_from_base.theta), 1e-12);
+  }
+}
+
+TEST(Odometry, IsInterpolatedBetweenItsReadings) {
+  const std::vector<OdometryReading> odometry = {{10.0, {0.0, 0.0, 3.1}}, {12.0, {2.0, 4.0, -3.1}}};
+  const Pose2 middle = interpolate_odometry(odometry, 11.0);
+  EXPECT_DOUBLE_EQ(middle.x, 1.0);
+  EXPECT_DOUBLE_EQ(middle.y, 2.0);
+  EXPECT_NEAR(std::abs(middle.theta), kPi, 1e-12);
+  EXPECT_EQ(interpolate_odometry(odometry, 9.0), odometry.front().odom_from_base);
+  EXPECT_EQ(interpolate_odometry(odometry, 12.0), odometry.back().odom_from_base);
+  EXPECT_EQ(interpolate_odometry(odometry, 13.0), odometry.back().odom_from_base);
+  EXPECT_THROW((void)interpolate_odometry({}, 1.0), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace matchbox_slam

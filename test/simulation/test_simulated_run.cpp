@@ -1,0 +1,82 @@
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "matchbox_slam/simulation/make_world.hpp"
+#include "matchbox_slam/simulation/simulated_run.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+SimulationOptions short_run() {
+  SimulationOptions options;
+  options.time.duration = 6.0;
+  options.laser.beams = 100;
+  return options;
+}
+
+/// By their bits, since lost readings are NaN.
+bool are_same_ranges(const LaserScan& a, const LaserScan& b) {
+  return a.ranges.size() == b.ranges.size() &&
+         std::memcmp(a.ranges.data(), b.ranges.data(), a.ranges.size() * sizeof(float)) == 0;
+}
+
+TEST(SimulatedRun, ScansComeAtTheirRateWithTruthAndOdometryAround) {
+  const World world = make_rooms_world(1);
+  const SimulatedRun run = simulate_run(world, world.route(), short_run(), 7);
+  ASSERT_EQ(run.scans.size(), 121U);
+  ASSERT_EQ(run.world_from_base.size(), run.scans.size());
+  EXPECT_EQ(run.scans.front().stamp, SimulationOptions{}.time.start_stamp);
+  for (std::size_t i = 1; i < run.scans.size(); ++i) {
+    EXPECT_NEAR(run.scans[i].stamp - run.scans[i - 1].stamp, 0.05, 1e-6);
+  }
+  EXPECT_EQ(run.odometry.front().stamp, run.scans.front().stamp);
+  EXPECT_GE(run.odometry.back().stamp, run.scans.back().stamp + run.scans.back().duration());
+  EXPECT_NEAR(static_cast<double>(run.odometry.size()), 301.0, 1.0);
+}
+
+TEST(SimulatedRun, WithoutNoiseEveryScanIsTheIdealOneAtTheTruePose) {
+  const World world = make_rooms_world(1);
+  const SimulationOptions options = without_noise(short_run());
+  const SimulatedRun run = simulate_run(world, world.route(), options, 7);
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    EXPECT_TRUE(
+        are_same_ranges(run.scans[i], ideal_scan(world, options.laser, run.world_from_base[i])));
+    const ScanInput input = run.scan_input(i);
+    ASSERT_TRUE(input.odometry);
+    const Pose2 pose = run.world_from_base.front() * input.odometry->odom_from_base;
+    // Between two readings the odometry goes straight on where the robot drove an arc.
+    EXPECT_LT((pose.translation() - run.world_from_base[i].translation()).norm(), 1e-3);
+    EXPECT_FALSE(run.scan_input(i, false).odometry);
+  }
+}
+
+TEST(SimulatedRun, TheSeedSaysEverything) {
+  const World world = make_rooms_world(1);
+  const SimulatedRun run = simulate_run(world, world.route(), short_run(), 7);
+  const SimulatedRun same = simulate_run(world, world.route(), short_run(), 7);
+  const SimulatedRun other = simulate_run(world, world.route(), short_run(), 8);
+  int equal_scans = 0;
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    ASSERT_TRUE(are_same_ranges(run.scans[i], same.scans[i]));
+    ASSERT_EQ(run.world_from_base[i], same.world_from_base[i]);
+    ASSERT_EQ(run.world_from_base[i], other.world_from_base[i]);
+    equal_scans += are_same_ranges(run.scans[i], other.scans[i]) ? 1 : 0;
+  }
+  EXPECT_EQ(equal_scans, 0);
+  EXPECT_EQ(run.odometry.back().odom_from_base, same.odometry.back().odom_from_base);
+  EXPECT_NE(run.odometry.back().odom_from_base, other.odometry.back().odom_from_base);
+}
+
+TEST(SimulatedRun, WithoutADurationItLastsAsLongAsTheRoute) {
+  const World world = make_corridor_world(1);
+  SimulationOptions options = short_run();
+  options.time.duration = 0.0;
+  options.laser.beams = 1;
+  const SimulatedRun run = simulate_run(world, world.route(), options, 7);
+  const Eigen::Vector2d end = world.route().waypoints.back();
+  EXPECT_LT((run.world_from_base.back().translation() - end).norm(), 0.05);
+}
+
+}  // namespace
+}  // namespace matchbox_slam

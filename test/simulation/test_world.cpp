@@ -1,0 +1,262 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/simulation/laser.hpp"
+#include "matchbox_slam/simulation/make_world.hpp"
+#include "matchbox_slam/simulation/robot.hpp"
+#include "matchbox_slam/simulation/world.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+Eigen::Vector2d direction_of(double angle) { return {std::cos(angle), std::sin(angle)}; }
+
+World square_room() {
+  return {{{{-2.0, -2.0}, {2.0, -2.0}},
+           {{2.0, -2.0}, {2.0, 2.0}},
+           {{2.0, 2.0}, {-2.0, 2.0}},
+           {{-2.0, 2.0}, {-2.0, -2.0}}},
+          {}};
+}
+
+/// The oracle: every segment is tried.
+std::optional<RayHit> cast_ray_by_brute_force(const World& world, const Eigen::Vector2d& origin,
+                                              const Eigen::Vector2d& direction, double max_range) {
+  std::optional<RayHit> best;
+  for (std::size_t i = 0; i < world.segments().size(); ++i) {
+    const auto range = intersect_ray(world.segments()[i], origin, direction);
+    if (range && *range <= max_range && (!best || *range < best->range)) {
+      const Eigen::Vector2d normal = world.segments()[i].normal();
+      best = RayHit{*range, i, normal.dot(direction) > 0.0 ? -normal : normal};
+    }
+  }
+  return best;
+}
+
+bool are_same_segments(const World& a, const World& b) {
+  return std::equal(a.segments().begin(), a.segments().end(), b.segments().begin(),
+                    b.segments().end(), [](const WallSegment& p, const WallSegment& q) {
+                      return p.start == q.start && p.end == q.end;
+                    });
+}
+
+TEST(World, RaysInASquareRoomHitWhereGeometrySays) {
+  const World room = square_room();
+  for (double angle = -3.1; angle < 3.1; angle += 0.01) {
+    const Eigen::Vector2d direction = direction_of(angle);
+    const auto hit = room.cast_ray({0.0, 0.0}, direction, 10.0);
+    ASSERT_TRUE(hit) << angle;
+    EXPECT_NEAR(hit->range, 2.0 / direction.cwiseAbs().maxCoeff(), 1e-12);
+    EXPECT_LT(hit->normal.dot(direction), 0.0);
+    EXPECT_NEAR(hit->normal.norm(), 1.0, 1e-12);
+  }
+  const auto right = room.cast_ray({1.0, 0.5}, {1.0, 0.0}, 10.0);
+  ASSERT_TRUE(right);
+  EXPECT_EQ(right->segment, 1U);
+  EXPECT_DOUBLE_EQ(right->range, 1.0);
+  EXPECT_EQ(right->normal, Eigen::Vector2d(-1.0, 0.0));
+}
+
+TEST(World, WallsReflectOnBothSides) {
+  const auto hit = square_room().cast_ray({5.0, 0.0}, {-1.0, 0.0}, 10.0);
+  ASSERT_TRUE(hit);
+  EXPECT_DOUBLE_EQ(hit->range, 3.0);
+  EXPECT_EQ(hit->normal, Eigen::Vector2d(1.0, 0.0));
+}
+
+TEST(World, ARayIntoACornerIsNotLostBetweenTheWalls) {
+  const World room = square_room();
+  Random random(1);
+  for (int i = 0; i < 10000; ++i) {
+    const double x = random.uniform(-1.9, 1.9);
+    const Eigen::Vector2d origin(x, random.uniform(-1.9, 1.9));
+    const Eigen::Vector2d to_corner = Eigen::Vector2d(2.0, 2.0) - origin;
+    const auto hit = room.cast_ray(origin, to_corner.normalized(), 10.0);
+    ASSERT_TRUE(hit) << origin.transpose();
+    ASSERT_NEAR(hit->range, to_corner.norm(), 1e-6);
+  }
+}
+
+TEST(World, NothingIsHitBeyondTheReachNorInAnEmptyWorld) {
+  EXPECT_FALSE(square_room().cast_ray({0.0, 0.0}, {1.0, 0.0}, 1.999));
+  EXPECT_TRUE(square_room().cast_ray({0.0, 0.0}, {1.0, 0.0}, 2.0));
+  EXPECT_FALSE(square_room().cast_ray({5.0, 0.0}, {1.0, 0.0}, 100.0));
+  const World empty({}, {});
+  EXPECT_FALSE(empty.cast_ray({0.0, 0.0}, {1.0, 0.0}, 100.0));
+  EXPECT_EQ(empty.clearance({0.0, 0.0}), std::numeric_limits<double>::infinity());
+}
+
+TEST(World, RefusesSegmentsWithoutLength) {
+  EXPECT_THROW(World({{{1.0, 1.0}, {1.0, 1.0}}}, {}), std::invalid_argument);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(World({{{1.0, nan}, {1.0, 1.0}}}, {}), std::invalid_argument);
+}
+
+TEST(World, ClearanceIsTheDistanceToTheNearestWall) {
+  EXPECT_DOUBLE_EQ(square_room().clearance({1.5, 0.0}), 0.5);
+  EXPECT_DOUBLE_EQ(square_room().clearance({5.0, 6.0}), 5.0);
+}
+
+TEST(World, DistanceOfSegments) {
+  const WallSegment flat{{0.0, 0.0}, {2.0, 0.0}};
+  EXPECT_DOUBLE_EQ(distance(flat, WallSegment{{1.0, -1.0}, {1.0, 1.0}}), 0.0);
+  EXPECT_DOUBLE_EQ(distance(flat, WallSegment{{1.0, 0.5}, {1.0, 1.0}}), 0.5);
+  EXPECT_DOUBLE_EQ(distance(flat, WallSegment{{5.0, 4.0}, {5.0, 9.0}}), 5.0);
+}
+
+class NamedWorld : public testing::TestWithParam<const char*> {};
+
+TEST_P(NamedWorld, TheGridFindsWhatBruteForceFinds) {
+  const World world = make_world(GetParam(), 3);
+  Random random(4);
+  int hits = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const double x = random.uniform(-15.0, 40.0);
+    const Eigen::Vector2d origin(x, random.uniform(-15.0, 25.0));
+    // Every tenth ray runs along an axis, on which the grid's cells and most walls lie.
+    const double angle = i % 10 == 0 ? 0.5 * kPi * (i / 10 % 4) : random.uniform(-kPi, kPi);
+    const auto expected = cast_ray_by_brute_force(world, origin, direction_of(angle), 30.0);
+    const auto hit = world.cast_ray(origin, direction_of(angle), 30.0);
+    ASSERT_EQ(hit.has_value(), expected.has_value()) << origin.transpose() << " at " << angle;
+    if (hit) {
+      ++hits;
+      ASSERT_EQ(hit->range, expected->range) << origin.transpose() << " at " << angle;
+      ASSERT_EQ(hit->segment, expected->segment);
+      ASSERT_EQ(hit->normal, expected->normal);
+    }
+  }
+  EXPECT_GT(hits, 1000);
+}
+
+TEST_P(NamedWorld, TheSeedSaysEverything) {
+  const World world = make_world(GetParam(), 11);
+  const World same = make_world(GetParam(), 11);
+  EXPECT_TRUE(are_same_segments(world, same));
+  EXPECT_EQ(world.route().waypoints, same.route().waypoints);
+  EXPECT_EQ(world.route().start_heading, same.route().start_heading);
+  EXPECT_FALSE(are_same_segments(world, make_world(GetParam(), 12)));
+}
+
+TEST_P(NamedWorld, TheRobotKeepsClearOfTheWalls) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const World world = make_world(GetParam(), seed);
+    const RobotMotion motion = drive(world.route(), {});
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < motion.steps().size(); i += 10) {
+      least = std::min(least, world.clearance(motion.steps()[i].world_from_base.translation()));
+    }
+    EXPECT_GT(least, 0.4) << "seed " << seed;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, NamedWorld, testing::Values("rooms", "random", "corridor", "loop"),
+                         [](const auto& test) { return std::string(test.param); });
+
+TEST(MakeWorld, KnowsItsNamesAndNamesWhatItKnows) {
+  for (const std::string& name : world_names()) {
+    EXPECT_FALSE(make_world(name, 1).segments().empty()) << name;
+  }
+  try {
+    (void)make_world("room", 1);
+    FAIL() << "accepted an unknown name";
+  } catch (const ConfigurationError& error) {
+    const std::string text = error.what();
+    for (const char* word : {"'room'", "rooms", "random", "corridor", "loop"}) {
+      EXPECT_NE(text.find(word), std::string::npos) << text;
+    }
+  }
+}
+
+/// The largest share of a scan's hits that lie within 2 cm of one line.
+double share_on_one_line(const LaserScan& scan) {
+  std::vector<Eigen::Vector2d> points;
+  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+    if (std::isfinite(scan.ranges[i])) {
+      const double angle = scan.angle_min + static_cast<double>(i) * scan.angle_increment;
+      points.emplace_back(static_cast<double>(scan.ranges[i]) * direction_of(angle));
+    }
+  }
+  std::size_t most = 0;
+  for (double angle = 0.0; angle < kPi; angle += 0.005) {
+    std::vector<double> offsets;
+    for (const Eigen::Vector2d& point : points) {
+      offsets.push_back(point.dot(direction_of(angle)));
+    }
+    std::sort(offsets.begin(), offsets.end());
+    for (std::size_t first = 0, last = 0; last < offsets.size(); ++last) {
+      while (offsets[last] - offsets[first] > 0.04) {
+        ++first;
+      }
+      most = std::max(most, last - first + 1);
+    }
+  }
+  return static_cast<double>(most) / static_cast<double>(points.size());
+}
+
+TEST(RandomWorld, HasNoLongStraightLine) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const World world = make_random_world(seed);
+    for (const WallSegment& segment : world.segments()) {
+      ASSERT_LT(segment.length(), 0.6);
+    }
+    const Eigen::Vector2d start = world.route().waypoints.front();
+    EXPECT_LT(share_on_one_line(ideal_scan(world, {}, {start.x(), start.y(), 0.0})), 0.2);
+  }
+  const World rooms = make_rooms_world(0);
+  const Eigen::Vector2d start = rooms.route().waypoints.front();
+  EXPECT_GT(share_on_one_line(ideal_scan(rooms, {}, {start.x(), start.y(), 0.0})), 0.3);
+}
+
+TEST(RandomWorld, MostBeamsEndWithinTenMetres) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const World world = make_random_world(seed);
+    const Eigen::Vector2d start = world.route().waypoints.front();
+    const LaserScan scan = ideal_scan(world, {}, {start.x(), start.y(), 0.0});
+    const auto near = std::count_if(scan.ranges.begin(), scan.ranges.end(),
+                                    [](float range) { return range < 10.0F; });
+    EXPECT_GT(near, 600);
+  }
+}
+
+TEST(LoopWorld, IsAHundredMetresAroundAndTheRouteOverlaps) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const World world = make_loop_world(seed);
+    EXPECT_NEAR(world.route().length(), 116.0, 1.0);
+    const std::vector<Eigen::Vector2d>& points = world.route().waypoints;
+    // The last stretch runs along the first one: its end lies 16 m ahead of the start.
+    EXPECT_NEAR((points.back() - points.front()).norm(), std::hypot(12.5, 3.5), 0.3);
+  }
+}
+
+TEST(CorridorWorld, LooksTheSameAllAlong) {
+  const World world = make_corridor_world(1);
+  const LaserScan first = ideal_scan(world, {}, {40.0, 0.1, 0.2});
+  const LaserScan second = ideal_scan(world, {}, {80.0, 0.1, 0.2});
+  ASSERT_EQ(first.ranges.size(), second.ranges.size());
+  for (std::size_t i = 0; i < first.ranges.size(); ++i) {
+    if (std::isfinite(first.ranges[i])) {
+      EXPECT_NEAR(first.ranges[i], second.ranges[i], 1e-5);
+    } else {
+      EXPECT_EQ(first.ranges[i], second.ranges[i]);
+    }
+  }
+}
+
+TEST(RoomsWorld, TheRouteIsATourThatComesBack) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const Route route = make_rooms_world(seed).route();
+    EXPECT_EQ(route.waypoints.front(), route.waypoints.back());
+    EXPECT_GT(route.length(), 50.0);
+    EXPECT_LT(route.length(), 125.0);
+  }
+}
+
+}  // namespace
+}  // namespace matchbox_slam

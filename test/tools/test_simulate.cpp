@@ -1,0 +1,98 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+
+#include "common/error_text.hpp"
+#include "io/temporary_folder.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/tum.hpp"
+#include "tools/run_command.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+Outcome run_simulate(const std::string& arguments) {
+  return run_command(MATCHBOX_SIMULATE, arguments);
+}
+
+class Simulate : public testing::Test {
+ protected:
+  /// The arguments of a short run whose files have this name.
+  [[nodiscard]] std::string arguments(const std::string& name) const {
+    return "--world rooms --duration 3 --beams 60 --bag " + (folder_ / (name + ".bag")) +
+           " --truth " + (folder_ / (name + ".tum"));
+  }
+
+  void expect_one_line(int exit_code, const std::string& command_line, const std::string& word) {
+    const Outcome outcome = run_simulate(command_line);
+    EXPECT_EQ(outcome.exit_code, exit_code) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, word)) << outcome.output;
+    EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 1) << outcome.output;
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Simulate, WritesBagAndTruthOfEveryScan) {
+  const Outcome outcome = run_simulate(arguments("run"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "61 scans")) << outcome.output;
+  EXPECT_GT(std::filesystem::file_size(folder_ / "run.bag"), 10000U);
+  const Trajectory truth = read_tum(folder_ / "run.tum");
+  ASSERT_EQ(truth.size(), 61U);
+  EXPECT_EQ(truth.poses().front().stamp, 1327500000.0);
+}
+
+TEST_F(Simulate, TheSameSeedWritesTheSameBytes) {
+  for (const char* name : {"a", "b"}) {
+    EXPECT_EQ(run_simulate(arguments(name) + " --seed 5").exit_code, 0);
+  }
+  EXPECT_EQ(run_simulate(arguments("c") + " --seed 6").exit_code, 0);
+  EXPECT_EQ(read_file(folder_ / "a.bag"), read_file(folder_ / "b.bag"));
+  EXPECT_EQ(read_file(folder_ / "a.tum"), read_file(folder_ / "b.tum"));
+  EXPECT_NE(read_file(folder_ / "a.bag"), read_file(folder_ / "c.bag"));
+}
+
+TEST_F(Simulate, TakesTheOptionsOfTheSimulation) {
+  const Outcome outcome = run_simulate(
+      arguments("run") +
+      " --range-noise 0 --dropout 0 --scan-rate 10 --time-increment 0.0001 --mount-yaw -0.5"
+      " --inverted-laser --no-odometry --compression lz4 --clock-offset -2 --leading-slashes");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  const Trajectory truth = read_tum(folder_ / "run.tum");
+  ASSERT_EQ(truth.size(), 31U);
+  EXPECT_EQ(truth.poses().front().stamp, 1327500002.0);
+}
+
+TEST_F(Simulate, HelpListsTheOptionsWithDefaultAndUnit) {
+  const Outcome outcome = run_simulate("--help");
+  EXPECT_EQ(outcome.exit_code, 0);
+  for (const char* text :
+       {"--range-noise", "--heading-bias", "--speed", "[rad/m]", "default 1040"}) {
+    EXPECT_TRUE(contains(outcome.output, text)) << text;
+  }
+}
+
+TEST_F(Simulate, WrongUsageIsOneLineAndTwo) {
+  expect_one_line(2, "--world rooms", "--bag");
+  expect_one_line(2, "--world room --bag a.bag --truth a.tum", "rooms, random, corridor, loop");
+  expect_one_line(2, arguments("run") + " --range-noise -1", "range_noise");
+  expect_one_line(2, arguments("run") + " --beams many", "beams");
+  expect_one_line(2, arguments("run") + " --compression zip", "one of none, bz2, lz4");
+  expect_one_line(2, arguments("run") + " --colour red", "--colour");
+  expect_one_line(2, arguments("run") + " --time-increment 0.5", "time_increment");
+  expect_one_line(2, arguments("run") + " --inverted-laser --mount-roll 1", "--mount-roll");
+}
+
+TEST_F(Simulate, AnOutputThatCannotBeWrittenIsOneLineAndOne) {
+  std::filesystem::create_directory(folder_ / "run.bag");
+  expect_one_line(1, arguments("run"), "run.bag");
+  std::filesystem::create_directory(folder_ / "other.tum");
+  expect_one_line(1, arguments("other"), "other.tum");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "other.bag"));
+}
+
+}  // namespace
+}  // namespace matchbox_slam
