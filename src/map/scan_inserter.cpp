@@ -97,6 +97,27 @@ void mark_hit(const Eigen::Vector2d& origin, const Eigen::Vector2d& hit, double 
   observations.mark(geometry.cell_at(hit), Observations::occupied(1.0));
 }
 
+/// Points a cell apart on the walls between neighbouring hits, without the hits themselves.
+std::vector<SurfaceHit> wall_between_hits(const PointScan& scan, const Pose2& map_from_base,
+                                          double spacing) {
+  const Eigen::Rotation2Dd rotation(map_from_base.theta);
+  std::vector<SurfaceHit> wall;
+  for (std::size_t i = 0; i + 1 < scan.points.size(); ++i) {
+    const ScanPoint& a = scan.points[i];
+    const ScanPoint& b = scan.points[i + 1];
+    if (!a.joined_to_next) {
+      continue;
+    }
+    const Eigen::Vector2d step = b.position - a.position;
+    const int pieces = static_cast<int>(std::ceil(step.norm() / spacing));
+    for (int k = 1; k < pieces; ++k) {
+      wall.push_back({map_from_base * Eigen::Vector2d(a.position + step * k / pieces),
+                      rotation * (2 * k < pieces ? a.normal : b.normal)});
+    }
+  }
+  return wall;
+}
+
 Observations observe(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options) {
   const GridGeometry geometry(options.resolution);
   Observations observations;
@@ -107,6 +128,10 @@ Observations observe(const PointScan& scan, const Pose2& map_from_base, const Ma
   for (const ScanPoint& point : scan.points) {
     mark_hit(map_from_base * point.origin, map_from_base * point.position, 0.5 * options.hole_width,
              geometry, observations);
+  }
+  // Far away the beams are wider apart than cells, and those grazing along a wall would erase it.
+  for (const SurfaceHit& hit : wall_between_hits(scan, map_from_base, options.resolution)) {
+    observations.mark(geometry.cell_at(hit.position), Observations::occupied(1.0));
   }
   return observations;
 }
@@ -148,16 +173,17 @@ void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOpt
                  SlamMap& map) {
   const std::vector<Cell> cleared =
       blend(observe(scan, map_from_base, options), options, map.occupancy);
+  std::vector<SurfaceHit> hits =
+      wall_between_hits(scan, map_from_base, options.resolution);
   const Eigen::Rotation2Dd rotation(map_from_base.theta);
-  std::vector<SurfaceHit> hits;
-  hits.reserve(scan.points.size());
   for (const ScanPoint& point : scan.points) {
-    const Eigen::Vector2d position = map_from_base * point.position;
-    const Cell cell = map.occupancy.geometry().cell_at(position);
-    if (map.occupancy.occupancy(cell) >= options.occupied_threshold) {
-      hits.push_back({position, rotation * point.normal});
-    }
+    hits.push_back({map_from_base * point.position, rotation * point.normal});
   }
+  const auto is_free = [&](const SurfaceHit& hit) {
+    return map.occupancy.occupancy(map.occupancy.geometry().cell_at(hit.position)) <
+           options.occupied_threshold;
+  };
+  hits.erase(std::remove_if(hits.begin(), hits.end(), is_free), hits.end());
   map.field.update(hits, cleared);
 }
 

@@ -27,7 +27,8 @@ Pose2 moved(const Pose2& pose, const Eigen::Vector3d& by) {
   return {pose.x + by.x(), pose.y + by.y(), wrap_angle(pose.theta + by.z())};
 }
 
-/// About `count` of the points, one for each equal length of wall.
+/// About `count` of the points, one for each equal length of wall, shuffled by a fixed stride so that
+/// the first few already speak for all.
 std::vector<Eigen::Vector2f> spread_along_walls(const std::vector<ScanPoint>& points, int count) {
   double total = 0.0;
   for (const ScanPoint& point : points) {
@@ -35,7 +36,6 @@ std::vector<Eigen::Vector2f> spread_along_walls(const std::vector<ScanPoint>& po
   }
   const double stride = total / count;
   std::vector<Eigen::Vector2f> chosen;
-  chosen.reserve(static_cast<std::size_t>(count) + 1);
   double next = 0.5 * stride;
   double passed = 0.0;
   for (const ScanPoint& point : points) {
@@ -45,7 +45,80 @@ std::vector<Eigen::Vector2f> spread_along_walls(const std::vector<ScanPoint>& po
       next += stride * std::max(1.0, std::ceil((passed - next) / stride));
     }
   }
-  return chosen;
+  std::vector<Eigen::Vector2f> shuffled;
+  shuffled.reserve(chosen.size());
+  constexpr std::size_t kStride = 16;
+  for (std::size_t first = 0; first < kStride; ++first) {
+    for (std::size_t i = first; i < chosen.size(); i += kStride) {
+      shuffled.push_back(chosen[i]);
+    }
+  }
+  return shuffled;
+}
+
+/// The tiles of the field around one place, for look-ups without questions: where the field has no
+/// tile stands one that is far from everything.
+class TilesAround {
+ public:
+  using Distances = std::array<std::uint8_t, LikelihoodField::Tile::kCells>;
+
+  /// @param box  cells that can be looked up.
+  TilesAround(const LikelihoodField& field, const CellBox& box) {
+    far_.fill(LikelihoodField::kFar);
+    const Cell first = LikelihoodField::Tiles::tile_of(box.min);
+    const Cell last = LikelihoodField::Tiles::tile_of(box.max);
+    corner_ = {first.x * kSize, first.y * kSize};
+    columns_ = static_cast<unsigned>(last.x - first.x + 1);
+    rows_ = static_cast<unsigned>(last.y - first.y + 1);
+    for (int y = first.y; y <= last.y; ++y) {
+      for (int x = first.x; x <= last.x; ++x) {
+        const LikelihoodField::Tile* tile = field.tiles().find({x, y});
+        tiles_.push_back(tile == nullptr ? &far_ : &tile->distance);
+      }
+    }
+  }
+  TilesAround(const TilesAround&) = delete;
+  TilesAround& operator=(const TilesAround&) = delete;
+
+  /// Lower left corner of all that can be looked up.
+  [[nodiscard]] const Cell& corner() const { return corner_; }
+
+  /// @param x, y  cells from the corner; may lie anywhere.
+  [[nodiscard]] std::uint8_t distance(int x, int y) const {
+    const auto column = static_cast<unsigned>(x >> kBits);
+    const auto row = static_cast<unsigned>(y >> kBits);
+    if (column >= columns_ || row >= rows_) {
+      return LikelihoodField::kFar;
+    }
+    return (*tiles_[row * columns_ + column])[LikelihoodField::Tiles::index_in_tile({x, y})];
+  }
+
+ private:
+  static constexpr int kBits = LikelihoodField::Tiles::kTileBits;
+  static constexpr int kSize = LikelihoodField::Tiles::kTileSize;
+
+  Distances far_;
+  Cell corner_;
+  unsigned columns_ = 0;
+  unsigned rows_ = 0;
+  std::vector<const Distances*> tiles_;
+};
+
+/// Cells that the points can fall into while the pose stays within a few standard deviations.
+CellBox cells_in_reach(const MatchProblem& problem, const std::vector<Eigen::Vector2f>& points) {
+  constexpr double kSigmas = 4.0;
+  constexpr double kMost = 200.0;  // [m], a prior may be as wide as it likes
+  float farthest = 0.0F;
+  for (const Eigen::Vector2f& point : points) {
+    farthest = std::max(farthest, point.squaredNorm());
+  }
+  const Eigen::Vector3d sigmas = problem.prior_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const double reach = std::min(kMost, std::sqrt(static_cast<double>(farthest)) +
+                                           kSigmas * std::max(sigmas.x(), sigmas.y()));
+  const Eigen::Vector2d center = problem.predicted_map_from_base.translation();
+  const Eigen::Vector2d margin(reach, reach);
+  const GridGeometry& geometry = problem.field.geometry();
+  return {geometry.cell_at(center - margin), geometry.cell_at(center + margin)};
 }
 
 /// The search's score of a pose: the mean over the points of a value that falls with the distance to
@@ -53,8 +126,9 @@ std::vector<Eigen::Vector2f> spread_along_walls(const std::vector<ScanPoint>& po
 class SearchScore {
  public:
   SearchScore(const MatchProblem& problem, const MonteCarloOptions& options)
-      : field_(problem.field),
-        points_(spread_along_walls(problem.scan.points, options.search_points)),
+      : points_(spread_along_walls(problem.scan.points, options.search_points)),
+        tiles_(problem.field, cells_in_reach(problem, points_)),
+        cells_per_metre_(1.0 / problem.field.geometry().resolution()),
         prior_weight_(options.prior_weight) {
     const double sigma = problem.field.options().sigma;
     const double reach = problem.field.options().reach;
@@ -68,78 +142,80 @@ class SearchScore {
     values_[LikelihoodField::kFar] = 0;
   }
 
-  /// Score of a pose `sigmas` away from the prediction, in standard deviations. Gives up and returns
-  /// something not above `to_beat` once the pose cannot beat it any more.
+  /// Score of a pose whose squared distance from the prediction is given in standard deviations.
+  /// Gives up and returns `to_beat` as soon as the pose cannot beat it any more.
   [[nodiscard]] double operator()(const Pose2& map_from_base, double sigmas_square,
                                   double to_beat) const {
-    const auto count = static_cast<std::int64_t>(points_.size());
+    const auto count = static_cast<std::int32_t>(points_.size());
+    const double top = static_cast<double>(kTop) * count;
     const double penalty = prior_weight_ * sigmas_square;
-    const double needed_fit = (to_beat + penalty) * static_cast<double>(kTop * count);
-    if (needed_fit >= static_cast<double>(kTop * count)) {
+    const double needed_fit = (to_beat + penalty) * top;
+    if (!(needed_fit < top)) {
       return to_beat;
     }
-    const auto needed = static_cast<std::int64_t>(std::floor(needed_fit));
-    const double per_metre = 1.0 / field_.geometry().resolution();
-    const Cell base = field_.geometry().cell_at(map_from_base.translation());
-    // Relative to the base's cell, single precision is exact enough anywhere in the map.
-    const auto x0 = static_cast<float>(map_from_base.x * per_metre - base.x) + kPositive;
-    const auto y0 = static_cast<float>(map_from_base.y * per_metre - base.y) + kPositive;
-    const auto c = static_cast<float>(std::cos(map_from_base.theta) * per_metre);
-    const auto s = static_cast<float>(std::sin(map_from_base.theta) * per_metre);
-    constexpr std::int64_t kStretch = 32;
-    std::int64_t sum = 0;
-    for (std::int64_t first = 0; first < count; first += kStretch) {
-      const std::int64_t last = std::min(first + kStretch, count);
-      for (std::int64_t i = first; i < last; ++i) {
+    const auto needed = static_cast<std::int32_t>(std::max(-1.0, std::floor(needed_fit)));
+    // Relative to the corner, single precision is exact enough anywhere in the map. Truncation rounds
+    // down only what is positive, hence the shift; 2^14 cells are farther than any laser sees.
+    constexpr int kShift = 1 << 14;
+    const auto x0 =
+        static_cast<float>(map_from_base.x * cells_per_metre_ - tiles_.corner().x + kShift);
+    const auto y0 =
+        static_cast<float>(map_from_base.y * cells_per_metre_ - tiles_.corner().y + kShift);
+    const auto c = static_cast<float>(std::cos(map_from_base.theta) * cells_per_metre_);
+    const auto s = static_cast<float>(std::sin(map_from_base.theta) * cells_per_metre_);
+    constexpr std::int32_t kStretch = 24;
+    std::int32_t sum = 0;
+    for (std::int32_t first = 0; first < count; first += kStretch) {
+      const std::int32_t last = std::min(first + kStretch, count);
+      for (std::int32_t i = first; i < last; ++i) {
         const Eigen::Vector2f& point = points_[static_cast<std::size_t>(i)];
-        const Cell cell{
-            base.x - kShift + static_cast<int>(x0 + (c * point.x() - s * point.y())),
-            base.y - kShift + static_cast<int>(y0 + (s * point.x() + c * point.y()))};
-        sum += values_[field_.distance(cell)];
+        const int x = static_cast<int>(x0 + (c * point.x() - s * point.y())) - kShift;
+        const int y = static_cast<int>(y0 + (s * point.x() + c * point.y())) - kShift;
+        sum += values_[tiles_.distance(x, y)];
       }
       if (sum + (count - last) * kTop <= needed) {
         return to_beat;
       }
     }
-    return static_cast<double>(sum) / static_cast<double>(kTop * count) - penalty;
+    return static_cast<double>(sum) / top - penalty;
   }
 
  private:
-  static constexpr std::int32_t kTop = 4096;
-  // Truncation rounds down only what is positive. 2^15 cells are farther than any laser sees.
-  static constexpr int kShift = 1 << 15;
-  static constexpr float kPositive = static_cast<float>(kShift);
+  static constexpr std::int32_t kTop = 1024;  // with a million points the sum still fits
 
-  const LikelihoodField& field_;
   std::vector<Eigen::Vector2f> points_;
+  TilesAround tiles_;
+  double cells_per_metre_;
   double prior_weight_;
   std::array<std::int32_t, 256> values_{};
 };
 
-/// The paper's algorithm 1. Returns the best pose and adds up the tries.
-Pose2 random_search(const MatchProblem& problem, const MonteCarloOptions& options, Random& random,
-                    std::size_t& tries) {
-  const SearchScore score(problem, options);
-  const Eigen::Matrix3d spread = square_root(problem.prior_covariance);
-  // The pose as steps in standard deviations of the prior, away from the prediction.
-  Eigen::Vector3d best = Eigen::Vector3d::Zero();
-  double best_score = score(problem.predicted_map_from_base, 0.0, -1e9);
+/// The best pose of a search, as steps away from the prediction in standard deviations of the prior.
+struct Found {
+  Eigen::Vector3d steps = Eigen::Vector3d::Zero();
+  double score = 0.0;
+  int tries = 0;
+};
+
+/// The paper's algorithm 1, from the prediction on.
+Found random_search(const MatchProblem& problem, const MonteCarloOptions& options,
+                    const SearchScore& score, const Eigen::Matrix3d& spread, int most_tries,
+                    Random& random) {
+  Found best;
+  best.score = score(problem.predicted_map_from_base, 0.0, -1e9);
   double area = options.first_area;
   int failed = 0;
-  int made = 0;
-  while (made < options.max_tries && failed < options.max_failed_tries) {
-    ++made;
-    const Eigen::Vector3d candidate = best + area * gaussian_vector(random);
+  while (best.tries < most_tries && failed < options.max_failed_tries) {
+    ++best.tries;
+    const Eigen::Vector3d candidate = best.steps + area * gaussian_vector(random);
     const double candidate_score =
         score(moved(problem.predicted_map_from_base, spread * candidate), candidate.squaredNorm(),
-              best_score);
-    if (candidate_score > best_score) {
-      best = candidate;
-      best_score = candidate_score;
+              best.score);
+    if (candidate_score > best.score) {
+      best.steps = candidate;
+      best.score = candidate_score;
       area *= options.narrowing;
-      if (options.reset_on_success) {
-        failed = 0;
-      }
+      failed = options.reset_on_success ? 0 : failed;
       continue;
     }
     ++failed;
@@ -147,8 +223,27 @@ Pose2 random_search(const MatchProblem& problem, const MonteCarloOptions& option
       area *= 0.5;
     }
   }
-  tries += static_cast<std::size_t>(made) + 1;
-  return moved(problem.predicted_map_from_base, spread * best);
+  return best;
+}
+
+/// Searches again from the prediction as long as tries are left, and keeps the best.
+Found repeated_search(const MatchProblem& problem, const MonteCarloOptions& options,
+                      Random& random) {
+  const SearchScore score(problem, options);
+  const Eigen::Matrix3d spread = square_root(problem.prior_covariance);
+  Found best;
+  int tries = 0;
+  do {
+    const Found found =
+        random_search(problem, options, score, spread, options.max_tries - tries, random);
+    if (tries == 0 || found.score > best.score) {
+      best = found;
+    }
+    tries += found.tries;
+  } while (options.restart && tries < options.max_tries);
+  best.tries = tries;
+  best.steps = spread * best.steps;
+  return best;
 }
 
 /// Second moment of the posterior around `center`, by importance sampling: poses are drawn with twice
@@ -196,10 +291,11 @@ MatchResult MonteCarloMatcher::match(const MatchProblem& problem) const {
     return rejected(problem, MatchStatus::kRejectedNoReference);
   }
   Random random(problem.seed);
-  std::size_t tries = 0;
-  const Pose2 found = random_search(problem, options_, random, tries);
+  const Found found = repeated_search(problem, options_, random);
+  const auto tries = static_cast<std::size_t>(found.tries);
   const RefinedPose refined =
-      refine(problem.scan.points, problem.field, found,
+      refine(problem.scan.points, problem.field,
+             moved(problem.predicted_map_from_base, found.steps),
              {problem.predicted_map_from_base, problem.prior_covariance}, options_.refinement);
   if (refined.score < options_.min_score) {
     MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);

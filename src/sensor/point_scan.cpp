@@ -74,53 +74,101 @@ class RunningSums {
   std::vector<Sums> sums_;
 };
 
-/// The line through the neighbours of a point, or a zero normal. Of the neighbours on the left, on
-/// the right and on both sides, those that lie best on a line are taken, so that corners stay sharp.
-Eigen::Vector2d surface_normal(const std::vector<ScanPoint>& points, const RunningSums& sums,
-                               std::size_t index, double radius) {
-  constexpr std::size_t kFewest = 3;
-  constexpr double kStraight = 0.04;  // squared residual over squared extent: more is a blob
+/// The points around one that may lie on the same surface.
+struct Neighbourhood {
+  std::size_t first = 0;
+  std::size_t last = 0;
+  bool sparse = false;  ///< far and grazing: wider than the radius, since the beams are far apart
+};
+
+/// Distance from each point to the one after it; one element less than points.
+std::vector<double> gaps_between(const std::vector<ScanPoint>& points) {
+  std::vector<double> gaps;
+  for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+    gaps.push_back((points[i + 1].position - points[i].position).norm());
+  }
+  return gaps;
+}
+
+Neighbourhood neighbourhood(const std::vector<ScanPoint>& points, const std::vector<double>& gaps,
+                            std::size_t index, const ProjectionOptions& options) {
+  // On a wall the gaps grow slowly from beam to beam; at its end they jump.
+  constexpr double kJump = 2.5;
+  constexpr double kSparseReach = 3.5;
+  const double before = index > 0 ? gaps[index - 1] : options.max_wall_gap;
+  const double after = index < gaps.size() ? gaps[index] : options.max_wall_gap;
+  const double spacing = std::min({before, after, options.max_wall_gap});
+  const double radius = std::max(options.surface_radius, kSparseReach * spacing);
+  const double widest_gap = std::max(options.surface_radius, kJump * spacing);
   const Eigen::Vector2d& here = points[index].position;
-  const double radius_square = radius * radius;
-  const auto reaches = [&](std::size_t from, std::size_t to) {
-    return (points[to].position - here).squaredNorm() <= radius_square &&
-           (points[to].position - points[from].position).squaredNorm() <= radius_square;
+  const auto in_reach = [&](std::size_t other, double gap) {
+    return gap <= widest_gap && (points[other].position - here).squaredNorm() <= radius * radius;
   };
-  std::size_t first = index;
-  while (first > 0 && reaches(first, first - 1)) {
-    --first;
+  Neighbourhood result{index, index, radius > options.surface_radius};
+  while (result.first > 0 && in_reach(result.first - 1, gaps[result.first - 1])) {
+    --result.first;
   }
-  std::size_t last = index;
-  while (last + 1 < points.size() && reaches(last, last + 1)) {
-    ++last;
+  while (result.last < gaps.size() && in_reach(result.last + 1, gaps[result.last])) {
+    ++result.last;
   }
+  return result;
+}
+
+/// The normal of the line through a point's neighbourhood, or zero. Of the neighbours on the left, on
+/// the right and on both sides, those that lie best on a line are taken, so that corners stay sharp.
+Eigen::Vector2d surface_normal(const RunningSums& sums, std::size_t index,
+                               const Neighbourhood& around) {
+  constexpr double kStraight = 0.04;  // squared residual over squared extent: more is a blob
+  // Any three far-off points are nearly on a line, so that sparse ones must show more.
+  constexpr double kSparseResidual = 0.03;
+  const std::size_t fewest = around.sparse ? 5 : 3;
   RunningSums::Spread best;
   double best_ratio = kStraight;
   const auto consider = [&](std::size_t from, std::size_t to, double handicap) {
-    if (to + 1 - from < kFewest) {
+    if (to + 1 - from < fewest) {
       return;
     }
     const RunningSums::Spread spread = sums.spread(from, to);
+    if (around.sparse && spread.smallest > kSparseResidual * kSparseResidual) {
+      return;
+    }
     if (handicap * spread.smallest < best_ratio * spread.largest) {
       best = spread;
       best_ratio = handicap * spread.smallest / spread.largest;
     }
   };
-  consider(first, last, 1.0);
+  consider(around.first, around.last, 1.0);
   // One side alone has half the points, so it must be clearly straighter to be believed.
-  consider(first, index, 4.0);
-  consider(index, last, 4.0);
+  consider(around.first, index, 4.0);
+  consider(index, around.last, 4.0);
   return best.largest > 0.0 ? best.normal() : Eigen::Vector2d::Zero();
 }
 
-void add_normals(std::vector<ScanPoint>& points, const std::vector<double>& radii) {
+/// Whether the step from one point to the next runs along the surfaces of both.
+bool on_one_wall(const ScanPoint& a, const ScanPoint& b, double gap) {
+  constexpr double kAcross = 0.05;  // sine of the angle between the step and the surface
+  constexpr double kAgree = 0.95;   // cosine of the angle between the two normals
+  constexpr double kNoise = 0.02;   // [m], measurement noise makes short steps point anywhere
+  const Eigen::Vector2d step = b.position - a.position;
+  const double limit = kAcross * gap + kNoise;
+  return a.normal.dot(b.normal) >= kAgree && std::abs(a.normal.dot(step)) <= limit &&
+         std::abs(b.normal.dot(step)) <= limit;
+}
+
+void add_surfaces(std::vector<ScanPoint>& points, const ProjectionOptions& options) {
   const RunningSums sums(points);
+  const std::vector<double> gaps = gaps_between(points);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    Eigen::Vector2d normal = surface_normal(points, sums, i, radii[i]);
+    Eigen::Vector2d normal =
+        surface_normal(sums, i, neighbourhood(points, gaps, i, options));
     if (normal.dot(points[i].origin - points[i].position) < 0.0) {
       normal = -normal;
     }
     points[i].normal = normal;
+  }
+  for (std::size_t i = 0; i < gaps.size(); ++i) {
+    points[i].joined_to_next =
+        gaps[i] <= options.max_wall_gap && on_one_wall(points[i], points[i + 1], gaps[i]);
   }
 }
 
@@ -152,8 +200,6 @@ PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from
   PointScan result;
   result.stamp = scan.stamp;
   result.points.reserve(count);
-  std::vector<double> radii;
-  radii.reserve(count);
   for (std::size_t k = 0; k < count; ++k) {
     const auto range = static_cast<double>(scan.ranges[k]);
     const Reading reading = classify(range, min_range, max_range);
@@ -174,12 +220,10 @@ PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from
     if (reading == Reading::kNoReturn) {
       result.free_rays.push_back({origin, end});
     } else {
-      result.points.push_back({end, origin, Eigen::Vector2d::Zero(), 0.0});
-      // Far away even neighbouring beams are farther apart than the radius.
-      radii.push_back(std::max(options.surface_radius, 4.0 * range * std::abs(scan.angle_increment)));
+      result.points.push_back({end, origin, Eigen::Vector2d::Zero(), 0.0, false});
     }
   }
-  add_normals(result.points, radii);
+  add_surfaces(result.points, options);
   add_weights(result.points, options.max_point_weight);
   return result;
 }

@@ -9,6 +9,7 @@ struct MonteCarloOptions {
   int max_tries = 1000;
   int max_failed_tries = 100;
   bool reset_on_success = true;
+  bool restart = true;
   double first_area = 1.0;
   double narrowing = 0.9;
   int halve_after = 33;
@@ -27,6 +28,8 @@ struct MonteCarloOptions {
     option(self.reset_on_success, "reset_on_success", any(), "",
            "A better pose starts the count of failed tries anew, as the paper's text says; its "
            "listing does not.");
+    option(self.restart, "restart", any(), "",
+           "While tries are left, the search starts again from the prediction; the best of all counts.");
     option(self.first_area, "first_area", between(1e-3, 100.0), "",
            "Spread of the first draws, in standard deviations of the prior.");
     option(self.narrowing, "narrowing", between(0.01, 1.0), "",

@@ -19,6 +19,7 @@ struct ScanPoint {
   /// Length of wall that the point stands for [m], capped: equal weights would let a near wall with
   /// a thousand returns outvote everything far away.
   double weight = 0.0;
+  bool joined_to_next = false;  ///< the wall goes on straight to the next point of the scan
 };
 
 /// A beam that met nothing on its way to `end`.
@@ -42,6 +43,7 @@ struct ProjectionOptions {
   double free_range = 5.0;
   double max_point_weight = 0.1;
   double surface_radius = 0.15;
+  double max_wall_gap = 2.0;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -55,6 +57,8 @@ struct ProjectionOptions {
            "Cap of the length of wall that one point stands for when a scan is matched.");
     option(self.surface_radius, "surface_radius", between(1e-3, 10.0), "m",
            "Neighbours within this distance tell a point's surface normal.");
+    option(self.max_wall_gap, "max_wall_gap", between(0.0, 100.0), "m",
+           "Neighbouring hits on one straight line are joined to a wall up to this distance.");
   }
 };
 
