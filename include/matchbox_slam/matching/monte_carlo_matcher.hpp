@@ -11,10 +11,10 @@ struct MonteCarloOptions {
   bool reset_on_success = true;
   bool restart = true;
   double first_area = 1.0;
-  double narrowing = 0.9;
-  int halve_after = 33;
-  int search_points = 180;
-  double slope_share = 0.5;
+  double narrowing = 0.85;
+  int halve_after = 50;
+  int search_points = 150;
+  double slope_share = 0.7;
   double prior_weight = 0.03;
   double min_score = 0.25;
   int covariance_samples = 32;

@@ -15,7 +15,7 @@ struct RefinementOptions {
   int iterations = 12;
   double first_kernel = 0.15;
   double last_kernel = 0.04;
-  double noise = 0.02;
+  double noise = 0.013;
   double wall_per_measurement = 0.1;
   double weakest_direction = 0.01;
 
