@@ -29,9 +29,10 @@ struct BlockBuffer {
   alignas(64) std::int32_t winner[kBlockCells];  // its number
 };
 
-/// Lets the surface at (x, y), in cells from the block's corner, win the cells that it is nearest to.
-MATCHBOX_SIMD_CLONES void compete(float x, float y, std::int32_t number, int first_row, int last_row,
-                                  BlockBuffer& buffer) {
+/// Lets the surface at (x, y), in cells from the block's corner, win the cells that it is nearest
+/// to.
+MATCHBOX_SIMD_CLONES void compete(float x, float y, std::int32_t number, int first_row,
+                                  int last_row, BlockBuffer& buffer) {
   for (int row = first_row; row <= last_row; ++row) {
     const float dy = static_cast<float>(row) + 0.5F - y;
     const float dy_square = dy * dy;
@@ -85,7 +86,8 @@ LikelihoodField::LikelihoodField(double resolution, const LikelihoodFieldOptions
   }
 }
 
-void LikelihoodField::update(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared) {
+void LikelihoodField::update(const std::vector<SurfaceHit>& hits,
+                             const std::vector<Cell>& cleared) {
   std::vector<Cell> changed;
   changed.reserve(hits.size() + cleared.size());
   for (const Cell& cell : cleared) {
@@ -168,9 +170,9 @@ bool LikelihoodField::nearest_surface(const Cell& cell, Surface& surface) const 
     return false;
   }
   const double half_cell = 0.5 * geometry_.resolution();
-  surface.position = geometry_.center(nearest) +
-                     half_cell * Eigen::Vector2d(from_fixed(stored->offset_x),
-                                                 from_fixed(stored->offset_y));
+  surface.position =
+      geometry_.center(nearest) +
+      half_cell * Eigen::Vector2d(from_fixed(stored->offset_x), from_fixed(stored->offset_y));
   surface.double_angle = {from_fixed(stored->double_angle_x), from_fixed(stored->double_angle_y)};
   return true;
 }
@@ -189,8 +191,8 @@ std::vector<Cell> LikelihoodField::blocks_around(std::vector<Cell> changed) cons
   for (const Cell& cell : changed) {
     for (int y = (cell.y - reach_cells_) >> kBlockBits; y <= (cell.y + reach_cells_) >> kBlockBits;
          ++y) {
-      for (int x = (cell.x - reach_cells_) >> kBlockBits; x <= (cell.x + reach_cells_) >> kBlockBits;
-           ++x) {
+      for (int x = (cell.x - reach_cells_) >> kBlockBits;
+           x <= (cell.x + reach_cells_) >> kBlockBits; ++x) {
         blocks.push_back({x, y});
       }
     }
@@ -227,8 +229,8 @@ std::vector<Cell> LikelihoodField::surface_cells() const {
   if (tiles.empty()) {
     return {};
   }
-  return surfaces_in({{tiles.min.x * kSize, tiles.min.y * kSize},
-                      {tiles.max.x * kSize, tiles.max.y * kSize}});
+  return surfaces_in(
+      {{tiles.min.x * kSize, tiles.min.y * kSize}, {tiles.max.x * kSize, tiles.max.y * kSize}});
 }
 
 void LikelihoodField::render_block(const Cell& block) {

@@ -92,7 +92,8 @@ void mark_hit(const Eigen::Vector2d& origin, const Eigen::Vector2d& hit, double 
   const double step = 0.5 * geometry.resolution();
   for (double offset = -std::min(half_hole, range); offset < 0.5 * half_hole; offset += step) {
     const double occupancy = 1.0 - std::abs(offset) / half_hole;
-    observations.mark(geometry.cell_at(hit + offset * direction), Observations::occupied(occupancy));
+    observations.mark(geometry.cell_at(hit + offset * direction),
+                      Observations::occupied(occupancy));
   }
   observations.mark(geometry.cell_at(hit), Observations::occupied(1.0));
 }
@@ -173,8 +174,7 @@ void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOpt
                  SlamMap& map) {
   const std::vector<Cell> cleared =
       blend(observe(scan, map_from_base, options), options, map.occupancy);
-  std::vector<SurfaceHit> hits =
-      wall_between_hits(scan, map_from_base, options.resolution);
+  std::vector<SurfaceHit> hits = wall_between_hits(scan, map_from_base, options.resolution);
   const Eigen::Rotation2Dd rotation(map_from_base.theta);
   for (const ScanPoint& point : scan.points) {
     hits.push_back({map_from_base * point.position, rotation * point.normal});

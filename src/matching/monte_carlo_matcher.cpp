@@ -27,8 +27,8 @@ Pose2 moved(const Pose2& pose, const Eigen::Vector3d& by) {
   return {pose.x + by.x(), pose.y + by.y(), wrap_angle(pose.theta + by.z())};
 }
 
-/// About `count` of the points, one for each equal length of wall, shuffled by a fixed stride so that
-/// the first few already speak for all.
+/// About `count` of the points, one for each equal length of wall, shuffled by a fixed stride so
+/// that the first few already speak for all.
 std::vector<Eigen::Vector2f> spread_along_walls(const std::vector<ScanPoint>& points, int count) {
   double total = 0.0;
   for (const ScanPoint& point : points) {
@@ -113,16 +113,16 @@ CellBox cells_in_reach(const MatchProblem& problem, const std::vector<Eigen::Vec
     farthest = std::max(farthest, point.squaredNorm());
   }
   const Eigen::Vector3d sigmas = problem.prior_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-  const double reach = std::min(kMost, std::sqrt(static_cast<double>(farthest)) +
-                                           kSigmas * std::max(sigmas.x(), sigmas.y()));
+  const double reach = std::min(
+      kMost, std::sqrt(static_cast<double>(farthest)) + kSigmas * std::max(sigmas.x(), sigmas.y()));
   const Eigen::Vector2d center = problem.predicted_map_from_base.translation();
   const Eigen::Vector2d margin(reach, reach);
   const GridGeometry& geometry = problem.field.geometry();
   return {geometry.cell_at(center - margin), geometry.cell_at(center + margin)};
 }
 
-/// The search's score of a pose: the mean over the points of a value that falls with the distance to
-/// the nearest wall, less what the pose is off the prediction.
+/// The search's score of a pose: the mean over the points of a value that falls with the distance
+/// to the nearest wall, less what the pose is off the prediction.
 class SearchScore {
  public:
   SearchScore(const MatchProblem& problem, const MonteCarloOptions& options)
@@ -154,8 +154,9 @@ class SearchScore {
       return to_beat;
     }
     const auto needed = static_cast<std::int32_t>(std::max(-1.0, std::floor(needed_fit)));
-    // Relative to the corner, single precision is exact enough anywhere in the map. Truncation rounds
-    // down only what is positive, hence the shift; 2^14 cells are farther than any laser sees.
+    // Relative to the corner, single precision is exact enough anywhere in the map. Truncation
+    // rounds down only what is positive, hence the shift; 2^14 cells are farther than any laser
+    // sees.
     constexpr int kShift = 1 << 14;
     const auto x0 =
         static_cast<float>(map_from_base.x * cells_per_metre_ - tiles_.corner().x + kShift);
@@ -190,7 +191,8 @@ class SearchScore {
   std::array<std::int32_t, 256> values_{};
 };
 
-/// The best pose of a search, as steps away from the prediction in standard deviations of the prior.
+/// The best pose of a search, as steps away from the prediction in standard deviations of the
+/// prior.
 struct Found {
   Eigen::Vector3d steps = Eigen::Vector3d::Zero();
   double score = 0.0;
@@ -208,9 +210,8 @@ Found random_search(const MatchProblem& problem, const MonteCarloOptions& option
   while (best.tries < most_tries && failed < options.max_failed_tries) {
     ++best.tries;
     const Eigen::Vector3d candidate = best.steps + area * gaussian_vector(random);
-    const double candidate_score =
-        score(moved(problem.predicted_map_from_base, spread * candidate), candidate.squaredNorm(),
-              best.score);
+    const double candidate_score = score(moved(problem.predicted_map_from_base, spread * candidate),
+                                         candidate.squaredNorm(), best.score);
     if (candidate_score > best.score) {
       best.steps = candidate;
       best.score = candidate_score;
@@ -246,8 +247,9 @@ Found repeated_search(const MatchProblem& problem, const MonteCarloOptions& opti
   return best;
 }
 
-/// Second moment of the posterior around `center`, by importance sampling: poses are drawn with twice
-/// the spread of the curvature's Gaussian and weighted by their score over the density of the draw.
+/// Second moment of the posterior around `center`, by importance sampling: poses are drawn with
+/// twice the spread of the curvature's Gaussian and weighted by their score over the density of the
+/// draw.
 Eigen::Matrix3d sampled_covariance(const MatchProblem& problem, const RefinedPose& center,
                                    const MonteCarloOptions& options, Random& random) {
   constexpr double kWider = 2.0;
@@ -293,10 +295,9 @@ MatchResult MonteCarloMatcher::match(const MatchProblem& problem) const {
   Random random(problem.seed);
   const Found found = repeated_search(problem, options_, random);
   const auto tries = static_cast<std::size_t>(found.tries);
-  const RefinedPose refined =
-      refine(problem.scan.points, problem.field,
-             moved(problem.predicted_map_from_base, found.steps),
-             {problem.predicted_map_from_base, problem.prior_covariance}, options_.refinement);
+  const RefinedPose refined = refine(
+      problem.scan.points, problem.field, moved(problem.predicted_map_from_base, found.steps),
+      {problem.predicted_map_from_base, problem.prior_covariance}, options_.refinement);
   if (refined.score < options_.min_score) {
     MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);
     result.score = refined.score;

@@ -114,8 +114,9 @@ Neighbourhood neighbourhood(const std::vector<ScanPoint>& points, const std::vec
   return result;
 }
 
-/// The normal of the line through a point's neighbourhood, or zero. Of the neighbours on the left, on
-/// the right and on both sides, those that lie best on a line are taken, so that corners stay sharp.
+/// The normal of the line through a point's neighbourhood, or zero. Of the neighbours on the left,
+/// on the right and on both sides, those that lie best on a line are taken, so that corners stay
+/// sharp.
 Eigen::Vector2d surface_normal(const RunningSums& sums, std::size_t index,
                                const Neighbourhood& around) {
   constexpr double kStraight = 0.04;  // squared residual over squared extent: more is a blob
@@ -159,8 +160,7 @@ void add_surfaces(std::vector<ScanPoint>& points, const ProjectionOptions& optio
   const RunningSums sums(points);
   const std::vector<double> gaps = gaps_between(points);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    Eigen::Vector2d normal =
-        surface_normal(sums, i, neighbourhood(points, gaps, i, options));
+    Eigen::Vector2d normal = surface_normal(sums, i, neighbourhood(points, gaps, i, options));
     if (normal.dot(points[i].origin - points[i].position) < 0.0) {
       normal = -normal;
     }

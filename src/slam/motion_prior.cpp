@@ -20,12 +20,11 @@ MotionEstimate motion_from_odometry(const Pose2& odom_from_previous, const Pose2
   estimate.previous_from_current = odom_from_previous.inverse() * odom_from_current;
   const double distance = estimate.previous_from_current.translation().norm();
   const double turn = std::abs(estimate.previous_from_current.theta);
-  estimate.covariance = diagonal(square(options.translation_floor +
-                                        options.translation_per_metre * distance +
-                                        options.translation_per_radian * turn),
-                                 square(options.rotation_floor +
-                                        options.rotation_per_radian * turn +
-                                        options.rotation_per_metre * distance));
+  estimate.covariance =
+      diagonal(square(options.translation_floor + options.translation_per_metre * distance +
+                      options.translation_per_radian * turn),
+               square(options.rotation_floor + options.rotation_per_radian * turn +
+                      options.rotation_per_metre * distance));
   return estimate;
 }
 

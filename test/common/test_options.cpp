@@ -49,6 +49,8 @@ TEST(ReadOptions, KeepsDefaultsAndTakesWhatIsGiven) {
   EXPECT_EQ(options.mode, "exact");
   EXPECT_EQ(options.steps, std::vector<double>{3.0});
   EXPECT_TRUE(options.frames.empty());
+  parameters.set("steps", std::vector<std::string>{});
+  EXPECT_TRUE(read_options<ToyOptions>(parameters, "toy").steps.empty());
   EXPECT_EQ(read_options<ToyOptions>({}, "toy").max_tries, 1000);
 }
 
@@ -95,6 +97,15 @@ TEST(ReadOptions, UnknownKeySuggestsTheNearestKnownOne) {
       refusal("something_else", 1),
       "toy: unknown parameter 'something_else'. Known: max_tries, sigma, refine, mode, steps, "
       "frames.");
+}
+
+TEST(RejectUnknownKeys, PrefersTheNearestOfSeveralNames) {
+  Parameters parameters;
+  parameters.set("range_mix", 1);
+  const std::string text = error_text<ConfigurationError>([&] {
+    reject_unknown_keys(parameters, "", {"range_min_", "range_min", "range_mean"});
+  });
+  EXPECT_TRUE(contains(text, "did you mean 'range_min'?")) << text;
 }
 
 TEST(RejectUnknownKeys, WorksWithoutComponentAndWithoutKnownNames) {

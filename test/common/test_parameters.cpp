@@ -15,6 +15,7 @@ bool holds(const ParameterValue& value, const Type& expected) {
 
 TEST(ParseParameterValue, TypesPlainScalarsAsYamlDoes) {
   EXPECT_TRUE(holds(parse_parameter_value("true"), true));
+  EXPECT_TRUE(holds(parse_parameter_value("True"), true));
   EXPECT_TRUE(holds(parse_parameter_value("FALSE"), false));
   EXPECT_TRUE(holds(parse_parameter_value("12"), std::int64_t{12}));
   EXPECT_TRUE(holds(parse_parameter_value("-7"), std::int64_t{-7}));

@@ -23,8 +23,9 @@ TEST(Random, DependsOnTheSeed) {
   Random a(1);
   Random b(1);
   Random c(2);
-  EXPECT_EQ(a.next(), b.next());
-  EXPECT_NE(a.next(), c.next());
+  const std::uint64_t first = a.next();
+  EXPECT_EQ(first, b.next());
+  EXPECT_NE(first, c.next());
 }
 
 TEST(Random, UniformFillsItsIntervalEvenly) {

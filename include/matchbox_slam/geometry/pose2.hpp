@@ -30,11 +30,13 @@ struct Pose2 {
 [[nodiscard]] inline Pose2 operator*(const Pose2& a_from_b, const Pose2& b_from_c) {
   const double c = std::cos(a_from_b.theta);
   const double s = std::sin(a_from_b.theta);
-  return {a_from_b.x + c * b_from_c.x - s * b_from_c.y, a_from_b.y + s * b_from_c.x + c * b_from_c.y,
+  return {a_from_b.x + c * b_from_c.x - s * b_from_c.y,
+          a_from_b.y + s * b_from_c.x + c * b_from_c.y,
           wrap_angle(a_from_b.theta + b_from_c.theta)};
 }
 
-[[nodiscard]] inline Eigen::Vector2d operator*(const Pose2& a_from_b, const Eigen::Vector2d& point) {
+[[nodiscard]] inline Eigen::Vector2d operator*(const Pose2& a_from_b,
+                                               const Eigen::Vector2d& point) {
   const double c = std::cos(a_from_b.theta);
   const double s = std::sin(a_from_b.theta);
   return {a_from_b.x + c * point.x() - s * point.y(), a_from_b.y + s * point.x() + c * point.y()};

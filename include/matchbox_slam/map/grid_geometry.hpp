@@ -12,7 +12,9 @@ struct Cell {
   int y = 0;
 };
 
-[[nodiscard]] inline bool operator==(const Cell& a, const Cell& b) { return a.x == b.x && a.y == b.y; }
+[[nodiscard]] inline bool operator==(const Cell& a, const Cell& b) {
+  return a.x == b.x && a.y == b.y;
+}
 [[nodiscard]] inline bool operator!=(const Cell& a, const Cell& b) { return !(a == b); }
 
 /// Cells from `min` up to but without `max`.

@@ -26,8 +26,8 @@ struct LikelihoodFieldOptions {
 /// A piece of wall within one cell, averaged over the hits that fell there.
 struct Surface {
   Eigen::Vector2d position;  ///< [m], map frame
-  /// (cos 2a, sin 2a) of the direction a of the wall's normal, so that a normal and its opposite are
-  /// the same. Its length is 1 when the hits agree on a line and 0 when they tell no direction.
+  /// (cos 2a, sin 2a) of the direction a of the wall's normal, so that a normal and its opposite
+  /// are the same. Its length is 1 when the hits agree on a line and 0 when they tell no direction.
   Eigen::Vector2d double_angle;
 };
 
@@ -37,10 +37,10 @@ struct SurfaceHit {
   Eigen::Vector2d normal;  ///< zero when unknown
 };
 
-/// The lookup table of correlative matching (Olson 2009, section III): for every cell near a surface
-/// how likely a scan point falls there, the distance to the nearest surface, and which cell that
-/// surface lies in. Distances are to the mean position of the hits, not to cell centres, and combine
-/// by nearest-wins, so that dense surfaces are not more likely than sparse ones.
+/// The lookup table of correlative matching (Olson 2009, section III): for every cell near a
+/// surface how likely a scan point falls there, the distance to the nearest surface, and which cell
+/// that surface lies in. Distances are to the mean position of the hits, not to cell centres, and
+/// combine by nearest-wins, so that dense surfaces are not more likely than sparse ones.
 ///
 /// Kept up to date: an update renders anew only the blocks around surfaces that changed, and yields
 /// the same bits as rendering everything from scratch, also after surfaces were removed.
@@ -95,7 +95,8 @@ class LikelihoodField {
  private:
   struct StoredSurface {
     std::uint16_t hits = 0;
-    std::int16_t offset_x = 0;  ///< mean position within the cell, 1/65536 of a cell from the centre
+    std::int16_t offset_x =
+        0;  ///< mean position within the cell, 1/65536 of a cell from the centre
     std::int16_t offset_y = 0;
     std::int16_t mean_double_angle_x = 0;  ///< over the hits, 32767 being 1
     std::int16_t mean_double_angle_y = 0;

@@ -26,8 +26,9 @@ struct MapOptions {
            "The same for beams without return, which dark or shiny surfaces cause too.");
     option(self.hole_width, "hole_width", between(0.0, 5.0), "m",
            "Length of the obstacle that a hit draws along its beam, the hit in its middle.");
-    option(self.occupied_threshold, "occupied_threshold", between(0.05, 0.95), "",
-           "A hit cell becomes a surface to match against from this occupancy on, and ceases below.");
+    option(
+        self.occupied_threshold, "occupied_threshold", between(0.05, 0.95), "",
+        "A hit cell becomes a surface to match against from this occupancy on, and ceases below.");
   }
 };
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <vector>
@@ -50,6 +50,9 @@ class TiledGrid {
       slot = std::make_shared<Tile>(blank);
     } else if (slot.use_count() > 1) {
       slot = std::make_shared<Tile>(*slot);  // a snapshot still reads the old one
+    } else {
+      // A snapshot that another thread just gave up had read this tile before we write to it.
+      std::atomic_thread_fence(std::memory_order_acquire);
     }
     return *slot;
   }
@@ -58,8 +61,8 @@ class TiledGrid {
   [[nodiscard]] CellBox tile_bounds() const { return bounds_; }
 
   [[nodiscard]] std::size_t tile_count() const {
-    return static_cast<std::size_t>(
-        std::count_if(tiles_.begin(), tiles_.end(), [](const auto& tile) { return tile != nullptr; }));
+    return static_cast<std::size_t>(std::count_if(
+        tiles_.begin(), tiles_.end(), [](const auto& tile) { return tile != nullptr; }));
   }
 
   [[nodiscard]] std::size_t bytes() const {

@@ -20,9 +20,9 @@ struct NormalEquations {
 /// The points of a scan at one pose, each with the piece of wall next to it. A point's residual is
 /// its distance to the line through that wall, or to its middle where the wall tells no direction.
 ///
-/// The robust kernel is Geman and McClure's (1985): a residual r has the closeness k^2 / (k^2 + r^2),
-/// 1 on the wall and 1/2 at the kernel's width k. It is shaped like a Gaussian, but made of basic
-/// arithmetic, so that it is fast and yields the same bits everywhere.
+/// The robust kernel is Geman and McClure's (1985): a residual r has the closeness k^2 / (k^2 +
+/// r^2), 1 on the wall and 1/2 at the kernel's width k. It is shaped like a Gaussian, but made of
+/// basic arithmetic, so that it is fast and yields the same bits everywhere.
 class Correspondences {
  public:
   /// Points without a wall in reach take part with closeness 0. Cost: one look-up a point.
@@ -32,8 +32,8 @@ class Correspondences {
   /// The sum of squared residuals under the kernel, linearised for Gauss-Newton.
   [[nodiscard]] NormalEquations linearise(double kernel) const;
 
-  /// Mean closeness, weighted by the walls' lengths, after a small step of the pose that leaves each
-  /// point at its wall; `step` is (x, y, theta) in the map frame.
+  /// Mean closeness, weighted by the walls' lengths, after a small step of the pose that leaves
+  /// each point at its wall; `step` is (x, y, theta) in the map frame.
   [[nodiscard]] double closeness(double kernel, const Eigen::Vector3d& step) const;
 
   /// Length of wall that all points stand for [m].

@@ -29,18 +29,21 @@ struct MonteCarloOptions {
            "A better pose starts the count of failed tries anew, as the paper's text says; its "
            "listing does not.");
     option(self.restart, "restart", any(), "",
-           "While tries are left, the search starts again from the prediction; the best of all counts.");
+           "While tries are left, the search starts again from the prediction; the best of all "
+           "counts.");
     option(self.first_area, "first_area", between(1e-3, 100.0), "",
            "Spread of the first draws, in standard deviations of the prior.");
     option(self.narrowing, "narrowing", between(0.01, 1.0), "",
            "The area shrinks by this factor with every better pose; 1: it does not.");
-    option(self.halve_after, "halve_after", between(0, 10000000), "",
-           "The area is also halved after this many failed tries in a row, as in tinySLAM; 0: never.");
+    option(
+        self.halve_after, "halve_after", between(0, 10000000), "",
+        "The area is also halved after this many failed tries in a row, as in tinySLAM; 0: never.");
     option(self.search_points, "search_points", between(10, 1000000), "",
            "Points that are looked up for each pose, spread evenly along the walls.");
-    option(self.slope_share, "slope_share", between(0.0, 1.0), "",
-           "Share of the long slope (the distance to the nearest wall) in the score; the rest is the "
-           "narrow Gaussian.");
+    option(
+        self.slope_share, "slope_share", between(0.0, 1.0), "",
+        "Share of the long slope (the distance to the nearest wall) in the score; the rest is the "
+        "narrow Gaussian.");
     option(self.prior_weight, "prior_weight", between(0.0, 10.0), "",
            "Score lost by a pose one standard deviation of the prior away from the prediction.");
     option(self.min_score, "min_score", between(0.0, 1.0), "",
@@ -53,8 +56,8 @@ struct MonteCarloOptions {
 };
 
 /// The paper's Monte-Carlo matcher, after tinySLAM (Steux and El Hamzaoui 2010): poses are drawn at
-/// random around the best one so far; a better one becomes the new centre, resets the count of failed
-/// tries and narrows the area. Ends after `max_failed_tries` in a row or `max_tries` in all.
+/// random around the best one so far; a better one becomes the new centre, resets the count of
+/// failed tries and narrows the area. Ends after `max_failed_tries` in a row or `max_tries` in all.
 /// Deviation: the cost of a pose is read from the likelihood field (how far from a wall each point
 /// falls) instead of from the cells' occupancy, and a sub-cell refinement ends the search.
 /// Cost: search points times tries, and beams times refinement steps.

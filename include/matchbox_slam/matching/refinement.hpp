@@ -51,10 +51,9 @@ struct RefinedPose {
 };
 
 /// Moves a pose that is a few cells off to where scan, map and prior agree best, far below the size
-/// of a cell: Gauss-Newton on the distances from the points to the walls next to them, under a robust
-/// kernel that narrows from step to step (point to line: Censi 2008).
-/// Directions that the scan does not constrain keep the prior's value and variance.
-/// Cost: one look-up a point and step.
+/// of a cell: Gauss-Newton on the distances from the points to the walls next to them, under a
+/// robust kernel that narrows from step to step (point to line: Censi 2008). Directions that the
+/// scan does not constrain keep the prior's value and variance. Cost: one look-up a point and step.
 [[nodiscard]] RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodField& field,
                                  const Pose2& start_map_from_base, const PosePrior& prior,
                                  const RefinementOptions& options);

@@ -27,20 +27,20 @@ using KeyScans = std::deque<std::shared_ptr<const KeyScan>>;
 
 /// One question to a matcher. All of it outlives the call to `match`.
 struct MatchProblem {
-  const PointScan& scan;               ///< in the base frame
-  Pose2 predicted_map_from_base;       ///< where motion alone puts the base
-  Eigen::Matrix3d prior_covariance;    ///< of the prediction, over (x, y, theta) in the map frame
-  const LikelihoodField& field;        ///< the map so far, for matchers of scan to map
-  const KeyScans& key_scans;           ///< recent scans and their poses, for matchers of scan to scan
-  std::uint64_t seed;                  ///< the only source of randomness
+  const PointScan& scan;             ///< in the base frame
+  Pose2 predicted_map_from_base;     ///< where motion alone puts the base
+  Eigen::Matrix3d prior_covariance;  ///< of the prediction, over (x, y, theta) in the map frame
+  const LikelihoodField& field;      ///< the map so far, for matchers of scan to map
+  const KeyScans& key_scans;         ///< recent scans and their poses, for matchers of scan to scan
+  std::uint64_t seed;                ///< the only source of randomness
 };
 
 enum class MatchStatus {
   kAccepted,
-  kRejectedNoReference,    ///< nothing to match against yet
-  kRejectedTooFewPoints,   ///< the scan says too little
-  kRejectedLowScore,       ///< even the best pose explains too little of the scan
-  kRejectedInvalidPrior,   ///< the prediction or its covariance is not a number
+  kRejectedNoReference,   ///< nothing to match against yet
+  kRejectedTooFewPoints,  ///< the scan says too little
+  kRejectedLowScore,      ///< even the best pose explains too little of the scan
+  kRejectedInvalidPrior,  ///< the prediction or its covariance is not a number
 };
 
 /// A word for logs, tables and reports, such as "accepted" or "rejected_low_score".
@@ -60,7 +60,7 @@ struct OptimalityProof {
 struct MatchResult {
   Pose2 map_from_base;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the map frame
-  double score = 0.0;  ///< how well the scan fits, 0...1
+  double score = 0.0;                                    ///< how well the scan fits, 0...1
   MatchStatus status = MatchStatus::kRejectedNoReference;
   /// Unit directions of the map frame in which the surroundings do not hold the scan, such as along
   /// a corridor. There the pose is the prediction's and the variance the prior's.

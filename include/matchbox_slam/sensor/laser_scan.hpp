@@ -4,8 +4,8 @@
 
 namespace matchbox_slam {
 
-/// A planar scan as the laser measured it. Beam k points at `angle_min + k * angle_increment` in the
-/// laser's own x-y plane and was measured at `stamp + k * time_increment`.
+/// A planar scan as the laser measured it. Beam k points at `angle_min + k * angle_increment` in
+/// the laser's own x-y plane and was measured at `stamp + k * time_increment`.
 struct LaserScan {
   double stamp = 0.0;            ///< [s], time of the first beam
   double angle_min = 0.0;        ///< [rad]

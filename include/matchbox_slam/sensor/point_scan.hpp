@@ -48,7 +48,8 @@ struct ProjectionOptions {
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
     option(self.min_range, "min_range", between(0.0, 1000.0), "m",
-           "Shorter readings are ignored, such as the robot's own body; the scan's range_min holds too.");
+           "Shorter readings are ignored, such as the robot's own body; the scan's range_min holds "
+           "too.");
     option(self.max_range, "max_range", between(0.1, 1000.0), "m",
            "Longer readings are treated as no return; the scan's range_max holds too.");
     option(self.free_range, "free_range", between(0.0, 1000.0), "m",
@@ -64,11 +65,13 @@ struct ProjectionOptions {
 
 /// Turns measured ranges into points, by REP-117: NaN, -inf, 0 and anything below the minimum range
 /// is ignored; +inf and anything from the maximum range on is a ray without return; the rest hits.
-/// @param base_from_laser  pose of the laser in the base, in full 3-D: tilted, upside down, anywhere.
+/// @param base_from_laser  pose of the laser in the base, in full 3-D: tilted, upside down,
+/// anywhere.
 /// @param motion  pose of the base at the last beam in the base at the first; beams in between are
 ///                placed by interpolation. Identity for a robot at rest or an instantaneous scan.
 /// Cost: linear in the beams.
-[[nodiscard]] PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from_laser,
-                                     const Pose2& motion, const ProjectionOptions& options);
+[[nodiscard]] PointScan project_scan(const LaserScan& scan,
+                                     const Eigen::Isometry3d& base_from_laser, const Pose2& motion,
+                                     const ProjectionOptions& options);
 
 }  // namespace matchbox_slam

@@ -71,7 +71,7 @@ struct ScanOutcome {
   Eigen::Matrix3d covariance;  ///< over (x, y, theta) in the map frame
   Pose2 predicted_map_from_base;
   std::optional<Pose2> odom_from_base;
-  MatchResult match;           ///< status kRejectedNoReference for the scan that starts the map
+  MatchResult match;  ///< status kRejectedNoReference for the scan that starts the map
   bool inserted = false;
 };
 

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include "matchbox_slam/geometry/pose2.hpp"
+
+namespace matchbox_slam {
+
+/// Thrown when trajectories cannot be evaluated; the text says why and what to look at.
+class EvaluationError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct StampedPose2 {
+  double stamp = 0.0;  ///< [s]
+  Pose2 pose;
+};
+
+/// Poses of one frame in another over time, in the order of their stamps.
+class Trajectory {
+ public:
+  Trajectory() = default;
+
+  /// Takes poses in any order and sorts them.
+  /// Throws EvaluationError for a stamp or pose that is not finite and for two poses of one stamp.
+  explicit Trajectory(std::vector<StampedPose2> poses);
+
+  [[nodiscard]] const std::vector<StampedPose2>& poses() const { return poses_; }
+  [[nodiscard]] bool empty() const { return poses_.empty(); }
+  [[nodiscard]] std::size_t size() const { return poses_.size(); }
+
+  /// The pose at `stamp` [s]: a given one where the stamps are equal, else interpolated between the
+  /// two around it, on the straight line and along the shorter arc. None before the first pose,
+  /// after the last, and between two that are more than `max_gap` [s] apart.
+  [[nodiscard]] std::optional<Pose2> at(double stamp, double max_gap) const;
+
+ private:
+  std::vector<StampedPose2> poses_;
+};
+
+/// What was estimated and what is true at one stamp.
+struct PosePair {
+  double stamp = 0.0;  ///< [s]
+  Pose2 estimate;
+  Pose2 truth;
+};
+
+/// The estimate's poses, each with the truth interpolated at its stamp; those without truth are
+/// left out. The estimate is never interpolated, which would smooth its error.
+/// @param max_gap  longest time between two poses of the truth to interpolate across [s].
+[[nodiscard]] std::vector<PosePair> associate(const Trajectory& estimate, const Trajectory& truth,
+                                              double max_gap);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace matchbox_slam {
+
+/// Thrown when a file cannot be read, is not what it should be, or cannot be written. The text
+/// names the file, and the line where there is one.
+class FileError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The whole file as bytes. Throws FileError when it is missing, a folder, or cannot be read.
+[[nodiscard]] std::string read_file(const std::string& path);
+
+struct FileContents {
+  std::string path;
+  std::string bytes;
+};
+
+/// Replaces files that belong together. Each is first written beside its final place and flushed to
+/// the disk; only when all of them are there do they take their names. So whoever reads meanwhile,
+/// and whoever reads after a crash, finds every file either as it was or as it should be.
+/// Throws FileError when one cannot be written: files written aside are removed, old ones stay.
+void replace_files(const std::vector<FileContents>& files);
+
+/// The same for a single file.
+void replace_file(const std::string& path, const std::string& bytes);
+
+/// Creates the folder, with its parents, unless it exists, and makes sure that files can be written
+/// to it; to be called before work starts whose results are to go there.
+/// Throws FileError naming the folder and the reason.
+void require_writable_folder(const std::string& folder);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,118 @@
+#include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <locale>
+#include <sstream>
+#include <string>
+
+namespace matchbox_slam {
+namespace {
+
+struct Centroids {
+  Eigen::Vector2d estimate = Eigen::Vector2d::Zero();
+  Eigen::Vector2d truth = Eigen::Vector2d::Zero();
+};
+
+Centroids centroids(const std::vector<PosePair>& pairs) {
+  Centroids mean;
+  for (const PosePair& pair : pairs) {
+    mean.estimate += pair.estimate.translation();
+    mean.truth += pair.truth.translation();
+  }
+  mean.estimate /= static_cast<double>(pairs.size());
+  mean.truth /= static_cast<double>(pairs.size());
+  return mean;
+}
+
+double mean_heading_difference(const std::vector<PosePair>& pairs) {
+  double cosine = 0.0;
+  double sine = 0.0;
+  for (const PosePair& pair : pairs) {
+    cosine += std::cos(pair.truth.theta - pair.estimate.theta);
+    sine += std::sin(pair.truth.theta - pair.estimate.theta);
+  }
+  return std::atan2(sine, cosine);
+}
+
+/// The rotation about the centroids of least squared distance: the sums are the cosine and the sine
+/// of it, times the spread of the positions.
+double rotation_between(const std::vector<PosePair>& pairs, const Centroids& mean) {
+  double cosine = 0.0;
+  double sine = 0.0;
+  double spread = 0.0;
+  for (const PosePair& pair : pairs) {
+    const Eigen::Vector2d e = pair.estimate.translation() - mean.estimate;
+    const Eigen::Vector2d t = pair.truth.translation() - mean.truth;
+    cosine += e.dot(t);
+    sine += e.x() * t.y() - e.y() * t.x();
+    spread += e.squaredNorm() + t.squaredNorm();
+  }
+  // Below this the positions are one and the same but for rounding, and so would be the angle.
+  const double magnitude = std::max(mean.estimate.squaredNorm(), mean.truth.squaredNorm());
+  const bool is_open = spread <= 1e-24 * (1.0 + magnitude) * static_cast<double>(pairs.size());
+  return is_open ? mean_heading_difference(pairs) : std::atan2(sine, cosine);
+}
+
+std::string range_text(const Trajectory& trajectory) {
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text << std::fixed << std::setprecision(3) << trajectory.poses().front().stamp << " to "
+       << trajectory.poses().back().stamp << " s";
+  return text.str();
+}
+
+[[noreturn]] void throw_never_meet(const Trajectory& estimate, const Trajectory& truth,
+                                   double max_gap) {
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text << "no pose of the estimate has truth: the estimate is from " << range_text(estimate)
+       << ", the truth from " << range_text(truth) << " (not interpolated across more than "
+       << max_gap << " s); are both in the same clock?";
+  throw EvaluationError(text.str());
+}
+
+}  // namespace
+
+Pose2 align_se2(const std::vector<PosePair>& pairs) {
+  if (pairs.empty()) {
+    throw EvaluationError("no poses to align");
+  }
+  const Centroids mean = centroids(pairs);
+  const Pose2 rotation{0.0, 0.0, wrap_angle(rotation_between(pairs, mean))};
+  const Eigen::Vector2d shift = mean.truth - rotation * mean.estimate;
+  return {shift.x(), shift.y(), rotation.theta};
+}
+
+AbsoluteTrajectoryError absolute_trajectory_error(const Trajectory& estimate,
+                                                  const Trajectory& truth,
+                                                  const AbsoluteTrajectoryErrorOptions& options) {
+  if (estimate.empty() || truth.empty()) {
+    throw EvaluationError(std::string("the ") + (estimate.empty() ? "estimate" : "truth") +
+                          " holds no poses");
+  }
+  const std::vector<PosePair> pairs = associate(estimate, truth, options.max_gap);
+  if (pairs.empty()) {
+    throw_never_meet(estimate, truth, options.max_gap);
+  }
+
+  AbsoluteTrajectoryError result;
+  result.alignment = options.alignment;
+  result.without_truth = estimate.size() - pairs.size();
+  if (options.alignment == Alignment::kSe2) {
+    result.truth_from_estimate = align_se2(pairs);
+  }
+  std::vector<double> distances;
+  double squared_headings = 0.0;
+  for (const PosePair& pair : pairs) {
+    const Pose2 aligned = result.truth_from_estimate * pair.estimate;
+    distances.push_back((aligned.translation() - pair.truth.translation()).norm());
+    squared_headings += std::pow(wrap_angle(aligned.theta - pair.truth.theta), 2);
+  }
+  result.translation = summarize_errors(distances);
+  result.heading_rmse = std::sqrt(squared_headings / static_cast<double>(pairs.size()));
+  return result;
+}
+
+}  // namespace matchbox_slam

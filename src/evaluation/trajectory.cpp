@@ -1,0 +1,75 @@
+#include "matchbox_slam/evaluation/trajectory.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <iterator>
+#include <locale>
+#include <sstream>
+#include <string>
+#include <utility>
+
+namespace matchbox_slam {
+namespace {
+
+std::string stamp_text(double stamp) {
+  std::ostringstream stream;
+  stream.imbue(std::locale::classic());
+  stream << std::fixed << std::setprecision(6) << stamp;
+  return stream.str();
+}
+
+}  // namespace
+
+Trajectory::Trajectory(std::vector<StampedPose2> poses) : poses_(std::move(poses)) {
+  for (const StampedPose2& stamped : poses_) {
+    if (!std::isfinite(stamped.stamp) || !stamped.pose.is_finite()) {
+      throw EvaluationError("the pose at stamp " + stamp_text(stamped.stamp) +
+                            " is not finite; every number of a trajectory has to be");
+    }
+  }
+  std::sort(poses_.begin(), poses_.end(),
+            [](const StampedPose2& a, const StampedPose2& b) { return a.stamp < b.stamp; });
+  const auto twin = std::adjacent_find(
+      poses_.begin(), poses_.end(),
+      [](const StampedPose2& a, const StampedPose2& b) { return a.stamp == b.stamp; });
+  if (twin != poses_.end()) {
+    throw EvaluationError("two poses have the stamp " + stamp_text(twin->stamp) +
+                          "; remove one of them");
+  }
+}
+
+std::optional<Pose2> Trajectory::at(double stamp, double max_gap) const {
+  const auto after = std::lower_bound(
+      poses_.begin(), poses_.end(), stamp,
+      [](const StampedPose2& stamped, double time) { return stamped.stamp < time; });
+  if (after == poses_.end()) {
+    return std::nullopt;
+  }
+  if (after->stamp == stamp) {
+    return after->pose;
+  }
+  if (after == poses_.begin()) {
+    return std::nullopt;
+  }
+  const auto before = std::prev(after);
+  const double gap = after->stamp - before->stamp;
+  if (gap > max_gap) {
+    return std::nullopt;
+  }
+  return interpolate(before->pose, after->pose, (stamp - before->stamp) / gap);
+}
+
+std::vector<PosePair> associate(const Trajectory& estimate, const Trajectory& truth,
+                                double max_gap) {
+  std::vector<PosePair> pairs;
+  pairs.reserve(estimate.size());
+  for (const StampedPose2& estimated : estimate.poses()) {
+    if (const std::optional<Pose2> true_pose = truth.at(estimated.stamp, max_gap)) {
+      pairs.push_back({estimated.stamp, estimated.pose, *true_pose});
+    }
+  }
+  return pairs;
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,168 @@
+#include "matchbox_slam/io/file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <system_error>
+#include <utility>
+
+namespace matchbox_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+[[noreturn]] void throw_system_error(int error) {
+  throw std::system_error(error, std::generic_category());
+}
+
+fs::path folder_of(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  return folder.empty() ? fs::path(".") : folder;
+}
+
+/// A file beside the one it is going to replace. Removed with this object unless it took its name.
+/// Throws std::system_error.
+class FileAside {
+ public:
+  explicit FileAside(std::string final_path) : final_path_(std::move(final_path)) {
+    const fs::path path(final_path_);
+    // Not open() on a fixed name: two programs, or two threads, may write the same file at once.
+    for (unsigned attempt = 0; descriptor_ < 0; ++attempt) {
+      path_ = folder_of(final_path_) / ("." + path.filename().string() + "." +
+                                        std::to_string(::getpid()) + "." + std::to_string(attempt));
+      descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+      if (descriptor_ < 0 && errno != EEXIST) {
+        throw_system_error(errno);
+      }
+    }
+  }
+
+  FileAside(const FileAside&) = delete;
+  FileAside& operator=(const FileAside&) = delete;
+
+  ~FileAside() {
+    if (descriptor_ >= 0) {
+      ::close(descriptor_);
+    }
+    if (!path_.empty()) {
+      ::unlink(path_.c_str());
+    }
+  }
+
+  void write(const std::string& bytes) {
+    std::size_t written = 0;
+    while (written < bytes.size()) {
+      const ssize_t count = ::write(descriptor_, bytes.data() + written, bytes.size() - written);
+      if (count < 0 && errno != EINTR) {
+        throw_system_error(errno);
+      }
+      written += count > 0 ? static_cast<std::size_t>(count) : 0;
+    }
+    if (::fsync(descriptor_) != 0 && errno != EINVAL) {  // EINVAL: a file system without fsync
+      throw_system_error(errno);
+    }
+    // Some network file systems report a full disk only here.
+    if (::close(std::exchange(descriptor_, -1)) != 0) {
+      throw_system_error(errno);
+    }
+  }
+
+  [[nodiscard]] const std::string& final_path() const { return final_path_; }
+
+  void take_final_name() {
+    if (std::rename(path_.c_str(), final_path_.c_str()) != 0) {
+      throw_system_error(errno);
+    }
+    path_.clear();
+  }
+
+ private:
+  std::string final_path_;
+  fs::path path_;
+  int descriptor_ = -1;
+};
+
+/// Makes new names last through a power cut. Where the system cannot, the files are there anyway.
+void flush_folder(const fs::path& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor >= 0) {
+    ::fsync(descriptor);
+    ::close(descriptor);
+  }
+}
+
+void require_replaceable(const std::string& path) {
+  std::error_code ignored;
+  if (fs::path(path).filename().empty() || fs::is_directory(path, ignored)) {
+    throw_system_error(EISDIR);
+  }
+}
+
+template <typename Work>
+void explain_failure(const std::string& path, Work&& work) {
+  try {
+    work();
+  } catch (const std::system_error& error) {
+    throw FileError("cannot write '" + path + "': " + error.code().message());
+  }
+}
+
+}  // namespace
+
+std::string read_file(const std::string& path) {
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) {
+    throw FileError("cannot read '" + path + "': " + reason(EISDIR));
+  }
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) {
+    throw FileError("cannot read '" + path + "': " + reason(errno));
+  }
+  std::string bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  if (stream.bad()) {
+    throw FileError("cannot read '" + path + "': " + reason(EIO));
+  }
+  return bytes;
+}
+
+void replace_files(const std::vector<FileContents>& files) {
+  std::vector<std::unique_ptr<FileAside>> written;
+  for (const FileContents& file : files) {
+    explain_failure(file.path, [&] {
+      require_replaceable(file.path);
+      written.push_back(std::make_unique<FileAside>(file.path));
+      written.back()->write(file.bytes);
+    });
+  }
+  for (const auto& file : written) {
+    explain_failure(file->final_path(), [&] { file->take_final_name(); });
+  }
+  for (const FileContents& file : files) {
+    flush_folder(folder_of(file.path));
+  }
+}
+
+void replace_file(const std::string& path, const std::string& bytes) {
+  replace_files({{path, bytes}});
+}
+
+void require_writable_folder(const std::string& folder) {
+  try {
+    fs::create_directories(folder);
+    FileAside((fs::path(folder) / "write_test").string()).write("");
+  } catch (const std::system_error& error) {
+    throw FileError("cannot create the folder '" + folder +
+                    "' and write to it: " + error.code().message());
+  }
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,273 @@
+#include "matchbox_slam/io/map_picture.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "matchbox_slam/common/parameters.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+// The two lines differ in lightness and in dashes too, for those who do not tell the hues apart.
+constexpr Color kUnknownColor{222, 225, 229};
+constexpr Color kFreeColor{255, 255, 255};
+constexpr Color kOccupiedColor{28, 36, 48};
+constexpr Color kTextColor{52, 60, 72};
+constexpr Color kRuleColor{190, 195, 202};
+constexpr Stroke kOdometryStroke{{240, 130, 20}, 2.2, 8.0};
+constexpr Stroke kTrajectoryStroke{{20, 95, 215}, 2.6, 0.0};
+constexpr Color kStartColor{25, 150, 70};
+constexpr double kStartRadius = 6.0;
+
+constexpr int kPleasantSize = 1400;      ///< small maps are drawn about this large [pixels]
+constexpr int kLargestSize = 4000;       ///< [pixels]
+constexpr int kLargestCell = 12;         ///< [pixels]
+constexpr int kNarrowest = 760;          ///< [pixels], so that the legend fits
+constexpr int kMargin = 12;              ///< around the map [pixels]
+constexpr int kFooter = 28;              ///< for scale bar and legend [dots of the font]
+constexpr int kMiddleRow = 4;            ///< of the font's nine rows the one at half height
+constexpr double kScaleBarShare = 0.18;  ///< of the picture's width, at most
+
+/// Which part of the map is shown, and where its cells and metres are in the picture.
+class View {
+ public:
+  View(const CellBox& cells, const GridGeometry& geometry) : cells_(cells), geometry_(geometry) {
+    const int longest = std::max(cells.width(), cells.height());
+    pixels_per_cell_ = std::clamp(kPleasantSize / longest, 1, kLargestCell);
+    cells_per_pixel_ = (longest + kLargestSize - 1) / kLargestSize;
+    ink_ = std::max(1.0, static_cast<double>(std::max(map_width(), map_height())) / kPleasantSize);
+    width_ = std::max(static_cast<int>(kNarrowest * ink_), map_width() + 2 * kMargin);
+    left_ = (width_ - map_width()) / 2;
+  }
+
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return map_height() + 2 * kMargin + footer_height(); }
+  [[nodiscard]] int footer_height() const { return kFooter * dot(); }
+  [[nodiscard]] int map_width() const { return pixels_for(cells_.width()); }
+  [[nodiscard]] int map_height() const { return pixels_for(cells_.height()); }
+  [[nodiscard]] int map_left() const { return left_; }
+  [[nodiscard]] int map_top() const { return kMargin; }
+
+  /// How much thicker than usual to draw: who looks at a large picture looks at it from afar.
+  [[nodiscard]] double ink() const { return ink_; }
+
+  /// Size of a dot of the font [pixels].
+  [[nodiscard]] int dot() const { return static_cast<int>(std::lround(2.0 * ink_)); }
+
+  [[nodiscard]] Stroke scaled(const Stroke& stroke) const {
+    return {stroke.color, ink_ * stroke.width, ink_ * stroke.dash};
+  }
+
+  [[nodiscard]] double pixels_per_metre() const {
+    return static_cast<double>(pixels_per_cell_) / (cells_per_pixel_ * geometry_.resolution());
+  }
+
+  /// The cells that a pixel of the map shows, counted from the map's lower left pixel.
+  [[nodiscard]] CellBox cells_at(int right, int up) const {
+    const Cell min{cells_.min.x + right / pixels_per_cell_ * cells_per_pixel_,
+                   cells_.min.y + up / pixels_per_cell_ * cells_per_pixel_};
+    return {min, {min.x + cells_per_pixel_, min.y + cells_per_pixel_}};
+  }
+
+  [[nodiscard]] Eigen::Vector2d to_picture(const Pose2& pose) const {
+    const Eigen::Vector2d corner = geometry_.corner(cells_.min);
+    return {left_ + (pose.x - corner.x()) * pixels_per_metre(),
+            map_top() + map_height() - (pose.y - corner.y()) * pixels_per_metre()};
+  }
+
+ private:
+  [[nodiscard]] int pixels_for(int cells) const {
+    return (cells + cells_per_pixel_ - 1) / cells_per_pixel_ * pixels_per_cell_;
+  }
+
+  CellBox cells_;
+  GridGeometry geometry_;
+  int pixels_per_cell_;
+  int cells_per_pixel_;
+  double ink_;
+  int width_;
+  int left_;
+};
+
+/// The observed cells, grown to hold the trajectory.
+CellBox shown_cells(const OccupancyGrid& map, const Trajectory& trajectory) {
+  // Beyond this a pose is a mistake somewhere, and a picture of everything would show nothing.
+  constexpr double kFarthest = 1.0e5;
+  CellBox box = map.known_bounds();
+  for (const StampedPose2& stamped : trajectory.poses()) {
+    if (std::max(std::abs(stamped.pose.x), std::abs(stamped.pose.y)) > kFarthest) {
+      continue;
+    }
+    const Cell cell = map.geometry().cell_at(stamped.pose.translation());
+    if (box.empty()) {
+      box = {cell, {cell.x + 1, cell.y + 1}};
+    }
+    box.min = {std::min(box.min.x, cell.x), std::min(box.min.y, cell.y)};
+    box.max = {std::max(box.max.x, cell.x + 1), std::max(box.max.y, cell.y + 1)};
+  }
+  return box.empty() ? CellBox{{0, 0}, {1, 1}} : box;
+}
+
+Color mix(Color under, Color over, double opacity) {
+  const auto blend = [opacity](int a, int b) {
+    return static_cast<std::uint8_t>(std::lround(a + opacity * (b - a)));
+  };
+  return {blend(under.red, over.red), blend(under.green, over.green), blend(under.blue, over.blue)};
+}
+
+/// Where one pixel shows several cells, a wall among them counts most: thin walls must not fade.
+Color color_of(const OccupancyGrid& map, const CellBox& cells) {
+  bool is_known = false;
+  double highest = 0.0;
+  for (int y = cells.min.y; y < cells.max.y; ++y) {
+    for (int x = cells.min.x; x < cells.max.x; ++x) {
+      if (map.is_known({x, y})) {
+        is_known = true;
+        highest = std::max(highest, map.occupancy({x, y}));
+      }
+    }
+  }
+  // A cell that is nearly sure is drawn as if it were: clean white and dark are easier to read.
+  constexpr double kSurelyFree = 0.2;
+  constexpr double kSurelyOccupied = 0.8;
+  const double darkness =
+      std::clamp((highest - kSurelyFree) / (kSurelyOccupied - kSurelyFree), 0.0, 1.0);
+  return is_known ? mix(kFreeColor, kOccupiedColor, darkness) : kUnknownColor;
+}
+
+CellBox intersection(const CellBox& a, const CellBox& b) {
+  return {{std::max(a.min.x, b.min.x), std::max(a.min.y, b.min.y)},
+          {std::min(a.max.x, b.max.x), std::min(a.max.y, b.max.y)}};
+}
+
+void draw_cells(const OccupancyGrid& map, const View& view, Picture& picture) {
+  // A trajectory may lead far out of the map, where it would take long to find nothing.
+  const CellBox known = map.known_bounds();
+  for (int up = 0; up < view.map_height(); ++up) {
+    const int y = view.map_top() + view.map_height() - 1 - up;
+    for (int right = 0; right < view.map_width(); ++right) {
+      const int x = view.map_left() + right;
+      const CellBox cells = intersection(view.cells_at(right, up), known);
+      picture.fill(x, y, x + 1, y + 1, color_of(map, cells));
+    }
+  }
+}
+
+std::vector<Eigen::Vector2d> line_of(const Trajectory& trajectory, const Pose2& map_from_frame,
+                                     const View& view) {
+  std::vector<Eigen::Vector2d> points;
+  points.reserve(trajectory.size());
+  for (const StampedPose2& stamped : trajectory.poses()) {
+    points.push_back(view.to_picture(map_from_frame * stamped.pose));
+  }
+  return points;
+}
+
+void draw_start(const Eigen::Vector2d& center, double ink, Picture& picture) {
+  picture.draw_disc(center, ink * (kStartRadius + 1.5), kFreeColor);
+  picture.draw_disc(center, ink * kStartRadius, kStartColor);
+}
+
+/// The longest of 1, 2 or 5 times a power of ten metres that is at most `pixels` long.
+double scale_bar_length(double pixels, double pixels_per_metre) {
+  const double longest = pixels / pixels_per_metre;
+  const double power = std::pow(10.0, std::floor(std::log10(longest)));
+  for (const double factor : {5.0, 2.0}) {
+    if (factor * power <= longest) {
+      return factor * power;
+    }
+  }
+  return power;
+}
+
+std::string length_text(double metres) {
+  return (metres >= 1.0 ? std::to_string(std::lround(metres)) : to_string(metres)) + " m";
+}
+
+void draw_scale_bar(const View& view, int middle, Picture& picture) {
+  const double metres = scale_bar_length(kScaleBarShare * view.width(), view.pixels_per_metre());
+  const int dot = view.dot();
+  const int left = 2 * kMargin;
+  const int right = left + static_cast<int>(std::lround(metres * view.pixels_per_metre()));
+  picture.fill(left, middle - dot / 2, right, middle + dot - dot / 2, kTextColor);
+  picture.fill(left, middle - 3 * dot, left + dot, middle + 3 * dot, kTextColor);
+  picture.fill(right - dot, middle - 3 * dot, right, middle + 3 * dot, kTextColor);
+  picture.draw_text(right + 5 * dot, middle - kMiddleRow * dot, length_text(metres), dot,
+                    kTextColor);
+}
+
+/// Draws the legend's entries from right to left, so that they end at the picture's edge.
+class Legend {
+ public:
+  Legend(const View& view, int middle, Picture& picture)
+      : view_(view), right_(view.width() - 2 * kMargin), middle_(middle), picture_(picture) {}
+
+  void add_start() {
+    const double radius = view_.ink() * kStartRadius;
+    const int left = add_text("start", static_cast<int>(2.0 * radius));
+    draw_start({left + radius, static_cast<double>(middle_)}, view_.ink(), picture_);
+  }
+
+  void add_line(const std::string& text, const Stroke& stroke) {
+    const int sample = 18 * view_.dot();
+    const int left = add_text(text, sample);
+    const double y = middle_;
+    picture_.draw_line({{left, y}, {left + sample, y}}, view_.scaled(stroke));
+  }
+
+ private:
+  /// Returns where the symbol before the text begins.
+  int add_text(const std::string& text, int symbol_width) {
+    const int dot = view_.dot();
+    const int text_left = right_ - Picture::text_width(text, dot);
+    picture_.draw_text(text_left, middle_ - kMiddleRow * dot, text, dot, kTextColor);
+    const int symbol_left = text_left - 5 * dot - symbol_width;
+    right_ = symbol_left - 12 * dot;
+    return symbol_left;
+  }
+
+  const View& view_;
+  int right_;
+  int middle_;
+  Picture& picture_;
+};
+
+void draw_footer(const View& view, bool has_trajectory, bool has_odometry, Picture& picture) {
+  const int top = view.height() - view.footer_height();
+  const int middle = top + view.footer_height() / 2;
+  picture.fill(0, top, view.width(), view.height(), kFreeColor);
+  picture.fill(0, top, view.width(), top + 1, kRuleColor);
+  draw_scale_bar(view, middle, picture);
+  Legend legend(view, middle, picture);
+  if (has_trajectory) {
+    legend.add_start();
+    legend.add_line("corrected", kTrajectoryStroke);
+  }
+  if (has_odometry) {
+    legend.add_line("odometry", kOdometryStroke);
+  }
+}
+
+}  // namespace
+
+Picture draw_map(const OccupancyGrid& map, const Trajectory& trajectory,
+                 const Trajectory& odometry) {
+  const View view(shown_cells(map, trajectory), map.geometry());
+  Picture picture(view.width(), view.height(), kUnknownColor);
+  draw_cells(map, view, picture);
+  if (!odometry.empty()) {
+    const Pose2 first = trajectory.empty() ? Pose2{} : trajectory.poses().front().pose;
+    const Pose2 map_from_odom = first * odometry.poses().front().pose.inverse();
+    picture.draw_line(line_of(odometry, map_from_odom, view), view.scaled(kOdometryStroke));
+  }
+  if (!trajectory.empty()) {
+    picture.draw_line(line_of(trajectory, {}, view), view.scaled(kTrajectoryStroke));
+    draw_start(view.to_picture(trajectory.poses().front().pose), view.ink(), picture);
+  }
+  draw_footer(view, !trajectory.empty(), !odometry.empty(), picture);
+  return picture;
+}
+
+}  // namespace matchbox_slam

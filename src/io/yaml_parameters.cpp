@@ -1,0 +1,210 @@
+#include "matchbox_slam/io/yaml_parameters.hpp"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <map>
+#include <optional>
+
+#include "matchbox_slam/io/file.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+// An alias to a node around it makes YAML that never ends; nobody nests parameters this deep.
+constexpr int kDeepest = 32;
+
+bool has_empty_part(const std::string& key) {
+  return key.empty() || key.front() == '/' || key.back() == '/' ||
+         key.find("//") != std::string::npos;
+}
+
+/// Walks one YAML document and collects its scalars and lists.
+class YamlReader {
+ public:
+  explicit YamlReader(std::string source) : source_(std::move(source)) {}
+
+  void read_map(const YAML::Node& map, const std::string& prefix, int depth) {
+    if (depth > kDeepest) {
+      fail(map, "maps are nested more than " + std::to_string(kDeepest) + " deep");
+    }
+    for (const auto& entry : map) {
+      if (!entry.first.IsScalar() || has_empty_part(entry.first.Scalar())) {
+        fail(entry.first, "a name has to be text whose parts, joined with '/', are not empty");
+      }
+      read_value(entry.second, entry.first, prefix + entry.first.Scalar(), depth);
+    }
+  }
+
+  [[nodiscard]] const Parameters& parameters() const { return parameters_; }
+
+  [[noreturn]] void fail(const YAML::Node& node, const std::string& text) const {
+    fail(node.Mark(), text);
+  }
+
+  [[noreturn]] void fail(const YAML::Mark& mark, const std::string& text) const {
+    const std::string line = mark.line < 0 ? "" : ":" + std::to_string(mark.line + 1);
+    throw ConfigurationError(source_ + line + ": " + text);
+  }
+
+ private:
+  void read_value(const YAML::Node& node, const YAML::Node& name, const std::string& key,
+                  int depth) {
+    switch (node.Type()) {
+      case YAML::NodeType::Map:
+        return read_map(node, key + "/", depth + 1);
+      case YAML::NodeType::Sequence:
+        return store(name, key, list_value(node, key));
+      case YAML::NodeType::Scalar:
+        return store(name, key, scalar_value(node));
+      default:
+        fail(name, "'" + key + "' has no value; give one, or leave the line out");
+    }
+  }
+
+  void store(const YAML::Node& name, const std::string& key, const ParameterValue& value) {
+    if (parameters_.find(key) != nullptr) {
+      fail(name, "'" + key + "' is given twice");
+    }
+    parameters_.set(key, value);
+  }
+
+  [[nodiscard]] static ParameterValue scalar_value(const YAML::Node& node) {
+    const bool is_plain = node.Tag().empty() || node.Tag() == "?";
+    return is_plain ? parse_parameter_value(node.Scalar()) : ParameterValue(node.Scalar());
+  }
+
+  [[nodiscard]] ParameterValue list_value(const YAML::Node& list, const std::string& key) const {
+    std::vector<double> numbers;
+    std::vector<std::string> texts;
+    for (const auto& element : list) {
+      if (!element.IsScalar()) {
+        fail(list, "'" + key + "' is a list of something else than numbers or texts");
+      }
+      const ParameterValue value = scalar_value(element);
+      if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+        numbers.push_back(static_cast<double>(*whole));
+      } else if (const auto* real = std::get_if<double>(&value)) {
+        numbers.push_back(*real);
+      }
+      texts.push_back(element.Scalar());
+    }
+    if (numbers.size() == texts.size()) {
+      return numbers;
+    }
+    return texts;
+  }
+
+  std::string source_;
+  Parameters parameters_;
+};
+
+std::vector<YAML::Node> load_documents(const std::string& text, const YamlReader& reader) {
+  try {
+    return YAML::LoadAll(text);
+  } catch (const YAML::Exception& error) {
+    reader.fail(error.mark, "not YAML: " + error.msg);
+  }
+}
+
+/// Values by the parts of their names.
+struct Section {
+  std::optional<ParameterValue> value;
+  std::map<std::string, Section> children;
+};
+
+void write_section(const Section& section, const std::string& name, std::size_t depth,
+                   std::string& text) {
+  for (const auto& [key, child] : section.children) {
+    const std::string full_name = name.empty() ? key : name + "/" + key;
+    if (child.value.has_value() && !child.children.empty()) {
+      throw ConfigurationError("'" + full_name + "' is both a value and a section of others");
+    }
+    text += std::string(2 * depth, ' ') + to_string(ParameterValue(key)) + ":";
+    if (child.value.has_value()) {
+      text += " " + to_string(*child.value) + "\n";
+    } else {
+      text += "\n";
+      write_section(child, full_name, depth + 1, text);
+    }
+  }
+}
+
+}  // namespace
+
+Parameters parse_yaml_parameters(const std::string& text, const std::string& source) {
+  YamlReader reader(source);
+  const std::vector<YAML::Node> documents = load_documents(text, reader);
+  if (documents.size() > 1) {
+    reader.fail(documents[1], "a second YAML document begins here; only one is read");
+  }
+  for (const YAML::Node& document : documents) {
+    if (document.IsMap()) {
+      reader.read_map(document, "", 0);
+    } else if (!document.IsNull()) {
+      reader.fail(document, "has to be a map of names to values, such as 'matcher: MonteCarlo'");
+    }
+  }
+  return reader.parameters();
+}
+
+Parameters read_yaml_parameters(const std::vector<std::string>& paths) {
+  Parameters parameters;
+  for (const std::string& path : paths) {
+    std::string text;
+    try {
+      text = read_file(path);
+    } catch (const FileError& error) {
+      throw ConfigurationError(error.what());
+    }
+    parameters.merge(parse_yaml_parameters(text, path));
+  }
+  return parameters;
+}
+
+Parameters parse_overrides(const std::vector<std::string>& assignments) {
+  Parameters parameters;
+  for (const std::string& assignment : assignments) {
+    const std::size_t equals = assignment.find('=');
+    const std::string key = assignment.substr(0, equals);
+    if (equals == std::string::npos || has_empty_part(key)) {
+      throw ConfigurationError("'" + assignment + "' is not name=value");
+    }
+    if (key.find('.') != std::string::npos) {
+      std::string with_slashes = key;
+      std::replace(with_slashes.begin(), with_slashes.end(), '.', '/');
+      throw ConfigurationError("'" + assignment + "': the parts of a name are joined with '/': '" +
+                               with_slashes + "'");
+    }
+    const std::string value = assignment.substr(equals + 1);
+    if (value.empty()) {
+      parameters.set(key, std::string());
+      continue;
+    }
+    // The name is not part of the YAML text: it may hold what YAML would read as its own.
+    const Parameters read = parse_yaml_parameters("value: " + value, "'" + assignment + "'");
+    for (const auto& [name, given] : read.values()) {
+      parameters.set(key + name.substr(std::string("value").size()), given);
+    }
+  }
+  return parameters;
+}
+
+std::string to_yaml(const Parameters& parameters) {
+  Section root;
+  for (const auto& [key, value] : parameters.values()) {
+    Section* section = &root;
+    std::size_t begin = 0;
+    for (std::size_t end = key.find('/'); end != std::string::npos; end = key.find('/', begin)) {
+      section = &section->children[key.substr(begin, end - begin)];
+      begin = end + 1;
+    }
+    section->children[key.substr(begin)].value = value;
+  }
+  std::string text;
+  write_section(root, "", 0, text);
+  return text;
+}
+
+}  // namespace matchbox_slam

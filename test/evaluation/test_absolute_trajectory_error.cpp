@@ -1,0 +1,168 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/error_text.hpp"
+#include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr AbsoluteTrajectoryErrorOptions kNoAlignment{Alignment::kNone, 0.5};
+constexpr AbsoluteTrajectoryErrorOptions kAligned{Alignment::kSe2, 0.5};
+
+/// A bent path with a pose every 0.1 s.
+Trajectory bent_path(int count = 50, double start = 100.0) {
+  std::vector<StampedPose2> poses;
+  Pose2 pose{2.0, -1.0, 0.4};
+  for (int i = 0; i < count; ++i) {
+    poses.push_back({start + 0.1 * i, pose});
+    pose = pose * Pose2{0.1, 0.0, 0.05 * std::sin(0.2 * i)};
+  }
+  return Trajectory(poses);
+}
+
+Trajectory moved(const Trajectory& trajectory, const Pose2& motion) {
+  std::vector<StampedPose2> poses = trajectory.poses();
+  for (StampedPose2& stamped : poses) {
+    stamped.pose = motion * stamped.pose;
+  }
+  return Trajectory(poses);
+}
+
+/// Every other pose is 0.1 m to one side, the rest to the other.
+Trajectory zigzag(const Trajectory& trajectory) {
+  std::vector<StampedPose2> poses = trajectory.poses();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    poses[i].pose = poses[i].pose * Pose2{0.0, i % 2 == 0 ? 0.1 : -0.1, 0.01};
+  }
+  return Trajectory(poses);
+}
+
+TEST(AbsoluteTrajectoryError, IsZeroForTheTruthItself) {
+  const auto error = absolute_trajectory_error(bent_path(), bent_path(), kNoAlignment);
+  EXPECT_EQ(error.translation.count, 50U);
+  EXPECT_EQ(error.translation.max, 0.0);
+  EXPECT_EQ(error.heading_rmse, 0.0);
+  EXPECT_EQ(error.without_truth, 0U);
+}
+
+TEST(AbsoluteTrajectoryError, WithoutAlignmentAgreesWithHandComputation) {
+  const Trajectory truth({{0.0, {0, 0, 0}}, {0.5, {1, 0, 0}}, {1.0, {2, 0, 0}}});
+  const Trajectory estimate({{0.0, {3, 4, 0.1}}, {0.25, {0.5, 1, -0.1}}, {1.0, {2, 0, 0}}});
+  const auto error = absolute_trajectory_error(estimate, truth, kNoAlignment);
+  EXPECT_NEAR(error.translation.mean, 2.0, 1e-12);
+  EXPECT_NEAR(error.translation.rmse, std::sqrt(26.0 / 3.0), 1e-12);
+  EXPECT_NEAR(error.translation.median, 1.0, 1e-12);
+  EXPECT_NEAR(error.translation.max, 5.0, 1e-12);
+  EXPECT_NEAR(error.heading_rmse, std::sqrt(0.02 / 3.0), 1e-12);
+  EXPECT_EQ(error.truth_from_estimate, Pose2{});
+}
+
+TEST(AbsoluteTrajectoryError, HeadingErrorIsTakenAlongTheShorterArc) {
+  const Trajectory truth({{0.0, {0, 0, 3.1}}, {0.1, {1, 0, 3.1}}});
+  const Trajectory estimate({{0.0, {0, 0, -3.1}}, {0.1, {1, 0, -3.1}}});
+  EXPECT_NEAR(absolute_trajectory_error(estimate, truth, kNoAlignment).heading_rmse,
+              2.0 * kPi - 6.2, 1e-12);
+}
+
+/// The square of side 2 around the origin against the same one turned by a quarter and shifted,
+/// with its corners in the order in which they match; the alignment is known without computation.
+TEST(AlignSe2, FindsAQuarterTurnAndAShift) {
+  const std::vector<PosePair> pairs = {{0, {1, 1, 0}, {9, 21, 0}},
+                                       {1, {-1, 1, 0}, {9, 19, 0}},
+                                       {2, {-1, -1, 0}, {11, 19, 0}},
+                                       {3, {1, -1, 0}, {11, 21, 0}}};
+  const Pose2 motion = align_se2(pairs);
+  EXPECT_NEAR(motion.x, 10.0, 1e-12);
+  EXPECT_NEAR(motion.y, 20.0, 1e-12);
+  EXPECT_NEAR(motion.theta, 0.5 * kPi, 1e-12);
+}
+
+/// Closed form for three collinear points of which the last is off sideways: with the centroids
+/// taken out, tan(theta) = sum(cross) / sum(dot) = 1.5 / 2.
+TEST(AlignSe2, MinimizesSquaredDistances) {
+  const std::vector<PosePair> pairs = {
+      {0, {-1, 0, 0}, {-1, 0, 0}}, {1, {0, 0, 0}, {0, 0, 0}}, {2, {1, 0, 0}, {1, 1.5, 0}}};
+  const Pose2 motion = align_se2(pairs);
+  EXPECT_NEAR(motion.theta, std::atan2(1.5, 2.0), 1e-12);
+  EXPECT_NEAR(motion.x, 0.0, 1e-12);
+  EXPECT_NEAR(motion.y, 0.5, 1e-12);
+}
+
+TEST(AbsoluteTrajectoryError, AlignmentMakesPlaceAndDirectionOfTheEstimateIrrelevant) {
+  const Trajectory truth = bent_path();
+  const Trajectory estimate = zigzag(truth);
+  const auto reference = absolute_trajectory_error(estimate, truth, kAligned);
+  EXPECT_NEAR(reference.translation.rmse, 0.1, 0.002);
+  EXPECT_NEAR(reference.heading_rmse, 0.01, 0.005);
+  for (const Pose2& motion : {Pose2{100, -50, 0}, Pose2{0, 0, 3.0}, Pose2{-7, 3, -2.0}}) {
+    const auto error = absolute_trajectory_error(moved(estimate, motion), truth, kAligned);
+    EXPECT_NEAR(error.translation.rmse, reference.translation.rmse, 1e-9);
+    EXPECT_NEAR(error.translation.max, reference.translation.max, 1e-9);
+    EXPECT_NEAR(error.heading_rmse, reference.heading_rmse, 1e-9);
+    const Pose2 undone = error.truth_from_estimate * motion;
+    EXPECT_NEAR(undone.theta, reference.truth_from_estimate.theta, 1e-9);
+  }
+}
+
+TEST(AbsoluteTrajectoryError, ReportsWhatTheAlignmentMoved) {
+  const Pose2 motion{4.0, -2.0, 1.0};
+  const auto error = absolute_trajectory_error(moved(bent_path(), motion), bent_path(), kAligned);
+  const Pose2 expected = motion.inverse();
+  EXPECT_NEAR(error.truth_from_estimate.x, expected.x, 1e-9);
+  EXPECT_NEAR(error.truth_from_estimate.y, expected.y, 1e-9);
+  EXPECT_NEAR(error.truth_from_estimate.theta, expected.theta, 1e-9);
+}
+
+TEST(AbsoluteTrajectoryError, OrderOfThePosesDoesNotMatter) {
+  const Trajectory truth = bent_path();
+  std::vector<StampedPose2> poses = zigzag(truth).poses();
+  std::reverse(poses.begin(), poses.end());
+  std::swap(poses[3], poses[17]);
+  const auto sorted = absolute_trajectory_error(zigzag(truth), truth, kAligned);
+  const auto shuffled = absolute_trajectory_error(Trajectory(poses), truth, kAligned);
+  EXPECT_EQ(sorted.translation.rmse, shuffled.translation.rmse);
+}
+
+TEST(AbsoluteTrajectoryError, SwappedEstimateAndTruthAreEquallyFarApart) {
+  const Trajectory truth = bent_path();
+  const auto there = absolute_trajectory_error(zigzag(truth), truth, kAligned);
+  const auto back = absolute_trajectory_error(truth, zigzag(truth), kAligned);
+  EXPECT_NEAR(there.translation.rmse, back.translation.rmse, 1e-12);
+}
+
+TEST(AbsoluteTrajectoryError, CountsPosesWithoutTruthInAPartialOverlap) {
+  const auto error =
+      absolute_trajectory_error(bent_path(50, 100.0), bent_path(50, 102.0), kNoAlignment);
+  EXPECT_EQ(error.translation.count, 30U);
+  EXPECT_EQ(error.without_truth, 20U);
+}
+
+TEST(AbsoluteTrajectoryError, OnePoseIsAlignedByItsHeading) {
+  const Trajectory truth({StampedPose2{1.0, {5, 6, 0.5}}});
+  const Trajectory estimate({StampedPose2{1.0, {1, 2, -0.5}}});
+  const auto error = absolute_trajectory_error(estimate, truth, kAligned);
+  EXPECT_EQ(error.translation.count, 1U);
+  EXPECT_NEAR(error.translation.max, 0.0, 1e-12);
+  EXPECT_NEAR(error.heading_rmse, 0.0, 1e-12);
+}
+
+TEST(AbsoluteTrajectoryError, NamesBothTimeRangesWhenStampsNeverMeet) {
+  const std::string text = error_text<EvaluationError>([] {
+    (void)absolute_trajectory_error(bent_path(11, 100.0), bent_path(11, 200.0), kAligned);
+  });
+  EXPECT_TRUE(contains(text, "100.000 to 101.000 s")) << text;
+  EXPECT_TRUE(contains(text, "200.000 to 201.000 s")) << text;
+}
+
+TEST(AbsoluteTrajectoryError, SaysWhichOfTheTwoIsEmpty) {
+  EXPECT_EQ(error_text<EvaluationError>([] { (void)absolute_trajectory_error({}, bent_path()); }),
+            "the estimate holds no poses");
+  EXPECT_EQ(error_text<EvaluationError>([] { (void)absolute_trajectory_error(bent_path(), {}); }),
+            "the truth holds no poses");
+}
+
+}  // namespace
+}  // namespace matchbox_slam

@@ -1,0 +1,130 @@
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+
+#include "common/error_text.hpp"
+#include "io/temporary_folder.hpp"
+#include "matchbox_slam/io/file.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// While it lives, no file can grow beyond so many bytes: a disk that is full.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) {
+    handler_ = std::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+  ~FullDisk() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int) = nullptr;
+};
+
+TEST(ReplaceFile, WritesAndReplacesBytesAsTheyAre) {
+  const TemporaryFolder folder;
+  const std::string bytes("a\0b\r\n\xff", 6);
+  replace_file(folder / "file", bytes);
+  EXPECT_EQ(read_file(folder / "file"), bytes);
+  replace_file(folder / "file", "short");
+  EXPECT_EQ(read_file(folder / "file"), "short");
+  replace_file(folder / "file", "");
+  EXPECT_EQ(read_file(folder / "file"), "");
+  EXPECT_EQ(folder.file_count(), 1U);
+}
+
+TEST(ReplaceFile, LeavesTheOldFileAndNoOtherWhenTheDiskIsFull) {
+  const TemporaryFolder folder;
+  replace_file(folder / "file", "old");
+  std::string text;
+  {
+    const FullDisk full(1000);
+    text = error_text<FileError>([&] { replace_file(folder / "file", std::string(5000, 'x')); });
+  }
+  EXPECT_TRUE(contains(text, "cannot write '" + (folder / "file") + "': File too large")) << text;
+  EXPECT_EQ(read_file(folder / "file"), "old");
+  EXPECT_EQ(folder.file_count(), 1U);
+}
+
+TEST(ReplaceFiles, ReplacesNoneWhenOneCannotBeWritten) {
+  const TemporaryFolder folder;
+  replace_file(folder / "first", "old");
+  {
+    const FullDisk full(1000);
+    EXPECT_THROW(
+        replace_files({{folder / "first", "new"}, {folder / "second", std::string(5000, 'x')}}),
+        FileError);
+  }
+  EXPECT_EQ(read_file(folder / "first"), "old");
+  EXPECT_EQ(folder.file_count(), 1U);
+}
+
+TEST(ReplaceFiles, ReplacesNoneWhenAFolderIsInTheWayOfOne) {
+  const TemporaryFolder folder;
+  replace_file(folder / "first", "old");
+  std::filesystem::create_directory(folder / "second");
+  EXPECT_THROW(replace_files({{folder / "first", "new"}, {folder / "second", "new"}}), FileError);
+  EXPECT_EQ(read_file(folder / "first"), "old");
+}
+
+TEST(ReplaceFile, SaysWhyAPlaceCannotBeWritten) {
+  const TemporaryFolder folder;
+  const std::string nowhere = folder / "no/such/folder/file";
+  EXPECT_EQ(error_text<FileError>([&] { replace_file(nowhere, "x"); }),
+            "cannot write '" + nowhere + "': No such file or directory");
+  EXPECT_EQ(error_text<FileError>([&] { replace_file(folder.path(), "x"); }),
+            "cannot write '" + folder.path() + "': Is a directory");
+}
+
+TEST(ReadFile, SaysWhyAFileCannotBeRead) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(error_text<FileError>([&] { (void)read_file(folder / "none"); }),
+            "cannot read '" + (folder / "none") + "': No such file or directory");
+  EXPECT_EQ(error_text<FileError>([&] { (void)read_file(folder.path()); }),
+            "cannot read '" + folder.path() + "': Is a directory");
+}
+
+TEST(RequireWritableFolder, CreatesItWithItsParentsAndLeavesItEmpty) {
+  const TemporaryFolder folder;
+  require_writable_folder(folder / "a/b/c");
+  require_writable_folder(folder / "a/b/c/");
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "a/b/c"));
+}
+
+TEST(RequireWritableFolder, SaysWhyItCannotBe) {
+  const TemporaryFolder folder;
+  replace_file(folder / "file", "x");
+  for (const std::string name : {"file", "file/below"}) {
+    const std::string text = error_text<FileError>([&] { require_writable_folder(folder / name); });
+    EXPECT_TRUE(contains(text, "cannot create the folder '" + (folder / name) +
+                                   "' and write to it: Not a directory"))
+        << text;
+  }
+}
+
+TEST(RequireWritableFolder, NeedsThePermissionToWrite) {
+  if (::geteuid() == 0) {
+    GTEST_SKIP() << "root may write everywhere";
+  }
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "locked");
+  std::filesystem::permissions(folder / "locked", std::filesystem::perms::owner_read);
+  const std::string text =
+      error_text<FileError>([&] { require_writable_folder(folder / "locked"); });
+  EXPECT_TRUE(contains(text, "Permission denied")) << text;
+}
+
+}  // namespace
+}  // namespace matchbox_slam

@@ -1,0 +1,114 @@
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <string>
+
+#include "common/error_text.hpp"
+#include "io/temporary_folder.hpp"
+#include "matchbox_slam/io/file.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+struct Outcome {
+  int exit_code = -1;
+  std::string output;  ///< of stdout and stderr
+};
+
+Outcome run_evaluate(const std::string& arguments) {
+  const std::string command = std::string("'") + MATCHBOX_EVALUATE + "' " + arguments + " 2>&1";
+  Outcome outcome;
+  FILE* pipe = ::popen(command.c_str(), "r");
+  if (pipe == nullptr) {
+    return outcome;
+  }
+  std::array<char, 4096> buffer{};
+  for (std::size_t count = 0; (count = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
+    outcome.output.append(buffer.data(), count);
+  }
+  outcome.exit_code = WEXITSTATUS(::pclose(pipe));
+  return outcome;
+}
+
+std::size_t line_count(const std::string& text) {
+  std::size_t count = 0;
+  for (const char c : text) {
+    count += c == '\n' ? 1 : 0;
+  }
+  return count;
+}
+
+class Evaluate : public ::testing::Test {
+ protected:
+  Evaluate() {
+    replace_file(truth_, "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n");
+    // One metre to the left of the truth, all the way.
+    replace_file(estimate_, "0 0 1 0 0 0 0 1\n1 1 1 0 0 0 0 1\n2 2 1 0 0 0 0 1\n9 0 0 0 0 0 0 1\n");
+  }
+
+  TemporaryFolder folder_;
+  std::string truth_ = folder_ / "truth.tum";
+  std::string estimate_ = folder_ / "estimate.tum";
+  std::string ate_ = "ate " + estimate_ + " --max-gap 1 --truth " + truth_;
+};
+
+TEST_F(Evaluate, PrintsATableThatStatesTheAlignment) {
+  const Outcome aligned = run_evaluate(ate_);
+  EXPECT_EQ(aligned.exit_code, 0) << aligned.output;
+  EXPECT_TRUE(contains(aligned.output, "Alignment: SE(2)")) << aligned.output;
+  EXPECT_TRUE(contains(aligned.output, " 3         1  0.0000  0.0000")) << aligned.output;
+  const Outcome raw = run_evaluate(ate_ + " --align none");
+  EXPECT_TRUE(contains(raw.output, "Alignment: none")) << raw.output;
+  EXPECT_TRUE(contains(raw.output, " 3         1  1.0000  1.0000")) << raw.output;
+}
+
+TEST_F(Evaluate, PutsSeveralEstimatesBelowEachOther) {
+  const Outcome outcome = run_evaluate("ate " + estimate_ + " " + truth_ +
+                                       " --align none --max-gap 1 --truth " + truth_);
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_TRUE(contains(outcome.output, "1.0000")) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "0.0000")) << outcome.output;
+  EXPECT_EQ(line_count(outcome.output), 7U) << outcome.output;
+}
+
+TEST_F(Evaluate, PrintsJson) {
+  const Outcome outcome = run_evaluate(ate_ + " --json");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.output.front(), '{');
+  EXPECT_TRUE(contains(outcome.output, "\"alignment\": \"se2\"")) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "\"without_truth\": 1")) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "\"y_m\": -1.0")) << outcome.output;
+}
+
+TEST_F(Evaluate, HelpSucceeds) {
+  EXPECT_EQ(run_evaluate("--help").exit_code, 0);
+  EXPECT_EQ(run_evaluate("ate --help").exit_code, 0);
+}
+
+TEST_F(Evaluate, WrongUsageExitsWithTwoAndOneLine) {
+  for (const std::string& arguments :
+       {std::string(), std::string("ate"), "ate " + estimate_, ate_ + " --align fine",
+        ate_ + " --unknown", "ate " + estimate_ + " --max-gap -3 --truth " + truth_}) {
+    const Outcome outcome = run_evaluate(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
+    EXPECT_EQ(outcome.output.compare(0, 10, "evaluate: "), 0) << outcome.output;
+  }
+}
+
+TEST_F(Evaluate, FailedWorkExitsWithOneAndOneLine) {
+  replace_file(folder_ / "late.tum", "1000 0 0 0 0 0 0 1\n");
+  replace_file(folder_ / "bad.tum", "1000 0 0 0 nan 0 0 1\n");
+  replace_file(folder_ / "empty.tum", "");
+  for (const std::string name : {"late.tum", "bad.tum", "empty.tum", "none.tum"}) {
+    const Outcome outcome = run_evaluate("ate " + (folder_ / name) + " --truth " + truth_);
+    EXPECT_EQ(outcome.exit_code, 1) << name;
+    EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, name)) << outcome.output;
+  }
+}
+
+}  // namespace
+}  // namespace matchbox_slam
