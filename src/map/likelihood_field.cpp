@@ -235,7 +235,7 @@ std::vector<Cell> LikelihoodField::surface_cells() const {
 
 void LikelihoodField::render_block(const Cell& block) {
   static const Tile kBlank = make_blank_tile();
-  const Cell corner{block.x << kBlockBits, block.y << kBlockBits};
+  const Cell corner{block.x * kBlockSize, block.y * kBlockSize};
   const std::vector<Cell> surfaces =
       surfaces_in({{corner.x - reach_cells_, corner.y - reach_cells_},
                    {corner.x + kBlockSize + reach_cells_, corner.y + kBlockSize + reach_cells_}});

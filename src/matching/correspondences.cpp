@@ -94,6 +94,10 @@ Correspondences::Correspondences(const std::vector<ScanPoint>& points, const Lik
   Surface surface;
   std::size_t count = 0;
   for (const ScanPoint& point : points) {
+    // What is no number would make the whole sum none.
+    if (!point.position.allFinite() || !std::isfinite(point.weight)) {
+      continue;
+    }
     total_weight_ += point.weight;
     const Eigen::Vector2d rotated(cosine * point.position.x() - sine * point.position.y(),
                                   sine * point.position.x() + cosine * point.position.y());

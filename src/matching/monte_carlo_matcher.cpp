@@ -30,16 +30,23 @@ Pose2 moved(const Pose2& pose, const Eigen::Vector3d& by) {
 /// About `count` of the points, one for each equal length of wall, shuffled by a fixed stride so
 /// that the first few already speak for all.
 std::vector<Eigen::Vector2f> spread_along_walls(const std::vector<ScanPoint>& points, int count) {
+  constexpr double kFarthest = 1e4;  // [m], beyond any laser; NaN is not below it either
+  const auto weight = [](const ScanPoint& point) {
+    return point.position.norm() < kFarthest && point.weight > 0.0 ? point.weight : 0.0;
+  };
   double total = 0.0;
   for (const ScanPoint& point : points) {
-    total += point.weight;
+    total += weight(point);
   }
   const double stride = total / count;
   std::vector<Eigen::Vector2f> chosen;
   double next = 0.5 * stride;
   double passed = 0.0;
   for (const ScanPoint& point : points) {
-    passed += point.weight;
+    if (!(weight(point) > 0.0)) {
+      continue;
+    }
+    passed += weight(point);
     if (passed >= next) {
       chosen.emplace_back(point.position.cast<float>());
       next += stride * std::max(1.0, std::ceil((passed - next) / stride));
@@ -162,6 +169,11 @@ class SearchScore {
         static_cast<float>(map_from_base.x * cells_per_metre_ - tiles_.corner().x + kShift);
     const auto y0 =
         static_cast<float>(map_from_base.y * cells_per_metre_ - tiles_.corner().y + kShift);
+    // A prior may be as wide as it likes, but cells are counted in integers.
+    constexpr float kFarthest = 1e6F;
+    if (!(std::abs(x0) < kFarthest && std::abs(y0) < kFarthest)) {
+      return to_beat;
+    }
     const auto c = static_cast<float>(std::cos(map_from_base.theta) * cells_per_metre_);
     const auto s = static_cast<float>(std::sin(map_from_base.theta) * cells_per_metre_);
     constexpr std::int32_t kStretch = 24;

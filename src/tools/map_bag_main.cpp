@@ -82,11 +82,11 @@ int main(int argc, char** argv) {
     request.config_files = lines(repeated.config_files);
     request.overrides = lines(repeated.overrides);
     matchbox_slam::Terminal terminal(quiet);
-    matchbox_slam::map_bag(
-        request,
-        {[&](const std::string& line) { terminal.inform(line); },
-         [&](const std::string& line) { terminal.warn(line); },
-         [&](double fraction, const std::string& text) { terminal.show_progress(fraction, text); },
-         [&] { return interrupt.is_interrupted(); }});
+    matchbox_slam::map_bag(request, {[&](const std::string& line) { terminal.inform(line); },
+                                     [&](const std::string& line) { terminal.warn(line); },
+                                     [&](double fraction, const std::string& text) {
+                                       terminal.show_progress(fraction, text);
+                                     },
+                                     [&] { return interrupt.is_interrupted(); }});
   });
 }

@@ -38,9 +38,10 @@ class GridGeometry {
 
   [[nodiscard]] double resolution() const { return resolution_; }
 
+  /// The cell that a point lies in. What is no number or farther than 2^28 cells from the origin
+  /// counts as that far.
   [[nodiscard]] Cell cell_at(const Eigen::Vector2d& point) const {
-    return {static_cast<int>(std::floor(point.x() * inverse_)),
-            static_cast<int>(std::floor(point.y() * inverse_))};
+    return {index_at(point.x()), index_at(point.y())};
   }
 
   [[nodiscard]] Eigen::Vector2d center(const Cell& cell) const {
@@ -53,6 +54,15 @@ class GridGeometry {
   }
 
  private:
+  [[nodiscard]] int index_at(double coordinate) const {
+    constexpr int kFarthest = 1 << 28;
+    const double cells = std::floor(coordinate * inverse_);
+    if (!(cells > -kFarthest)) {
+      return -kFarthest;
+    }
+    return cells < kFarthest ? static_cast<int>(cells) : kFarthest;
+  }
+
   double resolution_;
   double inverse_;
 };

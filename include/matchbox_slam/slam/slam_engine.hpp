@@ -86,7 +86,8 @@ class SlamEngine {
              std::uint64_t seed, const Pose2& start = {});
 
   /// Processes the next scan. Scans come in order of their stamps.
-  /// Throws std::invalid_argument when a stamp is not later than the one before.
+  /// Throws std::invalid_argument when a stamp is not later than the one before, or an odometry is
+  /// no number; then nothing has changed.
   ScanOutcome process(const ScanInput& input);
 
   /// The map so far; copy it for a snapshot.

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "matchbox_slam/ros/bag_reader.hpp"
+
+namespace matchbox_slam {
+
+/// What the beginning of a bag tells about its frames and clocks.
+struct BagSurvey {
+  std::string scan_frame;  ///< empty when there is no scan
+  /// Parents of each frame, without what touches the map frame.
+  std::map<std::string, std::set<std::string>> parents;
+  /// Frames whose place in their parent came on /tf, and not on /tf_static.
+  std::set<std::string> moving;
+  /// To be added to the stamps of scans so that they agree with tf's [s]: by how much the two
+  /// differ from the time of recording, in the median. None without scans or tf.
+  std::optional<double> scan_time_offset;
+};
+
+/// Offsets below are delays in the drivers and no difference of clocks.
+constexpr double kClockOffsetWorthTelling = 1.0;
+
+/// Reads the first ten seconds of a period, and on until a scan and its frame's place in tf are
+/// seen.
+[[nodiscard]] BagSurvey survey_bag(const BagReader& reader, const std::string& scan_topic,
+                                   const BagPeriod& period, const std::string& map_frame);
+
+/// The topic asked for, or the only one that there is. Throws ConfigurationError listing the scan
+/// topics when there is more than one to choose from, none, or when the one asked for carries
+/// something else.
+[[nodiscard]] std::string choose_scan_topic(const BagReader& reader,
+                                            const std::optional<std::string>& asked);
+
+struct BagFrames {
+  std::string base;
+  std::optional<std::string> odom;  ///< none: without odometry
+};
+
+/// Completes what was asked for: the odometry frame is the root of tf above the scan's frame, the
+/// base frame its child on the way to the scan's frame. Without odometry and without tf the laser's
+/// own frame is the base. Throws ConfigurationError when there is no answer or more than one.
+[[nodiscard]] BagFrames choose_frames(const BagSurvey& survey,
+                                      const std::optional<std::string>& asked_base,
+                                      const std::optional<std::string>& asked_odom,
+                                      bool use_odometry);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <string>
+
+#include "matchbox_slam/common/options.hpp"
+
+namespace matchbox_slam {
+
+/// What the node and map_bag have in common besides the engine and the matcher. Names are
+/// gmapping's where the meaning is.
+struct RunOptions {
+  std::string matcher = "monte_carlo";
+  int seed = 1;
+  std::string base_frame = "base_link";
+  std::string odom_frame = "odom";
+  std::string map_frame = "map";
+  bool use_odometry = true;
+  double transform_timeout = 2.0;
+  int queue_size = 2000;
+  std::string scan_time_offset = "0";
+  std::string time_jump = "reset";
+  double start_x = 0.0;
+  double start_y = 0.0;
+  double start_theta = 0.0;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.matcher, "matcher", any(), "",
+           "Scan matcher: a plugin's short name such as monte_carlo, or its lookup name such as "
+           "matchbox_slam/MonteCarlo.");
+    option(self.seed, "seed", at_least(0.0), "",
+           "Of the random numbers; the same seed gives the same map.");
+    option(self.base_frame, "base_frame", any(), "",
+           "Frame of the robot whose pose is estimated. map_bag finds it when it is not given.");
+    option(self.odom_frame, "odom_frame", any(), "",
+           "Frame in which the odometry moves. map_bag finds it when it is not given.");
+    option(self.map_frame, "map_frame", any(), "", "Frame of the map.");
+    option(self.use_odometry, "use_odometry", any(), "",
+           "Whether tf carries odometry; if not, the base moves at constant velocity until the "
+           "match.");
+    option(self.transform_timeout, "transform_timeout", between(0.0, 3600.0), "s",
+           "A scan waits this long for its transforms, then it is skipped.");
+    option(self.queue_size, "queue_size", between(1, 1e6), "",
+           "Scans that may wait; beyond, the oldest are skipped.");
+    option(
+        self.scan_time_offset, "scan_time_offset", any(), "s",
+        "Added to the stamps of scans, whose clock may differ from tf's; a number, or for map_bag "
+        "'auto': what it estimates.");
+    option(self.time_jump, "time_jump", one_of({"reset", "stop"}), "",
+           "When time jumps back by more than 1 s: start a new map, or stop.");
+    option(self.start_x, "start_x", any(), "m", "Pose of the base in the map at the first scan.");
+    option(self.start_y, "start_y", any(), "m", "Pose of the base in the map at the first scan.");
+    option(self.start_theta, "start_theta", any(), "rad",
+           "Pose of the base in the map at the first scan.");
+  }
+};
+
+}  // namespace matchbox_slam

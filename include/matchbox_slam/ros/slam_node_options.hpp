@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+
+#include "matchbox_slam/common/options.hpp"
+
+namespace matchbox_slam {
+
+/// What concerns the node alone.
+struct SlamNodeOptions {
+  bool publish_tf = true;
+  double transform_publish_period = 0.05;
+  double transform_tolerance = 0.1;
+  double map_update_interval = 1.0;
+  std::string map_file = "map";
+  std::string trajectory_file;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.publish_tf, "publish_tf", any(), "",
+           "Whether to publish the transform map -> odom (map -> base without odometry).");
+    option(self.transform_publish_period, "transform_publish_period", between(0.001, 10.0), "s",
+           "Time between two such transforms, by the ROS clock.");
+    option(self.transform_tolerance, "transform_tolerance", between(0.0, 10.0), "s",
+           "The transforms are stamped this far ahead, so that listeners need not wait.");
+    option(self.map_update_interval, "map_update_interval", between(0.05, 3600.0), "s",
+           "Shortest time between two maps that are published, by the wall clock.");
+    option(self.map_file, "map_file", any(), "",
+           "~save_map writes this path + .pgm, .yaml and .png.");
+    option(self.trajectory_file, "trajectory_file", any(), "",
+           "~save_map and the end of the node write the trajectory here (TUM); empty: nowhere.");
+  }
+};
+
+}  // namespace matchbox_slam

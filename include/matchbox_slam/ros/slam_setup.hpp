@@ -1,0 +1,35 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/common/parameters.hpp"
+#include "matchbox_slam/matching/scan_matcher.hpp"
+#include "matchbox_slam/ros/matcher_loader.hpp"
+#include "matchbox_slam/ros/run_options.hpp"
+#include "matchbox_slam/ros/slam_node_options.hpp"
+#include "matchbox_slam/slam/slam_engine.hpp"
+
+namespace matchbox_slam {
+
+/// A configuration as it takes effect, for the node and for map_bag alike.
+struct SlamSetup {
+  RunOptions run;
+  SlamNodeOptions node;
+  EngineOptions engine;
+  std::string matcher_name;  ///< lookup name
+  std::shared_ptr<const ScanMatcher> matcher;
+};
+
+/// Reads everything there is to configure: the keys of RunOptions and SlamNodeOptions, the sections
+/// of the engine, and one section a matcher, of which only the chosen one's is read. What is not
+/// named keeps its default.
+/// Throws ConfigurationError for an unknown key, section or matcher and for a bad value.
+[[nodiscard]] SlamSetup make_slam_setup(const Parameters& parameters, const MatcherLoader& loader);
+
+/// Every option in effect that influences the trajectory and the map, by its full name.
+[[nodiscard]] std::vector<OptionDescription> describe_setup(const SlamSetup& setup);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <vector>
+
+#include "matchbox_slam/matching/scan_matcher.hpp"
+
+namespace matchbox_slam {
+
+/// Any matcher, and how long its last match took. Everything else is as the matcher itself has it.
+class TimedMatcher : public ScanMatcher {
+ public:
+  explicit TimedMatcher(std::shared_ptr<const ScanMatcher> matcher);
+
+  /// Throws std::logic_error: the matcher inside is configured already.
+  void configure(const Parameters& parameters) override;
+  [[nodiscard]] std::vector<OptionDescription> options() const override;
+  [[nodiscard]] MatchResult match(const MatchProblem& problem) const override;
+
+  /// Time of the last match [s], and 0 from then on: a scan without match took none.
+  double take_seconds() { return seconds_.exchange(0.0); }
+
+ private:
+  std::shared_ptr<const ScanMatcher> matcher_;
+  mutable std::atomic<double> seconds_{0.0};
+};
+
+}  // namespace matchbox_slam

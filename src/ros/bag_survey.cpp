@@ -1,0 +1,220 @@
+#include "matchbox_slam/ros/bag_survey.hpp"
+
+#include <algorithm>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/ros/transform_store.hpp"
+
+namespace matchbox_slam {
+
+namespace {
+
+constexpr double kSurveySeconds = 10.0;
+
+std::string join(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) {
+    text += (text.empty() ? "" : ", ") + word;
+  }
+  return text.empty() ? "none" : text;
+}
+
+std::optional<double> median(std::vector<double> values) {
+  if (values.empty()) {
+    return std::nullopt;
+  }
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// By how much stamps are ahead of the time of recording, for links that move and for all others:
+/// drivers stamp links that never change ahead of their time.
+class ClockComparison {
+ public:
+  void add_scan(const ros::Time& stamp, const ros::Time& recorded) {
+    scans_.push_back((stamp - recorded).toSec());
+  }
+
+  void add_transform(const geometry_msgs::TransformStamped& transform, const ros::Time& recorded) {
+    Link& link = links_[transform.child_frame_id];
+    const geometry_msgs::Transform& t = transform.transform;
+    const std::vector<double> place = {t.translation.x, t.translation.y, t.rotation.z,
+                                       t.rotation.w};
+    link.moves = link.moves || (!link.leads.empty() && place != link.place);
+    link.place = place;
+    link.leads.push_back((transform.header.stamp - recorded).toSec());
+  }
+
+  [[nodiscard]] std::optional<double> offset() const {
+    std::vector<double> moving;
+    std::vector<double> all;
+    for (const auto& [name, link] : links_) {
+      all.insert(all.end(), link.leads.begin(), link.leads.end());
+      if (link.moves) {
+        moving.insert(moving.end(), link.leads.begin(), link.leads.end());
+      }
+    }
+    const std::optional<double> transforms = median(moving.empty() ? all : moving);
+    const std::optional<double> scans = median(scans_);
+    if (!transforms || !scans) {
+      return std::nullopt;
+    }
+    return *transforms - *scans;
+  }
+
+ private:
+  struct Link {
+    std::vector<double> place;
+    std::vector<double> leads;
+    bool moves = false;
+  };
+
+  std::vector<double> scans_;
+  std::map<std::string, Link> links_;
+};
+
+void add_transforms(const BagTransforms& transforms, const ros::Time& recorded,
+                    const std::string& map_frame, BagSurvey& survey, ClockComparison& clocks) {
+  for (const geometry_msgs::TransformStamped& transform : transforms.message->transforms) {
+    const std::string parent = without_leading_slash(transform.header.frame_id);
+    const std::string child = without_leading_slash(transform.child_frame_id);
+    if (parent == map_frame || child == map_frame || parent == child) {
+      continue;
+    }
+    survey.parents[child].insert(parent);
+    if (!transforms.is_static) {
+      survey.moving.insert(child);
+      clocks.add_transform(transform, recorded);
+    }
+  }
+}
+
+/// The frames from `frame` up to the root of its tree. Throws ConfigurationError at a frame that
+/// hangs in several places.
+std::vector<std::string> way_to_root(const BagSurvey& survey, const std::string& frame) {
+  std::vector<std::string> way = {frame};
+  for (auto at = survey.parents.find(frame); at != survey.parents.end();
+       at = survey.parents.find(way.back())) {
+    if (at->second.size() > 1) {
+      throw ConfigurationError("frame '" + way.back() + "' has several parents in tf: " +
+                               join({at->second.begin(), at->second.end()}) +
+                               "; say which with --odom-frame and --base-frame");
+    }
+    const std::string& parent = *at->second.begin();
+    if (std::find(way.begin(), way.end(), parent) != way.end()) {
+      throw ConfigurationError("tf goes in a circle at frame '" + parent + "'");
+    }
+    way.push_back(parent);
+  }
+  return way;
+}
+
+/// The frame below `odom` on the way from the laser.
+std::string base_below(const BagSurvey& survey, const std::string& odom) {
+  const std::vector<std::string> way = way_to_root(survey, survey.scan_frame);
+  const auto at = std::find(way.begin(), way.end(), odom);
+  if (at == way.end() || at == way.begin()) {
+    throw ConfigurationError("odometry frame '" + odom + "' is not above the scan's frame in tf; " +
+                             "above it are: " + join({way.begin() + 1, way.end()}));
+  }
+  return *(at - 1);
+}
+
+/// The frame that would be the base with odometry; the root where nothing moves; the laser's own
+/// where there is no tf.
+std::string base_without_odometry(const BagSurvey& survey) {
+  const std::vector<std::string> way = way_to_root(survey, survey.scan_frame);
+  if (way.size() >= 2 && survey.moving.count(way[way.size() - 2]) != 0) {
+    return way[way.size() - 2];
+  }
+  return way.back();
+}
+
+}  // namespace
+
+BagSurvey survey_bag(const BagReader& reader, const std::string& scan_topic,
+                     const BagPeriod& period, const std::string& map_frame) {
+  BagSurvey survey;
+  ClockComparison clocks;
+  std::optional<ros::Time> begin;
+  const std::unique_ptr<BagStream> stream = reader.stream(scan_topic, period);
+  while (const std::optional<BagMessage> message = stream->next()) {
+    if (const auto* transforms = std::get_if<BagTransforms>(&message->content)) {
+      add_transforms(*transforms, message->time, map_frame, survey, clocks);
+      if (transforms->is_static) {
+        continue;  // may be from long before the period
+      }
+    } else {
+      const auto& scan = std::get<sensor_msgs::LaserScan::ConstPtr>(message->content);
+      survey.scan_frame = without_leading_slash(scan->header.frame_id);
+      clocks.add_scan(scan->header.stamp, message->time);
+    }
+    begin = begin ? begin : message->time;
+    const bool knows_place = survey.parents.count(survey.scan_frame) != 0;
+    if ((message->time - *begin).toSec() > kSurveySeconds && knows_place) {
+      break;
+    }
+  }
+  survey.scan_time_offset = clocks.offset();
+  return survey;
+}
+
+std::string choose_scan_topic(const BagReader& reader, const std::optional<std::string>& asked) {
+  const std::vector<std::string> candidates = reader.scan_topics();
+  if (!asked) {
+    if (candidates.size() == 1) {
+      return candidates.front();
+    }
+    if (candidates.empty()) {
+      throw ConfigurationError("the bag has no topic of type sensor_msgs/LaserScan");
+    }
+    throw ConfigurationError("the bag has several topics with laser scans: " + join(candidates) +
+                             "; choose one with --scan-topic");
+  }
+  for (const BagTopic& topic : reader.topics()) {
+    if (without_leading_slash(topic.name) != without_leading_slash(*asked)) {
+      continue;
+    }
+    if (topic.type == "sensor_msgs/LaserScan") {
+      return topic.name;
+    }
+    throw ConfigurationError(
+        "topic '" + *asked + "' of the bag holds " + topic.type +
+        ", not sensor_msgs/LaserScan; topics with laser scans: " + join(candidates));
+  }
+  throw ConfigurationError("the bag has no topic '" + *asked +
+                           "'; topics with laser scans: " + join(candidates));
+}
+
+BagFrames choose_frames(const BagSurvey& survey, const std::optional<std::string>& asked_base,
+                        const std::optional<std::string>& asked_odom, bool use_odometry) {
+  const bool has_tf = survey.parents.count(survey.scan_frame) != 0;
+  if (!use_odometry) {
+    return {asked_base ? *asked_base : base_without_odometry(survey), std::nullopt};
+  }
+  if (asked_base && asked_odom) {
+    return {*asked_base, asked_odom};
+  }
+  if (asked_odom) {
+    return {base_below(survey, *asked_odom), asked_odom};
+  }
+  if (!has_tf && !asked_base) {
+    throw ConfigurationError(
+        "tf in the bag says nothing of the scan's frame '" + survey.scan_frame +
+        "', so there is no odometry; to map from the laser alone give --no-odom");
+  }
+  const std::vector<std::string> way = way_to_root(survey, asked_base.value_or(survey.scan_frame));
+  if (way.size() < 2) {
+    throw ConfigurationError("tf in the bag has no frame above base frame '" + way.front() +
+                             "'; to map without odometry give --no-odom");
+  }
+  if (survey.moving.count(way[way.size() - 2]) == 0) {
+    throw ConfigurationError("tf above '" + way.front() + "' ends at '" + way.back() +
+                             "', by links on /tf_static only, so there is no odometry; to map from "
+                             "the laser alone give --no-odom");
+  }
+  return {asked_base.value_or(way[way.size() - 2]), way.back()};
+}
+
+}  // namespace matchbox_slam

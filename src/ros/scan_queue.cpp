@@ -1,0 +1,232 @@
+#include "matchbox_slam/ros/scan_queue.hpp"
+
+#include <algorithm>
+#include <iomanip>
+#include <sstream>
+#include <utility>
+
+#include "matchbox_slam/ros/message_conversion.hpp"
+
+namespace matchbox_slam {
+
+namespace {
+
+// Less than this is a message out of order, more is a clock that was set back.
+constexpr double kTimeJump = 1.0;
+
+ros::Time last_beam_stamp(const ros::Time& stamp, const LaserScan& scan) {
+  return stamp + ros::Duration(scan.duration());
+}
+
+}  // namespace
+
+const char* to_string(SkipReason reason) {
+  switch (reason) {
+    case SkipReason::kNoTransform:
+      return "no_transform";
+    case SkipReason::kDuplicateStamp:
+      return "duplicate_stamp";
+    case SkipReason::kOutOfOrder:
+      return "out_of_order";
+    case SkipReason::kInvalid:
+      return "invalid";
+    case SkipReason::kEmpty:
+      return "empty";
+    case SkipReason::kQueueFull:
+      return "queue_full";
+    case SkipReason::kTimeJump:
+      return "time_jump";
+    case SkipReason::kStopped:
+      return "stopped";
+  }
+  return "unknown";
+}
+
+std::size_t ScanAccount::skipped_total() const {
+  std::size_t total = 0;
+  for (const auto& [reason, count] : skipped) {
+    total += count;
+  }
+  return total;
+}
+
+ScanQueue::ScanQueue(ScanQueueSettings settings)
+    : settings_(std::move(settings)), transforms_(settings_.map_frame) {
+  settings_.base_frame = without_leading_slash(settings_.base_frame);
+  if (settings_.odom_frame) {
+    settings_.odom_frame = without_leading_slash(*settings_.odom_frame);
+  }
+}
+
+void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time& now) {
+  advance(now);
+  ++account_.received;
+  std::string defect = find_defect(message);
+  if (defect.empty() && message.header.stamp.toSec() + settings_.scan_time_offset.toSec() <= 0.0) {
+    defect = "scan_time_offset takes its stamp below 0";
+  }
+  if (!defect.empty()) {
+    skip(message.header.stamp, message.ranges.empty() ? SkipReason::kEmpty : SkipReason::kInvalid,
+         defect);
+    return;
+  }
+  add_valid_scan(message, message.header.stamp + settings_.scan_time_offset);
+  collect_ready(true);
+  limit_waiting();
+}
+
+void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const ros::Time& stamp) {
+  if (last_ready_ && (*last_ready_ - stamp).toSec() > kTimeJump) {
+    jump_back((*last_ready_ - stamp).toSec());
+  }
+  if (stopped_) {
+    skip(stamp, SkipReason::kStopped, "time has jumped back, and time_jump is 'stop'");
+  } else if (waiting_.count(stamp) != 0 || last_ready_ == stamp) {
+    skip(stamp, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
+  } else if (last_ready_ && stamp < *last_ready_) {
+    skip(stamp, SkipReason::kOutOfOrder, "a later scan was used already");
+  } else {
+    WaitingScan scan{*now_, without_leading_slash(message.header.frame_id), to_laser_scan(message)};
+    scan.scan.stamp = stamp.toSec();
+    waiting_.emplace(stamp, std::move(scan));
+  }
+}
+
+void ScanQueue::add_transforms(const tf2_msgs::TFMessage& message, bool is_static,
+                               const ros::Time& now) {
+  advance(now);
+  transforms_.add(message, is_static);
+  collect_ready(true);
+}
+
+void ScanQueue::advance(const ros::Time& now) {
+  if (now_ && (*now_ - now).toSec() > kTimeJump) {
+    jump_back((*now_ - now).toSec());
+  }
+  if (now_ && now_->isZero() && !now.isZero()) {  // simulated time has just begun
+    for (auto& [stamp, scan] : waiting_) {
+      scan.arrival = now;
+    }
+  }
+  now_ = now;
+}
+
+void ScanQueue::jump_back(double seconds) {
+  for (const auto& [stamp, scan] : waiting_) {
+    skip(stamp, SkipReason::kTimeJump, "it was waiting when time jumped back");
+  }
+  waiting_.clear();
+  transforms_.clear();
+  last_ready_.reset();
+  if (!stopped_) {
+    stopped_ = settings_.stop_at_time_jump;
+    ready_.emplace_back(TimeJump{seconds, stopped_});
+  }
+}
+
+void ScanQueue::collect_ready(bool wait_for_more) {
+  while (!waiting_.empty()) {
+    const auto oldest = waiting_.begin();
+    if (last_ready_ && oldest->first.toSec() <= last_ready_->toSec()) {
+      skip(oldest->first, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
+    } else if (is_ready(oldest->first, oldest->second)) {
+      last_ready_ = oldest->first;
+      ready_.emplace_back(make_ready(oldest->first, std::move(oldest->second)));
+      ++ready_scans_;
+    } else if (wait_for_more &&
+               (*now_ - oldest->second.arrival).toSec() <= settings_.transform_timeout) {
+      return;
+    } else {
+      skip(oldest->first, SkipReason::kNoTransform,
+           missing_transform(oldest->first, oldest->second));
+    }
+    waiting_.erase(oldest);
+  }
+}
+
+void ScanQueue::limit_waiting() {
+  const std::string text =
+      "more than " + std::to_string(settings_.max_waiting) + " scans wait to be processed";
+  while (waiting() > settings_.max_waiting && ready_scans_ > 0) {
+    const auto oldest = std::find_if(ready_.begin(), ready_.end(), [](const Item& item) {
+      return std::holds_alternative<ReadyScan>(item);
+    });
+    skip(std::get<ReadyScan>(*oldest).stamp, SkipReason::kQueueFull, text);
+    ready_.erase(oldest);
+    --ready_scans_;
+  }
+  while (waiting() > settings_.max_waiting) {
+    skip(waiting_.begin()->first, SkipReason::kQueueFull, text);
+    waiting_.erase(waiting_.begin());
+  }
+}
+
+std::optional<ScanQueue::Item> ScanQueue::next() {
+  if (ready_.empty()) {
+    return std::nullopt;
+  }
+  Item item = std::move(ready_.front());
+  ready_.pop_front();
+  if (std::holds_alternative<ReadyScan>(item)) {
+    --ready_scans_;
+    ++account_.delivered;
+  }
+  return item;
+}
+
+void ScanQueue::finish() { collect_ready(false); }
+
+std::vector<SkippedScan> ScanQueue::take_skipped() { return std::exchange(skipped_, {}); }
+
+void ScanQueue::skip(const ros::Time& stamp, SkipReason reason, const std::string& why) {
+  ++account_.skipped[reason];
+  std::ostringstream text;
+  text << "scan of " << std::fixed << std::setprecision(3) << stamp.toSec() << " s skipped ("
+       << to_string(reason) << "): " << why;
+  skipped_.push_back({stamp, reason, text.str()});
+}
+
+bool ScanQueue::is_ready(const ros::Time& stamp, const WaitingScan& scan) const {
+  if (scan.frame != settings_.base_frame &&
+      !transforms_.covers(settings_.base_frame, scan.frame, stamp)) {
+    return false;
+  }
+  return !settings_.odom_frame ||
+         (transforms_.covers(*settings_.odom_frame, settings_.base_frame, stamp) &&
+          transforms_.covers(*settings_.odom_frame, settings_.base_frame,
+                             last_beam_stamp(stamp, scan.scan)));
+}
+
+ReadyScan ScanQueue::make_ready(const ros::Time& stamp, WaitingScan&& scan) const {
+  ReadyScan ready;
+  ready.stamp = stamp;
+  ready.frame = std::move(scan.frame);
+  if (ready.frame != settings_.base_frame) {
+    ready.input.base_from_laser = *transforms_.lookup(settings_.base_frame, ready.frame, stamp);
+  }
+  if (settings_.odom_frame) {
+    const auto odom_from_base = [&](const ros::Time& time) {
+      return project_to_plane(
+          *transforms_.lookup(*settings_.odom_frame, settings_.base_frame, time));
+    };
+    ready.input.odometry =
+        ScanOdometry{odom_from_base(stamp), odom_from_base(last_beam_stamp(stamp, scan.scan))};
+  }
+  ready.input.scan = std::move(scan.scan);
+  return ready;
+}
+
+std::string ScanQueue::missing_transform(const ros::Time& stamp, const WaitingScan& scan) const {
+  const std::string& base = settings_.base_frame;
+  if (scan.frame != base && !transforms_.covers(base, scan.frame, stamp)) {
+    return transforms_.why_not(base, scan.frame, stamp);
+  }
+  if (settings_.odom_frame && !transforms_.covers(*settings_.odom_frame, base, stamp)) {
+    return transforms_.why_not(*settings_.odom_frame, base, stamp);
+  }
+  return settings_.odom_frame
+             ? transforms_.why_not(*settings_.odom_frame, base, last_beam_stamp(stamp, scan.scan))
+             : "the next scan";
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,78 @@
+#include <filesystem>
+#include <utility>
+
+#include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/map_file.hpp"
+#include "matchbox_slam/io/map_picture.hpp"
+#include "matchbox_slam/io/tum.hpp"
+#include "matchbox_slam/ros/message_conversion.hpp"
+#include "matchbox_slam/ros/slam_node.hpp"
+
+namespace matchbox_slam {
+
+void SlamNode::start_services() {
+  ros::NodeHandle node = node_;
+  ros::NodeHandle private_node = private_node_;
+  node.setCallbackQueue(&service_queue_);
+  private_node.setCallbackQueue(&service_queue_);
+  dynamic_map_service_ = node.advertiseService("dynamic_map", &SlamNode::answer_dynamic_map, this);
+  save_map_service_ = private_node.advertiseService("save_map", &SlamNode::answer_save_map, this);
+  reset_service_ = private_node.advertiseService("reset", &SlamNode::answer_reset, this);
+  diagnostic_updater_.setHardwareID("none");
+  diagnostic_updater_.add("SLAM", this, &SlamNode::update_diagnostics);
+  // By the wall clock, so that it goes on when simulated time stands still.
+  diagnostic_timer_ = node.createWallTimer(
+      ros::WallDuration(diagnostic_updater_.getPeriod()),
+      [this](const ros::WallTimerEvent& /*event*/) { diagnostic_updater_.force_update(); });
+  service_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &service_queue_);
+  service_spinner_->start();
+}
+
+bool SlamNode::answer_dynamic_map(nav_msgs::GetMap::Request& /*request*/,
+                                  nav_msgs::GetMap::Response& response) {
+  const MapSnapshot snapshot = map_snapshot();
+  response.map = to_message(snapshot.occupancy, setup_.run.map_frame, snapshot.stamp);
+  return true;
+}
+
+bool SlamNode::answer_save_map(std_srvs::Trigger::Request& /*request*/,
+                               std_srvs::Trigger::Response& response) {
+  try {
+    const MapSnapshot snapshot = map_snapshot();
+    save_map_files(snapshot);
+    save_trajectory(snapshot);
+    response.success = 1;
+    response.message = "map of " + std::to_string(snapshot.revision.scans) + " scans saved as " +
+                       std::filesystem::absolute(setup_.node.map_file).string() +
+                       ".pgm, .yaml and .png";
+  } catch (const std::exception& error) {
+    response.success = 0;
+    response.message = error.what();
+  }
+  return true;
+}
+
+bool SlamNode::answer_reset(std_srvs::Trigger::Request& /*request*/,
+                            std_srvs::Trigger::Response& response) {
+  forget_map();
+  response.success = 1;
+  response.message = "map and trajectory are forgotten; the next scan starts a new map";
+  return true;
+}
+
+void SlamNode::save_map_files(const MapSnapshot& snapshot) const {
+  const std::string base_path = std::filesystem::absolute(setup_.node.map_file).string();
+  write_map(base_path, make_map_image(snapshot.occupancy));
+  replace_file(base_path + ".png",
+               encode_png(draw_map(snapshot.occupancy, Trajectory(snapshot.trajectory),
+                                   Trajectory(snapshot.odometry))));
+}
+
+void SlamNode::save_trajectory(const MapSnapshot& snapshot) const {
+  if (!setup_.node.trajectory_file.empty()) {
+    write_tum(std::filesystem::absolute(setup_.node.trajectory_file).string(),
+              Trajectory(snapshot.trajectory));
+  }
+}
+
+}  // namespace matchbox_slam

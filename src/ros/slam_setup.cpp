@@ -1,0 +1,98 @@
+#include "matchbox_slam/ros/slam_setup.hpp"
+
+#include <utility>
+
+namespace matchbox_slam {
+
+namespace {
+
+template <typename Options>
+std::vector<std::string> option_names() {
+  std::vector<std::string> names;
+  for (const OptionDescription& row : describe_options(Options{})) {
+    names.push_back(row.name);
+  }
+  return names;
+}
+
+/// The values of the given names; those of others are left out.
+Parameters only(const Parameters& parameters, const std::vector<std::string>& names) {
+  Parameters selected;
+  for (const std::string& name : names) {
+    if (const ParameterValue* value = parameters.find(name)) {
+      selected.set(name, *value);
+    }
+  }
+  return selected;
+}
+
+/// Looks at the first part of every key: an option of the run or the node, or a section.
+void reject_unknown_names(const Parameters& parameters, const MatcherLoader& loader) {
+  std::vector<std::string> options = option_names<RunOptions>();
+  for (const std::string& name : option_names<SlamNodeOptions>()) {
+    options.push_back(name);
+  }
+  std::vector<std::string> sections = {"slam", "scan", "map", "field", "motion"};
+  for (const std::string& lookup_name : loader.lookup_names()) {
+    sections.push_back(matcher_short_name(lookup_name));
+  }
+  Parameters names_in_sections;
+  Parameters plain_names;
+  for (const auto& [key, value] : parameters.values()) {
+    const std::size_t slash = key.find('/');
+    (slash == std::string::npos ? plain_names : names_in_sections).set(key.substr(0, slash), value);
+  }
+  reject_unknown_keys(plain_names, "", options);
+  reject_unknown_keys(names_in_sections, "sections", sections);
+}
+
+/// YAML types an offset such as 82.2 as a number, but it may be the word 'auto' too.
+Parameters with_offset_as_text(Parameters parameters) {
+  const ParameterValue* offset = parameters.find("scan_time_offset");
+  if (offset != nullptr && !std::holds_alternative<std::string>(*offset)) {
+    parameters.set("scan_time_offset", to_string(*offset));
+  }
+  return parameters;
+}
+
+void check_scan_time_offset(const std::string& text) {
+  const ParameterValue value = parse_parameter_value(text);
+  if (text != "auto" && !std::holds_alternative<double>(value) &&
+      !std::holds_alternative<std::int64_t>(value)) {
+    throw ConfigurationError("scan_time_offset: " + text +
+                             " is not allowed; allowed: a number of seconds, auto");
+  }
+}
+
+}  // namespace
+
+SlamSetup make_slam_setup(const Parameters& parameters, const MatcherLoader& loader) {
+  reject_unknown_names(parameters, loader);
+  SlamSetup setup;
+  setup.run = read_options<RunOptions>(
+      with_offset_as_text(only(parameters, option_names<RunOptions>())), "");
+  check_scan_time_offset(setup.run.scan_time_offset);
+  setup.node = read_options<SlamNodeOptions>(only(parameters, option_names<SlamNodeOptions>()), "");
+  setup.engine = read_engine_options(parameters);
+  setup.matcher_name = loader.find(setup.run.matcher);
+  const std::shared_ptr<ScanMatcher> matcher = loader.create(setup.matcher_name);
+  const std::string section = matcher_short_name(setup.matcher_name);
+  matcher->configure(parameters.section(section));
+  setup.matcher = matcher;
+  return setup;
+}
+
+std::vector<OptionDescription> describe_setup(const SlamSetup& setup) {
+  std::vector<OptionDescription> rows = describe_options(setup.run);
+  for (OptionDescription& row : describe_engine_options(setup.engine)) {
+    rows.push_back(std::move(row));
+  }
+  const std::string section = matcher_short_name(setup.matcher_name);
+  for (OptionDescription& row : setup.matcher->options()) {
+    row.name = section + "/" + row.name;
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,189 @@
+#include "matchbox_slam/ros/transform_store.hpp"
+
+#include <tf2/exceptions.h>
+#include <tf2_eigen/tf2_eigen.h>
+
+#include <cmath>
+#include <cstdint>
+#include <iomanip>
+#include <sstream>
+
+namespace matchbox_slam {
+
+namespace {
+
+const ros::Duration kCache(60.0);
+
+// A link whose first two transforms agree is taken to have stood so for this long before. Drivers
+// stamp links that never change half a second ahead, which leaves the first scans uncovered.
+const ros::Duration kHoldBefore(10.0);
+
+constexpr double kNormTolerance = 0.05;
+
+// ros::Time throws beyond 2^32 s, and so would adding to a stamp that is near it.
+constexpr std::uint32_t kLatestSecond = 4'000'000'000U;
+
+bool same(const geometry_msgs::Transform& a, const geometry_msgs::Transform& b) {
+  return a.translation.x == b.translation.x && a.translation.y == b.translation.y &&
+         a.translation.z == b.translation.z && a.rotation.x == b.rotation.x &&
+         a.rotation.y == b.rotation.y && a.rotation.z == b.rotation.z &&
+         a.rotation.w == b.rotation.w;
+}
+
+/// False when the transform is none. Rotations that are nearly of unit length are made exactly so.
+bool make_valid(geometry_msgs::TransformStamped& transform) {
+  geometry_msgs::Quaternion& q = transform.transform.rotation;
+  const geometry_msgs::Vector3& t = transform.transform.translation;
+  const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+  if (!(std::abs(norm - 1.0) <= kNormTolerance) || !std::isfinite(t.x) || !std::isfinite(t.y) ||
+      !std::isfinite(t.z) || transform.header.stamp.sec > kLatestSecond) {
+    return false;
+  }
+  if (std::abs(norm - 1.0) > 1e-9) {
+    q.x /= norm;
+    q.y /= norm;
+    q.z /= norm;
+    q.w /= norm;
+  }
+  return !transform.child_frame_id.empty() && !transform.header.frame_id.empty() &&
+         transform.child_frame_id != transform.header.frame_id;
+}
+
+/// Whether a frame id, with or without leading slash, is the given one.
+bool is_frame(const std::string& id, const std::string& frame) {
+  const std::size_t slash = !id.empty() && id.front() == '/' ? 1 : 0;
+  return id.compare(slash, std::string::npos, frame) == 0;
+}
+
+bool touches(const geometry_msgs::TransformStamped& transform, const std::string& frame) {
+  return !frame.empty() &&
+         (is_frame(transform.header.frame_id, frame) || is_frame(transform.child_frame_id, frame));
+}
+
+}  // namespace
+
+std::string find_map_link(const tf2_msgs::TFMessage& message, const std::string& map_frame) {
+  for (const geometry_msgs::TransformStamped& transform : message.transforms) {
+    if (touches(transform, map_frame)) {
+      return without_leading_slash(transform.header.frame_id) + " -> " +
+             without_leading_slash(transform.child_frame_id);
+    }
+  }
+  return {};
+}
+
+std::string without_leading_slash(const std::string& frame) {
+  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
+}
+
+Pose2 project_to_plane(const Eigen::Isometry3d& pose) {
+  const Eigen::Vector3d forward = pose.linear().col(0);
+  return {pose.translation().x(), pose.translation().y(),
+          wrap_angle(std::atan2(forward.y(), forward.x()))};
+}
+
+TransformStore::TransformStore(const std::string& map_frame)
+    : map_frame_(without_leading_slash(map_frame)), buffer_(kCache) {}
+
+void TransformStore::add(const tf2_msgs::TFMessage& message, bool is_static) {
+  if (ignored_map_link_.empty()) {
+    ignored_map_link_ = find_map_link(message, map_frame_);
+  }
+  for (const geometry_msgs::TransformStamped& transform : message.transforms) {
+    if (!touches(transform, map_frame_)) {
+      add_transform(transform, is_static);
+    }
+  }
+}
+
+void TransformStore::add_transform(const geometry_msgs::TransformStamped& received,
+                                   bool is_static) {
+  geometry_msgs::TransformStamped transform = received;
+  transform.header.frame_id = without_leading_slash(received.header.frame_id);
+  transform.child_frame_id = without_leading_slash(received.child_frame_id);
+  if (!make_valid(transform)) {
+    ++invalid_count_;
+  } else if (is_static) {
+    buffer_.setTransform(transform, "tf_static", true);
+  } else {
+    add_moving(transform);
+  }
+}
+
+void TransformStore::add_moving(const geometry_msgs::TransformStamped& transform) {
+  Link& link = links_[transform.child_frame_id];
+  const ros::Time stamp = transform.header.stamp;
+  if (link.count == 0 || link.parent != transform.header.frame_id) {
+    link.parent = transform.header.frame_id;
+    link.first = transform.transform;
+    link.first_stamp = stamp;
+    link.count = 0;
+  }
+  // tf2 refuses repeated and outdated transforms too, but not without a word for each of them.
+  const bool outdated = !link.stamps.empty() && *link.stamps.rbegin() > stamp + kCache;
+  if (outdated || !link.stamps.insert(stamp).second) {
+    return;
+  }
+  ++link.count;
+  buffer_.setTransform(transform, "tf");
+  if (link.count == 2 && same(transform.transform, link.first) &&
+      link.first_stamp.toSec() > kHoldBefore.toSec()) {
+    geometry_msgs::TransformStamped before = transform;
+    before.header.stamp = link.first_stamp - kHoldBefore;
+    if (link.stamps.insert(before.header.stamp).second) {
+      buffer_.setTransform(before, "tf");
+    }
+  }
+  while (*link.stamps.begin() + kCache < *link.stamps.rbegin()) {
+    link.stamps.erase(link.stamps.begin());
+  }
+}
+
+void TransformStore::clear() {
+  buffer_.clear();
+  links_.clear();
+}
+
+bool TransformStore::covers(const std::string& target, const std::string& source,
+                            const ros::Time& stamp) const {
+  return buffer_.canTransform(target, source, stamp);
+}
+
+std::optional<Eigen::Isometry3d> TransformStore::lookup(const std::string& target,
+                                                        const std::string& source,
+                                                        const ros::Time& stamp) const {
+  try {
+    return tf2::transformToEigen(buffer_.lookupTransform(target, source, stamp));
+  } catch (const tf2::TransformException&) {
+    return std::nullopt;
+  }
+}
+
+std::string TransformStore::why_not(const std::string& target, const std::string& source,
+                                    const ros::Time& stamp) const {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(3);
+  text << "no transform from '" << source << "' to '" << target << "' at " << stamp.toSec() << ": ";
+  for (const std::string& frame : {source, target}) {
+    if (!buffer_._frameExists(frame)) {
+      text << "tf has no frame '" << frame << "'";
+      return text.str();
+    }
+  }
+  try {
+    const ros::Time newest = buffer_.lookupTransform(target, source, ros::Time(0)).header.stamp;
+    const double lag = (stamp - newest).toSec();
+    if (lag > 0.0) {
+      text << "the newest is " << lag << " s older than the scan";
+    } else {
+      text << "tf is there from later on only, up to " << -lag << " s after the scan";
+    }
+  } catch (const tf2::ConnectivityException&) {
+    text << "tf does not connect them";
+  } catch (const tf2::TransformException&) {
+    text << "the links between them share no time";
+  }
+  return text.str();
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,129 @@
+// What the documentation says is what the code does: the README's table of parameters, its list of
+// matchers, and the code that doc/write_a_matcher.md quotes.
+//
+// After a change of options write the table anew:
+//   MATCHBOX_UPDATE_README=1 rosrun matchbox_slam test_documentation
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "common/error_text.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/ros/matcher_loader.hpp"
+#include "matchbox_slam/ros/run_options.hpp"
+#include "matchbox_slam/ros/slam_node_options.hpp"
+#include "matchbox_slam/slam/slam_engine.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+const std::string kFolder = std::string(MATCHBOX_SOURCE_DIR) + "/";
+const std::string kTableBegins = "<!-- parameters: generated, see test_documentation -->\n";
+const std::string kTableEnds = "<!-- end of parameters -->\n";
+
+std::vector<std::string> own_matchers() {
+  std::vector<std::string> names;
+  for (const std::string& name : MatcherLoader().lookup_names()) {
+    if (name.rfind("matchbox_slam/", 0) == 0) {
+      names.push_back(name);
+    }
+  }
+  return names;
+}
+
+/// Text between two markers, without them. Both have to be there.
+std::string between_markers(const std::string& text, const std::string& begin,
+                            const std::string& end) {
+  const std::size_t first = text.find(begin);
+  const std::size_t last = text.find(end, first);
+  if (first == std::string::npos || last == std::string::npos) {
+    return "(no " + begin + " ... " + end + ")";
+  }
+  return text.substr(first + begin.size(), last - first - begin.size());
+}
+
+std::string rows_of(const std::string& section, const std::vector<OptionDescription>& options) {
+  std::string text;
+  for (const OptionDescription& option : options) {
+    const std::string value = to_string(option.value);
+    text += "| `" + section + option.name + "` | " + (value.empty() ? "" : "`" + value + "`") +
+            " | " + option.unit + " | " + option.allowed + " | " + option.meaning + " |\n";
+  }
+  return text;
+}
+
+std::string table(const std::string& title, const std::string& rows) {
+  return "\n**" + title +
+         "**\n\n| parameter | default | unit | allowed | meaning |\n|---|---|---|---|---|\n" + rows;
+}
+
+std::string parameter_tables() {
+  std::string text = table("Run: node and `map_bag`", rows_of("", describe_options(RunOptions{})));
+  text += table("Node only", rows_of("", describe_options(SlamNodeOptions{})));
+  text += table("Engine", rows_of("", describe_engine_options(EngineOptions{})));
+  const MatcherLoader loader;
+  for (const std::string& name : own_matchers()) {
+    const std::string short_name = matcher_short_name(name);
+    const std::string rows = rows_of(short_name + "/", loader.create(name)->options());
+    if (!rows.empty()) {
+      text += table("Matcher `" + short_name + "`", rows);
+    }
+  }
+  return text + "\n";
+}
+
+TEST(Readme, HasTheParametersOfTheCode) {
+  const std::string readme = read_file(kFolder + "README.md");
+  const std::string found = between_markers(readme, kTableBegins, kTableEnds);
+  const std::string expected = parameter_tables();
+  if (std::getenv("MATCHBOX_UPDATE_README") != nullptr && found != expected) {
+    std::string updated = readme;
+    updated.replace(updated.find(kTableBegins) + kTableBegins.size(), found.size(), expected);
+    replace_file(kFolder + "README.md", updated);
+    GTEST_SKIP() << "README.md is updated";
+  }
+  EXPECT_EQ(found, expected)
+      << "to update: MATCHBOX_UPDATE_README=1 rosrun matchbox_slam test_documentation";
+}
+
+TEST(Readme, NamesEveryMatcher) {
+  const std::string readme = read_file(kFolder + "README.md");
+  for (const std::string& name : own_matchers()) {
+    EXPECT_TRUE(contains(readme, "| `" + matcher_short_name(name) + "` |")) << name;
+  }
+}
+
+struct Quotation {
+  std::string file;
+  std::string text;
+};
+
+/// Code blocks that follow a line `<!-- from FILE -->`.
+std::vector<Quotation> quotations(const std::string& document) {
+  const std::string begin = "<!-- from ";
+  std::vector<Quotation> found;
+  for (std::size_t at = document.find(begin); at != std::string::npos;
+       at = document.find(begin, at + 1)) {
+    const std::size_t name = at + begin.size();
+    const std::size_t block = document.find("\n", document.find("```", name)) + 1;
+    found.push_back({document.substr(name, document.find(" -->", name) - name),
+                     document.substr(block, document.find("```", block) - block)});
+  }
+  return found;
+}
+
+TEST(Guide, QuotesTheExampleAsItIs) {
+  const std::vector<Quotation> all = quotations(read_file(kFolder + "doc/write_a_matcher.md"));
+  EXPECT_GE(all.size(), 5U);
+  for (const auto& [file, text] : all) {
+    EXPECT_FALSE(text.empty()) << file;
+    EXPECT_TRUE(contains(read_file(kFolder + file), text)) << file << " does not contain:\n"
+                                                           << text;
+  }
+}
+
+}  // namespace
+}  // namespace matchbox_slam

@@ -1,0 +1,100 @@
+// Maps the real recordings that lie beside the project, where they are there.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "io/temporary_folder.hpp"
+#include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/tum.hpp"
+#include "tools/run_command.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+std::string data_folder() {
+  const char* given = std::getenv("MATCHBOX_DATA");
+  return given != nullptr ? given : std::string(MATCHBOX_SOURCE_DIR) + "/../shared/data";
+}
+
+class RealBag : public testing::Test {
+ protected:
+  /// Maps a bag and reads the report.
+  void map(const std::string& bag, const std::string& arguments = "") {
+    const std::string path = data_folder() + "/" + bag;
+    if (!std::filesystem::exists(path)) {
+      GTEST_SKIP() << "SKIPPED: there is no " << path
+                   << "; set MATCHBOX_DATA to the folder with the real recordings";
+    }
+    const Outcome outcome =
+        run_command(MATCHBOX_MAP_BAG, path + " --out " + folder_.path() + " " + arguments);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+    trajectory_ = read_tum(folder_ / "trajectory.tum");
+    scans_ = nlohmann::json::parse(read_file(folder_ / "report.json")).at("scans");
+  }
+
+  void expect_scans(int received, int used) {
+    EXPECT_EQ(scans_.at("received"), received);
+    EXPECT_EQ(scans_.at("used"), used);
+    EXPECT_EQ(scans_.at("skipped_total"), received - used) << scans_;
+    EXPECT_EQ(trajectory_.size(), static_cast<std::size_t>(used));
+  }
+
+  TemporaryFolder folder_;
+  Trajectory trajectory_;
+  nlohmann::json scans_;
+};
+
+TEST_F(RealBag, JarvisIsNoWorseThanItsGoodOdometry) {
+  map("jarvis_circular.bag", "--scan-topic /driver_laser_security/laser_scan");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(213, 213);
+  const Trajectory truth = read_tum(data_folder() + "/jarvis_circular.truth.tum");
+  EXPECT_LE(absolute_trajectory_error(trajectory_, truth).translation.rmse, 0.022);
+}
+
+TEST_F(RealBag, GuardianLosesNoScanButTheOneThatTransformsDoNotReach) {
+  map("guardian.bag", "--scan-topic /scan");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(1036, 1035);
+}
+
+TEST_F(RealBag, IntelIsUsedToTheLastScan) {
+  map("intel.bag");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(910, 910);
+}
+
+TEST_F(RealBag, AHandheldLaserNeedsNoOdometry) {
+  map("hokuyo_handheld.bag", "--no-odom");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(360, 360);
+}
+
+TEST_F(RealBag, ARobotAtRestStaysWhereItIs) {
+  map("inverted_laser.bag");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(136, 136);
+  for (const StampedPose2& pose : trajectory_.poses()) {
+    EXPECT_LT(std::hypot(pose.pose.x, pose.pose.y), 0.01);
+    EXPECT_LT(std::abs(pose.pose.theta), degrees_to_radians(0.5));
+  }
+}
+
+}  // namespace
+}  // namespace matchbox_slam

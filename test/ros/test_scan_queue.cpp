@@ -1,0 +1,290 @@
+#include <gtest/gtest.h>
+
+#include "common/error_text.hpp"
+#include "matchbox_slam/ros/scan_queue.hpp"
+#include "ros/messages.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+ScanQueueSettings settings() {
+  ScanQueueSettings settings;
+  settings.base_frame = "base";
+  settings.odom_frame = "odom";
+  settings.map_frame = "map";
+  return settings;
+}
+
+/// A queue that is fed by stamps and asked for the stamps that come out.
+class Feed {
+ public:
+  explicit Feed(const ScanQueueSettings& settings) : queue(settings) {}
+
+  void scan(double stamp) { scan_at(stamp, stamp); }
+  void scan_at(double stamp, double now) { queue.add_scan(make_scan(stamp), ros::Time(now)); }
+
+  void odometry(double stamp) { odometry_at(stamp, stamp); }
+  void odometry_at(double stamp, double now) {
+    queue.add_transforms(make_link(stamp, "odom", "base", stamp), false, ros::Time(now));
+  }
+  void laser() {
+    queue.add_transforms(make_link(0.0, "base", "laser", 0.2), true, ros::Time(100.0));
+  }
+
+  std::vector<double> ready() {
+    std::vector<double> stamps;
+    while (const auto item = queue.next()) {
+      const auto* scan = std::get_if<ReadyScan>(&*item);
+      stamps.push_back(scan != nullptr ? scan->stamp.toSec() : -std::get<TimeJump>(*item).seconds);
+    }
+    return stamps;
+  }
+
+  [[nodiscard]] std::size_t skipped(SkipReason reason) const {
+    const auto found = queue.account().skipped.find(reason);
+    return found == queue.account().skipped.end() ? 0 : found->second;
+  }
+
+  void expect_all_accounted_for() const {
+    const ScanAccount& account = queue.account();
+    EXPECT_EQ(account.received, account.delivered + account.skipped_total() + queue.waiting());
+  }
+
+  ScanQueue queue;
+};
+
+using Stamps = std::vector<double>;
+
+TEST(ScanQueue, WaitsUntilTransformsCoverTheScan) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.scan(100.5);
+  EXPECT_EQ(feed.ready(), Stamps{});
+  feed.odometry(100.4);
+  EXPECT_EQ(feed.ready(), Stamps{});
+  feed.odometry(100.6);
+  EXPECT_EQ(feed.ready(), Stamps{100.5});
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, WaitsForTheLastBeam) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry(100.0);
+  sensor_msgs::LaserScan scan = make_scan(100.5);
+  scan.time_increment = 0.002F;  // 0.178 s in all
+  feed.queue.add_scan(scan, ros::Time(100.7));
+  feed.odometry(100.6);
+  EXPECT_EQ(feed.ready(), Stamps{});
+  feed.odometry(100.7);
+  const auto item = feed.queue.next();
+  ASSERT_TRUE(item);
+  const ScanInput& input = std::get<ReadyScan>(*item).input;
+  EXPECT_NEAR(input.odometry->odom_from_base.x, 100.5, 1e-9);
+  EXPECT_NEAR(input.odometry->odom_from_base_last_beam.x, 100.678, 1e-6);
+  EXPECT_NEAR(input.base_from_laser.translation().x(), 0.2, 1e-12);
+}
+
+TEST(ScanQueue, TheResultDoesNotDependOnHowMessagesInterleave) {
+  Feed late_scans(settings());
+  Feed late_transforms(settings());
+  for (Feed* feed : {&late_scans, &late_transforms}) {
+    feed->laser();
+  }
+  for (int k = 0; k < 20; ++k) {
+    late_scans.odometry_at(100.0 + 0.07 * k, 100.0 + 0.07 * k);
+    late_transforms.scan_at(100.05 + 0.05 * k, 100.05 + 0.05 * k);
+  }
+  for (int k = 0; k < 20; ++k) {
+    late_scans.scan_at(100.05 + 0.05 * k, 101.4 + 0.05 * k);
+    late_transforms.odometry_at(100.0 + 0.07 * k, 101.05 + 0.05 * k);
+  }
+  const Stamps stamps = late_scans.ready();
+  EXPECT_EQ(stamps.size(), 20U);
+  EXPECT_EQ(late_transforms.ready(), stamps);
+}
+
+TEST(ScanQueue, SkipsAScanWithoutTransformAfterTheTimeout) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.scan(100.5);
+  feed.odometry_at(100.2, 102.4);
+  EXPECT_TRUE(feed.queue.take_skipped().empty());
+  feed.odometry_at(100.3, 102.6);
+  const std::vector<SkippedScan> skipped = feed.queue.take_skipped();
+  ASSERT_EQ(skipped.size(), 1U);
+  EXPECT_EQ(skipped[0].reason, SkipReason::kNoTransform);
+  EXPECT_EQ(skipped[0].text,
+            "scan of 100.500 s skipped (no_transform): no transform from 'base' to 'odom' at "
+            "100.500: the newest is 0.200 s older than the scan");
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, WaitingScansAreSkippedAtTheEnd) {
+  Feed feed(settings());
+  feed.scan(100.0);
+  feed.queue.finish();
+  EXPECT_EQ(feed.ready(), Stamps{});
+  EXPECT_EQ(feed.skipped(SkipReason::kNoTransform), 1U);
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, BringsWaitingScansIntoOrder) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.scan_at(100.3, 100.4);
+  feed.scan_at(100.2, 100.4);
+  feed.odometry(100.5);
+  EXPECT_EQ(feed.ready(), (Stamps{100.2, 100.3}));
+}
+
+TEST(ScanQueue, CountsDuplicatesAndScansThatComeTooLate) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry(101.0);
+  for (const double stamp : {100.5, 100.5, 100.4, 100.6}) {
+    feed.scan_at(stamp, 101.0);
+  }
+  EXPECT_EQ(feed.ready(), (Stamps{100.5, 100.6}));
+  EXPECT_EQ(feed.skipped(SkipReason::kDuplicateStamp), 1U);
+  EXPECT_EQ(feed.skipped(SkipReason::kOutOfOrder), 1U);
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, CountsScansThatAreNone) {
+  Feed feed(settings());
+  sensor_msgs::LaserScan scan = make_scan(100.0);
+  scan.ranges.clear();
+  feed.queue.add_scan(scan, ros::Time(100.0));
+  scan = make_scan(100.1);
+  scan.angle_increment = 0.0F;
+  feed.queue.add_scan(scan, ros::Time(100.1));
+  EXPECT_EQ(feed.skipped(SkipReason::kEmpty), 1U);
+  EXPECT_EQ(feed.skipped(SkipReason::kInvalid), 1U);
+  EXPECT_TRUE(contains(feed.queue.take_skipped().at(1).text, "angle_increment is 0"));
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, TheFrameMayChangeFromScanToScan) {
+  Feed feed(settings());
+  feed.laser();
+  feed.queue.add_transforms(make_link(0.0, "base", "other", -0.3), true, ros::Time(100.0));
+  feed.odometry(100.0);
+  feed.odometry(101.0);
+  feed.scan_at(100.5, 101.0);
+  feed.queue.add_scan(make_scan(100.6, "/other", 17), ros::Time(101.0));
+  (void)feed.queue.next();
+  const auto item = feed.queue.next();
+  ASSERT_TRUE(item);
+  const auto& scan = std::get<ReadyScan>(*item);
+  EXPECT_EQ(scan.frame, "other");
+  EXPECT_NEAR(scan.input.base_from_laser.translation().x(), -0.3, 1e-12);
+  EXPECT_EQ(scan.input.scan.ranges.size(), 17U);
+}
+
+TEST(ScanQueue, WithoutOdometryTheLaserIsEnough) {
+  ScanQueueSettings without = settings();
+  without.odom_frame.reset();
+  without.base_frame = "/laser";
+  Feed feed(without);
+  feed.scan(100.0);
+  const auto item = feed.queue.next();
+  ASSERT_TRUE(item);
+  const ScanInput& input = std::get<ReadyScan>(*item).input;
+  EXPECT_FALSE(input.odometry);
+  EXPECT_TRUE(input.base_from_laser.isApprox(Eigen::Isometry3d::Identity()));
+}
+
+TEST(ScanQueue, AddsTheOffsetToTheStampsOfScans) {
+  ScanQueueSettings offset = settings();
+  offset.scan_time_offset = ros::Duration(82.5);
+  Feed feed(offset);
+  feed.laser();
+  feed.odometry(182.0);
+  feed.odometry(183.0);
+  feed.scan_at(100.0, 183.0);
+  const auto item = feed.queue.next();
+  ASSERT_TRUE(item);
+  EXPECT_DOUBLE_EQ(std::get<ReadyScan>(*item).input.scan.stamp, 182.5);
+  offset.scan_time_offset = ros::Duration(-200.0);
+  Feed before_time(offset);
+  before_time.scan(100.0);
+  EXPECT_EQ(before_time.skipped(SkipReason::kInvalid), 1U);
+}
+
+TEST(ScanQueue, StartsAnewWhenTheClockJumpsBack) {
+  Feed feed(settings());
+  feed.laser();
+  for (const double begin : {100.0, 50.0}) {
+    feed.odometry(begin);
+    feed.scan(begin + 0.1);
+    feed.odometry(begin + 0.2);
+  }
+  feed.scan(50.3);
+  EXPECT_EQ(feed.ready(), (Stamps{100.1, -50.2, 50.1}));
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, StartsAnewWhenStampsJumpBack) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry_at(100.0, 200.0);
+  feed.odometry_at(100.2, 200.0);
+  feed.scan_at(100.1, 200.0);
+  feed.scan_at(50.1, 200.1);
+  feed.odometry_at(50.0, 200.2);
+  feed.odometry_at(50.2, 200.3);
+  EXPECT_EQ(feed.ready(), (Stamps{100.1, -50.0, 50.1}));
+}
+
+TEST(ScanQueue, StopsWhenTimeJumpsBackIfAskedTo) {
+  ScanQueueSettings stop = settings();
+  stop.stop_at_time_jump = true;
+  Feed feed(stop);
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry(100.2);
+  feed.scan_at(100.1, 100.2);
+  feed.scan_at(50.1, 100.3);
+  const auto first = feed.queue.next();
+  const auto second = feed.queue.next();
+  ASSERT_TRUE(first && second);
+  EXPECT_TRUE(std::get<TimeJump>(*second).stopped);
+  EXPECT_EQ(feed.skipped(SkipReason::kStopped), 1U);
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, ATransformBeforeSimulatedTimeBeginsCostsNoScan) {
+  Feed feed(settings());
+  feed.queue.add_transforms(make_link(0.0, "base", "laser", 0.2), true, ros::Time());
+  feed.scan_at(1000.1, 0.0);
+  feed.odometry(1000.0);
+  feed.odometry(1000.2);
+  EXPECT_EQ(feed.ready(), Stamps{1000.1});
+}
+
+TEST(ScanQueue, NeverHoldsMoreThanItMay) {
+  ScanQueueSettings small = settings();
+  small.max_waiting = 3;
+  Feed feed(small);
+  for (int k = 0; k < 10; ++k) {
+    feed.scan_at(100.0 + 0.1 * k, 100.0);
+  }
+  EXPECT_EQ(feed.queue.waiting(), 3U);
+  EXPECT_EQ(feed.skipped(SkipReason::kQueueFull), 7U);
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry(101.0);
+  EXPECT_EQ(feed.queue.waiting(), 3U);
+  feed.scan_at(100.95, 101.0);
+  EXPECT_EQ(feed.queue.waiting(), 3U);
+  EXPECT_EQ(feed.ready(), (Stamps{100.8, 100.9, 100.95})) << "the newest are kept";
+  feed.expect_all_accounted_for();
+}
+
+}  // namespace
+}  // namespace matchbox_slam

@@ -1,0 +1,214 @@
+// Plays a simulated bag into the nodelet and compares what it publishes with the truth and with
+// what map_bag makes of the same bag.
+
+#include <gtest/gtest.h>
+#include <nav_msgs/GetMap.h>
+#include <nodelet/NodeletLoad.h>
+#include <std_srvs/Trigger.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <future>
+#include <memory>
+
+#include "common/error_text.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/map_file.hpp"
+#include "matchbox_slam/io/tum.hpp"
+#include "matchbox_slam/ros/message_conversion.hpp"
+#include "matchbox_slam/ros/simulated_bag.hpp"
+#include "matchbox_slam/simulation/make_world.hpp"
+#include "ros/slam_listener.hpp"
+#include "tools/run_command.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// The bag is simulated, mapped by map_bag and played into the node once for all tests.
+class SlamNodelet : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = ros::param::param<std::string>("~folder", "");
+    ASSERT_NE(folder_, "");
+    require_writable_folder(folder_);
+    simulate();
+    const Outcome mapped = run_command(
+        MATCHBOX_MAP_BAG, folder_ + "/run.bag --quiet --out " + folder_ + "/map_bag --config " +
+                              MATCHBOX_SOURCE_DIR + "/config/monte_carlo.yaml");
+    ASSERT_EQ(mapped.exit_code, 0) << mapped.output;
+    listener_ = std::make_unique<SlamListener>();
+    play();
+  }
+
+  static void TearDownTestSuite() {
+    listener_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+
+  static std_srvs::Trigger::Response call(const std::string& service) {
+    std_srvs::Trigger trigger;
+    EXPECT_TRUE(ros::service::call(service, trigger)) << service;
+    return trigger.response;
+  }
+
+  static std::string folder_;
+  static std::vector<Pose2> truth_;  ///< of the base in the map
+  static std::unique_ptr<SlamListener> listener_;
+
+ private:
+  static void simulate() {
+    SimulationOptions options;
+    options.time.duration = 20.0;
+    options.laser.time_increment = 2e-5;
+    const World world = make_world("rooms", 4);
+    const SimulatedRun run = simulate_run(world, world.route(), options, 4);
+    SimulatedBagWriter(folder_ + "/run.bag", {}).write(run);
+    for (const Pose2& pose : run.world_from_base) {
+      truth_.push_back(run.world_from_base.front().inverse() * pose);
+    }
+  }
+
+  static void play() {
+    auto played = std::async(std::launch::async, [] {
+      return run_command("rosbag",
+                         "play --quiet --clock --queue=100000 --wait-for-subscribers "
+                         "--rate=3 " +
+                             folder_ + "/run.bag");
+    });
+    const std::size_t expected = read_tum(folder_ + "/map_bag/trajectory.tum").size();
+    EXPECT_TRUE(listener_->wait_until([&] { return listener_->poses.size() >= expected; }, 60.0));
+    EXPECT_EQ(played.get().exit_code, 0);
+    // The last map and paths, and a tick of the diagnostics.
+    listener_->wait_until([] { return false; }, 3.0);
+  }
+};
+
+std::string SlamNodelet::folder_;
+std::vector<Pose2> SlamNodelet::truth_;
+std::unique_ptr<SlamListener> SlamNodelet::listener_;
+
+TEST_F(SlamNodelet, ATrajectoryLikeMapBagsByteByByte) {
+  const std_srvs::Trigger::Response saved = call("/slam/save_map");
+  ASSERT_TRUE(saved.success) << saved.message;
+  EXPECT_TRUE(contains(saved.message, folder_ + "/node_map.pgm")) << saved.message;
+  // Not EXPECT_EQ, which would print both files.
+  EXPECT_TRUE(read_file(folder_ + "/node.tum") == read_file(folder_ + "/map_bag/trajectory.tum"));
+  EXPECT_TRUE(read_file(folder_ + "/node_map.pgm") == read_file(folder_ + "/map_bag/map.pgm"));
+  EXPECT_GT(std::filesystem::file_size(folder_ + "/node_map.png"), 1000U);
+}
+
+TEST_F(SlamNodelet, PosesAreTrue) {
+  const auto& poses = listener_->poses;
+  ASSERT_EQ(poses.size(), truth_.size()) << "every scan is used";
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const Pose2 error = truth_[k].inverse() * to_pose2(poses[k].pose.pose);
+    EXPECT_LT(std::hypot(error.x, error.y), 0.05) << k;
+    EXPECT_LT(std::abs(error.theta), 0.02) << k;
+    EXPECT_EQ(poses[k].header.frame_id, "map");
+  }
+  EXPECT_GT(poses.back().pose.covariance[0], 0.0);
+  EXPECT_GT(poses.back().pose.covariance[35], 0.0);
+}
+
+TEST_F(SlamNodelet, TransformsLeadToTheSamePose) {
+  const auto& last = listener_->poses.back();
+  const auto map_from_base =
+      listener_->transforms.lookup("map", "base_footprint", last.header.stamp);
+  ASSERT_TRUE(map_from_base);
+  const Pose2 error = to_pose2(last.pose.pose).inverse() * project_to_plane(*map_from_base);
+  EXPECT_LT(std::hypot(error.x, error.y), 0.02);
+  ASSERT_GT(listener_->leads.size(), 100U);
+  std::vector<ros::Duration> leads = listener_->leads;
+  std::nth_element(leads.begin(), leads.begin() + static_cast<std::ptrdiff_t>(leads.size() / 2),
+                   leads.end());
+  EXPECT_NEAR(leads[leads.size() / 2].toSec(), 0.1, 0.05) << "stamped ahead by the tolerance";
+}
+
+TEST_F(SlamNodelet, TheLatchedMapIsMapBags) {
+  const nav_msgs::OccupancyGrid map = listener_->latched_map();
+  const MapImage image = read_map(folder_ + "/map_bag/map.yaml");
+  ASSERT_EQ(static_cast<int>(map.info.width), image.width);
+  ASSERT_EQ(static_cast<int>(map.info.height), image.height);
+  EXPECT_NEAR(map.info.origin.position.x, image.origin.x, 1e-9);
+  EXPECT_NEAR(map.info.origin.position.y, image.origin.y, 1e-9);
+  EXPECT_EQ(map.header.frame_id, "map");
+  EXPECT_FALSE(map.header.stamp.isZero());
+  std::size_t occupied = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const int value = map.data[static_cast<std::size_t>(y * image.width + x)];
+      occupied += value > 65 ? 1U : 0U;
+      if (value > 65) {
+        ASSERT_EQ(image.state({x, y}), CellState::kOccupied) << x << " " << y;
+      } else if (value == -1) {
+        ASSERT_EQ(image.state({x, y}), CellState::kUnknown) << x << " " << y;
+      } else if (value < 19) {
+        ASSERT_EQ(image.state({x, y}), CellState::kFree) << x << " " << y;
+      }
+    }
+  }
+  EXPECT_GT(occupied, 300U);
+  nav_msgs::GetMap service;
+  ASSERT_TRUE(ros::service::call("/dynamic_map", service));
+  EXPECT_EQ(service.response.map.data, map.data);
+}
+
+TEST_F(SlamNodelet, DrawsBothTrajectories) {
+  EXPECT_GT(listener_->path.poses.size(), truth_.size() / 2);
+  ASSERT_GT(listener_->odometry_path.poses.size(), truth_.size() / 2);
+  EXPECT_EQ(listener_->odometry_path.header.frame_id, "map");
+  EXPECT_NEAR(listener_->odometry_path.poses.front().pose.position.x, 0.0, 1e-6);
+}
+
+TEST_F(SlamNodelet, DiagnosticsTellWhatBecameOfTheScans) {
+  ASSERT_FALSE(listener_->status.name.empty());
+  std::string received;
+  std::string used;
+  for (const auto& value : listener_->status.values) {
+    received = value.key == "Scans received" ? value.value : received;
+    used = value.key == "Scans used" ? value.value : used;
+  }
+  EXPECT_EQ(received, std::to_string(truth_.size()));
+  EXPECT_EQ(used, std::to_string(truth_.size()));
+}
+
+TEST_F(SlamNodelet, ANodeThatCannotStartSaysWhyAndExits) {
+  const auto refused = [](const std::string& parameters, const std::string& words) {
+    const Outcome outcome = run_command(MATCHBOX_SLAM_NODE, "__name:=refused " + parameters);
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, words)) << outcome.output;
+    EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 1) << outcome.output;
+  };
+  refused("_matcher:=olsen", "there is no matcher 'olsen'");
+  ros::param::del("/refused");
+  refused("_base_fram:=x", "did you mean 'base_frame'?");
+  ros::param::del("/refused");
+  refused("_scan_time_offset:=auto", "scan_time_offset: auto is not allowed in the node");
+}
+
+TEST_F(SlamNodelet, ANodeletThatCannotStartIsRefused) {
+  ros::param::set("/refused_nodelet/matcher", "olsen");
+  nodelet::NodeletLoad load;
+  load.request.name = "/refused_nodelet";
+  load.request.type = "matchbox_slam/SlamNodelet";
+  ros::service::call("/slam_manager/load_nodelet", load);
+  EXPECT_FALSE(load.response.success);
+}
+
+TEST_F(SlamNodelet, ResetForgetsTheMap) {  // the last test: nothing is left afterwards
+  EXPECT_TRUE(call("/slam/reset").success);
+  nav_msgs::GetMap service;
+  ASSERT_TRUE(ros::service::call("/dynamic_map", service));
+  EXPECT_TRUE(service.response.map.data.empty());
+}
+
+}  // namespace
+}  // namespace matchbox_slam
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_slam_nodelet");
+  const ros::NodeHandle keeps_ros_alive;
+  return RUN_ALL_TESTS();
+}

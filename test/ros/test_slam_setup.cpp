@@ -1,0 +1,133 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "common/error_text.hpp"
+#include "matchbox_slam/io/yaml_parameters.hpp"
+#include "matchbox_slam/ros/slam_setup.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+SlamSetup setup_of(const std::string& yaml) {
+  return make_slam_setup(parse_yaml_parameters(yaml, "test"), MatcherLoader());
+}
+
+std::string refusal_of(const std::string& yaml) {
+  return error_text<ConfigurationError>([&] { (void)setup_of(yaml); });
+}
+
+TEST(MatcherLoader, NamesMatchersInTwoWays) {
+  EXPECT_EQ(matcher_short_name("matchbox_slam/MonteCarlo"), "monte_carlo");
+  EXPECT_EQ(matcher_short_name("my_package/ICPMatcher2"), "icp_matcher2");
+  EXPECT_EQ(matcher_short_name("Plain"), "plain");
+  const MatcherLoader loader;
+  EXPECT_EQ(loader.find("monte_carlo"), "matchbox_slam/MonteCarlo");
+  EXPECT_EQ(loader.find("matchbox_slam/OdometryOnly"), "matchbox_slam/OdometryOnly");
+}
+
+TEST(MatcherLoader, AnUnknownNameListsTheKnown) {
+  const std::string text =
+      error_text<ConfigurationError>([] { (void)MatcherLoader().find("carlo"); });
+  EXPECT_TRUE(contains(text, "no matcher 'carlo'")) << text;
+  EXPECT_TRUE(contains(text, "monte_carlo, ")) << text;
+  EXPECT_TRUE(contains(text, "matchbox_slam/MonteCarlo")) << text;
+}
+
+TEST(MatcherLoader, MatchersOutliveTheLoader) {
+  std::shared_ptr<ScanMatcher> matcher;
+  {
+    const MatcherLoader loader;
+    matcher = loader.create("matchbox_slam/MonteCarlo");
+  }
+  EXPECT_FALSE(matcher->options().empty());
+}
+
+TEST(SlamSetup, DefaultsAreComplete) {
+  const SlamSetup setup = setup_of("");
+  EXPECT_EQ(setup.matcher_name, "matchbox_slam/MonteCarlo");
+  EXPECT_NE(setup.matcher, nullptr);
+}
+
+TEST(SlamSetup, ReadsEverySection) {
+  const SlamSetup setup = setup_of(
+      "matcher: odometry_only\nseed: 7\npublish_tf: false\nscan_time_offset: 82.2\n"
+      "slam: {insert_distance: 0.7}\nscan/max_range: 12\nmap: {resolution: 0.1}\n"
+      "motion: {rotation_per_metre: 0.01}\nfield: {reach: 0.3}\nmonte_carlo: {max_tries: 3}\n");
+  EXPECT_EQ(setup.matcher_name, "matchbox_slam/OdometryOnly");
+  EXPECT_EQ(setup.run.seed, 7);
+  EXPECT_EQ(setup.run.scan_time_offset, "82.2");
+  EXPECT_FALSE(setup.node.publish_tf);
+  EXPECT_DOUBLE_EQ(setup.engine.slam.insert_distance, 0.7);
+  EXPECT_DOUBLE_EQ(setup.engine.scan.max_range, 12.0);
+  EXPECT_DOUBLE_EQ(setup.engine.map.resolution, 0.1);
+  EXPECT_DOUBLE_EQ(setup.engine.motion.rotation_per_metre, 0.01);
+  EXPECT_DOUBLE_EQ(setup.engine.field.reach, 0.3);
+}
+
+TEST(SlamSetup, TheDescriptionReadsBackAsTheSame) {
+  const SlamSetup setup = setup_of("monte_carlo: {max_tries: 321}\nmap: {resolution: 0.1}\n");
+  Parameters described;
+  for (const OptionDescription& row : describe_setup(setup)) {
+    described.set(row.name, row.value);
+  }
+  EXPECT_EQ(std::get<std::int64_t>(*described.find("monte_carlo/max_tries")), 321);
+  const SlamSetup again = make_slam_setup(described, MatcherLoader());
+  EXPECT_DOUBLE_EQ(again.engine.map.resolution, 0.1);
+}
+
+TEST(SlamSetup, RefusesWhatItDoesNotKnow) {
+  EXPECT_TRUE(contains(refusal_of("base_fram: x"), "did you mean 'base_frame'"));
+  EXPECT_TRUE(contains(refusal_of("monte_carl: {max_tries: 3}"), "did you mean 'monte_carlo'"));
+  EXPECT_TRUE(contains(refusal_of("monte_carlo: {max_trys: 3}"), "did you mean 'max_tries'"));
+  EXPECT_TRUE(contains(refusal_of("slam: {insert_distanc: 3}"), "'insert_distance'"));
+  EXPECT_TRUE(contains(refusal_of("matcher: olsen"), "no matcher 'olsen'"));
+  EXPECT_TRUE(contains(refusal_of("seed: -1"), "seed: -1 is not allowed; allowed: at least 0"));
+  EXPECT_TRUE(contains(refusal_of("time_jump: panic"), "one of reset, stop"));
+  EXPECT_TRUE(contains(refusal_of("scan_time_offset: soon"), "allowed: a number of seconds, auto"));
+}
+
+TEST(ShippedConfig, EveryFileIsReadAndNamesAMatcher) {
+  std::size_t files = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(MATCHBOX_SOURCE_DIR) + "/config")) {
+    const Parameters parameters = read_yaml_parameters({entry.path().string()});
+    const SlamSetup setup = make_slam_setup(parameters, MatcherLoader());
+    EXPECT_EQ(matcher_short_name(setup.matcher_name), entry.path().stem().string());
+    ++files;
+  }
+  EXPECT_GE(files, 2U);
+}
+
+TEST(ShippedConfig, HoldsTheDefaults) {
+  const std::string folder = std::string(MATCHBOX_SOURCE_DIR) + "/config/";
+  for (const std::string name : {"monte_carlo", "odometry_only"}) {
+    Parameters matcher;
+    matcher.set("matcher", name);
+    Parameters defaults;
+    for (const OptionDescription& row : describe_setup(make_slam_setup(matcher, MatcherLoader()))) {
+      defaults.set(row.name, row.value);
+    }
+    const Parameters shipped = read_yaml_parameters({folder + name + ".yaml"});
+    for (const auto& [key, value] : shipped.values()) {
+      const ParameterValue* expected = defaults.find(key);
+      ASSERT_NE(expected, nullptr) << key;
+      EXPECT_EQ(value, *expected) << name << ".yaml: " << key << " is " << to_string(value)
+                                  << ", the default is " << to_string(*expected);
+    }
+  }
+}
+
+TEST(ShippedConfig, EveryMatcherHasOne) {
+  for (const std::string& name : MatcherLoader().lookup_names()) {
+    if (name.rfind("matchbox_slam/", 0) != 0) {
+      continue;  // of another package in the workspace
+    }
+    EXPECT_TRUE(std::filesystem::exists(std::string(MATCHBOX_SOURCE_DIR) + "/config/" +
+                                        matcher_short_name(name) + ".yaml"))
+        << name;
+  }
+}
+
+}  // namespace
+}  // namespace matchbox_slam
