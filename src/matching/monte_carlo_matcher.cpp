@@ -319,9 +319,10 @@ MatchResult MonteCarloMatcher::match(const MatchProblem& problem) const {
   MatchResult result;
   result.status = MatchStatus::kAccepted;
   result.map_from_base = refined.map_from_base;
-  result.covariance = options_.covariance_samples > 0
-                          ? sampled_covariance(problem, refined, options_, random)
-                          : refined.covariance;
+  // Along a direction that nothing holds, samples would only add noise to the prior's variance.
+  const bool sampled = options_.covariance_samples > 0 && refined.unconstrained_directions.empty();
+  result.covariance =
+      sampled ? sampled_covariance(problem, refined, options_, random) : refined.covariance;
   result.score = std::clamp(refined.score, 0.0, 1.0);
   result.unconstrained_directions = refined.unconstrained_directions;
   result.candidates = tries;

@@ -100,8 +100,7 @@ SlamNode::~SlamNode() {
   }
 }
 
-// --- messages in
-// -------------------------------------------------------------------------------------
+// --- messages in ---
 
 void SlamNode::on_scan(const ros::MessageEvent<const sensor_msgs::LaserScan>& event) {
   {
@@ -154,8 +153,7 @@ void SlamNode::warn_of_skipped() {
   }
 }
 
-// --- mapping
-// -----------------------------------------------------------------------------------------
+// --- mapping ---
 
 void SlamNode::run_mapping() {
   while (true) {
@@ -212,8 +210,7 @@ void SlamNode::forget_map() {
   map_transform_.reset();
 }
 
-// --- messages out
-// ------------------------------------------------------------------------------------
+// --- messages out ---
 
 void SlamNode::publish_pose(const ReadyScan& scan, const ScanOutcome& outcome) {
   geometry_msgs::PoseWithCovarianceStamped message;

@@ -64,21 +64,23 @@ int main(int argc, char** argv) {
   std::vector<std::string> arguments;
   ros::removeROSArgs(argc, argv, arguments);  // of rostest, such as __name:=conformance
   arguments.erase(arguments.begin());         // the program
+  // Gone at the end of main: what GoogleTest keeps outlives class_loader's list of libraries.
+  std::unique_ptr<const MatcherLoader> loader;
   try {
     for (const std::string& argument : arguments) {
       if (argument.rfind('-', 0) == 0) {
         throw ConfigurationError("unknown option " + argument + "; see --help");
       }
     }
-    const auto loader = std::make_shared<MatcherLoader>();
+    loader = std::make_unique<MatcherLoader>();
     const std::vector<std::string> names = chosen_matchers(*loader, arguments);
     if (names.empty()) {
       throw ConfigurationError("no package declares a scan matcher");
     }
     for (const std::string& name : names) {
       (void)loader->create(name);  // one clear line now, rather than as many as there are tests
-      matchbox_slam::register_matcher_conformance(name,
-                                                  [loader, name] { return loader->create(name); });
+      matchbox_slam::register_matcher_conformance(
+          name, [loader = loader.get(), name] { return loader->create(name); });
     }
   } catch (const ConfigurationError& error) {
     std::cerr << "matcher_conformance: " << error.what() << '\n';

@@ -69,7 +69,7 @@ struct ProjectionOptions {
 /// anywhere.
 /// @param motion  pose of the base at the last beam in the base at the first; beams in between are
 ///                placed by interpolation. Identity for a robot at rest or an instantaneous scan.
-/// Cost: linear in the beams.
+/// Cost: beams times the neighbours within the surface radius.
 [[nodiscard]] PointScan project_scan(const LaserScan& scan,
                                      const Eigen::Isometry3d& base_from_laser, const Pose2& motion,
                                      const ProjectionOptions& options);

@@ -1,0 +1,273 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/map/scan_inserter.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// Numbers that are easy to follow, apart from the defaults, which may be tuned.
+MapOptions tidy_options() {
+  MapOptions options;
+  options.resolution = 0.1;
+  options.quality = 0.5;
+  options.no_return_quality = 0.2;
+  options.hole_width = 0.4;
+  options.occupied_threshold = 0.5;
+  return options;
+}
+
+ScanPoint hit(double x, double y) {
+  ScanPoint point;
+  point.position = {x, y};
+  point.origin = Eigen::Vector2d::Zero();
+  point.normal = -point.position.normalized();
+  point.weight = 0.1;
+  return point;
+}
+
+PointScan scan_of(std::vector<ScanPoint> points, std::vector<FreeRay> free_rays = {}) {
+  PointScan scan;
+  scan.points = std::move(points);
+  scan.free_rays = std::move(free_rays);
+  return scan;
+}
+
+SlamMap make_map(const MapOptions& options = tidy_options()) {
+  return {options, LikelihoodFieldOptions{}};
+}
+
+double occupancy_at(const SlamMap& map, double x, double y) {
+  return map.occupancy.occupancy(map.occupancy.geometry().cell_at({x, y}));
+}
+
+bool has_surface_at(const SlamMap& map, double x, double y) {
+  return map.field.has_surface(map.field.geometry().cell_at({x, y}));
+}
+
+TEST(ScanInserter, FreeAlongTheBeamOccupiedAtTheHitUnknownBehind) {
+  SlamMap map = make_map();
+  insert_scan(scan_of({hit(1.05, 0.05)}), {}, tidy_options(), map);
+  for (double x = 0.05; x < 0.8; x += 0.1) {
+    EXPECT_NEAR(occupancy_at(map, x, 0.05), 0.25, 1e-4) << x;  // half-way from 0.5 to 0
+  }
+  EXPECT_NEAR(occupancy_at(map, 1.05, 0.05), 0.75, 1e-4);
+  for (double x = 1.25; x < 2.0; x += 0.1) {
+    EXPECT_FALSE(map.occupancy.is_known(map.occupancy.geometry().cell_at({x, 0.05}))) << x;
+  }
+  EXPECT_TRUE(has_surface_at(map, 1.05, 0.05));
+  EXPECT_EQ(map.field.surface_cells().size(), 1U);
+}
+
+TEST(ScanInserter, TheHoleRisesTowardsTheHit) {
+  MapOptions options = tidy_options();
+  options.resolution = 0.02;
+  options.quality = 1.0;  // so that the map shows what was observed
+  SlamMap map = make_map(options);
+  insert_scan(scan_of({hit(1.01, 0.01)}), {}, options, map);
+  // Half a hole, 0.2 m, in front of the hit it says free; then it rises linearly, within a cell.
+  for (double x = 0.01; x < 1.02; x += 0.02) {
+    const double expected = std::max(0.0, 1.0 - (1.01 - x) / 0.2);
+    EXPECT_NEAR(occupancy_at(map, x, 0.01), expected, 0.11) << x;
+  }
+  // Behind the hit it falls and stops where it says rather free than occupied.
+  EXPECT_GT(occupancy_at(map, 1.07, 0.01), 0.55);
+  EXPECT_FALSE(map.occupancy.is_known(map.occupancy.geometry().cell_at({1.15, 0.01})));
+}
+
+TEST(ScanInserter, WithoutAHoleOnlyTheHitIsOccupied) {
+  MapOptions options = tidy_options();
+  options.hole_width = 0.0;
+  SlamMap map = make_map(options);
+  insert_scan(scan_of({hit(1.05, 0.05)}), {}, options, map);
+  EXPECT_NEAR(occupancy_at(map, 0.95, 0.05), 0.25, 1e-4);
+  EXPECT_NEAR(occupancy_at(map, 1.05, 0.05), 0.75, 1e-4);
+  EXPECT_FALSE(map.occupancy.is_known(map.occupancy.geometry().cell_at({1.15, 0.05})));
+}
+
+TEST(ScanInserter, ABeamIsFreeInEveryCellThatItCrosses) {
+  Random random(6);
+  for (int i = 0; i < 200; ++i) {
+    SlamMap map = make_map();
+    ScanPoint point = hit(random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0));
+    point.origin = {random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0)};
+    insert_scan(scan_of({point}), {}, tidy_options(), map);
+    // Sampled densely, the free part of the beam never leaves the cells that were drawn.
+    const double range = (point.position - point.origin).norm();
+    const double free_part = range - 0.5 * tidy_options().hole_width;
+    for (double way = 0.0; way <= free_part; way += 0.002) {
+      const Eigen::Vector2d at = point.origin + way / range * (point.position - point.origin);
+      const GridGeometry& geometry = map.occupancy.geometry();
+      const Eigen::Vector2d off = at - geometry.center(geometry.cell_at(at));
+      if (off.cwiseAbs().maxCoeff() < 0.049) {  // on the edge of two cells either will do
+        ASSERT_LT(map.occupancy.occupancy(geometry.cell_at(at)), 0.5);
+      }
+    }
+  }
+}
+
+TEST(ScanInserter, ARayWithoutReturnClearsButMarksNothing) {
+  SlamMap map = make_map();
+  insert_scan(scan_of({}, {{{0.05, 0.05}, {2.05, 0.05}}}), {}, tidy_options(), map);
+  for (double x = 0.05; x < 2.1; x += 0.1) {
+    EXPECT_NEAR(occupancy_at(map, x, 0.05), 0.4, 1e-4) << x;  // a fifth of the way from 0.5 to 0
+  }
+  EXPECT_FALSE(map.occupancy.is_known({21, 0}));
+  EXPECT_TRUE(map.field.empty());
+}
+
+TEST(ScanInserter, PoseOfTheBaseIsApplied) {
+  SlamMap map = make_map();
+  insert_scan(scan_of({hit(1.0, 0.0)}), {5.05, -2.95, 0.5 * kPi}, tidy_options(), map);
+  EXPECT_GT(occupancy_at(map, 5.05, -1.95), 0.7);
+  EXPECT_LT(occupancy_at(map, 5.05, -2.75), 0.3);
+  Surface surface;
+  ASSERT_TRUE(map.field.nearest_surface(map.field.geometry().cell_at({5.05, -1.95}), surface));
+  EXPECT_LT((surface.position - Eigen::Vector2d(5.05, -1.95)).norm(), 1e-4);
+  EXPECT_LT((surface.double_angle - Eigen::Vector2d(-1.0, 0.0)).norm(), 1e-3) << "normal along y";
+}
+
+/// A wall 0.6 m to the left, seen from the middle: many beams graze along it.
+PointScan grazing_scan(double spacing, bool joined) {
+  std::vector<ScanPoint> points;
+  for (double x = 8.0; x > 0.0; x -= spacing) {
+    points.push_back(hit(x, 0.62));
+    points.back().normal = {0.0, -1.0};
+    points.back().joined_to_next = joined && x - spacing > 0.0;
+  }
+  return scan_of(std::move(points));
+}
+
+TEST(ScanInserter, GrazingBeamsDoNotEraseAWall) {
+  SlamMap map = make_map();
+  for (int i = 0; i < 10; ++i) {
+    insert_scan(grazing_scan(0.05, false), {}, tidy_options(), map);
+  }
+  for (double x = 0.2; x < 8.0; x += 0.1) {
+    EXPECT_GT(occupancy_at(map, x, 0.62), 0.9) << x;
+    EXPECT_TRUE(has_surface_at(map, x, 0.62)) << x;
+  }
+}
+
+TEST(ScanInserter, JoinedHitsAreAWallWithoutHoles) {
+  for (const bool joined : {true, false}) {
+    SlamMap map = make_map();
+    for (int i = 0; i < 10; ++i) {
+      insert_scan(grazing_scan(0.5, joined), {}, tidy_options(), map);
+    }
+    int walls = 0;
+    for (double x = 1.05; x < 7.9; x += 0.1) {
+      walls += has_surface_at(map, x, 0.62) && occupancy_at(map, x, 0.62) > 0.9 ? 1 : 0;
+    }
+    if (joined) {
+      EXPECT_EQ(walls, 69);
+    } else {
+      EXPECT_LT(walls, 20);
+    }
+  }
+}
+
+TEST(ScanInserter, TheOrderOfTheBeamsDoesNotMatter) {
+  Random random(8);
+  PointScan scan = grazing_scan(0.05, false);
+  for (int i = 0; i < 50; ++i) {
+    scan.points.push_back(hit(random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0)));
+    scan.free_rays.push_back({{0.0, 0.0}, {random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0)}});
+  }
+  SlamMap map = make_map();
+  insert_scan(scan, {0.3, 0.2, 0.1}, tidy_options(), map);
+  std::reverse(scan.points.begin(), scan.points.end());
+  std::reverse(scan.free_rays.begin(), scan.free_rays.end());
+  SlamMap reversed = make_map();
+  insert_scan(scan, {0.3, 0.2, 0.1}, tidy_options(), reversed);
+  const CellBox bounds = map.occupancy.known_bounds();
+  EXPECT_EQ(reversed.occupancy.known_bounds().min, bounds.min);
+  EXPECT_EQ(reversed.occupancy.known_bounds().max, bounds.max);
+  for (int y = bounds.min.y; y < bounds.max.y; ++y) {
+    for (int x = bounds.min.x; x < bounds.max.x; ++x) {
+      ASSERT_EQ(map.occupancy.stored({x, y}), reversed.occupancy.stored({x, y}));
+      ASSERT_EQ(map.field.has_surface({x, y}), reversed.field.has_surface({x, y}));
+    }
+  }
+}
+
+TEST(ScanInserter, TheMostOccupiedObservationOfACellWins) {
+  SlamMap map = make_map();
+  // One beam ends where another passes and a third without return does.
+  insert_scan(scan_of({hit(1.05, 0.05), hit(3.05, 0.05)}, {{{0.0, 0.05}, {4.0, 0.05}}}), {},
+              tidy_options(), map);
+  EXPECT_NEAR(occupancy_at(map, 1.05, 0.05), 0.75, 1e-4);
+  EXPECT_NEAR(occupancy_at(map, 2.05, 0.05), 0.25, 1e-4);
+  EXPECT_NEAR(occupancy_at(map, 3.55, 0.05), 0.4, 1e-4);
+}
+
+TEST(ScanInserter, ACellSeenFreeLosesItsSurface) {
+  SlamMap map = make_map();
+  insert_scan(scan_of({hit(1.05, 0.05)}), {}, tidy_options(), map);
+  ASSERT_TRUE(has_surface_at(map, 1.05, 0.05));
+  insert_scan(scan_of({hit(3.05, 0.05)}), {}, tidy_options(), map);  // 0.75 becomes 0.375
+  EXPECT_LT(occupancy_at(map, 1.05, 0.05), 0.5);
+  EXPECT_FALSE(has_surface_at(map, 1.05, 0.05));
+  EXPECT_TRUE(has_surface_at(map, 3.05, 0.05));
+  // And gains it back when the obstacle stands there again.
+  insert_scan(scan_of({hit(1.05, 0.05)}), {}, tidy_options(), map);
+  EXPECT_TRUE(has_surface_at(map, 1.05, 0.05));
+}
+
+TEST(ScanInserter, AHitInACellKnownToBeFreeIsNoSurfaceYet) {
+  SlamMap map = make_map();
+  for (int i = 0; i < 5; ++i) {
+    insert_scan(scan_of({hit(3.05, 0.05)}), {}, tidy_options(), map);
+  }
+  MapOptions slow = tidy_options();
+  slow.quality = 0.3;
+  insert_scan(scan_of({hit(1.05, 0.05)}), {}, slow, map);
+  EXPECT_FALSE(has_surface_at(map, 1.05, 0.05));
+  insert_scan(scan_of({hit(1.05, 0.05)}), {}, slow, map);
+  EXPECT_TRUE(has_surface_at(map, 1.05, 0.05));
+}
+
+TEST(ScanInserter, AnEmptyScanChangesNothing) {
+  SlamMap map = make_map();
+  insert_scan({}, {1.0, 2.0, 3.0}, tidy_options(), map);
+  EXPECT_TRUE(map.occupancy.known_bounds().empty());
+  EXPECT_TRUE(map.field.empty());
+}
+
+TEST(ScanInserter, AHitAtTheLaserItselfIsFine) {
+  SlamMap map = make_map();
+  insert_scan(scan_of({hit(0.0, 0.0), hit(0.05, 0.0)}), {0.05, 0.05, 0.0}, tidy_options(), map);
+  EXPECT_TRUE(map.occupancy.is_known({0, 0}));
+}
+
+TEST(ScanInserter, AMapOf100MetresSquareTakes100MegabytesAtMost) {
+  // The worst building there is: clutter every 40 cm, so that nothing of the map stays unused.
+  MapOptions options = tidy_options();
+  options.resolution = 0.05;
+  SlamMap map(options, LikelihoodFieldOptions{});
+  PointScan scan;
+  for (double y = -1.8; y < 2.0; y += 0.4) {
+    for (double x = -1.8; x < 2.0; x += 0.4) {
+      scan.points.push_back(hit(x, y));
+    }
+  }
+  for (double y = 2.0; y < 100.0; y += 4.0) {
+    for (double x = 2.0; x < 100.0; x += 4.0) {
+      insert_scan(scan, {x, y, 0.0}, options, map);
+    }
+  }
+  const CellBox bounds = map.occupancy.known_bounds();
+  EXPECT_GE(bounds.width(), 1990);
+  EXPECT_GE(bounds.height(), 1990);
+  const double megabytes = static_cast<double>(map.occupancy.bytes() + map.field.bytes()) / 1e6;
+  EXPECT_LE(megabytes, 100.0);
+  EXPECT_GE(megabytes, 40.0) << "the test no longer fills the map";
+}
+
+}  // namespace
+}  // namespace matchbox_slam

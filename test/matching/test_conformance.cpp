@@ -1,0 +1,19 @@
+// The conformance suite over the matchers of this package, without plugins.
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "matchbox_slam/matching/monte_carlo_matcher.hpp"
+#include "matchbox_slam/matching/odometry_only_matcher.hpp"
+#include "matching/matcher_conformance.hpp"
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  using matchbox_slam::register_matcher_conformance;
+  register_matcher_conformance("MonteCarlo",
+                               [] { return std::make_shared<matchbox_slam::MonteCarloMatcher>(); });
+  register_matcher_conformance(
+      "OdometryOnly", [] { return std::make_shared<matchbox_slam::OdometryOnlyMatcher>(); });
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,449 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/sensor/point_scan.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+/// The walls of the test room: x = -3, x = 4, y = -2, y = 5.
+const Eigen::Vector2d kLow(-3.0, -2.0);
+const Eigen::Vector2d kHigh(4.0, 5.0);
+
+/// How far a step vector fits from a point inside the room until it meets a wall.
+double steps_to_wall(const Eigen::Vector2d& origin, const Eigen::Vector2d& step) {
+  double steps = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 2; ++axis) {
+    if (step(axis) != 0.0) {
+      const double wall = step(axis) > 0.0 ? kHigh(axis) : kLow(axis);
+      steps = std::min(steps, (wall - origin(axis)) / step(axis));
+    }
+  }
+  return steps;
+}
+
+double distance_to_walls(const Eigen::Vector2d& point) {
+  return std::min((point - kLow).cwiseAbs().minCoeff(), (point - kHigh).cwiseAbs().minCoeff());
+}
+
+LaserScan sweep(std::size_t beams, double field_of_view) {
+  LaserScan scan;
+  scan.stamp = 17.25;
+  scan.angle_min = -0.5 * field_of_view;
+  scan.angle_increment = beams > 1 ? field_of_view / static_cast<double>(beams - 1) : 0.0;
+  scan.range_min = 0.05;
+  scan.range_max = 20.0;
+  scan.ranges.assign(beams, kNan);
+  return scan;
+}
+
+double angle_of(const LaserScan& scan, std::size_t beam) {
+  return scan.angle_min + static_cast<double>(beam) * scan.angle_increment;
+}
+
+/// What a laser measures in the room, mounted anyhow, on a base that moves at constant speed from
+/// the origin to `motion` while the beams are swept.
+void measure(LaserScan& scan, const Eigen::Isometry3d& base_from_laser, const Pose2& motion = {}) {
+  for (std::size_t k = 0; k < scan.ranges.size(); ++k) {
+    const double angle = angle_of(scan, k);
+    const Eigen::Vector3d direction =
+        base_from_laser.linear() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
+    const double last = std::max<double>(1.0, static_cast<double>(scan.ranges.size()) - 1.0);
+    const Pose2 room_from_base = interpolate({}, motion, static_cast<double>(k) / last);
+    const Pose2 turn_only{0.0, 0.0, room_from_base.theta};
+    scan.ranges[k] = static_cast<float>(
+        steps_to_wall(room_from_base * Eigen::Vector2d(base_from_laser.translation().head<2>()),
+                      turn_only * Eigen::Vector2d(direction.head<2>())));
+  }
+}
+
+Eigen::Isometry3d mount(double x, double y, double roll, double pitch, double yaw) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() = Eigen::Vector3d(x, y, 0.3);
+  pose.linear() = (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
+                   Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
+                   Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()))
+                      .toRotationMatrix();
+  return pose;
+}
+
+/// Options without limits that matter in the room, so that a test states what it depends on.
+ProjectionOptions plain() {
+  ProjectionOptions options;
+  options.min_range = 0.0;
+  options.max_range = 100.0;
+  options.free_range = 5.0;
+  return options;
+}
+
+PointScan project(const LaserScan& scan, const ProjectionOptions& options = plain(),
+                  const Eigen::Isometry3d& base_from_laser = Eigen::Isometry3d::Identity(),
+                  const Pose2& motion = {}) {
+  return project_scan(scan, base_from_laser, motion, options);
+}
+
+PointScan scan_of_room(std::size_t beams, double field_of_view = 4.5) {
+  LaserScan scan = sweep(beams, field_of_view);
+  measure(scan, Eigen::Isometry3d::Identity());
+  return project(scan);
+}
+
+// --- which readings count ---
+
+struct Reading {
+  std::string name;
+  float range;
+  double option_min;
+  double option_max;
+  double option_free;
+  std::size_t points;
+  std::size_t free_rays;
+  double length;  ///< of the point or the ray
+};
+
+std::ostream& operator<<(std::ostream& out, const Reading& reading) { return out << reading.name; }
+
+class Readings : public testing::TestWithParam<Reading> {};
+
+/// The scan's own limits are 0.1 m to 10 m.
+TEST_P(Readings, AreSortedByRep117) {
+  const Reading& reading = GetParam();
+  LaserScan scan = sweep(1, 0.0);
+  scan.range_min = 0.1F;
+  scan.range_max = 10.0;
+  scan.angle_min = 0.5;
+  scan.ranges = {reading.range};
+  ProjectionOptions options;
+  options.min_range = reading.option_min;
+  options.max_range = reading.option_max;
+  options.free_range = reading.option_free;
+  const PointScan projected = project(scan, options);
+  ASSERT_EQ(projected.points.size(), reading.points);
+  ASSERT_EQ(projected.free_rays.size(), reading.free_rays);
+  const Eigen::Vector2d expected(reading.length * std::cos(0.5), reading.length * std::sin(0.5));
+  for (const ScanPoint& point : projected.points) {
+    EXPECT_LT((point.position - expected).norm(), 1e-6);
+    EXPECT_EQ(point.origin, Eigen::Vector2d::Zero());
+  }
+  for (const FreeRay& ray : projected.free_rays) {
+    EXPECT_LT((ray.end - expected).norm(), 1e-6);
+    EXPECT_EQ(ray.origin, Eigen::Vector2d::Zero());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    PointScan, Readings,
+    testing::Values(  //        range    min   max  free  points rays length
+        Reading{"a_hit", 2.0F, 0.0, 100, 5.0, 1, 0, 2.0},
+        Reading{"not_a_number", kNan, 0.0, 100, 5.0, 0, 0, 0},
+        Reading{"too_close_to_measure", -kInf, 0.0, 100, 5.0, 0, 0, 0},
+        Reading{"zero", 0.0F, 0.0, 100, 5.0, 0, 0, 0},
+        Reading{"negative", -1.0F, 0.0, 100, 5.0, 0, 0, 0},
+        Reading{"below_range_min", 0.0999F, 0.0, 100, 5.0, 0, 0, 0},
+        Reading{"at_range_min", 0.1F, 0.0, 100, 5.0, 1, 0, 0.1},
+        Reading{"no_return", kInf, 0.0, 100, 5.0, 0, 1, 5.0},
+        Reading{"just_below_range_max", 9.99F, 0.0, 100, 5.0, 1, 0, 9.99},
+        Reading{"at_range_max", 10.0F, 0.0, 100, 5.0, 0, 1, 5.0},
+        Reading{"above_range_max", 11.0F, 0.0, 100, 5.0, 0, 1, 5.0},
+        Reading{"the_largest_number", std::numeric_limits<float>::max(), 0.0, 100, 5.0, 0, 1, 5.0},
+        Reading{"below_the_option_min", 0.49F, 0.5, 100, 5.0, 0, 0, 0},
+        Reading{"at_the_option_min", 0.5F, 0.5, 100, 5.0, 1, 0, 0.5},
+        Reading{"above_the_option_max", 7.0F, 0.0, 6.0, 5.0, 0, 1, 5.0},
+        Reading{"free_not_beyond_the_max", kInf, 0.0, 3.0, 5.0, 0, 1, 3.0},
+        Reading{"free_not_beyond_range_max", kInf, 0.0, 100, 50.0, 0, 1, 10.0},
+        Reading{"free_switched_off", kInf, 0.0, 100, 0.0, 0, 0, 0}),
+    [](const testing::TestParamInfo<Reading>& test) { return test.param.name; });
+
+TEST(PointScan, KeepsStampAndOrder) {
+  const PointScan scan = scan_of_room(101);
+  EXPECT_EQ(scan.stamp, 17.25);
+  ASSERT_EQ(scan.points.size(), 101U);
+  double last = -kPi;
+  for (const ScanPoint& point : scan.points) {
+    const double angle = std::atan2(point.position.y(), point.position.x());
+    EXPECT_GT(angle, last);
+    last = angle;
+  }
+}
+
+TEST(PointScan, ScansOfFewBeamsAreFine) {
+  for (const std::size_t beams : {0U, 1U, 2U}) {
+    LaserScan scan = sweep(beams, 1.0);
+    measure(scan, Eigen::Isometry3d::Identity());
+    const PointScan projected =
+        project(scan, plain(), mount(0.1, 0.2, kPi, 0.0, 0.3), {0.1, 0, 0.2});
+    ASSERT_EQ(projected.points.size(), beams);
+    for (const ScanPoint& point : projected.points) {
+      EXPECT_TRUE(point.position.allFinite());
+      EXPECT_TRUE(point.normal.isZero()) << "two points may be any line";
+      EXPECT_FALSE(point.joined_to_next);
+      EXPECT_GT(point.weight, 0.0);
+    }
+  }
+}
+
+TEST(PointScan, OneLostBeamChangesNothingElse) {
+  LaserScan scan = sweep(200, 4.5);
+  measure(scan, Eigen::Isometry3d::Identity());
+  const PointScan whole = project(scan);
+  scan.ranges[90] = kNan;
+  const PointScan without = project(scan);
+  ASSERT_EQ(without.points.size(), 199U);
+  EXPECT_TRUE(without.free_rays.empty());
+  for (std::size_t i = 0; i < 199; ++i) {
+    const ScanPoint& before = whole.points[i < 90 ? i : i + 1];
+    EXPECT_EQ(without.points[i].position, before.position);
+    if (i < 85 || i > 95) {  // next to it, a wall may be less certain
+      EXPECT_LT((without.points[i].normal - before.normal).norm(), 1e-6);
+    }
+  }
+}
+
+TEST(PointScan, AllBeamsLostIsAnEmptyScan) {
+  const PointScan scan = project(sweep(1000, 4.5));
+  EXPECT_TRUE(scan.points.empty());
+  EXPECT_TRUE(scan.free_rays.empty());
+}
+
+// --- where the points are ---
+
+TEST(PointScan, SweepingClockwiseGivesTheSamePointsInMirroredOrder) {
+  LaserScan scan = sweep(300, 4.5);
+  measure(scan, Eigen::Isometry3d::Identity());
+  LaserScan clockwise = scan;
+  clockwise.angle_min = angle_of(scan, 299);
+  clockwise.angle_increment = -scan.angle_increment;
+  std::reverse(clockwise.ranges.begin(), clockwise.ranges.end());
+  const PointScan a = project(scan);
+  const PointScan b = project(clockwise);
+  ASSERT_EQ(b.points.size(), 300U);
+  for (std::size_t i = 0; i < 300; ++i) {
+    const ScanPoint& mirrored = b.points[299 - i];
+    EXPECT_LT((a.points[i].position - mirrored.position).norm(), 1e-12);
+    EXPECT_LT((a.points[i].normal - mirrored.normal).norm(), 1e-4);
+    EXPECT_NEAR(a.points[i].weight, mirrored.weight, 1e-12);
+  }
+}
+
+TEST(PointScan, UpsideDownMirrorsTheBeams) {
+  LaserScan upright = sweep(300, 4.5);
+  measure(upright, mount(0.2, -0.1, 0.0, 0.0, 0.4));
+  // Beam k of the laser on its head points where beam 299 - k of the upright one does.
+  LaserScan rolled = upright;
+  std::reverse(rolled.ranges.begin(), rolled.ranges.end());
+  const PointScan a = project(upright, plain(), mount(0.2, -0.1, 0.0, 0.0, 0.4));
+  const PointScan b = project(rolled, plain(), mount(0.2, -0.1, kPi, 0.0, 0.4));
+  ASSERT_EQ(b.points.size(), 300U);
+  for (std::size_t i = 0; i < 300; ++i) {
+    EXPECT_LT((a.points[i].position - b.points[299 - i].position).norm(), 1e-6);
+    EXPECT_LT((a.points[i].normal - b.points[299 - i].normal).norm(), 1e-4);
+  }
+}
+
+TEST(PointScan, PointsLieOnTheWallsHoweverTheLaserIsMounted) {
+  for (const Eigen::Isometry3d& base_from_laser :
+       {mount(0.0, 0.0, 0.0, 0.0, 0.0), mount(0.275, 0.0, 0.0, 0.0, 0.0),
+        mount(-0.3, 0.4, 0.0, 0.0, 2.5), mount(0.1, 0.2, kPi, 0.0, -1.0),
+        mount(0.1, 0.0, 0.0, 0.3, 0.0), mount(0.0, -0.1, 0.2, -0.4, 1.2),
+        mount(0.0, -0.1, kPi - 0.1, 0.1, 3.1)}) {
+    LaserScan scan = sweep(400, 4.5);
+    measure(scan, base_from_laser);
+    ProjectionOptions options = plain();
+    options.free_range = 0.5;
+    scan.ranges[7] = kInf;
+    const PointScan projected = project(scan, options, base_from_laser);
+    ASSERT_EQ(projected.points.size(), 399U);
+    for (const ScanPoint& point : projected.points) {
+      EXPECT_LT(distance_to_walls(point.position), 2e-6);
+      EXPECT_EQ(point.origin, Eigen::Vector2d(base_from_laser.translation().head<2>()));
+    }
+    ASSERT_EQ(projected.free_rays.size(), 1U);
+    const Eigen::Vector2d ray = projected.free_rays[0].end - projected.free_rays[0].origin;
+    const Eigen::Vector3d direction =
+        base_from_laser.linear() *
+        Eigen::Vector3d(std::cos(angle_of(scan, 7)), std::sin(angle_of(scan, 7)), 0.0);
+    EXPECT_LT((ray - 0.5 * direction.head<2>()).norm(), 1e-12);
+  }
+}
+
+TEST(PointScan, MotionDuringTheScanIsTakenOut) {
+  const Pose2 motion{0.12, -0.03, 0.25};
+  const Eigen::Isometry3d base_from_laser = mount(0.275, 0.05, kPi, 0.0, 0.1);
+  LaserScan scan = sweep(500, 4.5);
+  measure(scan, base_from_laser, motion);
+  scan.ranges[3] = kNan;  // what is left out must not shift the time of those after it
+  scan.ranges[499] = kInf;
+  const PointScan projected = project(scan, plain(), base_from_laser, motion);
+  ASSERT_EQ(projected.points.size(), 498U);
+  for (const ScanPoint& point : projected.points) {
+    EXPECT_LT(distance_to_walls(point.position), 2e-6);
+  }
+  const Eigen::Vector2d laser(base_from_laser.translation().head<2>());
+  EXPECT_LT((projected.points.front().origin - laser).norm(), 1e-12);
+  ASSERT_EQ(projected.free_rays.size(), 1U);
+  EXPECT_LT((projected.free_rays[0].origin - motion * laser).norm(), 1e-12);
+  // Without it, the scan is bent by centimetres.
+  const PointScan bent = project(scan, plain(), base_from_laser);
+  EXPECT_GT(distance_to_walls(bent.points[400].position), 0.01);
+}
+
+// --- surfaces ---
+
+/// Normal of the wall that a point of the room lies on, into the room.
+Eigen::Vector2d wall_normal(const Eigen::Vector2d& point) {
+  const Eigen::Vector2d low = (point - kLow).cwiseAbs();
+  const Eigen::Vector2d high = (kHigh - point).cwiseAbs();
+  const double nearest = std::min(low.minCoeff(), high.minCoeff());
+  if (low.x() == nearest) {
+    return {1.0, 0.0};
+  }
+  if (low.y() == nearest) {
+    return {0.0, 1.0};
+  }
+  return high.x() == nearest ? Eigen::Vector2d(-1.0, 0.0) : Eigen::Vector2d(0.0, -1.0);
+}
+
+TEST(PointScan, NormalsAreThoseOfTheWallsAndCornersStaySharp) {
+  for (const double yaw : {0.0, 0.7, 2.0}) {
+    LaserScan scan = sweep(1000, 6.2);
+    measure(scan, mount(0.0, 0.0, 0.0, 0.0, yaw));
+    const PointScan projected = project(scan, plain(), mount(0.0, 0.0, 0.0, 0.0, yaw));
+    int unknown = 0;
+    for (const ScanPoint& point : projected.points) {
+      if (point.normal.isZero()) {
+        ++unknown;
+        continue;
+      }
+      EXPECT_NEAR(point.normal.norm(), 1.0, 1e-9);
+      EXPECT_GT(point.normal.dot(wall_normal(point.position)), 0.99) << point.position;
+    }
+    EXPECT_LE(unknown, 20) << "only a few, where two walls meet";
+  }
+}
+
+TEST(PointScan, NormalsWithstandNoise) {
+  LaserScan scan = sweep(1000, 6.2);
+  measure(scan, Eigen::Isometry3d::Identity());
+  Random random(4);
+  for (float& range : scan.ranges) {
+    range += static_cast<float>(0.01 * random.gaussian());
+  }
+  int near = 0;
+  int known = 0;
+  for (const ScanPoint& point : project(scan).points) {
+    known += point.normal.isZero() ? 0 : 1;
+    near += point.normal.dot(wall_normal(point.position)) > std::cos(0.3) ? 1 : 0;
+  }
+  EXPECT_GE(known, 950);
+  EXPECT_GE(near, 900);
+}
+
+TEST(PointScan, ALonePointHasNoNormal) {
+  LaserScan scan = sweep(11, 1.0);
+  scan.ranges[2] = 3.0F;
+  scan.ranges[8] = 3.0F;
+  for (const ScanPoint& point : project(scan).points) {
+    EXPECT_TRUE(point.normal.isZero());
+    EXPECT_FALSE(point.joined_to_next);
+  }
+}
+
+TEST(PointScan, WeightsAreLengthsOfWall) {
+  ProjectionOptions options = plain();
+  options.max_point_weight = 1.0;
+  LaserScan scan = sweep(1001, 0.8);
+  for (std::size_t k = 0; k < 1001; ++k) {
+    scan.ranges[k] = static_cast<float>(2.0 / std::cos(angle_of(scan, k)));
+  }
+  const PointScan dense = project(scan, options);
+  double sum = 0.0;
+  for (std::size_t i = 1; i + 1 < dense.points.size(); ++i) {
+    const double length =
+        0.5 * (dense.points[i + 1].position - dense.points[i - 1].position).norm();
+    EXPECT_NEAR(dense.points[i].weight, length, 1e-9);
+    sum += dense.points[i].weight;
+  }
+  EXPECT_NEAR(sum, 4.0 * std::tan(0.4), 0.01);
+}
+
+TEST(PointScan, WeightsAreCappedAndPositive) {
+  ProjectionOptions options = plain();
+  options.max_point_weight = 0.02;
+  LaserScan scan = sweep(1000, 4.5);
+  measure(scan, Eigen::Isometry3d::Identity());
+  scan.angle_increment = 1e-9;  // every beam in one place ...
+  for (const ScanPoint& point : project(scan, options).points) {
+    EXPECT_GT(point.weight, 0.0);
+    EXPECT_LE(point.weight, 0.02);
+  }
+  LaserScan sparse = sweep(20, 4.5);  // ... or metres apart
+  measure(sparse, Eigen::Isometry3d::Identity());
+  for (const ScanPoint& point : project(sparse, options).points) {
+    EXPECT_DOUBLE_EQ(point.weight, 0.02);
+  }
+}
+
+TEST(PointScan, NeighboursOnAWallAreJoined) {
+  const PointScan scan = scan_of_room(1000, 6.2);
+  std::size_t on_one_wall = 0;
+  std::size_t joined = 0;
+  for (std::size_t i = 0; i + 1 < scan.points.size(); ++i) {
+    const ScanPoint& a = scan.points[i];
+    const ScanPoint& b = scan.points[i + 1];
+    if (wall_normal(a.position) == wall_normal(b.position)) {
+      ++on_one_wall;
+      joined += a.joined_to_next ? 1 : 0;
+    }
+  }
+  EXPECT_GE(joined, on_one_wall - 20) << "all but a few points next to the corners";
+  EXPECT_FALSE(scan.points.back().joined_to_next);
+}
+
+TEST(PointScan, AJumpIsNoWall) {
+  // A wall 2 m ahead with an opening, through which another one 3.5 m ahead is seen.
+  LaserScan scan = sweep(400, 1.6);
+  for (std::size_t k = 0; k < 400; ++k) {
+    const double angle = angle_of(scan, k);
+    const double depth = std::abs(std::tan(angle)) < 0.2 ? 3.5 : 2.0;
+    scan.ranges[k] = static_cast<float>(depth / std::cos(angle));
+  }
+  const PointScan projected = project(scan);
+  int jumps = 0;
+  int joined = 0;
+  for (std::size_t i = 0; i + 1 < projected.points.size(); ++i) {
+    const ScanPoint& a = projected.points[i];
+    if (std::abs(a.position.x() - projected.points[i + 1].position.x()) > 1.0) {
+      ++jumps;
+      EXPECT_FALSE(a.joined_to_next);
+    } else {
+      joined += a.joined_to_next ? 1 : 0;
+    }
+    // Both sides of a jump are flat walls; a normal across it would be a wall that is not there.
+    EXPECT_TRUE(a.normal.isZero() || a.normal.x() < -0.999) << a.normal.transpose();
+  }
+  EXPECT_EQ(jumps, 2);
+  EXPECT_GE(joined, 385);
+}
+
+TEST(PointScan, WallsAreNotJoinedBeyondTheLargestGap) {
+  LaserScan scan = sweep(1000, 6.2);
+  measure(scan, Eigen::Isometry3d::Identity());
+  ProjectionOptions options = plain();
+  options.max_wall_gap = 0.0;
+  for (const ScanPoint& point : project(scan, options).points) {
+    EXPECT_FALSE(point.joined_to_next);
+  }
+}
+
+}  // namespace
+}  // namespace matchbox_slam
