@@ -1,0 +1,79 @@
+#!/usr/bin/env bash
+# check_style.sh [--tidy [FILE.cpp]...]
+# Checks formatting (clang-format), the package (catkin_lint) and the scripts (shellcheck). With --tidy
+# also runs clang-tidy, over the given sources or all; this takes minutes and needs a built workspace.
+# clang-format, clang-tidy and shellcheck are not dependencies of the package: install them yourself.
+set -euo pipefail
+# shellcheck source=scripts/workspace.sh
+source "$(dirname "${BASH_SOURCE[0]}")/workspace.sh"
+
+tidy=false
+case ${1:-} in
+  "") ;;
+  --tidy)
+    tidy=true
+    shift
+    ;;
+  -h | --help)
+    sed -n '2,5s/^# //p' "${BASH_SOURCE[0]}"
+    exit 0
+    ;;
+  *) fail "unknown option $1; see --help" ;;
+esac
+
+use_system_ros
+failed=()
+
+# check NAME COMMAND...: runs it, and goes on when it fails.
+check() {
+  local name=$1
+  shift
+  say "$name"
+  if ! command -v "$1" >/dev/null; then
+    failed+=("$name ($1 is not installed)")
+  elif ! "$@"; then
+    failed+=("$name")
+  fi
+}
+
+sources() {
+  find "$clone"/{benchmark,doc,include,src,test} -name '*.[ch]pp' "$@" | sort
+}
+
+lint_package() {
+  prepare_rosdep
+  # By a folder of the package's name, which catkin_lint insists on.
+  mkdir -p "$workspace/src"
+  ln -sfn "$clone" "$workspace/src/matchbox_slam"
+  with_local_rosdep /usr/bin/python3 /usr/bin/catkin_lint -W2 --strict \
+    --rosdistro "${ROS_DISTRO:-Debian}" "$workspace/src/matchbox_slam" "$clone/doc/example_matcher"
+}
+
+tidy_files() {
+  local database=$workspace/build/compile_commands.json
+  if [[ ! -f $database ]]; then
+    fail "clang-tidy needs $database; run scripts/test.sh first"
+  fi
+  printf '%s\n' "$@" | xargs --max-procs="$(nproc)" --max-args=1 \
+    clang-tidy -p "$workspace/build" --quiet
+}
+
+mapfile -t files < <(sources)
+check "clang-format" clang-format --dry-run -Werror "${files[@]}"
+check "catkin_lint" lint_package
+check "shellcheck" shellcheck --external-sources --source-path="$clone" \
+  "$clone"/scripts/*.sh "$clone/scripts/simulate_then_play" "$clone/.ci/run"
+if $tidy; then
+  if (($# == 0)); then
+    mapfile -t files < <(sources -name '*.cpp')
+    set -- "${files[@]}"
+  fi
+  check "clang-tidy" tidy_files "$@"
+fi
+
+echo
+if ((${#failed[@]} > 0)); then
+  printf 'failed: %s\n' "${failed[@]}"
+  exit 1
+fi
+echo "all checks passed"
