@@ -42,11 +42,9 @@ sources() {
 
 lint_package() {
   prepare_rosdep
-  # By a folder of the package's name, which catkin_lint insists on.
-  mkdir -p "$workspace/src"
-  ln -sfn "$clone" "$workspace/src/matchbox_slam"
+  link_packages  # since catkin_lint insists on folders of the packages' names
   with_local_rosdep /usr/bin/python3 /usr/bin/catkin_lint -W2 --strict \
-    --rosdistro "${ROS_DISTRO:-Debian}" "$workspace/src/matchbox_slam" "$clone/doc/example_matcher"
+    --rosdistro "${ROS_DISTRO:-Debian}" "$workspace/src/matchbox_slam" "$workspace/src/example_matcher"
 }
 
 tidy_files() {
@@ -54,8 +52,11 @@ tidy_files() {
   if [[ ! -f $database ]]; then
     fail "clang-tidy needs $database; run scripts/test.sh first"
   fi
-  printf '%s\n' "$@" | xargs --max-procs="$(nproc)" --max-args=1 \
-    clang-tidy -p "$workspace/build" --quiet
+  # The database knows the sources by their place in the workspace.
+  realpath -z --relative-to="$clone" "$@" |
+    sed -z "s|^|$workspace/src/matchbox_slam/|" |
+    xargs -0 --max-procs="$(nproc)" --max-args=1 \
+      clang-tidy -p "$workspace/build" --quiet --extra-arg=-std=c++17  # which is GCC's default
 }
 
 mapfile -t files < <(sources)

@@ -156,15 +156,27 @@ job_count() {
   echo "$processors"
 }
 
+# The packages as folders of the workspace. The package's own is made of links to what is in the clone: a
+# single link to the clone would contain itself, over which find -L, and so rosrun, stumbles.
+link_packages() {
+  local package=$workspace/src/matchbox_slam entry
+  rm -rf "$package"
+  mkdir -p "$package"
+  for entry in "$clone"/*; do
+    if [[ ${entry##*/} != build* ]]; then
+      ln -s "$entry" "$package"
+    fi
+  done
+  ln -sfn "$clone/doc/example_matcher" "$workspace/src/example_matcher"
+}
+
 # Targets are `all` and `tests`.
 build() {
   local target=$1
   if [[ $clone =~ [[:space:]] ]]; then
     fail "catkin cannot build below a folder with a space in its name: $clone"
   fi
-  mkdir -p "$workspace/src"
-  ln -sfn "$clone" "$workspace/src/matchbox_slam"
-  ln -sfn "$clone/doc/example_matcher" "$workspace/src/example_matcher"
+  link_packages
   command -v catkin_make >/dev/null || fail "catkin_make is not installed"
   catkin_make --directory "$workspace" -j"$(job_count)" -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DPYTHON_EXECUTABLE=/usr/bin/python3 --make-args "$target"

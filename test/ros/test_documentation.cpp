@@ -8,6 +8,7 @@
 
 #include <cstdlib>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/error_text.hpp"
@@ -20,9 +21,13 @@
 namespace matchbox_slam {
 namespace {
 
-const std::string kFolder = std::string(MATCHBOX_SOURCE_DIR) + "/";
-const std::string kTableBegins = "<!-- parameters: generated, see test_documentation -->\n";
-const std::string kTableEnds = "<!-- end of parameters -->\n";
+constexpr std::string_view kTableBegins =
+    "<!-- parameters: generated, see test_documentation -->\n";
+constexpr std::string_view kTableEnds = "<!-- end of parameters -->\n";
+
+std::string in_package(const std::string& file) {
+  return std::string(MATCHBOX_SOURCE_DIR) + "/" + file;
+}
 
 std::vector<std::string> own_matchers() {
   std::vector<std::string> names;
@@ -35,12 +40,11 @@ std::vector<std::string> own_matchers() {
 }
 
 /// Text between two markers, without them. Both have to be there.
-std::string between_markers(const std::string& text, const std::string& begin,
-                            const std::string& end) {
+std::string between_markers(const std::string& text, std::string_view begin, std::string_view end) {
   const std::size_t first = text.find(begin);
   const std::size_t last = text.find(end, first);
   if (first == std::string::npos || last == std::string::npos) {
-    return "(no " + begin + " ... " + end + ")";
+    return "(no " + std::string(begin) + ")";
   }
   return text.substr(first + begin.size(), last - first - begin.size());
 }
@@ -76,13 +80,13 @@ std::string parameter_tables() {
 }
 
 TEST(Readme, HasTheParametersOfTheCode) {
-  const std::string readme = read_file(kFolder + "README.md");
+  const std::string readme = read_file(in_package("README.md"));
   const std::string found = between_markers(readme, kTableBegins, kTableEnds);
   const std::string expected = parameter_tables();
   if (std::getenv("MATCHBOX_UPDATE_README") != nullptr && found != expected) {
     std::string updated = readme;
     updated.replace(updated.find(kTableBegins) + kTableBegins.size(), found.size(), expected);
-    replace_file(kFolder + "README.md", updated);
+    replace_file(in_package("README.md"), updated);
     GTEST_SKIP() << "README.md is updated";
   }
   EXPECT_EQ(found, expected)
@@ -90,7 +94,7 @@ TEST(Readme, HasTheParametersOfTheCode) {
 }
 
 TEST(Readme, NamesEveryMatcher) {
-  const std::string readme = read_file(kFolder + "README.md");
+  const std::string readme = read_file(in_package("README.md"));
   for (const std::string& name : own_matchers()) {
     EXPECT_TRUE(contains(readme, "| `" + matcher_short_name(name) + "` |")) << name;
   }
@@ -108,7 +112,7 @@ std::vector<Quotation> quotations(const std::string& document) {
   for (std::size_t at = document.find(begin); at != std::string::npos;
        at = document.find(begin, at + 1)) {
     const std::size_t name = at + begin.size();
-    const std::size_t block = document.find("\n", document.find("```", name)) + 1;
+    const std::size_t block = document.find('\n', document.find("```", name)) + 1;
     found.push_back({document.substr(name, document.find(" -->", name) - name),
                      document.substr(block, document.find("```", block) - block)});
   }
@@ -116,12 +120,12 @@ std::vector<Quotation> quotations(const std::string& document) {
 }
 
 TEST(Guide, QuotesTheExampleAsItIs) {
-  const std::vector<Quotation> all = quotations(read_file(kFolder + "doc/write_a_matcher.md"));
+  const std::vector<Quotation> all = quotations(read_file(in_package("doc/write_a_matcher.md")));
   EXPECT_GE(all.size(), 5U);
   for (const auto& [file, text] : all) {
     EXPECT_FALSE(text.empty()) << file;
-    EXPECT_TRUE(contains(read_file(kFolder + file), text)) << file << " does not contain:\n"
-                                                           << text;
+    EXPECT_TRUE(contains(read_file(in_package(file)), text)) << file << " does not contain:\n"
+                                                             << text;
   }
 }
 
