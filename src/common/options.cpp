@@ -18,14 +18,6 @@ std::string limit_text(double limit) {
   return is_short_integer ? to_string(static_cast<std::int64_t>(limit)) : to_string(limit);
 }
 
-std::string join(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) {
-    text += (text.empty() ? "" : ", ") + word;
-  }
-  return text;
-}
-
 std::string text_of(const Allowed& allowed) {
   const std::string text = allowed.text();
   return text.empty() ? "" : "; allowed: " + text;
@@ -96,6 +88,14 @@ std::string nearest_name(const std::string& key, const std::vector<std::string>&
 }
 
 }  // namespace
+
+std::string join(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) {
+    text += (text.empty() ? "" : ", ") + word;
+  }
+  return text;
+}
 
 std::string Allowed::text() const {
   if (!words.empty()) {

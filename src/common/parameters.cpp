@@ -8,6 +8,7 @@
 #include <locale>
 #include <optional>
 #include <sstream>
+#include <string_view>
 
 namespace matchbox_slam {
 namespace {
@@ -107,8 +108,8 @@ std::string real_text(double value) {
 
 /// Whether YAML takes the text as it is, also within a list, and other readers of YAML do too.
 bool is_plain(const std::string& text) {
-  static const std::vector<std::string> words = {"yes", "no",   "on",   "off",  "y",
-                                                 "n",   "null", "true", "false"};
+  static const std::vector<std::string> kWords = {"yes", "no",   "on",   "off",  "y",
+                                                  "n",   "null", "true", "false"};
   std::string lower;
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
@@ -120,7 +121,7 @@ bool is_plain(const std::string& text) {
   return !text.empty() &&
          (std::isalpha(static_cast<unsigned char>(text[0])) != 0 || text[0] == '/' ||
           text[0] == '_') &&
-         std::find(words.begin(), words.end(), lower) == words.end() &&
+         std::find(kWords.begin(), kWords.end(), lower) == kWords.end() &&
          std::holds_alternative<std::string>(parse_parameter_value(text));
 }
 
@@ -138,9 +139,9 @@ std::string escaped(unsigned char c) {
       break;
   }
   if (c >= 0x20U) {
-    return std::string(1, static_cast<char>(c));
+    return {static_cast<char>(c)};
   }
-  constexpr char kHex[] = "0123456789abcdef";
+  constexpr std::string_view kHex = "0123456789abcdef";
   return {'\\', 'x', kHex[c >> 4U], kHex[c & 15U]};
 }
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <iomanip>
-#include <iterator>
 #include <limits>
 #include <locale>
 #include <optional>
@@ -17,8 +16,9 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr const char* kColumns[] = {"stamp", "x", "y", "z", "qx", "qy", "qz", "qw"};
-constexpr std::size_t kColumnCount = std::size(kColumns);
+constexpr std::size_t kColumnCount = 8;
+constexpr std::array<const char*, kColumnCount> kColumns = {"stamp", "x",  "y",  "z",
+                                                            "qx",    "qy", "qz", "qw"};
 using Row = std::array<double, kColumnCount>;
 
 /// How far from 1 the length of a quaternion may be: files with three decimals are still read.

@@ -1,7 +1,9 @@
 #include "matchbox_slam/map/likelihood_field.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <string>
 #include <tuple>
 
@@ -14,7 +16,7 @@ namespace {
 // surfaces around it are gathered once for many cells.
 constexpr int kBlockBits = 4;
 constexpr int kBlockSize = 1 << kBlockBits;
-constexpr int kBlockCells = kBlockSize * kBlockSize;
+constexpr std::size_t kBlockCells = std::size_t{kBlockSize} * kBlockSize;
 
 constexpr int kSquareSteps = 4096;
 
@@ -25,8 +27,8 @@ constexpr std::uint16_t kMostHits = 64;
 constexpr double kLine = 0.85;
 
 struct BlockBuffer {
-  alignas(64) float square[kBlockCells];         // to the nearest surface, in cells
-  alignas(64) std::int32_t winner[kBlockCells];  // its number
+  alignas(64) std::array<float, kBlockCells> square;         // to the nearest surface, in cells
+  alignas(64) std::array<std::int32_t, kBlockCells> winner;  // its number
 };
 
 /// Lets the surface at (x, y), in cells from the block's corner, win the cells that it is nearest
@@ -36,8 +38,9 @@ MATCHBOX_SIMD_CLONES void compete(float x, float y, std::int32_t number, int fir
   for (int row = first_row; row <= last_row; ++row) {
     const float dy = static_cast<float>(row) + 0.5F - y;
     const float dy_square = dy * dy;
-    float* square = buffer.square + row * kBlockSize;
-    std::int32_t* winner = buffer.winner + row * kBlockSize;
+    const std::ptrdiff_t first = std::ptrdiff_t{row} * kBlockSize;
+    float* square = buffer.square.data() + first;
+    std::int32_t* winner = buffer.winner.data() + first;
     for (int column = 0; column < kBlockSize; ++column) {
       const float dx = static_cast<float>(column) + 0.5F - x;
       const float candidate = dx * dx + dy_square;
@@ -246,8 +249,8 @@ void LikelihoodField::render_block(const Cell& block) {
   const auto reach = static_cast<float>(options_.reach / geometry_.resolution());
   const float reach_square = reach * reach;
   BlockBuffer buffer;
-  std::fill(std::begin(buffer.square), std::end(buffer.square), reach_square);
-  std::fill(std::begin(buffer.winner), std::end(buffer.winner), -1);
+  buffer.square.fill(reach_square);
+  buffer.winner.fill(-1);
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     const StoredSurface& surface = *find_surface(surfaces[i]);
     const Cell from_corner{surfaces[i].x - corner.x, surfaces[i].y - corner.y};
@@ -258,8 +261,9 @@ void LikelihoodField::render_block(const Cell& block) {
   }
   Tile& tile = tiles_.touch(tile_position, kBlank);
   const float steps = static_cast<float>(kSquareSteps) / reach_square;
-  for (int i = 0; i < kBlockCells; ++i) {
-    const Cell cell{corner.x + i % kBlockSize, corner.y + i / kBlockSize};
+  for (std::size_t i = 0; i < kBlockCells; ++i) {
+    const int number = static_cast<int>(i);
+    const Cell cell{corner.x + number % kBlockSize, corner.y + number / kBlockSize};
     const std::size_t index = Tiles::index_in_tile(cell);
     const std::int32_t winner = buffer.winner[i];
     if (winner < 0) {

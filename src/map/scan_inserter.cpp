@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace matchbox_slam {
@@ -11,7 +12,7 @@ namespace {
 /// What one scan says about the cells that it saw, before the map hears of it.
 class Observations {
  public:
-  using Tile = std::array<std::uint8_t, 64 * 64>;
+  using Tile = std::array<std::uint8_t, std::size_t{64} * 64>;
   using Tiles = TiledGrid<Tile, 6>;
 
   static constexpr std::uint8_t kUnseen = 0;
@@ -119,7 +120,8 @@ std::vector<SurfaceHit> wall_between_hits(const PointScan& scan, const Pose2& ma
   return wall;
 }
 
-Observations observe(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options) {
+Observations observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
+                     const Pose2& map_from_base, const MapOptions& options) {
   const GridGeometry geometry(options.resolution);
   Observations observations;
   for (const FreeRay& ray : scan.free_rays) {
@@ -131,7 +133,7 @@ Observations observe(const PointScan& scan, const Pose2& map_from_base, const Ma
              geometry, observations);
   }
   // Far away the beams are wider apart than cells, and those grazing along a wall would erase it.
-  for (const SurfaceHit& hit : wall_between_hits(scan, map_from_base, options.resolution)) {
+  for (const SurfaceHit& hit : wall_between) {
     observations.mark(geometry.cell_at(hit.position), Observations::occupied(1.0));
   }
   return observations;
@@ -172,9 +174,9 @@ std::vector<Cell> blend(const Observations& observations, const MapOptions& opti
 
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                  SlamMap& map) {
-  const std::vector<Cell> cleared =
-      blend(observe(scan, map_from_base, options), options, map.occupancy);
   std::vector<SurfaceHit> hits = wall_between_hits(scan, map_from_base, options.resolution);
+  const std::vector<Cell> cleared =
+      blend(observe(scan, hits, map_from_base, options), options, map.occupancy);
   const Eigen::Rotation2Dd rotation(map_from_base.theta);
   for (const ScanPoint& point : scan.points) {
     hits.push_back({map_from_base * point.position, rotation * point.normal});

@@ -44,12 +44,45 @@ std::vector<Eigen::Vector2d> weak_directions(const Eigen::Matrix3d& information,
   return weak;
 }
 
-/// Takes out what the scan claims to know about translation along `direction`.
-Eigen::Matrix3d without_direction(const Eigen::Matrix3d& information,
-                                  const Eigen::Vector2d& direction) {
-  Eigen::Matrix3d projector = Eigen::Matrix3d::Identity();
-  projector.topLeftCorner<2, 2>() -= direction * direction.transpose();
-  return projector * information * projector;
+/// The motion of the base along a weak direction that the scan notices least: the heading follows,
+/// as in a round room, where nobody can tell going round from turning.
+Eigen::Vector3d least_noticed(const Eigen::Matrix3d& information,
+                              const Eigen::Vector2d& direction) {
+  const double turn = information(2, 2);
+  const double coupling = information.topRightCorner<2, 1>().dot(direction);
+  return {direction.x(), direction.y(), turn > 0.0 ? -coupling / turn : 0.0};
+}
+
+/// Takes out what the scan claims to know about motions along its weak directions.
+NormalEquations without_weak_directions(NormalEquations scan, double weakest) {
+  for (const Eigen::Vector2d& direction : weak_directions(scan.information, weakest)) {
+    const Eigen::Vector3d motion = least_noticed(scan.information, direction);
+    const Eigen::Vector3d noticed = scan.information * motion;
+    const double strength = motion.dot(noticed);
+    if (strength > 0.0) {
+      scan.gradient -= noticed * (motion.dot(scan.gradient) / strength);
+      scan.information -= noticed * noticed.transpose() / strength;
+    }
+  }
+  return scan;
+}
+
+/// One Gauss-Newton step on scan and prior together.
+Eigen::Vector3d step_to_optimum(const NormalEquations& scan, double scale, const Pose2& pose,
+                                const PosePrior& prior, const Eigen::Matrix3d& prior_part) {
+  const Eigen::Matrix3d information = scale * scan.information + prior_part;
+  const Eigen::Vector3d gradient =
+      scale * scan.gradient + prior_part * difference(pose, prior.map_from_base);
+  return -information.ldlt().solve(gradient);
+}
+
+/// Makes the step. False when there is nothing more to gain from another.
+bool advance(const Eigen::Vector3d& step, Pose2& pose) {
+  if (!step.allFinite()) {
+    return false;
+  }
+  pose = {pose.x + step.x(), pose.y + step.y(), wrap_angle(pose.theta + step.z())};
+  return step.head<2>().norm() >= 1e-5 || std::abs(step.z()) >= 1e-5;
 }
 
 }  // namespace
@@ -67,30 +100,27 @@ RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodField& 
     const double progress = std::min(1.0, 2.0 * i / std::max(1, options.iterations - 1));
     const double kernel =
         options.first_kernel * std::pow(options.last_kernel / options.first_kernel, progress);
-    const NormalEquations equations = Correspondences(points, field, pose).linearise(kernel);
-    const Eigen::Matrix3d information = scale * equations.information + prior_part;
-    const Eigen::Vector3d gradient =
-        scale * equations.gradient + prior_part * difference(pose, prior.map_from_base);
-    const Eigen::Vector3d step = -information.ldlt().solve(gradient);
-    if (!step.allFinite()) {
-      break;
-    }
-    pose = {pose.x + step.x(), pose.y + step.y(), wrap_angle(pose.theta + step.z())};
-    if (progress >= 1.0 && step.head<2>().norm() < 1e-5 && std::abs(step.z()) < 1e-5) {
+    const NormalEquations scan = Correspondences(points, field, pose).linearise(kernel);
+    if (!advance(step_to_optimum(scan, scale, pose, prior, prior_part), pose) && progress >= 1.0) {
       break;
     }
   }
-  const Correspondences last(points, field, pose);
-  Eigen::Matrix3d information = last.linearise(options.last_kernel).information;
-  refined.score = last.closeness(options.last_kernel, Eigen::Vector3d::Zero());
-  refined.unconstrained_directions = weak_directions(information, options.weakest_direction);
-  for (const Eigen::Vector2d& direction : refined.unconstrained_directions) {
-    information = without_direction(information, direction);
-    const Eigen::Vector2d off = prior.map_from_base.translation() - pose.translation();
-    pose.x += direction.x() * direction.dot(off);
-    pose.y += direction.y() * direction.dot(off);
+  NormalEquations scan = Correspondences(points, field, pose).linearise(options.last_kernel);
+  refined.unconstrained_directions = weak_directions(scan.information, options.weakest_direction);
+  if (!refined.unconstrained_directions.empty()) {
+    // What the scan seemed to say along these directions was noise: the prior has its way there.
+    for (int i = 0; i < options.iterations; ++i) {
+      scan = without_weak_directions(
+          Correspondences(points, field, pose).linearise(options.last_kernel),
+          options.weakest_direction);
+      if (!advance(step_to_optimum(scan, scale, pose, prior, prior_part), pose)) {
+        break;
+      }
+    }
   }
-  refined.covariance = (scale * information + prior_part).inverse();
+  refined.covariance = (scale * scan.information + prior_part).inverse();
+  refined.score =
+      Correspondences(points, field, pose).closeness(options.last_kernel, Eigen::Vector3d::Zero());
   return refined;
 }
 

@@ -53,8 +53,14 @@ Parameters gather_parameters(const MapBagRequest& request) {
 
 std::optional<std::string> given(const Parameters& parameters, const std::string& name,
                                  const std::string& value) {
-  return parameters.find(name) != nullptr ? std::optional(without_leading_slash(value))
-                                          : std::nullopt;
+  return parameters.find(name) != nullptr ? std::optional(value) : std::nullopt;
+}
+
+/// The frames that were asked for, which must differ before the bag can tell about the others.
+void check_asked_frames(const Parameters& parameters, RunOptions options) {
+  options.base_frame = given(parameters, "base_frame", options.base_frame).value_or("");
+  options.odom_frame = given(parameters, "odom_frame", options.odom_frame).value_or("");
+  check_frames(options);
 }
 
 /// One run over one bag: what it works with, and what it is told on the way.
@@ -83,6 +89,7 @@ class BagMapping {
   void warn_of_map_link();
   void show_progress(const ros::Time& time);
   void require_used_scans() const;
+  void require_not_interrupted() const;
 
   const MapBagRequest& request_;
   const MapBagDialog& dialog_;
@@ -103,11 +110,13 @@ class BagMapping {
 };
 
 void BagMapping::prepare() {
+  check_asked_frames(parameters_, setup_.run);
   facts_.bags = request_.bags;
   facts_.threads = request_.threads;
   facts_.scan_topic = choose_scan_topic(reader_, request_.scan_topic);
   const BagSurvey survey = survey_bag(reader_, facts_.scan_topic, request_.period,
-                                      without_leading_slash(setup_.run.map_frame));
+                                      setup_.run.map_frame, dialog_.is_interrupted);
+  require_not_interrupted();
   if (survey.scan_frame.empty()) {
     throw BagError("the bag holds no scan on topic " + facts_.scan_topic +
                    " in the period asked for; it lasts " +
@@ -118,6 +127,7 @@ void BagMapping::prepare() {
       given(parameters_, "odom_frame", setup_.run.odom_frame), setup_.run.use_odometry);
   setup_.run.base_frame = frames.base;
   setup_.run.odom_frame = frames.odom.value_or("");
+  check_frames(setup_.run);
   dialog_.inform("scan topic " + facts_.scan_topic + ", scan frame " + survey.scan_frame +
                  ", base frame " + frames.base +
                  (frames.odom ? ", odometry frame " + *frames.odom : ", without odometry"));
@@ -155,6 +165,7 @@ void BagMapping::read() {
       }
       take(*message);
       process_ready();
+      facts_.interrupted = dialog_.is_interrupted();
     }
   } catch (const BagError& error) {
     facts_.damage = error.what();
@@ -175,9 +186,6 @@ void BagMapping::take(const BagMessage& message) {
   first_time_ = first_time_ ? first_time_ : message.time;
   last_time_ = message.time;
   show_progress(message.time);
-  if (dialog_.is_interrupted()) {
-    facts_.interrupted = true;
-  }
 }
 
 void BagMapping::process_ready() {
@@ -200,6 +208,7 @@ void BagMapping::jump(const TimeJump& jump) {
   } else {
     dialog_.warn(jumped + "starting a new map, as time_jump is 'reset'");
     run_->reset();
+    queue_->discard_delivered();
     ++facts_.resets;
   }
 }
@@ -231,8 +240,15 @@ void BagMapping::show_progress(const ros::Time& time) {
                         std::to_string(queue_->account().received) + " scans");
 }
 
+void BagMapping::require_not_interrupted() const {
+  if (dialog_.is_interrupted()) {
+    throw BagError("interrupted before the first scan was used; nothing is written");
+  }
+}
+
 void BagMapping::require_used_scans() const {
   if (run_->trajectory().empty()) {
+    require_not_interrupted();
     throw BagError("none of " + std::to_string(queue_->account().received) +
                    " scans could be used; the first: " +
                    (first_skip_.empty() ? "none was read" : first_skip_) +

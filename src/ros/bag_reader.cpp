@@ -3,6 +3,7 @@
 #include <rosbag/view.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -73,7 +74,7 @@ class ViewStream : public BagStream {
 
   std::optional<BagMessage> next() override {
     try {
-      for (; view_ < 2; ++view_, position_.reset()) {
+      for (; view_ < views_.size(); ++view_, position_.reset()) {
         if (!position_) {
           position_ = views_[view_]->begin();
         } else if (*position_ != views_[view_]->end()) {
@@ -109,7 +110,7 @@ class ViewStream : public BagStream {
 
   template <typename Message>
   static boost::shared_ptr<Message> instantiate(const rosbag::MessageInstance& instance) {
-    const boost::shared_ptr<Message> message = instance.instantiate<Message>();
+    boost::shared_ptr<Message> message = instance.instantiate<Message>();
     if (message == nullptr) {
       throw BagError("topic " + instance.getTopic() + " of the bag holds " +
                      instance.getDataType() + " in a definition that is not the one of " +
@@ -118,7 +119,7 @@ class ViewStream : public BagStream {
     return message;
   }
 
-  std::unique_ptr<rosbag::View> views_[2];
+  std::array<std::unique_ptr<rosbag::View>, 2> views_;
   std::size_t view_ = 0;
   std::optional<rosbag::View::iterator> position_;
   std::string last_read_ = "its beginning";

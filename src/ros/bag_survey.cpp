@@ -11,12 +11,8 @@ namespace {
 
 constexpr double kSurveySeconds = 10.0;
 
-std::string join(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) {
-    text += (text.empty() ? "" : ", ") + word;
-  }
-  return text.empty() ? "none" : text;
+std::string list_of(const std::vector<std::string>& words) {
+  return words.empty() ? "none" : join(words);
 }
 
 std::optional<double> median(std::vector<double> values) {
@@ -37,13 +33,23 @@ class ClockComparison {
   }
 
   void add_transform(const geometry_msgs::TransformStamped& transform, const ros::Time& recorded) {
-    Link& link = links_[transform.child_frame_id];
+    Link& link = links_[without_leading_slash(transform.child_frame_id)];
     const geometry_msgs::Transform& t = transform.transform;
     const std::vector<double> place = {t.translation.x, t.translation.y, t.rotation.z,
                                        t.rotation.w};
     link.moves = link.moves || (!link.leads.empty() && place != link.place);
     link.place = place;
     link.leads.push_back((transform.header.stamp - recorded).toSec());
+  }
+
+  [[nodiscard]] std::set<std::string> moving() const {
+    std::set<std::string> frames;
+    for (const auto& [frame, link] : links_) {
+      if (link.moves) {
+        frames.insert(frame);
+      }
+    }
+    return frames;
   }
 
   [[nodiscard]] std::optional<double> offset() const {
@@ -84,7 +90,7 @@ void add_transforms(const BagTransforms& transforms, const ros::Time& recorded,
     }
     survey.parents[child].insert(parent);
     if (!transforms.is_static) {
-      survey.moving.insert(child);
+      survey.on_tf.insert(child);
       clocks.add_transform(transform, recorded);
     }
   }
@@ -98,7 +104,7 @@ std::vector<std::string> way_to_root(const BagSurvey& survey, const std::string&
        at = survey.parents.find(way.back())) {
     if (at->second.size() > 1) {
       throw ConfigurationError("frame '" + way.back() + "' has several parents in tf: " +
-                               join({at->second.begin(), at->second.end()}) +
+                               list_of({at->second.begin(), at->second.end()}) +
                                "; say which with --odom-frame and --base-frame");
     }
     const std::string& parent = *at->second.begin();
@@ -116,30 +122,61 @@ std::string base_below(const BagSurvey& survey, const std::string& odom) {
   const auto at = std::find(way.begin(), way.end(), odom);
   if (at == way.end() || at == way.begin()) {
     throw ConfigurationError("odometry frame '" + odom + "' is not above the scan's frame in tf; " +
-                             "above it are: " + join({way.begin() + 1, way.end()}));
+                             "above it are: " + list_of({way.begin() + 1, way.end()}));
   }
   return *(at - 1);
 }
 
-/// The frame that would be the base with odometry; the root where nothing moves; the laser's own
+/// Whether a frame goes by the name that odometry has by convention, in any namespace.
+bool is_named_odometry(const std::string& frame) {
+  const std::string name = frame.substr(frame.rfind('/') + 1);
+  return name == "odom" || name == "odom_combined";
+}
+
+/// A link of tf, from child to parent.
+struct OdometryLink {
+  std::string base;
+  std::string odom;
+};
+
+/// The link on a way to the root that is the odometry. By its name it may be one that does not
+/// move: a robot may stand still throughout the survey.
+std::optional<OdometryLink> find_odometry(const BagSurvey& survey,
+                                          const std::vector<std::string>& way) {
+  std::optional<OdometryLink> moving;
+  for (std::size_t k = way.size() - 1; k > 0; --k) {
+    const std::string& base = way[k - 1];
+    if (survey.on_tf.count(base) != 0 && is_named_odometry(way[k])) {
+      return OdometryLink{base, way[k]};
+    }
+    if (!moving && survey.moving.count(base) != 0) {
+      moving = OdometryLink{base, way[k]};
+    }
+  }
+  return moving;
+}
+
+/// The frame that would be the base with odometry; the root where there is none; the laser's own
 /// where there is no tf.
 std::string base_without_odometry(const BagSurvey& survey) {
   const std::vector<std::string> way = way_to_root(survey, survey.scan_frame);
-  if (way.size() >= 2 && survey.moving.count(way[way.size() - 2]) != 0) {
-    return way[way.size() - 2];
-  }
-  return way.back();
+  const std::optional<OdometryLink> odometry = find_odometry(survey, way);
+  return odometry ? odometry->base : way.back();
 }
 
 }  // namespace
 
 BagSurvey survey_bag(const BagReader& reader, const std::string& scan_topic,
-                     const BagPeriod& period, const std::string& map_frame) {
+                     const BagPeriod& period, const std::string& map_frame,
+                     const std::function<bool()>& is_interrupted) {
   BagSurvey survey;
   ClockComparison clocks;
   std::optional<ros::Time> begin;
   const std::unique_ptr<BagStream> stream = reader.stream(scan_topic, period);
   while (const std::optional<BagMessage> message = stream->next()) {
+    if (is_interrupted && is_interrupted()) {
+      break;
+    }
     if (const auto* transforms = std::get_if<BagTransforms>(&message->content)) {
       add_transforms(*transforms, message->time, map_frame, survey, clocks);
       if (transforms->is_static) {
@@ -156,6 +193,7 @@ BagSurvey survey_bag(const BagReader& reader, const std::string& scan_topic,
       break;
     }
   }
+  survey.moving = clocks.moving();
   survey.scan_time_offset = clocks.offset();
   return survey;
 }
@@ -169,7 +207,7 @@ std::string choose_scan_topic(const BagReader& reader, const std::optional<std::
     if (candidates.empty()) {
       throw ConfigurationError("the bag has no topic of type sensor_msgs/LaserScan");
     }
-    throw ConfigurationError("the bag has several topics with laser scans: " + join(candidates) +
+    throw ConfigurationError("the bag has several topics with laser scans: " + list_of(candidates) +
                              "; choose one with --scan-topic");
   }
   for (const BagTopic& topic : reader.topics()) {
@@ -181,10 +219,10 @@ std::string choose_scan_topic(const BagReader& reader, const std::optional<std::
     }
     throw ConfigurationError(
         "topic '" + *asked + "' of the bag holds " + topic.type +
-        ", not sensor_msgs/LaserScan; topics with laser scans: " + join(candidates));
+        ", not sensor_msgs/LaserScan; topics with laser scans: " + list_of(candidates));
   }
   throw ConfigurationError("the bag has no topic '" + *asked +
-                           "'; topics with laser scans: " + join(candidates));
+                           "'; topics with laser scans: " + list_of(candidates));
 }
 
 BagFrames choose_frames(const BagSurvey& survey, const std::optional<std::string>& asked_base,
@@ -209,12 +247,13 @@ BagFrames choose_frames(const BagSurvey& survey, const std::optional<std::string
     throw ConfigurationError("tf in the bag has no frame above base frame '" + way.front() +
                              "'; to map without odometry give --no-odom");
   }
-  if (survey.moving.count(way[way.size() - 2]) == 0) {
-    throw ConfigurationError("tf above '" + way.front() + "' ends at '" + way.back() +
-                             "', by links on /tf_static only, so there is no odometry; to map from "
-                             "the laser alone give --no-odom");
+  const std::optional<OdometryLink> odometry = find_odometry(survey, way);
+  if (!odometry) {
+    throw ConfigurationError(
+        "tf holds no link that moves, so there is no odometry; to map from the laser alone give "
+        "--no-odom, or name --odom-frame and --base-frame");
   }
-  return {asked_base.value_or(way[way.size() - 2]), way.back()};
+  return {asked_base.value_or(odometry->base), odometry->odom};
 }
 
 }  // namespace matchbox_slam

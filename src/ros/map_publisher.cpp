@@ -2,18 +2,20 @@
 
 #include <nav_msgs/MapMetaData.h>
 #include <nav_msgs/OccupancyGrid.h>
+#include <ros/console.h>
 
 #include <chrono>
+#include <exception>
 #include <utility>
 
 #include "matchbox_slam/ros/message_conversion.hpp"
 
 namespace matchbox_slam {
 
-MapPublisher::MapPublisher(ros::NodeHandle& node, const std::string& map_frame, double interval,
+MapPublisher::MapPublisher(ros::NodeHandle& node, std::string map_frame, double interval,
                            std::function<MapRevision()> revision,
                            std::function<MapSnapshot()> snapshot)
-    : map_frame_(map_frame),
+    : map_frame_(std::move(map_frame)),
       interval_(interval),
       revision_(std::move(revision)),
       snapshot_(std::move(snapshot)),
@@ -37,7 +39,11 @@ void MapPublisher::run() {
   while (!stop_changed_.wait_for(lock, std::chrono::duration<double>(interval_),
                                  [this] { return stop_; })) {
     lock.unlock();
-    publish_changes();
+    try {
+      publish_changes();
+    } catch (const std::exception& error) {  // the next map may be published again
+      ROS_ERROR_STREAM_THROTTLE(10.0, "publishing the map: " << error.what());
+    }
     lock.lock();
   }
 }
@@ -71,11 +77,11 @@ void MapPublisher::publish_map(const MapSnapshot& snapshot) {
 
 void MapPublisher::publish_paths(const MapSnapshot& snapshot) {
   path_.publish(to_path(snapshot.trajectory, {}, snapshot.stamp));
+  Pose2 map_from_odom;
   if (!snapshot.odometry.empty() && !snapshot.trajectory.empty()) {
-    const Pose2 map_from_odom =
-        snapshot.trajectory.front().pose * snapshot.odometry.front().pose.inverse();
-    odometry_path_.publish(to_path(snapshot.odometry, map_from_odom, snapshot.stamp));
+    map_from_odom = snapshot.trajectory.front().pose * snapshot.odometry.front().pose.inverse();
   }
+  odometry_path_.publish(to_path(snapshot.odometry, map_from_odom, snapshot.stamp));
   published_paths_ = snapshot.revision;
 }
 

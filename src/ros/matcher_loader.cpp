@@ -8,14 +8,6 @@ namespace matchbox_slam {
 
 namespace {
 
-std::string join(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) {
-    text += (text.empty() ? "" : ", ") + word;
-  }
-  return text;
-}
-
 bool is_upper(char c) { return std::isupper(static_cast<unsigned char>(c)) != 0; }
 
 }  // namespace

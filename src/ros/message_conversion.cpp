@@ -15,6 +15,8 @@ constexpr double kMaxScanDuration = 10.0;
 // ros::Time throws beyond 2^32 s, and so would adding to a stamp that is near it.
 constexpr std::uint32_t kLatestSecond = 4'000'000'000U;
 
+constexpr std::array<std::size_t, 3> kPlaneAxes = {0, 1, 5};  // x, y and yaw among six
+
 std::int8_t to_percent(const OccupancyGrid& grid, const Cell& cell) {
   return grid.is_known(cell) ? static_cast<std::int8_t>(std::lround(100.0 * grid.occupancy(cell)))
                              : std::int8_t{-1};
@@ -117,10 +119,9 @@ geometry_msgs::PoseWithCovariance to_pose_message(const Pose2& pose,
                                                   const Eigen::Matrix3d& covariance) {
   geometry_msgs::PoseWithCovariance message;
   message.pose = to_pose_message(pose);
-  constexpr std::array<std::size_t, 3> kPlace = {0, 1, 5};  // x, y and yaw among six
   for (std::size_t row = 0; row < 3; ++row) {
     for (std::size_t column = 0; column < 3; ++column) {
-      message.covariance[6 * kPlace[row] + kPlace[column]] =
+      message.covariance[6 * kPlaneAxes[row] + kPlaneAxes[column]] =
           covariance(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column));
     }
   }
@@ -132,6 +133,17 @@ Pose2 to_pose2(const geometry_msgs::Pose& pose) {
   const double theta =
       std::atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z));
   return {pose.position.x, pose.position.y, wrap_angle(theta)};
+}
+
+Eigen::Matrix3d plane_covariance(const geometry_msgs::PoseWithCovariance& pose) {
+  Eigen::Matrix3d covariance;
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column) {
+      covariance(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) =
+          pose.covariance[6 * kPlaneAxes[row] + kPlaneAxes[column]];
+    }
+  }
+  return covariance;
 }
 
 }  // namespace matchbox_slam

@@ -47,6 +47,7 @@ ParameterValue to_list(const std::string& name, const XmlRpcValue& value) {
   XmlRpcValue list = value;
   std::vector<double> numbers;
   std::vector<std::string> texts;
+  // The iterators of XmlRpcValue are those of structs. NOLINTNEXTLINE(modernize-loop-convert)
   for (int i = 0; i < list.size(); ++i) {
     if (const std::optional<double> number = number_in(list[i])) {
       numbers.push_back(*number);

@@ -15,9 +15,10 @@ using nlohmann::json;
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
 json milliseconds(const std::vector<float>& seconds) {
-  return json::object({{"p50", rounded(1e3 * quantile(seconds, 0.5))},
-                       {"p95", rounded(1e3 * quantile(seconds, 0.95))},
-                       {"max", rounded(1e3 * quantile(seconds, 1.0))}});
+  const ErrorStatistics durations = statistics_of(seconds);
+  return json::object({{"p50", rounded(1e3 * durations.median)},
+                       {"p95", rounded(1e3 * durations.p95)},
+                       {"max", rounded(1e3 * durations.max)}});
 }
 
 json scan_counts(const ScanAccount& account, const SlamRun& run) {
@@ -86,15 +87,8 @@ void add_incidents(const RunFacts& facts, json& report) {
 
 }  // namespace
 
-double quantile(std::vector<float> values, double fraction) {
-  if (values.empty()) {
-    return 0.0;
-  }
-  const auto count = static_cast<double>(values.size());
-  const double rank = std::clamp(std::ceil(fraction * count), 1.0, count);
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(rank) - 1;
-  std::nth_element(values.begin(), place, values.end());
-  return static_cast<double>(*place);
+ErrorStatistics statistics_of(const std::vector<float>& values) {
+  return values.empty() ? ErrorStatistics{} : summarize_errors({values.begin(), values.end()});
 }
 
 std::string to_json(const RunFacts& facts, const ScanAccount& account, const SlamRun& run,

@@ -14,6 +14,10 @@ namespace {
 // Less than this is a message out of order, more is a clock that was set back.
 constexpr double kTimeJump = 1.0;
 
+// Scans in a row, each later than the one before, that tell a clock that was set back from a stamp
+// that is wrong.
+constexpr int kScansOfATimeJump = 3;
+
 ros::Time last_beam_stamp(const ros::Time& stamp, const LaserScan& scan) {
   return stamp + ros::Duration(scan.duration());
 }
@@ -38,6 +42,10 @@ const char* to_string(SkipReason reason) {
       return "time_jump";
     case SkipReason::kStopped:
       return "stopped";
+    case SkipReason::kPaused:
+      return "paused";
+    case SkipReason::kBeforeReset:
+      return "before_reset";
   }
   return "unknown";
 }
@@ -51,12 +59,7 @@ std::size_t ScanAccount::skipped_total() const {
 }
 
 ScanQueue::ScanQueue(ScanQueueSettings settings)
-    : settings_(std::move(settings)), transforms_(settings_.map_frame) {
-  settings_.base_frame = without_leading_slash(settings_.base_frame);
-  if (settings_.odom_frame) {
-    settings_.odom_frame = without_leading_slash(*settings_.odom_frame);
-  }
-}
+    : settings_(std::move(settings)), transforms_(settings_.map_frame) {}
 
 void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time& now) {
   advance(now);
@@ -76,10 +79,12 @@ void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time&
 }
 
 void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const ros::Time& stamp) {
-  if (last_ready_ && (*last_ready_ - stamp).toSec() > kTimeJump) {
+  if (was_clock_set_back(stamp)) {
     jump_back((*last_ready_ - stamp).toSec());
   }
-  if (stopped_) {
+  if (paused_) {
+    skip(stamp, SkipReason::kPaused, "the mapping is paused");
+  } else if (stopped_) {
     skip(stamp, SkipReason::kStopped, "time has jumped back, and time_jump is 'stop'");
   } else if (waiting_.count(stamp) != 0 || last_ready_ == stamp) {
     skip(stamp, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
@@ -90,6 +95,16 @@ void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const ros:
     scan.scan.stamp = stamp.toSec();
     waiting_.emplace(stamp, std::move(scan));
   }
+}
+
+bool ScanQueue::was_clock_set_back(const ros::Time& stamp) {
+  if (!last_ready_ || (*last_ready_ - stamp).toSec() <= kTimeJump) {
+    old_in_a_row_ = 0;
+    return false;
+  }
+  old_in_a_row_ = old_in_a_row_ > 0 && stamp > *last_old_ ? old_in_a_row_ + 1 : 1;
+  last_old_ = stamp;
+  return old_in_a_row_ >= kScansOfATimeJump;
 }
 
 void ScanQueue::add_transforms(const tf2_msgs::TFMessage& message, bool is_static,
@@ -118,6 +133,7 @@ void ScanQueue::jump_back(double seconds) {
   waiting_.clear();
   transforms_.clear();
   last_ready_.reset();
+  old_in_a_row_ = 0;
   if (!stopped_) {
     stopped_ = settings_.stop_at_time_jump;
     ready_.emplace_back(TimeJump{seconds, stopped_});
@@ -172,6 +188,12 @@ std::optional<ScanQueue::Item> ScanQueue::next() {
     ++account_.delivered;
   }
   return item;
+}
+
+void ScanQueue::discard_delivered() {
+  if (account_.delivered > 0) {
+    account_.skipped[SkipReason::kBeforeReset] += std::exchange(account_.delivered, 0);
+  }
 }
 
 void ScanQueue::finish() { collect_ready(false); }

@@ -60,7 +60,7 @@ ros::Time to_time(double stamp) { return ros::Time().fromSec(stamp); }
 /// Makes messages in the frames of the recording.
 class MessageMaker {
  public:
-  explicit MessageMaker(const SimulatedBagOptions& options) : options_(options) {}
+  explicit MessageMaker(SimulatedBagOptions options) : options_(std::move(options)) {}
 
   [[nodiscard]] sensor_msgs::LaserScan scan(const LaserScan& scan, double period) const {
     sensor_msgs::LaserScan message;
@@ -163,14 +163,16 @@ void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options,
   }
 }
 
-FileError cannot_write(const std::string& path, const std::exception& reason) {
-  return FileError(path + ": the bag cannot be written: " + reason.what());
+std::string cannot_write(const std::string& path, const std::exception& reason) {
+  return path + ": the bag cannot be written: " + reason.what();
 }
 
 }  // namespace
 
-SimulatedBagWriter::SimulatedBagWriter(const std::string& path, const SimulatedBagOptions& options)
-    : path_(path), unfinished_path_(path + ".unfinished"), options_(options) {
+SimulatedBagWriter::SimulatedBagWriter(std::string path, SimulatedBagOptions options)
+    : path_(std::move(path)),
+      unfinished_path_(path_ + ".unfinished"),
+      options_(std::move(options)) {
   if (std::filesystem::is_directory(path_)) {
     throw FileError(path_ + ": the bag cannot be written: there is a folder of that name");
   }
@@ -178,7 +180,7 @@ SimulatedBagWriter::SimulatedBagWriter(const std::string& path, const SimulatedB
     bag_.open(unfinished_path_, rosbag::bagmode::Write);
     bag_.setCompression(compression_type(options_.compression));
   } catch (const rosbag::BagException& error) {
-    throw cannot_write(path_, error);
+    throw FileError(cannot_write(path_, error));
   }
 }
 
@@ -200,9 +202,9 @@ void SimulatedBagWriter::write(const SimulatedRun& run) {
     bag_.close();
     std::filesystem::rename(unfinished_path_, path_);
   } catch (const rosbag::BagException& error) {
-    throw cannot_write(path_, error);
+    throw FileError(cannot_write(path_, error));
   } catch (const std::filesystem::filesystem_error& error) {
-    throw cannot_write(path_, error);
+    throw FileError(cannot_write(path_, error));
   }
 }
 

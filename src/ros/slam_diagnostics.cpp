@@ -38,9 +38,10 @@ void SlamDiagnostics::fill(const SlamHealth& health,
   for (const auto& [reason, count] : health.account.skipped) {
     status.add(std::string("Scans skipped: ") + to_string(reason), count);
   }
-  status.addf("Match time p50 [ms]", "%.2f", 1e3 * quantile(health.recent_match_seconds, 0.5));
-  status.addf("Match time p95 [ms]", "%.2f", 1e3 * quantile(health.recent_match_seconds, 0.95));
-  status.addf("Match time max [ms]", "%.2f", 1e3 * quantile(health.recent_match_seconds, 1.0));
+  const ErrorStatistics match = statistics_of(health.recent_match_seconds);
+  status.addf("Match time p50 [ms]", "%.2f", 1e3 * match.median);
+  status.addf("Match time p95 [ms]", "%.2f", 1e3 * match.p95);
+  status.addf("Match time max [ms]", "%.2f", 1e3 * match.max);
   status.addf("Map memory [MB]", "%.1f", static_cast<double>(health.map_bytes) / (1024.0 * 1024.0));
   before_ = health.account;
 }

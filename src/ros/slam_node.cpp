@@ -1,7 +1,5 @@
 #include "matchbox_slam/ros/slam_node.hpp"
 
-#include <geometry_msgs/PoseWithCovarianceStamped.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <utility>
@@ -22,6 +20,7 @@ constexpr double kWarningInterval = 10.0;  // s
 
 SlamSetup read_setup(const ros::NodeHandle& private_node, const MatcherLoader& loader) {
   SlamSetup setup = make_slam_setup(read_ros_parameters(private_node), loader);
+  check_frames(setup.run);
   if (!fixed_scan_time_offset(setup.run)) {
     throw ConfigurationError(
         "scan_time_offset: auto is not allowed in the node; allowed: a number of seconds (map_bag "
@@ -71,6 +70,8 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
       "scan", kScanMessages,
       [this](const ros::MessageEvent<const sensor_msgs::LaserScan>& event) { on_scan(event); },
       ros::VoidConstPtr(), hints);
+  initial_pose_subscriber_ =
+      node_.subscribe("initialpose", 10, &SlamNode::on_initial_pose, this, hints);
   ROS_INFO_STREAM("mapping with " << setup_.matcher_name << ": scans from "
                                   << scan_subscriber_.getTopic() << ", frames "
                                   << setup_.run.map_frame << ", "
@@ -80,6 +81,7 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
 }
 
 SlamNode::~SlamNode() {
+  initial_pose_subscriber_.shutdown();
   scan_subscriber_.shutdown();
   transform_subscriber_.shutdown();
   static_transform_subscriber_.shutdown();
@@ -122,6 +124,23 @@ void SlamNode::on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>&
   queue_changed_.notify_one();
 }
 
+void SlamNode::on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& message) {
+  const std::string frame = without_leading_slash(message.header.frame_id);
+  if (frame != setup_.run.map_frame) {
+    ROS_WARN_STREAM("initialpose in frame '" << frame << "' is ignored; it has to be in '"
+                                             << setup_.run.map_frame << "'");
+    return;
+  }
+  const Pose2 map_from_base = to_pose2(message.pose.pose);
+  const Eigen::Matrix3d covariance = plane_covariance(message.pose);
+  if (!map_from_base.is_finite() || !covariance.allFinite()) {
+    ROS_WARN("initialpose is ignored, as it is no number");
+    return;
+  }
+  const std::lock_guard<std::mutex> lock(run_mutex_);
+  run_.set_pose(map_from_base, covariance);
+}
+
 void SlamNode::warn_of_map_link(const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
   // What we publish comes back to us; within a process roscpp does not name the publisher.
   const std::string& publisher = event.getPublisherName();
@@ -129,8 +148,7 @@ void SlamNode::warn_of_map_link(const ros::MessageEvent<const tf2_msgs::TFMessag
       publisher == "unknown_publisher") {
     return;
   }
-  const std::string link =
-      find_map_link(*event.getConstMessage(), without_leading_slash(setup_.run.map_frame));
+  const std::string link = find_map_link(*event.getConstMessage(), setup_.run.map_frame);
   if (!link.empty()) {
     ROS_WARN_STREAM("tf that touches the map frame is ignored: "
                     << link << ", published by " << publisher
@@ -168,11 +186,19 @@ void SlamNode::run_mapping() {
     if (!item) {
       return;
     }
-    if (const auto* scan = std::get_if<ReadyScan>(&*item)) {
-      map_scan(*scan);
-    } else {
-      jump(std::get<TimeJump>(*item));
+    try {
+      handle(*item);
+    } catch (const std::exception& error) {  // the next scan may be better
+      ROS_ERROR_STREAM_THROTTLE(kWarningInterval, "mapping: " << error.what());
     }
+  }
+}
+
+void SlamNode::handle(const ScanQueue::Item& item) {
+  if (const auto* scan = std::get_if<ReadyScan>(&item)) {
+    map_scan(*scan);
+  } else {
+    jump(std::get<TimeJump>(item));
   }
 }
 
@@ -182,14 +208,14 @@ void SlamNode::map_scan(const ReadyScan& scan) {
     const std::lock_guard<std::mutex> lock(run_mutex_);
     outcome = run_.process(scan.input);
     last_stamp_ = scan.stamp;
+    const std::lock_guard<std::mutex> transform_lock(transform_mutex_);
+    map_transform_ = map_transform(scan, outcome);
   }
   publish_pose(scan, outcome);
 }
 
 void SlamNode::jump(const TimeJump& jump) {
   if (jump.stopped) {
-    const std::lock_guard<std::mutex> lock(run_mutex_);
-    stopped_ = true;
     ROS_ERROR_STREAM("time has jumped back by " << jump.seconds
                                                 << " s; no more scans are used, as time_jump is "
                                                    "'stop'");
@@ -201,12 +227,10 @@ void SlamNode::jump(const TimeJump& jump) {
 }
 
 void SlamNode::forget_map() {
-  {
-    const std::lock_guard<std::mutex> lock(run_mutex_);
-    run_.reset();
-    ++resets_;
-  }
-  const std::lock_guard<std::mutex> lock(transform_mutex_);
+  const std::lock_guard<std::mutex> lock(run_mutex_);
+  run_.reset();
+  ++resets_;
+  const std::lock_guard<std::mutex> transform_lock(transform_mutex_);
   map_transform_.reset();
 }
 
@@ -218,17 +242,18 @@ void SlamNode::publish_pose(const ReadyScan& scan, const ScanOutcome& outcome) {
   message.header.stamp = scan.stamp;
   message.pose = to_pose_message(outcome.map_from_base, outcome.covariance);
   pose_publisher_.publish(message);
+}
 
+geometry_msgs::TransformStamped SlamNode::map_transform(const ReadyScan& scan,
+                                                        const ScanOutcome& outcome) const {
   geometry_msgs::TransformStamped transform;
   transform.header.frame_id = setup_.run.map_frame;
   transform.header.stamp = scan.stamp;
-  transform.child_frame_id =
-      without_leading_slash(outcome.odom_from_base ? setup_.run.odom_frame : setup_.run.base_frame);
+  transform.child_frame_id = outcome.odom_from_base ? setup_.run.odom_frame : setup_.run.base_frame;
   transform.transform = to_transform_message(
       outcome.odom_from_base ? outcome.map_from_base * outcome.odom_from_base->inverse()
                              : outcome.map_from_base);
-  const std::lock_guard<std::mutex> lock(transform_mutex_);
-  map_transform_ = transform;
+  return transform;
 }
 
 void SlamNode::publish_transform() {
@@ -271,6 +296,7 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
     health.account = queue_.account();
     health.waiting = queue_.waiting();
     health.last_skip = last_skip_;
+    health.stopped = queue_.stopped();
   }
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
@@ -278,7 +304,6 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
     const std::size_t recent = std::min<std::size_t>(all.size(), 200);
     health.recent_match_seconds.assign(all.end() - static_cast<std::ptrdiff_t>(recent), all.end());
     health.map_bytes = run_.map().occupancy.bytes() + run_.map().field.bytes();
-    health.stopped = stopped_;
   }
   diagnostics_.fill(health, status);
 }

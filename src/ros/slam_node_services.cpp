@@ -18,6 +18,7 @@ void SlamNode::start_services() {
   dynamic_map_service_ = node.advertiseService("dynamic_map", &SlamNode::answer_dynamic_map, this);
   save_map_service_ = private_node.advertiseService("save_map", &SlamNode::answer_save_map, this);
   reset_service_ = private_node.advertiseService("reset", &SlamNode::answer_reset, this);
+  pause_service_ = private_node.advertiseService("pause", &SlamNode::answer_pause, this);
   diagnostic_updater_.setHardwareID("none");
   diagnostic_updater_.add("SLAM", this, &SlamNode::update_diagnostics);
   // By the wall clock, so that it goes on when simulated time stands still.
@@ -54,9 +55,26 @@ bool SlamNode::answer_save_map(std_srvs::Trigger::Request& /*request*/,
 
 bool SlamNode::answer_reset(std_srvs::Trigger::Request& /*request*/,
                             std_srvs::Trigger::Response& response) {
+  {
+    const std::lock_guard<std::mutex> lock(queue_mutex_);
+    queue_.start_again();
+  }
   forget_map();
   response.success = 1;
   response.message = "map and trajectory are forgotten; the next scan starts a new map";
+  return true;
+}
+
+bool SlamNode::answer_pause(std_srvs::SetBool::Request& request,
+                            std_srvs::SetBool::Response& response) {
+  const bool paused = request.data != 0;
+  {
+    const std::lock_guard<std::mutex> lock(queue_mutex_);
+    queue_.set_paused(paused);
+  }
+  response.success = 1;
+  response.message =
+      paused ? "scans are skipped until this is called with false" : "scans are used again";
   return true;
 }
 

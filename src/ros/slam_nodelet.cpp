@@ -1,5 +1,6 @@
 #include <nodelet/nodelet.h>
 
+#include <exception>
 #include <memory>
 #include <pluginlib/class_list_macros.hpp>
 
@@ -10,9 +11,14 @@ namespace matchbox_slam {
 /// SlamNode in a nodelet manager, where scans of other nodelets arrive without being copied.
 class SlamNodelet : public nodelet::Nodelet {
  private:
-  /// Throws when SlamNode does: the manager then says why and refuses to load the nodelet.
+  /// Throws when SlamNode does: the manager then refuses to load the nodelet, but may not say why.
   void onInit() override {
-    node_ = std::make_unique<SlamNode>(getNodeHandle(), getPrivateNodeHandle());
+    try {
+      node_ = std::make_unique<SlamNode>(getNodeHandle(), getPrivateNodeHandle());
+    } catch (const std::exception& error) {
+      NODELET_FATAL_STREAM(error.what());
+      throw;
+    }
   }
 
   std::unique_ptr<SlamNode> node_;

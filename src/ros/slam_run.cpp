@@ -4,17 +4,6 @@
 
 namespace matchbox_slam {
 
-std::optional<double> fixed_scan_time_offset(const RunOptions& options) {
-  const ParameterValue value = parse_parameter_value(options.scan_time_offset);
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
-    return static_cast<double>(*whole);
-  }
-  if (const auto* real = std::get_if<double>(&value)) {
-    return *real;
-  }
-  return std::nullopt;
-}
-
 ScanQueueSettings queue_settings(const RunOptions& options, double scan_time_offset) {
   ScanQueueSettings settings;
   settings.base_frame = options.base_frame;

@@ -1,6 +1,10 @@
 #include "matchbox_slam/ros/slam_setup.hpp"
 
+#include <cmath>
+#include <map>
 #include <utility>
+
+#include "matchbox_slam/ros/transform_store.hpp"
 
 namespace matchbox_slam {
 
@@ -55,23 +59,60 @@ Parameters with_offset_as_text(Parameters parameters) {
   return parameters;
 }
 
-void check_scan_time_offset(const std::string& text) {
-  const ParameterValue value = parse_parameter_value(text);
-  if (text != "auto" && !std::holds_alternative<double>(value) &&
-      !std::holds_alternative<std::int64_t>(value)) {
-    throw ConfigurationError("scan_time_offset: " + text +
-                             " is not allowed; allowed: a number of seconds, auto");
+void check_scan_time_offset(const RunOptions& options) {
+  constexpr double kLargestOffset = 1e6;  // s
+  const std::optional<double> offset = fixed_scan_time_offset(options);
+  const bool is_in_range = offset && std::abs(*offset) <= kLargestOffset;  // nan is not
+  if (options.scan_time_offset != "auto" && !is_in_range) {
+    throw ConfigurationError("scan_time_offset: " + options.scan_time_offset +
+                             " is not allowed; allowed: a number of seconds from -1000000 to "
+                             "1000000, auto");
+  }
+}
+
+/// Frames as tf2 wants them.
+void strip_leading_slashes(RunOptions& options) {
+  for (std::string* frame : {&options.base_frame, &options.odom_frame, &options.map_frame}) {
+    *frame = without_leading_slash(*frame);
   }
 }
 
 }  // namespace
+
+std::optional<double> fixed_scan_time_offset(const RunOptions& options) {
+  const ParameterValue value = parse_parameter_value(options.scan_time_offset);
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+    return static_cast<double>(*whole);
+  }
+  if (const auto* real = std::get_if<double>(&value)) {
+    return *real;
+  }
+  return std::nullopt;
+}
+
+void check_frames(const RunOptions& options) {
+  std::map<std::string, std::string> names;
+  const auto add = [&](const std::string& frame, const std::string& name) {
+    const auto [other, is_new] = names.emplace(frame, name);
+    if (!is_new && !frame.empty()) {
+      throw ConfigurationError(name + ": '" + frame +
+                               "' is not allowed; allowed: a frame other than " + other->second);
+    }
+  };
+  add(options.map_frame, "map_frame");
+  add(options.base_frame, "base_frame");
+  if (options.use_odometry) {
+    add(options.odom_frame, "odom_frame");
+  }
+}
 
 SlamSetup make_slam_setup(const Parameters& parameters, const MatcherLoader& loader) {
   reject_unknown_names(parameters, loader);
   SlamSetup setup;
   setup.run = read_options<RunOptions>(
       with_offset_as_text(only(parameters, option_names<RunOptions>())), "");
-  check_scan_time_offset(setup.run.scan_time_offset);
+  check_scan_time_offset(setup.run);
+  strip_leading_slashes(setup.run);
   setup.node = read_options<SlamNodeOptions>(only(parameters, option_names<SlamNodeOptions>()), "");
   setup.engine = read_engine_options(parameters);
   setup.matcher_name = loader.find(setup.run.matcher);

@@ -41,7 +41,7 @@ void Terminal::clear_bar() {
   }
 }
 
-InterruptGuard::InterruptGuard() : signals_{} {
+InterruptGuard::InterruptGuard() {
   sigemptyset(&signals_);
   sigaddset(&signals_, SIGINT);
   sigaddset(&signals_, SIGTERM);

@@ -83,7 +83,7 @@ Pose2 project_to_plane(const Eigen::Isometry3d& pose) {
 }
 
 TransformStore::TransformStore(const std::string& map_frame)
-    : map_frame_(without_leading_slash(map_frame)), buffer_(kCache) {}
+    : map_frame_(map_frame), buffer_(kCache) {}
 
 void TransformStore::add(const tf2_msgs::TFMessage& message, bool is_static) {
   if (ignored_map_link_.empty()) {

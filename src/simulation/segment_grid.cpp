@@ -85,7 +85,7 @@ SegmentGrid::SegmentGrid(const std::vector<WallSegment>& segments) {
       for (int column = cell_of(from.x(), low_.x(), columns_);
            column <= cell_of(to.x(), low_.x(), columns_); ++column) {
         if (touches(segments[i], column, row)) {
-          cells[static_cast<std::size_t>(row * columns_ + column)].push_back(i);
+          cells[index_of(column, row)].push_back(i);
         }
       }
     }
@@ -96,6 +96,11 @@ SegmentGrid::SegmentGrid(const std::vector<WallSegment>& segments) {
     in_cells_.insert(in_cells_.end(), cell.begin(), cell.end());
   }
   first_in_cell_.push_back(in_cells_.size());
+}
+
+std::size_t SegmentGrid::index_of(int column, int row) const {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+         static_cast<std::size_t>(column);
 }
 
 int SegmentGrid::cell_of(double coordinate, double low, int cells) const {
@@ -129,7 +134,7 @@ std::optional<SegmentGrid::Hit> SegmentGrid::first_hit(const std::vector<WallSeg
 
   std::optional<Hit> best;
   while (x.cell >= 0 && x.cell < columns_ && y.cell >= 0 && y.cell < rows_) {
-    const std::size_t cell = static_cast<std::size_t>(y.cell * columns_ + x.cell);
+    const std::size_t cell = index_of(x.cell, y.cell);
     for (std::size_t k = first_in_cell_[cell]; k < first_in_cell_[cell + 1]; ++k) {
       const std::size_t i = in_cells_[k];
       const std::optional<double> range = intersect_ray(segments[i], origin, direction);

@@ -27,6 +27,13 @@ EngineOptions read_engine_options(const Parameters& parameters) {
   options.map = read_options<MapOptions>(parameters.section("map"), "map");
   options.field = read_options<LikelihoodFieldOptions>(parameters.section("field"), "field");
   options.motion = read_options<MotionPriorOptions>(parameters.section("motion"), "motion");
+  const double after_first_hit = 0.5 + 0.5 * options.map.quality;
+  if (options.map.occupied_threshold > after_first_hit) {
+    throw ConfigurationError(
+        "map/occupied_threshold: " + to_string(options.map.occupied_threshold) +
+        " is not allowed with a map/quality of " + to_string(options.map.quality) +
+        ", since no first hit would reach it; allowed: at most " + to_string(after_first_hit));
+  }
   return options;
 }
 
@@ -53,6 +60,15 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
     throw std::invalid_argument("scan at " + std::to_string(input.scan.stamp) +
                                 " s is not later than the one before, at " +
                                 std::to_string(last_->stamp) + " s; process scans in order");
+  }
+  if (input.odometry && !(input.odometry->odom_from_base.is_finite() &&
+                          input.odometry->odom_from_base_last_beam.is_finite())) {
+    throw std::invalid_argument("the odometry of the scan at " + std::to_string(input.scan.stamp) +
+                                " s is no number; leave it out to go on without odometry");
+  }
+  if (!input.base_from_laser.matrix().allFinite()) {
+    throw std::invalid_argument("the laser's pose for the scan at " +
+                                std::to_string(input.scan.stamp) + " s is no number");
   }
   const PointScan scan =
       project_scan(input.scan, input.base_from_laser, motion_during_scan(input), options_.scan);
@@ -105,6 +121,16 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   last_ = state;
   ++scan_count_;
   return outcome;
+}
+
+void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
+  if (!last_) {
+    start_ = map_from_base;
+    return;
+  }
+  last_->map_from_base = map_from_base;
+  last_->covariance = covariance;
+  last_->motion = {};
 }
 
 MotionEstimate SlamEngine::predict_motion(const ScanInput& input) const {

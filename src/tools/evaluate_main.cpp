@@ -3,10 +3,17 @@
 #include "evaluate_ate.hpp"
 #include "run_program.hpp"
 
-int main(int argc, char** argv) {
-  CLI::App app("Measures the accuracy of trajectories, of this package or of any other.",
-               "evaluate");
+namespace {
+
+void declare_options(CLI::App& app) {
   app.require_subcommand(1);
   matchbox_slam::add_ate_command(app);
-  return matchbox_slam::run_program(app, argc, argv, [] {});
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return matchbox_slam::run_program(
+      "evaluate", "Measures the accuracy of trajectories, of this package or of any other.",
+      declare_options, argc, argv, [] {});
 }

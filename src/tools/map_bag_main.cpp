@@ -76,17 +76,18 @@ int main(int argc, char** argv) {
   MapBagRequest request;
   RepeatedOptions repeated;
   bool quiet = false;
-  CLI::App app("Maps the laser scans of a bag and writes map, trajectory and a report.", "map_bag");
-  declare_options(app, request, repeated, quiet);
-  return matchbox_slam::run_program(app, argc, argv, [&] {
-    request.config_files = lines(repeated.config_files);
-    request.overrides = lines(repeated.overrides);
-    matchbox_slam::Terminal terminal(quiet);
-    matchbox_slam::map_bag(request, {[&](const std::string& line) { terminal.inform(line); },
-                                     [&](const std::string& line) { terminal.warn(line); },
-                                     [&](double fraction, const std::string& text) {
-                                       terminal.show_progress(fraction, text);
-                                     },
-                                     [&] { return interrupt.is_interrupted(); }});
-  });
+  return matchbox_slam::run_program(
+      "map_bag", "Maps the laser scans of a bag and writes map, trajectory and a report.",
+      [&](CLI::App& app) { declare_options(app, request, repeated, quiet); }, argc, argv,
+      [&] {
+        request.config_files = lines(repeated.config_files);
+        request.overrides = lines(repeated.overrides);
+        matchbox_slam::Terminal terminal(quiet);
+        matchbox_slam::map_bag(request, {[&](const std::string& line) { terminal.inform(line); },
+                                         [&](const std::string& line) { terminal.warn(line); },
+                                         [&](double fraction, const std::string& text) {
+                                           terminal.show_progress(fraction, text);
+                                         },
+                                         [&] { return interrupt.is_interrupted(); }});
+      });
 }

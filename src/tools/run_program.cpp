@@ -13,28 +13,33 @@ constexpr int kSuccess = 0;
 constexpr int kWorkFailed = 1;
 constexpr int kWrongUsage = 2;
 
-int complain(const CLI::App& app, std::string text, int exit_code) {
+int complain(const std::string& name, std::string text, int exit_code) {
   std::replace(text.begin(), text.end(), '\n', ' ');
-  std::cerr << app.get_name() << ": " << text << std::endl;
+  std::cerr << name << ": " << text << std::endl;
   return exit_code;
 }
 
 }  // namespace
 
-int run_program(CLI::App& app, int argc, const char* const* argv,
-                const std::function<void()>& work) {
+int run_program(const std::string& name, const std::string& description,
+                const std::function<void(CLI::App&)>& declare_options, int argc,
+                const char* const* argv, const std::function<void()>& work) {
   try {
-    app.parse(argc, argv);
+    CLI::App app(description, name);
+    declare_options(app);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::Success& request) {  // --help
+      return app.exit(request);
+    }
     work();
     return kSuccess;
-  } catch (const CLI::Success& request) {  // --help
-    return app.exit(request);
   } catch (const CLI::ParseError& error) {
-    return complain(app, error.what() + std::string("; see --help"), kWrongUsage);
+    return complain(name, error.what() + std::string("; see --help"), kWrongUsage);
   } catch (const ConfigurationError& error) {
-    return complain(app, error.what(), kWrongUsage);
+    return complain(name, error.what(), kWrongUsage);
   } catch (const std::exception& error) {
-    return complain(app, error.what(), kWorkFailed);
+    return complain(name, error.what(), kWorkFailed);
   }
 }
 

@@ -41,6 +41,7 @@ void declare_options(CLI::App& app, Request& request) {
       ->required()
       ->type_name("NAME");
   app.add_option("--seed", request.seed, "Of world and noise; the same seed gives the same bag")
+      ->check(CLI::NonNegativeNumber)  // the conversion alone would take -1 for a large number
       ->type_name("N");
   app.add_option("--bag", request.bag, "Bag to write")->required()->type_name("OUT.bag");
   app.add_option(
@@ -82,6 +83,13 @@ void require_writable_file(const std::string& path) {
   require_writable_folder(folder.empty() ? "." : folder.string());
 }
 
+void require_two_files(const std::string& bag, const std::string& truth) {
+  if (std::filesystem::weakly_canonical(bag) == std::filesystem::weakly_canonical(truth)) {
+    throw ConfigurationError("--bag and --truth name the same file, '" + bag +
+                             "'; allowed: two different files");
+  }
+}
+
 /// By the clock of the laser, as all that is derived from scans is.
 Trajectory truth_of(const SimulatedRun& run, double clock_offset) {
   std::vector<StampedPose2> poses;
@@ -92,6 +100,7 @@ Trajectory truth_of(const SimulatedRun& run, double clock_offset) {
 }
 
 void simulate(const Request& request) {
+  require_two_files(request.bag, request.truth);
   const SimulationOptions options = read_simulation_options(request);
   const auto recording = read_options<SimulatedBagOptions>(request.recording, "");
   const World world = make_world(request.world, request.seed);
@@ -110,10 +119,10 @@ void simulate(const Request& request) {
 
 int main(int argc, char** argv) {
   Request request;
-  CLI::App app(
+  return matchbox_slam::run_program(
+      "simulate",
       "Drives a simulated robot through a simulated world and records a bag like those of the MIT "
       "Stata Center, and the truth.",
-      "simulate");
-  declare_options(app, request);
-  return matchbox_slam::run_program(app, argc, argv, [&] { simulate(request); });
+      [&](CLI::App& app) { declare_options(app, request); }, argc, argv,
+      [&] { simulate(request); });
 }

@@ -39,7 +39,7 @@ TEST(Random, UniformFillsItsIntervalEvenly) {
     ++counts[static_cast<std::size_t>((number + 2.0) * 2.0)];
   }
   for (const int count : counts) {
-    EXPECT_NEAR(count, kDraws / 10, 500);  // five standard deviations
+    EXPECT_NEAR(count, kDraws / 10.0, 500);  // five standard deviations
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <map>
 #include <utility>
 
@@ -120,7 +121,7 @@ TEST(TiledGrid, TakesMemoryForTilesThatWereWrittenToOnly) {
   EXPECT_EQ(grid.bytes(), one);
   write(grid, {39, 0}, 1);  // ten tiles away
   EXPECT_EQ(grid.tile_count(), 2U);
-  EXPECT_LE(grid.bytes(), 2 * sizeof(Tile) + 10 * 2 * sizeof(void*));
+  EXPECT_LE(grid.bytes(), 2 * sizeof(Tile) + std::size_t{10} * 2 * sizeof(void*));
 }
 
 }  // namespace

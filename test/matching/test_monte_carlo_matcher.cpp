@@ -18,8 +18,8 @@ namespace matchbox_slam {
 namespace {
 
 const MatchScene& scene() {
-  static const MatchScene rooms = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
-  return rooms;
+  static const MatchScene kRooms = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  return kRooms;
 }
 
 Pose2 prediction() { return shifted(scene().map_from_base, {0.1, -0.08, 0.05}); }

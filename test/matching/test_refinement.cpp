@@ -93,6 +93,36 @@ TEST(Refine, NamesTheDirectionOfASlantingCorridor) {
   EXPECT_NEAR(off.theta, 0.0, 1e-3);
 }
 
+/// Off the middle of a round room nobody can tell going round from turning: the scan holds the
+/// robot on a circle about the room's middle, and the prior decides where on it.
+TEST(Refine, StaysOnTheCircleOfARoundRoom) {
+  constexpr double kRadius = 3.0;
+  LikelihoodField field(0.05, LikelihoodFieldOptions{});
+  const Pose2 map_from_base{2.0, 0.0, 0.0};
+  std::vector<SurfaceHit> hits;
+  std::vector<ScanPoint> points;
+  for (double angle = -kPi; angle < kPi; angle += 0.005) {
+    const Eigen::Vector2d normal(-std::cos(angle), -std::sin(angle));
+    hits.push_back({-kRadius * normal, normal});
+    ScanPoint point;
+    point.position = map_from_base.inverse() * Eigen::Vector2d(-kRadius * normal);
+    point.origin = Eigen::Vector2d::Zero();
+    point.normal = normal;
+    point.weight = 0.015;
+    points.push_back(point);
+  }
+  field.update(hits, {});
+  const Pose2 predicted{2.0, 0.15, 0.0};
+  const RefinedPose refined =
+      refine(points, field, predicted, {predicted, prior_of(0.1, 0.06)}, RefinementOptions{});
+  ASSERT_EQ(refined.unconstrained_directions.size(), 1U);
+  const Pose2 middle = refined.map_from_base * map_from_base.inverse();
+  EXPECT_LT(middle.translation().norm(), 1e-3);
+  // Of the 0.15 m, the prior's means split by its variances: 0.01 to (2 m)^2 0.0036.
+  EXPECT_NEAR(refined.map_from_base.y, 0.15 * 0.0144 / (0.01 + 0.0144), 2e-3);
+  EXPECT_GT(refined.covariance(2, 2), 1e-3);
+}
+
 TEST(Refine, WithoutAMapInReachThePriorStands) {
   const MatchScene scene = make_match_scene(make_rooms_world(1), LaserOptions{}, 10.0, 1);
   const Pose2 far{500.0, -500.0, 1.0};

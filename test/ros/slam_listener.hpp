@@ -5,10 +5,12 @@
 #include <nav_msgs/OccupancyGrid.h>
 #include <nav_msgs/Path.h>
 #include <ros/ros.h>
+#include <rosgraph_msgs/Log.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <chrono>
 #include <functional>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -26,6 +28,7 @@ class SlamListener {
     subscribers_.push_back(node_.subscribe("odometry_path", 10, &SlamListener::on_odometry, this));
     subscribers_.push_back(
         node_.subscribe("/diagnostics", 100, &SlamListener::on_diagnostics, this));
+    subscribers_.push_back(node_.subscribe("/rosout", 1000, &SlamListener::on_log, this));
   }
 
   /// Handles messages until the condition holds; false when that takes longer than `seconds`.
@@ -53,6 +56,7 @@ class SlamListener {
   nav_msgs::Path path;
   nav_msgs::Path odometry_path;
   diagnostic_msgs::DiagnosticStatus status;
+  std::vector<std::string> errors;  ///< in the log, of any node
 
  private:
   void on_pose(const geometry_msgs::PoseWithCovarianceStamped& pose) { poses.push_back(pose); }
@@ -62,6 +66,11 @@ class SlamListener {
     transforms.add(message, false);
     if (!find_map_link(message, "map").empty()) {
       leads.push_back(message.transforms.front().header.stamp - ros::Time::now());
+    }
+  }
+  void on_log(const rosgraph_msgs::Log& log) {
+    if (log.level >= rosgraph_msgs::Log::ERROR) {
+      errors.push_back(log.msg);
     }
   }
   void on_diagnostics(const diagnostic_msgs::DiagnosticArray& array) {

@@ -82,8 +82,37 @@ TEST_F(SurveyBag, StaticLinksAreNoOdometry) {
   found.parents = {{"laser", {"base"}}};
   EXPECT_TRUE(
       contains(error_text<ConfigurationError>([&] { (void)choose_frames(found, {}, {}, true); }),
-               "no odometry"));
+               "tf holds no link that moves, so there is no odometry"));
   EXPECT_EQ(choose_frames(found, {}, {}, false).base, "base");
+  EXPECT_EQ(choose_frames(found, "laser", "base", true).odom, "base");
+}
+
+TEST_F(SurveyBag, OnlyALinkThatChangesMoves) {
+  const BagSurvey found = survey({});
+  EXPECT_EQ(found.on_tf, (std::set<std::string>{"base_link", "laser"}));
+  EXPECT_EQ(found.moving, std::set<std::string>{"base_link"});
+}
+
+TEST_F(SurveyBag, OdometryIsFoundByItsMotionOrItsName) {
+  BagSurvey found;
+  found.scan_frame = "laser";
+  found.parents = {{"laser", {"base"}}, {"base", {"robot/odom"}}, {"robot/odom", {"world"}}};
+  found.on_tf = {"laser", "base", "robot/odom"};
+  EXPECT_EQ(choose_frames(found, {}, {}, true).odom, "robot/odom") << "a robot at rest";
+  EXPECT_EQ(choose_frames(found, {}, {}, true).base, "base");
+  found.parents = {{"laser", {"base"}}, {"base", {"start"}}, {"start", {"world"}}};
+  found.on_tf = {"laser", "base", "start"};
+  EXPECT_TRUE(
+      contains(error_text<ConfigurationError>([&] { (void)choose_frames(found, {}, {}, true); }),
+               "tf holds no link that moves"));
+  found.moving = {"base"};
+  EXPECT_EQ(choose_frames(found, {}, {}, true).odom, "start");
+}
+
+TEST_F(SurveyBag, EndsWhenInterrupted) {
+  write_small_bag(path_);
+  const BagSurvey found = survey_bag(BagReader({path_}), "/scan", {}, "map", [] { return true; });
+  EXPECT_EQ(found.scan_frame, "");
 }
 
 TEST_F(SurveyBag, MeasuresTheOffsetOfTheClocks) {

@@ -238,10 +238,44 @@ TEST_F(MapBag, StartsAnewOrStopsWhenTimeJumpsBack) {
       << reset.output;
   EXPECT_LT(read_tum(out_ + "/trajectory.tum").poses().front().stamp, 910.0);
   EXPECT_EQ(report("resets"), 1.0);
+  EXPECT_EQ(report("scans/used"), static_cast<double>(poses()));
+  EXPECT_EQ(report("scans/skipped/before_reset"), 30.0);
+  EXPECT_EQ(report("scans/skipped/out_of_order"), 2.0);
+  EXPECT_EQ(report("scans/received"), report("scans/used") + report("scans/skipped_total"));
   const Outcome stop = run("--set time_jump=stop");
   EXPECT_EQ(stop.exit_code, 0) << stop.output;
   EXPECT_TRUE(contains(stop.output, "stopping there, as time_jump is 'stop'")) << stop.output;
   EXPECT_EQ(poses(), 30U);
+}
+
+TEST_F(MapBag, OneScanWithAWrongStampCostsNoMap) {
+  write_small_bag(bag_);
+  {
+    rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+    bag.write("/scan", ros::Time(1002.01), make_scan(900.0));
+  }
+  const Outcome outcome = run("");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(poses(), 50U);
+  EXPECT_EQ(report("resets"), 0.0);
+  EXPECT_EQ(report("scans/skipped/out_of_order"), 1.0);
+}
+
+TEST_F(MapBag, FixedLinksOnTfAreNoOdometry) {
+  const Outcome simulated =
+      run_command(MATCHBOX_SIMULATE, "--world rooms --duration 3 --beams 60 --no-odometry --bag " +
+                                         bag_ + " --truth " + (folder_ / "truth.tum"));
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.output;
+  expect_one_line(run(""), 2,
+                  "tf holds no link that moves, so there is no odometry; to map from the laser "
+                  "alone give --no-odom, or name --odom-frame and --base-frame");
+  const Outcome alone = run("--no-odom");
+  EXPECT_EQ(alone.exit_code, 0) << alone.output;
+  EXPECT_EQ(poses(), 61U);
+  EXPECT_EQ(read_tum(out_ + "/odometry.tum").size(), 0U);
+  const Outcome named = run("--odom-frame base_footprint --base-frame base_link");
+  EXPECT_EQ(named.exit_code, 0) << named.output;
+  EXPECT_GT(poses(), 50U);
 }
 
 TEST_F(MapBag, SkipsScansThatAreNoneAndSaysWhy) {
@@ -318,6 +352,12 @@ TEST_F(MapBag, RefusesWrongUsage) {
   expect_one_line(run("--scan-topic /tf"), 2, "topic '/tf' of the bag holds tf2_msgs/TFMessage");
   expect_one_line(run("--scan-topic /back"), 2, "the bag has no topic '/back'");
   expect_one_line(run("--odom-frame world"), 2, "odometry frame 'world' is not above");
+  expect_one_line(run("--odom-frame /laser --base-frame laser"), 2,
+                  "odom_frame: 'laser' is not allowed; allowed: a frame other than base_frame");
+  expect_one_line(run("--odom-frame odom --set map_frame=odom"), 2,
+                  "odom_frame: 'odom' is not allowed; allowed: a frame other than map_frame");
+  expect_one_line(run("--set scan_time_offset=1e7"), 2,
+                  "scan_time_offset: 10000000.0 is not allowed");
   expect_one_line(run("--threads 0"), 2, "--threads");
   expect_one_line(run("--frobnicate"), 2, "--frobnicate");
   expect_one_line(run_command(MATCHBOX_MAP_BAG, ""), 2, "--help");

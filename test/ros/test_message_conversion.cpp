@@ -104,6 +104,7 @@ TEST(MessageConversion, CovarianceGoesToItsPlacesAmongSix) {
     sum += entry;
   }
   EXPECT_DOUBLE_EQ(sum, 45.0);
+  EXPECT_EQ(plane_covariance(message), covariance);
 }
 
 TEST(MessageConversion, PosesSurviveTheWayThereAndBack) {

@@ -189,7 +189,7 @@ TEST(ScanQueue, TheFrameMayChangeFromScanToScan) {
 TEST(ScanQueue, WithoutOdometryTheLaserIsEnough) {
   ScanQueueSettings without = settings();
   without.odom_frame.reset();
-  without.base_frame = "/laser";
+  without.base_frame = "laser";
   Feed feed(without);
   feed.scan(100.0);
   const auto item = feed.queue.next();
@@ -235,10 +235,58 @@ TEST(ScanQueue, StartsAnewWhenStampsJumpBack) {
   feed.odometry_at(100.0, 200.0);
   feed.odometry_at(100.2, 200.0);
   feed.scan_at(100.1, 200.0);
-  feed.scan_at(50.1, 200.1);
+  for (const double stamp : {50.1, 50.2, 50.3}) {
+    feed.scan_at(stamp, 200.1);
+  }
   feed.odometry_at(50.0, 200.2);
-  feed.odometry_at(50.2, 200.3);
-  EXPECT_EQ(feed.ready(), (Stamps{100.1, -50.0, 50.1}));
+  feed.odometry_at(50.4, 200.3);
+  EXPECT_EQ(feed.ready(), (Stamps{100.1, -49.8, 50.3}));
+  EXPECT_EQ(feed.skipped(SkipReason::kOutOfOrder), 2U) << "the two before it was certain";
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, SingleScansWithAnOldStampAreNoTimeJump) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry_at(100.0, 200.0);
+  feed.odometry_at(110.0, 200.0);
+  for (const double stamp :
+       {100.1, 50.1, 100.2, 50.2, 50.3, 100.3, 50.4, 50.4, 50.3, 50.2, 100.4}) {
+    feed.scan_at(stamp, 200.0);
+  }
+  EXPECT_EQ(feed.ready(), (Stamps{100.1, 100.2, 100.3, 100.4}));
+  EXPECT_EQ(feed.skipped(SkipReason::kOutOfOrder), 7U);
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, CountsWhatAResetDiscards) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry(101.0);
+  feed.scan_at(100.1, 101.0);
+  feed.scan_at(100.2, 101.0);
+  feed.queue.discard_delivered();
+  EXPECT_EQ(feed.skipped(SkipReason::kBeforeReset), 0U) << "they wait to be delivered";
+  EXPECT_EQ(feed.ready(), (Stamps{100.1, 100.2}));
+  feed.queue.discard_delivered();
+  EXPECT_EQ(feed.skipped(SkipReason::kBeforeReset), 2U);
+  EXPECT_EQ(feed.queue.account().delivered, 0U);
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, SkipsScansWhilePaused) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry(101.0);
+  feed.queue.set_paused(true);
+  feed.scan_at(100.1, 101.0);
+  feed.queue.set_paused(false);
+  feed.scan_at(100.2, 101.0);
+  EXPECT_EQ(feed.ready(), Stamps{100.2});
+  EXPECT_EQ(feed.skipped(SkipReason::kPaused), 1U);
+  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, StopsWhenTimeJumpsBackIfAskedTo) {
@@ -249,12 +297,21 @@ TEST(ScanQueue, StopsWhenTimeJumpsBackIfAskedTo) {
   feed.odometry(100.0);
   feed.odometry(100.2);
   feed.scan_at(100.1, 100.2);
-  feed.scan_at(50.1, 100.3);
+  for (const double stamp : {50.1, 50.2, 50.3}) {
+    feed.scan_at(stamp, 100.3);
+  }
   const auto first = feed.queue.next();
   const auto second = feed.queue.next();
   ASSERT_TRUE(first && second);
   EXPECT_TRUE(std::get<TimeJump>(*second).stopped);
   EXPECT_EQ(feed.skipped(SkipReason::kStopped), 1U);
+  EXPECT_TRUE(feed.queue.stopped());
+  feed.queue.start_again();
+  EXPECT_FALSE(feed.queue.stopped());
+  feed.odometry_at(50.0, 100.4);
+  feed.odometry_at(51.0, 100.4);
+  feed.scan_at(50.4, 100.4);
+  EXPECT_EQ(feed.ready(), Stamps{50.4});
   feed.expect_all_accounted_for();
 }
 

@@ -4,10 +4,14 @@
 #include <gtest/gtest.h>
 #include <nav_msgs/GetMap.h>
 #include <nodelet/NodeletLoad.h>
+#include <rosgraph_msgs/Clock.h>
+#include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <future>
 #include <memory>
@@ -19,6 +23,7 @@
 #include "matchbox_slam/ros/message_conversion.hpp"
 #include "matchbox_slam/ros/simulated_bag.hpp"
 #include "matchbox_slam/simulation/make_world.hpp"
+#include "ros/messages.hpp"
 #include "ros/slam_listener.hpp"
 #include "tools/run_command.hpp"
 
@@ -50,6 +55,16 @@ class SlamNodelet : public testing::Test {
     std_srvs::Trigger trigger;
     EXPECT_TRUE(ros::service::call(service, trigger)) << service;
     return trigger.response;
+  }
+
+  /// A value of the diagnostics; empty when there is none of that name.
+  static std::string value_of(const std::string& name) {
+    for (const auto& value : listener_->status.values) {
+      if (value.key == name) {
+        return value.value;
+      }
+    }
+    return "";
   }
 
   static std::string folder_;
@@ -135,9 +150,10 @@ TEST_F(SlamNodelet, TheLatchedMapIsMapBags) {
   EXPECT_EQ(map.header.frame_id, "map");
   EXPECT_FALSE(map.header.stamp.isZero());
   std::size_t occupied = 0;
+  std::size_t i = 0;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
-      const int value = map.data[static_cast<std::size_t>(y * image.width + x)];
+      const std::int8_t value = map.data[i++];
       occupied += value > 65 ? 1U : 0U;
       if (value > 65) {
         ASSERT_EQ(image.state({x, y}), CellState::kOccupied) << x << " " << y;
@@ -163,14 +179,8 @@ TEST_F(SlamNodelet, DrawsBothTrajectories) {
 
 TEST_F(SlamNodelet, DiagnosticsTellWhatBecameOfTheScans) {
   ASSERT_FALSE(listener_->status.name.empty());
-  std::string received;
-  std::string used;
-  for (const auto& value : listener_->status.values) {
-    received = value.key == "Scans received" ? value.value : received;
-    used = value.key == "Scans used" ? value.value : used;
-  }
-  EXPECT_EQ(received, std::to_string(truth_.size()));
-  EXPECT_EQ(used, std::to_string(truth_.size()));
+  EXPECT_EQ(value_of("Scans received"), std::to_string(truth_.size()));
+  EXPECT_EQ(value_of("Scans used"), std::to_string(truth_.size()));
 }
 
 TEST_F(SlamNodelet, ANodeThatCannotStartSaysWhyAndExits) {
@@ -185,6 +195,8 @@ TEST_F(SlamNodelet, ANodeThatCannotStartSaysWhyAndExits) {
   refused("_base_fram:=x", "did you mean 'base_frame'?");
   ros::param::del("/refused");
   refused("_scan_time_offset:=auto", "scan_time_offset: auto is not allowed in the node");
+  ros::param::del("/refused");
+  refused("_map_frame:=/odom", "odom_frame: 'odom' is not allowed");
 }
 
 TEST_F(SlamNodelet, ANodeletThatCannotStartIsRefused) {
@@ -194,6 +206,95 @@ TEST_F(SlamNodelet, ANodeletThatCannotStartIsRefused) {
   load.request.type = "matchbox_slam/SlamNodelet";
   ros::service::call("/slam_manager/load_nodelet", load);
   EXPECT_FALSE(load.response.success);
+  EXPECT_TRUE(listener_->wait_until(
+      [] {
+        return std::any_of(
+            listener_->errors.begin(), listener_->errors.end(),
+            [](const std::string& text) { return contains(text, "there is no matcher 'olsen'"); });
+      },
+      5.0))
+      << "the log says why";
+}
+
+/// Publishes scans of a room and the odometry of a robot at rest, later than anything in the bag.
+class LiveRobot {
+ public:
+  LiveRobot()
+      : scans_(node_.advertise<sensor_msgs::LaserScan>("/base_scan", 10)),
+        transforms_(node_.advertise<tf2_msgs::TFMessage>("/tf", 10)),
+        clock_(node_.advertise<rosgraph_msgs::Clock>("/clock", 10)),
+        stamp_(ros::Time::now().toSec() + 5.0) {}
+
+  [[nodiscard]] bool is_heard() const {
+    return scans_.getNumSubscribers() > 0 && transforms_.getNumSubscribers() > 0;
+  }
+
+  /// One scan and the transforms around it.
+  void step() {
+    stamp_ += 0.1;
+    rosgraph_msgs::Clock clock;
+    clock.clock = ros::Time(stamp_ + 0.06);
+    clock_.publish(clock);
+    for (const double time : {stamp_ - 0.05, stamp_ + 0.05}) {
+      transforms_.publish(make_link(time, "odom_combined", "base_footprint", 1.0));
+    }
+    scans_.publish(make_scan(stamp_, "base_footprint"));
+  }
+
+ private:
+  ros::NodeHandle node_;
+  ros::Publisher scans_;
+  ros::Publisher transforms_;
+  ros::Publisher clock_;
+  double stamp_;
+};
+
+TEST_F(SlamNodelet, IsPausedAndToldWhereItIs) {
+  LiveRobot robot;
+  const auto steps_until = [&](const std::function<bool()>& condition) {
+    for (int k = 0; k < 100 && !condition(); ++k) {
+      robot.step();
+      listener_->wait_until(condition, 0.1);
+    }
+    return condition();
+  };
+  ASSERT_TRUE(listener_->wait_until([&] { return robot.is_heard(); }, 10.0));
+  const std::size_t before = listener_->poses.size();
+  ASSERT_TRUE(steps_until([&] { return listener_->poses.size() > before; }));
+
+  std_srvs::SetBool pause;
+  pause.request.data = 1;
+  ASSERT_TRUE(ros::service::call("/slam/pause", pause));
+  EXPECT_TRUE(pause.response.success);
+  listener_->wait_until([] { return false; }, 0.5);  // those on their way
+  const std::size_t paused = listener_->poses.size();
+  const std::size_t transforms = listener_->leads.size();
+  EXPECT_TRUE(steps_until([] { return value_of("Scans skipped: paused") >= "1"; }));
+  EXPECT_EQ(listener_->poses.size(), paused);
+  EXPECT_GT(listener_->leads.size(), transforms) << "tf goes on";
+  pause.request.data = 0;
+  ASSERT_TRUE(ros::service::call("/slam/pause", pause));
+  EXPECT_TRUE(steps_until([&] { return listener_->poses.size() > paused; }));
+
+  ros::NodeHandle node;
+  ros::Publisher told = node.advertise<geometry_msgs::PoseWithCovarianceStamped>("initialpose", 1);
+  ASSERT_TRUE(listener_->wait_until([&] { return told.getNumSubscribers() > 0; }, 10.0));
+  geometry_msgs::PoseWithCovarianceStamped pose;
+  pose.pose.pose = to_pose_message(Pose2{500.0, 40.0, 1.0});  // far from all that is in the map
+  pose.header.frame_id = "odom_combined";
+  told.publish(pose);
+  listener_->wait_until([] { return false; }, 0.5);
+  std::size_t count = listener_->poses.size();
+  ASSERT_TRUE(steps_until([&] { return listener_->poses.size() > count; }));
+  EXPECT_LT(std::abs(listener_->poses.back().pose.pose.position.x), 100.0) << "not the map frame";
+  pose.header.frame_id = "map";
+  told.publish(pose);
+  listener_->wait_until([] { return false; }, 0.5);
+  count = listener_->poses.size();
+  ASSERT_TRUE(steps_until([&] { return listener_->poses.size() > count; }));
+  const Pose2 now = to_pose2(listener_->poses.back().pose.pose);
+  EXPECT_NEAR(now.x, 500.0, 1.0);
+  EXPECT_NEAR(now.y, 40.0, 1.0);
 }
 
 TEST_F(SlamNodelet, ResetForgetsTheMap) {  // the last test: nothing is left afterwards
@@ -201,6 +302,9 @@ TEST_F(SlamNodelet, ResetForgetsTheMap) {  // the last test: nothing is left aft
   nav_msgs::GetMap service;
   ASSERT_TRUE(ros::service::call("/dynamic_map", service));
   EXPECT_TRUE(service.response.map.data.empty());
+  EXPECT_TRUE(listener_->wait_until(
+      [] { return listener_->path.poses.empty() && listener_->odometry_path.poses.empty(); }, 10.0))
+      << "the paths are empty too";
 }
 
 }  // namespace

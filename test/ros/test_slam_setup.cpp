@@ -84,7 +84,33 @@ TEST(SlamSetup, RefusesWhatItDoesNotKnow) {
   EXPECT_TRUE(contains(refusal_of("matcher: olsen"), "no matcher 'olsen'"));
   EXPECT_TRUE(contains(refusal_of("seed: -1"), "seed: -1 is not allowed; allowed: at least 0"));
   EXPECT_TRUE(contains(refusal_of("time_jump: panic"), "one of reset, stop"));
-  EXPECT_TRUE(contains(refusal_of("scan_time_offset: soon"), "allowed: a number of seconds, auto"));
+  for (const std::string offset : {"soon", "-1e7", ".inf", ".nan", "nan"}) {
+    const std::string text = refusal_of("scan_time_offset: " + offset);
+    EXPECT_TRUE(contains(text, "scan_time_offset: ")) << text;
+    EXPECT_TRUE(contains(text, "allowed: a number of seconds from -1000000 to 1000000, auto"))
+        << text;
+  }
+}
+
+TEST(SlamSetup, StripsTheLeadingSlashOfFrames) {
+  const SlamSetup setup = setup_of("base_frame: /base\nodom_frame: /odom2\nmap_frame: /world\n");
+  EXPECT_EQ(setup.run.base_frame, "base");
+  EXPECT_EQ(setup.run.odom_frame, "odom2");
+  EXPECT_EQ(setup.run.map_frame, "world");
+}
+
+TEST(SlamSetup, FramesHaveToDiffer) {
+  const auto refusal = [](const std::string& yaml) {
+    const SlamSetup setup = setup_of(yaml);
+    return error_text<ConfigurationError>([&] { check_frames(setup.run); });
+  };
+  EXPECT_EQ(refusal("base_frame: /odom"),
+            "odom_frame: 'odom' is not allowed; allowed: a frame other than base_frame");
+  EXPECT_EQ(refusal("map_frame: base_link"),
+            "base_frame: 'base_link' is not allowed; allowed: a frame other than map_frame");
+  EXPECT_EQ(refusal("map_frame: odom"),
+            "odom_frame: 'odom' is not allowed; allowed: a frame other than map_frame");
+  EXPECT_NO_THROW(check_frames(setup_of("map_frame: odom\nuse_odometry: false").run));
 }
 
 TEST(ShippedConfig, EveryFileIsReadAndNamesAMatcher) {

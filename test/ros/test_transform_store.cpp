@@ -26,7 +26,7 @@ TEST(TransformStore, InterpolatesBetweenTransforms) {
 }
 
 TEST(TransformStore, StripsOneLeadingSlash) {
-  TransformStore store("/map");
+  TransformStore store("map");
   store.add(make_link(100.0, "/odom", "/base", 1.0), true);
   EXPECT_NEAR(x_at(store, "odom", "base", 5.0), 1.0, 0.0);
 }

@@ -139,7 +139,7 @@ TEST(Laser, NoiseHasTheDeviationAskedFor) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     const SimulatedScan scan = simulate_scan(one_wall(), options, at_rest({}), 0.0, seed);
     for (std::size_t k = 0; k < scan.truth.size(); ++k) {
-      const double range = static_cast<double>(scan.scan.ranges[k]);
+      const auto range = static_cast<double>(scan.scan.ranges[k]);
       lost += std::isnan(range) ? 1.0 : 0.0;
       beams += 1.0;
       if (scan.truth[k].range < 20.0 && !std::isnan(range)) {

@@ -31,7 +31,7 @@ Statistics statistics(const std::vector<double>& values) {
     sum += value;
     sum_of_squares += value * value;
   }
-  const double count = static_cast<double>(values.size());
+  const auto count = static_cast<double>(values.size());
   return {sum / count, std::sqrt(sum_of_squares / count - sum / count * (sum / count))};
 }
 

@@ -315,6 +315,42 @@ TEST(SlamEngine, RefusesScansOutOfOrder) {
   EXPECT_NO_THROW(engine.process(run.scan_input(6)));
 }
 
+TEST(SlamEngine, RefusesWhatIsNoNumberAndGoesOnAfterIt) {
+  const SimulatedRun run = drive_through("rooms", 1.0, 3);
+  SlamEngine engine = make_engine(run);
+  engine.process(run.scan_input(0));
+  ScanInput bad_odometry = run.scan_input(1);
+  bad_odometry.odometry->odom_from_base.x = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(contains(error_text<std::invalid_argument>([&] { engine.process(bad_odometry); }),
+                       "odometry"));
+  ScanInput bad_mount = run.scan_input(1);
+  bad_mount.base_from_laser.translation().x() = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(
+      contains(error_text<std::invalid_argument>([&] { engine.process(bad_mount); }), "laser"));
+  EXPECT_TRUE(engine.process(run.scan_input(1)).match.accepted());
+}
+
+TEST(SlamEngine, GoesOnFromThePoseThatItIsTold) {
+  const SimulatedRun run = drive_through("rooms", 2.0, 3);
+  SlamEngine engine = make_engine(run);
+  engine.process(run.scan_input(0));
+  const Pose2 told = run.world_from_base[0] * Pose2{0.15, -0.1, 0.08};
+  engine.set_pose(told, Eigen::Vector3d(0.01, 0.01, 0.01).asDiagonal());
+  const ScanOutcome outcome = engine.process(run.scan_input(1));
+  // The robot still rests: the prediction is what was told, and the match mends it.
+  EXPECT_LT((told.inverse() * outcome.predicted_map_from_base).translation().norm(), 1e-3);
+  EXPECT_TRUE(outcome.match.accepted());
+  EXPECT_LT((run.world_from_base[1].inverse() * outcome.map_from_base).translation().norm(), 0.005);
+}
+
+TEST(SlamEngine, StartsAtThePoseThatItIsToldBeforeTheFirstScan) {
+  const SimulatedRun run = drive_through("rooms", 1.0, 3);
+  SlamEngine engine = make_engine(run);
+  const Pose2 told{3.0, -2.0, 1.0};
+  engine.set_pose(told, Eigen::Matrix3d::Zero());
+  EXPECT_EQ(engine.process(run.scan_input(0)).map_from_base, told);
+}
+
 TEST(SlamEngine, WaitsForAScanThatStartsTheMap) {
   const SimulatedRun run = drive_through("rooms", 5.0, 3);
   SlamEngine engine = make_engine(run);
@@ -393,6 +429,16 @@ TEST(EngineOptionsReader, ReadsItsSectionsAndLeavesOthersAlone) {
   EXPECT_EQ(options.field.sigma, 0.08);
   EXPECT_EQ(options.motion.rotation_floor, 0.5);
   EXPECT_EQ(options.map.quality, MapOptions{}.quality);
+}
+
+TEST(EngineOptionsReader, RefusesAThresholdThatNoFirstHitReaches) {
+  Parameters parameters;
+  parameters.set("map/occupied_threshold", 0.8);
+  EXPECT_TRUE(
+      contains(error_text<ConfigurationError>([&] { (void)read_engine_options(parameters); }),
+               "map/occupied_threshold: 0.8 is not allowed"));
+  parameters.set("map/quality", 0.6);
+  EXPECT_EQ(read_engine_options(parameters).map.occupied_threshold, 0.8);
 }
 
 TEST(EngineOptionsReader, RefusesUnknownKeysOfItsSections) {

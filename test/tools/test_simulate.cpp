@@ -80,6 +80,10 @@ TEST_F(Simulate, WrongUsageIsOneLineAndTwo) {
   expect_one_line(2, "--world room --bag a.bag --truth a.tum", "rooms, random, corridor, loop");
   expect_one_line(2, arguments("run") + " --range-noise -1", "range_noise");
   expect_one_line(2, arguments("run") + " --beams many", "beams");
+  expect_one_line(2, arguments("run") + " --seed -1", "--seed");
+  expect_one_line(2,
+                  "--world rooms --bag " + (folder_ / "same") + " --truth " + (folder_ / "./same"),
+                  "--bag and --truth name the same file");
   expect_one_line(2, arguments("run") + " --compression zip", "one of none, bz2, lz4");
   expect_one_line(2, arguments("run") + " --colour red", "--colour");
   expect_one_line(2, arguments("run") + " --time-increment 0.5", "time_increment");

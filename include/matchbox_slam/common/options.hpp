@@ -41,6 +41,9 @@ struct Allowed {
   return allowed;
 }
 
+/// For people: "a, b, c".
+[[nodiscard]] std::string join(const std::vector<std::string>& words);
+
 /// One row of a parameter table.
 struct OptionDescription {
   std::string name;

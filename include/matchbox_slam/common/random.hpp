@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -62,7 +63,7 @@ class Random {
     return (value << count) | (value >> (64U - count));
   }
 
-  std::uint64_t state_[4] = {};
+  std::array<std::uint64_t, 4> state_{};
   double spare_ = 0.0;
   bool has_spare_ = false;
 };

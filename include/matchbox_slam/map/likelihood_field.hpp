@@ -47,7 +47,7 @@ struct SurfaceHit {
 class LikelihoodField {
  public:
   struct Tile {
-    static constexpr std::size_t kCells = 64 * 64;
+    static constexpr std::size_t kCells = std::size_t{64} * 64;
     std::array<std::uint8_t, kCells> likelihood;  ///< 255 exp(-d^2 / 2 sigma^2), rounded
     std::array<std::uint8_t, kCells> distance;    ///< 255 d / reach, rounded; 255: reach or farther
     std::array<std::int8_t, kCells> nearest_x;    ///< nearest surface's cell minus this cell
@@ -103,7 +103,7 @@ class LikelihoodField {
     std::int16_t double_angle_x = 0;  ///< as in Surface, 32767 being 1
     std::int16_t double_angle_y = 0;
   };
-  using SurfaceTile = std::array<StoredSurface, 8 * 8>;
+  using SurfaceTile = std::array<StoredSurface, std::size_t{8} * 8>;
   using SurfaceTiles = TiledGrid<SurfaceTile, 3>;
 
   void add_hit(const SurfaceHit& hit);

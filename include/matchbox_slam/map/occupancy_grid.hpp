@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -18,7 +19,7 @@ class OccupancyGrid {
   using Stored = std::uint16_t;
   static constexpr Stored kUnknown = 0;
 
-  using Tile = std::array<Stored, 64 * 64>;
+  using Tile = std::array<Stored, std::size_t{64} * 64>;
   using Tiles = TiledGrid<Tile, 6>;
 
   /// @param resolution  edge of a cell [m], > 0.

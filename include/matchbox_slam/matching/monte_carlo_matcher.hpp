@@ -24,10 +24,10 @@ struct MonteCarloOptions {
   static void visit(Self& self, Visitor&& option) {
     option(self.max_tries, "max_tries", between(1, 10000000), "", "Poses drawn in all, at most.");
     option(self.max_failed_tries, "max_failed_tries", between(1, 10000000), "",
-           "The search ends after this many tries in a row that were no better.");
+           "A search ends after this many tries in a row that were no better.");
     option(self.reset_on_success, "reset_on_success", any(), "",
-           "A better pose starts the count of failed tries anew, as the paper's text says; its "
-           "listing does not.");
+           "A better pose starts the count of failed tries anew, as the paper's text says; false: "
+           "failed tries count from the beginning, as in its listing.");
     option(self.restart, "restart", any(), "",
            "While tries are left, the search starts again from the prediction; the best of all "
            "counts.");
@@ -57,10 +57,11 @@ struct MonteCarloOptions {
 
 /// The paper's Monte-Carlo matcher, after tinySLAM (Steux and El Hamzaoui 2010): poses are drawn at
 /// random around the best one so far; a better one becomes the new centre, resets the count of
-/// failed tries and narrows the area. Ends after `max_failed_tries` in a row or `max_tries` in all.
-/// Deviation: the cost of a pose is read from the likelihood field (how far from a wall each point
-/// falls) instead of from the cells' occupancy, and a sub-cell refinement ends the search.
-/// Cost: search points times tries, and beams times refinement steps.
+/// failed tries and narrows the area. A search ends after `max_failed_tries` in a row, all
+/// searching after `max_tries`. Deviations: the cost of a pose is read from the likelihood field
+/// (how far from a wall each point falls) instead of from the cells' occupancy; tries that are left
+/// go into searches from the prediction anew (`restart`); a sub-cell refinement ends it. Cost:
+/// search points times tries, and beams times refinement steps.
 class MonteCarloMatcher : public ScanMatcher {
  public:
   MonteCarloMatcher() = default;

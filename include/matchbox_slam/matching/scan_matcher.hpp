@@ -63,7 +63,7 @@ struct MatchResult {
   double score = 0.0;                                    ///< how well the scan fits, 0...1
   MatchStatus status = MatchStatus::kRejectedNoReference;
   /// Unit directions of the map frame in which the surroundings do not hold the scan, such as along
-  /// a corridor. There the pose is the prediction's and the variance the prior's.
+  /// a corridor. There the prior alone decides the pose and its variance.
   std::vector<Eigen::Vector2d> unconstrained_directions;
   std::size_t candidates = 0;  ///< poses evaluated
   std::optional<OptimalityProof> proof;

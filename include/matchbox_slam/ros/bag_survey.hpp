@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -17,6 +18,8 @@ struct BagSurvey {
   /// Parents of each frame, without what touches the map frame.
   std::map<std::string, std::set<std::string>> parents;
   /// Frames whose place in their parent came on /tf, and not on /tf_static.
+  std::set<std::string> on_tf;
+  /// Those of them whose place changed.
   std::set<std::string> moving;
   /// To be added to the stamps of scans so that they agree with tf's [s]: by how much the two
   /// differ from the time of recording, in the median. None without scans or tf.
@@ -27,9 +30,10 @@ struct BagSurvey {
 constexpr double kClockOffsetWorthTelling = 1.0;
 
 /// Reads the first ten seconds of a period, and on until a scan and its frame's place in tf are
-/// seen.
+/// seen. Ends early when interrupted.
 [[nodiscard]] BagSurvey survey_bag(const BagReader& reader, const std::string& scan_topic,
-                                   const BagPeriod& period, const std::string& map_frame);
+                                   const BagPeriod& period, const std::string& map_frame,
+                                   const std::function<bool()>& is_interrupted = {});
 
 /// The topic asked for, or the only one that there is. Throws ConfigurationError listing the scan
 /// topics when there is more than one to choose from, none, or when the one asked for carries
@@ -42,9 +46,11 @@ struct BagFrames {
   std::optional<std::string> odom;  ///< none: without odometry
 };
 
-/// Completes what was asked for: the odometry frame is the root of tf above the scan's frame, the
-/// base frame its child on the way to the scan's frame. Without odometry and without tf the laser's
-/// own frame is the base. Throws ConfigurationError when there is no answer or more than one.
+/// Completes what was asked for: the odometry frame is the uppermost one above the scan's frame
+/// that goes by the name of odom or odom_combined, else the uppermost one below which anything
+/// moves; the base frame is its child on the way to the scan's frame. Without odometry and without
+/// tf the laser's own frame is the base. Throws ConfigurationError when there is no answer or more
+/// than one.
 [[nodiscard]] BagFrames choose_frames(const BagSurvey& survey,
                                       const std::optional<std::string>& asked_base,
                                       const std::optional<std::string>& asked_odom,

@@ -40,7 +40,7 @@ class MapPublisher {
  public:
   /// @param revision, snapshot  called from the thread.
   /// @param interval  shortest time between two maps [s], by the wall clock.
-  MapPublisher(ros::NodeHandle& node, const std::string& map_frame, double interval,
+  MapPublisher(ros::NodeHandle& node, std::string map_frame, double interval,
                std::function<MapRevision()> revision, std::function<MapSnapshot()> snapshot);
   ~MapPublisher();
   MapPublisher(const MapPublisher&) = delete;

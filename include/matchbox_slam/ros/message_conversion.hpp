@@ -40,4 +40,7 @@ namespace matchbox_slam {
 
 [[nodiscard]] Pose2 to_pose2(const geometry_msgs::Pose& pose);
 
+/// Covariance over (x, y, theta) of a pose in space.
+[[nodiscard]] Eigen::Matrix3d plane_covariance(const geometry_msgs::PoseWithCovariance& pose);
+
 }  // namespace matchbox_slam

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "matchbox_slam/evaluation/error_statistics.hpp"
 #include "matchbox_slam/ros/resource_usage.hpp"
 #include "matchbox_slam/ros/scan_queue.hpp"
 #include "matchbox_slam/ros/slam_run.hpp"
@@ -31,7 +32,7 @@ struct RunFacts {
 [[nodiscard]] std::string to_json(const RunFacts& facts, const ScanAccount& account,
                                   const SlamRun& run, const SlamSetup& setup);
 
-/// The value below which `fraction` of the values lie, by the nearest rank; 0 when there are none.
-[[nodiscard]] double quantile(std::vector<float> values, double fraction);
+/// Statistics of durations; all 0 when there are none.
+[[nodiscard]] ErrorStatistics statistics_of(const std::vector<float>& values);
 
 }  // namespace matchbox_slam

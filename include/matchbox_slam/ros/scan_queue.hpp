@@ -28,6 +28,8 @@ enum class SkipReason {
   kQueueFull,       ///< too many were waiting; the oldest goes
   kTimeJump,        ///< it was waiting when time jumped back
   kStopped,         ///< it came after a time jump at which to stop
+  kPaused,          ///< it came while its user had paused the mapping
+  kBeforeReset,     ///< it was used, but for a map that was given up since
 };
 
 /// A word for reports, such as "no_transform".
@@ -62,6 +64,7 @@ struct TimeJump {
   bool stopped = false;  ///< no more scans are delivered
 };
 
+/// Frames are without leading slash.
 struct ScanQueueSettings {
   std::string base_frame;
   std::optional<std::string> odom_frame;  ///< none: scans carry no odometry
@@ -91,6 +94,18 @@ class ScanQueue {
   /// The next scan, when it is ready. None: wait for more messages.
   [[nodiscard]] std::optional<Item> next();
 
+  /// Scans that come while paused are skipped; transforms are taken as ever.
+  void set_paused(bool paused) { paused_ = paused; }
+
+  /// Whether scans are skipped since a time jump at which to stop.
+  [[nodiscard]] bool stopped() const { return stopped_; }
+
+  /// Takes scans again after such a time jump.
+  void start_again() { stopped_ = false; }
+
+  /// Counts what was delivered so far as skipped: its map is given up.
+  void discard_delivered();
+
   /// No more messages come: scans that are not ready are skipped, ready ones stay for `next`.
   void finish();
 
@@ -114,6 +129,7 @@ class ScanQueue {
   void advance(const ros::Time& now);
   void jump_back(double seconds);
   void add_valid_scan(const sensor_msgs::LaserScan& message, const ros::Time& stamp);
+  [[nodiscard]] bool was_clock_set_back(const ros::Time& stamp);
   void collect_ready(bool wait_for_more);
   void limit_waiting();
   void skip(const ros::Time& stamp, SkipReason reason, const std::string& why);
@@ -129,7 +145,10 @@ class ScanQueue {
   std::deque<Item> ready_;
   std::size_t ready_scans_ = 0;  ///< of the items in `ready_`
   std::optional<ros::Time> last_ready_;
+  std::optional<ros::Time> last_old_;  ///< of scans in a row that are older than time can be
+  int old_in_a_row_ = 0;
   bool stopped_ = false;
+  bool paused_ = false;
   ScanAccount account_;
   std::vector<SkippedScan> skipped_;
 };

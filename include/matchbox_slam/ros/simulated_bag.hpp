@@ -36,7 +36,7 @@ class SimulatedBagWriter {
   /// Opens the bag, so that a path that cannot be written shows before the work starts. The bag is
   /// written beside its place until it is complete.
   /// Throws FileError.
-  SimulatedBagWriter(const std::string& path, const SimulatedBagOptions& options);
+  SimulatedBagWriter(std::string path, SimulatedBagOptions options);
   ~SimulatedBagWriter();
   SimulatedBagWriter(const SimulatedBagWriter&) = delete;
   SimulatedBagWriter& operator=(const SimulatedBagWriter&) = delete;

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <diagnostic_updater/diagnostic_updater.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/GetMap.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <sensor_msgs/LaserScan.h>
+#include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 #include <tf2_msgs/TFMessage.h>
 #include <tf2_ros/transform_broadcaster.h>
@@ -43,18 +45,23 @@ class SlamNode {
  private:
   void on_scan(const ros::MessageEvent<const sensor_msgs::LaserScan>& event);
   void on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event, bool is_static);
+  void on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& message);
   void warn_of_map_link(const ros::MessageEvent<const tf2_msgs::TFMessage>& event);
   void warn_of_skipped();
 
   void run_mapping();
+  void handle(const ScanQueue::Item& item);
   void map_scan(const ReadyScan& scan);
   void jump(const TimeJump& jump);
   void publish_pose(const ReadyScan& scan, const ScanOutcome& outcome);
+  [[nodiscard]] geometry_msgs::TransformStamped map_transform(const ReadyScan& scan,
+                                                              const ScanOutcome& outcome) const;
   void publish_transform();
 
   bool answer_dynamic_map(nav_msgs::GetMap::Request& request, nav_msgs::GetMap::Response& response);
   bool answer_save_map(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool answer_reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool answer_pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   void start_services();
   void update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
 
@@ -68,6 +75,7 @@ class SlamNode {
   ros::NodeHandle private_node_;
   MatcherLoader loader_;
   SlamSetup setup_;
+  ros::CallbackQueue service_queue_;  ///< before all that puts callbacks in it
 
   std::mutex queue_mutex_;  ///< guards what follows, up to the next mutex
   std::condition_variable queue_changed_;
@@ -81,9 +89,8 @@ class SlamNode {
   SlamRun run_;
   ros::Time last_stamp_;
   std::size_t resets_ = 0;
-  bool stopped_ = false;
 
-  std::mutex transform_mutex_;  ///< likewise
+  std::mutex transform_mutex_;  ///< likewise; locked last
   std::optional<geometry_msgs::TransformStamped> map_transform_;
 
   ros::Time last_transform_time_;  ///< used by the timer alone
@@ -96,10 +103,11 @@ class SlamNode {
   ros::Subscriber scan_subscriber_;
   ros::Subscriber transform_subscriber_;
   ros::Subscriber static_transform_subscriber_;
-  ros::CallbackQueue service_queue_;
+  ros::Subscriber initial_pose_subscriber_;
   ros::ServiceServer dynamic_map_service_;
   ros::ServiceServer save_map_service_;
   ros::ServiceServer reset_service_;
+  ros::ServiceServer pause_service_;
   std::unique_ptr<ros::AsyncSpinner> service_spinner_;
   std::unique_ptr<MapPublisher> map_publisher_;
   std::thread mapping_thread_;

@@ -19,9 +19,6 @@ namespace matchbox_slam {
 /// @param scan_time_offset  [s], what 'auto' has come to.
 [[nodiscard]] ScanQueueSettings queue_settings(const RunOptions& options, double scan_time_offset);
 
-/// The number in a configured `scan_time_offset`; none for 'auto'.
-[[nodiscard]] std::optional<double> fixed_scan_time_offset(const RunOptions& options);
-
 /// The engine at work, and a record of what it did since its start or last reset. The node and
 /// map_bag both run this, so that they yield the same.
 class SlamRun {
@@ -30,6 +27,11 @@ class SlamRun {
 
   /// Processes the next scan of the queue.
   ScanOutcome process(const ScanInput& input);
+
+  /// Tells where the base is in the map, for the next scan; as SlamEngine::set_pose.
+  void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
+    engine_->set_pose(map_from_base, covariance);
+  }
 
   /// Forgets map, poses and records, as if just made.
   void reset();

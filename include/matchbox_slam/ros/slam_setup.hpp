@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,9 +26,16 @@ struct SlamSetup {
 
 /// Reads everything there is to configure: the keys of RunOptions and SlamNodeOptions, the sections
 /// of the engine, and one section a matcher, of which only the chosen one's is read. What is not
-/// named keeps its default.
+/// named keeps its default. Frames come without their leading slash.
 /// Throws ConfigurationError for an unknown key, section or matcher and for a bad value.
 [[nodiscard]] SlamSetup make_slam_setup(const Parameters& parameters, const MatcherLoader& loader);
+
+/// The number in a configured `scan_time_offset`; none for 'auto'.
+[[nodiscard]] std::optional<double> fixed_scan_time_offset(const RunOptions& options);
+
+/// Throws ConfigurationError when two of the frames in use are the same. Empty ones are not chosen
+/// yet.
+void check_frames(const RunOptions& options);
 
 /// Every option in effect that influences the trajectory and the map, by its full name.
 [[nodiscard]] std::vector<OptionDescription> describe_setup(const SlamSetup& setup);

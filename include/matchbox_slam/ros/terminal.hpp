@@ -35,7 +35,7 @@ class InterruptGuard {
   [[nodiscard]] bool is_interrupted() const;
 
  private:
-  sigset_t signals_;
+  sigset_t signals_{};
 };
 
 }  // namespace matchbox_slam

@@ -32,7 +32,7 @@ namespace matchbox_slam {
 /// they did. Whatever touches the map frame is left out, since that link is ours to say.
 class TransformStore {
  public:
-  /// @param map_frame  frame whose links are ignored; empty: none.
+  /// @param map_frame  frame whose links are ignored, without leading slash; empty: none.
   explicit TransformStore(const std::string& map_frame);
 
   /// Takes over what is usable of a message.

@@ -30,6 +30,7 @@ class SegmentGrid {
 
  private:
   [[nodiscard]] bool touches(const WallSegment& segment, int column, int row) const;
+  [[nodiscard]] std::size_t index_of(int column, int row) const;
   [[nodiscard]] int cell_of(double coordinate, double low, int cells) const;
 
   Eigen::Vector2d low_ = Eigen::Vector2d::Zero();

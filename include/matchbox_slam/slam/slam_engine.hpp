@@ -86,8 +86,8 @@ class SlamEngine {
              std::uint64_t seed, const Pose2& start = {});
 
   /// Processes the next scan. Scans come in order of their stamps.
-  /// Throws std::invalid_argument when a stamp is not later than the one before, or an odometry is
-  /// no number; then nothing has changed.
+  /// Throws std::invalid_argument when a stamp is not later than the one before, or odometry or the
+  /// laser's pose is no number; then nothing has changed.
   ScanOutcome process(const ScanInput& input);
 
   /// The map so far; copy it for a snapshot.
@@ -97,6 +97,10 @@ class SlamEngine {
 
   /// Matches from the next scan on are made by this matcher; map and pose stay.
   void set_matcher(std::shared_ptr<const ScanMatcher> matcher) { matcher_ = std::move(matcher); }
+
+  /// Says where the base was at the newest scan, or will be at the first one; the map stays.
+  /// @param covariance  over (x, y, theta) in the map frame.
+  void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
 
  private:
   /// The newest scan's pose and what the next prediction needs.
