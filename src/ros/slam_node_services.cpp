@@ -1,4 +1,5 @@
 #include <filesystem>
+#include <stdexcept>
 #include <utility>
 
 #include "matchbox_slam/io/file.hpp"
@@ -40,6 +41,9 @@ bool SlamNode::answer_save_map(std_srvs::Trigger::Request& /*request*/,
                                std_srvs::Trigger::Response& response) {
   try {
     const MapSnapshot snapshot = map_snapshot();
+    if (snapshot.revision.scans == 0) {
+      throw std::runtime_error("no scan was mapped yet; nothing is saved, so that no map is lost");
+    }
     save_map_files(snapshot);
     save_trajectory(snapshot);
     response.success = 1;

@@ -305,6 +305,9 @@ TEST_F(SlamNodelet, ResetForgetsTheMap) {  // the last test: nothing is left aft
   EXPECT_TRUE(listener_->wait_until(
       [] { return listener_->path.poses.empty() && listener_->odometry_path.poses.empty(); }, 10.0))
       << "the paths are empty too";
+  const std_srvs::Trigger::Response saved = call("/slam/save_map");
+  EXPECT_FALSE(saved.success) << "an empty map would replace a good one";
+  EXPECT_TRUE(contains(saved.message, "nothing is saved")) << saved.message;
 }
 
 }  // namespace
