@@ -15,6 +15,9 @@ double quantile_of_sorted(const std::vector<double>& sorted, double fraction) {
   const double rank = std::clamp(fraction, 0.0, 1.0) * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(rank);
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
+  if (sorted[below] == sorted[above]) {
+    return sorted[below];  // also when both are infinite, which have no difference
+  }
   return sorted[below] + (rank - std::floor(rank)) * (sorted[above] - sorted[below]);
 }
 

@@ -65,24 +65,25 @@ void add_cost(const RunFacts& facts, const SlamRun& run, json& report) {
   const double wall = facts.used.wall_seconds;
   report["match_ms"] = milliseconds(run.match_seconds());
   report["scan_ms"] = milliseconds(run.scan_seconds());
-  report["bag_s"] = rounded(facts.bag_seconds);
+  report["bag_s"] = rounded(facts.bag.seconds);
   report["wall_s"] = rounded(wall);
   report["cpu_s"] = rounded(facts.used.cpu_seconds);
-  report["real_time_factor"] = wall > 0.0 ? rounded(facts.bag_seconds / wall) : 0.0;
+  report["real_time_factor"] = wall > 0.0 ? rounded(facts.bag.seconds / wall) : 0.0;
   report["peak_rss_mb"] = rounded(facts.used.peak_memory);
 }
 
 /// What was unusual about the bag and the run.
 void add_incidents(const RunFacts& facts, json& report) {
-  report["scan_time_offset_s"] = facts.scan_time_offset;
-  report["estimated_clock_offset_s"] =
-      facts.estimated_clock_offset ? json(rounded(*facts.estimated_clock_offset)) : json(nullptr);
+  report["scan_time_offset_s"] = facts.bag.scan_time_offset;
+  report["estimated_clock_offset_s"] = facts.bag.estimated_clock_offset
+                                           ? json(rounded(*facts.bag.estimated_clock_offset))
+                                           : json(nullptr);
   report["ignored_map_link"] =
-      facts.ignored_map_link.empty() ? json(nullptr) : json(facts.ignored_map_link);
-  report["invalid_transforms"] = facts.invalid_transforms;
+      facts.bag.ignored_map_link.empty() ? json(nullptr) : json(facts.bag.ignored_map_link);
+  report["invalid_transforms"] = facts.bag.invalid_transforms;
   report["resets"] = facts.resets;
-  report["interrupted"] = facts.interrupted;
-  report["damage"] = facts.damage.empty() ? json(nullptr) : json(facts.damage);
+  report["interrupted"] = facts.bag.interrupted;
+  report["damage"] = facts.bag.damage.empty() ? json(nullptr) : json(facts.bag.damage);
 }
 
 }  // namespace
@@ -94,17 +95,17 @@ ErrorStatistics statistics_of(const std::vector<float>& values) {
 std::string to_json(const RunFacts& facts, const ScanAccount& account, const SlamRun& run,
                     const SlamSetup& setup) {
   json bags = json::array();
-  for (const std::string& bag : facts.bags) {
+  for (const std::string& bag : facts.bag.bags) {
     bags.push_back(bag);
   }
   json report = json::object();
   report["version"] = MATCHBOX_SLAM_VERSION;
   report["bags"] = bags;
-  report["scan_topic"] = facts.scan_topic;
+  report["scan_topic"] = facts.bag.scan_topic;
   report["frames"] = frames(setup.run);
   report["matcher"] = setup.matcher_name;
   report["seed"] = setup.run.seed;
-  report["threads"] = facts.threads;
+  report["threads"] = facts.bag.threads;
   report["scans"] = scan_counts(account, run);
   add_cost(facts, run, report);
   report["map"] = map_facts(run.map());

@@ -3,6 +3,7 @@
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/time.h>
 #include <sensor_msgs/LaserScan.h>
+#include <std_msgs/String.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <Eigen/Geometry>
@@ -143,6 +144,12 @@ void check_stamps(const SimulatedRun& run, double clock_offset) {
   }
 }
 
+void write_record(const SimulationRecord& record, double record_time, rosbag::Bag& bag) {
+  std_msgs::String message;
+  message.data = to_yaml(record);
+  bag.write(kSimulationTopic, to_time(record_time), message);
+}
+
 void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options, rosbag::Bag& bag) {
   const MessageMaker make(options);
   const double period = run.scans.size() > 1 ? run.scans[1].stamp - run.scans[0].stamp : 0.0;
@@ -195,9 +202,10 @@ SimulatedBagWriter::~SimulatedBagWriter() {
   }
 }
 
-void SimulatedBagWriter::write(const SimulatedRun& run) {
+void SimulatedBagWriter::write(const SimulatedRun& run, const SimulationRecord& record) {
   check_stamps(run, options_.clock_offset);
   try {
+    write_record(record, run.odometry.front().stamp + kLinksLatency, bag_);
     write_messages(run, options_, bag_);
     bag_.close();
     std::filesystem::rename(unfinished_path_, path_);

@@ -54,4 +54,13 @@ bool InterruptGuard::is_interrupted() const {
   return sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1;
 }
 
+RunDialog dialog_on(Terminal& terminal, const InterruptGuard& interrupt) {
+  return {[&terminal](const std::string& line) { terminal.inform(line); },
+          [&terminal](const std::string& line) { terminal.warn(line); },
+          [&terminal](double fraction, const std::string& text) {
+            terminal.show_progress(fraction, text);
+          },
+          [&interrupt] { return interrupt.is_interrupted(); }};
+}
+
 }  // namespace matchbox_slam

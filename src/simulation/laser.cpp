@@ -41,6 +41,7 @@ BeamTruth trace_beam(const World& world, const Pose2& world_from_base,
   truth.segment = hit->segment;
   truth.normal = hit->normal;
   truth.cos_incidence = -hit->normal.dot(direction) * horizontal;
+  truth.end = origin + hit->range * direction;
   return truth;
 }
 

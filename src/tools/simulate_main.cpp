@@ -108,7 +108,7 @@ void simulate(const Request& request) {
   require_writable_file(request.bag);
   SimulatedBagWriter bag(request.bag, recording);
   const SimulatedRun run = simulate_run(world, world.route(), options, request.seed);
-  bag.write(run);
+  bag.write(run, {request.world, request.seed, options.laser});
   write_tum(request.truth, truth_of(run, recording.clock_offset));
   std::cout << request.bag << ": " << run.scans.size() << " scans in "
             << run.scans.back().stamp - run.scans.front().stamp << " s\n"

@@ -6,7 +6,9 @@
 
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,11 +20,19 @@
 namespace matchbox_slam {
 namespace {
 
+LaserOptions inverted_laser() {
+  LaserOptions laser;
+  laser.beams = 50;
+  laser.mount_roll = kPi;
+  return laser;
+}
+
+SimulationRecord how_it_was_made() { return {"rooms", 1, inverted_laser()}; }
+
 SimulatedRun short_run() {
   SimulationOptions options;
   options.time.duration = 4.0;
-  options.laser.beams = 50;
-  options.laser.mount_roll = kPi;
+  options.laser = inverted_laser();
   const World world = make_world("rooms", 1);
   return simulate_run(world, world.route(), options, 1);
 }
@@ -47,7 +57,7 @@ Recording read(const std::string& path) {
       for (const auto& transform : transforms->transforms) {
         recording.transforms[transform.child_frame_id].push_back(transform);
       }
-    } else {
+    } else if (message.getTopic() != kSimulationTopic) {
       ADD_FAILURE() << message.getTopic();
     }
   }
@@ -57,7 +67,7 @@ Recording read(const std::string& path) {
 class SimulatedBag : public testing::Test {
  protected:
   Recording record(const SimulatedBagOptions& options) {
-    SimulatedBagWriter(path_, options).write(run_);
+    SimulatedBagWriter(path_, options).write(run_, how_it_was_made());
     return read(path_);
   }
 
@@ -65,6 +75,34 @@ class SimulatedBag : public testing::Test {
   std::string path_ = folder_ / "run.bag";
   SimulatedRun run_ = short_run();
 };
+
+TEST_F(SimulatedBag, TellsHowItWasMade) {
+  (void)record({});
+  const std::optional<SimulationRecord> told = read_simulation_record({path_});
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->world, "rooms");
+  EXPECT_EQ(told->seed, 1U);
+  EXPECT_EQ(told->laser.beams, 50);
+  EXPECT_EQ(told->laser.mount_roll, kPi);
+}
+
+TEST(SimulationRecord, KeepsTheLargestSeedAndEveryOption) {
+  SimulationRecord record{"loop", std::numeric_limits<std::uint64_t>::max(), {}};
+  record.laser.range_noise = 0.0123456789012345678;
+  record.laser.no_return = "over_range";
+  const SimulationRecord read = parse_simulation_record(to_yaml(record));
+  EXPECT_EQ(read.seed, record.seed);
+  EXPECT_EQ(read.laser.range_noise, record.laser.range_noise);
+  EXPECT_EQ(read.laser.no_return, "over_range");
+}
+
+TEST(SimulationRecord, RefusesWhatIsNone) {
+  EXPECT_THROW((void)parse_simulation_record("hello"), ConfigurationError);
+  EXPECT_THROW((void)parse_simulation_record("world: rooms"), ConfigurationError);
+  EXPECT_THROW((void)parse_simulation_record("world: rooms\nseed: '-1'"), ConfigurationError);
+  EXPECT_THROW((void)parse_simulation_record("world: rooms\nseed: '1'\nlaser: {beans: 3}"),
+               ConfigurationError);
+}
 
 TEST_F(SimulatedBag, HoldsTheScansAsTheyWere) {
   const Recording recording = record({});
@@ -158,7 +196,8 @@ TEST_F(SimulatedBag, LeavesNothingHalfWrittenAndAnOldBagAsItWas) {
   SimulatedBagOptions options;
   options.clock_offset = 1e6;
   run_.scans.front().stamp = 1e6;
-  EXPECT_THROW(SimulatedBagWriter(path_, options).write(run_), ConfigurationError);
+  EXPECT_THROW(SimulatedBagWriter(path_, options).write(run_, how_it_was_made()),
+               ConfigurationError);
   EXPECT_EQ(read_file(path_), "old");
   EXPECT_EQ(folder_.file_count(), 1U);
 }

@@ -78,7 +78,7 @@ class SlamNodelet : public testing::Test {
     options.laser.time_increment = 2e-5;
     const World world = make_world("rooms", 4);
     const SimulatedRun run = simulate_run(world, world.route(), options, 4);
-    SimulatedBagWriter(folder_ + "/run.bag", {}).write(run);
+    SimulatedBagWriter(folder_ + "/run.bag", {}).write(run, {"rooms", 4, options.laser});
     for (const Pose2& pose : run.world_from_base) {
       truth_.push_back(run.world_from_base.front().inverse() * pose);
     }

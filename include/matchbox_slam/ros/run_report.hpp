@@ -1,10 +1,11 @@
 #pragma once
 
-#include <optional>
+#include <cstddef>
 #include <string>
 #include <vector>
 
 #include "matchbox_slam/evaluation/error_statistics.hpp"
+#include "matchbox_slam/ros/bag_scans.hpp"
 #include "matchbox_slam/ros/resource_usage.hpp"
 #include "matchbox_slam/ros/scan_queue.hpp"
 #include "matchbox_slam/ros/slam_run.hpp"
@@ -14,18 +15,9 @@ namespace matchbox_slam {
 
 /// What a run on a bag used and yielded, besides the engine's own record.
 struct RunFacts {
-  std::vector<std::string> bags;
-  std::string scan_topic;
-  double bag_seconds = 0.0;  ///< from the first message read to the last
-  int threads = 1;
-  double scan_time_offset = 0.0;                 ///< [s] that was applied
-  std::optional<double> estimated_clock_offset;  ///< [s]
-  std::string ignored_map_link;                  ///< empty: none
-  std::size_t invalid_transforms = 0;
+  BagFacts bag;
   std::size_t resets = 0;  ///< times that time jumped back and the map started anew
-  bool interrupted = false;
-  std::string damage;  ///< why reading ended early; empty: it did not
-  ResourceUsage used;  ///< by this run
+  ResourceUsage used;      ///< by this run
 };
 
 /// The report as JSON, for programs and people.

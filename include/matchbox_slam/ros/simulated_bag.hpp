@@ -5,6 +5,7 @@
 #include <string>
 
 #include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/ros/simulation_record.hpp"
 #include "matchbox_slam/simulation/simulated_run.hpp"
 
 namespace matchbox_slam {
@@ -29,8 +30,9 @@ struct SimulatedBagOptions {
 };
 
 /// Records a run as the MIT Stata bags are: `/base_scan`, and on `/tf`, the links that never move
-/// included, `odom_combined` -> `base_footprint` -> `base_link` -> `base_laser_link`. A message is
-/// recorded a little later than its stamp says, so the transforms around a scan may come after it.
+/// included, `odom_combined` -> `base_footprint` -> `base_link` -> `base_laser_link`; and how it
+/// was made on `/simulation`. A message is recorded a little later than its stamp says, so the
+/// transforms around a scan may come after it.
 class SimulatedBagWriter {
  public:
   /// Opens the bag, so that a path that cannot be written shows before the work starts. The bag is
@@ -44,7 +46,7 @@ class SimulatedBagWriter {
   /// Writes the run and puts the bag in its place; to be called once.
   /// Throws FileError when that fails and ConfigurationError when the clock offset leads to stamps
   /// before 1970.
-  void write(const SimulatedRun& run);
+  void write(const SimulatedRun& run, const SimulationRecord& record);
 
  private:
   std::string path_;

@@ -3,6 +3,8 @@
 #include <csignal>
 #include <string>
 
+#include "matchbox_slam/ros/run_dialog.hpp"
+
 namespace matchbox_slam {
 
 /// What a command-line program says to a person: news on stdout, warnings and a progress bar on
@@ -37,5 +39,8 @@ class InterruptGuard {
  private:
   sigset_t signals_{};
 };
+
+/// A dialog on a terminal. Both outlive it.
+[[nodiscard]] RunDialog dialog_on(Terminal& terminal, const InterruptGuard& interrupt);
 
 }  // namespace matchbox_slam

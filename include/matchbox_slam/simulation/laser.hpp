@@ -69,14 +69,13 @@ struct LaserOptions {
   [[nodiscard]] Eigen::Isometry3d base_from_laser() const;
 };
 
-/// What one beam met, before noise. With the standard deviation of a range it gives the information
-/// that the scan holds about the pose (Censi, "On achievable accuracy for range-finder
-/// localization", ICRA 2007).
+/// What one beam met, before noise.
 struct BeamTruth {
   double range = std::numeric_limits<double>::infinity();  ///< [m] along the beam, inf: nothing met
   std::optional<std::size_t> segment;                      ///< index into World::segments()
   Eigen::Vector2d normal = Eigen::Vector2d::Zero();  ///< unit, in the world, towards the laser
   double cos_incidence = 0.0;  ///< cosine of the angle between beam and normal, 1 when head-on
+  Eigen::Vector2d end = Eigen::Vector2d::Zero();  ///< [m], in the world, where the surface was met
 };
 
 /// A scan with the truth behind each of its beams.

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/evaluation/pair_statistics.hpp"
+#include "matchbox_slam/evaluation/scan_pairs.hpp"
+
+namespace matchbox_slam {
+
+/// One matcher, and what it made of all pairs.
+struct MatcherOnPairs {
+  std::string name;  ///< short
+  std::vector<OptionDescription> configuration;
+  std::vector<PairMatch> matches;
+  PairStatistics statistics;
+};
+
+/// What was asked of the matchers.
+struct PairTask {
+  std::vector<std::string> bags;
+  PairOptions options;
+  SuccessLimits limits;
+  int seed = 1;
+  int threads = 1;
+};
+
+/// One line a matcher and pair, under the heading `matcher,reference_stamp,scan_stamp,guess_x,
+/// guess_y,guess_theta,x,y,theta,var_x,var_y,var_theta,status,time_us`; poses of the base at the
+/// second scan in the base at the first, in metres and radians; stamps in seconds.
+[[nodiscard]] std::string pairs_csv(const std::vector<LocatedScan>& scans,
+                                    const std::vector<ScanPair>& pairs,
+                                    const std::vector<MatcherOnPairs>& matchers);
+
+/// The statistics for programs.
+[[nodiscard]] std::string pairs_json(const PairTask& task,
+                                     const std::vector<MatcherOnPairs>& matchers);
+
+/// The statistics for people, as a table in Markdown.
+[[nodiscard]] std::string pairs_markdown(const PairTask& task,
+                                         const std::vector<MatcherOnPairs>& matchers);
+
+}  // namespace matchbox_slam

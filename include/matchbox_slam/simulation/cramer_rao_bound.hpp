@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/simulation/laser.hpp"
+
+namespace matchbox_slam {
+
+/// Fisher information that a scan holds about the pose of the base in a world that is known
+/// exactly. Its inverse bounds the covariance of every unbiased matcher from below; a matcher that
+/// knows the world by another noisy scan only cannot reach it. (Censi, "On achievable accuracy for
+/// range-finder localization", ICRA 2007.) Where beams graze a wall they count most: the range
+/// changes by 1 / cos(incidence) for each metre towards it.
+/// @param beams             what the beams met; those that met nothing say nothing.
+/// @param world_from_base   pose of the base at the scan.
+/// @param range_noise       standard deviation of a range [m], > 0.
+/// @return over (x, y, theta), x and y along the axes of the base.
+[[nodiscard]] Eigen::Matrix3d fisher_information(const std::vector<BeamTruth>& beams,
+                                                 const Pose2& world_from_base, double range_noise);
+
+}  // namespace matchbox_slam

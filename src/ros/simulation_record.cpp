@@ -1,0 +1,74 @@
+#include "matchbox_slam/ros/simulation_record.hpp"
+
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <std_msgs/String.h>
+
+#include <charconv>
+
+#include "matchbox_slam/io/yaml_parameters.hpp"
+#include "matchbox_slam/ros/bag_reader.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+std::string text_of(const Parameters& parameters, const std::string& name) {
+  const ParameterValue* value = parameters.find(name);
+  const auto* text = value != nullptr ? std::get_if<std::string>(value) : nullptr;
+  if (text == nullptr) {
+    throw ConfigurationError(std::string(kSimulationTopic) + ": there is no text '" + name + "'");
+  }
+  return *text;
+}
+
+std::uint64_t seed_of(const std::string& text) {
+  std::uint64_t seed = 0;
+  const char* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, seed);
+  if (error != std::errc() || rest != end) {
+    throw ConfigurationError(std::string(kSimulationTopic) + ": seed: '" + text +
+                             "' is no whole number");
+  }
+  return seed;
+}
+
+}  // namespace
+
+std::string to_yaml(const SimulationRecord& record) {
+  Parameters parameters;
+  parameters.set("world", record.world);
+  // As text, since a seed may be larger than a number in YAML.
+  parameters.set("seed", std::to_string(record.seed));
+  for (const OptionDescription& row : describe_options(record.laser)) {
+    parameters.set("laser/" + row.name, row.value);
+  }
+  return to_yaml(parameters);
+}
+
+SimulationRecord parse_simulation_record(const std::string& yaml) {
+  const Parameters parameters = parse_yaml_parameters(yaml, kSimulationTopic);
+  SimulationRecord record;
+  record.world = text_of(parameters, "world");
+  record.seed = seed_of(text_of(parameters, "seed"));
+  record.laser = read_options<LaserOptions>(parameters.section("laser"), kSimulationTopic);
+  return record;
+}
+
+std::optional<SimulationRecord> read_simulation_record(const std::vector<std::string>& bags) {
+  try {
+    for (const std::string& path : bags) {
+      const rosbag::Bag bag(path);
+      rosbag::View view(bag, rosbag::TopicQuery(kSimulationTopic));
+      for (const rosbag::MessageInstance& message : view) {
+        if (const auto text = message.instantiate<std_msgs::String>()) {
+          return parse_simulation_record(text->data);
+        }
+      }
+    }
+  } catch (const rosbag::BagException& error) {
+    throw BagError(std::string("the record of the simulation cannot be read: ") + error.what());
+  }
+  return std::nullopt;
+}
+
+}  // namespace matchbox_slam

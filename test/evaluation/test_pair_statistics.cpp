@@ -1,0 +1,89 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "matchbox_slam/evaluation/pair_statistics.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+ScanPair pair_at(const Pose2& truth) {
+  ScanPair pair;
+  pair.reference_from_base = truth;
+  return pair;
+}
+
+PairMatch match_at(const Pose2& pose, MatchStatus status = MatchStatus::kAccepted) {
+  PairMatch match;
+  match.result.map_from_base = pose;
+  match.result.status = status;
+  match.result.covariance = Eigen::Vector3d(1e-4, 4e-4, 1e-4).asDiagonal();
+  match.seconds = 0.002;
+  return match;
+}
+
+TEST(PairStatistics, OfThreePairsByHand) {
+  const std::vector<ScanPair> pairs = {pair_at({1.0, 0.0, 0.0}), pair_at({1.0, 0.0, 3.14}),
+                                       pair_at({1.0, 0.0, 0.0})};
+  const std::vector<PairMatch> matches = {
+      match_at({1.01, 0.0, 0.0}),                                  // 1 cm: a success
+      match_at({1.0, 0.02, -3.14}),                                // 2 cm, 3.2 mrad: a success
+      match_at({1.0, 0.3, 0.0}, MatchStatus::kRejectedLowScore)};  // 30 cm, rejected
+  const PairStatistics statistics = summarize_pairs(pairs, matches, {});
+  EXPECT_EQ(statistics.pairs, 3U);
+  EXPECT_EQ(statistics.accepted, 2U);
+  EXPECT_EQ(statistics.successes, 2U);
+  EXPECT_DOUBLE_EQ(statistics.success_rate(), 2.0 / 3.0);
+  EXPECT_NEAR(statistics.translation.median, 0.02, 1e-12);
+  EXPECT_NEAR(statistics.translation.max, 0.3, 1e-12);
+  EXPECT_NEAR(statistics.heading.max, 2.0 * (kPi - 3.14), 1e-12);
+  EXPECT_NEAR(statistics.seconds.mean, 0.002, 1e-12);
+  // 0.01^2 / 1e-4 = 1 and 0.02^2 / 4e-4 + 0.0032^2 / 1e-4 = 1.1.
+  const double second = 1.0 + std::pow(2.0 * (kPi - 3.14), 2) / 1e-4;
+  ASSERT_TRUE(statistics.covariance);
+  EXPECT_NEAR(statistics.covariance->mean_nees, 0.5 * (1.0 + second), 1e-9);
+  EXPECT_FALSE(statistics.bound);
+}
+
+TEST(PairStatistics, CompareTheErrorWithTheBoundAlongTheAxesOfTheBase) {
+  // The base looks along y of the reference, so an error along y is one along its own x, of which
+  // the scan tells with a standard deviation of 1 mm.
+  const std::vector<ScanPair> pairs = {pair_at({0.0, 0.0, kPi / 2.0})};
+  const std::vector<PairMatch> matches = {match_at({0.0, 0.003, kPi / 2.0})};
+  const Eigen::Matrix3d information = Eigen::Vector3d(1e6, 1e2, 1e6).asDiagonal();
+  const PairStatistics statistics = summarize_pairs(pairs, matches, {information});
+  ASSERT_TRUE(statistics.bound);
+  EXPECT_NEAR(statistics.bound->ratio, std::sqrt(9.0 / 3.0), 1e-9);
+  EXPECT_NEAR(statistics.bound->translation, std::sqrt(1e-6 + 1e-2), 1e-9);
+  EXPECT_NEAR(statistics.bound->heading, 1e-3, 1e-9);
+}
+
+TEST(PairStatistics, TellTheRatioAlsoWhereADirectionIsOpen) {
+  const std::vector<ScanPair> pairs = {pair_at({})};
+  const std::vector<PairMatch> matches = {match_at({0.01, 0.002, 0.0})};
+  const Eigen::Matrix3d information = Eigen::Vector3d(0.0, 1e6, 1e6).asDiagonal();
+  const PairStatistics statistics = summarize_pairs(pairs, matches, {information});
+  ASSERT_TRUE(statistics.bound);
+  EXPECT_NEAR(statistics.bound->ratio, std::sqrt(4.0 / 3.0), 1e-9);
+  EXPECT_TRUE(std::isinf(statistics.bound->translation));
+}
+
+TEST(PairStatistics, LeaveOutOfTheBoundWhatFailed) {
+  const std::vector<ScanPair> pairs = {pair_at({}), pair_at({})};
+  const std::vector<PairMatch> matches = {match_at({0.001, 0.0, 0.0}), match_at({0.5, 0.0, 0.0})};
+  const Eigen::Matrix3d information = Eigen::Matrix3d::Identity() * 1e6;
+  const PairStatistics statistics = summarize_pairs(pairs, matches, {information, information});
+  EXPECT_NEAR(statistics.bound->ratio, std::sqrt(1.0 / 3.0), 1e-9);
+}
+
+TEST(PairStatistics, NeedAMatchForEveryPair) {
+  EXPECT_THROW((void)summarize_pairs({}, {}, {}), std::invalid_argument);
+  EXPECT_THROW((void)summarize_pairs({pair_at({})}, {}, {}), std::invalid_argument);
+  EXPECT_THROW((void)summarize_pairs({pair_at({}), pair_at({})}, {match_at({}), match_at({})},
+                                     {Eigen::Matrix3d::Identity()}),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace matchbox_slam

@@ -1,0 +1,105 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "matchbox_slam/simulation/cramer_rao_bound.hpp"
+#include "matchbox_slam/simulation/make_world.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr double kNoise = 0.01;
+
+/// A beam that met a wall.
+BeamTruth beam_to(const Eigen::Vector2d& end, const Eigen::Vector2d& normal, double cos_incidence) {
+  BeamTruth beam;
+  beam.range = end.norm();
+  beam.segment = 0;
+  beam.normal = normal;
+  beam.cos_incidence = cos_incidence;
+  beam.end = end;
+  return beam;
+}
+
+std::vector<BeamTruth> beams_at(const World& world, const LaserOptions& laser, const Pose2& pose) {
+  return trace_beams(
+      world, laser, [&](double /*stamp*/) { return pose; }, 0.0);
+}
+
+TEST(FisherInformation, OfABeamStraightAtAWallIsAboutItsDistance) {
+  const Eigen::Matrix3d information =
+      fisher_information({beam_to({3.0, 0.0}, {-1.0, 0.0}, 1.0)}, {}, kNoise);
+  Eigen::Matrix3d expected = Eigen::Matrix3d::Zero();
+  expected(0, 0) = 1.0 / (kNoise * kNoise);
+  EXPECT_LT((information - expected).norm(), 1e-9);
+}
+
+TEST(FisherInformation, OfAGrazingBeamIsGreater) {
+  // At 60 degrees of incidence the range changes by 2 m for each metre towards the wall. The wall
+  // is the line y = 1, met at x = sqrt(3); turning by dt moves the end by sqrt(3) dt towards it.
+  const double x = std::sqrt(3.0);
+  const Eigen::Matrix3d information =
+      fisher_information({beam_to({x, 1.0}, {0.0, -1.0}, 0.5)}, {}, kNoise);
+  EXPECT_NEAR(information(1, 1) * kNoise * kNoise, 4.0, 1e-9);
+  EXPECT_NEAR(information(2, 2) * kNoise * kNoise, 4.0 * 3.0, 1e-9);
+  EXPECT_NEAR(information(0, 0), 0.0, 1e-9);
+}
+
+TEST(FisherInformation, OfBeamsThatMeetNothingIsNone) {
+  EXPECT_EQ(fisher_information({BeamTruth{}, BeamTruth{}}, {}, kNoise), Eigen::Matrix3d::Zero());
+}
+
+TEST(FisherInformation, LeavesTheWayAlongACorridorOpen) {
+  const World world = make_world("corridor", 1);
+  const Pose2 pose{world.route().waypoints.front().x(), world.route().waypoints.front().y(), 0.0};
+  const Eigen::Matrix3d information = fisher_information(beams_at(world, {}, pose), pose, kNoise);
+  EXPECT_LT(information(0, 0), 1e-9 * information(1, 1));
+}
+
+/// The same from the ranges themselves, by small motions of the base along its own axes.
+Eigen::Matrix3d information_by_differences(const World& world, const LaserOptions& laser,
+                                           const Pose2& pose) {
+  constexpr double kStep = 1e-7;
+  const std::vector<BeamTruth> at_pose = beams_at(world, laser, pose);
+  const std::array<Pose2, 3> steps = {Pose2{kStep, 0.0, 0.0}, Pose2{0.0, kStep, 0.0},
+                                      Pose2{0.0, 0.0, kStep}};
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  std::array<std::vector<BeamTruth>, 3> moved;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    moved[i] = beams_at(world, laser, pose * steps[i]);
+  }
+  for (std::size_t k = 0; k < at_pose.size(); ++k) {
+    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+    bool is_on_one_wall = at_pose[k].segment.has_value();
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      is_on_one_wall = is_on_one_wall && moved[i][k].segment == at_pose[k].segment;
+      gradient(static_cast<Eigen::Index>(i)) = (moved[i][k].range - at_pose[k].range) / kStep;
+    }
+    if (is_on_one_wall) {
+      sum += gradient * gradient.transpose();
+    }
+  }
+  return sum / (kNoise * kNoise);
+}
+
+class FisherInformationInAWorld : public testing::TestWithParam<const char*> {};
+
+TEST_P(FisherInformationInAWorld, IsWhatDifferencesOfTheRangesTell) {
+  const World world = make_world(GetParam(), 3);
+  LaserOptions laser;
+  laser.beams = 400;
+  laser.mount_y = 0.1;
+  laser.mount_yaw = 0.4;
+  laser.mount_pitch = 0.2;
+  const Eigen::Vector2d start = world.route().waypoints.front();
+  const Pose2 pose{start.x(), start.y(), 1.1};
+  const Eigen::Matrix3d analytic = fisher_information(beams_at(world, laser, pose), pose, kNoise);
+  const Eigen::Matrix3d numeric = information_by_differences(world, laser, pose);
+  EXPECT_LT((analytic - numeric).norm(), 1e-4 * numeric.norm()) << analytic << "\n\n" << numeric;
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, FisherInformationInAWorld, testing::Values("rooms", "random"));
+
+}  // namespace
+}  // namespace matchbox_slam

@@ -1,0 +1,203 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "common/error_text.hpp"
+#include "io/temporary_folder.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "tools/run_command.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+using nlohmann::json;
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, separator);) {
+    parts.push_back(part);
+  }
+  return parts;
+}
+
+class MatchPairsProgram : public testing::Test {
+ protected:
+  /// A short drive, for what does not depend on accuracy.
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TemporaryFolder>();
+    simulate("short", "--world rooms --seed 3 --duration 12 --beams 300");
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static void simulate(const std::string& name, const std::string& options) {
+    const Outcome outcome =
+        run_command(MATCHBOX_SIMULATE, options + " --bag " + (*folder_ / (name + ".bag")) +
+                                           " --truth " + (*folder_ / (name + ".tum")));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  }
+
+  /// Runs the program on a simulated recording; results go to a folder `out`.
+  static Outcome match(const std::string& name, const std::string& out,
+                       const std::string& options = "") {
+    return run_command(MATCHBOX_MATCH_PAIRS, (*folder_ / (name + ".bag")) + " --truth " +
+                                                 (*folder_ / (name + ".tum")) + " --out " +
+                                                 (*folder_ / out) + " " + options);
+  }
+
+  static json summary(const std::string& out) {
+    return json::parse(read_file(*folder_ / (out + "/summary.json")));
+  }
+
+  /// The lines of pairs.csv, in columns.
+  static std::vector<std::vector<std::string>> rows(const std::string& out) {
+    std::vector<std::vector<std::string>> rows;
+    for (const std::string& line : split(read_file(*folder_ / (out + "/pairs.csv")), '\n')) {
+      rows.push_back(split(line, ','));
+    }
+    return rows;
+  }
+
+  static void expect_one_line(int exit_code, const Outcome& outcome, const std::string& word) {
+    EXPECT_EQ(outcome.exit_code, exit_code) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, word)) << outcome.output;
+    EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 1) << outcome.output;
+  }
+
+  static std::unique_ptr<TemporaryFolder> folder_;
+};
+
+std::unique_ptr<TemporaryFolder> MatchPairsProgram::folder_;
+
+TEST_F(MatchPairsProgram, WritesALineForEveryMatcherAndPair) {
+  const Outcome outcome =
+      match("short", "table", "--matcher monte_carlo --matcher odometry_only --pairs 30 --gap 5");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "| monte_carlo |")) << outcome.output;
+  const auto table = rows("table");
+  ASSERT_EQ(table.size(), 61U);
+  EXPECT_EQ(table[0],
+            split("matcher,reference_stamp,scan_stamp,guess_x,guess_y,guess_theta,x,y,theta,var_x,"
+                  "var_y,var_theta,status,time_us",
+                  ','));
+  for (std::size_t i = 1; i <= 30; ++i) {
+    EXPECT_EQ(table[i].size(), 14U);
+    EXPECT_EQ(table[i][0], "monte_carlo");
+    EXPECT_EQ(table[i + 30][0], "odometry_only");
+    for (const std::size_t column : {1U, 2U, 3U, 4U, 5U}) {  // the same pairs for both
+      EXPECT_EQ(table[i][column], table[i + 30][column]);
+    }
+    EXPECT_NEAR(std::stod(table[i][2]) - std::stod(table[i][1]), 0.25, 1e-6);
+    EXPECT_EQ(table[i + 30][6], table[i + 30][3]);  // odometry believes the guess
+  }
+}
+
+TEST_F(MatchPairsProgram, MeasuresTheErrorOfTheGuessRight) {
+  // The odometry-only matcher's errors are the errors of the guess, which are known.
+  ASSERT_EQ(match("short", "guess", "--matcher odometry_only").exit_code, 0);
+  const json matcher = summary("guess").at("matchers").at(0);
+  EXPECT_EQ(matcher.at("matcher"), "odometry_only");
+  EXPECT_EQ(matcher.at("pairs"), 1000);
+  EXPECT_NEAR(matcher.at("heading_mrad").at("median"), 100.0, 8.0);
+  EXPECT_NEAR(matcher.at("heading_mrad").at("p95"), 190.0, 4.0);
+  EXPECT_NEAR(matcher.at("translation_mm").at("rmse"), 200.0 * std::sqrt(2.0 / 3.0), 6.0);
+  EXPECT_NEAR(matcher.at("nees_mean"), 3.0, 0.15);  // the prior tells the truth about the guess
+  EXPECT_LT(matcher.at("success_rate"), 0.01);
+}
+
+TEST_F(MatchPairsProgram, GivesTheSameWithAnyNumberOfThreads) {
+  ASSERT_EQ(match("short", "one", "--pairs 40 --threads 1").exit_code, 0);
+  ASSERT_EQ(match("short", "two", "--pairs 40 --threads 2").exit_code, 0);
+  auto one = rows("one");
+  auto two = rows("two");
+  ASSERT_EQ(one.size(), 41U);
+  ASSERT_EQ(two.size(), 41U);
+  for (std::size_t i = 1; i < one.size(); ++i) {
+    one[i].pop_back();  // the time
+    two[i].pop_back();
+    EXPECT_EQ(one[i], two[i]);
+  }
+}
+
+TEST_F(MatchPairsProgram, TakesTheMatchersOptions) {
+  ASSERT_EQ(match("short", "set", "--pairs 5 --set monte_carlo/max_tries=77").exit_code, 0);
+  EXPECT_EQ(summary("set").at("matchers").at(0).at("configuration").at("monte_carlo/max_tries"),
+            77);
+}
+
+TEST_F(MatchPairsProgram, RefusesWrongUsageInOneLine) {
+  expect_one_line(2, match("short", "no", "--matcher nobody"), "nobody");
+  expect_one_line(2, match("short", "no", "--pairs 0"), "pairs");
+  expect_one_line(2, match("short", "no", "--error-xy -1"), "error_xy");
+  expect_one_line(
+      2,
+      run_command(MATCHBOX_MATCH_PAIRS, "missing.bag --truth " + (*folder_ / "short.tum") +
+                                            " --out " + (*folder_ / "no")),
+      "missing.bag");
+  expect_one_line(2, run_command(MATCHBOX_MATCH_PAIRS, "a.bag --out x"), "--truth");
+}
+
+TEST_F(MatchPairsProgram, TellsWhatIsWrongWithTheTruth) {
+  const std::string bag = *folder_ / "short.bag";
+  const std::string out = " --quiet --out " + (*folder_ / "no");
+  expect_one_line(1, run_command(MATCHBOX_MATCH_PAIRS, bag + " --truth /nowhere.tum" + out),
+                  "/nowhere.tum");
+  replace_file(*folder_ / "late.tum", "5 0 0 0 0 0 0 1\n");
+  expect_one_line(
+      1, run_command(MATCHBOX_MATCH_PAIRS, bag + " --truth " + (*folder_ / "late.tum") + out),
+      "too few");
+}
+
+struct Accuracy {
+  const char* name;
+  const char* world;
+  const char* pairs;
+  double median_mm;
+  double median_mrad;
+};
+
+std::ostream& operator<<(std::ostream& stream, const Accuracy& accuracy) {
+  return stream << accuracy.name;
+}
+
+class MonteCarloOnPairs : public MatchPairsProgram, public testing::WithParamInterface<Accuracy> {};
+
+// The bounds are 1.5 times what is measured, and below what is asked for: 1 mm and 0.5 mrad.
+TEST_P(MonteCarloOnPairs, FindsTheTruth) {
+  const Accuracy& bound = GetParam();
+  simulate(bound.name, bound.world);
+  const Outcome outcome = match(bound.name, bound.name, bound.pairs);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  const json matcher = summary(bound.name).at("matchers").at(0);
+  EXPECT_EQ(matcher.at("pairs"), 1000);
+  EXPECT_GE(matcher.at("success_rate"), 0.995);
+  EXPECT_LE(matcher.at("translation_mm").at("median"), bound.median_mm);
+  EXPECT_LE(matcher.at("heading_mrad").at("median"), bound.median_mrad);
+  const bool has_bound = !matcher.at("cramer_rao").is_null();
+  EXPECT_EQ(has_bound, std::string(bound.world).find("--range-noise 0") == std::string::npos);
+  if (has_bound) {
+    EXPECT_GE(matcher.at("cramer_rao").at("error_to_bound"), 1.0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Worlds, MonteCarloOnPairs,
+    testing::Values(
+        Accuracy{"rooms", "--world rooms --range-noise 0 --dropout 0", "--threads 2", 0.45, 0.08},
+        Accuracy{"random", "--world random --range-noise 0 --dropout 0", "--threads 2", 0.96, 0.19},
+        Accuracy{"rooms_good_guess", "--world rooms --range-noise 0 --dropout 0",
+                 "--threads 2 --error-xy 0 --error-theta 0", 0.45, 0.08},
+        Accuracy{"random_good_guess", "--world random --range-noise 0 --dropout 0",
+                 "--threads 2 --error-xy 0 --error-theta 0", 0.96, 0.19},
+        Accuracy{"rooms_noisy", "--world rooms", "--threads 2", 1.47, 0.2},
+        Accuracy{"random_noisy", "--world random", "--threads 2", 1.94, 0.22}));
+
+}  // namespace
+}  // namespace matchbox_slam
