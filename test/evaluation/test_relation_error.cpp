@@ -161,10 +161,10 @@ TEST(RelationError, RawOdometryOfIntelIsAsBadAsItIsKnownToBe) {
        {relation_error(odometry, relations, odometry), relation_error(odometry, relations)}) {
     EXPECT_EQ(error.differences.size(), 2907U);
     EXPECT_EQ(error.unusable, 77U);
-    EXPECT_NEAR(error.translation.mean, 7.2, 0.01 * 7.2);
-    EXPECT_NEAR(error.translation.std, 13.9, 0.01 * 13.9);
-    EXPECT_NEAR(radians_to_degrees(error.rotation.mean), 40.0, 0.01 * 40.0);
-    EXPECT_NEAR(radians_to_degrees(error.rotation.std), 54.0, 0.01 * 54.0);
+    EXPECT_NEAR(error.translation.mean, 7.198, 0.001);
+    EXPECT_NEAR(error.translation.std, 13.908, 0.001);
+    EXPECT_NEAR(radians_to_degrees(error.rotation.mean), 39.80, 0.01);
+    EXPECT_NEAR(radians_to_degrees(error.rotation.std), 53.56, 0.01);
   }
 }
 

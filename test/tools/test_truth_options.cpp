@@ -104,7 +104,7 @@ TEST_F(TruthOptionsOfEvaluate, AnOffsetThatCannotBeFoundIsAnErrorOfOneLine) {
     rest += std::to_string(i) + "00000,1,2,3\n";
   }
   replace_file(truth_, rest);
-  const Outcome outcome = run_evaluate("ate " + estimate_ + " --find-offset --truth " + truth_);
+  const Outcome outcome = run_evaluate("rpe " + estimate_ + " --find-offset --truth " + truth_);
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
   EXPECT_TRUE(contains(outcome.output, "no clock offset found")) << outcome.output;
