@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "evaluation_plot.hpp"
 #include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
 #include "text_table.hpp"
 #include "truth_options.hpp"
@@ -19,6 +20,7 @@ struct AteCommand {
   TruthOptions truth;
   std::string alignment = "se2";
   bool json = false;
+  std::string plot;
 };
 
 struct Result {
@@ -94,10 +96,33 @@ nlohmann::json json_of(const AteCommand& command, const Truth& truth,
   return json;
 }
 
+nlohmann::json figure_of(const Truth& truth, const std::vector<Result>& results) {
+  nlohmann::json figure = {{"metric", "ate"}, {"estimates", nlohmann::json::array()}};
+  for (const StampedPose2& stamped : truth.trajectory.poses()) {
+    figure["truth"]["x"].push_back(stamped.pose.x);
+    figure["truth"]["y"].push_back(stamped.pose.y);
+  }
+  for (const auto& [name, error] : results) {
+    nlohmann::json estimate = {{"name", name}, {"rmse", error.translation.rmse}};
+    for (const PosePair& pair : error.aligned_pairs) {
+      estimate["stamp"].push_back(pair.stamp);
+      estimate["x"].push_back(pair.estimate.x);
+      estimate["y"].push_back(pair.estimate.y);
+      estimate["error"].push_back((pair.estimate.translation() - pair.truth.translation()).norm());
+    }
+    figure["estimates"].push_back(estimate);
+  }
+  return figure;
+}
+
 void run(const AteCommand& command) {
+  require_plot_file(command.plot);
   const std::vector<Estimate> estimates = read_estimates(command.estimates);
   const Truth truth = read_truth(command.truth, estimates.front());
   const std::vector<Result> results = evaluate(command, estimates, truth);
+  if (!command.plot.empty()) {
+    write_plot(command.plot, figure_of(truth, results));
+  }
   if (command.json) {
     std::cout << json_of(command, truth, results).dump(2) << std::endl;
   } else {
@@ -120,6 +145,7 @@ void add_ate_command(CLI::App& app) {
          "se2 (default): shift and rotate each estimate onto the truth first; none: leave it")
       ->check(CLI::IsMember({"se2", "none"}));
   ate->add_flag("--json", command->json, "Print JSON instead of a table");
+  add_plot_option(*ate, command->plot);
   ate->callback([command] { run(*command); });
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "evaluation_plot.hpp"
 #include "matchbox_slam/evaluation/relation_error.hpp"
 #include "matchbox_slam/io/relations_file.hpp"
 #include "matchbox_slam/io/tum.hpp"
@@ -21,6 +22,7 @@ struct RelationsCommand {
   std::string relations;
   std::string odometry;  ///< empty: none
   bool json = false;
+  std::string plot;
 };
 
 struct Result {
@@ -109,9 +111,26 @@ nlohmann::json json_of(const RelationsCommand& command, std::size_t count,
        {"estimates", estimates}});
 }
 
+nlohmann::json figure_of(const std::vector<Result>& results) {
+  nlohmann::json figure = {{"metric", "relations"}, {"estimates", nlohmann::json::array()}};
+  for (const auto& [name, error] : results) {
+    nlohmann::json estimate = {{"name", name}};
+    for (const RelationDifference& difference : error.differences) {
+      estimate["translation"].push_back(difference.translation);
+      estimate["rotation"].push_back(difference.rotation);
+    }
+    figure["estimates"].push_back(estimate);
+  }
+  return figure;
+}
+
 void run(const RelationsCommand& command) {
+  require_plot_file(command.plot);
   const std::vector<Relation> relations = read_relations(command.relations);
   const std::vector<Result> results = evaluate(command, relations);
+  if (!command.plot.empty()) {
+    write_plot(command.plot, figure_of(results));
+  }
   if (command.json) {
     std::cout << json_of(command, relations.size(), results).dump(2) << std::endl;
   } else {
@@ -139,6 +158,7 @@ void add_relations_command(CLI::App& app) {
                    "Raw odometry, which carries the estimates to stamps between their poses")
       ->type_name("TUM");
   relations->add_flag("--json", command->json, "Print JSON instead of a table");
+  add_plot_option(*relations, command->plot);
   relations->callback([command] { run(*command); });
 }
 

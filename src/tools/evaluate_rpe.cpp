@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "evaluation_plot.hpp"
 #include "matchbox_slam/evaluation/relative_pose_error.hpp"
 #include "text_table.hpp"
 #include "truth_options.hpp"
@@ -20,6 +21,7 @@ struct RpeCommand {
   std::vector<std::string> estimates;
   TruthOptions truth;
   bool json = false;
+  std::string plot;
 };
 
 struct Result {
@@ -128,10 +130,36 @@ nlohmann::json json_of(const Truth& truth, const std::vector<Result>& results) {
   return json;
 }
 
+nlohmann::json figure_of(const std::vector<Result>& results) {
+  nlohmann::json figure = {{"metric", "rpe"}, {"measures", nlohmann::json::array()}};
+  for (std::size_t i = 0; i < results.front().error.measures.size(); ++i) {
+    nlohmann::json drawn = {{"name", name_of(results.front().error.measures[i].rule)},
+                            {"estimates", nlohmann::json::array()}};
+    for (const auto& [name, error] : results) {
+      nlohmann::json estimate = {{"name", name},
+                                 {"stamp", nlohmann::json::array()},
+                                 {"translation", nlohmann::json::array()},
+                                 {"rotation", nlohmann::json::array()}};
+      for (const RelativeDifference& difference : error.measures[i].differences) {
+        estimate["stamp"].push_back(difference.stamp);
+        estimate["translation"].push_back(difference.translation);
+        estimate["rotation"].push_back(difference.rotation);
+      }
+      drawn["estimates"].push_back(estimate);
+    }
+    figure["measures"].push_back(drawn);
+  }
+  return figure;
+}
+
 void run(const RpeCommand& command) {
+  require_plot_file(command.plot);
   const std::vector<Estimate> estimates = read_estimates(command.estimates);
   const Truth truth = read_truth(command.truth, estimates.front());
   const std::vector<Result> results = evaluate(estimates, truth);
+  if (!command.plot.empty()) {
+    write_plot(command.plot, figure_of(results));
+  }
   if (command.json) {
     std::cout << json_of(truth, results).dump(2) << std::endl;
   } else {
@@ -150,6 +178,7 @@ void add_rpe_command(CLI::App& app) {
       ->required();
   add_truth_options(*rpe, command->truth);
   rpe->add_flag("--json", command->json, "Print JSON instead of tables");
+  add_plot_option(*rpe, command->plot);
   rpe->callback([command] { run(*command); });
 }
 
