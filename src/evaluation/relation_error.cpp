@@ -70,7 +70,7 @@ ErrorSpread spread_of(const std::vector<double>& values) {
   for (const double value : values) {
     variance += (value - spread.mean) * (value - spread.mean) / count;
   }
-  spread.std = std::sqrt(variance);
+  spread.deviation = std::sqrt(variance);
   return spread;
 }
 

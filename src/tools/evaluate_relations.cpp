@@ -50,7 +50,7 @@ std::vector<Result> evaluate(const RelationsCommand& command,
 
 std::string spread_text(const ErrorSpread& spread, double scale, int decimals) {
   return fixed_text(scale * spread.mean, decimals) + " ± " +
-         fixed_text(scale * spread.std, decimals);
+         fixed_text(scale * spread.deviation, decimals);
 }
 
 std::string table_of(const std::vector<Result>& results) {
@@ -86,10 +86,11 @@ std::string heading_of(const RelationsCommand& command, std::size_t count) {
 nlohmann::json json_of(const RelationsCommand& command, std::size_t count,
                        const std::vector<Result>& results) {
   const auto spread = [](const ErrorSpread& value) {
-    return nlohmann::json::object({{"mean", value.mean}, {"std", value.std}, {"max", value.max}});
+    return nlohmann::json::object(
+        {{"mean", value.mean}, {"std", value.deviation}, {"max", value.max}});
   };
   const auto squared = [](const ErrorSpread& value) {
-    return nlohmann::json::object({{"mean", value.mean}, {"std", value.std}});
+    return nlohmann::json::object({{"mean", value.mean}, {"std", value.deviation}});
   };
   const char* reason = command.odometry.empty() ? "no_estimate_nearby" : "no_odometry_nearby";
   nlohmann::json estimates = nlohmann::json::array();

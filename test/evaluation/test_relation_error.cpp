@@ -33,12 +33,13 @@ TEST(RelationError, AgreesWithHandComputation) {
   EXPECT_NEAR(error.differences[1].translation, 0.0, 1e-12);
   EXPECT_NEAR(error.differences[2].translation, 1.0, 1e-12);
   EXPECT_NEAR(error.translation.mean, 4.0 / 3.0, 1e-12);
-  EXPECT_NEAR(error.translation.std, std::sqrt(14.0) / 3.0, 1e-12);
+  EXPECT_NEAR(error.translation.deviation, std::sqrt(14.0) / 3.0, 1e-12);
   EXPECT_NEAR(error.translation.max, 3.0, 1e-12);
   EXPECT_NEAR(error.translation_squared.mean, 10.0 / 3.0, 1e-12);
-  EXPECT_NEAR(error.translation_squared.std, std::sqrt((81.0 + 1.0) / 3.0 - 100.0 / 9.0), 1e-12);
+  EXPECT_NEAR(error.translation_squared.deviation, std::sqrt((81.0 + 1.0) / 3.0 - 100.0 / 9.0),
+              1e-12);
   EXPECT_NEAR(error.rotation.mean, 0.2, 1e-12);
-  EXPECT_NEAR(error.rotation.std, std::sqrt(0.08 / 3.0), 1e-12);
+  EXPECT_NEAR(error.rotation.deviation, std::sqrt(0.08 / 3.0), 1e-12);
   EXPECT_NEAR(error.rotation.max, 0.4, 1e-12);
   EXPECT_NEAR(error.rotation_squared.mean, 0.2 / 3.0, 1e-12);
 }
@@ -162,9 +163,9 @@ TEST(RelationError, RawOdometryOfIntelIsAsBadAsItIsKnownToBe) {
     EXPECT_EQ(error.differences.size(), 2907U);
     EXPECT_EQ(error.unusable, 77U);
     EXPECT_NEAR(error.translation.mean, 7.198, 0.001);
-    EXPECT_NEAR(error.translation.std, 13.908, 0.001);
+    EXPECT_NEAR(error.translation.deviation, 13.908, 0.001);
     EXPECT_NEAR(radians_to_degrees(error.rotation.mean), 39.80, 0.01);
-    EXPECT_NEAR(radians_to_degrees(error.rotation.std), 53.56, 0.01);
+    EXPECT_NEAR(radians_to_degrees(error.rotation.deviation), 53.56, 0.01);
   }
 }
 

@@ -22,7 +22,7 @@ struct RelationErrorOptions {
 /// Mean, standard deviation (of the population) and largest.
 struct ErrorSpread {
   double mean = 0.0;
-  double std = 0.0;
+  double deviation = 0.0;
   double max = 0.0;
 };
 
