@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
-#include <locale>
-#include <sstream>
-#include <string>
+#include <utility>
 
 namespace matchbox_slam {
 namespace {
@@ -55,24 +52,6 @@ double rotation_between(const std::vector<PosePair>& pairs, const Centroids& mea
   return is_open ? mean_heading_difference(pairs) : std::atan2(sine, cosine);
 }
 
-std::string range_text(const Trajectory& trajectory) {
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  text << std::fixed << std::setprecision(3) << trajectory.poses().front().stamp << " to "
-       << trajectory.poses().back().stamp << " s";
-  return text.str();
-}
-
-[[noreturn]] void throw_never_meet(const Trajectory& estimate, const Trajectory& truth,
-                                   double max_gap) {
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  text << "no pose of the estimate has truth: the estimate is from " << range_text(estimate)
-       << ", the truth from " << range_text(truth) << " (not interpolated across more than "
-       << max_gap << " s); are both in the same clock?";
-  throw EvaluationError(text.str());
-}
-
 }  // namespace
 
 Pose2 align_se2(const std::vector<PosePair>& pairs) {
@@ -88,15 +67,7 @@ Pose2 align_se2(const std::vector<PosePair>& pairs) {
 AbsoluteTrajectoryError absolute_trajectory_error(const Trajectory& estimate,
                                                   const Trajectory& truth,
                                                   const AbsoluteTrajectoryErrorOptions& options) {
-  if (estimate.empty() || truth.empty()) {
-    throw EvaluationError(std::string("the ") + (estimate.empty() ? "estimate" : "truth") +
-                          " holds no poses");
-  }
-  const std::vector<PosePair> pairs = associate(estimate, truth, options.max_gap);
-  if (pairs.empty()) {
-    throw_never_meet(estimate, truth, options.max_gap);
-  }
-
+  std::vector<PosePair> pairs = associate_some(estimate, truth, options.max_gap);
   AbsoluteTrajectoryError result;
   result.alignment = options.alignment;
   result.without_truth = estimate.size() - pairs.size();
@@ -105,13 +76,14 @@ AbsoluteTrajectoryError absolute_trajectory_error(const Trajectory& estimate,
   }
   std::vector<double> distances;
   double squared_headings = 0.0;
-  for (const PosePair& pair : pairs) {
-    const Pose2 aligned = result.truth_from_estimate * pair.estimate;
-    distances.push_back((aligned.translation() - pair.truth.translation()).norm());
-    squared_headings += std::pow(wrap_angle(aligned.theta - pair.truth.theta), 2);
+  for (PosePair& pair : pairs) {
+    pair.estimate = result.truth_from_estimate * pair.estimate;
+    distances.push_back((pair.estimate.translation() - pair.truth.translation()).norm());
+    squared_headings += std::pow(wrap_angle(pair.estimate.theta - pair.truth.theta), 2);
   }
   result.translation = summarize_errors(distances);
   result.heading_rmse = std::sqrt(squared_headings / static_cast<double>(pairs.size()));
+  result.aligned_pairs = std::move(pairs);
   return result;
 }
 

@@ -19,6 +19,16 @@ std::string stamp_text(double stamp) {
   return stream.str();
 }
 
+[[noreturn]] void throw_never_meet(const Trajectory& estimate, const Trajectory& truth,
+                                   double max_gap) {
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text << "no pose of the estimate has truth: the estimate is from " << time_range_text(estimate)
+       << ", the truth from " << time_range_text(truth) << " (not interpolated across more than "
+       << max_gap << " s); are both in the same clock?";
+  throw EvaluationError(text.str());
+}
+
 }  // namespace
 
 Trajectory::Trajectory(std::vector<StampedPose2> poses) : poses_(std::move(poses)) {
@@ -64,12 +74,38 @@ std::vector<PosePair> associate(const Trajectory& estimate, const Trajectory& tr
                                 double max_gap) {
   std::vector<PosePair> pairs;
   pairs.reserve(estimate.size());
-  for (const StampedPose2& estimated : estimate.poses()) {
+  for (std::size_t i = 0; i < estimate.size(); ++i) {
+    const StampedPose2& estimated = estimate.poses()[i];
     if (const std::optional<Pose2> true_pose = truth.at(estimated.stamp, max_gap)) {
-      pairs.push_back({estimated.stamp, estimated.pose, *true_pose});
+      pairs.push_back({estimated.stamp, estimated.pose, *true_pose, i});
     }
   }
   return pairs;
+}
+
+std::vector<PosePair> associate_some(const Trajectory& estimate, const Trajectory& truth,
+                                     double max_gap) {
+  require_poses(estimate, truth);
+  std::vector<PosePair> pairs = associate(estimate, truth, max_gap);
+  if (pairs.empty()) {
+    throw_never_meet(estimate, truth, max_gap);
+  }
+  return pairs;
+}
+
+void require_poses(const Trajectory& estimate, const Trajectory& truth) {
+  if (estimate.empty() || truth.empty()) {
+    throw EvaluationError(std::string("the ") + (estimate.empty() ? "estimate" : "truth") +
+                          " holds no poses");
+  }
+}
+
+std::string time_range_text(const Trajectory& trajectory) {
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text << std::fixed << std::setprecision(3) << trajectory.poses().front().stamp << " to "
+       << trajectory.poses().back().stamp << " s";
+  return text.str();
 }
 
 }  // namespace matchbox_slam

@@ -155,6 +155,13 @@ void replace_file(const std::string& path, const std::string& bytes) {
   replace_files({{path, bytes}});
 }
 
+void require_writable_file(const std::string& path) {
+  explain_failure(path, [&] {
+    require_replaceable(path);
+    FileAside(path).write("");
+  });
+}
+
 void require_writable_folder(const std::string& folder) {
   try {
     fs::create_directories(folder);

@@ -4,14 +4,13 @@
 #include <cmath>
 #include <cstddef>
 #include <iomanip>
-#include <limits>
 #include <locale>
 #include <optional>
 #include <sstream>
 #include <vector>
 
-#include "matchbox_slam/common/parameters.hpp"
 #include "matchbox_slam/io/file.hpp"
+#include "text_columns.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -24,40 +23,7 @@ using Row = std::array<double, kColumnCount>;
 /// How far from 1 the length of a quaternion may be: files with three decimals are still read.
 constexpr double kQuaternionTolerance = 0.02;
 
-/// Where in which file, for errors.
-struct Place {
-  const std::string& source;
-  std::size_t line;
-
-  [[noreturn]] void fail(const std::string& text) const {
-    throw FileError(source + ":" + std::to_string(line) + ": " + text);
-  }
-};
-
-std::vector<std::string> words_of(const std::string& line) {
-  std::istringstream stream(line.substr(0, line.find('#')));
-  std::vector<std::string> words;
-  for (std::string word; stream >> word;) {
-    words.push_back(word);
-  }
-  return words;
-}
-
-double read_number(const std::string& word, const char* column, const Place& place) {
-  const ParameterValue value = parse_parameter_value(word);
-  double number = std::numeric_limits<double>::quiet_NaN();
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
-    number = static_cast<double>(*whole);
-  } else if (const auto* real = std::get_if<double>(&value)) {
-    number = *real;
-  }
-  if (!std::isfinite(number)) {
-    place.fail(std::string(column) + " is '" + word + "', not a finite number");
-  }
-  return number;
-}
-
-StampedPose2 pose_of(const Row& row, const Place& place) {
+StampedPose2 pose_of(const Row& row, const TextPlace& place) {
   const auto& [stamp, x, y, z, qx, qy, qz, qw] = row;
   const double length = std::sqrt(qx * qx + qy * qy + qz * qz + qw * qw);
   if (std::abs(length - 1.0) > kQuaternionTolerance) {
@@ -69,7 +35,7 @@ StampedPose2 pose_of(const Row& row, const Place& place) {
   return {stamp, {x, y, wrap_angle(yaw)}};
 }
 
-std::optional<StampedPose2> read_line(const std::string& line, const Place& place) {
+std::optional<StampedPose2> read_line(const std::string& line, const TextPlace& place) {
   const std::vector<std::string> words = words_of(line);
   if (words.empty()) {
     return std::nullopt;
@@ -80,7 +46,7 @@ std::optional<StampedPose2> read_line(const std::string& line, const Place& plac
   }
   Row row{};
   for (std::size_t i = 0; i < kColumnCount; ++i) {
-    row[i] = read_number(words[i], kColumns[i], place);
+    row[i] = read_finite_number(words[i], kColumns[i], place);
   }
   return pose_of(row, place);
 }

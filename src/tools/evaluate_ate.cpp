@@ -1,25 +1,26 @@
 #include "evaluate_ate.hpp"
 
+#include <cstddef>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "matchbox_slam/common/options.hpp"
+#include "evaluation_plot.hpp"
 #include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
-#include "matchbox_slam/io/tum.hpp"
 #include "text_table.hpp"
+#include "truth_options.hpp"
 
 namespace matchbox_slam {
 namespace {
 
 struct AteCommand {
   std::vector<std::string> estimates;
-  std::string truth;
+  TruthOptions truth;
   std::string alignment = "se2";
-  double max_gap = AbsoluteTrajectoryErrorOptions{}.max_gap;
   bool json = false;
+  std::string plot;
 };
 
 struct Result {
@@ -27,22 +28,17 @@ struct Result {
   AbsoluteTrajectoryError error;
 };
 
-std::vector<Result> evaluate(const AteCommand& command) {
-  if (!(command.max_gap > 0.0)) {
-    throw ConfigurationError("--max-gap: " + to_string(command.max_gap) +
-                             " s is not allowed; allowed: more than 0");
-  }
+std::vector<Result> evaluate(const AteCommand& command, const std::vector<Estimate>& estimates,
+                             const Truth& truth) {
   AbsoluteTrajectoryErrorOptions options;
   options.alignment = command.alignment == "none" ? Alignment::kNone : Alignment::kSe2;
-  options.max_gap = command.max_gap;
-  const Trajectory truth = read_tum(command.truth);
+  options.max_gap = command.truth.max_gap;
   std::vector<Result> results;
-  for (const std::string& path : command.estimates) {
-    const Trajectory estimate = read_tum(path);
+  for (const auto& [path, trajectory] : estimates) {
     try {
-      results.push_back({path, absolute_trajectory_error(estimate, truth, options)});
+      results.push_back({path, absolute_trajectory_error(trajectory, truth.trajectory, options)});
     } catch (const EvaluationError& error) {
-      throw EvaluationError(path + " against " + command.truth + ": " + error.what());
+      throw EvaluationError(path + " against " + command.truth.path + ": " + error.what());
     }
   }
   return results;
@@ -65,16 +61,16 @@ std::string table_of(const std::vector<Result>& results) {
   return format_table(rows);
 }
 
-std::string heading_of(const AteCommand& command) {
-  return "Absolute trajectory error against " + command.truth + "\nAlignment: " +
+std::string heading_of(const AteCommand& command, const Truth& truth) {
+  return "Absolute trajectory error against " + command.truth.path + "\nAlignment: " +
          (command.alignment == "none"
               ? "none, the estimates are compared as they are"
               : "SE(2), each estimate is shifted and rotated onto the truth (Umeyama, no scale)") +
-         "\nTruth interpolated at the stamps of the estimate, across gaps of up to " +
-         fixed_text(command.max_gap, 2) + " s\n\n";
+         "\n" + describe(truth) + "\n";
 }
 
-nlohmann::json json_of(const AteCommand& command, const std::vector<Result>& results) {
+nlohmann::json json_of(const AteCommand& command, const Truth& truth,
+                       const std::vector<Result>& results) {
   nlohmann::json estimates = nlohmann::json::array();
   for (const auto& [name, error] : results) {
     const ErrorStatistics& translation = error.translation;
@@ -93,19 +89,44 @@ nlohmann::json json_of(const AteCommand& command, const std::vector<Result>& res
           nlohmann::json::object(
               {{"x_m", moved.x}, {"y_m", moved.y}, {"theta_rad", moved.theta}})}}));
   }
-  return nlohmann::json::object({{"metric", "ate"},
-                                 {"truth", command.truth},
-                                 {"alignment", command.alignment},
-                                 {"max_gap_s", command.max_gap},
-                                 {"estimates", estimates}});
+  nlohmann::json json = to_json(truth);
+  json["metric"] = "ate";
+  json["alignment"] = command.alignment;
+  json["estimates"] = estimates;
+  return json;
+}
+
+nlohmann::json figure_of(const Truth& truth, const std::vector<Result>& results) {
+  nlohmann::json figure = {{"metric", "ate"}, {"estimates", nlohmann::json::array()}};
+  for (const StampedPose2& stamped : truth.trajectory.poses()) {
+    figure["truth"]["x"].push_back(stamped.pose.x);
+    figure["truth"]["y"].push_back(stamped.pose.y);
+  }
+  for (const auto& [name, error] : results) {
+    nlohmann::json estimate = {{"name", name}, {"rmse", error.translation.rmse}};
+    for (const PosePair& pair : error.aligned_pairs) {
+      estimate["stamp"].push_back(pair.stamp);
+      estimate["x"].push_back(pair.estimate.x);
+      estimate["y"].push_back(pair.estimate.y);
+      estimate["error"].push_back((pair.estimate.translation() - pair.truth.translation()).norm());
+    }
+    figure["estimates"].push_back(estimate);
+  }
+  return figure;
 }
 
 void run(const AteCommand& command) {
-  const std::vector<Result> results = evaluate(command);
+  require_plot_file(command.plot);
+  const std::vector<Estimate> estimates = read_estimates(command.estimates);
+  const Truth truth = read_truth(command.truth, estimates.front());
+  const std::vector<Result> results = evaluate(command, estimates, truth);
+  if (!command.plot.empty()) {
+    write_plot(command.plot, figure_of(truth, results));
+  }
   if (command.json) {
-    std::cout << json_of(command, results).dump(2) << std::endl;
+    std::cout << json_of(command, truth, results).dump(2) << std::endl;
   } else {
-    std::cout << heading_of(command) << table_of(results) << std::flush;
+    std::cout << heading_of(command, truth) << table_of(results) << std::flush;
   }
 }
 
@@ -118,17 +139,13 @@ void add_ate_command(CLI::App& app) {
   ate->add_option("estimates", command->estimates, "Trajectories to evaluate, in the TUM format")
       ->type_name("EST.tum")
       ->required();
-  ate->add_option("--truth", command->truth, "True trajectory, in the TUM format")
-      ->type_name("FILE")
-      ->required();
+  add_truth_options(*ate, command->truth);
   ate->add_option(
          "--align", command->alignment,
          "se2 (default): shift and rotate each estimate onto the truth first; none: leave it")
       ->check(CLI::IsMember({"se2", "none"}));
-  ate->add_option("--max-gap", command->max_gap,
-                  "Truth is not interpolated across more than this [s] (default: " +
-                      fixed_text(command->max_gap, 1) + ")");
   ate->add_flag("--json", command->json, "Print JSON instead of a table");
+  add_plot_option(*ate, command->plot);
   ate->callback([command] { run(*command); });
 }
 

@@ -1,6 +1,8 @@
 #include <CLI/CLI.hpp>
 
 #include "evaluate_ate.hpp"
+#include "evaluate_relations.hpp"
+#include "evaluate_rpe.hpp"
 #include "run_program.hpp"
 
 namespace {
@@ -8,6 +10,8 @@ namespace {
 void declare_options(CLI::App& app) {
   app.require_subcommand(1);
   matchbox_slam::add_ate_command(app);
+  matchbox_slam::add_rpe_command(app);
+  matchbox_slam::add_relations_command(app);
 }
 
 }  // namespace

@@ -96,6 +96,24 @@ TEST(ReadFile, SaysWhyAFileCannotBeRead) {
             "cannot read '" + folder.path() + "': Is a directory");
 }
 
+TEST(RequireWritableFile, LeavesNoTraceWhereAFileCanBeWritten) {
+  const TemporaryFolder folder;
+  require_writable_file(folder / "new");
+  EXPECT_EQ(folder.file_count(), 0U);
+  replace_file(folder / "old", "contents");
+  require_writable_file(folder / "old");
+  EXPECT_EQ(read_file(folder / "old"), "contents");
+  EXPECT_EQ(folder.file_count(), 1U);
+}
+
+TEST(RequireWritableFile, NamesTheFileThatCannotBeWritten) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(error_text<FileError>([&] { require_writable_file(folder / "none/file"); }),
+            "cannot write '" + (folder / "none/file") + "': No such file or directory");
+  EXPECT_EQ(error_text<FileError>([&] { require_writable_file(folder.path()); }),
+            "cannot write '" + folder.path() + "': Is a directory");
+}
+
 TEST(RequireWritableFolder, CreatesItWithItsParentsAndLeavesItEmpty) {
   const TemporaryFolder folder;
   require_writable_folder(folder / "a/b/c");

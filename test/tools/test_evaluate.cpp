@@ -1,44 +1,14 @@
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
 #include <string>
 
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
+#include "tools/evaluate_program.hpp"
 
 namespace matchbox_slam {
 namespace {
-
-struct Outcome {
-  int exit_code = -1;
-  std::string output;  ///< of stdout and stderr
-};
-
-Outcome run_evaluate(const std::string& arguments) {
-  const std::string command = std::string("'") + MATCHBOX_EVALUATE + "' " + arguments + " 2>&1";
-  Outcome outcome;
-  FILE* pipe = ::popen(command.c_str(), "r");
-  if (pipe == nullptr) {
-    return outcome;
-  }
-  std::array<char, 4096> buffer{};
-  for (std::size_t count = 0; (count = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
-    outcome.output.append(buffer.data(), count);
-  }
-  outcome.exit_code = WEXITSTATUS(::pclose(pipe));
-  return outcome;
-}
-
-std::size_t line_count(const std::string& text) {
-  std::size_t count = 0;
-  for (const char c : text) {
-    count += c == '\n' ? 1 : 0;
-  }
-  return count;
-}
 
 class Evaluate : public ::testing::Test {
  protected:
@@ -84,13 +54,16 @@ TEST_F(Evaluate, PrintsJson) {
 
 TEST_F(Evaluate, HelpSucceeds) {
   EXPECT_EQ(run_evaluate("--help").exit_code, 0);
-  EXPECT_EQ(run_evaluate("ate --help").exit_code, 0);
+  for (const std::string command : {"ate", "rpe", "relations"}) {
+    EXPECT_EQ(run_evaluate(command + " --help").exit_code, 0) << command;
+  }
 }
 
 TEST_F(Evaluate, WrongUsageExitsWithTwoAndOneLine) {
   for (const std::string& arguments :
        {std::string(), std::string("ate"), "ate " + estimate_, ate_ + " --align fine",
-        ate_ + " --unknown", "ate " + estimate_ + " --max-gap -3 --truth " + truth_}) {
+        ate_ + " --unknown", "ate " + estimate_ + " --max-gap -3 --truth " + truth_,
+        std::string("rpe"), "rpe " + estimate_, "relations " + estimate_}) {
     const Outcome outcome = run_evaluate(arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
     EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
@@ -102,11 +75,13 @@ TEST_F(Evaluate, FailedWorkExitsWithOneAndOneLine) {
   replace_file(folder_ / "late.tum", "1000 0 0 0 0 0 0 1\n");
   replace_file(folder_ / "bad.tum", "1000 0 0 0 nan 0 0 1\n");
   replace_file(folder_ / "empty.tum", "");
-  for (const std::string name : {"late.tum", "bad.tum", "empty.tum", "none.tum"}) {
-    const Outcome outcome = run_evaluate("ate " + (folder_ / name) + " --truth " + truth_);
-    EXPECT_EQ(outcome.exit_code, 1) << name;
-    EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
-    EXPECT_TRUE(contains(outcome.output, name)) << outcome.output;
+  for (const std::string command : {"ate ", "rpe "}) {
+    for (const std::string name : {"late.tum", "bad.tum", "empty.tum", "none.tum"}) {
+      const Outcome outcome = run_evaluate(command + (folder_ / name) + " --truth " + truth_);
+      EXPECT_EQ(outcome.exit_code, 1) << name;
+      EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
+      EXPECT_TRUE(contains(outcome.output, name)) << outcome.output;
+    }
   }
 }
 

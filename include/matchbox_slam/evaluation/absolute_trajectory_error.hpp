@@ -33,7 +33,8 @@ struct AbsoluteTrajectoryError {
   double heading_rmse = 0.0;      ///< [rad], after alignment
   std::size_t without_truth = 0;  ///< poses of the estimate that could not be compared
   Alignment alignment = Alignment::kSe2;
-  Pose2 truth_from_estimate;  ///< what the alignment moved the estimate by
+  Pose2 truth_from_estimate;            ///< what the alignment moved the estimate by
+  std::vector<PosePair> aligned_pairs;  ///< what was compared: by stamp, the estimate aligned
 };
 
 /// Compares every pose of the estimate with the truth interpolated at its stamp.

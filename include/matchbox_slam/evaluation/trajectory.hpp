@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
@@ -47,6 +48,7 @@ struct PosePair {
   double stamp = 0.0;  ///< [s]
   Pose2 estimate;
   Pose2 truth;
+  std::size_t index = 0;  ///< of the estimate's pose in its trajectory
 };
 
 /// The estimate's poses, each with the truth interpolated at its stamp; those without truth are
@@ -54,5 +56,16 @@ struct PosePair {
 /// @param max_gap  longest time between two poses of the truth to interpolate across [s].
 [[nodiscard]] std::vector<PosePair> associate(const Trajectory& estimate, const Trajectory& truth,
                                               double max_gap);
+
+/// The same, but throws EvaluationError when one of the two is empty or no pose has truth; the text
+/// then names the time ranges of both.
+[[nodiscard]] std::vector<PosePair> associate_some(const Trajectory& estimate,
+                                                   const Trajectory& truth, double max_gap);
+
+/// Throws EvaluationError when one of the two is empty, and says which.
+void require_poses(const Trajectory& estimate, const Trajectory& truth);
+
+/// The first and the last stamp, for messages. The trajectory must not be empty.
+[[nodiscard]] std::string time_range_text(const Trajectory& trajectory);
 
 }  // namespace matchbox_slam

@@ -30,6 +30,10 @@ void replace_files(const std::vector<FileContents>& files);
 /// The same for a single file.
 void replace_file(const std::string& path, const std::string& bytes);
 
+/// Makes sure that replace_file can write this file, without touching it; to be called before work
+/// starts whose result is to go there. Throws FileError naming the file and the reason.
+void require_writable_file(const std::string& path);
+
 /// Creates the folder, with its parents, unless it exists, and makes sure that files can be written
 /// to it; to be called before work starts whose results are to go there.
 /// Throws FileError naming the folder and the reason.

@@ -1,0 +1,149 @@
+#include "matchbox_slam/evaluation/relative_pose_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <stdexcept>
+
+namespace matchbox_slam {
+namespace {
+
+/// [s] or [m]: distances from the step that differ by less are equal, else rounding would choose
+/// between them (stamps of today resolve 2e-7 s).
+constexpr double kRounding = 1e-6;
+
+/// A pose of the estimate that has truth, with how far the robot had come.
+struct Station {
+  PosePair poses;
+  double path = 0.0;        ///< [m] along the truth since its first pose
+  std::size_t stretch = 0;  ///< of the truth without gaps
+};
+
+using Stations = std::vector<Station>;
+
+/// Walks along truth and pairs at once; both are ordered by stamp.
+Stations stations_of(const std::vector<PosePair>& pairs, const Trajectory& truth, double max_gap) {
+  Stations stations;
+  const std::vector<StampedPose2>& poses = truth.poses();
+  std::size_t last = 0;  // pose of the truth not after the station
+  double path = 0.0;
+  std::size_t stretch = 0;
+  for (const PosePair& pair : pairs) {
+    for (; last + 1 < poses.size() && poses[last + 1].stamp <= pair.stamp; ++last) {
+      path += (poses[last + 1].pose.translation() - poses[last].pose.translation()).norm();
+      stretch += poses[last + 1].stamp - poses[last].stamp > max_gap ? 1 : 0;
+    }
+    const double beyond = (pair.truth.translation() - poses[last].pose.translation()).norm();
+    stations.push_back({pair, path + beyond, stretch});
+  }
+  return stations;
+}
+
+/// How far the second station is from the first, in the unit of the rule.
+double progress(const Station& first, const Station& second, PairRule::Unit unit) {
+  return unit == PairRule::Unit::kSecond ? second.poses.stamp - first.poses.stamp
+                                         : second.path - first.path;
+}
+
+/// The station after the first whose progress is nearest to the step; of several the earliest.
+/// Null when it is none within the tolerance.
+const Station* partner_by_progress(Stations::const_iterator first, const Stations& stations,
+                                   const PairRule& rule, double tolerance) {
+  const auto first_at = [&](double distance) {
+    return std::lower_bound(std::next(first), stations.end(), distance - kRounding,
+                            [&](const Station& station, double wanted) {
+                              return progress(*first, station, rule.unit) < wanted;
+                            });
+  };
+  const auto distance = [&](Stations::const_iterator station) {
+    return std::abs(progress(*first, *station, rule.unit) - rule.step);
+  };
+  auto nearest = first_at(rule.step);
+  if (nearest == stations.end() ||
+      (nearest != std::next(first) &&
+       distance(std::prev(nearest)) <= distance(nearest) + kRounding)) {
+    // Where the robot rested, several stations have come equally far.
+    nearest = first_at(progress(*first, *std::prev(nearest), rule.unit));
+  }
+  const bool is_near = distance(nearest) <= tolerance * rule.step + kRounding;
+  const bool is_known = rule.unit != PairRule::Unit::kMetre || nearest->stretch == first->stretch;
+  return is_near && is_known ? &*nearest : nullptr;
+}
+
+const Station* partner(Stations::const_iterator first, const Stations& stations,
+                       const PairRule& rule, double tolerance) {
+  const auto next = std::next(first);
+  if (next == stations.end()) {
+    return nullptr;
+  }
+  if (rule.unit == PairRule::Unit::kScan) {
+    return next->poses.index == first->poses.index + 1 ? &*next : nullptr;
+  }
+  return partner_by_progress(first, stations, rule, tolerance);
+}
+
+RelativeDifference difference(const PosePair& first, const PosePair& second) {
+  const Pose2 true_motion = first.truth.inverse() * second.truth;
+  const Pose2 estimated_motion = first.estimate.inverse() * second.estimate;
+  const Pose2 error = true_motion.inverse() * estimated_motion;
+  return {first.stamp, error.translation().norm(), std::abs(error.theta)};
+}
+
+template <typename ValueOf>
+std::optional<ErrorStatistics> statistics_of(const std::vector<RelativeDifference>& differences,
+                                             ValueOf&& value_of) {
+  if (differences.empty()) {
+    return std::nullopt;
+  }
+  std::vector<double> values;
+  values.reserve(differences.size());
+  for (const RelativeDifference& one : differences) {
+    values.push_back(value_of(one));
+  }
+  return summarize_errors(values);
+}
+
+RelativePoseErrorMeasure measure(const Stations& stations, const PairRule& rule, double tolerance) {
+  RelativePoseErrorMeasure result;
+  result.rule = rule;
+  for (auto first = stations.begin(); first != stations.end(); ++first) {
+    if (const Station* second = partner(first, stations, rule, tolerance)) {
+      result.differences.push_back(difference(first->poses, second->poses));
+    }
+  }
+  result.translation =
+      statistics_of(result.differences, [](const auto& d) { return d.translation; });
+  result.rotation = statistics_of(result.differences, [](const auto& d) { return d.rotation; });
+  return result;
+}
+
+void check(const RelativePoseErrorOptions& options) {
+  const bool is_bad_step = std::any_of(options.rules.begin(), options.rules.end(),
+                                       [](const PairRule& rule) { return !(rule.step > 0.0); });
+  if (is_bad_step || !(options.max_gap > 0.0) || !(options.tolerance >= 0.0)) {
+    throw std::invalid_argument("options of the relative pose error that are not allowed");
+  }
+}
+
+}  // namespace
+
+RelativePoseError relative_pose_error(const Trajectory& estimate, const Trajectory& truth,
+                                      const RelativePoseErrorOptions& options) {
+  check(options);
+  const std::vector<PosePair> pairs = associate_some(estimate, truth, options.max_gap);
+  const Stations stations = stations_of(pairs, truth, options.max_gap);
+  RelativePoseError result;
+  result.without_truth = estimate.size() - pairs.size();
+  for (const PairRule& rule : options.rules) {
+    result.measures.push_back(measure(stations, rule, options.tolerance));
+  }
+  if (std::all_of(result.measures.begin(), result.measures.end(),
+                  [](const RelativePoseErrorMeasure& one) { return one.differences.empty(); })) {
+    throw EvaluationError(
+        "no two poses of the estimate make a pair: " + std::to_string(pairs.size()) + " of " +
+        std::to_string(estimate.size()) + " poses have truth");
+  }
+  return result;
+}
+
+}  // namespace matchbox_slam

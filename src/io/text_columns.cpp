@@ -1,0 +1,40 @@
+#include "text_columns.hpp"
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "matchbox_slam/common/parameters.hpp"
+#include "matchbox_slam/io/file.hpp"
+
+namespace matchbox_slam {
+
+void TextPlace::fail(const std::string& text) const {
+  throw FileError(source + ":" + std::to_string(line) + ": " + text);
+}
+
+std::vector<std::string> words_of(const std::string& line) {
+  std::istringstream stream(line.substr(0, line.find('#')));
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) {
+    words.push_back(word);
+  }
+  return words;
+}
+
+double read_finite_number(const std::string& word, const std::string& column,
+                          const TextPlace& place) {
+  const ParameterValue value = parse_parameter_value(word);
+  double number = std::numeric_limits<double>::quiet_NaN();
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+    number = static_cast<double>(*whole);
+  } else if (const auto* real = std::get_if<double>(&value)) {
+    number = *real;
+  }
+  if (!std::isfinite(number)) {
+    place.fail(column + " is '" + word + "', not a finite number");
+  }
+  return number;
+}
+
+}  // namespace matchbox_slam

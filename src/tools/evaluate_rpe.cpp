@@ -1,0 +1,185 @@
+#include "evaluate_rpe.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evaluation_plot.hpp"
+#include "matchbox_slam/evaluation/relative_pose_error.hpp"
+#include "text_table.hpp"
+#include "truth_options.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+struct RpeCommand {
+  std::vector<std::string> estimates;
+  TruthOptions truth;
+  bool json = false;
+  std::string plot;
+};
+
+struct Result {
+  std::string name;
+  RelativePoseError error;
+};
+
+std::vector<Result> evaluate(const std::vector<Estimate>& estimates, const Truth& truth) {
+  RelativePoseErrorOptions options;
+  options.max_gap = truth.options.max_gap;
+  std::vector<Result> results;
+  for (const auto& [path, trajectory] : estimates) {
+    try {
+      results.push_back({path, relative_pose_error(trajectory, truth.trajectory, options)});
+    } catch (const EvaluationError& error) {
+      throw EvaluationError(path + " against " + truth.options.path + ": " + error.what());
+    }
+  }
+  return results;
+}
+
+/// Such as "per scan", "per 5 m".
+std::string name_of(const PairRule& rule) {
+  switch (rule.unit) {
+    case PairRule::Unit::kSecond:
+      return "per " + fixed_text(rule.step, 0) + " s";
+    case PairRule::Unit::kMetre:
+      return "per " + fixed_text(rule.step, 0) + " m";
+    case PairRule::Unit::kScan:
+      break;
+  }
+  return "per scan";
+}
+
+/// Such as "per_scan", "per_5_m".
+std::string key_of(const PairRule& rule) {
+  std::string key = name_of(rule);
+  std::replace(key.begin(), key.end(), ' ', '_');
+  return key;
+}
+
+void add_cells(const std::optional<ErrorStatistics>& statistics, double scale, int decimals,
+               std::vector<std::string>& row) {
+  if (!statistics) {
+    row.insert(row.end(), 5, "–");
+    return;
+  }
+  for (const double value :
+       {statistics->rmse, statistics->mean, statistics->median, statistics->p95, statistics->max}) {
+    row.push_back(fixed_text(scale * value, decimals));
+  }
+}
+
+/// One table a measure, with a row for each estimate.
+std::string tables_of(const std::vector<Result>& results) {
+  std::string text;
+  for (std::size_t i = 0; i < results.front().error.measures.size(); ++i) {
+    std::vector<std::vector<std::string>> rows = {
+        {name_of(results.front().error.measures[i].rule), "pairs", "rmse m", "mean m", "median m",
+         "p95 m", "max m", "rmse deg", "mean deg", "median deg", "p95 deg", "max deg"}};
+    for (const auto& [name, error] : results) {
+      const RelativePoseErrorMeasure& measure = error.measures[i];
+      std::vector<std::string> row = {name, std::to_string(measure.differences.size())};
+      add_cells(measure.translation, 1.0, 4, row);
+      add_cells(measure.rotation, radians_to_degrees(1.0), 3, row);
+      rows.push_back(row);
+    }
+    text += "\n" + format_table(rows);
+  }
+  return text;
+}
+
+std::string heading_of(const Truth& truth) {
+  return "Relative pose error against " + truth.options.path +
+         "\nPairs of the estimates' poses: consecutive ones, and those that are as far apart in "
+         "time or along the true path, within 10 %\n" +
+         describe(truth);
+}
+
+nlohmann::json statistics_to_json(const ErrorStatistics& statistics) {
+  return nlohmann::json::object({{"rmse", statistics.rmse},
+                                 {"mean", statistics.mean},
+                                 {"median", statistics.median},
+                                 {"p95", statistics.p95},
+                                 {"max", statistics.max}});
+}
+
+nlohmann::json json_of(const Truth& truth, const std::vector<Result>& results) {
+  nlohmann::json estimates = nlohmann::json::array();
+  for (const auto& [name, error] : results) {
+    nlohmann::json measures;
+    for (const RelativePoseErrorMeasure& measure : error.measures) {
+      nlohmann::json& entry = measures[key_of(measure.rule)];  // null without pairs
+      if (measure.translation && measure.rotation) {
+        entry = {{"pairs", measure.differences.size()},
+                 {"translation_m", statistics_to_json(*measure.translation)},
+                 {"rotation_rad", statistics_to_json(*measure.rotation)}};
+      }
+    }
+    estimates.push_back(nlohmann::json::object(
+        {{"estimate", name}, {"without_truth", error.without_truth}, {"measures", measures}}));
+  }
+  nlohmann::json json = to_json(truth);
+  json["metric"] = "rpe";
+  json["estimates"] = estimates;
+  return json;
+}
+
+nlohmann::json figure_of(const std::vector<Result>& results) {
+  nlohmann::json figure = {{"metric", "rpe"}, {"measures", nlohmann::json::array()}};
+  for (std::size_t i = 0; i < results.front().error.measures.size(); ++i) {
+    nlohmann::json drawn = {{"name", name_of(results.front().error.measures[i].rule)},
+                            {"estimates", nlohmann::json::array()}};
+    for (const auto& [name, error] : results) {
+      nlohmann::json estimate = {{"name", name},
+                                 {"stamp", nlohmann::json::array()},
+                                 {"translation", nlohmann::json::array()},
+                                 {"rotation", nlohmann::json::array()}};
+      for (const RelativeDifference& difference : error.measures[i].differences) {
+        estimate["stamp"].push_back(difference.stamp);
+        estimate["translation"].push_back(difference.translation);
+        estimate["rotation"].push_back(difference.rotation);
+      }
+      drawn["estimates"].push_back(estimate);
+    }
+    figure["measures"].push_back(drawn);
+  }
+  return figure;
+}
+
+void run(const RpeCommand& command) {
+  require_plot_file(command.plot);
+  const std::vector<Estimate> estimates = read_estimates(command.estimates);
+  const Truth truth = read_truth(command.truth, estimates.front());
+  const std::vector<Result> results = evaluate(estimates, truth);
+  if (!command.plot.empty()) {
+    write_plot(command.plot, figure_of(results));
+  }
+  if (command.json) {
+    std::cout << json_of(truth, results).dump(2) << std::endl;
+  } else {
+    std::cout << heading_of(truth) << tables_of(results) << std::flush;
+  }
+}
+
+}  // namespace
+
+void add_rpe_command(CLI::App& app) {
+  const auto command = std::make_shared<RpeCommand>();
+  CLI::App* rpe = app.add_subcommand(
+      "rpe", "Relative pose error: how fast estimates drift, per scan, second and metre");
+  rpe->add_option("estimates", command->estimates, "Trajectories to evaluate, in the TUM format")
+      ->type_name("EST.tum")
+      ->required();
+  add_truth_options(*rpe, command->truth);
+  rpe->add_flag("--json", command->json, "Print JSON instead of tables");
+  add_plot_option(*rpe, command->plot);
+  rpe->callback([command] { run(*command); });
+}
+
+}  // namespace matchbox_slam

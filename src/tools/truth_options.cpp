@@ -1,0 +1,235 @@
+#include "truth_options.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <sstream>
+#include <utility>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/common/parameters.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/stata_truth.hpp"
+#include "matchbox_slam/io/tum.hpp"
+#include "text_table.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+[[noreturn]] void refuse_lever_arm(const std::string& text) {
+  throw ConfigurationError("--lever-arm: '" + text +
+                           "' is not allowed; allowed: X, X,Y or X,Y,THETA in metres and radians, "
+                           "such as 0.275");
+}
+
+double lever_arm_number(const std::string& word, const std::string& whole) {
+  const ParameterValue value = parse_parameter_value(word);
+  double number = std::nan("");
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+    number = static_cast<double>(*integer);
+  } else if (const auto* real = std::get_if<double>(&value)) {
+    number = *real;
+  }
+  if (!std::isfinite(number)) {
+    refuse_lever_arm(whole);
+  }
+  return number;
+}
+
+Pose2 parse_lever_arm(const std::string& text) {
+  if (text.empty()) {
+    return {};
+  }
+  std::vector<double> numbers;
+  std::istringstream stream(text + ',');
+  for (std::string word; std::getline(stream, word, ',');) {
+    numbers.push_back(lever_arm_number(word, text));
+  }
+  if (numbers.size() > 3) {
+    refuse_lever_arm(text);
+  }
+  numbers.resize(3, 0.0);
+  return {numbers[0], numbers[1], wrap_angle(numbers[2])};
+}
+
+void check(const TruthOptions& options) {
+  if (!(options.max_gap > 0.0)) {
+    throw ConfigurationError("--max-gap: " + to_string(options.max_gap) +
+                             " s is not allowed; allowed: more than 0");
+  }
+  if (!std::isfinite(options.time_offset)) {
+    throw ConfigurationError("--time-offset: " + to_string(options.time_offset) +
+                             " s is not allowed; allowed: any finite number");
+  }
+  constexpr double kWidestRange = 86400.0;  // a day takes minutes
+  if (!(options.offset_range >= 1.0 && options.offset_range <= kWidestRange)) {
+    throw ConfigurationError("--offset-range: " + to_string(options.offset_range) +
+                             " s is not allowed; allowed: 1 to 86400");
+  }
+}
+
+Trajectory read_trajectory_of_either_format(const std::string& path) {
+  const std::string text = read_file(path);
+  return looks_like_stata_truth(text) ? parse_stata_truth(text, path) : parse_tum(text, path);
+}
+
+Trajectory moved_to_base(const Trajectory& truth_body, const Pose2& base_from_truth_body) {
+  const Pose2 truth_body_from_base = base_from_truth_body.inverse();
+  std::vector<StampedPose2> poses = truth_body.poses();
+  for (StampedPose2& stamped : poses) {
+    stamped.pose = stamped.pose * truth_body_from_base;
+  }
+  return Trajectory(std::move(poses));
+}
+
+Trajectory delayed(const Trajectory& trajectory, double seconds) {
+  std::vector<StampedPose2> poses = trajectory.poses();
+  for (StampedPose2& stamped : poses) {
+    stamped.stamp += seconds;
+  }
+  return Trajectory(std::move(poses));
+}
+
+ClockOffset search_offset(const Truth& truth, const Estimate& estimate) {
+  ClockOffsetOptions options;
+  options.range = truth.options.offset_range;
+  options.max_gap = truth.options.max_gap;
+  try {
+    return find_clock_offset(estimate.trajectory, truth.trajectory, options);
+  } catch (const EvaluationError& error) {
+    throw EvaluationError(estimate.path + " against " + truth.options.path + ": " + error.what());
+  }
+}
+
+/// Fits ever farther from the least error, both ways: the whole curve has thousands.
+std::vector<ClockOffsetFit> thinned(const ClockOffset& search) {
+  std::vector<double> offsets = {search.offset};
+  for (const double distance :
+       {0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0}) {
+    offsets.push_back(search.offset - distance);
+    offsets.push_back(search.offset + distance);
+  }
+  std::vector<ClockOffsetFit> kept;
+  for (const ClockOffsetFit& fit : search.curve) {
+    const auto is_nearest_to = [&](double offset) {
+      return std::none_of(search.curve.begin(), search.curve.end(), [&](const auto& other) {
+        return std::abs(other.offset - offset) < std::abs(fit.offset - offset);
+      });
+    };
+    const bool is_wanted = std::any_of(offsets.begin(), offsets.end(), [&](double offset) {
+      return std::abs(fit.offset - offset) < 0.5 && is_nearest_to(offset);
+    });
+    if (is_wanted) {
+      kept.push_back(fit);
+    }
+  }
+  return kept;
+}
+
+std::string describe_search(const Truth& truth) {
+  std::vector<std::vector<std::string>> rows = {{"offset s", "rmse m", "poses"}};
+  for (const ClockOffsetFit& fit : thinned(*truth.search)) {
+    rows.push_back({fixed_text(fit.offset, 2), fixed_text(fit.rmse, 4), std::to_string(fit.poses)});
+  }
+  return "Clock offset found with " + truth.searched_with + ", best of " +
+         std::to_string(truth.search->curve.size()) + " from " +
+         fixed_text(-truth.options.offset_range, 0) + " to " +
+         fixed_text(truth.options.offset_range, 0) + " s; around it:\n" + format_table(rows);
+}
+
+nlohmann::json search_to_json(const Truth& truth) {
+  nlohmann::json curve = nlohmann::json::array();
+  for (const ClockOffsetFit& fit : truth.search->curve) {
+    curve.push_back(nlohmann::json::object(
+        {{"offset_s", fit.offset}, {"rmse_m", fit.rmse}, {"poses", fit.poses}}));
+  }
+  return nlohmann::json::object({{"estimate", truth.searched_with},
+                                 {"range_s", truth.options.offset_range},
+                                 {"curve", curve}});
+}
+
+}  // namespace
+
+void add_truth_options(CLI::App& command, TruthOptions& options) {
+  command
+      .add_option("--truth", options.path,
+                  "True trajectory: TUM, or ground truth of MIT Stata (stamp_us,x,y,theta)")
+      ->type_name("FILE")
+      ->required();
+  command
+      .add_option("--lever-arm", options.lever_arm,
+                  "Pose of the truth's body, such as the laser, on the estimate's [m, rad]")
+      ->type_name("X[,Y[,THETA]]");
+  CLI::Option* offset = command.add_option(
+      "--time-offset", options.time_offset,
+      "Added to the truth's stamps: clock of the estimate minus clock of the truth [s]");
+  CLI::Option* find =
+      command
+          .add_flag("--find-offset", options.find_offset, "Find that offset, by the first estimate")
+          ->excludes(offset);
+  command
+      .add_option(
+          "--offset-range", options.offset_range,
+          "Offsets up to this are tried [s] (default: " + fixed_text(options.offset_range, 0) + ")")
+      ->needs(find);
+  command.add_option("--max-gap", options.max_gap,
+                     "Truth is not interpolated across more than this [s] (default: " +
+                         fixed_text(options.max_gap, 1) + ")");
+}
+
+std::vector<Estimate> read_estimates(const std::vector<std::string>& paths) {
+  std::vector<Estimate> estimates;
+  for (const std::string& path : paths) {
+    estimates.push_back({path, read_tum(path)});
+  }
+  return estimates;
+}
+
+Truth read_truth(const TruthOptions& options, const Estimate& first_estimate) {
+  check(options);
+  Truth truth;
+  truth.options = options;
+  truth.base_from_truth_body = parse_lever_arm(options.lever_arm);
+  truth.trajectory =
+      moved_to_base(read_trajectory_of_either_format(options.path), truth.base_from_truth_body);
+  truth.time_offset = options.time_offset;
+  if (options.find_offset) {
+    truth.search = search_offset(truth, first_estimate);
+    truth.searched_with = first_estimate.path;
+    truth.time_offset = truth.search->offset;
+  }
+  truth.trajectory = delayed(truth.trajectory, truth.time_offset);
+  return truth;
+}
+
+std::string describe(const Truth& truth) {
+  std::string text;
+  if (!truth.options.lever_arm.empty()) {
+    const Pose2& arm = truth.base_from_truth_body;
+    text += "Truth moved to the estimates' body, on which its own is at x " + fixed_text(arm.x, 3) +
+            " m, y " + fixed_text(arm.y, 3) + " m, theta " + fixed_text(arm.theta, 4) + " rad\n";
+  }
+  if (truth.search) {
+    text += describe_search(truth);
+  }
+  if (truth.search || truth.time_offset != 0.0) {
+    text += "Truth's stamps " + std::string(truth.time_offset < 0.0 ? "- " : "+ ") +
+            fixed_text(std::abs(truth.time_offset), 3) + " s\n";
+  }
+  return text + "Truth interpolated at the stamps of the estimate, across gaps of up to " +
+         fixed_text(truth.options.max_gap, 2) + " s\n";
+}
+
+nlohmann::json to_json(const Truth& truth) {
+  const Pose2& arm = truth.base_from_truth_body;
+  const nlohmann::json lever_arm =
+      nlohmann::json::object({{"x_m", arm.x}, {"y_m", arm.y}, {"theta_rad", arm.theta}});
+  return nlohmann::json::object(
+      {{"truth", truth.options.path},
+       {"max_gap_s", truth.options.max_gap},
+       {"lever_arm", truth.options.lever_arm.empty() ? nlohmann::json() : lever_arm},
+       {"time_offset_s", truth.time_offset},
+       {"offset_search", truth.search ? search_to_json(truth) : nlohmann::json()}});
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,84 @@
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "common/error_text.hpp"
+#include "io/temporary_folder.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "tools/evaluate_program.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+bool has_matplotlib() {
+  return WEXITSTATUS(std::system("/usr/bin/python3 -c 'import matplotlib' 2>/dev/null")) == 0;
+}
+
+class EvaluationPlot : public ::testing::Test {
+ protected:
+  EvaluationPlot() {
+    replace_file(truth_, "0 0 0 0 0 0 0 1\n0.5 1 0 0 0 0 0 1\n1 2 0.5 0 0 0 0 1\n");
+    replace_file(estimate_, "0 0 1 0 0 0 0 1\n0.5 1 1.1 0 0 0 0 1\n1 2 1 0 0 0 0 1\n");
+    replace_file(relations_, "0 1 2 0 0 0 0 0\n0 0.5 1 0 0 0 0 0.1\n");
+  }
+
+  TemporaryFolder folder_;
+  std::string truth_ = folder_ / "truth.tum";
+  std::string estimate_ = folder_ / "_an $estimate$.tum";  // names that matplotlib reads otherwise
+  std::string relations_ = folder_ / "a.relations";
+  std::string picture_ = folder_ / "error.png";
+  std::string of_truth_ = " '" + estimate_ + "' " + truth_ + " --truth " + truth_ + " --plot ";
+};
+
+TEST_F(EvaluationPlot, EveryMetricDrawsAPngFile) {
+  if (!has_matplotlib()) {
+    GTEST_SKIP() << "SKIPPED: /usr/bin/python3 has no matplotlib; install python3-matplotlib";
+  }
+  const std::string of_relations =
+      " '" + estimate_ + "' " + truth_ + " --relations " + relations_ + " --plot ";
+  std::string last;
+  for (const std::string& arguments :
+       {"ate" + of_truth_, "rpe" + of_truth_, "relations" + of_relations}) {
+    const Outcome outcome = run_evaluate(arguments + picture_);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "estimate")) << outcome.output;
+    const std::string bytes = read_file(picture_);
+    EXPECT_EQ(bytes.substr(0, 8), "\x89PNG\r\n\x1a\n");
+    EXPECT_GT(bytes.size(), 10000U);
+    EXPECT_NE(bytes, last) << "the picture is not replaced";
+    last = bytes;
+  }
+  EXPECT_EQ(folder_.file_count(), 4U);
+}
+
+TEST_F(EvaluationPlot, AnUnwritableFileShowsBeforeTheWork) {
+  // The estimate that is missing would be the first to fail.
+  const Outcome outcome = run_evaluate("ate " + (folder_ / "none.tum") + " --truth " + truth_ +
+                                       " --plot " + (folder_ / "none/error.png"));
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "cannot write '" + (folder_ / "none/error.png") + "'"))
+      << outcome.output;
+}
+
+TEST_F(EvaluationPlot, OnlyPngIsDrawn) {
+  const Outcome outcome = run_evaluate("rpe" + of_truth_ + (folder_ / "error.pdf"));
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
+}
+
+TEST_F(EvaluationPlot, MissingMatplotlibIsOneLineThatSaysSo) {
+  replace_file(folder_ / "matplotlib.py", "raise ImportError('No module named matplotlib')\n");
+  const Outcome outcome =
+      run_command("/usr/bin/env", "PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=" + folder_.path() + " '" +
+                                      MATCHBOX_EVALUATE + "' ate" + of_truth_ + picture_);
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "install python3-matplotlib")) << outcome.output;
+  EXPECT_THROW((void)read_file(picture_), FileError);
+}
+
+}  // namespace
+}  // namespace matchbox_slam
