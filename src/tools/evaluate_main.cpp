@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 
 #include "evaluate_ate.hpp"
+#include "evaluate_map.hpp"
 #include "run_program.hpp"
 
 namespace {
@@ -8,12 +9,14 @@ namespace {
 void declare_options(CLI::App& app) {
   app.require_subcommand(1);
   matchbox_slam::add_ate_command(app);
+  matchbox_slam::add_map_command(app);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  return matchbox_slam::run_program(
-      "evaluate", "Measures the accuracy of trajectories, of this package or of any other.",
-      declare_options, argc, argv, [] {});
+  return matchbox_slam::run_program("evaluate",
+                                    "Measures the accuracy of trajectories and the quality of "
+                                    "maps, of this package or of any other.",
+                                    declare_options, argc, argv, [] {});
 }

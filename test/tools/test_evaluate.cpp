@@ -1,44 +1,14 @@
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
 #include <string>
 
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
+#include "tools/run_evaluate.hpp"
 
 namespace matchbox_slam {
 namespace {
-
-struct Outcome {
-  int exit_code = -1;
-  std::string output;  ///< of stdout and stderr
-};
-
-Outcome run_evaluate(const std::string& arguments) {
-  const std::string command = std::string("'") + MATCHBOX_EVALUATE + "' " + arguments + " 2>&1";
-  Outcome outcome;
-  FILE* pipe = ::popen(command.c_str(), "r");
-  if (pipe == nullptr) {
-    return outcome;
-  }
-  std::array<char, 4096> buffer{};
-  for (std::size_t count = 0; (count = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
-    outcome.output.append(buffer.data(), count);
-  }
-  outcome.exit_code = WEXITSTATUS(::pclose(pipe));
-  return outcome;
-}
-
-std::size_t line_count(const std::string& text) {
-  std::size_t count = 0;
-  for (const char c : text) {
-    count += c == '\n' ? 1 : 0;
-  }
-  return count;
-}
 
 class Evaluate : public ::testing::Test {
  protected:
