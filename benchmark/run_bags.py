@@ -9,16 +9,13 @@ Simulated bags are made anew from their seeds. Recordings are taken from --data 
 """
 
 import argparse
-import datetime
 import json
 import os
-import platform
 import statistics
-import subprocess
 import sys
 import tempfile
 
-SOURCE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+from report_heading import SOURCE, default_folder, heading, run
 
 SIMULATED = [('rooms', 1), ('random', 1), ('loop', 1), ('loop', 2), ('loop', 3)]
 
@@ -30,14 +27,6 @@ RECORDINGS = [
     ('guardian', ['--scan-topic', '/scan'], None),
     ('hokuyo_handheld', ['--no-odom'], None),
 ]
-
-
-def run(command):
-    """The standard output of a program that must succeed."""
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    if done.returncode != 0:
-        sys.exit('%s: exit code %d: %s' % (' '.join(command), done.returncode, done.stderr.strip()))
-    return done.stdout
 
 
 def program(name):
@@ -89,20 +78,6 @@ def measure(name, bag, options, truth, matcher, runs, folder):
     return row
 
 
-def machine():
-    model = platform.machine()
-    with open('/proc/cpuinfo') as file:
-        for line in file:
-            if line.startswith('model name'):
-                model = line.split(':', 1)[1].strip()
-                break
-    return '%s, %d cores, %s' % (model, os.cpu_count(), platform.platform())
-
-
-def commit():
-    return run(['git', '-C', SOURCE, 'describe', '--always', '--dirty']).strip()
-
-
 def metres(value):
     return '–' if value is None else '%.4f' % value
 
@@ -121,11 +96,7 @@ def table(rows):
 
 def write_report(rows, arguments, folder):
     os.makedirs(folder, exist_ok=True)
-    text = '\n'.join([
-        '# Whole programs over bags, %s' % datetime.date.today().isoformat(), '',
-        '- machine: ' + machine(),
-        '- commit: ' + commit(),
-        '- command: `benchmark/run_bags.py %s`' % ' '.join(arguments),
+    text = '\n'.join(heading('Whole programs over bags', 'run_bags.py', arguments) + [
         '- each figure of time and memory is the median of the runs; the seed of `map_bag` is 1, that '
         'of a simulated bag stands behind its name; ATE is the root mean square after SE(2) alignment',
         '- the effective configuration of each matcher lies beside this page', '',
@@ -142,8 +113,7 @@ def write_report(rows, arguments, folder):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split('\n')[0])
-    today = datetime.date.today().isoformat()
-    parser.add_argument('--out', default=os.path.join(SOURCE, 'benchmark', 'reports', today))
+    parser.add_argument('--out', default=default_folder())
     parser.add_argument('--data', default=os.environ.get(
         'MATCHBOX_DATA', os.path.join(SOURCE, '..', 'shared', 'data')))
     parser.add_argument('--runs', type=int, default=3)

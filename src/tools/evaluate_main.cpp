@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 
 #include "evaluate_ate.hpp"
+#include "evaluate_map.hpp"
 #include "evaluate_relations.hpp"
 #include "evaluate_rpe.hpp"
 #include "run_program.hpp"
@@ -12,12 +13,14 @@ void declare_options(CLI::App& app) {
   matchbox_slam::add_ate_command(app);
   matchbox_slam::add_rpe_command(app);
   matchbox_slam::add_relations_command(app);
+  matchbox_slam::add_map_command(app);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  return matchbox_slam::run_program(
-      "evaluate", "Measures the accuracy of trajectories, of this package or of any other.",
-      declare_options, argc, argv, [] {});
+  return matchbox_slam::run_program("evaluate",
+                                    "Measures the accuracy of trajectories and the quality of "
+                                    "maps, of this package or of any other.",
+                                    declare_options, argc, argv, [] {});
 }

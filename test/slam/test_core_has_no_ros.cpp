@@ -26,7 +26,7 @@ bool may_include(const std::string& header) {
     }
   }
   return header.rfind("Eigen/", 0) == 0 || header.rfind("yaml-cpp/", 0) == 0 ||
-         header.rfind("sys/", 0) == 0;
+         header.rfind("opencv2/", 0) == 0 || header.rfind("sys/", 0) == 0;
 }
 
 TEST(Core, IncludesNothingOfRos) {

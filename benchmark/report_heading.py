@@ -1,0 +1,44 @@
+"""What every report says first: on which machine and of which commit its figures are."""
+
+import datetime
+import os
+import platform
+import subprocess
+import sys
+
+SOURCE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+
+
+def run(command):
+    """The standard output of a program that must succeed."""
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if done.returncode != 0:
+        sys.exit('%s: exit code %d: %s' % (' '.join(command), done.returncode, done.stderr.strip()))
+    return done.stdout
+
+
+def default_folder():
+    """Where the reports of today belong."""
+    return os.path.join(SOURCE, 'benchmark', 'reports', datetime.date.today().isoformat())
+
+
+def machine():
+    model = platform.machine()
+    with open('/proc/cpuinfo') as file:
+        for line in file:
+            if line.startswith('model name'):
+                model = line.split(':', 1)[1].strip()
+                break
+    return '%s, %d cores, %s' % (model, os.cpu_count(), platform.platform())
+
+
+def commit():
+    return run(['git', '-C', SOURCE, 'describe', '--always', '--dirty']).strip()
+
+
+def heading(title, program, arguments):
+    """The first lines of a report in Markdown."""
+    return ['# %s, %s' % (title, datetime.date.today().isoformat()), '',
+            '- machine: ' + machine(),
+            '- commit: ' + commit(),
+            '- command: `%s`' % ' '.join(['benchmark/' + program] + arguments)]

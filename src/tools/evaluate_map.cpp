@@ -1,0 +1,105 @@
+#include "evaluate_map.hpp"
+
+#include <cstddef>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "map_quality_picture.hpp"
+#include "matchbox_slam/evaluation/map_quality.hpp"
+#include "matchbox_slam/evaluation/trajectory.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/map_file.hpp"
+#include "text_table.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+struct MapCommand {
+  std::vector<std::string> maps;
+  std::string plot;
+  bool json = false;
+};
+
+std::vector<MeasuredMap> measure(const MapCommand& command) {
+  std::vector<MeasuredMap> results;
+  for (const std::string& path : command.maps) {
+    MapImage map = read_map(path);
+    try {
+      MapQuality quality = measure_map_quality(map);
+      results.push_back({path, std::move(map), std::move(quality)});
+    } catch (const EvaluationError& error) {
+      throw EvaluationError(path + ": " + error.what());
+    }
+  }
+  return results;
+}
+
+double metres(int cells, const MapImage& map) { return cells * map.resolution; }
+
+std::string table_of(const std::vector<MeasuredMap>& results) {
+  std::vector<std::vector<std::string>> rows = {{"map", "resolution m", "size m", "known cells",
+                                                 "occupied/known", "occupied/free", "corners",
+                                                 "enclosed areas"}};
+  for (const auto& [name, map, quality] : results) {
+    rows.push_back(
+        {name, fixed_text(map.resolution, 3),
+         fixed_text(metres(map.width, map), 1) + " x " + fixed_text(metres(map.height, map), 1),
+         std::to_string(quality.known_cells()), fixed_text(quality.occupied_of_known(), 4),
+         fixed_text(quality.occupied_of_free(), 4), std::to_string(quality.corners.size()),
+         std::to_string(quality.enclosed_areas.size())});
+  }
+  return format_table(rows);
+}
+
+nlohmann::json json_of(const std::vector<MeasuredMap>& results) {
+  nlohmann::json maps = nlohmann::json::array();
+  for (const auto& [name, map, quality] : results) {
+    maps.push_back(nlohmann::json::object({{"map", name},
+                                           {"resolution_m", map.resolution},
+                                           {"width_m", metres(map.width, map)},
+                                           {"height_m", metres(map.height, map)},
+                                           {"known_cells", quality.known_cells()},
+                                           {"occupied_cells", quality.occupied_cells},
+                                           {"free_cells", quality.free_cells},
+                                           {"occupied_of_known", quality.occupied_of_known()},
+                                           {"occupied_of_free", quality.occupied_of_free()},
+                                           {"corners", quality.corners.size()},
+                                           {"enclosed_areas", quality.enclosed_areas.size()}}));
+  }
+  return nlohmann::json::object({{"metric", "map"}, {"maps", maps}});
+}
+
+void run(const MapCommand& command) {
+  const std::vector<MeasuredMap> results = measure(command);
+  if (!command.plot.empty()) {
+    replace_file(command.plot, encode_png(draw_map_qualities(results)));
+  }
+  if (command.json) {
+    std::cout << json_of(results).dump(2) << std::endl;
+  } else {
+    std::cout << "Map quality without ground truth (Filatov et al. 2017), lower is better\n"
+                 "Compares maps of one place and one resolution with each other\n\n"
+              << table_of(results) << std::flush;
+  }
+}
+
+}  // namespace
+
+void add_map_command(CLI::App& app) {
+  const auto command = std::make_shared<MapCommand>();
+  CLI::App* map = app.add_subcommand(
+      "map", "Map quality without ground truth: doubled and smeared walls raise the figures");
+  map->add_option("maps", command->maps, "Maps to measure, as map_server reads them")
+      ->type_name("MAP.yaml")
+      ->required();
+  map->add_option("--plot", command->plot,
+                  "Write a picture of the maps with their corners and enclosed areas")
+      ->type_name("FILE.png");
+  map->add_flag("--json", command->json, "Print JSON instead of a table");
+  map->callback([command] { run(*command); });
+}
+
+}  // namespace matchbox_slam
