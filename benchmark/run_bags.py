@@ -4,8 +4,11 @@
 Source the workspace first (`source .workspace/devel/setup.bash`), then:
 
     benchmark/run_bags.py [--out DIR] [--data DIR] [--runs N] [--matcher NAME]...
+                          [--other RECORDING:SYSTEM=FILE.tum]...
 
-Simulated bags are made anew from their seeds. Recordings are taken from --data when they are there.
+Simulated bags are made anew from their seeds. Recordings are taken from --data when they are there. The
+trajectory that another system made of a recording is put beside ours with --other, such as
+intel:gmapping=gmapping.tum.
 """
 
 import argparse
@@ -15,36 +18,26 @@ import statistics
 import sys
 import tempfile
 
-from report_heading import SOURCE, default_folder, heading, run
+from report import SOURCE, default_folder, heading, program, run, simulate
 
 SIMULATED = [('rooms', 1), ('random', 1), ('loop', 1), ('loop', 2), ('loop', 3)]
 
-# name, map_bag options, truth (None: no truth)
+# name, map_bag options, what `evaluate` compares with: a metric and its options; files are in --data
 RECORDINGS = [
     ('jarvis_circular', ['--scan-topic', '/driver_laser_security/laser_scan'],
-     'jarvis_circular.truth.tum'),
-    ('intel', [], None),
+     ['ate', '--truth', 'jarvis_circular.truth.tum']),
+    ('intel', [], ['relations', '--relations', 'intel.relations', '--odometry', 'intel.odom.tum']),
     ('guardian', ['--scan-topic', '/scan'], None),
     ('hokuyo_handheld', ['--no-odom'], None),
 ]
 
 
-def program(name):
-    return ['rosrun', 'matchbox_slam', name]
-
-
-def simulate(world, seed, folder):
-    bag = os.path.join(folder, '%s-%d.bag' % (world, seed))
-    truth = os.path.join(folder, '%s-%d.tum' % (world, seed))
-    run(program('simulate') + ['--world', world, '--seed', str(seed), '--bag', bag,
-                               '--truth', truth])
-    return bag, truth
-
-
-def trajectory_error(estimate, truth):
-    """ATE in metres, root mean square after SE(2) alignment."""
-    result = json.loads(run(program('evaluate') + ['ate', estimate, '--truth', truth, '--json']))
-    return result['estimates'][0]['rmse_m']
+def error_of(estimate, truth):
+    """Metres: root mean square after SE(2) alignment, or mean error of relations."""
+    metric, *options = truth
+    result = json.loads(run(program('evaluate') + [metric, estimate, '--json'] + options))
+    estimate = result['estimates'][0]
+    return estimate['rmse_m'] if metric == 'ate' else estimate['translation_m']['mean']
 
 
 def measure(name, bag, options, truth, matcher, runs, folder):
@@ -70,12 +63,26 @@ def measure(name, bag, options, truth, matcher, runs, folder):
         'faster': median(lambda r: r['real_time_factor']),
         'memory': median(lambda r: r['peak_rss_mb']),
         'error': None, 'odometry_error': None,
+        'metric': truth[0] if truth else None,
         'configuration': report['configuration'],
     }
     if truth:
-        row['error'] = trajectory_error(os.path.join(out, 'trajectory.tum'), truth)
-        row['odometry_error'] = trajectory_error(os.path.join(out, 'odometry.tum'), truth)
+        row['error'] = error_of(os.path.join(out, 'trajectory.tum'), truth)
+        # Relations hold stamps between the scans, so there the raw odometry is given at full rate.
+        odometry = truth[truth.index('--odometry') + 1] if '--odometry' in truth else \
+            os.path.join(out, 'odometry.tum')
+        row['odometry_error'] = error_of(odometry, truth)
     return row
+
+
+def measure_other(recording, system, path, bags):
+    """What another system made of a recording, by the same metric."""
+    for name, _, _, truth in bags:
+        if name == recording and truth:
+            return {'bag': name, 'matcher': system, 'error': error_of(path, truth),
+                    'metric': truth[0]}
+    sys.exit('run_bags.py: --other %s: there is no truth of that recording; allowed: %s' % (
+        recording, ', '.join(name for name, _, _, truth in bags if truth)))
 
 
 def metres(value):
@@ -84,7 +91,7 @@ def metres(value):
 
 def table(rows):
     lines = ['| bag | matcher | scans used | match ms p50 / p95 / max | whole program, CPU ms a scan '
-             '| times real time | peak MB | ATE m | raw odometry ATE m |',
+             '| times real time | peak MB | error m | raw odometry, error m |',
              '|---|---|---|---|---|---|---|---|---|']
     for r in rows:
         lines.append('| %s | %s | %d of %d | %.2f / %.2f / %.2f | %.2f | %.0f | %.0f | %s | %s |' % (
@@ -94,14 +101,27 @@ def table(rows):
     return '\n'.join(lines)
 
 
-def write_report(rows, arguments, folder):
+def other_table(rows, others):
+    """Other systems, and ours on the same recordings."""
+    if not others:
+        return ''
+    recordings = {other['bag'] for other in others}
+    lines = ['', '| recording | system | error m |', '|---|---|---|']
+    for row in others + [row for row in rows if row['bag'] in recordings]:
+        lines.append('| %s | %s | %s |' % (row['bag'], row['matcher'], metres(row['error'])))
+    return '\n'.join(lines)
+
+
+def write_report(rows, others, arguments, folder):
     os.makedirs(folder, exist_ok=True)
     text = '\n'.join(heading('Whole programs over bags', 'run_bags.py', arguments) + [
         '- each figure of time and memory is the median of the runs; the seed of `map_bag` is 1, that '
-        'of a simulated bag stands behind its name; ATE is the root mean square after SE(2) alignment',
+        'of a simulated bag stands behind its name',
+        '- error: root mean square distance from the truth after SE(2) alignment (ATE); of intel the mean '
+        'error of its verified relations',
         '- the effective configuration of each matcher lies beside this page', '',
-        table(rows), ''])
-    with open(os.path.join(folder, 'REPORT.md'), 'w') as file:
+        table(rows), other_table(rows, others), ''])
+    with open(os.path.join(folder, 'BAGS.md'), 'w') as file:
         file.write(text)
     for row in rows:
         with open(os.path.join(folder, row['matcher'] + '.json'), 'w') as file:
@@ -118,22 +138,33 @@ def main():
         'MATCHBOX_DATA', os.path.join(SOURCE, '..', 'shared', 'data')))
     parser.add_argument('--runs', type=int, default=3)
     parser.add_argument('--matcher', action='append')
+    parser.add_argument('--other', action='append', default=[],
+                        metavar='RECORDING:SYSTEM=FILE.tum')
     arguments = parser.parse_args()
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        bags = [('%s-%d' % (world, seed), [], simulate(world, seed, folder))
-                for world, seed in SIMULATED]
+        bags = []
+        for world, seed in SIMULATED:
+            bag, truth = simulate(world, seed, folder)
+            bags.append(('%s-%d' % (world, seed), bag, [], ['ate', '--truth', truth]))
         for name, options, truth in RECORDINGS:
             bag = os.path.join(arguments.data, name + '.bag')
             if os.path.exists(bag):
-                bags.append((name, options,
-                             (bag, os.path.join(arguments.data, truth) if truth else None)))
+                bags.append((name, bag, options, truth and [
+                    os.path.join(arguments.data, word) if '.' in word else word
+                    for word in truth]))
             else:
                 print('%s is left out: %s is not there' % (name, bag), file=sys.stderr)
+        others = []
+        for other in arguments.other:
+            if ':' not in other or '=' not in other:
+                parser.error('--other: %r is not RECORDING:SYSTEM=FILE.tum' % other)
+            recording, rest = other.split(':', 1)
+            others.append(measure_other(recording, *rest.split('=', 1), bags))
         for matcher in arguments.matcher or ['monte_carlo']:
-            for name, options, (bag, truth) in bags:
+            for name, bag, options, truth in bags:
                 rows.append(measure(name, bag, options, truth, matcher, arguments.runs, folder))
-    write_report(rows, sys.argv[1:], arguments.out)
+    write_report(rows, others, sys.argv[1:], arguments.out)
 
 
 if __name__ == '__main__':

@@ -13,7 +13,7 @@ import os
 import sys
 import tempfile
 
-from report_heading import SOURCE, default_folder, heading, run
+from report import SOURCE, default_folder, heading, run
 
 SECONDS_OF = {'ns': 1e-9, 'us': 1e-6, 'ms': 1e-3, 's': 1.0}
 

@@ -1,4 +1,4 @@
-"""What every report says first: on which machine and of which commit its figures are."""
+"""What the reports share: what each says first (machine, commit, command), and how programs are run."""
 
 import datetime
 import os
@@ -15,6 +15,20 @@ def run(command):
     if done.returncode != 0:
         sys.exit('%s: exit code %d: %s' % (' '.join(command), done.returncode, done.stderr.strip()))
     return done.stdout
+
+
+def program(name):
+    """The command that runs a program of the package."""
+    return ['rosrun', 'matchbox_slam', name]
+
+
+def simulate(world, seed, folder, *options):
+    """The paths of a simulated bag and its truth."""
+    bag = os.path.join(folder, '%s-%d.bag' % (world, seed))
+    truth = os.path.join(folder, '%s-%d.tum' % (world, seed))
+    run(program('simulate') + ['--world', world, '--seed', str(seed), '--bag', bag,
+                               '--truth', truth] + list(options))
+    return bag, truth
 
 
 def default_folder():

@@ -1,0 +1,37 @@
+#!/usr/bin/env python3
+"""Runs all benchmarks one after the other and writes their reports into one dated folder.
+
+Source the workspace first (`source .workspace/devel/setup.bash`), then:
+
+    benchmark/run.py [--out DIR] [--matcher NAME]... [--other RECORDING:SYSTEM=FILE.tum]...
+
+BAGS.md: whole programs over bags (run_bags.py); PAIRS.md: scan matching alone (run_pairs.py); MICRO.md: the
+parts (run_micro.py). On an idle machine; takes about ten minutes.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+
+from report import default_folder
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split('\n')[0])
+    parser.add_argument('--out', default=default_folder())
+    parser.add_argument('--matcher', action='append', default=[])
+    parser.add_argument('--other', action='append', default=[])
+    arguments = parser.parse_args()
+    matchers = [word for name in arguments.matcher for word in ('--matcher', name)]
+    others = [word for other in arguments.other for word in ('--other', other)]
+    here = os.path.dirname(os.path.abspath(__file__))
+    for script, options in (('run_bags.py', matchers + others), ('run_pairs.py', matchers),
+                            ('run_micro.py', [])):
+        command = [sys.executable, os.path.join(here, script), '--out', arguments.out] + options
+        if subprocess.run(command).returncode != 0:
+            sys.exit('run.py: %s failed' % script)
+
+
+if __name__ == '__main__':
+    main()

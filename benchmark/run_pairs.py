@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+"""Matches pairs of simulated scans and writes a dated report of error, success, time and honesty.
+
+Source the workspace first (`source .workspace/devel/setup.bash`), then:
+
+    benchmark/run_pairs.py [--out DIR] [--pairs N] [--seed N] [--matcher NAME]...
+"""
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+
+from report import default_folder, heading, program, run, simulate
+
+NO_NOISE = ['--range-noise', '0', '--dropout', '0']
+
+# What is asked, the world, options of the simulation, options of match_pairs
+TASKS = [
+    ('rooms, 1 cm noise', 'rooms', [], []),
+    ('rooms', 'rooms', NO_NOISE, []),
+    ('rooms, good guess', 'rooms', NO_NOISE, ['--error-xy', '0', '--error-theta', '0']),
+    ('rooms, bad guess: 1 m, 45°', 'rooms', [], ['--error-xy', '1', '--error-theta', '0.7854']),
+    ('random, 1 cm noise', 'random', [], []),
+    ('random', 'random', NO_NOISE, []),
+    ('random, good guess', 'random', NO_NOISE, ['--error-xy', '0', '--error-theta', '0']),
+    ('corridor, 1 cm noise', 'corridor', [], []),
+]
+
+
+def measure(task, matchers, pairs, seed, folder):
+    """The rows of a task, one a matcher."""
+    name, world, simulation, options = task
+    bag, truth = simulate(world, 1, folder, *simulation)
+    out = os.path.join(folder, 'pairs')
+    command = program('match_pairs') + [bag, '--truth', truth, '--out', out, '--quiet',
+                                        '--pairs', str(pairs), '--seed', str(seed)] + options
+    for matcher in matchers:
+        command += ['--matcher', matcher]
+    run(command)
+    with open(os.path.join(out, 'summary.json')) as file:
+        return [dict(row, task=name) for row in json.load(file)['matchers']]
+
+
+def number(value, decimals):
+    return '–' if value is None else '%.*f' % (decimals, value)
+
+
+def table(rows):
+    lines = ['| pairs | matcher | success % | error mm, median / 95 % | mrad, median / 95 % | mean NEES '
+             '| error / bound | ms, median / 95 % |',
+             '|---|---|---|---|---|---|---|---|']
+    for row in rows:
+        translation, heading_error, time = row['translation_mm'], row['heading_mrad'], row['time_ms']
+        bound = row['cramer_rao'] or {}
+        lines.append('| %s | %s | %.1f | %.2f / %.2f | %.3f / %.3f | %s | %s | %.2f / %.2f |' % (
+            row['task'], row['matcher'], 100.0 * row['success_rate'], translation['median'],
+            translation['p95'], heading_error['median'], heading_error['p95'],
+            number(row['nees_mean'], 2), number(bound.get('error_to_bound'), 2), time['median'],
+            time['p95']))
+    return '\n'.join(lines)
+
+
+def bounds(rows):
+    """The bound of each task, in the median over its pairs."""
+    lines = ['| pairs | least possible deviation: mm | mrad |', '|---|---|---|']
+    for task in dict.fromkeys(row['task'] for row in rows):
+        bound = next(row['cramer_rao'] for row in rows if row['task'] == task)
+        if bound:
+            lines.append('| %s | %s | %s |' % (task, number(bound['bound_translation_mm'], 3),
+                                               number(bound['bound_heading_mrad'], 3)))
+    return '\n'.join(lines)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split('\n')[0])
+    parser.add_argument('--out', default=default_folder())
+    parser.add_argument('--pairs', type=int, default=1000)
+    parser.add_argument('--seed', type=int, default=1)
+    parser.add_argument('--matcher', action='append')
+    arguments = parser.parse_args()
+    os.makedirs(arguments.out, exist_ok=True)
+    rows = []
+    for task in TASKS:
+        with tempfile.TemporaryDirectory() as folder:
+            rows += measure(task, arguments.matcher or ['monte_carlo'], arguments.pairs,
+                            arguments.seed, folder)
+    text = '\n'.join(heading('Pairs of scans', 'run_pairs.py', sys.argv[1:]) + [
+        '- %d pairs of scans half a second apart, seed %d, worlds of seed 1; the guess is off by up to '
+        '0.2 m and 0.2 rad unless said otherwise' % (arguments.pairs, arguments.seed),
+        '- success: within 20 mm and 10 mrad of the truth; NEES: 3 is an honest covariance',
+        '- error / bound: root mean squared error of the successes in units of the Cramér–Rao bound '
+        '(Censi 2007), which knows the world exactly', '', table(rows), '', bounds(rows), ''])
+    with open(os.path.join(arguments.out, 'PAIRS.md'), 'w') as file:
+        file.write(text)
+    print(text)
+
+
+if __name__ == '__main__':
+    main()
