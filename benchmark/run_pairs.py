@@ -44,7 +44,9 @@ def measure(task, matchers, pairs, seed, folder):
 
 
 def number(value, decimals):
-    return '–' if value is None else '%.*f' % (decimals, value)
+    if value is None:
+        return '–'
+    return value if isinstance(value, str) else '%.*f' % (decimals, value)
 
 
 def table(rows):

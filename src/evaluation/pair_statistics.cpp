@@ -1,6 +1,8 @@
 #include "matchbox_slam/evaluation/pair_statistics.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -24,39 +26,38 @@ Eigen::Vector3d turned_to_base(const Eigen::Vector3d& error, const Pose2& truth)
   return {along.x(), along.y(), error.z()};
 }
 
-double squared_in_units_of(const Eigen::Matrix3d& covariance, const Eigen::Vector3d& error) {
-  return error.dot(covariance.inverse() * error);
+/// None when the covariance is not positive definite.
+std::optional<double> squared_in_units_of(const Eigen::Matrix3d& covariance,
+                                          const Eigen::Vector3d& error) {
+  const Eigen::LLT<Eigen::Matrix3d> root(covariance);
+  if (!covariance.allFinite() || root.info() != Eigen::Success) {
+    return std::nullopt;
+  }
+  const double square = error.dot(root.solve(error));
+  return std::isfinite(square) ? std::optional(square) : std::nullopt;
 }
 
-/// Collects the bound's share in the statistics.
-class BoundSum {
- public:
-  void add(const Eigen::Matrix3d& information, const Eigen::Vector3d& error_in_base) {
-    squares_.push_back(error_in_base.dot(information * error_in_base) / 3.0);
-    const Eigen::FullPivLU<Eigen::Matrix3d> solver(information);
-    if (solver.isInvertible()) {
-      const Eigen::Matrix3d bound = solver.inverse();
-      translations_.push_back(std::sqrt(bound(0, 0) + bound(1, 1)));
-      headings_.push_back(std::sqrt(bound(2, 2)));
-    } else {
-      translations_.push_back(std::numeric_limits<double>::infinity());
-      headings_.push_back(std::numeric_limits<double>::infinity());
-    }
+/// The bound in the median over all pairs.
+BoundStatistics median_bound(const std::vector<Eigen::Matrix3d>& information) {
+  constexpr double kOpen = std::numeric_limits<double>::infinity();
+  std::vector<double> translations;
+  std::vector<double> headings;
+  for (const Eigen::Matrix3d& matrix : information) {
+    const Eigen::FullPivLU<Eigen::Matrix3d> solver(matrix);
+    const Eigen::Matrix3d bound = solver.isInvertible()
+                                      ? Eigen::Matrix3d(solver.inverse())
+                                      : Eigen::Matrix3d(Eigen::Matrix3d::Constant(kOpen));
+    translations.push_back(std::sqrt(bound(0, 0) + bound(1, 1)));
+    headings.push_back(std::sqrt(bound(2, 2)));
   }
+  return {std::nullopt, quantile(translations, 0.5), quantile(headings, 0.5)};
+}
 
-  [[nodiscard]] std::optional<BoundStatistics> statistics() const {
-    if (squares_.empty()) {
-      return std::nullopt;
-    }
-    return BoundStatistics{std::sqrt(mean(squares_)), quantile(translations_, 0.5),
-                           quantile(headings_, 0.5)};
-  }
-
- private:
-  std::vector<double> squares_;
-  std::vector<double> translations_;
-  std::vector<double> headings_;
-};
+/// The error squared in units of the bound, a share for each coordinate that there is a bound of.
+double share_of_bound(const Eigen::Matrix3d& information, const Eigen::Vector3d& error_in_base) {
+  const auto rank = static_cast<double>(Eigen::FullPivLU<Eigen::Matrix3d>(information).rank());
+  return error_in_base.dot(information * error_in_base) / std::max(1.0, rank);
+}
 
 }  // namespace
 
@@ -74,7 +75,7 @@ PairStatistics summarize_pairs(const std::vector<ScanPair>& pairs,
   std::vector<double> headings;
   std::vector<double> seconds;
   std::vector<double> nees;
-  BoundSum bound;
+  std::vector<double> shares;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Pose2& truth = pairs[i].reference_from_base;
     const MatchResult& result = matches[i].result;
@@ -86,11 +87,13 @@ PairStatistics summarize_pairs(const std::vector<ScanPair>& pairs,
       continue;
     }
     ++statistics.accepted;
-    nees.push_back(squared_in_units_of(result.covariance, error));
+    if (const auto square = squared_in_units_of(result.covariance, error)) {
+      nees.push_back(*square);
+    }
     if (translations.back() <= limits.xy && headings.back() <= limits.theta) {
       ++statistics.successes;
       if (!information.empty()) {
-        bound.add(information[i], turned_to_base(error, truth));
+        shares.push_back(share_of_bound(information[i], turned_to_base(error, truth)));
       }
     }
   }
@@ -98,9 +101,14 @@ PairStatistics summarize_pairs(const std::vector<ScanPair>& pairs,
   statistics.heading = summarize_errors(headings);
   statistics.seconds = summarize_errors(seconds);
   if (!nees.empty()) {
-    statistics.covariance = CovarianceStatistics{mean(nees), quantile(nees, 0.5)};
+    statistics.covariance = CovarianceStatistics{nees.size(), mean(nees), quantile(nees, 0.5)};
   }
-  statistics.bound = bound.statistics();
+  if (!information.empty()) {
+    statistics.bound = median_bound(information);
+    if (!shares.empty()) {
+      statistics.bound->ratio = std::sqrt(mean(shares));
+    }
+  }
   return statistics;
 }
 

@@ -1,12 +1,14 @@
 #include "matchbox_slam/evaluation/scan_pairs.hpp"
 
+#include <time.h>
+
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <exception>
 #include <mutex>
 #include <string>
+#include <system_error>
 #include <thread>
 
 #include "matchbox_slam/common/random.hpp"
@@ -25,13 +27,72 @@ PointScan project(const LocatedScan& located, const EngineOptions& options) {
   return project_scan(located.scan, located.base_from_laser, located.motion, options.scan);
 }
 
+struct ScanIndices {
+  std::size_t reference;
+  std::size_t scan;
+};
+
+/// All scans whose numbers are `gap` apart.
+std::vector<ScanIndices> pairs_apart(const std::vector<LocatedScan>& scans, int gap) {
+  std::vector<ScanIndices> pairs;
+  std::size_t scan = 0;
+  for (std::size_t reference = 0; reference < scans.size(); ++reference) {
+    const std::size_t wanted = scans[reference].number + static_cast<std::size_t>(gap);
+    while (scan < scans.size() && scans[scan].number < wanted) {
+      ++scan;
+    }
+    if (scan < scans.size() && scans[scan].number == wanted) {
+      pairs.push_back({reference, scan});
+    }
+  }
+  return pairs;
+}
+
+/// Time that the calling thread has had on a processor [s]: unlike the clock's, it does not count
+/// what other threads were given.
+double thread_seconds() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 PairMatch timed_match(const MatchProblem& problem, const ScanMatcher& matcher) {
   PairMatch match;
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = thread_seconds();
   match.result = matcher.match(problem);
-  match.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  match.seconds = thread_seconds() - begin;
   return match;
 }
+
+/// Threads that are joined in the end, whatever happens.
+class Helpers {
+ public:
+  Helpers() = default;
+  Helpers(const Helpers&) = delete;
+  Helpers& operator=(const Helpers&) = delete;
+  ~Helpers() { join(); }
+
+  /// Starts up to `count` threads; fewer where the system gives no more.
+  void start(std::size_t count, const std::function<void()>& work) {
+    try {
+      while (threads_.size() < count) {
+        threads_.emplace_back(work);
+      }
+    } catch (const std::system_error&) {
+      // The work is done by those that there are, the calling one at least.
+    }
+  }
+
+  void join() {
+    for (std::thread& thread : threads_) {
+      thread.join();
+    }
+    threads_.clear();
+  }
+
+ private:
+  std::vector<std::thread> threads_;
+};
 
 /// The work that threads share: pairs are taken one by one, results go to their places.
 class PairWork {
@@ -106,22 +167,22 @@ class PairWork {
 
 std::vector<ScanPair> draw_pairs(const std::vector<LocatedScan>& scans, const PairOptions& options,
                                  const MotionPriorOptions& least_uncertainty, std::uint64_t seed) {
-  const auto gap = static_cast<std::size_t>(options.gap);
-  if (scans.size() <= gap) {
-    throw EvaluationError("there are " + std::to_string(scans.size()) +
-                          " scans with truth, too few for pairs " + std::to_string(gap) +
-                          " scans apart");
+  const std::vector<ScanIndices> candidates = pairs_apart(scans, options.gap);
+  if (candidates.empty()) {
+    throw EvaluationError("among " + std::to_string(scans.size()) +
+                          " scans with truth no two are " + std::to_string(options.gap) +
+                          " scans of the recording apart");
   }
-  const std::size_t references = scans.size() - gap;
   const Eigen::Matrix3d covariance = guess_covariance(options, least_uncertainty);
   std::vector<ScanPair> pairs(static_cast<std::size_t>(options.pairs));
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     // A pair's chance is its own, so that more pairs do not change the first ones.
     Random random(mix_seed(seed, i));
     ScanPair& pair = pairs[i];
-    const auto drawn = static_cast<std::size_t>(random.uniform() * static_cast<double>(references));
-    pair.reference = std::min(drawn, references - 1);
-    pair.scan = pair.reference + gap;
+    const auto drawn =
+        static_cast<std::size_t>(random.uniform() * static_cast<double>(candidates.size()));
+    pair.reference = candidates[drawn].reference;
+    pair.scan = candidates[drawn].scan;
     pair.reference_from_base =
         scans[pair.reference].world_from_base.inverse() * scans[pair.scan].world_from_base;
     const Pose2& truth = pair.reference_from_base;
@@ -140,14 +201,11 @@ std::vector<std::vector<PairMatch>> match_pairs(
     const std::vector<std::shared_ptr<const ScanMatcher>>& matchers, const EngineOptions& options,
     int threads, const PairProgress& progress) {
   PairWork work(scans, pairs, matchers, options);
-  std::vector<std::thread> helpers;
-  for (int i = 1; i < threads; ++i) {
-    helpers.emplace_back([&work] { work.work({}); });
-  }
+  Helpers helpers;
+  const std::size_t useful = std::min(static_cast<std::size_t>(std::max(1, threads)), pairs.size());
+  helpers.start(std::max<std::size_t>(useful, 1) - 1, [&work] { work.work({}); });
   work.work(progress);
-  for (std::thread& helper : helpers) {
-    helper.join();
-  }
+  helpers.join();
   work.rethrow();
   return work.stopped() ? std::vector<std::vector<PairMatch>>{} : work.take_matches();
 }

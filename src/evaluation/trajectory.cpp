@@ -12,6 +12,9 @@
 namespace matchbox_slam {
 namespace {
 
+// [s]; files round stamps to the microsecond, and a difference of two stamps is no more exact.
+constexpr double kSameStamp = 2e-6;
+
 std::string stamp_text(double stamp) {
   std::ostringstream stream;
   stream.imbue(std::locale::classic());
@@ -53,20 +56,20 @@ std::optional<Pose2> Trajectory::at(double stamp, double max_gap) const {
   const auto after = std::lower_bound(
       poses_.begin(), poses_.end(), stamp,
       [](const StampedPose2& stamped, double time) { return stamped.stamp < time; });
-  if (after == poses_.end()) {
-    return std::nullopt;
-  }
-  if (after->stamp == stamp) {
+  if (after != poses_.end() && after->stamp - stamp <= kSameStamp) {
     return after->pose;
   }
   if (after == poses_.begin()) {
     return std::nullopt;
   }
   const auto before = std::prev(after);
-  const double gap = after->stamp - before->stamp;
-  if (gap > max_gap) {
+  if (stamp - before->stamp <= kSameStamp) {
+    return before->pose;
+  }
+  if (after == poses_.end() || after->stamp - before->stamp > max_gap) {
     return std::nullopt;
   }
+  const double gap = after->stamp - before->stamp;
   return interpolate(before->pose, after->pose, (stamp - before->stamp) / gap);
 }
 

@@ -71,8 +71,7 @@ void BagMapping::map() {
 }
 
 void BagMapping::jump(const TimeJump& jump) {
-  const std::string jumped = "time jumps back by " + seconds_text(jump.seconds) + " after " +
-                             std::to_string(run_->trajectory().size()) + " scans: ";
+  const std::string jumped = text_of(jump, run_->trajectory().size());
   if (jump.stopped) {
     dialog_.warn(jumped + "stopping there, as time_jump is 'stop'");
     scans_.stop();

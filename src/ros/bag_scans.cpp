@@ -40,6 +40,11 @@ Parameters frame_parameters(const BagRequest& request) {
   return parameters;
 }
 
+std::string text_of(const TimeJump& jump, std::size_t scans_before) {
+  return "time jumps back by " + seconds_text(jump.seconds) + " after " +
+         std::to_string(scans_before) + " scans: ";
+}
+
 BagScans::BagScans(const BagRequest& request, const RunDialog& dialog)
     : request_(request), dialog_(dialog), reader_(request.bags) {
   facts_.bags = request.bags;

@@ -1,8 +1,10 @@
 #include "matchbox_slam/ros/pair_matching.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "matchbox_slam/evaluation/pair_statistics.hpp"
@@ -27,16 +29,25 @@ std::vector<SlamSetup> make_setups(const MatchPairsRequest& request, const Param
     return {make_slam_setup(parameters, loader)};
   }
   std::vector<SlamSetup> setups;
+  std::set<std::string> names;
   for (const std::string& matcher : request.matchers) {
     Parameters with_matcher = parameters;
     with_matcher.set("matcher", matcher);
     setups.push_back(make_slam_setup(with_matcher, loader));
+    if (!names.insert(setups.back().matcher_name).second) {
+      throw ConfigurationError("--matcher: '" + matcher +
+                               "' is given twice; to compare configurations of one matcher, run "
+                               "once for each, into two folders");
+    }
   }
   return setups;
 }
 
 Parameters gather_parameters(const MatchPairsRequest& request) {
   Parameters parameters = read_yaml_parameters(request.config_files);
+  if (request.seed) {
+    parameters.set("seed", static_cast<std::int64_t>(*request.seed));
+  }
   parameters.merge(frame_parameters(request.recording));
   parameters.merge(parse_overrides(request.overrides));
   return parameters;
@@ -63,21 +74,97 @@ Pose2 motion_during(const ScanInput& input) {
              : Pose2{};
 }
 
-/// All scans that have truth. Those before a time jump are not forgotten: they are as good.
-std::vector<LocatedScan> read_scans(BagScans& scans, const TruthAtScans& truth) {
+/// The scans of a recording that have truth, and how they were found.
+struct LocatedScans {
+  std::vector<LocatedScan> scans;
+  PairFacts facts;
+};
+
+/// All scans that have truth; of a recording in which time jumps back, those after the last jump.
+std::vector<LocatedScan> locate_scans(BagScans& scans, const TruthAtScans& truth,
+                                      const RunDialog& dialog) {
   std::vector<LocatedScan> located;
+  std::size_t number = 0;
   while (std::optional<ScanQueue::Item> item = scans.next()) {
-    auto* ready = std::get_if<ReadyScan>(&*item);
-    if (ready == nullptr) {
+    if (const auto* jump = std::get_if<TimeJump>(&*item)) {
+      dialog.warn(text_of(*jump, number) + (jump->stopped ? "stopping there, as time_jump is 'stop'"
+                                                          : "leaving out what was before"));
+      if (jump->stopped) {
+        scans.stop();
+      } else {
+        located.clear();
+        scans.discard_delivered();
+      }
       continue;
     }
-    ScanInput& input = ready->input;
+    ScanInput& input = std::get<ReadyScan>(*item).input;
     if (const std::optional<Pose2> world_from_base = truth.at(input.scan.stamp)) {
-      located.push_back(
-          {std::move(input.scan), input.base_from_laser, motion_during(input), *world_from_base});
+      located.push_back({std::move(input.scan), input.base_from_laser, motion_during(input),
+                         *world_from_base, number});
     }
+    ++number;
   }
   return located;
+}
+
+void require_complete(const BagScans& scans) {
+  if (scans.facts().interrupted) {
+    throw BagError("interrupted; nothing is written");
+  }
+  if (!scans.facts().damage.empty()) {
+    throw BagError(scans.facts().damage + "; nothing is written");
+  }
+  if (scans.account().delivered == 0) {
+    scans.throw_nothing_used();
+  }
+}
+
+/// The frames and the clock that are found hold for all setups.
+LocatedScans read_recording(const MatchPairsRequest& request, const Parameters& parameters,
+                            const Trajectory& truth, std::vector<SlamSetup>& setups,
+                            const RunDialog& dialog) {
+  BagScans scans(request.recording, dialog);
+  scans.prepare(parameters, setups.front().run);
+  for (SlamSetup& setup : setups) {
+    setup.run.base_frame = setups.front().run.base_frame;
+    setup.run.odom_frame = setups.front().run.odom_frame;
+  }
+  const double offset = scans.facts().scan_time_offset;
+  LocatedScans located;
+  located.scans = locate_scans(scans, TruthAtScans(truth, offset), dialog);
+  require_complete(scans);
+  located.facts = {scans.facts(), request.truth, scans.account().received, located.scans.size()};
+  if (located.scans.empty()) {
+    throw EvaluationError("none of " + std::to_string(scans.account().delivered) +
+                          " scans has truth: " + request.truth + " is from " +
+                          std::to_string(truth.poses().front().stamp) + " to " +
+                          std::to_string(truth.poses().back().stamp) +
+                          " s; is it in the clock of the scans?");
+  }
+  dialog.inform(std::to_string(located.scans.size()) + " of " +
+                std::to_string(scans.account().received) + " scans can be used and have truth");
+  return located;
+}
+
+/// What a simulated recording says of its making; none when it was not simulated or cannot be
+/// simulated anew, which is no reason not to match.
+struct Simulation {
+  SimulationRecord record;
+  World world;
+};
+
+std::optional<Simulation> simulation_of(const MatchPairsRequest& request, const RunDialog& dialog) {
+  try {
+    const std::optional<SimulationRecord> record = read_simulation_record(request.recording.bags);
+    if (!record || !(record->laser.range_noise > 0.0)) {
+      return std::nullopt;
+    }
+    return Simulation{*record, make_world(record->world, record->seed)};
+  } catch (const ConfigurationError& error) {
+    dialog.warn("no bound is told, as the bag's simulation is not known: " +
+                std::string(error.what()));
+    return std::nullopt;
+  }
 }
 
 /// Whether the scan is what the beams would measure, but for noise and lost readings.
@@ -94,17 +181,12 @@ bool is_scan_of(const std::vector<BeamTruth>& beams, const LocatedScan& located,
   return compared > 0 && alike * 10 >= compared * 9;
 }
 
-/// Fisher information of each pair's scan in a simulated recording; empty when it has no bound.
+/// Fisher information of each pair's scan; empty when the scans are not the simulation's.
 std::vector<Eigen::Matrix3d> information_of(const std::vector<LocatedScan>& scans,
                                             const std::vector<ScanPair>& pairs,
-                                            const TruthAtScans& truth,
-                                            const SimulationRecord& record,
+                                            const TruthAtScans& truth, const Simulation& simulation,
                                             const RunDialog& dialog) {
-  const double noise = record.laser.range_noise;
-  if (!(noise > 0.0)) {
-    return {};
-  }
-  const World world = make_world(record.world, record.seed);
+  const LaserOptions& laser = simulation.record.laser;
   std::vector<Eigen::Matrix3d> information;
   for (const ScanPair& pair : pairs) {
     const LocatedScan& located = scans[pair.scan];
@@ -112,41 +194,36 @@ std::vector<Eigen::Matrix3d> information_of(const std::vector<LocatedScan>& scan
       return truth.at(stamp).value_or(located.world_from_base);
     };
     const std::vector<BeamTruth> beams =
-        trace_beams(world, record.laser, world_from_base, located.scan.stamp);
-    if (!is_scan_of(beams, located, noise)) {
-      dialog.warn("the scans are not those of the world that the bag names; no bound is told");
+        trace_beams(simulation.world, laser, world_from_base, located.scan.stamp);
+    if (!is_scan_of(beams, located, laser.range_noise)) {
+      dialog.warn("no bound is told, as the scans are not those of the world that the bag names");
       return {};
     }
-    information.push_back(fisher_information(beams, located.world_from_base, noise));
+    information.push_back(
+        fisher_information(beams, located.scan, located.world_from_base, laser.range_noise));
   }
   return information;
 }
 
-/// The frames and the clock that were found hold for all.
-std::vector<LocatedScan> read_recording(const MatchPairsRequest& request,
-                                        const Parameters& parameters, const Trajectory& truth,
-                                        std::vector<SlamSetup>& setups, double& scan_time_offset,
-                                        const RunDialog& dialog) {
-  BagScans scans(request.recording, dialog);
-  scans.prepare(parameters, setups.front().run);
-  for (SlamSetup& setup : setups) {
-    setup.run.base_frame = setups.front().run.base_frame;
-    setup.run.odom_frame = setups.front().run.odom_frame;
+std::vector<std::vector<PairMatch>> match_all(const LocatedScans& located,
+                                              const std::vector<ScanPair>& pairs,
+                                              const std::vector<SlamSetup>& setups, int threads,
+                                              const RunDialog& dialog) {
+  std::vector<std::shared_ptr<const ScanMatcher>> matchers;
+  for (const SlamSetup& setup : setups) {
+    matchers.push_back(setup.matcher);
   }
-  scan_time_offset = scans.facts().scan_time_offset;
-  std::vector<LocatedScan> located = read_scans(scans, TruthAtScans(truth, scan_time_offset));
-  if (scans.facts().interrupted) {
-    throw BagError("interrupted; nothing is written");
+  const auto progress = [&](std::size_t done) {
+    dialog.show_progress(static_cast<double>(done) / static_cast<double>(pairs.size()),
+                         std::to_string(done) + " pairs");
+    return !dialog.is_interrupted();
+  };
+  std::vector<std::vector<PairMatch>> matches =
+      match_pairs(located.scans, pairs, matchers, setups.front().engine, threads, progress);
+  if (matches.empty()) {
+    throw EvaluationError("interrupted; nothing is written");
   }
-  if (!scans.facts().damage.empty()) {
-    throw BagError(scans.facts().damage + "; nothing is written");
-  }
-  if (scans.account().delivered == 0) {
-    scans.throw_nothing_used();
-  }
-  dialog.inform(std::to_string(located.size()) + " of " + std::to_string(scans.account().received) +
-                " scans can be used and have truth");
-  return located;
+  return matches;
 }
 
 }  // namespace
@@ -155,34 +232,24 @@ void match_pairs(const MatchPairsRequest& request, const RunDialog& dialog) {
   const Parameters parameters = gather_parameters(request);
   std::vector<SlamSetup> setups = make_setups(request, parameters);
   const Trajectory truth = read_tum(request.truth);
+  if (truth.empty()) {
+    throw EvaluationError(request.truth + " holds no poses");
+  }
   require_writable_folder(request.out);
-  double scan_time_offset = 0.0;
-  const std::vector<LocatedScan> scans =
-      read_recording(request, parameters, truth, setups, scan_time_offset, dialog);
-  const EngineOptions& engine = setups.front().engine;
-  const std::vector<ScanPair> pairs =
-      draw_pairs(scans, request.pairs, engine.motion, static_cast<std::uint64_t>(request.seed));
-  std::vector<std::shared_ptr<const ScanMatcher>> matchers;
-  for (const SlamSetup& setup : setups) {
-    matchers.push_back(setup.matcher);
-  }
+  const LocatedScans located = read_recording(request, parameters, truth, setups, dialog);
+  const std::optional<Simulation> simulation = simulation_of(request, dialog);
+  const int seed = setups.front().run.seed;
+  const std::vector<ScanPair> pairs = draw_pairs(
+      located.scans, request.pairs, setups.front().engine.motion, static_cast<std::uint64_t>(seed));
   std::vector<std::vector<PairMatch>> matches =
-      match_pairs(scans, pairs, matchers, engine, request.threads, [&](std::size_t done) {
-        dialog.show_progress(static_cast<double>(done) / static_cast<double>(pairs.size()),
-                             std::to_string(done) + " pairs");
-        return !dialog.is_interrupted();
-      });
-  if (matches.empty()) {
-    throw EvaluationError("interrupted; nothing is written");
-  }
+      match_all(located, pairs, setups, request.threads, dialog);
 
   std::vector<Eigen::Matrix3d> information;
-  if (const auto record = read_simulation_record(request.recording.bags)) {
-    information =
-        information_of(scans, pairs, TruthAtScans(truth, scan_time_offset), *record, dialog);
+  if (simulation) {
+    const TruthAtScans at_scans(truth, located.facts.bag.scan_time_offset);
+    information = information_of(located.scans, pairs, at_scans, *simulation, dialog);
   }
-  const PairTask task{request.recording.bags, request.pairs, SuccessLimits{}, request.seed,
-                      request.threads};
+  const PairTask task{located.facts, request.pairs, SuccessLimits{}, seed, request.threads};
   std::vector<MatcherOnPairs> results;
   for (std::size_t m = 0; m < setups.size(); ++m) {
     const PairStatistics statistics = summarize_pairs(pairs, matches[m], information, task.limits);
@@ -190,7 +257,7 @@ void match_pairs(const MatchPairsRequest& request, const RunDialog& dialog) {
                        std::move(matches[m]), statistics});
   }
   const std::string table = pairs_markdown(task, results);
-  replace_files({{request.out + "/pairs.csv", pairs_csv(scans, pairs, results)},
+  replace_files({{request.out + "/pairs.csv", pairs_csv(located.scans, pairs, results)},
                  {request.out + "/summary.json", pairs_json(task, results)},
                  {request.out + "/summary.md", table}});
   dialog.inform("\n" + table + "\nresults in " + request.out);

@@ -1,5 +1,6 @@
 #include "matchbox_slam/ros/pair_report.hpp"
 
+#include <cmath>
 #include <iomanip>
 #include <locale>
 #include <nlohmann/json.hpp>
@@ -33,6 +34,9 @@ json quantiles(const ErrorStatistics& statistics, double unit) {
                        {"rmse", statistics.rmse * unit}});
 }
 
+/// A bound that does not exist is the word "infinite".
+json finite(double value) { return std::isfinite(value) ? json(value) : json("infinite"); }
+
 json json_of(const MatcherOnPairs& matcher) {
   const PairStatistics& statistics = matcher.statistics;
   json entry = json::object({{"matcher", matcher.name},
@@ -51,9 +55,12 @@ json json_of(const MatcherOnPairs& matcher) {
   }
   if (statistics.bound) {
     entry["cramer_rao"] =
-        json::object({{"error_to_bound", statistics.bound->ratio},
-                      {"bound_translation_mm", statistics.bound->translation * kMilli},
-                      {"bound_heading_mrad", statistics.bound->heading * kMilli}});
+        json::object({{"error_to_bound", nullptr},
+                      {"bound_translation_mm", finite(statistics.bound->translation * kMilli)},
+                      {"bound_heading_mrad", finite(statistics.bound->heading * kMilli)}});
+    if (statistics.bound->ratio) {
+      entry["cramer_rao"]["error_to_bound"] = *statistics.bound->ratio;
+    }
   }
   json configuration = json::object();
   for (const OptionDescription& row : matcher.configuration) {
@@ -72,7 +79,7 @@ std::string row_of(const MatcherOnPairs& matcher) {
   return "| " + matcher.name + " | " + fixed(100.0 * s.success_rate(), 1) + " | " +
          both(s.translation, 2) + " | " + both(s.heading, 3) + " | " + both(s.seconds, 3) + " | " +
          (s.covariance ? fixed(s.covariance->mean_nees, 2) : "–") + " | " +
-         (s.bound ? fixed(s.bound->ratio, 2) : "–") + " |\n";
+         (s.bound && s.bound->ratio ? fixed(*s.bound->ratio, 2) : "–") + " |\n";
 }
 
 }  // namespace
@@ -103,7 +110,7 @@ std::string pairs_csv(const std::vector<LocatedScan>& scans, const std::vector<S
 
 std::string pairs_json(const PairTask& task, const std::vector<MatcherOnPairs>& matchers) {
   json bags = json::array();
-  for (const std::string& bag : task.bags) {
+  for (const std::string& bag : task.facts.bag.bags) {
     bags.push_back(bag);
   }
   json entries = json::array();
@@ -112,6 +119,11 @@ std::string pairs_json(const PairTask& task, const std::vector<MatcherOnPairs>& 
   }
   const json summary = json::object({{"version", MATCHBOX_SLAM_VERSION},
                                      {"bags", bags},
+                                     {"scan_topic", task.facts.bag.scan_topic},
+                                     {"scan_time_offset_s", task.facts.bag.scan_time_offset},
+                                     {"truth", task.facts.truth},
+                                     {"scans", task.facts.scans},
+                                     {"scans_with_truth", task.facts.scans_with_truth},
                                      {"pairs", task.options.pairs},
                                      {"gap", task.options.gap},
                                      {"error_xy_m", task.options.error_xy},
@@ -134,8 +146,9 @@ std::string pairs_markdown(const PairTask& task, const std::vector<MatcherOnPair
       " mrad of the truth. NEES: 3 is an honest covariance. Error / bound: "
       "1 is the least that the noise of the scan allows (Cramér–Rao).\n\n";
   text +=
-      "| matcher | success % | error mm, median / 95 % | mrad | time ms, median / 95 % | mean NEES "
-      "| error / bound |\n|---|---|---|---|---|---|---|\n";
+      "| matcher | success % | error mm, median / 95 % | mrad, median / 95 % | time ms, median / "
+      "95 % "
+      "| mean NEES | error / bound |\n|---|---|---|---|---|---|---|\n";
   for (const MatcherOnPairs& matcher : matchers) {
     text += row_of(matcher);
   }

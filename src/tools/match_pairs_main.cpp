@@ -20,12 +20,13 @@ void declare_options(CLI::App& app, MatchPairsRequest& request, Parameters& pair
   app.add_option("--out", request.out, "Folder for the results; made if need be")
       ->required()
       ->type_name("DIR");
-  add_repeated(app, "--matcher", request.matchers, "Scan matcher, such as monte_carlo", "NAME");
+  add_repeated(app, "--matcher", request.matchers,
+               "Scan matcher, such as monte_carlo; default: the configured one", "NAME");
   add_option_flags<PairOptions>(app, "Pairs", pairs);
-  app.add_option("--seed", request.seed, "Of pairs, guesses and matchers")
-      ->check(CLI::Range(0, 2147483647))
-      ->type_name("N");
-  app.add_option("--threads", request.threads, "Pairs that are matched at the same time")
+  add_optional(app, "--seed", request.seed, "Of pairs, guesses and matchers (default 1)", "N")
+      ->check(CLI::Range(0, 2147483647));
+  app.add_option("--threads", request.threads,
+                 "Pairs that are matched at the same time (default 1)")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
   add_repeated(app, "--config", request.config_files, "YAML with parameters", "FILE");

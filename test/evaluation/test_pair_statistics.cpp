@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "matchbox_slam/evaluation/pair_statistics.hpp"
@@ -54,7 +55,7 @@ TEST(PairStatistics, CompareTheErrorWithTheBoundAlongTheAxesOfTheBase) {
   const Eigen::Matrix3d information = Eigen::Vector3d(1e6, 1e2, 1e6).asDiagonal();
   const PairStatistics statistics = summarize_pairs(pairs, matches, {information});
   ASSERT_TRUE(statistics.bound);
-  EXPECT_NEAR(statistics.bound->ratio, std::sqrt(9.0 / 3.0), 1e-9);
+  EXPECT_NEAR(statistics.bound->ratio.value(), std::sqrt(9.0 / 3.0), 1e-9);
   EXPECT_NEAR(statistics.bound->translation, std::sqrt(1e-6 + 1e-2), 1e-9);
   EXPECT_NEAR(statistics.bound->heading, 1e-3, 1e-9);
 }
@@ -65,7 +66,7 @@ TEST(PairStatistics, TellTheRatioAlsoWhereADirectionIsOpen) {
   const Eigen::Matrix3d information = Eigen::Vector3d(0.0, 1e6, 1e6).asDiagonal();
   const PairStatistics statistics = summarize_pairs(pairs, matches, {information});
   ASSERT_TRUE(statistics.bound);
-  EXPECT_NEAR(statistics.bound->ratio, std::sqrt(4.0 / 3.0), 1e-9);
+  EXPECT_NEAR(statistics.bound->ratio.value(), std::sqrt(4.0 / 2.0), 1e-9);  // of two coordinates
   EXPECT_TRUE(std::isinf(statistics.bound->translation));
 }
 
@@ -74,7 +75,27 @@ TEST(PairStatistics, LeaveOutOfTheBoundWhatFailed) {
   const std::vector<PairMatch> matches = {match_at({0.001, 0.0, 0.0}), match_at({0.5, 0.0, 0.0})};
   const Eigen::Matrix3d information = Eigen::Matrix3d::Identity() * 1e6;
   const PairStatistics statistics = summarize_pairs(pairs, matches, {information, information});
-  EXPECT_NEAR(statistics.bound->ratio, std::sqrt(1.0 / 3.0), 1e-9);
+  EXPECT_NEAR(statistics.bound->ratio.value(), std::sqrt(1.0 / 3.0), 1e-9);
+}
+
+TEST(PairStatistics, TellTheBoundAlsoOfAMatcherWithoutSuccess) {
+  const Eigen::Matrix3d information = Eigen::Matrix3d::Identity() * 1e6;
+  const PairStatistics statistics =
+      summarize_pairs({pair_at({})}, {match_at({0.5, 0.0, 0.0})}, {information});
+  ASSERT_TRUE(statistics.bound);
+  EXPECT_FALSE(statistics.bound->ratio);
+  EXPECT_NEAR(statistics.bound->heading, 1e-3, 1e-9);
+}
+
+TEST(PairStatistics, LeaveOutCovariancesThatAreNone) {
+  std::vector<PairMatch> matches(3, match_at({0.01, 0.0, 0.0}));
+  matches[0].result.covariance.setZero();
+  matches[1].result.covariance(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  const PairStatistics statistics =
+      summarize_pairs(std::vector<ScanPair>(3, pair_at({})), matches, {});
+  ASSERT_TRUE(statistics.covariance);
+  EXPECT_EQ(statistics.covariance->matches, 1U);
+  EXPECT_NEAR(statistics.covariance->mean_nees, 1.0, 1e-9);
 }
 
 TEST(PairStatistics, NeedAMatchForEveryPair) {

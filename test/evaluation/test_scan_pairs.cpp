@@ -17,6 +17,7 @@ std::vector<LocatedScan> scans_on_a_line(int count) {
   std::vector<LocatedScan> scans(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     scans[static_cast<std::size_t>(i)].world_from_base = {0.1 * i, 5.0, 0.02 * i};
+    scans[static_cast<std::size_t>(i)].number = static_cast<std::size_t>(i);
   }
   return scans;
 }
@@ -29,7 +30,7 @@ std::vector<LocatedScan> simulated_scans() {
   const SimulatedRun run = simulate_run(world, world.route(), options, 2);
   std::vector<LocatedScan> scans;
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
-    scans.push_back({run.scans[i], run.base_from_laser, Pose2{}, run.world_from_base[i]});
+    scans.push_back({run.scans[i], run.base_from_laser, Pose2{}, run.world_from_base[i], i});
   }
   return scans;
 }
@@ -113,6 +114,21 @@ TEST(DrawPairs, NeedsMoreScansThanTheGap) {
   EXPECT_EQ(draw_pairs(scans_on_a_line(11), options, {}, 1).size(), 3U);
 }
 
+TEST(DrawPairs, CountsScansOfTheRecordingAcrossHoles) {
+  std::vector<LocatedScan> scans = scans_on_a_line(30);
+  scans.erase(scans.begin() + 10, scans.begin() + 15);
+  PairOptions options;
+  options.gap = 3;
+  std::set<std::size_t> references;
+  for (const ScanPair& pair : draw_pairs(scans, options, {}, 1)) {
+    EXPECT_EQ(scans[pair.scan].number, scans[pair.reference].number + 3);
+    references.insert(scans[pair.reference].number);
+  }
+  // 7, 8, 9 and, at the end, 27 to 29 have no partner.
+  EXPECT_EQ(references.size(), 30U - 5U - 3U - 3U);
+  EXPECT_EQ(references.count(8), 0U);
+}
+
 TEST(MatchPairs, FindTheTruthTheSameWithAnyNumberOfThreads) {
   const std::vector<LocatedScan> scans = simulated_scans();
   PairOptions options;
@@ -142,6 +158,18 @@ TEST(MatchPairs, PassOnWhatAMatcherThrows) {
   const std::vector<std::shared_ptr<const ScanMatcher>> matchers = {
       std::make_shared<ThrowingMatcher>()};
   EXPECT_THROW((void)match_pairs(scans, pairs, matchers, {}, 2, {}), std::runtime_error);
+}
+
+TEST(MatchPairs, NeedNoMorePairsThanThreads) {
+  const std::vector<LocatedScan> scans = simulated_scans();
+  PairOptions options;
+  options.pairs = 2;
+  const std::vector<ScanPair> pairs = draw_pairs(scans, options, {}, 1);
+  const auto matches =
+      match_pairs(scans, pairs, {std::make_shared<MonteCarloMatcher>()}, {}, 1000, {});
+  ASSERT_EQ(matches.size(), 1U);
+  EXPECT_TRUE(matches[0][0].result.accepted());
+  EXPECT_TRUE(matches[0][1].result.accepted());
 }
 
 TEST(MatchPairs, StopWhenTold) {

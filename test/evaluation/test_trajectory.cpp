@@ -58,6 +58,17 @@ TEST(Trajectory, GivesItsOwnPosesWhateverTheGap) {
   EXPECT_EQ(trajectory.at(9.0, 0.1), (Pose2{4, 5, 0.5}));
 }
 
+TEST(Trajectory, GivesItsOwnPosesAlsoForStampsThatWereRounded) {
+  const Trajectory trajectory({{10.0, {1.0, 0.0, 0.0}}, {11.0, {2.0, 0.0, 0.0}}});
+  for (const double rounding : {-1e-6, 1e-6}) {
+    ASSERT_TRUE(trajectory.at(10.0 + rounding, 0.5));
+    EXPECT_EQ(trajectory.at(10.0 + rounding, 0.5)->x, 1.0);
+    ASSERT_TRUE(trajectory.at(11.0 + rounding, 0.5));
+    EXPECT_EQ(trajectory.at(11.0 + rounding, 0.5)->x, 2.0);
+  }
+  EXPECT_FALSE(trajectory.at(10.00001, 0.5));
+}
+
 TEST(Associate, InterpolatesTheTruthAndLeavesOutWhatHasNone) {
   const Trajectory truth({{0.0, {0, 0, 0}}, {1.0, {10, 0, 0}}, {3.0, {30, 0, 0}}});
   const Trajectory estimate(

@@ -81,6 +81,7 @@ TEST_F(RealBag, IntelBecomesOneBuilding) {
                      read_tum(data_folder() + "/intel.odom.tum"));
   EXPECT_EQ(error.differences.size(), 2907U);
   EXPECT_LE(error.translation.mean, 0.17);  // 0.115 m is measured
+  EXPECT_LE(error.rotation.mean, degrees_to_radians(3.2));
 }
 
 TEST_F(RealBag, AHandheldLaserNeedsNoOdometry) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "matchbox_slam/simulation/cramer_rao_bound.hpp"
 #include "matchbox_slam/simulation/make_world.hpp"
@@ -22,14 +23,27 @@ BeamTruth beam_to(const Eigen::Vector2d& end, const Eigen::Vector2d& normal, dou
   return beam;
 }
 
+/// What a laser measures of these beams, whatever its angles.
+LaserScan scan_of(const std::vector<BeamTruth>& beams) {
+  LaserScan scan;
+  scan.range_max = 100.0;
+  for (const BeamTruth& beam : beams) {
+    scan.ranges.push_back(static_cast<float>(beam.range));
+  }
+  return scan;
+}
+
+Eigen::Matrix3d information_of(const std::vector<BeamTruth>& beams, const Pose2& world_from_base) {
+  return fisher_information(beams, scan_of(beams), world_from_base, kNoise);
+}
+
 std::vector<BeamTruth> beams_at(const World& world, const LaserOptions& laser, const Pose2& pose) {
   return trace_beams(
       world, laser, [&](double /*stamp*/) { return pose; }, 0.0);
 }
 
 TEST(FisherInformation, OfABeamStraightAtAWallIsAboutItsDistance) {
-  const Eigen::Matrix3d information =
-      fisher_information({beam_to({3.0, 0.0}, {-1.0, 0.0}, 1.0)}, {}, kNoise);
+  const Eigen::Matrix3d information = information_of({beam_to({3.0, 0.0}, {-1.0, 0.0}, 1.0)}, {});
   Eigen::Matrix3d expected = Eigen::Matrix3d::Zero();
   expected(0, 0) = 1.0 / (kNoise * kNoise);
   EXPECT_LT((information - expected).norm(), 1e-9);
@@ -39,21 +53,30 @@ TEST(FisherInformation, OfAGrazingBeamIsGreater) {
   // At 60 degrees of incidence the range changes by 2 m for each metre towards the wall. The wall
   // is the line y = 1, met at x = sqrt(3); turning by dt moves the end by sqrt(3) dt towards it.
   const double x = std::sqrt(3.0);
-  const Eigen::Matrix3d information =
-      fisher_information({beam_to({x, 1.0}, {0.0, -1.0}, 0.5)}, {}, kNoise);
+  const Eigen::Matrix3d information = information_of({beam_to({x, 1.0}, {0.0, -1.0}, 0.5)}, {});
   EXPECT_NEAR(information(1, 1) * kNoise * kNoise, 4.0, 1e-9);
   EXPECT_NEAR(information(2, 2) * kNoise * kNoise, 4.0 * 3.0, 1e-9);
   EXPECT_NEAR(information(0, 0), 0.0, 1e-9);
 }
 
 TEST(FisherInformation, OfBeamsThatMeetNothingIsNone) {
-  EXPECT_EQ(fisher_information({BeamTruth{}, BeamTruth{}}, {}, kNoise), Eigen::Matrix3d::Zero());
+  EXPECT_EQ(information_of({BeamTruth{}, BeamTruth{}}, {}), Eigen::Matrix3d::Zero());
+}
+
+TEST(FisherInformation, OfReadingsThatWereLostIsNone) {
+  const std::vector<BeamTruth> beams(3, beam_to({3.0, 0.0}, {-1.0, 0.0}, 1.0));
+  LaserScan scan = scan_of(beams);
+  scan.range_min = 0.1;
+  scan.ranges = {3.0F, std::numeric_limits<float>::quiet_NaN(), 100.0F};
+  EXPECT_NEAR(fisher_information(beams, scan, {}, kNoise)(0, 0) * kNoise * kNoise, 1.0, 1e-9);
+  scan.ranges = {0.05F, std::numeric_limits<float>::infinity()};
+  EXPECT_EQ(fisher_information(beams, scan, {}, kNoise), Eigen::Matrix3d::Zero());
 }
 
 TEST(FisherInformation, LeavesTheWayAlongACorridorOpen) {
   const World world = make_world("corridor", 1);
   const Pose2 pose{world.route().waypoints.front().x(), world.route().waypoints.front().y(), 0.0};
-  const Eigen::Matrix3d information = fisher_information(beams_at(world, {}, pose), pose, kNoise);
+  const Eigen::Matrix3d information = information_of(beams_at(world, {}, pose), pose);
   EXPECT_LT(information(0, 0), 1e-9 * information(1, 1));
 }
 
@@ -94,7 +117,7 @@ TEST_P(FisherInformationInAWorld, IsWhatDifferencesOfTheRangesTell) {
   laser.mount_pitch = 0.2;
   const Eigen::Vector2d start = world.route().waypoints.front();
   const Pose2 pose{start.x(), start.y(), 1.1};
-  const Eigen::Matrix3d analytic = fisher_information(beams_at(world, laser, pose), pose, kNoise);
+  const Eigen::Matrix3d analytic = information_of(beams_at(world, laser, pose), pose);
   const Eigen::Matrix3d numeric = information_by_differences(world, laser, pose);
   EXPECT_LT((analytic - numeric).norm(), 1e-4 * numeric.norm()) << analytic << "\n\n" << numeric;
 }

@@ -134,6 +134,7 @@ TEST_F(MatchPairsProgram, TakesTheMatchersOptions) {
 
 TEST_F(MatchPairsProgram, RefusesWrongUsageInOneLine) {
   expect_one_line(2, match("short", "no", "--matcher nobody"), "nobody");
+  expect_one_line(2, match("short", "no", "--matcher monte_carlo --matcher monte_carlo"), "twice");
   expect_one_line(2, match("short", "no", "--pairs 0"), "pairs");
   expect_one_line(2, match("short", "no", "--error-xy -1"), "error_xy");
   expect_one_line(
@@ -152,7 +153,29 @@ TEST_F(MatchPairsProgram, TellsWhatIsWrongWithTheTruth) {
   replace_file(*folder_ / "late.tum", "5 0 0 0 0 0 0 1\n");
   expect_one_line(
       1, run_command(MATCHBOX_MATCH_PAIRS, bag + " --truth " + (*folder_ / "late.tum") + out),
-      "too few");
+      "clock");
+  replace_file(*folder_ / "empty.tum", "");
+  expect_one_line(
+      1, run_command(MATCHBOX_MATCH_PAIRS, bag + " --truth " + (*folder_ / "empty.tum") + out),
+      "no poses");
+  expect_one_line(1, match("short", "no", "--quiet --gap 100000"), "apart");
+}
+
+TEST_F(MatchPairsProgram, FindsTheTruthOfRareScansInAnotherClock) {
+  simulate("rare", "--world rooms --seed 3 --duration 60 --beams 300 --scan-rate 1.7");
+  ASSERT_EQ(match("rare", "rare", "--pairs 20 --gap 1").exit_code, 0);
+  EXPECT_EQ(summary("rare").at("scans_with_truth"), summary("rare").at("scans"));
+  simulate("clock", "--world rooms --seed 3 --duration 60 --beams 300 --clock-offset 82.2");
+  ASSERT_EQ(match("clock", "clock", "--pairs 20 --set scan_time_offset=auto").exit_code, 0);
+  EXPECT_GT(summary("clock").at("scans_with_truth"), 1190);
+  EXPECT_GE(summary("clock").at("matchers").at(0).at("success_rate"), 0.95);
+}
+
+TEST_F(MatchPairsProgram, TakesTheSeedFromEitherPlace) {
+  ASSERT_EQ(match("short", "flag", "--pairs 5 --seed 7").exit_code, 0);
+  ASSERT_EQ(match("short", "key", "--pairs 5 --set seed=7").exit_code, 0);
+  EXPECT_EQ(rows("flag")[1][3], rows("key")[1][3]);
+  EXPECT_EQ(summary("key").at("seed"), 7);
 }
 
 struct Accuracy {
@@ -161,6 +184,8 @@ struct Accuracy {
   const char* pairs;
   double median_mm;
   double median_mrad;
+  double error_to_bound;  ///< 0: there is no bound without noise
+  double bound_mrad;
 };
 
 std::ostream& operator<<(std::ostream& stream, const Accuracy& accuracy) {
@@ -184,20 +209,25 @@ TEST_P(MonteCarloOnPairs, FindsTheTruth) {
   EXPECT_EQ(has_bound, std::string(bound.world).find("--range-noise 0") == std::string::npos);
   if (has_bound) {
     EXPECT_GE(matcher.at("cramer_rao").at("error_to_bound"), 1.0);
+    EXPECT_LE(matcher.at("cramer_rao").at("error_to_bound"), bound.error_to_bound);
+    EXPECT_NEAR(matcher.at("cramer_rao").at("bound_heading_mrad"), bound.bound_mrad,
+                0.1 * bound.bound_mrad);
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Worlds, MonteCarloOnPairs,
-    testing::Values(
-        Accuracy{"rooms", "--world rooms --range-noise 0 --dropout 0", "--threads 2", 0.45, 0.08},
-        Accuracy{"random", "--world random --range-noise 0 --dropout 0", "--threads 2", 0.96, 0.19},
-        Accuracy{"rooms_good_guess", "--world rooms --range-noise 0 --dropout 0",
-                 "--threads 2 --error-xy 0 --error-theta 0", 0.45, 0.08},
-        Accuracy{"random_good_guess", "--world random --range-noise 0 --dropout 0",
-                 "--threads 2 --error-xy 0 --error-theta 0", 0.96, 0.19},
-        Accuracy{"rooms_noisy", "--world rooms", "--threads 2", 1.47, 0.2},
-        Accuracy{"random_noisy", "--world random", "--threads 2", 1.94, 0.22}));
+    testing::Values(Accuracy{"rooms", "--world rooms --range-noise 0 --dropout 0", "--threads 2",
+                             0.45, 0.08, 0.0, 0.0},
+                    Accuracy{"random", "--world random --range-noise 0 --dropout 0", "--threads 2",
+                             0.96, 0.19, 0.0, 0.0},
+                    Accuracy{"rooms_good_guess", "--world rooms --range-noise 0 --dropout 0",
+                             "--threads 2 --error-xy 0 --error-theta 0", 0.45, 0.08, 0.0, 0.0},
+                    Accuracy{"random_good_guess", "--world random --range-noise 0 --dropout 0",
+                             "--threads 2 --error-xy 0 --error-theta 0", 0.96, 0.19, 0.0, 0.0},
+                    Accuracy{"rooms_noisy", "--world rooms", "--threads 2", 1.47, 0.2, 6.0, 0.067},
+                    Accuracy{"random_noisy", "--world random", "--threads 2", 1.94, 0.22, 13.5,
+                             0.031}));
 
 }  // namespace
 }  // namespace matchbox_slam

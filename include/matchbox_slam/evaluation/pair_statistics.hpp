@@ -20,19 +20,20 @@ struct SuccessLimits {
 /// (NEES; Bar-Shalom, Li, Kirubarajan 2001, section 5.4). With three degrees of freedom the mean is
 /// 3 when they are, more when the matcher claims too much. Rejected matches are left out.
 struct CovarianceStatistics {
+  std::size_t matches = 0;  ///< accepted, with a covariance that is positive definite
   double mean_nees = 0.0;
   double median_nees = 0.0;  ///< 2.37 when honest
 };
 
 /// How far the successful matches are from the best that is possible (fisher_information).
 struct BoundStatistics {
-  /// Root of the mean squared error in units of the bound: 1 is the best possible, over all three
-  /// coordinates.
-  double ratio = 0.0;
-  /// Root of the bound's variance in x and y [m], in the median over the pairs; infinite where the
+  /// Root of the mean squared error of the successes in units of the bound, over the coordinates
+  /// that the surroundings tell of: 1 is the best possible. None without a success.
+  std::optional<double> ratio;
+  /// Root of the bound's variance in x and y [m], in the median over all pairs; infinite where the
   /// surroundings leave a direction open.
   double translation = 0.0;
-  double heading = 0.0;  ///< root of the bound's variance in heading [rad], in the median
+  double heading = 0.0;  ///< root of the bound's variance in heading [rad], likewise
 };
 
 /// How one matcher did on all pairs.
@@ -44,7 +45,7 @@ struct PairStatistics {
   ErrorStatistics heading;      ///< [rad], likewise
   ErrorStatistics seconds;      ///< that a match took
   std::optional<CovarianceStatistics> covariance;  ///< none when nothing was accepted
-  std::optional<BoundStatistics> bound;  ///< none without the information, or without a success
+  std::optional<BoundStatistics> bound;            ///< none without the information
 
   [[nodiscard]] double success_rate() const {
     return static_cast<double>(successes) / static_cast<double>(pairs);

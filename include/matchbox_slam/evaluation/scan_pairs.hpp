@@ -23,6 +23,7 @@ struct LocatedScan {
   Eigen::Isometry3d base_from_laser = Eigen::Isometry3d::Identity();
   Pose2 motion;  ///< pose of the base at the last beam in the base at the first
   Pose2 world_from_base;
+  std::size_t number = 0;  ///< of the scan in the recording, which holds others without truth
 };
 
 /// Which pairs of scans to match, and how wrong the guess is.
@@ -53,13 +54,13 @@ struct ScanPair {
   std::uint64_t seed = 0;  ///< for the matcher
 };
 
-/// Draws pairs of scans `gap` apart, anywhere among the scans, each as likely as any other, and one
-/// more than once where there are fewer than asked for. To the true motion an error is added that
+/// Draws pairs of scans whose numbers are `gap` apart, each as likely as any other, and one more
+/// than once where there are fewer than asked for. To the true motion an error is added that
 /// is uniform within the limits. The guess's covariance is that of the error, but not below what
 /// the motion prior says of a robot at rest: who is certain of the guess need not match. All this
 /// depends on the seed alone, not on who matches.
-/// @param scans  in the order of their stamps.
-/// Throws EvaluationError when there are not more than `gap` scans.
+/// @param scans  in the order of their numbers.
+/// Throws EvaluationError when no two scans are `gap` apart.
 [[nodiscard]] std::vector<ScanPair> draw_pairs(const std::vector<LocatedScan>& scans,
                                                const PairOptions& options,
                                                const MotionPriorOptions& least_uncertainty,
@@ -68,7 +69,7 @@ struct ScanPair {
 /// What a matcher made of a pair.
 struct PairMatch {
   MatchResult result;    ///< in the frame of the base at the reference
-  double seconds = 0.0;  ///< that the match took
+  double seconds = 0.0;  ///< that the match took, of its thread's time on a processor
 };
 
 /// Told how many pairs are done; returns whether to go on. Called from the calling thread only.
@@ -76,6 +77,7 @@ using PairProgress = std::function<bool(std::size_t done)>;
 
 /// Lets each matcher match all pairs: scan to a map made of the reference alone, which is the only
 /// key scan too. All but the seconds is the same for any number of threads.
+/// @param threads  >= 1; fewer where the system gives no more.
 /// @return one row a matcher, each with one entry a pair; empty when told not to go on.
 /// Throws what a matcher throws.
 [[nodiscard]] std::vector<std::vector<PairMatch>> match_pairs(

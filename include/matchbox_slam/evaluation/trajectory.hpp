@@ -34,9 +34,9 @@ class Trajectory {
   [[nodiscard]] bool empty() const { return poses_.empty(); }
   [[nodiscard]] std::size_t size() const { return poses_.size(); }
 
-  /// The pose at `stamp` [s]: a given one where the stamps are equal, else interpolated between the
-  /// two around it, on the straight line and along the shorter arc. None before the first pose,
-  /// after the last, and between two that are more than `max_gap` [s] apart.
+  /// The pose at `stamp` [s]: a given one where the stamps are equal to two microseconds, else
+  /// interpolated between the two around it, on the straight line and along the shorter arc. None
+  /// before the first pose, after the last, and between two that are more than `max_gap` [s] apart.
   [[nodiscard]] std::optional<Pose2> at(double stamp, double max_gap) const;
 
  private:

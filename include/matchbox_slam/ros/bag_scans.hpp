@@ -30,11 +30,14 @@ struct BagRequest {
 /// The frames that were asked for as parameters, which have the same meaning.
 [[nodiscard]] Parameters frame_parameters(const BagRequest& request);
 
+/// What to say of a time jump that comes after so many scans, up to what is done about it.
+[[nodiscard]] std::string text_of(const TimeJump& jump, std::size_t scans_before);
+
 /// What was found in a bag, and what happened while reading it.
 struct BagFacts {
   std::vector<std::string> bags;
   std::string scan_topic;
-  double seconds = 0.0;  ///< from the first message read to the last
+  double seconds = 0.0;  ///< from the first scan's recording to the last one's
   int threads = 1;
   double scan_time_offset = 0.0;                 ///< [s] that was applied
   std::optional<double> estimated_clock_offset;  ///< [s]

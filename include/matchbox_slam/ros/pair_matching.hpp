@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,7 @@ struct MatchPairsRequest {
   std::vector<std::string> config_files;
   std::vector<std::string> overrides;  ///< `key=value`
   PairOptions pairs;
-  int seed = 1;
+  std::optional<int> seed;  ///< of pairs, guesses and matchers
   int threads = 1;
 };
 

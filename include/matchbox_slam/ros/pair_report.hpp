@@ -1,11 +1,13 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/evaluation/pair_statistics.hpp"
 #include "matchbox_slam/evaluation/scan_pairs.hpp"
+#include "matchbox_slam/ros/bag_scans.hpp"
 
 namespace matchbox_slam {
 
@@ -17,9 +19,17 @@ struct MatcherOnPairs {
   PairStatistics statistics;
 };
 
+/// Where the pairs come from.
+struct PairFacts {
+  BagFacts bag;
+  std::string truth;                 ///< file
+  std::size_t scans = 0;             ///< in the recording
+  std::size_t scans_with_truth = 0;  ///< that can be used, too
+};
+
 /// What was asked of the matchers.
 struct PairTask {
-  std::vector<std::string> bags;
+  PairFacts facts;
   PairOptions options;
   SuccessLimits limits;
   int seed = 1;

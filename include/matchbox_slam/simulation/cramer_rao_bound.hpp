@@ -14,10 +14,13 @@ namespace matchbox_slam {
 /// range-finder localization", ICRA 2007.) Where beams graze a wall they count most: the range
 /// changes by 1 / cos(incidence) for each metre towards it.
 /// @param beams             what the beams met; those that met nothing say nothing.
+/// @param scan              what was measured of it: lost readings, and those out of the laser's
+///                          limits, say nothing either.
 /// @param world_from_base   pose of the base at the scan.
 /// @param range_noise       standard deviation of a range [m], > 0.
 /// @return over (x, y, theta), x and y along the axes of the base.
 [[nodiscard]] Eigen::Matrix3d fisher_information(const std::vector<BeamTruth>& beams,
+                                                 const LaserScan& scan,
                                                  const Pose2& world_from_base, double range_noise);
 
 }  // namespace matchbox_slam
