@@ -177,6 +177,7 @@ bool LikelihoodField::nearest_surface(const Cell& cell, Surface& surface) const 
       geometry_.center(nearest) +
       half_cell * Eigen::Vector2d(from_fixed(stored->offset_x), from_fixed(stored->offset_y));
   surface.double_angle = {from_fixed(stored->double_angle_x), from_fixed(stored->double_angle_y)};
+  surface.hits = stored->hits;
   return true;
 }
 

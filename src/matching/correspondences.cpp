@@ -1,5 +1,6 @@
 #include "matchbox_slam/matching/correspondences.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -12,6 +13,14 @@ namespace {
 // same order by every instruction set.
 constexpr std::size_t kLanes = 8;
 
+// Variance of the error that a surface has however many hits it is the mean of, in units of a
+// point's: its direction comes from neighbours that lie next to it.
+constexpr double kSurfaceError = 0.25;
+
+// Variance, in the same units, of the distance to a surface without a direction, on top of the
+// point's: it lies somewhere between the hits.
+constexpr double kBluntness = 4.0;
+
 template <std::size_t kCount>
 using LaneSums = std::array<double, kCount * kLanes>;
 
@@ -23,6 +32,7 @@ double sum_of(const double* lanes) {
   return sum;
 }
 
+/// The arrays as bare pointers, which the compiler sees through.
 struct View {
   std::size_t size;
   const double* rotated_x;
@@ -32,7 +42,17 @@ struct View {
   const double* c;
   const double* s;
   const double* weight;
+  const double* variance;
+  const double* information;
 };
+
+template <typename Arrays>
+View view_of(const Arrays& arrays) {
+  return {arrays.weight.size(),     arrays.rotated_x.data(), arrays.rotated_y.data(),
+          arrays.offset_x.data(),   arrays.offset_y.data(),  arrays.c.data(),
+          arrays.s.data(),          arrays.weight.data(),    arrays.variance.data(),
+          arrays.information.data()};
+}
 
 /// Upper triangle of the information by rows, then the gradient.
 MATCHBOX_SIMD_CLONES void add_normal_equations(const View& view, double kernel_square,
@@ -49,7 +69,7 @@ MATCHBOX_SIMD_CLONES void add_normal_equations(const View& view, double kernel_s
       const double pull_y = p_xy * view.offset_x[j] + p_yy * view.offset_y[j];
       const double square = view.offset_x[j] * pull_x + view.offset_y[j] * pull_y;
       const double closeness = kernel_square / (kernel_square + square);
-      const double w = view.weight[j] * closeness * closeness;
+      const double w = view.information[j] * closeness * closeness;
       // Columns of the Jacobian: (1, 0), (0, 1), (-rotated_y, rotated_x).
       const double turn_x = p_xy * rotated_x - p_xx * rotated_y;
       const double turn_y = p_yy * rotated_x - p_xy * rotated_y;
@@ -66,6 +86,12 @@ MATCHBOX_SIMD_CLONES void add_normal_equations(const View& view, double kernel_s
   }
 }
 
+/// Squared distance of the point from its surface when it is (x, y) away from the surface's middle.
+inline double square_of(const View& view, std::size_t j, double x, double y) {
+  return 0.5 * ((1.0 + view.c[j]) * x * x + 2.0 * view.s[j] * x * y + (1.0 - view.c[j]) * y * y);
+}
+
+/// Sums of closeness and of cost.
 MATCHBOX_SIMD_CLONES void add_closeness(const View& view, double kernel_square, double step_x,
                                         double step_y, double turn, double* __restrict__ lanes) {
   for (std::size_t i = 0; i < view.size; i += kLanes) {
@@ -73,26 +99,77 @@ MATCHBOX_SIMD_CLONES void add_closeness(const View& view, double kernel_square, 
       const std::size_t j = i + k;
       const double x = view.offset_x[j] + step_x - turn * view.rotated_y[j];
       const double y = view.offset_y[j] + step_y + turn * view.rotated_x[j];
-      const double square =
-          0.5 * ((1.0 + view.c[j]) * x * x + 2.0 * view.s[j] * x * y + (1.0 - view.c[j]) * y * y);
-      lanes[k] += view.weight[j] * (kernel_square / (kernel_square + square));
+      const double square = square_of(view, j, x, y);
+      const double closeness = kernel_square / (kernel_square + square);
+      lanes[0 * kLanes + k] += view.weight[j] * closeness;
+      lanes[1 * kLanes + k] += 0.5 * view.information[j] * square * closeness;
     }
   }
 }
+
+/// Sums of squared residuals and of what they would be if a point's noise had unit variance.
+MATCHBOX_SIMD_CLONES void add_variance(const View& view, double kernel_square,
+                                       double* __restrict__ lanes) {
+  for (std::size_t i = 0; i < view.size; i += kLanes) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      const std::size_t j = i + k;
+      const double square = square_of(view, j, view.offset_x[j], view.offset_y[j]);
+      const double closeness = kernel_square / (kernel_square + square);
+      // The distance to the middle of a surface without a direction says more of gaps than of
+      // noise.
+      const double directed = view.c[j] * view.c[j] + view.s[j] * view.s[j];
+      const double w = directed * view.information[j] * closeness * closeness;
+      lanes[0 * kLanes + k] += w * square;
+      lanes[1 * kLanes + k] += w * view.variance[j];
+    }
+  }
+}
+
+/// Counts the points at each surface.
+class SurfaceCounts {
+ public:
+  struct Entry {
+    Surface surface;
+    std::size_t points = 0;
+  };
+
+  /// Counts a point and returns the number of its surface's entry. Neighbouring points lie next to
+  /// few surfaces, between which noise makes them jump, so the latest ones are looked through.
+  std::size_t add(const Surface& surface) {
+    constexpr std::size_t kLatest = 8;
+    for (std::size_t k = 1; k <= std::min(kLatest, entries_.size()); ++k) {
+      Entry& entry = entries_[entries_.size() - k];
+      if (entry.surface.position == surface.position) {
+        ++entry.points;
+        return entries_.size() - k;
+      }
+    }
+    entries_.push_back({surface, 1});
+    return entries_.size() - 1;
+  }
+
+  [[nodiscard]] const Entry& operator[](std::size_t number) const { return entries_[number]; }
+
+ private:
+  std::vector<Entry> entries_;
+};
 
 }  // namespace
 
 Correspondences::Correspondences(const std::vector<ScanPoint>& points, const LikelihoodField& field,
                                  const Pose2& map_from_base) {
   const std::size_t padded = (points.size() + kLanes - 1) / kLanes * kLanes;
-  for (auto* array : {&arrays_.rotated_x, &arrays_.rotated_y, &arrays_.offset_x, &arrays_.offset_y,
-                      &arrays_.c, &arrays_.s, &arrays_.weight}) {
+  for (auto* array :
+       {&arrays_.rotated_x, &arrays_.rotated_y, &arrays_.offset_x, &arrays_.offset_y, &arrays_.c,
+        &arrays_.s, &arrays_.weight, &arrays_.variance, &arrays_.information}) {
     array->resize(padded, 0.0);
   }
   const double cosine = std::cos(map_from_base.theta);
   const double sine = std::sin(map_from_base.theta);
   Surface surface;
-  std::size_t count = 0;
+  SurfaceCounts surfaces;
+  std::vector<std::size_t> surface_of;
+  surface_of.reserve(points.size());
   for (const ScanPoint& point : points) {
     // What is no number would make the whole sum none.
     if (!point.position.allFinite() || !std::isfinite(point.weight)) {
@@ -105,6 +182,8 @@ Correspondences::Correspondences(const std::vector<ScanPoint>& points, const Lik
     if (!field.nearest_surface(field.geometry().cell_at(position), surface)) {
       continue;
     }
+    const std::size_t count = surface_of.size();
+    surface_of.push_back(surfaces.add(surface));
     arrays_.rotated_x[count] = rotated.x();
     arrays_.rotated_y[count] = rotated.y();
     arrays_.offset_x[count] = position.x() - surface.position.x();
@@ -112,16 +191,19 @@ Correspondences::Correspondences(const std::vector<ScanPoint>& points, const Lik
     arrays_.c[count] = surface.double_angle.x();
     arrays_.s[count] = surface.double_angle.y();
     arrays_.weight[count] = point.weight;
-    ++count;
+  }
+  for (std::size_t i = 0; i < surface_of.size(); ++i) {
+    const SurfaceCounts::Entry& at = surfaces[surface_of[i]];
+    const double own = 1.0 + kBluntness * (1.0 - std::min(1.0, at.surface.double_angle.norm()));
+    const double common = 1.0 / at.surface.hits + kSurfaceError;
+    arrays_.variance[i] = own + common;
+    arrays_.information[i] = 1.0 / (own + static_cast<double>(at.points) * common);
   }
 }
 
 NormalEquations Correspondences::linearise(double kernel) const {
   LaneSums<9> lanes{};
-  add_normal_equations({arrays_.weight.size(), arrays_.rotated_x.data(), arrays_.rotated_y.data(),
-                        arrays_.offset_x.data(), arrays_.offset_y.data(), arrays_.c.data(),
-                        arrays_.s.data(), arrays_.weight.data()},
-                       kernel * kernel, lanes.data());
+  add_normal_equations(view_of(arrays_), kernel * kernel, lanes.data());
   const auto sum = [&lanes](std::size_t which) { return sum_of(&lanes[which * kLanes]); };
   NormalEquations equations;
   equations.information << sum(0), sum(1), sum(2),  //
@@ -131,16 +213,25 @@ NormalEquations Correspondences::linearise(double kernel) const {
   return equations;
 }
 
+double Correspondences::cost(double kernel, const Eigen::Vector3d& step) const {
+  LaneSums<2> lanes{};
+  add_closeness(view_of(arrays_), kernel * kernel, step.x(), step.y(), step.z(), lanes.data());
+  return sum_of(&lanes[kLanes]);
+}
+
 double Correspondences::closeness(double kernel, const Eigen::Vector3d& step) const {
   if (!(total_weight_ > 0.0)) {
     return 0.0;
   }
-  LaneSums<1> lanes{};
-  add_closeness({arrays_.weight.size(), arrays_.rotated_x.data(), arrays_.rotated_y.data(),
-                 arrays_.offset_x.data(), arrays_.offset_y.data(), arrays_.c.data(),
-                 arrays_.s.data(), arrays_.weight.data()},
-                kernel * kernel, step.x(), step.y(), step.z(), lanes.data());
+  LaneSums<2> lanes{};
+  add_closeness(view_of(arrays_), kernel * kernel, step.x(), step.y(), step.z(), lanes.data());
   return sum_of(lanes.data()) / total_weight_;
+}
+
+ResidualSum Correspondences::residuals(double kernel) const {
+  LaneSums<2> lanes{};
+  add_variance(view_of(arrays_), kernel * kernel, lanes.data());
+  return {sum_of(lanes.data()), sum_of(&lanes[kLanes])};
 }
 
 }  // namespace matchbox_slam

@@ -19,9 +19,19 @@ Eigen::Vector3d difference(const Pose2& pose, const Pose2& from) {
   return {pose.x - from.x, pose.y - from.y, wrap_angle(pose.theta - from.theta)};
 }
 
-/// Information of a metre of wall.
-double information_scale(const RefinementOptions& options) {
-  return 1.0 / (options.noise * options.noise * options.wall_per_measurement);
+/// Information of a measurement with a point's noise, as the residuals show it.
+double shown_information(const Correspondences& pairs, const RefinementOptions& options) {
+  // Few points may agree by chance: so many that agree with the option are thought with them.
+  constexpr double kBelieved = 10.0;
+  // Nobody is better than this share of the option, as a standard deviation: also where the beams
+  // have no noise, the map has an error.
+  constexpr double kLeast = 0.2;
+  // Seen through the last kernel, residuals would seem smaller than they are.
+  constexpr double kKernel = 2.0;
+  const double expected = options.noise * options.noise;
+  const ResidualSum seen = pairs.residuals(kKernel * options.last_kernel);
+  const double shown = (seen.squares + kBelieved * expected) / (seen.measurements + kBelieved);
+  return 1.0 / std::max(shown, kLeast * kLeast * expected);
 }
 
 /// Directions of translation that the scan says little about, with the heading left free to follow.
@@ -91,7 +101,7 @@ RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodField& 
                    const Pose2& start_map_from_base, const PosePrior& prior,
                    const RefinementOptions& options) {
   const Eigen::Matrix3d prior_part = prior_information(prior.covariance);
-  const double scale = information_scale(options);
+  const double scale = 1.0 / (options.noise * options.noise);
   RefinedPose refined;
   Pose2& pose = refined.map_from_base;
   pose = start_map_from_base;
@@ -105,7 +115,8 @@ RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodField& 
       break;
     }
   }
-  NormalEquations scan = Correspondences(points, field, pose).linearise(options.last_kernel);
+  Correspondences pairs(points, field, pose);
+  NormalEquations scan = pairs.linearise(options.last_kernel);
   refined.unconstrained_directions = weak_directions(scan.information, options.weakest_direction);
   if (!refined.unconstrained_directions.empty()) {
     // What the scan seemed to say along these directions was noise: the prior has its way there.
@@ -117,10 +128,11 @@ RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodField& 
         break;
       }
     }
+    pairs = Correspondences(points, field, pose);
   }
-  refined.covariance = (scale * scan.information + prior_part).inverse();
-  refined.score =
-      Correspondences(points, field, pose).closeness(options.last_kernel, Eigen::Vector3d::Zero());
+  refined.covariance =
+      (shown_information(pairs, options) * scan.information + prior_part).inverse();
+  refined.score = pairs.closeness(options.last_kernel, Eigen::Vector3d::Zero());
   return refined;
 }
 
@@ -131,13 +143,11 @@ LocalPosterior::LocalPosterior(const std::vector<ScanPoint>& points, const Likel
       prior_information_(prior_information(prior.covariance)),
       off_prior_(difference(map_from_base, prior.map_from_base)),
       kernel_(options.last_kernel),
-      scale_(information_scale(options) * correspondences_.total_weight()),
-      closeness_(correspondences_.closeness(kernel_, Eigen::Vector3d::Zero())) {}
+      scan_information_(shown_information(correspondences_, options)),
+      cost_here_(correspondences_.cost(kernel_, Eigen::Vector3d::Zero())) {}
 
 double LocalPosterior::cost(const Eigen::Vector3d& step) const {
-  // The kernel's cost of a residual r is (k^2 / 2) r^2 / (k^2 + r^2) = (k^2 / 2) (1 - closeness).
-  const double scan_part =
-      0.5 * kernel_ * kernel_ * scale_ * (closeness_ - correspondences_.closeness(kernel_, step));
+  const double scan_part = scan_information_ * (correspondences_.cost(kernel_, step) - cost_here_);
   const Eigen::Vector3d off = off_prior_ + step;
   return scan_part + 0.5 * (off.dot(prior_information_ * off) -
                             off_prior_.dot(prior_information_ * off_prior_));

@@ -206,6 +206,7 @@ TEST(LikelihoodField, ASurfaceIsTheMeanOfItsHits) {
   Surface surface;
   ASSERT_TRUE(field.nearest_surface({0, 0}, surface));
   EXPECT_LT((surface.position - Eigen::Vector2d(0.02, 0.03)).norm(), 1e-5);
+  EXPECT_EQ(surface.hits, 3);
   EXPECT_EQ(field.surface_cells().size(), 1U);
 }
 
@@ -218,6 +219,7 @@ TEST(LikelihoodField, ASurfaceCanStillMoveAfterAnyNumberOfHits) {
   Surface surface;
   ASSERT_TRUE(field.nearest_surface({0, 0}, surface));
   EXPECT_NEAR(surface.position.x(), 0.045, 0.002);
+  EXPECT_EQ(surface.hits, 64) << "as many as the mean remembers";
 }
 
 TEST(LikelihoodField, ANormalAndItsOppositeAreTheSameWall) {

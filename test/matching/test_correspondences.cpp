@@ -42,12 +42,6 @@ struct Clutter {
   }
 };
 
-/// Weighted cost of all residuals under the kernel, but for a constant: the kernel's cost of a
-/// residual r is (k^2 / 2) (1 - closeness).
-double cost(const Correspondences& pairs, double kernel, const Eigen::Vector3d& step) {
-  return -0.5 * kernel * kernel * pairs.total_weight() * pairs.closeness(kernel, step);
-}
-
 TEST(Correspondences, GradientIsThatOfTheCost) {
   const Clutter clutter(1);
   const Correspondences pairs(clutter.points, clutter.field, clutter.map_from_base);
@@ -56,11 +50,10 @@ TEST(Correspondences, GradientIsThatOfTheCost) {
     const NormalEquations equations = pairs.linearise(kernel);
     for (int i = 0; i < 3; ++i) {
       const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(i);
-      const double numeric =
-          (cost(pairs, kernel, step) - cost(pairs, kernel, -step)) / (2.0 * kStep);
+      const double numeric = (pairs.cost(kernel, step) - pairs.cost(kernel, -step)) / (2.0 * kStep);
       EXPECT_NEAR(equations.gradient(i), numeric, 1e-7) << "kernel " << kernel << ", " << i;
     }
-    EXPECT_GT(equations.gradient.norm(), 1e-3) << "the test shows nothing";
+    EXPECT_GT(equations.gradient.norm(), 1e-2) << "the test shows nothing";
   }
 }
 
@@ -75,10 +68,10 @@ TEST(Correspondences, InformationIsTheCurvatureUnderAWideKernel) {
     for (int j = 0; j < 3; ++j) {
       const Eigen::Vector3d a = kStep * Eigen::Vector3d::Unit(i);
       const Eigen::Vector3d b = kStep * Eigen::Vector3d::Unit(j);
-      const double numeric = (cost(pairs, kKernel, a + b) - cost(pairs, kKernel, a - b) -
-                              cost(pairs, kKernel, b - a) + cost(pairs, kKernel, -a - b)) /
+      const double numeric = (pairs.cost(kKernel, a + b) - pairs.cost(kKernel, a - b) -
+                              pairs.cost(kKernel, b - a) + pairs.cost(kKernel, -a - b)) /
                              (4.0 * kStep * kStep);
-      EXPECT_NEAR(equations.information(i, j), numeric, 2e-4 * pairs.total_weight());
+      EXPECT_NEAR(equations.information(i, j), numeric, 1e-4 * equations.information.norm());
     }
   }
   EXPECT_EQ(equations.information, Eigen::Matrix3d(equations.information.transpose()));
@@ -112,10 +105,74 @@ TEST(Correspondences, PointsWithoutAWallCountAsUnexplained) {
     clutter.points.back().position += Eigen::Vector2d(100.0, 0.0);
   }
   const Correspondences half(clutter.points, clutter.field, clutter.map_from_base);
-  EXPECT_NEAR(half.total_weight(), 2.0 * near.total_weight(), 1e-12);
   EXPECT_NEAR(half.closeness(0.05, Eigen::Vector3d::Zero()),
               0.5 * near.closeness(0.05, Eigen::Vector3d::Zero()), 1e-12);
   EXPECT_TRUE(half.linearise(0.05).information.isApprox(near.linearise(0.05).information, 1e-12));
+}
+
+/// Points at one piece of wall that faces along x, which was hit several times before.
+Correspondences points_at_one_surface(int points, int hits, bool directed = true) {
+  LikelihoodField field(0.05, LikelihoodFieldOptions{});
+  const Eigen::Vector2d middle(2.02, 0.02);
+  const Eigen::Vector2d normal(directed ? 1.0 : 0.0, 0.0);
+  field.update(std::vector<SurfaceHit>(static_cast<std::size_t>(hits), {middle, normal}), {});
+  const std::vector<ScanPoint> scan(static_cast<std::size_t>(points), point_at(middle, 0.01));
+  return {scan, field, {}};
+}
+
+double information_along_x(const Correspondences& pairs) {
+  return pairs.linearise(0.05).information(0, 0);
+}
+
+TEST(Correspondences, PointsAtOneSurfaceShareItsError) {
+  EXPECT_NEAR(information_along_x(points_at_one_surface(1, 1)), 1.0 / 2.25, 1e-3);
+  EXPECT_NEAR(information_along_x(points_at_one_surface(1, 4)), 1.0 / 1.5, 1e-3);
+  EXPECT_NEAR(information_along_x(points_at_one_surface(20, 4)), 20.0 / 11.0, 1e-3);
+  // Many points at a surface are worth what the surface is known to, and no more.
+  EXPECT_NEAR(information_along_x(points_at_one_surface(10000, 4)), 2.0, 1e-3);
+}
+
+TEST(Correspondences, ASurfaceSharesItsErrorOnlyWithItsOwnPoints) {
+  LikelihoodField field(0.05, LikelihoodFieldOptions{});
+  field.update({{{2.02, 0.02}, {1.0, 0.0}}, {{2.02, 1.02}, {1.0, 0.0}}}, {});
+  const ScanPoint a = point_at({2.02, 0.02}, 0.01);
+  const ScanPoint b = point_at({2.02, 1.02}, 0.01);
+  const double expected = 3.0 / (1.0 + 3.0 * 1.25) + 1.0 / 2.25;
+  EXPECT_NEAR(information_along_x({{a, a, a, b}, field, {}}), expected, 1e-3);
+  EXPECT_NEAR(information_along_x({{a, b, a, a}, field, {}}), expected, 1e-3)
+      << "noise makes points jump to the next surface and back";
+}
+
+TEST(Correspondences, ASurfaceWithoutDirectionHoldsLess) {
+  const NormalEquations blunt = points_at_one_surface(1, 4, false).linearise(0.05);
+  EXPECT_NEAR(blunt.information(0, 0), 0.5 / 5.5, 1e-3);
+  EXPECT_NEAR(blunt.information(1, 1), 0.5 / 5.5, 1e-3);
+}
+
+TEST(Correspondences, TheResidualsTellTheNoise) {
+  for (const double noise : {0.003, 0.01, 0.03}) {
+    Random random(5);
+    LikelihoodField field(0.05, LikelihoodFieldOptions{});
+    std::vector<ScanPoint> points;
+    for (int i = 0; i < 2000; ++i) {
+      const double y = 0.025 + 0.05 * i;
+      field.update(std::vector<SurfaceHit>(4, {{2.025, y}, {1.0, 0.0}}), {});
+      points.push_back(point_at({2.025 + noise * random.gaussian(), y}, 0.05));
+    }
+    // Corners and the like, which miss by centimetres however little noise there is.
+    for (int i = 0; i < 500; ++i) {
+      const double y = 1.025 + 0.2 * i;
+      field.update({{{-3.025, y}, {0.0, 0.0}}}, {});
+      points.push_back(point_at({-3.005, y}, 0.05));
+    }
+    // Half a unit of variance on top of a point's own is the surface's: 1 / 4 + 1 / 4.
+    const Correspondences pairs(points, field, {});
+    const ResidualSum wide = pairs.residuals(1.0);
+    EXPECT_NEAR(std::sqrt(1.5 * wide.squares / wide.measurements), noise, 0.05 * noise);
+    EXPECT_NEAR(wide.measurements, 2000.0, 10.0);
+    const ResidualSum narrow = pairs.residuals(0.03);
+    EXPECT_LT(narrow.squares / narrow.measurements, wide.squares / wide.measurements);
+  }
 }
 
 TEST(Correspondences, NothingSaysNothing) {
@@ -126,6 +183,8 @@ TEST(Correspondences, NothingSaysNothing) {
     EXPECT_EQ(pairs.closeness(0.05, Eigen::Vector3d::Zero()), 0.0);
     EXPECT_TRUE(pairs.linearise(0.05).information.isZero(0.0));
     EXPECT_TRUE(pairs.linearise(0.05).gradient.isZero(0.0));
+    EXPECT_EQ(pairs.cost(0.05, {0.01, 0.0, 0.0}), 0.0);
+    EXPECT_EQ(pairs.residuals(0.05).measurements, 0.0);
   }
 }
 

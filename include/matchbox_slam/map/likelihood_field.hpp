@@ -29,6 +29,7 @@ struct Surface {
   /// (cos 2a, sin 2a) of the direction a of the wall's normal, so that a normal and its opposite
   /// are the same. Its length is 1 when the hits agree on a line and 0 when they tell no direction.
   Eigen::Vector2d double_angle;
+  int hits;  ///< that the average was taken over, up to 64 of them
 };
 
 /// A hit in the map frame, to be taken into the field.

@@ -10,11 +10,16 @@
 
 namespace matchbox_slam {
 
-/// What the scan says about the pose, to second order. In units of weight: one metre of wall seen
-/// with unit variance.
+/// What the scan says about the pose, to second order, if a point's noise had unit variance.
 struct NormalEquations {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the map frame
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+};
+
+/// How far points are off their walls.
+struct ResidualSum {
+  double squares = 0.0;       ///< of the residuals, by the points' information [m^2]
+  double measurements = 0.0;  ///< how many independent ones with a point's noise that stands for
 };
 
 /// The points of a scan at one pose, each with the piece of wall next to it. A point's residual is
@@ -23,31 +28,44 @@ struct NormalEquations {
 /// The robust kernel is Geman and McClure's (1985): a residual r has the closeness k^2 / (k^2 +
 /// r^2), 1 on the wall and 1/2 at the kernel's width k. It is shaped like a Gaussian, but made of
 /// basic arithmetic, so that it is fast and yields the same bits everywhere.
+///
+/// A residual has the noise of its point, which is its own, and the error of its surface, which all
+/// points next to that surface share. So n points at one surface of h hits count 1 / (1 + n (1 / h
+/// + e)) each, e being a surface's error that no number of hits takes away: a far point counts
+/// nearly in full, and a thousand points on a near wall not more than the wall is known.
 class Correspondences {
  public:
   /// Points without a wall in reach take part with closeness 0. Cost: one look-up a point.
+  /// @param points  in the order in which they were measured: neighbours may share a surface.
   Correspondences(const std::vector<ScanPoint>& points, const LikelihoodField& field,
                   const Pose2& map_from_base);
 
   /// The sum of squared residuals under the kernel, linearised for Gauss-Newton.
   [[nodiscard]] NormalEquations linearise(double kernel) const;
 
+  /// What a step adds to half the sum of squared residuals under the kernel, with the same meaning
+  /// as in `closeness` [m^2].
+  [[nodiscard]] double cost(double kernel, const Eigen::Vector3d& step) const;
+
+  /// The residuals under the kernel: their sum over the measurements is the variance of a point's
+  /// noise, as far as the scan tells.
+  [[nodiscard]] ResidualSum residuals(double kernel) const;
+
   /// Mean closeness, weighted by the walls' lengths, after a small step of the pose that leaves
   /// each point at its wall; `step` is (x, y, theta) in the map frame.
   [[nodiscard]] double closeness(double kernel, const Eigen::Vector3d& step) const;
 
-  /// Length of wall that all points stand for [m].
-  [[nodiscard]] double total_weight() const { return total_weight_; }
-
  private:
-  /// Padded with points of no weight to a whole number of lanes.
+  /// Padded with points that count nothing to a whole number of lanes.
   struct Arrays {
     std::vector<double> rotated_x, rotated_y;  ///< point minus the base's position, map axes [m]
     std::vector<double> offset_x, offset_y;    ///< point minus the wall's middle [m]
     /// The matrix [1 + c, s; s, 1 - c] / 2 projects on the wall's normal; with c = s = 0 it is half
     /// the identity, so that point to line and point to point are one formula.
     std::vector<double> c, s;
-    std::vector<double> weight;
+    std::vector<double> weight;       ///< length of wall [m]
+    std::vector<double> variance;     ///< of the residual, in units of a point's noise
+    std::vector<double> information;  ///< that the point adds, in units of a point's alone
   };
 
   Arrays arrays_;

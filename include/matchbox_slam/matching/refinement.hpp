@@ -14,9 +14,8 @@ namespace matchbox_slam {
 struct RefinementOptions {
   int iterations = 12;
   double first_kernel = 0.15;
-  double last_kernel = 0.04;
-  double noise = 0.013;
-  double wall_per_measurement = 0.1;
+  double last_kernel = 0.03;
+  double noise = 0.01;
   double weakest_direction = 0.01;
 
   template <typename Self, typename Visitor>
@@ -28,9 +27,7 @@ struct RefinementOptions {
     option(self.last_kernel, "refine_last_kernel", between(1e-3, 1.0), "m",
            "... and at the last ones: points farther than this from a wall count little.");
     option(self.noise, "refine_noise", between(1e-4, 1.0), "m",
-           "Standard deviation of a measurement, the map's own error included.");
-    option(self.wall_per_measurement, "refine_wall_per_measurement", between(1e-3, 10.0), "m",
-           "Length of wall that makes one independent measurement.");
+           "Standard deviation of a point's distance to its wall, before the scan shows its own.");
     option(self.weakest_direction, "weakest_direction", between(0.0, 1.0), "",
            "A direction of translation with less than this share of the strongest direction's "
            "information counts as unconstrained.");
@@ -53,7 +50,9 @@ struct RefinedPose {
 /// Moves a pose that is a few cells off to where scan, map and prior agree best, far below the size
 /// of a cell: Gauss-Newton on the distances from the points to the walls next to them, under a
 /// robust kernel that narrows from step to step (point to line: Censi 2008). Directions that the
-/// scan does not constrain keep the prior's value and variance. Cost: one look-up a point and step.
+/// scan does not constrain keep the prior's value and variance. The covariance is scaled by the
+/// residuals that are left, as in any adjustment of measurements of unknown precision. Cost: one
+/// look-up a point and step.
 [[nodiscard]] RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodField& field,
                                  const Pose2& start_map_from_base, const PosePrior& prior,
                                  const RefinementOptions& options);
@@ -73,8 +72,8 @@ class LocalPosterior {
   Eigen::Matrix3d prior_information_;
   Eigen::Vector3d off_prior_;
   double kernel_;
-  double scale_;
-  double closeness_;
+  double scan_information_;  ///< of a point [1/m^2]
+  double cost_here_;
 };
 
 }  // namespace matchbox_slam
