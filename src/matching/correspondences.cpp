@@ -129,8 +129,10 @@ MATCHBOX_SIMD_CLONES void add_variance(const View& view, double kernel_square,
 class SurfaceCounts {
  public:
   struct Entry {
-    Surface surface;
-    std::size_t points = 0;
+    Eigen::Vector2d position;
+    double own;     ///< variance of a point's distance, in units of its noise, ...
+    double common;  ///< ... and of what all points at the surface share
+    double points;
   };
 
   /// Counts a point and returns the number of its surface's entry. Neighbouring points lie next to
@@ -139,12 +141,14 @@ class SurfaceCounts {
     constexpr std::size_t kLatest = 8;
     for (std::size_t k = 1; k <= std::min(kLatest, entries_.size()); ++k) {
       Entry& entry = entries_[entries_.size() - k];
-      if (entry.surface.position == surface.position) {
-        ++entry.points;
+      if (entry.position == surface.position) {
+        entry.points += 1.0;
         return entries_.size() - k;
       }
     }
-    entries_.push_back({surface, 1});
+    const double bluntness = 1.0 - std::min(1.0, surface.double_angle.norm());
+    entries_.push_back(
+        {surface.position, 1.0 + kBluntness * bluntness, 1.0 / surface.hits + kSurfaceError, 1.0});
     return entries_.size() - 1;
   }
 
@@ -194,10 +198,8 @@ Correspondences::Correspondences(const std::vector<ScanPoint>& points, const Lik
   }
   for (std::size_t i = 0; i < surface_of.size(); ++i) {
     const SurfaceCounts::Entry& at = surfaces[surface_of[i]];
-    const double own = 1.0 + kBluntness * (1.0 - std::min(1.0, at.surface.double_angle.norm()));
-    const double common = 1.0 / at.surface.hits + kSurfaceError;
-    arrays_.variance[i] = own + common;
-    arrays_.information[i] = 1.0 / (own + static_cast<double>(at.points) * common);
+    arrays_.variance[i] = at.own + at.common;
+    arrays_.information[i] = 1.0 / (at.own + at.points * at.common);
   }
 }
 
