@@ -24,6 +24,12 @@ constexpr std::size_t kRefinedMinima = 5;  // the fine grid may reorder what the
 constexpr double kAboutAsGoodFactor = 1.25;
 constexpr double kAboutAsGoodExtra = 0.005;  // [m], below this errors are noise
 constexpr double kSameMinimum = 3.0;         // [s]
+// What a right offset leaves: positions within a share of the path's extent, and headings, which
+// took no part in the search, within a share of their own spread and a little noise.
+constexpr double kMostOfExtent = 0.1;
+constexpr double kMostOfHeadings = 0.05;
+constexpr double kHeadingNoise = 0.02;  // [rad]
+constexpr double kNoHeadings = 1e-6;    // [rad], spread of what holds no headings but a constant
 
 using Curve = std::vector<ClockOffsetFit>;
 
@@ -56,9 +62,8 @@ double aligned_rmse(const std::vector<PosePair>& pairs) {
   return std::sqrt(squares / static_cast<double>(pairs.size()));
 }
 
-/// None when too few poses have truth at this offset to be aligned.
-std::optional<ClockOffsetFit> fit_at(double offset, const std::vector<StampedPose2>& estimate,
-                                     const Trajectory& truth, double max_gap) {
+std::vector<PosePair> pairs_at(double offset, const std::vector<StampedPose2>& estimate,
+                               const Trajectory& truth, double max_gap) {
   std::vector<PosePair> pairs;
   pairs.reserve(estimate.size());
   for (const StampedPose2& estimated : estimate) {
@@ -66,30 +71,44 @@ std::optional<ClockOffsetFit> fit_at(double offset, const std::vector<StampedPos
       pairs.push_back({estimated.stamp, estimated.pose, *pose});
     }
   }
+  return pairs;
+}
+
+/// None when too few poses have truth at this offset to be aligned.
+std::optional<ClockOffsetFit> fit_at(double offset, const std::vector<StampedPose2>& estimate,
+                                     const Trajectory& truth, double max_gap) {
+  const std::vector<PosePair> pairs = pairs_at(offset, estimate, truth, max_gap);
   if (pairs.size() < kFewestPoses) {
     return std::nullopt;
   }
   return ClockOffsetFit{offset, aligned_rmse(pairs), pairs.size()};
 }
 
-/// Every multiple of the coarse step in the range at which enough poses have truth.
-Curve coarse_curve(const std::vector<StampedPose2>& estimate, const Trajectory& truth,
-                   const ClockOffsetOptions& options) {
-  Curve curve;
+/// Drops the fits of few poses compared with the one of most.
+void require_overlap(double min_overlap, Curve& curve) {
   std::size_t most = 0;
-  const auto steps = static_cast<int>(options.range / kCoarseStep);
-  for (int i = -steps; i <= steps; ++i) {
-    if (const auto fit = fit_at(i * kCoarseStep, estimate, truth, options.max_gap)) {
-      curve.push_back(*fit);
-      most = std::max(most, fit->poses);
-    }
+  for (const ClockOffsetFit& fit : curve) {
+    most = std::max(most, fit.poses);
   }
-  const double enough = options.min_overlap * static_cast<double>(most);
+  const double enough = min_overlap * static_cast<double>(most);
   curve.erase(std::remove_if(curve.begin(), curve.end(),
                              [&](const ClockOffsetFit& fit) {
                                return static_cast<double>(fit.poses) < enough;
                              }),
               curve.end());
+}
+
+/// Every multiple of the coarse step in the range at which enough poses have truth.
+Curve coarse_curve(const std::vector<StampedPose2>& estimate, const Trajectory& truth,
+                   const ClockOffsetOptions& options) {
+  Curve curve;
+  const auto steps = static_cast<int>(options.range / kCoarseStep);
+  for (int i = -steps; i <= steps; ++i) {
+    if (const auto fit = fit_at(i * kCoarseStep, estimate, truth, options.max_gap)) {
+      curve.push_back(*fit);
+    }
+  }
+  require_overlap(options.min_overlap, curve);
   return curve;
 }
 
@@ -176,6 +195,70 @@ void require_a_distinct_minimum(const Curve& curve, const ClockOffsetFit& best) 
                     "offset");
 }
 
+/// Root mean square distance of angles from their mean direction [rad].
+double angular_spread(const std::vector<double>& angles) {
+  double cosine = 0.0;
+  double sine = 0.0;
+  for (const double angle : angles) {
+    cosine += std::cos(angle);
+    sine += std::sin(angle);
+  }
+  double squares = 0.0;
+  for (const double angle : angles) {
+    squares += std::pow(wrap_angle(angle - std::atan2(sine, cosine)), 2);
+  }
+  return std::sqrt(squares / static_cast<double>(angles.size()));
+}
+
+/// Root mean square distance of the true positions from their centroid [m].
+double extent_of(const std::vector<PosePair>& pairs) {
+  const auto count = static_cast<double>(pairs.size());
+  Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
+  for (const PosePair& pair : pairs) {
+    centroid += pair.truth.translation() / count;
+  }
+  double squares = 0.0;
+  for (const PosePair& pair : pairs) {
+    squares += (pair.truth.translation() - centroid).squaredNorm();
+  }
+  return std::sqrt(squares / count);
+}
+
+[[noreturn]] void throw_no_fit(const ClockOffsetFit& best, const std::string& what) {
+  throw EvaluationError("no clock offset found: even at " + seconds(best.offset) +
+                        ", where estimate and truth fit best, " + what +
+                        "; are they of one body on one drive, and do they overlap enough?");
+}
+
+void require_positions_that_fit(const ClockOffsetFit& best, const std::vector<PosePair>& pairs) {
+  const double extent = extent_of(pairs);
+  if (best.rmse > kMostOfExtent * extent) {
+    throw_no_fit(best, "positions differ by " + metres(best.rmse) + " on a path that extends " +
+                           metres(extent) + " about its middle");
+  }
+}
+
+/// A body may be mounted at any angle, so a constant difference of headings is none.
+void require_headings_that_fit(const ClockOffsetFit& best, const std::vector<PosePair>& pairs) {
+  std::vector<double> estimated;
+  std::vector<double> actual;
+  std::vector<double> differences;
+  for (const PosePair& pair : pairs) {
+    estimated.push_back(pair.estimate.theta);
+    actual.push_back(pair.truth.theta);
+    differences.push_back(pair.estimate.theta - pair.truth.theta);
+  }
+  const double spread = angular_spread(actual);
+  if (spread < kNoHeadings || angular_spread(estimated) < kNoHeadings) {
+    return;
+  }
+  const double difference = angular_spread(differences);
+  if (difference > kHeadingNoise + kMostOfHeadings * spread) {
+    throw_no_fit(best, "headings differ by " + quantity(difference, 3, "rad") +
+                           " and not by a constant angle");
+  }
+}
+
 /// Where the parabola through the squared errors at the minimum and its neighbours has its least:
 /// near the right offset the squared error grows with the square of the offset's error.
 double between_the_grid(const Curve& curve, std::size_t i) {
@@ -191,11 +274,27 @@ double between_the_grid(const Curve& curve, std::size_t i) {
 }
 
 void check(const Trajectory& estimate, const Trajectory& truth, const ClockOffsetOptions& options) {
-  if (!(options.range > 0.0) || !std::isfinite(options.range) || !(options.max_gap > 0.0) ||
-      !(options.min_overlap > 0.0) || !(options.min_overlap <= 1.0)) {
+  if (!(options.range > 0.0) || !(options.range <= ClockOffsetOptions::kWidestRange) ||
+      !(options.max_gap > 0.0) || !(options.min_overlap > 0.0) || !(options.min_overlap <= 1.0)) {
     throw std::invalid_argument("options of the search for a clock offset that are not allowed");
   }
   require_poses(estimate, truth);
+}
+
+void refine(const std::vector<StampedPose2>& estimate, const Trajectory& truth,
+            const ClockOffsetOptions& options, Curve& curve) {
+  for (const double offset : lowest_minima(curve)) {
+    add_fine_fits(offset, estimate, truth, options, curve);
+  }
+  require_overlap(options.min_overlap, curve);
+  std::sort(curve.begin(), curve.end(),
+            [](const ClockOffsetFit& a, const ClockOffsetFit& b) { return a.offset < b.offset; });
+  // Neighbouring minima share offsets of the fine grid.
+  curve.erase(std::unique(curve.begin(), curve.end(),
+                          [](const ClockOffsetFit& a, const ClockOffsetFit& b) {
+                            return b.offset - a.offset < 0.5 * kFineStep;
+                          }),
+              curve.end());
 }
 
 }  // namespace
@@ -210,22 +309,15 @@ ClockOffset find_clock_offset(const Trajectory& estimate, const Trajectory& trut
                           " do 3 poses of the estimate have truth; the estimate is from " +
                           time_range_text(estimate) + ", the truth from " + time_range_text(truth));
   }
-  for (const double offset : lowest_minima(curve)) {
-    add_fine_fits(offset, poses, truth, options, curve);
-  }
-  std::sort(curve.begin(), curve.end(),
-            [](const ClockOffsetFit& a, const ClockOffsetFit& b) { return a.offset < b.offset; });
-  // Neighbouring minima share offsets of the fine grid.
-  curve.erase(std::unique(curve.begin(), curve.end(),
-                          [](const ClockOffsetFit& a, const ClockOffsetFit& b) {
-                            return b.offset - a.offset < 0.5 * kFineStep;
-                          }),
-              curve.end());
+  refine(poses, truth, options, curve);
   const auto best = std::min_element(
       curve.begin(), curve.end(),
       [](const ClockOffsetFit& a, const ClockOffsetFit& b) { return a.rmse < b.rmse; });
   require_a_distinct_minimum(curve, *best);
   require_an_inner_minimum(curve, *best, options.range);
+  const std::vector<PosePair> pairs = pairs_at(best->offset, poses, truth, options.max_gap);
+  require_positions_that_fit(*best, pairs);
+  require_headings_that_fit(*best, pairs);
   const double offset = between_the_grid(curve, static_cast<std::size_t>(best - curve.begin()));
   return {offset, std::move(curve)};
 }

@@ -45,12 +45,27 @@ double progress(const Station& first, const Station& second, PairRule::Unit unit
                                          : second.path - first.path;
 }
 
+/// Where the stations end whose progress from this one is known: path lengths are within a stretch.
+Stations::const_iterator end_of_known(Stations::const_iterator first, const Stations& stations,
+                                      PairRule::Unit unit) {
+  if (unit != PairRule::Unit::kMetre) {
+    return stations.end();
+  }
+  return std::upper_bound(
+      first, stations.end(), first->stretch,
+      [](std::size_t stretch, const Station& station) { return stretch < station.stretch; });
+}
+
 /// The station after the first whose progress is nearest to the step; of several the earliest.
 /// Null when it is none within the tolerance.
 const Station* partner_by_progress(Stations::const_iterator first, const Stations& stations,
                                    const PairRule& rule, double tolerance) {
+  const auto end = end_of_known(first, stations, rule.unit);
+  if (std::next(first) == end) {
+    return nullptr;
+  }
   const auto first_at = [&](double distance) {
-    return std::lower_bound(std::next(first), stations.end(), distance - kRounding,
+    return std::lower_bound(std::next(first), end, distance - kRounding,
                             [&](const Station& station, double wanted) {
                               return progress(*first, station, rule.unit) < wanted;
                             });
@@ -59,25 +74,21 @@ const Station* partner_by_progress(Stations::const_iterator first, const Station
     return std::abs(progress(*first, *station, rule.unit) - rule.step);
   };
   auto nearest = first_at(rule.step);
-  if (nearest == stations.end() ||
-      (nearest != std::next(first) &&
-       distance(std::prev(nearest)) <= distance(nearest) + kRounding)) {
+  if (nearest == end || (nearest != std::next(first) &&
+                         distance(std::prev(nearest)) <= distance(nearest) + kRounding)) {
     // Where the robot rested, several stations have come equally far.
     nearest = first_at(progress(*first, *std::prev(nearest), rule.unit));
   }
   const bool is_near = distance(nearest) <= tolerance * rule.step + kRounding;
-  const bool is_known = rule.unit != PairRule::Unit::kMetre || nearest->stretch == first->stretch;
-  return is_near && is_known ? &*nearest : nullptr;
+  return is_near ? &*nearest : nullptr;
 }
 
 const Station* partner(Stations::const_iterator first, const Stations& stations,
                        const PairRule& rule, double tolerance) {
-  const auto next = std::next(first);
-  if (next == stations.end()) {
-    return nullptr;
-  }
   if (rule.unit == PairRule::Unit::kScan) {
-    return next->poses.index == first->poses.index + 1 ? &*next : nullptr;
+    const auto next = std::next(first);
+    const bool is_pair = next != stations.end() && next->poses.index == first->poses.index + 1;
+    return is_pair ? &*next : nullptr;
   }
   return partner_by_progress(first, stations, rule, tolerance);
 }

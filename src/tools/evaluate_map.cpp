@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "evaluation_plot.hpp"
 #include "map_quality_picture.hpp"
 #include "matchbox_slam/evaluation/map_quality.hpp"
 #include "matchbox_slam/evaluation/trajectory.hpp"
@@ -73,6 +74,7 @@ nlohmann::json json_of(const std::vector<MeasuredMap>& results) {
 }
 
 void run(const MapCommand& command) {
+  require_plot_file(command.plot);
   const std::vector<MeasuredMap> results = measure(command);
   if (!command.plot.empty()) {
     replace_file(command.plot, encode_png(draw_map_qualities(results)));
@@ -95,9 +97,7 @@ void add_map_command(CLI::App& app) {
   map->add_option("maps", command->maps, "Maps to measure, as map_server reads them")
       ->type_name("MAP.yaml")
       ->required();
-  map->add_option("--plot", command->plot,
-                  "Write a picture of the maps with their corners and enclosed areas")
-      ->type_name("FILE.png");
+  add_plot_option(*map, command->plot);
   map->add_flag("--json", command->json, "Print JSON instead of a table");
   map->callback([command] { run(*command); });
 }

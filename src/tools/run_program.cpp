@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iostream>
+#include <stdexcept>
 #include <string>
 
 #include "matchbox_slam/common/options.hpp"
@@ -19,6 +20,13 @@ int complain(const std::string& name, std::string text, int exit_code) {
   return exit_code;
 }
 
+/// What was printed may still be in the stream's buffer.
+void require_printed() {
+  if (!std::cout.flush()) {
+    throw std::runtime_error("cannot write to standard output; is the disk full?");
+  }
+}
+
 }  // namespace
 
 int run_program(const std::string& name, const std::string& description,
@@ -30,9 +38,12 @@ int run_program(const std::string& name, const std::string& description,
     try {
       app.parse(argc, argv);
     } catch (const CLI::Success& request) {  // --help
-      return app.exit(request);
+      const int exit_code = app.exit(request);
+      require_printed();
+      return exit_code;
     }
     work();
+    require_printed();
     return kSuccess;
   } catch (const CLI::ParseError& error) {
     return complain(name, error.what() + std::string("; see --help"), kWrongUsage);

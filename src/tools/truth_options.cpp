@@ -61,10 +61,10 @@ void check(const TruthOptions& options) {
     throw ConfigurationError("--time-offset: " + to_string(options.time_offset) +
                              " s is not allowed; allowed: any finite number");
   }
-  constexpr double kWidestRange = 86400.0;  // a day takes minutes
-  if (!(options.offset_range >= 1.0 && options.offset_range <= kWidestRange)) {
+  if (!(options.offset_range >= 1.0 && options.offset_range <= ClockOffsetOptions::kWidestRange)) {
     throw ConfigurationError("--offset-range: " + to_string(options.offset_range) +
-                             " s is not allowed; allowed: 1 to 86400");
+                             " s is not allowed; allowed: 1 to " +
+                             fixed_text(ClockOffsetOptions::kWidestRange, 0));
   }
 }
 

@@ -152,6 +152,15 @@ TEST(RelativePoseError, PerMetreDoesNotSpanAGapOfTheTruth) {
   EXPECT_EQ(relative_pose_error(truth, truth, patient).measures[0].differences.size(), 1U);
 }
 
+TEST(RelativePoseError, PerMetreFindsThePartnerBeforeAGapThoughOneBeyondItIsNearer) {
+  const Trajectory truth(
+      {{0.0, {0, 0, 0}}, {0.4, {0.93, 0, 0}}, {5.0, {1.0, 0, 0}}, {5.4, {1.5, 0, 0}}});
+  const auto measure = measured(truth, truth, Unit::kMetre);
+  ASSERT_EQ(measure.differences.size(), 1U);
+  EXPECT_EQ(measure.differences[0].stamp, 0.0);
+  EXPECT_NEAR(measure.translation->max, 0.0, 1e-12);
+}
+
 TEST(RelativePoseError, AMeasureWithoutPairsIsEmptyAndNoError) {
   const auto error = relative_pose_error(bent_path(30), bent_path(30));
   ASSERT_EQ(error.measures.size(), 5U);

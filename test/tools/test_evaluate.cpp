@@ -85,5 +85,16 @@ TEST_F(Evaluate, FailedWorkExitsWithOneAndOneLine) {
   }
 }
 
+TEST_F(Evaluate, OutputThatCannotBeWrittenExitsWithOneAndOneLine) {
+  for (const std::string& arguments : {ate_, ate_ + " --json", std::string("--help")}) {
+    const std::string program = MATCHBOX_EVALUATE;
+    const Outcome outcome =
+        run_command("/bin/sh", "-c '" + program + " " + arguments + " 2>&1 >/dev/full'");
+    EXPECT_EQ(outcome.exit_code, 1) << arguments;
+    EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "standard output")) << outcome.output;
+  }
+}
+
 }  // namespace
 }  // namespace matchbox_slam

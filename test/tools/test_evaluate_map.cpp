@@ -79,7 +79,8 @@ TEST_F(EvaluateMap, WritesAPictureOfAllMaps) {
 
 TEST_F(EvaluateMap, WrongUsageExitsWithTwoAndOneLine) {
   for (const std::string& arguments :
-       {std::string("map"), "map " + room_ + " --plot", "map " + room_ + " --truth " + room_}) {
+       {std::string("map"), "map " + room_ + " --plot", "map " + room_ + " --truth " + room_,
+        "map " + room_ + " --plot " + (folder_ / "plot.jpg")}) {
     const Outcome outcome = run_evaluate(arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
     EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
@@ -97,8 +98,9 @@ TEST_F(EvaluateMap, FailedWorkExitsWithOneAndOneLine) {
     EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
     EXPECT_TRUE(contains(outcome.output, name)) << outcome.output;
   }
-  const Outcome unwritable =
-      run_evaluate("map " + room_ + " --plot " + (folder_ / "no_folder/plot.png"));
+  // The map that is missing would fail too, were it read first.
+  const Outcome unwritable = run_evaluate("map " + (folder_ / "none.yaml") + " --plot " +
+                                          (folder_ / "no_folder/plot.png"));
   EXPECT_EQ(unwritable.exit_code, 1);
   EXPECT_EQ(line_count(unwritable.output), 1U) << unwritable.output;
   EXPECT_TRUE(contains(unwritable.output, "no_folder")) << unwritable.output;

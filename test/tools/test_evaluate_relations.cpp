@@ -41,7 +41,7 @@ TEST_F(EvaluateRelations, PrintsJson) {
       nlohmann::json::parse(run_evaluate("relations --json " + estimate_ + compared_).output);
   const auto expected = nlohmann::json::parse(R"({
     "metric": "relations", "relations_file": "", "relations": 3, "odometry": null,
-    "estimates": [{"estimate": "", "usable": 2, "unusable": {"no_estimate_nearby": 1},
+    "estimates": [{"estimate": "", "usable": 2, "unusable": {"no_estimate_nearby": 1}, "extrapolated": 0,
       "translation_m": {"mean": 0.25, "std": 0.25, "max": 0.5},
       "translation_squared_m2": {"mean": 0.125, "std": 0.125},
       "rotation_rad": {"mean": 0.25, "std": 0.25, "max": 0.5},
@@ -62,6 +62,7 @@ TEST_F(EvaluateRelations, OdometryDecidesWhatIsUsable) {
       run_evaluate("relations --json " + estimate_ + compared_ + odometry).output);
   EXPECT_EQ(json.at("odometry"), folder_ / "odometry.tum");
   EXPECT_EQ(json.at("estimates").at(0).at("unusable").at("no_odometry_nearby"), 1);
+  EXPECT_EQ(json.at("estimates").at(0).at("extrapolated"), 1);  // the estimate ends at 2 s
   EXPECT_NEAR(json.at("estimates").at(0).at("translation_m").at("max"), 0.0, 1e-9);
 }
 

@@ -8,6 +8,7 @@
 namespace matchbox_slam {
 
 struct ClockOffsetOptions {
+  static constexpr double kWidestRange = 86400.0;  ///< [s], a day takes minutes
   double range = 120.0;      ///< [s], > 0; offsets from -range to range are tried
   double max_gap = 0.5;      ///< [s], truth is not interpolated across more than this
   double min_overlap = 0.5;  ///< in (0, 1], share of the largest overlap that an offset must have
@@ -37,8 +38,14 @@ struct ClockOffset {
 /// Throws EvaluationError, which says what to do, when one of the two is empty or they never
 /// overlap, and when the answer would mean nothing: when the error is about the same (less than a
 /// quarter more, or 5 mm) at an offset more than 3 s from the best one, because the robot rests,
-/// drives straight or turns in circles, or repeats itself; and when the best one is at the end of
-/// the offsets tried. Throws std::invalid_argument for options that are not allowed.
+/// drives straight or turns in circles, or repeats itself; when the best one is at the end of the
+/// offsets tried; and when the trajectories do not fit even there. They do not when the error is
+/// more than a tenth of the path's extent (both root mean squares), or when headings, which play no
+/// part in the alignment, differ by more than 0.02 rad and a twentieth of their own spread, a
+/// constant difference aside. Trajectories without headings, all of which are the same, are judged
+/// by positions alone. Of random pieces of winding drives that overlap too little or not at all,
+/// about one in 250 still fits that well somewhere. Throws std::invalid_argument for options that
+/// are not allowed.
 [[nodiscard]] ClockOffset find_clock_offset(const Trajectory& estimate, const Trajectory& truth,
                                             const ClockOffsetOptions& options = {});
 
