@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "evaluation_plot.hpp"
+#include "json_text.hpp"
 #include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
 #include "text_table.hpp"
 #include "truth_options.hpp"
@@ -124,7 +125,7 @@ void run(const AteCommand& command) {
     write_plot(command.plot, figure_of(truth, results));
   }
   if (command.json) {
-    std::cout << json_of(command, truth, results).dump(2) << std::endl;
+    std::cout << json_text(json_of(command, truth, results)) << std::endl;
   } else {
     std::cout << heading_of(command, truth) << table_of(results) << std::flush;
   }

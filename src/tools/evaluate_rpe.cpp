@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "evaluation_plot.hpp"
+#include "json_text.hpp"
 #include "matchbox_slam/evaluation/relative_pose_error.hpp"
 #include "text_table.hpp"
 #include "truth_options.hpp"
@@ -161,7 +162,7 @@ void run(const RpeCommand& command) {
     write_plot(command.plot, figure_of(results));
   }
   if (command.json) {
-    std::cout << json_of(truth, results).dump(2) << std::endl;
+    std::cout << json_text(json_of(truth, results)) << std::endl;
   } else {
     std::cout << heading_of(truth) << tables_of(results) << std::flush;
   }
