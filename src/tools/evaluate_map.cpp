@@ -10,6 +10,7 @@
 #include "evaluation_plot.hpp"
 #include "json_text.hpp"
 #include "map_quality_picture.hpp"
+#include "matchbox_slam/common/number_text.hpp"
 #include "matchbox_slam/evaluation/map_quality.hpp"
 #include "matchbox_slam/evaluation/trajectory.hpp"
 #include "matchbox_slam/io/file.hpp"

@@ -10,6 +10,7 @@
 
 #include "evaluation_plot.hpp"
 #include "json_text.hpp"
+#include "matchbox_slam/common/number_text.hpp"
 #include "matchbox_slam/evaluation/relation_error.hpp"
 #include "matchbox_slam/io/relations_file.hpp"
 #include "matchbox_slam/io/tum.hpp"

@@ -11,6 +11,7 @@
 
 #include "evaluation_plot.hpp"
 #include "json_text.hpp"
+#include "matchbox_slam/common/number_text.hpp"
 #include "matchbox_slam/evaluation/relative_pose_error.hpp"
 #include "text_table.hpp"
 #include "truth_options.hpp"

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "matchbox_slam/common/number_text.hpp"
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/common/parameters.hpp"
 #include "matchbox_slam/io/file.hpp"
@@ -22,20 +23,6 @@ namespace {
                            "such as 0.275");
 }
 
-double lever_arm_number(const std::string& word, const std::string& whole) {
-  const ParameterValue value = parse_parameter_value(word);
-  double number = std::nan("");
-  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
-    number = static_cast<double>(*integer);
-  } else if (const auto* real = std::get_if<double>(&value)) {
-    number = *real;
-  }
-  if (!std::isfinite(number)) {
-    refuse_lever_arm(whole);
-  }
-  return number;
-}
-
 Pose2 parse_lever_arm(const std::string& text) {
   if (text.empty()) {
     return {};
@@ -43,7 +30,11 @@ Pose2 parse_lever_arm(const std::string& text) {
   std::vector<double> numbers;
   std::istringstream stream(text + ',');
   for (std::string word; std::getline(stream, word, ',');) {
-    numbers.push_back(lever_arm_number(word, text));
+    const std::optional<double> number = finite_number(word);
+    if (!number) {
+      refuse_lever_arm(text);
+    }
+    numbers.push_back(*number);
   }
   if (numbers.size() > 3) {
     refuse_lever_arm(text);

@@ -9,8 +9,8 @@ namespace matchbox_slam {
 
 struct ClockOffsetOptions {
   static constexpr double kWidestRange = 86400.0;  ///< [s], a day takes minutes
-  double range = 120.0;      ///< [s], > 0; offsets from -range to range are tried
-  double max_gap = 0.5;      ///< [s], truth is not interpolated across more than this
+  double range = 120.0;             ///< [s], > 0; offsets from -range to range are tried
+  double max_gap = kDefaultMaxGap;  ///< [s], truth is not interpolated across more than this
   double min_overlap = 0.5;  ///< in (0, 1], share of the largest overlap that an offset must have
 };
 
