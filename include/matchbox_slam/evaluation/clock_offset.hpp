@@ -44,7 +44,7 @@ struct ClockOffset {
 /// part in the alignment, differ by more than 0.02 rad and a twentieth of their own spread, a
 /// constant difference aside. Trajectories without headings, all of which are the same, are judged
 /// by positions alone. Of random pieces of winding drives that overlap too little or not at all,
-/// about one in 250 still fits that well somewhere. Throws std::invalid_argument for options that
+/// about one in 350 still fits that well somewhere. Throws std::invalid_argument for options that
 /// are not allowed.
 [[nodiscard]] ClockOffset find_clock_offset(const Trajectory& estimate, const Trajectory& truth,
                                             const ClockOffsetOptions& options = {});
