@@ -26,8 +26,9 @@ def main():
     matchers = [word for name in arguments.matcher for word in ('--matcher', name)]
     others = [word for other in arguments.other for word in ('--other', other)]
     here = os.path.dirname(os.path.abspath(__file__))
-    for script, options in (('run_bags.py', matchers + others), ('run_pairs.py', matchers),
-                            ('run_micro.py', [])):
+    # The micro-benchmarks first: they need Google Benchmark, and soon say so where it is missing.
+    for script, options in (('run_micro.py', []), ('run_bags.py', matchers + others),
+                            ('run_pairs.py', matchers)):
         command = [sys.executable, os.path.join(here, script), '--out', arguments.out] + options
         if subprocess.run(command).returncode != 0:
             sys.exit('run.py: %s failed' % script)

@@ -112,6 +112,17 @@ def other_table(rows, others):
     return '\n'.join(lines)
 
 
+def shared_configurations(rows):
+    """By matcher, the effective configuration it had on every bag, without what differs between them."""
+    shared = {}
+    for row in rows:
+        own = row['configuration']
+        before = shared.get(row['matcher'], own)
+        shared[row['matcher']] = {key: value for key, value in before.items()
+                                  if key in own and own[key] == value}
+    return shared
+
+
 def write_report(rows, others, arguments, folder):
     os.makedirs(folder, exist_ok=True)
     text = '\n'.join(heading('Whole programs over bags', 'run_bags.py', arguments) + [
@@ -119,14 +130,14 @@ def write_report(rows, others, arguments, folder):
         'of a simulated bag stands behind its name',
         '- error: root mean square distance from the truth after SE(2) alignment (ATE); of intel the mean '
         'error of its verified relations',
-        '- the effective configuration of each matcher lies beside this page', '',
+        '- the effective configuration of each matcher lies beside this page, without what differs '
+        'between the bags', '',
         table(rows), other_table(rows, others), ''])
     with open(os.path.join(folder, 'BAGS.md'), 'w') as file:
         file.write(text)
-    for row in rows:
-        with open(os.path.join(folder, row['matcher'] + '.json'), 'w') as file:
-            shared = {k: v for k, v in row['configuration'].items() if not k.endswith('_frame')}
-            json.dump(shared, file, indent=2, sort_keys=True)
+    for matcher, configuration in shared_configurations(rows).items():
+        with open(os.path.join(folder, matcher + '.json'), 'w') as file:
+            json.dump(configuration, file, indent=2, sort_keys=True)
             file.write('\n')
     print(text)
 
@@ -141,6 +152,8 @@ def main():
     parser.add_argument('--other', action='append', default=[],
                         metavar='RECORDING:SYSTEM=FILE.tum')
     arguments = parser.parse_args()
+    if arguments.runs < 1:
+        parser.error('--runs: %d is not allowed; allowed: at least 1' % arguments.runs)
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         bags = []

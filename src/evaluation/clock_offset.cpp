@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
-#include <locale>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "matchbox_slam/common/number_text.hpp"
 #include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
 
 namespace matchbox_slam {
@@ -33,15 +31,8 @@ constexpr double kNoHeadings = 1e-6;    // [rad], spread of what holds no headin
 
 using Curve = std::vector<ClockOffsetFit>;
 
-std::string quantity(double value, int decimals, const char* unit) {
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  text << std::fixed << std::setprecision(decimals) << value << ' ' << unit;
-  return text.str();
-}
-
-std::string seconds(double value) { return quantity(value, 2, "s"); }
-std::string metres(double value) { return quantity(value, 4, "m"); }
+std::string seconds(double value) { return fixed_text(value, 2) + " s"; }
+std::string metres(double value) { return fixed_text(value, 4) + " m"; }
 
 std::vector<StampedPose2> thinned(const std::vector<StampedPose2>& poses) {
   const std::size_t step = (poses.size() + kMostPoses - 1) / kMostPoses;
@@ -254,7 +245,7 @@ void require_headings_that_fit(const ClockOffsetFit& best, const std::vector<Pos
   }
   const double difference = angular_spread(differences);
   if (difference > kHeadingNoise + kMostOfHeadings * spread) {
-    throw_no_fit(best, "headings differ by " + quantity(difference, 3, "rad") +
+    throw_no_fit(best, "headings differ by " + fixed_text(difference, 3) + " rad" +
                            " and not by a constant angle");
   }
 }

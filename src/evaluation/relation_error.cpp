@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
 #include <iterator>
 #include <limits>
 #include <locale>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+
+#include "matchbox_slam/common/number_text.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -123,9 +124,9 @@ void check(const Trajectory& estimate, const std::vector<Relation>& relations,
   text.imbue(std::locale::classic());
   text << "no relation is usable: none has a pose of the "
        << (is_odometry ? "odometry" : "estimate") << " within " << max_distance
-       << " s of both its stamps; the relations are from " << std::fixed << std::setprecision(3)
-       << first << " to " << last << " s, the " << (is_odometry ? "odometry" : "estimate")
-       << " from " << time_range_text(poses) << "; are both in the same clock?";
+       << " s of both its stamps; the relations are from " << fixed_text(first, 3) << " to "
+       << fixed_text(last, 3) << " s, the " << (is_odometry ? "odometry" : "estimate") << " from "
+       << time_range_text(poses) << "; are both in the same clock?";
   throw EvaluationError(text.str());
 }
 

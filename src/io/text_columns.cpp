@@ -1,10 +1,8 @@
 #include "text_columns.hpp"
 
-#include <cmath>
-#include <limits>
 #include <sstream>
 
-#include "matchbox_slam/common/parameters.hpp"
+#include "matchbox_slam/common/number_text.hpp"
 #include "matchbox_slam/io/file.hpp"
 
 namespace matchbox_slam {
@@ -24,17 +22,11 @@ std::vector<std::string> words_of(const std::string& line) {
 
 double read_finite_number(const std::string& word, const std::string& column,
                           const TextPlace& place) {
-  const ParameterValue value = parse_parameter_value(word);
-  double number = std::numeric_limits<double>::quiet_NaN();
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
-    number = static_cast<double>(*whole);
-  } else if (const auto* real = std::get_if<double>(&value)) {
-    number = *real;
-  }
-  if (!std::isfinite(number)) {
+  const std::optional<double> number = finite_number(word);
+  if (!number) {
     place.fail(column + " is '" + word + "', not a finite number");
   }
-  return number;
+  return *number;
 }
 
 }  // namespace matchbox_slam

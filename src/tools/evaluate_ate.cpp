@@ -7,41 +7,30 @@
 #include <string>
 #include <vector>
 
-#include "evaluation_plot.hpp"
+#include "comparison.hpp"
+#include "json_text.hpp"
+#include "matchbox_slam/common/number_text.hpp"
 #include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
 #include "text_table.hpp"
-#include "truth_options.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-struct AteCommand {
-  std::vector<std::string> estimates;
-  TruthOptions truth;
+struct AteCommand : ComparisonOptions {
   std::string alignment = "se2";
-  bool json = false;
-  std::string plot;
 };
 
-struct Result {
-  std::string name;
-  AbsoluteTrajectoryError error;
-};
+using Result = Measured<AbsoluteTrajectoryError>;
 
 std::vector<Result> evaluate(const AteCommand& command, const std::vector<Estimate>& estimates,
                              const Truth& truth) {
   AbsoluteTrajectoryErrorOptions options;
   options.alignment = command.alignment == "none" ? Alignment::kNone : Alignment::kSe2;
   options.max_gap = command.truth.max_gap;
-  std::vector<Result> results;
-  for (const auto& [path, trajectory] : estimates) {
-    try {
-      results.push_back({path, absolute_trajectory_error(trajectory, truth.trajectory, options)});
-    } catch (const EvaluationError& error) {
-      throw EvaluationError(path + " against " + command.truth.path + ": " + error.what());
-    }
-  }
-  return results;
+  return measure_each<AbsoluteTrajectoryError>(
+      estimates, truth, [&](const Trajectory& estimate, const Trajectory& actual) {
+        return absolute_trajectory_error(estimate, actual, options);
+      });
 }
 
 std::string table_of(const std::vector<Result>& results) {
@@ -124,7 +113,7 @@ void run(const AteCommand& command) {
     write_plot(command.plot, figure_of(truth, results));
   }
   if (command.json) {
-    std::cout << json_of(command, truth, results).dump(2) << std::endl;
+    std::cout << json_text(json_of(command, truth, results)) << std::endl;
   } else {
     std::cout << heading_of(command, truth) << table_of(results) << std::flush;
   }
@@ -136,16 +125,11 @@ void add_ate_command(CLI::App& app) {
   const auto command = std::make_shared<AteCommand>();
   CLI::App* ate = app.add_subcommand(
       "ate", "Absolute trajectory error: how far estimates are from the truth over all");
-  ate->add_option("estimates", command->estimates, "Trajectories to evaluate, in the TUM format")
-      ->type_name("EST.tum")
-      ->required();
-  add_truth_options(*ate, command->truth);
+  add_comparison_options(*ate, *command);
   ate->add_option(
          "--align", command->alignment,
          "se2 (default): shift and rotate each estimate onto the truth first; none: leave it")
       ->check(CLI::IsMember({"se2", "none"}));
-  ate->add_flag("--json", command->json, "Print JSON instead of a table");
-  add_plot_option(*ate, command->plot);
   ate->callback([command] { run(*command); });
 }
 

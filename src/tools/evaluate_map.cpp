@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "evaluation_plot.hpp"
+#include "json_text.hpp"
 #include "map_quality_picture.hpp"
+#include "matchbox_slam/common/number_text.hpp"
 #include "matchbox_slam/evaluation/map_quality.hpp"
 #include "matchbox_slam/evaluation/trajectory.hpp"
 #include "matchbox_slam/io/file.hpp"
@@ -80,7 +82,7 @@ void run(const MapCommand& command) {
     replace_file(command.plot, encode_png(draw_map_qualities(results)));
   }
   if (command.json) {
-    std::cout << json_of(results).dump(2) << std::endl;
+    std::cout << json_text(json_of(results)) << std::endl;
   } else {
     std::cout << "Map quality without ground truth (Filatov et al. 2017), lower is better\n"
                  "Compares maps of one place and one resolution with each other\n\n"

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "evaluation_plot.hpp"
+#include "json_text.hpp"
+#include "matchbox_slam/common/number_text.hpp"
 #include "matchbox_slam/evaluation/relation_error.hpp"
 #include "matchbox_slam/io/relations_file.hpp"
 #include "matchbox_slam/io/tum.hpp"
@@ -134,7 +136,7 @@ void run(const RelationsCommand& command) {
     write_plot(command.plot, figure_of(results));
   }
   if (command.json) {
-    std::cout << json_of(command, relations.size(), results).dump(2) << std::endl;
+    std::cout << json_text(json_of(command, relations.size(), results)) << std::endl;
   } else {
     std::cout << heading_of(command, relations.size()) << table_of(results) << std::flush;
   }

@@ -9,38 +9,24 @@
 #include <string>
 #include <vector>
 
-#include "evaluation_plot.hpp"
+#include "comparison.hpp"
+#include "json_text.hpp"
+#include "matchbox_slam/common/number_text.hpp"
 #include "matchbox_slam/evaluation/relative_pose_error.hpp"
 #include "text_table.hpp"
-#include "truth_options.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-struct RpeCommand {
-  std::vector<std::string> estimates;
-  TruthOptions truth;
-  bool json = false;
-  std::string plot;
-};
-
-struct Result {
-  std::string name;
-  RelativePoseError error;
-};
+using Result = Measured<RelativePoseError>;
 
 std::vector<Result> evaluate(const std::vector<Estimate>& estimates, const Truth& truth) {
   RelativePoseErrorOptions options;
   options.max_gap = truth.options.max_gap;
-  std::vector<Result> results;
-  for (const auto& [path, trajectory] : estimates) {
-    try {
-      results.push_back({path, relative_pose_error(trajectory, truth.trajectory, options)});
-    } catch (const EvaluationError& error) {
-      throw EvaluationError(path + " against " + truth.options.path + ": " + error.what());
-    }
-  }
-  return results;
+  return measure_each<RelativePoseError>(estimates, truth,
+                                         [&](const Trajectory& estimate, const Trajectory& actual) {
+                                           return relative_pose_error(estimate, actual, options);
+                                         });
 }
 
 /// Such as "per scan", "per 5 m".
@@ -152,7 +138,7 @@ nlohmann::json figure_of(const std::vector<Result>& results) {
   return figure;
 }
 
-void run(const RpeCommand& command) {
+void run(const ComparisonOptions& command) {
   require_plot_file(command.plot);
   const std::vector<Estimate> estimates = read_estimates(command.estimates);
   const Truth truth = read_truth(command.truth, estimates.front());
@@ -161,7 +147,7 @@ void run(const RpeCommand& command) {
     write_plot(command.plot, figure_of(results));
   }
   if (command.json) {
-    std::cout << json_of(truth, results).dump(2) << std::endl;
+    std::cout << json_text(json_of(truth, results)) << std::endl;
   } else {
     std::cout << heading_of(truth) << tables_of(results) << std::flush;
   }
@@ -170,15 +156,10 @@ void run(const RpeCommand& command) {
 }  // namespace
 
 void add_rpe_command(CLI::App& app) {
-  const auto command = std::make_shared<RpeCommand>();
+  const auto command = std::make_shared<ComparisonOptions>();
   CLI::App* rpe = app.add_subcommand(
       "rpe", "Relative pose error: how fast estimates drift, per scan, second and metre");
-  rpe->add_option("estimates", command->estimates, "Trajectories to evaluate, in the TUM format")
-      ->type_name("EST.tum")
-      ->required();
-  add_truth_options(*rpe, command->truth);
-  rpe->add_flag("--json", command->json, "Print JSON instead of tables");
-  add_plot_option(*rpe, command->plot);
+  add_comparison_options(*rpe, *command);
   rpe->callback([command] { run(*command); });
 }
 

@@ -11,6 +11,7 @@
 #include <memory>
 #include <system_error>
 
+#include "json_text.hpp"
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/io/file.hpp"
 
@@ -107,7 +108,7 @@ void require_plot_file(const std::string& path) {
 }
 
 void write_plot(const std::string& path, const nlohmann::json& figure) {
-  const File input = temporary_file_with(figure.dump());
+  const File input = temporary_file_with(json_text(figure, -1));
   const File output = temporary_file();
   const File errors = temporary_file();
   if (run(plot_program(), input.get(), output.get(), errors.get()) != 0) {

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <iomanip>
-#include <locale>
-#include <sstream>
 
 namespace matchbox_slam {
 namespace {
@@ -35,13 +32,6 @@ std::string format_table(const std::vector<std::vector<std::string>>& rows) {
     text += '\n';
   }
   return text;
-}
-
-std::string fixed_text(double value, int decimals) {
-  std::ostringstream stream;
-  stream.imbue(std::locale::classic());
-  stream << std::fixed << std::setprecision(decimals) << value;
-  return stream.str();
 }
 
 }  // namespace matchbox_slam

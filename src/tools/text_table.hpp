@@ -10,7 +10,4 @@ namespace matchbox_slam {
 /// @param rows  the first one is the heading; all as long as the heading.
 [[nodiscard]] std::string format_table(const std::vector<std::vector<std::string>>& rows);
 
-/// A number with so many decimals, whatever the locale.
-[[nodiscard]] std::string fixed_text(double value, int decimals);
-
 }  // namespace matchbox_slam

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "matchbox_slam/common/number_text.hpp"
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/common/parameters.hpp"
 #include "matchbox_slam/io/file.hpp"
@@ -22,20 +23,6 @@ namespace {
                            "such as 0.275");
 }
 
-double lever_arm_number(const std::string& word, const std::string& whole) {
-  const ParameterValue value = parse_parameter_value(word);
-  double number = std::nan("");
-  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
-    number = static_cast<double>(*integer);
-  } else if (const auto* real = std::get_if<double>(&value)) {
-    number = *real;
-  }
-  if (!std::isfinite(number)) {
-    refuse_lever_arm(whole);
-  }
-  return number;
-}
-
 Pose2 parse_lever_arm(const std::string& text) {
   if (text.empty()) {
     return {};
@@ -43,7 +30,11 @@ Pose2 parse_lever_arm(const std::string& text) {
   std::vector<double> numbers;
   std::istringstream stream(text + ',');
   for (std::string word; std::getline(stream, word, ',');) {
-    numbers.push_back(lever_arm_number(word, text));
+    const std::optional<double> number = finite_number(word);
+    if (!number) {
+      refuse_lever_arm(text);
+    }
+    numbers.push_back(*number);
   }
   if (numbers.size() > 3) {
     refuse_lever_arm(text);
@@ -53,13 +44,14 @@ Pose2 parse_lever_arm(const std::string& text) {
 }
 
 void check(const TruthOptions& options) {
-  if (!(options.max_gap > 0.0)) {
+  if (!(options.max_gap > 0.0) || !std::isfinite(options.max_gap)) {
     throw ConfigurationError("--max-gap: " + to_string(options.max_gap) +
-                             " s is not allowed; allowed: more than 0");
+                             " s is not allowed; allowed: more than 0, and finite");
   }
-  if (!std::isfinite(options.time_offset)) {
+  constexpr double kGreatestOffset = 1e9;  // [s], more than 30 years
+  if (!(std::abs(options.time_offset) <= kGreatestOffset)) {
     throw ConfigurationError("--time-offset: " + to_string(options.time_offset) +
-                             " s is not allowed; allowed: any finite number");
+                             " s is not allowed; allowed: -1e9 to 1e9");
   }
   if (!(options.offset_range >= 1.0 && options.offset_range <= ClockOffsetOptions::kWidestRange)) {
     throw ConfigurationError("--offset-range: " + to_string(options.offset_range) +
@@ -131,10 +123,11 @@ std::string describe_search(const Truth& truth) {
   for (const ClockOffsetFit& fit : thinned(*truth.search)) {
     rows.push_back({fixed_text(fit.offset, 2), fixed_text(fit.rmse, 4), std::to_string(fit.poses)});
   }
+  const std::vector<ClockOffsetFit>& curve = truth.search->curve;
   return "Clock offset found with " + truth.searched_with + ", best of " +
-         std::to_string(truth.search->curve.size()) + " from " +
-         fixed_text(-truth.options.offset_range, 0) + " to " +
-         fixed_text(truth.options.offset_range, 0) + " s; around it:\n" + format_table(rows);
+         std::to_string(curve.size()) + " from " + fixed_text(curve.front().offset, 0) + " to " +
+         fixed_text(curve.back().offset, 0) + " s, where enough overlaps; around it:\n" +
+         format_table(rows);
 }
 
 nlohmann::json search_to_json(const Truth& truth) {
@@ -213,8 +206,9 @@ std::string describe(const Truth& truth) {
     text += describe_search(truth);
   }
   if (truth.search || truth.time_offset != 0.0) {
-    text += "Truth's stamps " + std::string(truth.time_offset < 0.0 ? "- " : "+ ") +
-            fixed_text(std::abs(truth.time_offset), 3) + " s\n";
+    const std::string seconds = fixed_text(std::abs(truth.time_offset), 3);
+    const bool is_earlier = truth.time_offset < 0.0 && seconds != "0.000";
+    text += std::string("Truth's stamps ") + (is_earlier ? "- " : "+ ") + seconds + " s\n";
   }
   return text + "Truth interpolated at the stamps of the estimate, across gaps of up to " +
          fixed_text(truth.options.max_gap, 2) + " s\n";

@@ -52,6 +52,17 @@ TEST_F(Evaluate, PrintsJson) {
   EXPECT_TRUE(contains(outcome.output, "\"y_m\": -1.0")) << outcome.output;
 }
 
+TEST_F(Evaluate, NamesThatAreNotUtf8AreReplacedInJson) {
+  const std::string latin1 = folder_ / "caf\xE9.tum";
+  replace_file(latin1, read_file(truth_));
+  for (const std::string command : {"ate", "rpe"}) {
+    const Outcome outcome =
+        run_evaluate(command + " " + latin1 + " --max-gap 1 --json --truth " + truth_);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "/caf\xEF\xBF\xBD.tum")) << outcome.output;
+  }
+}
+
 TEST_F(Evaluate, HelpSucceeds) {
   EXPECT_EQ(run_evaluate("--help").exit_code, 0);
   for (const std::string command : {"ate", "rpe", "relations"}) {

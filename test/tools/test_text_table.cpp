@@ -13,10 +13,5 @@ TEST(FormatTable, CountsCharactersAndNotBytes) {
   EXPECT_EQ(format_table({{"e", "1 ± 2"}, {"ü", "–"}}), "e  1 ± 2\nü      –\n");
 }
 
-TEST(FixedText, HasSoManyDecimals) {
-  EXPECT_EQ(fixed_text(1.0 / 3.0, 3), "0.333");
-  EXPECT_EQ(fixed_text(-2.5, 0), "-2");
-}
-
 }  // namespace
 }  // namespace matchbox_slam

@@ -81,6 +81,8 @@ TEST_F(TruthOptionsOfEvaluate, TheTableSaysWhatWasDoneToTheTruth) {
   const std::string moved = run_evaluate(command + " --lever-arm 1,0.5 --time-offset -0.25").output;
   EXPECT_TRUE(contains(moved, "at x 1.000 m, y 0.500 m, theta 0.0000 rad")) << moved;
   EXPECT_TRUE(contains(moved, "Truth's stamps - 0.250 s")) << moved;
+  const std::string tiny = run_evaluate(command + " --time-offset -1e-19").output;
+  EXPECT_TRUE(contains(tiny, "Truth's stamps + 0.000 s")) << tiny;
   const std::string plain = run_evaluate(command).output;
   EXPECT_FALSE(contains(plain, "Truth moved")) << plain;
   EXPECT_FALSE(contains(plain, "Truth's stamps")) << plain;
@@ -89,9 +91,9 @@ TEST_F(TruthOptionsOfEvaluate, TheTableSaysWhatWasDoneToTheTruth) {
 TEST_F(TruthOptionsOfEvaluate, WrongUsageExitsWithTwoAndOneLine) {
   for (const std::string options :
        {"--lever-arm one", "--lever-arm 1,2,3,4", "--lever-arm 1,,2", "--lever-arm nan",
-        "--time-offset soon", "--time-offset nan", "--find-offset --time-offset 1",
-        "--offset-range 10", "--find-offset --offset-range 0",
-        "--find-offset --offset-range 1e9"}) {
+        "--time-offset soon", "--time-offset nan", "--time-offset 1e30", "--max-gap inf",
+        "--max-gap nan", "--find-offset --time-offset 1", "--offset-range 10",
+        "--find-offset --offset-range 0", "--find-offset --offset-range 1e9"}) {
     const Outcome outcome = run_evaluate("ate " + estimate_ + " --truth " + truth_ + " " + options);
     EXPECT_EQ(outcome.exit_code, 2) << options << ": " << outcome.output;
     EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
@@ -124,6 +126,9 @@ TEST_F(TruthOptionsOfEvaluate, FindsTheOffsetOfMitStataAndComparesWithIt) {
   const Outcome printed = run_evaluate("ate " + options);
   EXPECT_EQ(printed.exit_code, 0);
   EXPECT_TRUE(contains(printed.output, "\n82.20     0.0000   1999\n")) << printed.output;
+  // At -120 s less than half of the 200 s overlap.
+  EXPECT_FALSE(contains(printed.output, "from -120 to")) << printed.output;
+  EXPECT_TRUE(contains(printed.output, " to 120 s, where enough overlaps")) << printed.output;
   EXPECT_TRUE(contains(printed.output, "Truth's stamps + 82.200 s\n")) << printed.output;
   EXPECT_LT(line_count(printed.output), 40U);
   const auto json = nlohmann::json::parse(run_evaluate("ate --json " + options).output);

@@ -24,7 +24,7 @@ enum class Alignment {
 
 struct AbsoluteTrajectoryErrorOptions {
   Alignment alignment = Alignment::kSe2;
-  double max_gap = 0.5;  ///< [s], truth is not interpolated across more than this
+  double max_gap = kDefaultMaxGap;  ///< [s], truth is not interpolated across more than this
 };
 
 /// How far an estimate is from the truth over all (ATE; Sturm et al. 2012).

@@ -9,8 +9,8 @@ namespace matchbox_slam {
 
 struct ClockOffsetOptions {
   static constexpr double kWidestRange = 86400.0;  ///< [s], a day takes minutes
-  double range = 120.0;      ///< [s], > 0; offsets from -range to range are tried
-  double max_gap = 0.5;      ///< [s], truth is not interpolated across more than this
+  double range = 120.0;             ///< [s], > 0; offsets from -range to range are tried
+  double max_gap = kDefaultMaxGap;  ///< [s], truth is not interpolated across more than this
   double min_overlap = 0.5;  ///< in (0, 1], share of the largest overlap that an offset must have
 };
 
@@ -44,7 +44,7 @@ struct ClockOffset {
 /// part in the alignment, differ by more than 0.02 rad and a twentieth of their own spread, a
 /// constant difference aside. Trajectories without headings, all of which are the same, are judged
 /// by positions alone. Of random pieces of winding drives that overlap too little or not at all,
-/// about one in 250 still fits that well somewhere. Throws std::invalid_argument for options that
+/// about one in 350 still fits that well somewhere. Throws std::invalid_argument for options that
 /// are not allowed.
 [[nodiscard]] ClockOffset find_clock_offset(const Trajectory& estimate, const Trajectory& truth,
                                             const ClockOffsetOptions& options = {});

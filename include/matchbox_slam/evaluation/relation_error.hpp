@@ -53,8 +53,8 @@ struct RelationError {
 /// shorter arc. Before its first and after its last pose that one alone is carried. Without
 /// odometry the estimate is interpolated, and stands still outside its range.
 ///
-/// A relation is usable when odometry has a pose within `max_distance` of
-/// both its stamps; without odometry, when the estimate has.
+/// A relation is usable when odometry has a pose within `max_distance` of both its stamps; without
+/// odometry, when the estimate has.
 ///
 /// Throws EvaluationError when the estimate, the odometry or the relations are empty, and when no
 /// relation is usable: the text then names the time ranges. Throws std::invalid_argument for

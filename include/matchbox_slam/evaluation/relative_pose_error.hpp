@@ -26,8 +26,8 @@ struct RelativePoseErrorOptions {
                                  {PairRule::Unit::kMetre, 1.0},
                                  {PairRule::Unit::kMetre, 5.0},
                                  {PairRule::Unit::kMetre, 10.0}};
-  double max_gap = 0.5;    ///< [s], truth is not interpolated across more than this
-  double tolerance = 0.1;  ///< >= 0, how far a pair may be from the step, as a share of it
+  double max_gap = kDefaultMaxGap;  ///< [s], truth is not interpolated across more than this
+  double tolerance = 0.1;           ///< >= 0, how far a pair may be from the step, as a share of it
 };
 
 struct RelativeDifference {

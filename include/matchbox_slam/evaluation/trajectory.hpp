@@ -16,6 +16,9 @@ class EvaluationError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Truth is not interpolated across more than this, unless options say otherwise [s].
+constexpr double kDefaultMaxGap = 0.5;
+
 struct StampedPose2 {
   double stamp = 0.0;  ///< [s]
   Pose2 pose;
