@@ -16,6 +16,7 @@ namespace {
 // surfaces around it are gathered once for many cells.
 constexpr int kBlockBits = 4;
 constexpr int kBlockSize = 1 << kBlockBits;
+static_assert(kBlockSize == MaximumPyramid::kBlockSize);
 constexpr std::size_t kBlockCells = std::size_t{kBlockSize} * kBlockSize;
 
 constexpr int kSquareSteps = 4096;
@@ -102,9 +103,14 @@ void LikelihoodField::update(const std::vector<SurfaceHit>& hits,
     add_hit(hit);
     changed.push_back(geometry_.cell_at(hit.position));
   }
-  for (const Cell& block : blocks_around(std::move(changed))) {
+  const std::vector<Cell> blocks = blocks_around(std::move(changed));
+  for (const Cell& block : blocks) {
     render_block(block);
   }
+  bounds_.update(blocks, [this](const Cell& position) {
+    const Tile* tile = tiles_.find(position);
+    return tile == nullptr ? nullptr : &tile->likelihood;
+  });
 }
 
 void LikelihoodField::add_hit(const SurfaceHit& hit) {

@@ -6,6 +6,7 @@
 
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/map/grid_geometry.hpp"
+#include "matchbox_slam/map/maximum_pyramid.hpp"
 #include "matchbox_slam/map/tiled_grid.hpp"
 
 namespace matchbox_slam {
@@ -71,6 +72,9 @@ class LikelihoodField {
 
   [[nodiscard]] const Tiles& tiles() const { return tiles_; }
 
+  /// Upper bounds of the likelihood over windows of cells.
+  [[nodiscard]] const MaximumPyramid& bounds() const { return bounds_; }
+
   /// Likelihood of a scan point in this cell, 0...255; 0 far from everything.
   [[nodiscard]] std::uint8_t likelihood(const Cell& cell) const {
     const Tile* tile = tiles_.find(Tiles::tile_of(cell));
@@ -91,7 +95,9 @@ class LikelihoodField {
 
   [[nodiscard]] bool has_surface(const Cell& cell) const;
 
-  [[nodiscard]] std::size_t bytes() const { return tiles_.bytes() + surfaces_.bytes(); }
+  [[nodiscard]] std::size_t bytes() const {
+    return tiles_.bytes() + surfaces_.bytes() + bounds_.bytes();
+  }
 
  private:
   struct StoredSurface {
@@ -123,6 +129,7 @@ class LikelihoodField {
   std::size_t surface_count_ = 0;
   SurfaceTiles surfaces_;
   Tiles tiles_;
+  MaximumPyramid bounds_;
 };
 
 }  // namespace matchbox_slam
