@@ -3,6 +3,7 @@
 #include "benchmark_scene.hpp"
 #include "matchbox_slam/matching/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
+#include "matchbox_slam/matching/olson_matcher.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -40,6 +41,7 @@ void match(benchmark::State& state) {
 
 MATCHBOX_BENCHMARK_MATCHER(MonteCarloMatcher);
 MATCHBOX_BENCHMARK_MATCHER(OdometryOnlyMatcher);
+MATCHBOX_BENCHMARK_MATCHER(OlsonMatcher);
 
 /// By the number of poses that are drawn.
 void match_monte_carlo_tries(benchmark::State& state) {

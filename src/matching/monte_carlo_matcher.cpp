@@ -295,14 +295,8 @@ std::vector<OptionDescription> MonteCarloMatcher::options() const {
 }
 
 MatchResult MonteCarloMatcher::match(const MatchProblem& problem) const {
-  if (!is_valid_prior(problem)) {
-    return rejected(problem, MatchStatus::kRejectedInvalidPrior);
-  }
-  if (problem.scan.points.empty()) {
-    return rejected(problem, MatchStatus::kRejectedTooFewPoints);
-  }
-  if (problem.field.empty()) {
-    return rejected(problem, MatchStatus::kRejectedNoReference);
+  if (const std::optional<MatchResult> rejection = reject_unmatchable(problem)) {
+    return *rejection;
   }
   Random random(problem.seed);
   const Found found = repeated_search(problem, options_, random);

@@ -42,4 +42,17 @@ MatchResult rejected(const MatchProblem& problem, MatchStatus why) {
   return result;
 }
 
+std::optional<MatchResult> reject_unmatchable(const MatchProblem& problem) {
+  if (!is_valid_prior(problem)) {
+    return rejected(problem, MatchStatus::kRejectedInvalidPrior);
+  }
+  if (problem.scan.points.empty()) {
+    return rejected(problem, MatchStatus::kRejectedTooFewPoints);
+  }
+  if (problem.field.empty()) {
+    return rejected(problem, MatchStatus::kRejectedNoReference);
+  }
+  return std::nullopt;
+}
+
 }  // namespace matchbox_slam

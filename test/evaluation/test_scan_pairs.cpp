@@ -25,7 +25,6 @@ std::vector<LocatedScan> scans_on_a_line(int count) {
 std::vector<LocatedScan> simulated_scans() {
   SimulationOptions options;
   options.time.duration = 10.0;
-  options.laser.beams = 200;
   const World world = make_world("rooms", 2);
   const SimulatedRun run = simulate_run(world, world.route(), options, 2);
   std::vector<LocatedScan> scans;
@@ -146,8 +145,8 @@ TEST(MatchPairs, FindTheTruthTheSameWithAnyNumberOfThreads) {
     EXPECT_EQ(a.map_from_base.x, b.map_from_base.x);
     EXPECT_EQ(a.map_from_base.theta, b.map_from_base.theta);
     EXPECT_EQ(a.covariance, b.covariance);
-    EXPECT_NEAR(a.map_from_base.x, pairs[i].reference_from_base.x, 0.02);
-    EXPECT_NEAR(a.map_from_base.y, pairs[i].reference_from_base.y, 0.02);
+    EXPECT_NEAR(a.map_from_base.x, pairs[i].reference_from_base.x, 0.005);
+    EXPECT_NEAR(a.map_from_base.y, pairs[i].reference_from_base.y, 0.005);
     EXPECT_GT(one[0][i].seconds, 0.0);
   }
 }

@@ -6,6 +6,7 @@
 
 #include "matchbox_slam/matching/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
+#include "matchbox_slam/matching/olson_matcher.hpp"
 #include "matching/matcher_conformance.hpp"
 
 int main(int argc, char** argv) {
@@ -15,5 +16,7 @@ int main(int argc, char** argv) {
                                [] { return std::make_shared<matchbox_slam::MonteCarloMatcher>(); });
   register_matcher_conformance(
       "OdometryOnly", [] { return std::make_shared<matchbox_slam::OdometryOnlyMatcher>(); });
+  register_matcher_conformance("Olson",
+                               [] { return std::make_shared<matchbox_slam::OlsonMatcher>(); });
   return RUN_ALL_TESTS();
 }

@@ -64,6 +64,20 @@ TEST(Rejected, IsThePriorAndTheReason) {
   EXPECT_EQ(result.score, 0.0);
 }
 
+TEST(RejectUnmatchable, GoesOnOnlyWithAPriorPointsAndAMap) {
+  const auto status = [](const MatchScene& scene, const Pose2& predicted) {
+    const auto rejection = reject_unmatchable(scene.problem(predicted, prior_of(0.1, 0.1)));
+    return rejection ? rejection->status : MatchStatus::kAccepted;
+  };
+  MatchScene scene;
+  EXPECT_EQ(status(scene, {kNan, 0.0, 0.0}), MatchStatus::kRejectedInvalidPrior);
+  EXPECT_EQ(status(scene, {}), MatchStatus::kRejectedTooFewPoints);
+  scene.scan.points.resize(1);
+  EXPECT_EQ(status(scene, {}), MatchStatus::kRejectedNoReference);
+  scene.map.field.update({{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()}}, {});
+  EXPECT_EQ(status(scene, {}), MatchStatus::kAccepted);
+}
+
 TEST(OptimalityProof, GapIsWhatTheBoundLeavesOpen) {
   EXPECT_EQ((OptimalityProof{0.8, 0.5}.gap()), 0.0);
   EXPECT_DOUBLE_EQ((OptimalityProof{0.5, 0.8}.gap()), 0.3);

@@ -10,6 +10,7 @@
 
 #include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
 #include "matchbox_slam/matching/monte_carlo_matcher.hpp"
+#include "matchbox_slam/matching/olson_matcher.hpp"
 #include "matchbox_slam/simulation/make_world.hpp"
 #include "matchbox_slam/simulation/simulated_run.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
@@ -18,10 +19,12 @@ namespace matchbox_slam {
 namespace {
 
 /// Root mean square error of the trajectory after alignment [m].
-double error_of_run(const std::string& world_name, std::uint64_t seed) {
+double error_of_run(
+    const std::string& world_name, std::uint64_t seed,
+    const std::shared_ptr<const ScanMatcher>& matcher = std::make_shared<MonteCarloMatcher>()) {
   const World world = make_world(world_name, seed);
   const SimulatedRun run = simulate_run(world, world.route(), SimulationOptions{}, seed);
-  SlamEngine engine(EngineOptions{}, std::make_shared<MonteCarloMatcher>(), 1);
+  SlamEngine engine(EngineOptions{}, matcher, 1);
   std::vector<StampedPose2> estimate;
   std::vector<StampedPose2> truth;
   for (std::size_t i = 0; i < run.scans.size(); ++i) {

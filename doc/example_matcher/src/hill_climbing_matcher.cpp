@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <optional>
 #include <pluginlib/class_list_macros.hpp>
 
 PLUGINLIB_EXPORT_CLASS(example_matcher::HillClimbingMatcher, matchbox_slam::ScanMatcher)
@@ -39,14 +40,8 @@ std::vector<OptionDescription> HillClimbingMatcher::options() const {
 }
 
 MatchResult HillClimbingMatcher::match(const MatchProblem& problem) const {
-  if (!is_valid_prior(problem)) {
-    return rejected(problem, MatchStatus::kRejectedInvalidPrior);
-  }
-  if (problem.scan.points.empty()) {
-    return rejected(problem, MatchStatus::kRejectedTooFewPoints);
-  }
-  if (problem.field.empty()) {
-    return rejected(problem, MatchStatus::kRejectedNoReference);
+  if (const std::optional<MatchResult> rejection = reject_unmatchable(problem)) {
+    return *rejection;
   }
 
   // Search.

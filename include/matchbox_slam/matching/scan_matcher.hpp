@@ -67,6 +67,9 @@ struct MatchResult {
   std::vector<Eigen::Vector2d> unconstrained_directions;
   std::size_t candidates = 0;  ///< poses evaluated
   std::optional<OptimalityProof> proof;
+  /// Score of the best pose far from the answer, as a share of the answer's: near 1 the scan fits
+  /// two places alike. 0: none was found, or the matcher does not look for one.
+  double rival_share = 0.0;
 
   [[nodiscard]] bool accepted() const { return status == MatchStatus::kAccepted; }
 };
@@ -101,5 +104,9 @@ class ScanMatcher {
 
 /// The answer when there is no match: the prior, and why.
 [[nodiscard]] MatchResult rejected(const MatchProblem& problem, MatchStatus why);
+
+/// The rejection of a problem that no matcher of scan to map can solve: an invalid prior, a scan
+/// without points, an empty map. None: there is something to match.
+[[nodiscard]] std::optional<MatchResult> reject_unmatchable(const MatchProblem& problem);
 
 }  // namespace matchbox_slam

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/map/likelihood_field.hpp"
+
+namespace matchbox_slam {
+
+/// A point of the scan as the search sees it.
+struct SearchPoint {
+  Eigen::Vector2d position;  ///< [m], base frame; less than 1e5 m away
+  int weight = 1;            ///< 1...kMaxSearchWeight
+};
+
+constexpr int kMaxSearchWeight = 64;
+
+/// The poses that are searched: rotations and translations by whole steps from the center, up to as
+/// many steps to each side. Steps of translation are cells divided by a whole number, so that all
+/// of the search is done in integers.
+struct SearchLattice {
+  Pose2 center;             ///< map from base
+  int steps_per_cell = 1;   ///< 1...16
+  int half_xy = 0;          ///< steps to each side along x, and along y; 0...20000
+  int half_theta = 0;       ///< steps to each side in rotation; 0...20000
+  double step_theta = 0.0;  ///< [rad]
+
+  [[nodiscard]] double step_xy(double resolution) const { return resolution / steps_per_cell; }
+};
+
+/// One pose of the lattice, in steps from its center.
+struct LatticePose {
+  int x = 0;
+  int y = 0;
+  int theta = 0;
+};
+
+[[nodiscard]] Pose2 pose_at(const SearchLattice& lattice, const LatticePose& at, double resolution);
+
+/// What the search maximises: the sum over the points of weight times value of the cell that the
+/// point falls into, less a penalty for the distance from the center, in whole numbers.
+struct SearchScoring {
+  /// Value of each likelihood of the field; must not fall from 0 to 255, and begins with 0.
+  std::array<std::uint8_t, 256> value_of_likelihood;
+  /// Penalty of a pose (dx, dy, dtheta) away from the center: d^T penalty d, rounded, up to
+  /// kMaxPenalty. Symmetric, positive semidefinite.
+  Eigen::Matrix3d penalty = Eigen::Matrix3d::Zero();
+};
+
+/// A pose this improbable is never the answer but for want of any other.
+constexpr std::int64_t kMaxPenalty = std::int64_t{1} << 40;
+
+/// Poses that differ from the best one by more than this, along one coordinate at least, are rivals
+/// of it, and not its shoulders.
+struct RivalSearch {
+  int xy = 0;          ///< steps
+  int theta = 0;       ///< steps
+  double least = 0.0;  ///< share of the best score below which nothing is a rival, 0...1
+};
+
+/// A distant pose that is nearly as good.
+struct Rival {
+  LatticePose pose;
+  std::int64_t score = 0;
+};
+
+/// The best pose, and what is known about it.
+struct SearchResult {
+  LatticePose best;
+  std::int64_t score = 0;
+  /// Nothing on the lattice scores more than this; the score itself when the search was not ended
+  /// by its deadline.
+  std::int64_t bound = 0;
+  std::size_t candidates = 0;  ///< poses whose score was computed
+  std::size_t bounded = 0;     ///< blocks of poses whose bound was computed
+  std::optional<Rival> rival;  ///< the best one, where one was asked for and found in time
+};
+
+/// When to give up, by the clock; none: never.
+using SearchDeadline = std::optional<std::chrono::steady_clock::time_point>;
+
+/// Finds the best pose of the lattice, the same as trying every one: rotations outer, integer
+/// offsets inner, blocks of translations pruned by a valid bound in up to three resolutions
+/// (MaximumPyramid) less the least penalty of the block. Of equal scores the pose with the smaller
+/// rotation wins, then the smaller |x| + |y|, then the smaller theta, y, x.
+/// (Olson, "Real-Time Correlative Scan Matching", ICRA 2009; bounds at full resolution as by Hess
+/// et al., ICRA 2016.)
+///
+/// A point at p falls into the cell floor((floor(q n / r) + i) / n) along x: q is the x of the
+/// point moved by the center's position and the rotation's angle, r the edge of a cell, n the steps
+/// per cell and i the offset in steps; likewise along y.
+[[nodiscard]] SearchResult search_lattice(const std::vector<SearchPoint>& points,
+                                          const LikelihoodField& field,
+                                          const SearchLattice& lattice,
+                                          const SearchScoring& scoring,
+                                          const std::optional<RivalSearch>& rivals = {},
+                                          const SearchDeadline& deadline = {});
+
+}  // namespace matchbox_slam

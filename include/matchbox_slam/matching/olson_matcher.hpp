@@ -1,0 +1,93 @@
+#pragma once
+
+#include <string>
+
+#include "matchbox_slam/matching/refinement.hpp"
+#include "matchbox_slam/matching/scan_matcher.hpp"
+
+namespace matchbox_slam {
+
+struct OlsonOptions {
+  double step_xy = 0.025;
+  double step_theta = 0.0;
+  double window_xy = 0.0;
+  double window_theta = 0.0;
+  double window_sigmas = 3.0;
+  double max_window_xy = 5.0;
+  int widenings = 2;
+  std::string likelihood = "linear";
+  double outliers = 0.05;
+  std::string weighting = "walls";
+  double point_spacing = 0.025;
+  double prior_weight = 0.03;
+  double min_score = 0.25;
+  double rival_distance = 0.3;
+  double least_rival = 0.8;
+  double deadline = 0.0;
+  RefinementOptions refinement;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.step_xy, "step_xy", between(1e-3, 1.0), "m",
+           "Largest step of translation; the step is a cell divided by a whole number up to 16.");
+    option(self.step_theta, "step_theta", between(0.0, 1.0), "rad",
+           "Step of rotation; 0: the farthest useful point moves by one step of translation.");
+    option(self.window_xy, "window_xy", between(0.0, 100.0), "m",
+           "Searched to each side of the prediction; 0: from the prior.");
+    option(self.window_theta, "window_theta", between(0.0, 3.15), "rad",
+           "Searched to each side of the predicted heading; 0: from the prior.");
+    option(self.window_sigmas, "window_sigmas", between(0.1, 10.0), "",
+           "A window from the prior reaches this many of its standard deviations.");
+    option(self.max_window_xy, "max_window_xy", between(0.05, 100.0), "m",
+           "A window from the prior is not wider to each side, nor a widened one.");
+    option(self.widenings, "widenings", between(0, 6), "",
+           "How often the window is doubled while the best pose lies on its edge.");
+    option(self.likelihood, "likelihood", one_of({"linear", "log"}), "",
+           "linear: the mean likelihood of the points, robust; log: the product of their "
+           "likelihoods, as in the paper.");
+    option(
+        self.outliers, "outliers", between(1e-4, 0.9), "",
+        "With log: share of points that may fall anywhere, so that one alone rules nothing out.");
+    option(self.weighting, "weighting", one_of({"walls", "beams"}), "",
+           "walls: points count by the length of wall that they stand for; beams: all alike.");
+    option(self.point_spacing, "point_spacing", between(0.0, 1.0), "m",
+           "Neighbouring points closer than this are searched as one; 0: every point for itself.");
+    option(self.prior_weight, "prior_weight", between(0.0, 10.0), "",
+           "Score lost by a pose one standard deviation of the prior away from the prediction.");
+    option(self.min_score, "min_score", between(0.0, 1.0), "",
+           "Matches that explain less of the scan than this are rejected.");
+    option(self.rival_distance, "rival_distance", between(0.05, 10.0), "m",
+           "Poses this far from the best one, or by the angle that moves the points as far, may be "
+           "its rivals.");
+    option(self.least_rival, "least_rival", between(0.0, 1.0), "",
+           "Rivals with less than this share of the best score are not looked for; 1: none is.");
+    option(self.deadline, "deadline", between(0.0, 100.0), "s",
+           "The search ends after this time with the best so far, which then depends on the "
+           "machine; 0: never.");
+    RefinementOptions::visit(self.refinement, option);
+  }
+};
+
+/// Real-time correlative scan matching (Olson 2009): the pose that maximises the likelihood of the
+/// scan times the prior over a window around the prediction, with proof that nothing on the search
+/// lattice is better, then refined below the size of a step. Where the best pose has a distant
+/// rival, the covariance covers both. Cost: rotations times points times the window's width in
+/// cells, plus a little for what the bounds leave open.
+///
+/// Deviations from the paper: the reference is the map's likelihood field, which is kept up to date
+/// and not rendered for each scan; likelihoods are added by default and not multiplied, which
+/// forgives points that fit nothing; near points are merged.
+class OlsonMatcher : public ScanMatcher {
+ public:
+  OlsonMatcher() = default;
+  explicit OlsonMatcher(const OlsonOptions& options) : options_(options) {}
+
+  void configure(const Parameters& parameters) override;
+  [[nodiscard]] std::vector<OptionDescription> options() const override;
+  [[nodiscard]] MatchResult match(const MatchProblem& problem) const override;
+
+ private:
+  OlsonOptions options_;
+};
+
+}  // namespace matchbox_slam

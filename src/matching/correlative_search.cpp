@@ -1,0 +1,603 @@
+#include "matchbox_slam/matching/correlative_search.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <tuple>
+
+#include "field_window.hpp"
+#include "matchbox_slam/common/simd.hpp"
+#include "window_sums.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr int kTop = MaximumPyramid::kLevels - 1;
+
+/// Rounded towards minus infinity, for a positive divisor.
+int floor_div(int value, int divisor) {
+  const int quotient = value / divisor;
+  return quotient * divisor > value ? quotient - 1 : quotient;
+}
+
+/// Whole numbers from `first` to `last`, both included.
+struct Range {
+  int first = 0;
+  int last = 0;
+
+  [[nodiscard]] int count() const { return last - first + 1; }
+};
+
+/// A square of translations: on level l, 4^l cells wide; its number counts such blocks from the
+/// offset 0.
+struct Block {
+  int x = 0;
+  int y = 0;
+  std::int64_t bound = 0;
+};
+
+/// The penalty of being away from the center, and its least over a box.
+class Penalty {
+ public:
+  Penalty(const SearchLattice& lattice, const Eigen::Matrix3d& matrix, double resolution)
+      : matrix_(matrix), step_xy_(lattice.step_xy(resolution)), step_theta_(lattice.step_theta) {
+    const Eigen::FullPivLU<Eigen::Matrix2d> solver(matrix.topLeftCorner<2, 2>());
+    if (solver.isInvertible()) {
+      follows_ = -solver.solve(matrix.topRightCorner<2, 1>());
+    }
+  }
+
+  [[nodiscard]] std::int64_t at(const LatticePose& pose) const {
+    return to_whole(value(step_xy_ * pose.x, step_xy_ * pose.y, step_theta_ * pose.theta));
+  }
+
+  /// Not more than the penalty of any translation at this rotation.
+  [[nodiscard]] std::int64_t least(int theta) const {
+    const double turn = step_theta_ * theta;
+    const Eigen::Vector2d optimum = turn * follows_;
+    return below(value(optimum.x(), optimum.y(), turn));
+  }
+
+  /// Not more than the penalty of any pose with these translations at this rotation.
+  [[nodiscard]] std::int64_t least(const Range& x, const Range& y, int theta) const {
+    const double turn = step_theta_ * theta;
+    const Eigen::Vector2d low(step_xy_ * x.first, step_xy_ * y.first);
+    const Eigen::Vector2d high(step_xy_ * x.last, step_xy_ * y.last);
+    const Eigen::Vector2d optimum = turn * follows_;
+    if ((optimum.array() >= low.array()).all() && (optimum.array() <= high.array()).all()) {
+      return below(value(optimum.x(), optimum.y(), turn));
+    }
+    double least = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 2; ++axis) {
+      for (const double side : {low(axis), high(axis)}) {
+        least = std::min(least, least_on_edge(axis, side, low(1 - axis), high(1 - axis), turn));
+      }
+    }
+    return below(least);
+  }
+
+ private:
+  [[nodiscard]] double value(double x, double y, double theta) const {
+    const Eigen::Vector3d d(x, y, theta);
+    return d.dot(matrix_ * d);
+  }
+
+  /// Least value where the coordinate `axis` is `side` and the other one between two limits.
+  [[nodiscard]] double least_on_edge(int axis, double side, double low, double high,
+                                     double turn) const {
+    const int other = 1 - axis;
+    const double curvature = matrix_(other, other);
+    const double slope = matrix_(other, axis) * side + matrix_(other, 2) * turn;
+    const double best = curvature > 0.0 ? std::clamp(-slope / curvature, low, high) : low;
+    const auto at = [&](double along) {
+      return axis == 0 ? value(side, along, turn) : value(along, side, turn);
+    };
+    return std::min({at(best), at(low), at(high)});
+  }
+
+  [[nodiscard]] static std::int64_t to_whole(double value) {
+    return value < static_cast<double>(kMaxPenalty) ? std::llround(std::max(0.0, value))
+                                                    : kMaxPenalty;
+  }
+
+  /// Leaves room for rounding, here and in the value of a pose.
+  [[nodiscard]] static std::int64_t below(double value) {
+    return std::max<std::int64_t>(0, to_whole(value * (1.0 - 1e-9) - 1.0));
+  }
+
+  Eigen::Matrix3d matrix_;
+  double step_xy_;
+  double step_theta_;
+  Eigen::Vector2d follows_ = Eigen::Vector2d::Zero();  ///< best translation per rotation
+};
+
+/// The points of the scan in structure of arrays.
+struct PointArrays {
+  std::vector<double> x, y;  ///< [m], base frame
+  std::vector<std::uint16_t> weights;
+};
+
+/// Where the points fall at one rotation without an offset: the cell, and the step within it.
+struct RotatedPoints {
+  std::vector<std::int32_t> x, y;
+  std::vector<std::int32_t> step_x, step_y;  ///< 0...steps per cell - 1
+};
+
+/// What turns and moves points from metres of the base to steps of the map.
+struct Rotation {
+  double cosine, sine;
+  double x, y;  ///< [m]
+  double steps_per_metre;
+  double steps_per_cell;
+};
+
+MATCHBOX_SIMD_CLONES void rotate_points(const double* x, const double* y, std::size_t count,
+                                        const Rotation& by, std::int32_t* cell_x,
+                                        std::int32_t* cell_y, std::int32_t* step_x,
+                                        std::int32_t* step_y) {
+  const double cells_per_step = 1.0 / by.steps_per_cell;
+  const auto steps_per_cell = static_cast<std::int32_t>(by.steps_per_cell);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double qx = (by.cosine * x[i] - by.sine * y[i]) + by.x;
+    const double qy = (by.sine * x[i] + by.cosine * y[i]) + by.y;
+    const double ux = std::floor(qx * by.steps_per_metre);
+    const double uy = std::floor(qy * by.steps_per_metre);
+    // In the middle of a step, so that rounding cannot matter.
+    const double cx = std::floor((ux + 0.5) * cells_per_step);
+    const double cy = std::floor((uy + 0.5) * cells_per_step);
+    cell_x[i] = static_cast<std::int32_t>(cx);
+    cell_y[i] = static_cast<std::int32_t>(cy);
+    step_x[i] = static_cast<std::int32_t>(ux) - cell_x[i] * steps_per_cell;
+    step_y[i] = static_cast<std::int32_t>(uy) - cell_y[i] * steps_per_cell;
+  }
+}
+
+/// Where in a table the entries of cells are.
+struct TableView {
+  CellBox useful;  ///< cells whose windows lie in the table
+  Cell corner;     ///< first entry of the table
+  std::int32_t pitch = 0;
+  std::int32_t level_bits = 0;  ///< an entry stands for 2^bits cells along each axis
+};
+
+/// Offsets of the points' windows in a table. Points whose windows do not lie in the table meet
+/// nothing: they get the weight 0, and the window of some useful cell.
+MATCHBOX_SIMD_CLONES void find_offsets(const std::int32_t* cell_x, const std::int32_t* cell_y,
+                                       const std::uint16_t* weights, std::size_t count,
+                                       const TableView& table, std::int32_t* offsets,
+                                       std::uint16_t* useful_weights) {
+  const std::int32_t min_x = table.useful.min.x;
+  const std::int32_t min_y = table.useful.min.y;
+  const auto width = static_cast<std::uint32_t>(std::max(0, table.useful.width()));
+  const auto height = static_cast<std::uint32_t>(std::max(0, table.useful.height()));
+  const std::int32_t spare = ((min_y >> table.level_bits) - table.corner.y) * table.pitch +
+                             ((min_x >> table.level_bits) - table.corner.x);
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool is_useful = (static_cast<std::uint32_t>(cell_x[i] - min_x) < width) &
+                           (static_cast<std::uint32_t>(cell_y[i] - min_y) < height);
+    const std::int32_t x = (cell_x[i] >> table.level_bits) - table.corner.x;
+    const std::int32_t y = (cell_y[i] >> table.level_bits) - table.corner.y;
+    offsets[i] = is_useful ? y * table.pitch + x : spare;
+    useful_weights[i] = is_useful ? weights[i] : std::uint16_t{0};
+  }
+}
+
+/// Cells that the points may fall into at any pose of the lattice.
+CellBox cells_in_reach(const PointArrays& points, const SearchLattice& lattice,
+                       const GridGeometry& geometry) {
+  const double turn = std::min(kPi, lattice.step_theta * lattice.half_theta);
+  const double shift = lattice.step_xy(geometry.resolution()) * lattice.half_xy;
+  Eigen::Vector2d low = lattice.center.translation();
+  Eigen::Vector2d high = low;
+  for (std::size_t i = 0; i < points.x.size(); ++i) {
+    const Eigen::Vector2d point(points.x[i], points.y[i]);
+    const double range = point.norm();
+    // No farther than the arc that the point moves on, nor than its distance from the base.
+    const double arc = range * turn;
+    const Eigen::Vector2d at = lattice.center * point;
+    const Eigen::Vector2d reach = Eigen::Vector2d::Constant(range);
+    const Eigen::Vector2d away = Eigen::Vector2d::Constant(arc);
+    low = low.cwiseMin((at - away).cwiseMax(lattice.center.translation() - reach));
+    high = high.cwiseMax((at + away).cwiseMin(lattice.center.translation() + reach));
+  }
+  const Eigen::Vector2d margin = Eigen::Vector2d::Constant(shift);
+  const Cell first = geometry.cell_at(low - margin);
+  const Cell last = geometry.cell_at(high + margin);
+  return {{first.x - 1, first.y - 1}, {last.x + 2, last.y + 2}};
+}
+
+CellBox intersection(const CellBox& a, const CellBox& b) {
+  return {{std::max(a.min.x, b.min.x), std::max(a.min.y, b.min.y)},
+          {std::min(a.max.x, b.max.x), std::min(a.max.y, b.max.y)}};
+}
+
+CellBox grown(const CellBox& box, int by) {
+  return {{box.min.x - by, box.min.y - by}, {box.max.x + by, box.max.y + by}};
+}
+
+/// Cells for which the field has tiles.
+CellBox cells_of(const LikelihoodField& field) {
+  constexpr int kSize = LikelihoodField::Tiles::kTileSize;
+  const CellBox tiles = field.tiles().tile_bounds();
+  return {{tiles.min.x * kSize, tiles.min.y * kSize}, {tiles.max.x * kSize, tiles.max.y * kSize}};
+}
+
+/// Entries of a level that stand for cells of the box.
+CellBox entries_of(const CellBox& cells, int level) {
+  const int shift = 2 * level;
+  return {{cells.min.x >> shift, cells.min.y >> shift},
+          {(cells.max.x >> shift) + 1, (cells.max.y >> shift) + 1}};
+}
+
+class LatticeSearch {
+ public:
+  LatticeSearch(const std::vector<SearchPoint>& points, const LikelihoodField& field,
+                const SearchLattice& lattice, const SearchScoring& scoring,
+                const SearchDeadline& deadline);
+
+  void find_best();
+  void find_rival(const RivalSearch& rivals);
+  [[nodiscard]] const SearchResult& result() const { return result_; }
+
+ private:
+  /// The best pose that was seen so far; what cannot beat it is passed over.
+  struct Leader {
+    LatticePose pose;
+    std::int64_t score = std::numeric_limits<std::int64_t>::min();
+  };
+
+  /// Poses that are not looked for: all that are near another one.
+  struct Excluded {
+    LatticePose center;
+    int xy = -1;
+    int theta = -1;
+
+    [[nodiscard]] bool covers(const Range& x, const Range& y, int at_theta) const {
+      return std::abs(at_theta - center.theta) <= theta && x.first >= center.x - xy &&
+             x.last <= center.x + xy && y.first >= center.y - xy && y.last <= center.y + xy;
+    }
+  };
+
+  /// All poses of one rotation.
+  struct Slice {
+    int theta = 0;
+    std::int64_t bound = 0;
+    std::size_t first_sum = 0;  ///< of its blocks on the coarsest level
+  };
+
+  void read_windows(const LikelihoodField& field, const SearchScoring& scoring);
+  void rotate(int theta);
+  void locate(std::size_t table);
+  [[nodiscard]] PointWindows windows_from(std::size_t table, int x, int y) const;
+  void bound_slices();
+  std::int64_t search_slices();
+  void search_slice(const Slice& slice);
+  void search_blocks(int level, const Range& x, const Range& y, const std::uint32_t* sums,
+                     int columns);
+  void search_children(int level, const Block& block);
+  void search_leaf(const Block& block);
+  void consider(const LatticePose& pose, std::int64_t fit);
+  [[nodiscard]] bool is_late();
+
+  /// Offsets in steps that a block of a level stands for, within the lattice.
+  [[nodiscard]] Range steps_of(int level, int block) const {
+    const int width = lattice_.steps_per_cell * MaximumPyramid::stride(level);
+    return {std::max(block * width, -lattice_.half_xy),
+            std::min(block * width + width - 1, lattice_.half_xy)};
+  }
+
+  /// Blocks of a level that cover the lattice along an axis.
+  [[nodiscard]] Range blocks_of(int level) const {
+    const int width = lattice_.steps_per_cell * MaximumPyramid::stride(level);
+    return {floor_div(-lattice_.half_xy, width), floor_div(lattice_.half_xy, width)};
+  }
+
+  const SearchLattice& lattice_;
+  SearchDeadline deadline_;
+  double resolution_;
+  Penalty penalty_;
+  PointArrays points_;
+  int top_ = 0;                       ///< coarsest level in use
+  CellBox cells_;                     ///< that can be looked up
+  CellBox useful_;                    ///< those from which every look-up stays there
+  std::vector<FieldWindow> windows_;  ///< the likelihoods, then the bounds by level
+  RotatedPoints rotated_;
+  std::vector<std::vector<std::int32_t>> offsets_;  ///< at the present rotation, in each window
+  std::vector<std::uint16_t> weights_;  ///< of the points that can meet anything, else 0
+  std::vector<std::int32_t> classes_;   ///< step within the cell, row by row
+  int theta_ = std::numeric_limits<int>::min();
+  std::vector<std::uint32_t> sums_;
+  std::vector<Slice> slices_;
+  Leader leader_;
+  Excluded excluded_;
+  SearchResult result_;
+  bool late_ = false;
+};
+
+// More blocks along an axis than this are worth a coarser level.
+constexpr int kMostBlocks = 8;
+
+LatticeSearch::LatticeSearch(const std::vector<SearchPoint>& points, const LikelihoodField& field,
+                             const SearchLattice& lattice, const SearchScoring& scoring,
+                             const SearchDeadline& deadline)
+    : lattice_(lattice),
+      deadline_(deadline),
+      resolution_(field.geometry().resolution()),
+      penalty_(lattice, scoring.penalty, resolution_) {
+  for (const SearchPoint& point : points) {
+    points_.x.push_back(point.position.x());
+    points_.y.push_back(point.position.y());
+    points_.weights.push_back(static_cast<std::uint16_t>(point.weight));
+  }
+  for (auto* array : {&rotated_.x, &rotated_.y, &rotated_.step_x, &rotated_.step_y}) {
+    array->resize(points.size());
+  }
+  while (top_ < kTop && blocks_of(top_).count() > kMostBlocks) {
+    ++top_;
+  }
+  read_windows(field, scoring);
+}
+
+void LatticeSearch::read_windows(const LikelihoodField& field, const SearchScoring& scoring) {
+  // From the cell of a point without offset, a look-up goes this far at most.
+  const int farthest =
+      lattice_.half_xy / lattice_.steps_per_cell + 2 + 2 * MaximumPyramid::stride(top_);
+  const CellBox reach = grown(cells_in_reach(points_, lattice_, field.geometry()), farthest);
+  // Twice: a point beyond that meets nothing with any offset.
+  cells_ = intersection(reach, grown(cells_of(field), 2 * farthest));
+  useful_ = grown(cells_, -farthest);
+  if (useful_.empty()) {
+    return;
+  }
+  windows_.push_back(FieldWindow::of_likelihood(field, cells_, scoring.value_of_likelihood));
+  for (int level = 0; level <= top_; ++level) {
+    windows_.push_back(FieldWindow::of_bounds(field, level, entries_of(cells_, level),
+                                              scoring.value_of_likelihood));
+  }
+  offsets_.assign(windows_.size(), std::vector<std::int32_t>(points_.x.size()));
+  weights_.resize(points_.x.size());
+  classes_.resize(points_.x.size());
+}
+
+void LatticeSearch::rotate(int theta) {
+  theta_ = theta;
+  const double angle = lattice_.center.theta + lattice_.step_theta * theta;
+  const Rotation rotation{std::cos(angle),
+                          std::sin(angle),
+                          lattice_.center.x,
+                          lattice_.center.y,
+                          lattice_.steps_per_cell / resolution_,
+                          static_cast<double>(lattice_.steps_per_cell)};
+  rotate_points(points_.x.data(), points_.y.data(), points_.x.size(), rotation, rotated_.x.data(),
+                rotated_.y.data(), rotated_.step_x.data(), rotated_.step_y.data());
+}
+
+/// Finds the points' windows in a table at the present rotation.
+void LatticeSearch::locate(std::size_t table) {
+  const TableView view{useful_, windows_[table].corner(),
+                       static_cast<std::int32_t>(windows_[table].pitch()),
+                       table == 0 ? 0 : 2 * static_cast<std::int32_t>(table - 1)};
+  find_offsets(rotated_.x.data(), rotated_.y.data(), points_.weights.data(), rotated_.x.size(),
+               view, offsets_[table].data(), weights_.data());
+}
+
+/// The points' windows in a table, moved by entries.
+PointWindows LatticeSearch::windows_from(std::size_t table, int x, int y) const {
+  const FieldWindow& window = windows_[table];
+  return {window.data() + y * window.pitch() + x, window.pitch(), offsets_[table].data(),
+          weights_.data(), weights_.size()};
+}
+
+void LatticeSearch::bound_slices() {
+  const Range blocks = blocks_of(top_);
+  const int columns = (blocks.count() + kSumColumns - 1) / kSumColumns * kSumColumns;
+  const std::size_t sums =
+      static_cast<std::size_t>(blocks.count()) * static_cast<std::size_t>(columns);
+  sums_.resize(sums * static_cast<std::size_t>(2 * lattice_.half_theta + 1));
+  for (int theta = -lattice_.half_theta; theta <= lattice_.half_theta; ++theta) {
+    rotate(theta);
+    locate(static_cast<std::size_t>(top_) + 1);
+    Slice slice{theta, 0, sums * slices_.size()};
+    std::uint32_t* of_slice = sums_.data() + slice.first_sum;
+    sum_windows(windows_from(static_cast<std::size_t>(top_) + 1, blocks.first, blocks.first),
+                blocks.count(), columns, of_slice);
+    std::uint32_t most = 0;
+    for (int y = 0; y < blocks.count(); ++y) {
+      const std::uint32_t* row = of_slice + static_cast<std::ptrdiff_t>(y) * columns;
+      most = std::max(most, *std::max_element(row, row + blocks.count()));
+    }
+    slice.bound = static_cast<std::int64_t>(most) - penalty_.least(theta);
+    slices_.push_back(slice);
+    result_.bounded += static_cast<std::size_t>(blocks.count() * blocks.count());
+  }
+  std::sort(slices_.begin(), slices_.end(), [](const Slice& a, const Slice& b) {
+    return std::make_tuple(-a.bound, std::abs(a.theta), a.theta) <
+           std::make_tuple(-b.bound, std::abs(b.theta), b.theta);
+  });
+}
+
+void LatticeSearch::find_best() {
+  if (windows_.empty()) {
+    // Nothing is in reach of any pose, so the least penalty wins: the center's.
+    result_.candidates = 1;
+    return;
+  }
+  bound_slices();
+  const std::int64_t left = search_slices();
+  result_.best = leader_.pose;
+  result_.score = leader_.score;
+  result_.bound = std::max(leader_.score, left);
+}
+
+void LatticeSearch::find_rival(const RivalSearch& rivals) {
+  const Excluded around_best{result_.best, rivals.xy, rivals.theta};
+  const Range all{-lattice_.half_xy, lattice_.half_xy};
+  if (slices_.empty() || late_ || result_.score <= 0 ||
+      (around_best.covers(all, all, -lattice_.half_theta) &&
+       around_best.covers(all, all, lattice_.half_theta))) {
+    return;
+  }
+  const auto least = static_cast<std::int64_t>(rivals.least * static_cast<double>(result_.score));
+  excluded_ = around_best;
+  leader_ = {result_.best, least};
+  search_slices();
+  if (leader_.score > least) {
+    result_.rival = Rival{leader_.pose, leader_.score};
+  }
+}
+
+/// Looks for a better leader. Returns what the poses that it had no time for score at most.
+std::int64_t LatticeSearch::search_slices() {
+  for (const Slice& slice : slices_) {
+    if (slice.bound < leader_.score) {
+      break;
+    }
+    search_slice(slice);
+    if (late_) {
+      return slice.bound;
+    }
+  }
+  return std::numeric_limits<std::int64_t>::min();
+}
+
+void LatticeSearch::search_slice(const Slice& slice) {
+  rotate(slice.theta);
+  for (std::size_t table = 0; table < windows_.size(); ++table) {
+    locate(table);
+  }
+  for (std::size_t i = 0; i < classes_.size(); ++i) {
+    classes_[i] = rotated_.step_y[i] * lattice_.steps_per_cell + rotated_.step_x[i];
+  }
+  const Range blocks = blocks_of(top_);
+  const int columns = (blocks.count() + kSumColumns - 1) / kSumColumns * kSumColumns;
+  search_blocks(top_, blocks, blocks, sums_.data() + slice.first_sum, columns);
+}
+
+/// Searches the blocks that may hold something better, the most promising first.
+void LatticeSearch::search_blocks(int level, const Range& x, const Range& y,
+                                  const std::uint32_t* sums, int columns) {
+  const std::int64_t least = penalty_.least(theta_);
+  std::vector<Block> blocks;
+  for (int row = 0; row < y.count(); ++row) {
+    for (int column = 0; column < x.count(); ++column) {
+      Block block{x.first + column, y.first + row, sums[row * columns + column]};
+      if (block.bound - least < leader_.score) {
+        continue;
+      }
+      const Range steps_x = steps_of(level, block.x);
+      const Range steps_y = steps_of(level, block.y);
+      block.bound -= penalty_.least(steps_x, steps_y, theta_);
+      if (block.bound >= leader_.score && !excluded_.covers(steps_x, steps_y, theta_)) {
+        blocks.push_back(block);
+      }
+    }
+  }
+  std::sort(blocks.begin(), blocks.end(), [](const Block& a, const Block& b) {
+    return std::make_tuple(-a.bound, a.y, a.x) < std::make_tuple(-b.bound, b.y, b.x);
+  });
+  for (const Block& block : blocks) {
+    if (block.bound < leader_.score || is_late()) {
+      return;
+    }
+    if (level == 0) {
+      search_leaf(block);
+    } else {
+      search_children(level, block);
+    }
+  }
+}
+
+void LatticeSearch::search_children(int level, const Block& block) {
+  constexpr int kPerAxis = 4;
+  const Range all = blocks_of(level - 1);
+  const Range x{std::max(all.first, kPerAxis * block.x),
+                std::min(all.last, kPerAxis * block.x + kPerAxis - 1)};
+  const Range y{std::max(all.first, kPerAxis * block.y),
+                std::min(all.last, kPerAxis * block.y + kPerAxis - 1)};
+  std::array<std::uint32_t, static_cast<std::size_t>(kPerAxis * kSumColumns)> sums{};
+  sum_windows(windows_from(static_cast<std::size_t>(level), x.first, y.first), y.count(),
+              kSumColumns, sums.data());
+  result_.bounded += static_cast<std::size_t>(x.count() * y.count());
+  search_blocks(level - 1, x, y, sums.data(), kSumColumns);
+}
+
+/// All poses within one cell's width of translations. A point crosses into the next cell when its
+/// step within the cell and the offset's add up to a cell; so the sums of four cells for each class
+/// of points give the fit of every pose.
+void LatticeSearch::search_leaf(const Block& block) {
+  const int n = lattice_.steps_per_cell;
+  const auto size = static_cast<std::size_t>(n);
+  std::vector<std::uint32_t> of_class(4 * size * size, 0);
+  sum_corners(windows_from(0, block.x, block.y), classes_.data(), of_class.data());
+  const Range steps_x = steps_of(0, block.x);
+  const Range steps_y = steps_of(0, block.y);
+  std::vector<std::int64_t> of_row(2 * size);  // by row's class, then whether it crosses in y
+  for (int x = steps_x.first; x <= steps_x.last; ++x) {
+    const int offset_x = x - block.x * n;
+    for (int row = 0; row < n; ++row) {
+      for (int crosses_y = 0; crosses_y < 2; ++crosses_y) {
+        std::int64_t sum = 0;
+        for (int column = 0; column < n; ++column) {
+          const int crosses_x = column + offset_x >= n ? 1 : 0;
+          sum += of_class[static_cast<std::size_t>(4 * (row * n + column) + 2 * crosses_y +
+                                                   crosses_x)];
+        }
+        of_row[static_cast<std::size_t>(2 * row + crosses_y)] = sum;
+      }
+    }
+    for (int y = steps_y.first; y <= steps_y.last; ++y) {
+      const int offset_y = y - block.y * n;
+      std::int64_t fit = 0;
+      for (int row = 0; row < n; ++row) {
+        fit += of_row[static_cast<std::size_t>(2 * row + (row + offset_y >= n ? 1 : 0))];
+      }
+      consider({x, y, theta_}, fit);
+    }
+  }
+}
+
+void LatticeSearch::consider(const LatticePose& pose, std::int64_t fit) {
+  ++result_.candidates;
+  if (fit < leader_.score) {
+    return;
+  }
+  const std::int64_t score = fit - penalty_.at(pose);
+  const auto order = [](const LatticePose& p) {
+    return std::make_tuple(std::abs(p.theta), std::abs(p.x) + std::abs(p.y), p.theta, p.y, p.x);
+  };
+  const bool is_better =
+      score > leader_.score || (score == leader_.score && order(pose) < order(leader_.pose));
+  if (is_better && !excluded_.covers({pose.x, pose.x}, {pose.y, pose.y}, pose.theta)) {
+    leader_ = {pose, score};
+  }
+}
+
+bool LatticeSearch::is_late() {
+  const bool has_pose = leader_.score > std::numeric_limits<std::int64_t>::min();
+  late_ = late_ || (deadline_ && has_pose && std::chrono::steady_clock::now() >= *deadline_);
+  return late_;
+}
+
+}  // namespace
+
+Pose2 pose_at(const SearchLattice& lattice, const LatticePose& at, double resolution) {
+  const double step = lattice.step_xy(resolution);
+  return {lattice.center.x + step * at.x, lattice.center.y + step * at.y,
+          wrap_angle(lattice.center.theta + lattice.step_theta * at.theta)};
+}
+
+SearchResult search_lattice(const std::vector<SearchPoint>& points, const LikelihoodField& field,
+                            const SearchLattice& lattice, const SearchScoring& scoring,
+                            const std::optional<RivalSearch>& rivals,
+                            const SearchDeadline& deadline) {
+  LatticeSearch search(points, field, lattice, scoring, deadline);
+  search.find_best();
+  if (rivals) {
+    search.find_rival(*rivals);
+  }
+  return search.result();
+}
+
+}  // namespace matchbox_slam

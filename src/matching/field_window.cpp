@@ -1,0 +1,63 @@
+#include "field_window.hpp"
+
+#include <algorithm>
+
+namespace matchbox_slam {
+namespace {
+
+using Tiles = MaximumPyramid::Tiles;
+static_assert(Tiles::kTileBits == LikelihoodField::Tiles::kTileBits);
+
+}  // namespace
+
+FieldWindow::FieldWindow(const CellBox& box)
+    : corner_(box.min),
+      pitch_(box.width() + kPadding),
+      table_(static_cast<std::size_t>(pitch_) * static_cast<std::size_t>(box.height()) + kPadding,
+             0) {}
+
+/// Tile by tile, row by row; what has no tile stays 0.
+template <typename PlaneOf>
+void FieldWindow::copy(const CellBox& box, const Values& values, const PlaneOf& plane_of) {
+  constexpr int kSize = Tiles::kTileSize;
+  const Cell first = Tiles::tile_of(box.min);
+  const Cell last = Tiles::tile_of({box.max.x - 1, box.max.y - 1});
+  for (int ty = first.y; ty <= last.y; ++ty) {
+    for (int tx = first.x; tx <= last.x; ++tx) {
+      const MaximumPyramid::Plane* plane = plane_of(Cell{tx, ty});
+      if (plane == nullptr) {
+        continue;
+      }
+      const int x_begin = std::max(box.min.x, tx * kSize);
+      const int x_end = std::min(box.max.x, (tx + 1) * kSize);
+      const int y_end = std::min(box.max.y, (ty + 1) * kSize);
+      for (int y = std::max(box.min.y, ty * kSize); y < y_end; ++y) {
+        const std::uint8_t* from = plane->data() + Tiles::index_in_tile({x_begin, y});
+        std::uint8_t* to = table_.data() + static_cast<std::ptrdiff_t>(y - corner_.y) * pitch_ +
+                           (x_begin - corner_.x);
+        std::transform(from, from + (x_end - x_begin), to,
+                       [&values](std::uint8_t likelihood) { return values[likelihood]; });
+      }
+    }
+  }
+}
+
+FieldWindow FieldWindow::of_likelihood(const LikelihoodField& field, const CellBox& box,
+                                       const Values& values) {
+  FieldWindow window(box);
+  window.copy(box, values, [&](const Cell& position) -> const MaximumPyramid::Plane* {
+    const LikelihoodField::Tile* tile = field.tiles().find(position);
+    return tile == nullptr ? nullptr : &tile->likelihood;
+  });
+  return window;
+}
+
+FieldWindow FieldWindow::of_bounds(const LikelihoodField& field, int level, const CellBox& box,
+                                   const Values& values) {
+  FieldWindow window(box);
+  const Tiles& bounds = field.bounds().level(level);
+  window.copy(box, values, [&](const Cell& position) { return bounds.find(position); });
+  return window;
+}
+
+}  // namespace matchbox_slam

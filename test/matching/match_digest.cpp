@@ -1,0 +1,72 @@
+// Prints the answers of the matchers to fixed problems, poses and scores to the last bit. Built once for each
+// instruction set; see test_simd_paths.cpp.
+
+#include <cstdio>
+
+#include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/matching/monte_carlo_matcher.hpp"
+#include "matchbox_slam/matching/olson_matcher.hpp"
+
+namespace {
+
+using namespace matchbox_slam;
+
+/// A room with chaos in it, mapped with noise, and a scan of it.
+struct Scene {
+  LikelihoodField field{0.05, {}};
+  PointScan scan;
+  KeyScans key_scans;
+};
+
+void add_wall(const Eigen::Vector2d& start, const Eigen::Vector2d& step, Random& random,
+              std::vector<SurfaceHit>& hits, PointScan& scan) {
+  const Eigen::Vector2d normal = Eigen::Vector2d(-step.y(), step.x()).normalized();
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector2d at = start + i * step;
+    hits.push_back({at + 0.01 * random.gaussian() * normal, normal});
+    scan.points.push_back({at + 0.01 * random.gaussian() * normal,
+                           {0.0, 0.0},
+                           normal,
+                           step.norm() * random.uniform(0.5, 1.5),
+                           i < 99});
+  }
+}
+
+Scene make_scene(std::uint64_t seed) {
+  Random random(seed);
+  Scene scene;
+  std::vector<SurfaceHit> hits;
+  for (int wall = 0; wall < 9; ++wall) {
+    const Eigen::Vector2d start(random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0));
+    const Eigen::Vector2d step(random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05));
+    add_wall(start, step, random, hits, scene.scan);
+  }
+  scene.field.update(hits, {});
+  return scene;
+}
+
+void print(const MatchResult& result) {
+  const Pose2& pose = result.map_from_base;
+  std::printf("%d %a %a %a %a %zu", static_cast<int>(result.status), pose.x, pose.y, pose.theta,
+              result.score, result.candidates);
+  // Eigen multiplies matrices with fused multiply-adds where the compiler is told that there are.
+  for (Eigen::Index i = 0; i < 9; ++i) {
+    std::printf(" %.9e", result.covariance(i));
+  }
+  std::printf("\n");
+}
+
+}  // namespace
+
+int main() {
+  const MonteCarloMatcher monte_carlo;
+  const OlsonMatcher olson;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Scene scene = make_scene(seed);
+    const Eigen::Matrix3d prior = Eigen::Vector3d(0.02, 0.02, 0.01).asDiagonal();
+    const MatchProblem problem{scene.scan,  {0.1, -0.07, 0.06}, prior,
+                               scene.field, scene.key_scans,    seed};
+    print(monte_carlo.match(problem));
+    print(olson.match(problem));
+  }
+}
