@@ -50,6 +50,19 @@ void reject_unknown_names(const Parameters& parameters, const MatcherLoader& loa
   reject_unknown_keys(names_in_sections, "sections", sections);
 }
 
+/// Configures the matchers that have a section but are not in use, so that a slip there is told now
+/// and not on the day they are chosen.
+void check_other_matchers(const Parameters& parameters, const MatcherLoader& loader,
+                          const std::string& in_use) {
+  for (const std::string& lookup_name : loader.lookup_names()) {
+    const std::string section = matcher_short_name(lookup_name);
+    const Parameters options = parameters.section(section);
+    if (section != in_use && !options.values().empty()) {
+      loader.create(lookup_name)->configure(options);
+    }
+  }
+}
+
 /// YAML types an offset such as 82.2 as a number, but it may be the word 'auto' too.
 Parameters with_offset_as_text(Parameters parameters) {
   const ParameterValue* offset = parameters.find("scan_time_offset");
@@ -120,6 +133,7 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherLoader& loa
   const std::string section = matcher_short_name(setup.matcher_name);
   matcher->configure(parameters.section(section));
   setup.matcher = matcher;
+  check_other_matchers(parameters, loader, section);
   return setup;
 }
 

@@ -17,7 +17,7 @@ void declare_options(CLI::App& app, MapBagRequest& request, bool& quiet) {
       ->required()
       ->type_name("DIR");
   add_repeated(app, "--config", request.config_files, "YAML with parameters", "FILE");
-  add_optional(app, "--matcher", request.matcher, "Scan matcher, such as monte_carlo", "NAME");
+  add_optional(app, "--matcher", request.matcher, "Scan matcher, such as olson", "NAME");
   add_repeated(app, "--set", request.overrides, "A parameter", "KEY=VALUE");
   add_bag_flags(app, request.recording);
   add_optional(app, "--seed", request.seed, "Of the random numbers", "N")

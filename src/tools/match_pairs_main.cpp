@@ -21,7 +21,7 @@ void declare_options(CLI::App& app, MatchPairsRequest& request, Parameters& pair
       ->required()
       ->type_name("DIR");
   add_repeated(app, "--matcher", request.matchers,
-               "Scan matcher, such as monte_carlo; default: the configured one", "NAME");
+               "Scan matcher, such as olson; default: the configured one", "NAME");
   add_option_flags<PairOptions>(app, "Pairs", pairs);
   add_optional(app, "--seed", request.seed, "Of pairs, guesses and matchers (default 1)", "N")
       ->check(CLI::Range(0, 2147483647));

@@ -40,7 +40,7 @@ class SlamNodelet : public testing::Test {
     simulate();
     const Outcome mapped = run_command(
         MATCHBOX_MAP_BAG, folder_ + "/run.bag --quiet --out " + folder_ + "/map_bag --config " +
-                              MATCHBOX_SOURCE_DIR + "/config/monte_carlo.yaml");
+                              MATCHBOX_SOURCE_DIR + "/config/olson.yaml");
     ASSERT_EQ(mapped.exit_code, 0) << mapped.output;
     listener_ = std::make_unique<SlamListener>();
     play();

@@ -9,7 +9,7 @@ namespace matchbox_slam {
 /// What the node and map_bag have in common besides the engine and the matcher. Names are
 /// gmapping's where the meaning is.
 struct RunOptions {
-  std::string matcher = "monte_carlo";
+  std::string matcher = "olson";
   int seed = 1;
   std::string base_frame = "base_link";
   std::string odom_frame = "odom";
@@ -26,8 +26,8 @@ struct RunOptions {
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
     option(self.matcher, "matcher", any(), "",
-           "Scan matcher: a plugin's short name such as monte_carlo, or its lookup name such as "
-           "matchbox_slam/MonteCarlo.");
+           "Scan matcher: a plugin's short name such as olson, or its lookup name such as "
+           "matchbox_slam/Olson.");
     option(self.seed, "seed", at_least(0.0), "",
            "Of the random numbers; the same seed gives the same map.");
     option(self.base_frame, "base_frame", any(), "",
