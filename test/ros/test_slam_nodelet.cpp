@@ -89,7 +89,7 @@ class SlamNodelet : public testing::Test {
       return run_command("rosbag",
                          "play --quiet --clock --queue=100000 --wait-for-subscribers "
                          "--rate=3 " +
-                             folder_ + "/run.bag");
+                             folder_ + "/run.bag --topics /base_scan /tf /tf_static");
     });
     const std::size_t expected = read_tum(folder_ + "/map_bag/trajectory.tum").size();
     EXPECT_TRUE(listener_->wait_until([&] { return listener_->poses.size() >= expected; }, 60.0));
