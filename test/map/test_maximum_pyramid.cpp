@@ -1,5 +1,3 @@
-#include "matchbox_slam/map/maximum_pyramid.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <utility>
 
 #include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/map/maximum_pyramid.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -73,7 +73,8 @@ TEST_F(MapBag, WritesEveryFile) {
 }
 
 TEST_F(MapBag, ReportsWhatItDid) {
-  ASSERT_EQ(run_small({}, "--seed 5 --matcher monte_carlo --set monte_carlo/max_tries=321").exit_code, 0);
+  ASSERT_EQ(
+      run_small({}, "--seed 5 --matcher monte_carlo --set monte_carlo/max_tries=321").exit_code, 0);
   EXPECT_EQ(report("scans/received"), 50.0);
   EXPECT_EQ(report("scans/used"), 50.0);
   EXPECT_EQ(report("scans/skipped_total"), 0.0);
@@ -345,7 +346,8 @@ TEST_F(MapBag, RefusesWhatCannotBeWrittenBeforeItStarts) {
 
 TEST_F(MapBag, RefusesWrongUsage) {
   write_small_bag(bag_);
-  expect_one_line(run("--matcher monte_carlo --set monte_carlo/max_trys=3"), 2, "did you mean 'max_tries'");
+  expect_one_line(run("--matcher monte_carlo --set monte_carlo/max_trys=3"), 2,
+                  "did you mean 'max_tries'");
   expect_one_line(run("--set map/resolution=0"), 2, "0.005 to 1");
   expect_one_line(run("--matcher olsen"), 2, "there is no matcher 'olsen'; known: ");
   expect_one_line(run("--config " + (folder_ / "none.yaml")), 2, "none.yaml");

@@ -66,8 +66,8 @@ TEST(SlamSetup, ReadsEverySection) {
 }
 
 TEST(SlamSetup, TheDescriptionReadsBackAsTheSame) {
-  const SlamSetup setup = setup_of(
-      "matcher: monte_carlo\nmonte_carlo: {max_tries: 321}\nmap: {resolution: 0.1}\n");
+  const SlamSetup setup =
+      setup_of("matcher: monte_carlo\nmonte_carlo: {max_tries: 321}\nmap: {resolution: 0.1}\n");
   Parameters described;
   for (const OptionDescription& row : describe_setup(setup)) {
     described.set(row.name, row.value);

@@ -127,7 +127,9 @@ TEST_F(MatchPairsProgram, GivesTheSameWithAnyNumberOfThreads) {
 }
 
 TEST_F(MatchPairsProgram, TakesTheMatchersOptions) {
-  ASSERT_EQ(match("short", "set", "--pairs 5 --matcher monte_carlo --set monte_carlo/max_tries=77").exit_code, 0);
+  ASSERT_EQ(match("short", "set", "--pairs 5 --matcher monte_carlo --set monte_carlo/max_tries=77")
+                .exit_code,
+            0);
   EXPECT_EQ(summary("set").at("matchers").at(0).at("configuration").at("monte_carlo/max_tries"),
             77);
 }
