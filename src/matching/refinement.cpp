@@ -9,12 +9,6 @@
 namespace matchbox_slam {
 namespace {
 
-Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance) {
-  // A prior without variance has an information that is finite, yet beyond any scan's.
-  constexpr double kLeastVariance = 1e-12;
-  return (covariance + kLeastVariance * Eigen::Matrix3d::Identity()).inverse();
-}
-
 Eigen::Vector3d difference(const Pose2& pose, const Pose2& from) {
   return {pose.x - from.x, pose.y - from.y, wrap_angle(pose.theta - from.theta)};
 }
@@ -96,6 +90,20 @@ bool advance(const Eigen::Vector3d& step, Pose2& pose) {
 }
 
 }  // namespace
+
+Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance) {
+  // Beyond what any scan knows, and less than anybody can be ignorant of.
+  constexpr double kLeastVariance = 1e-12;
+  constexpr double kMostVariance = 1e12;
+  // More than this between the largest and the smallest, and rounding would make it indefinite.
+  constexpr double kLeastShare = 1e-9;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  const double largest = std::min(kMostVariance, solver.eigenvalues().maxCoeff());
+  const double least = std::max(kLeastVariance, kLeastShare * largest);
+  const Eigen::Vector3d variances = solver.eigenvalues().cwiseMax(least).cwiseMin(kMostVariance);
+  return solver.eigenvectors() * variances.cwiseInverse().asDiagonal() *
+         solver.eigenvectors().transpose();
+}
 
 RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodField& field,
                    const Pose2& start_map_from_base, const PosePrior& prior,

@@ -40,6 +40,10 @@ struct PosePrior {
   Eigen::Matrix3d covariance;  ///< over (x, y, theta) in the map frame
 };
 
+/// Inverse of a prior's covariance. Directions that the prior holds much better than others, or not
+/// at all, get an information that is finite and leaves the matrix positive definite.
+[[nodiscard]] Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance);
+
 struct RefinedPose {
   Pose2 map_from_base;
   Eigen::Matrix3d covariance;  ///< of prior and scan together, over (x, y, theta) in the map frame
