@@ -205,13 +205,22 @@ TEST(Olson, LooksForRivalsOnlyAboveTheLeastShare) {
   EXPECT_LT(share, 0.8);
 }
 
-TEST(Olson, ThePriorDecidesBetweenPlacesThatFitAlike) {
-  const MatchScene twice = two_places(0.8);
-  for (const double side : {-1.0, 1.0}) {
-    const MatchResult result =
-        OlsonMatcher().match(twice.problem({0.1 * side, 0.1 * side, 0.0}, prior_of(0.4, 0.05)));
-    EXPECT_NEAR(result.map_from_base.x, 0.4 * side, 0.01);
+TEST(Olson, ThePriorOutweighsASlightlyBetterFitFarAway) {
+  MatchScene twice = two_places(0.8);
+  // A fourth of the walls of the place at (0.4, 0.4) is gone.
+  std::vector<Cell> gone;
+  for (const Cell& cell : twice.map.field.surface_cells()) {
+    const Eigen::Vector2d at = twice.map.field.geometry().center(cell);
+    if (std::max(at.x(), at.y()) > 0.4 + 1.2) {
+      gone.push_back(cell);
+    }
   }
+  twice.map.field.update({}, gone);
+  const MatchProblem problem = twice.problem({0.3, 0.3, 0.0}, prior_of(0.3, 0.05));
+  OlsonOptions options;
+  EXPECT_NEAR(OlsonMatcher(options).match(problem).map_from_base.x, 0.4, 0.01);
+  options.prior_weight = 0.0;
+  EXPECT_NEAR(OlsonMatcher(options).match(problem).map_from_base.x, -0.4, 0.01);
 }
 
 /// Few points at one place of the map and many at another, the few on longer walls.
