@@ -1,6 +1,7 @@
 #include <benchmark/benchmark.h>
 
 #include "benchmark_scene.hpp"
+#include "matchbox_slam/matching/hough_matcher.hpp"
 #include "matchbox_slam/matching/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
 #include "matchbox_slam/matching/olson_matcher.hpp"
@@ -39,6 +40,7 @@ void match(benchmark::State& state) {
       ->Arg(kMostBeams)                     \
       ->Unit(benchmark::kMicrosecond)
 
+MATCHBOX_BENCHMARK_MATCHER(HoughMatcher);
 MATCHBOX_BENCHMARK_MATCHER(MonteCarloMatcher);
 MATCHBOX_BENCHMARK_MATCHER(OdometryOnlyMatcher);
 MATCHBOX_BENCHMARK_MATCHER(OlsonMatcher);

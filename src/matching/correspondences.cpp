@@ -158,10 +158,28 @@ class SurfaceCounts {
   std::vector<Entry> entries_;
 };
 
+/// The surface nearest to a point. False when no field has one in reach.
+bool nearest_surface(const LikelihoodFields& fields, const Eigen::Vector2d& position,
+                     Surface& surface) {
+  bool found = false;
+  Surface other;
+  for (const LikelihoodField* field : fields) {
+    if (!field->nearest_surface(field->geometry().cell_at(position), found ? other : surface)) {
+      continue;
+    }
+    if (found &&
+        (other.position - position).squaredNorm() < (surface.position - position).squaredNorm()) {
+      surface = other;
+    }
+    found = true;
+  }
+  return found;
+}
+
 }  // namespace
 
-Correspondences::Correspondences(const std::vector<ScanPoint>& points, const LikelihoodField& field,
-                                 const Pose2& map_from_base) {
+Correspondences::Correspondences(const std::vector<ScanPoint>& points,
+                                 const LikelihoodFields& fields, const Pose2& map_from_base) {
   const std::size_t padded = (points.size() + kLanes - 1) / kLanes * kLanes;
   for (auto* array :
        {&arrays_.rotated_x, &arrays_.rotated_y, &arrays_.offset_x, &arrays_.offset_y, &arrays_.c,
@@ -183,7 +201,7 @@ Correspondences::Correspondences(const std::vector<ScanPoint>& points, const Lik
     const Eigen::Vector2d rotated(cosine * point.position.x() - sine * point.position.y(),
                                   sine * point.position.x() + cosine * point.position.y());
     const Eigen::Vector2d position = rotated + map_from_base.translation();
-    if (!field.nearest_surface(field.geometry().cell_at(position), surface)) {
+    if (!nearest_surface(fields, position, surface)) {
       continue;
     }
     const std::size_t count = surface_of.size();

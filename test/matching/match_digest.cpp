@@ -1,9 +1,10 @@
-// Prints the answers of the matchers to fixed problems, poses and scores to the last bit. Built once for each
-// instruction set; see test_simd_paths.cpp.
+// Prints the answers of the matchers to fixed problems, poses and scores to the last bit. Built
+// once for each instruction set; see test_simd_paths.cpp.
 
 #include <cstdio>
 
 #include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/matching/hough_matcher.hpp"
 #include "matchbox_slam/matching/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/olson_matcher.hpp"
 

@@ -1,0 +1,2 @@
+#pragma once
+#include "matchbox_slam/matching/hough_search.hpp"

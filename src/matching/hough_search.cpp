@@ -1,0 +1,90 @@
+#include "matchbox_slam/matching/hough_search.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace matchbox_slam {
+namespace {
+
+constexpr double kFarthestKeyScan = 200.0;  // [m], twice as far as points count
+
+Eigen::Vector3d difference(const Pose2& pose, const Pose2& from) {
+  return {pose.x - from.x, pose.y - from.y, wrap_angle(pose.theta - from.theta)};
+}
+
+/// The prior as seen from the key scan.
+MotionGuess guess_of(const PosePrior& prior, const Pose2& map_from_key) {
+  MotionGuess guess;
+  guess.reference_from_scan = map_from_key.inverse() * prior.map_from_base;
+  Eigen::Matrix3d key_from_map = Eigen::Matrix3d::Identity();
+  key_from_map.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-map_from_key.theta).toRotationMatrix();
+  guess.covariance = key_from_map * prior.covariance * key_from_map.transpose();
+  return guess;
+}
+
+}  // namespace
+
+double mean_likelihood(const HoughPoints& points, const LikelihoodField& field,
+                       const Pose2& map_from_base) {
+  constexpr double kTop = 255.0;
+  const double cosine = std::cos(map_from_base.theta);
+  const double sine = std::sin(map_from_base.theta);
+  double sum = 0.0;
+  double total = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto x = static_cast<double>(points.x[i]);
+    const auto y = static_cast<double>(points.y[i]);
+    const auto weight = static_cast<double>(points.weight[i]);
+    const Eigen::Vector2d position(map_from_base.x + cosine * x - sine * y,
+                                   map_from_base.y + sine * x + cosine * y);
+    sum += weight * field.likelihood(field.geometry().cell_at(position));
+    total += weight;
+  }
+  return total > 0.0 ? sum / (kTop * total) : 0.0;
+}
+
+std::vector<RankedPose> search_key_scan(const HoughPoints& scan, const KeyScan& key,
+                                        const PosePrior& prior, double prior_weight,
+                                        const HoughAlignmentOptions& options) {
+  if (!((prior.map_from_base.translation() - key.map_from_base.translation()).norm() <
+        kFarthestKeyScan)) {
+    return {};
+  }
+  constexpr double kLeastVariance = 1e-6;
+  const Eigen::Matrix3d penalty =
+      prior_weight * (prior.covariance + kLeastVariance * Eigen::Matrix3d::Identity()).inverse();
+  const std::vector<Alignment> alignments =
+      align_in_hough_domain(hough_points(key.scan.points, options.point_spacing), scan,
+                            guess_of(prior, key.map_from_base), options);
+  std::vector<RankedPose> poses;
+  poses.reserve(alignments.size());
+  for (const Alignment& alignment : alignments) {
+    const Pose2 pose = key.map_from_base * alignment.reference_from_scan;
+    const Eigen::Vector3d off = difference(pose, prior.map_from_base);
+    poses.push_back({pose, mean_likelihood(scan, key.field(), pose) - off.dot(penalty * off)});
+  }
+  sort_and_thin(poses);
+  return poses;
+}
+
+void sort_and_thin(std::vector<RankedPose>& poses) {
+  constexpr double kApart = 0.1;        // [m]
+  constexpr double kApartTheta = 0.05;  // [rad]
+  std::stable_sort(poses.begin(), poses.end(),
+                   [](const RankedPose& a, const RankedPose& b) { return a.score > b.score; });
+  std::vector<RankedPose> kept;
+  for (const RankedPose& pose : poses) {
+    const bool is_new = std::all_of(kept.begin(), kept.end(), [&](const RankedPose& other) {
+      const Eigen::Vector3d apart = difference(pose.map_from_base, other.map_from_base);
+      return apart.head<2>().norm() > kApart || std::abs(apart.z()) > kApartTheta;
+    });
+    if (is_new) {
+      kept.push_back(pose);
+    }
+  }
+  poses = std::move(kept);
+}
+
+}  // namespace matchbox_slam

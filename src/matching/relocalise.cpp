@@ -1,0 +1,1 @@
+#include "matchbox_slam/matching/relocalise.hpp"
