@@ -69,18 +69,21 @@ std::vector<RankedPose> search_key_scan(const HoughPoints& scan, const KeyScan& 
   return poses;
 }
 
+bool is_near_any(const RankedPose& pose, const std::vector<RankedPose>& others) {
+  constexpr double kNear = 0.1;        // [m]
+  constexpr double kNearTheta = 0.05;  // [rad]
+  return std::any_of(others.begin(), others.end(), [&](const RankedPose& other) {
+    const Eigen::Vector3d apart = difference(pose.map_from_base, other.map_from_base);
+    return apart.head<2>().norm() <= kNear && std::abs(apart.z()) <= kNearTheta;
+  });
+}
+
 void sort_and_thin(std::vector<RankedPose>& poses) {
-  constexpr double kApart = 0.1;        // [m]
-  constexpr double kApartTheta = 0.05;  // [rad]
   std::stable_sort(poses.begin(), poses.end(),
                    [](const RankedPose& a, const RankedPose& b) { return a.score > b.score; });
   std::vector<RankedPose> kept;
   for (const RankedPose& pose : poses) {
-    const bool is_new = std::all_of(kept.begin(), kept.end(), [&](const RankedPose& other) {
-      const Eigen::Vector3d apart = difference(pose.map_from_base, other.map_from_base);
-      return apart.head<2>().norm() > kApart || std::abs(apart.z()) > kApartTheta;
-    });
-    if (is_new) {
+    if (!is_near_any(pose, kept)) {
       kept.push_back(pose);
     }
   }

@@ -18,7 +18,7 @@ struct HoughAlignmentOptions {
   double window_sigmas = 3.0;
   double max_window_xy = 5.0;
   double rotation_prior_weight = 0.02;
-  int rotations = 6;
+  int rotations = 12;
   int directions = 4;
   double direction_spacing = 0.35;
   int peaks = 4;

@@ -29,7 +29,10 @@ struct RankedPose {
                                                       const PosePrior& prior, double prior_weight,
                                                       const HoughAlignmentOptions& options);
 
-/// Sorts by score, best first, and drops poses that are within 0.1 m and 0.05 rad of a better one.
+/// Whether a pose is within 0.1 m and 0.05 rad of one of the others.
+[[nodiscard]] bool is_near_any(const RankedPose& pose, const std::vector<RankedPose>& others);
+
+/// Sorts by score, best first, and drops poses that are near a better one.
 void sort_and_thin(std::vector<RankedPose>& poses);
 
 }  // namespace matchbox_slam
