@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "matchbox_slam/common/simd.hpp"
 
@@ -158,22 +159,23 @@ class SurfaceCounts {
   std::vector<Entry> entries_;
 };
 
-/// The surface nearest to a point. False when no field has one in reach.
-bool nearest_surface(const LikelihoodFields& fields, const Eigen::Vector2d& position,
-                     Surface& surface) {
-  bool found = false;
-  Surface other;
-  for (const LikelihoodField* field : fields) {
-    if (!field->nearest_surface(field->geometry().cell_at(position), found ? other : surface)) {
-      continue;
-    }
-    if (found &&
-        (other.position - position).squaredNorm() < (surface.position - position).squaredNorm()) {
-      surface = other;
-    }
-    found = true;
+/// The field that has the surface nearest to a point; null when none has one in reach.
+const LikelihoodField* nearest_field(const LikelihoodFields& fields,
+                                     const Eigen::Vector2d& position) {
+  if (fields.size() == 1) {
+    return fields.front();
   }
-  return found;
+  const LikelihoodField* nearest = nullptr;
+  double least = 0.0;
+  for (const LikelihoodField* field : fields) {
+    const std::uint8_t steps = field->distance(field->geometry().cell_at(position));
+    const double distance = field->options().reach * steps;
+    if (steps != LikelihoodField::kFar && (nearest == nullptr || distance < least)) {
+      nearest = field;
+      least = distance;
+    }
+  }
+  return nearest;
 }
 
 }  // namespace
@@ -201,7 +203,8 @@ Correspondences::Correspondences(const std::vector<ScanPoint>& points,
     const Eigen::Vector2d rotated(cosine * point.position.x() - sine * point.position.y(),
                                   sine * point.position.x() + cosine * point.position.y());
     const Eigen::Vector2d position = rotated + map_from_base.translation();
-    if (!nearest_surface(fields, position, surface)) {
+    const LikelihoodField* field = nearest_field(fields, position);
+    if (field == nullptr || !field->nearest_surface(field->geometry().cell_at(position), surface)) {
       continue;
     }
     const std::size_t count = surface_of.size();

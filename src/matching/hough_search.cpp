@@ -45,7 +45,12 @@ double mean_likelihood(const HoughPoints& points, const LikelihoodField& field,
   return total > 0.0 ? sum / (kTop * total) : 0.0;
 }
 
-std::vector<RankedPose> search_key_scan(const HoughPoints& scan, const KeyScan& key,
+double contradiction(const SearchedScan& a, const SearchedScan& b, const Pose2& a_from_b) {
+  return 0.5 * (a.view.contradicted(b.points, a_from_b) +
+                b.view.contradicted(a.points, a_from_b.inverse()));
+}
+
+std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan& key,
                                         const PosePrior& prior, double prior_weight,
                                         const HoughAlignmentOptions& options) {
   if (!((prior.map_from_base.translation() - key.map_from_base.translation()).norm() <
@@ -55,17 +60,23 @@ std::vector<RankedPose> search_key_scan(const HoughPoints& scan, const KeyScan& 
   constexpr double kLeastVariance = 1e-6;
   const Eigen::Matrix3d penalty =
       prior_weight * (prior.covariance + kLeastVariance * Eigen::Matrix3d::Identity()).inverse();
-  const std::vector<Alignment> alignments =
-      align_in_hough_domain(hough_points(key.scan.points, options.point_spacing), scan,
-                            guess_of(prior, key.map_from_base), options);
+  const SearchedScan reference(key.scan, options.point_spacing);
   std::vector<RankedPose> poses;
-  poses.reserve(alignments.size());
-  for (const Alignment& alignment : alignments) {
+  for (const Alignment& alignment : align_in_hough_domain(
+           reference.points, scan.points, guess_of(prior, key.map_from_base), options)) {
     const Pose2 pose = key.map_from_base * alignment.reference_from_scan;
     const Eigen::Vector3d off = difference(pose, prior.map_from_base);
-    poses.push_back({pose, mean_likelihood(scan, key.field(), pose) - off.dot(penalty * off)});
+    poses.push_back(
+        {pose, mean_likelihood(scan.points, key.field(), pose) - off.dot(penalty * off)});
   }
   sort_and_thin(poses);
+  if (poses.size() > 1) {
+    for (RankedPose& pose : poses) {
+      pose.score -=
+          contradiction(reference, scan, key.map_from_base.inverse() * pose.map_from_base);
+    }
+    sort_and_thin(poses);
+  }
   return poses;
 }
 

@@ -18,11 +18,11 @@ struct Candidate {
   const KeyScan* key;
 };
 
-std::vector<Candidate> search_all(const HoughPoints& votes, const KeyScans& key_scans,
+std::vector<Candidate> search_all(const SearchedScan& scan, const KeyScans& key_scans,
                                   const HoughOptions& options) {
   std::vector<Candidate> candidates;
   for (const auto& key : key_scans) {
-    for (const RankedPose& pose : search_key_scan(votes, *key, anywhere_around(*key),
+    for (const RankedPose& pose : search_key_scan(scan, *key, anywhere_around(*key),
                                                   options.prior_weight, options.alignment)) {
       candidates.push_back({pose, key.get()});
     }
@@ -37,9 +37,9 @@ std::vector<Candidate> search_all(const HoughPoints& votes, const KeyScans& key_
 
 Relocalisation relocalise(const PointScan& scan, const KeyScans& key_scans,
                           const HoughOptions& options, std::size_t most) {
-  const HoughPoints votes = hough_points(scan.points, options.alignment.point_spacing);
+  const SearchedScan searched(scan, options.alignment.point_spacing);
   Relocalisation result;
-  for (const Candidate& candidate : search_all(votes, key_scans, options)) {
+  for (const Candidate& candidate : search_all(searched, key_scans, options)) {
     if (result.poses.size() == most) {
       break;
     }
@@ -49,7 +49,10 @@ Relocalisation relocalise(const PointScan& scan, const KeyScans& key_scans,
     const RefinedPose refined =
         refine(scan.points, candidate.key->field(), candidate.pose.map_from_base,
                anywhere_around(*candidate.key), options.refinement);
-    result.poses.push_back({refined.map_from_base, std::clamp(refined.score, 0.0, 1.0)});
+    const double against =
+        contradiction(SearchedScan(candidate.key->scan, options.alignment.point_spacing), searched,
+                      candidate.key->map_from_base.inverse() * refined.map_from_base);
+    result.poses.push_back({refined.map_from_base, std::clamp(refined.score - against, 0.0, 1.0)});
   }
   sort_and_thin(result.poses);
   if (result.poses.size() > 1 && result.poses[1].score > 0.0) {

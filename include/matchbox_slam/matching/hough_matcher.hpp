@@ -13,7 +13,7 @@ struct HoughOptions {
   int searched_key_scans = 3;
   int key_scans = 3;
   double min_score = 0.25;
-  RefinementOptions refinement = {8};
+  RefinementOptions refinement = {6};
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {

@@ -7,6 +7,7 @@
 #include "matchbox_slam/matching/hough_alignment.hpp"
 #include "matchbox_slam/matching/key_scan.hpp"
 #include "matchbox_slam/matching/refinement.hpp"
+#include "matchbox_slam/matching/scan_view.hpp"
 
 namespace matchbox_slam {
 
@@ -20,12 +21,25 @@ struct RankedPose {
 [[nodiscard]] double mean_likelihood(const HoughPoints& points, const LikelihoodField& field,
                                      const Pose2& map_from_base);
 
+/// A scan as the search sees it.
+struct SearchedScan {
+  SearchedScan(const PointScan& scan, double point_spacing)
+      : points(hough_points(scan.points, point_spacing)), view(scan) {}
+
+  HoughPoints points;
+  ScanView view;
+};
+
+/// The share of what two scans saw that the other one saw to be free space, 0...1.
+[[nodiscard]] double contradiction(const SearchedScan& a, const SearchedScan& b,
+                                   const Pose2& a_from_b);
+
 /// The poses from which the scan may have been taken, judged by one key scan: the alignments of the
 /// two Hough domains, ranked by how likely the scan is against the key scan, less what the prior
-/// says against them.
+/// says against them, and what each of the two scans saw to be free where the other saw a wall.
 /// @param prior_weight  score lost by a pose one standard deviation of the prior away.
 /// Cost: as of the alignment, then alignments times points.
-[[nodiscard]] std::vector<RankedPose> search_key_scan(const HoughPoints& scan, const KeyScan& key,
+[[nodiscard]] std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan& key,
                                                       const PosePrior& prior, double prior_weight,
                                                       const HoughAlignmentOptions& options);
 
