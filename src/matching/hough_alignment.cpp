@@ -187,7 +187,10 @@ class ShiftCombinations {
       strongest_ = std::max(strongest_, direction.shifts.front().strength);
     }
     chosen_.reserve(directions.size());
-    descend(0);
+    // Where few directions hold anything, fewer must do.
+    for (; found_.empty() && fewest_ > 0; --fewest_) {
+      descend(0);
+    }
   }
 
   [[nodiscard]] std::vector<Alignment> take() { return std::move(found_); }

@@ -10,10 +10,10 @@ struct HoughOptions {
   HoughAlignmentOptions alignment;
   double prior_weight = 0.03;
   double enough_score = 0.5;
-  int searched_key_scans = 3;
-  int key_scans = 3;
-  double min_score = 0.25;
-  RefinementOptions refinement = {6};
+  int searched_key_scans = 6;
+  int key_scans = 5;
+  double min_score = 0.15;
+  RefinementOptions refinement = {5};
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
