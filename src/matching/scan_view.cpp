@@ -37,7 +37,7 @@ ScanView::ScanView(const PointScan& scan) : range_(kBearings, 0.0F) {
     seen = seen > 0.0F ? std::min(seen, range) : range;
   };
   // Between two beams that are no farther apart than this the nearer one's range holds.
-  constexpr int kWidestStep = 12;
+  constexpr int kWidestStep = 20;
   int before = -1;
   float range_before = 0.0F;
   for (const ScanPoint& point : scan.points) {
