@@ -138,7 +138,7 @@ class ColumnPair {
 // --- translation ---
 
 /// The columns in which both scans, one turned to the other, are strong, at some distance of each
-/// other.
+/// other, one of them about across the strongest.
 std::vector<double> strong_directions(const std::vector<float>& reference,
                                       const std::vector<float>& scan, double rotation,
                                       const HoughAlignmentOptions& options) {
@@ -156,18 +156,24 @@ std::vector<double> strong_directions(const std::vector<float>& reference,
   }
   std::stable_sort(common.begin(), common.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
-  std::vector<double> chosen;
-  for (const auto& candidate : common) {
-    const double angle = grid.angle(candidate.second);
-    const bool is_apart = std::all_of(chosen.begin(), chosen.end(), [&](double other) {
-      const double apart = std::abs(angle - other);
-      return std::min(apart, kPi - apart) >= options.direction_spacing;
-    });
-    if (is_apart) {
-      chosen.push_back(angle);
-    }
-    if (chosen.size() == static_cast<std::size_t>(options.directions)) {
-      break;
+  const auto apart = [](double a, double b) { return std::abs(std::remainder(a - b, kPi)); };
+  std::vector<double> chosen = {grid.angle(common.front().second)};
+  // Beside a long wall all columns are shoulders of the wall's, except those along it.
+  for (const bool is_across : {true, false}) {
+    for (const auto& candidate : common) {
+      const double angle = grid.angle(candidate.second);
+      const bool is_new = std::all_of(chosen.begin(), chosen.end(), [&](double other) {
+        return apart(angle, other) >= options.direction_spacing;
+      });
+      const bool is_wanted =
+          !is_across || apart(angle, chosen.front() + 0.5 * kPi) <= options.direction_spacing;
+      if (is_new && is_wanted) {
+        chosen.push_back(angle);
+      }
+      if (chosen.size() == static_cast<std::size_t>(options.directions) ||
+          (is_across && chosen.size() == 2)) {
+        break;
+      }
     }
   }
   return chosen;

@@ -1,9 +1,11 @@
 #include "matchbox_slam/matching/hough_search.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace matchbox_slam {
 namespace {
@@ -22,6 +24,52 @@ MotionGuess guess_of(const PosePrior& prior, const Pose2& map_from_key) {
   key_from_map.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-map_from_key.theta).toRotationMatrix();
   guess.covariance = key_from_map * prior.covariance * key_from_map.transpose();
   return guess;
+}
+
+/// A unit vector along which the columns say little of an alignment, in the key scan's frame; none
+/// where they hold every direction.
+std::optional<Eigen::Vector2d> weak_axis(const Alignment& alignment) {
+  constexpr double kWeak = 0.1;  // eigenvalue over the largest one
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
+  solver.computeDirect(alignment.information);
+  if (solver.eigenvalues()(0) > kWeak * solver.eigenvalues()(1)) {
+    return std::nullopt;
+  }
+  return solver.eigenvectors().col(0);
+}
+
+/// The poses that an alignment stands for: itself, and where its columns leave an axis open, the
+/// ones along that axis within the guess's window, if the guess says next to nothing.
+std::vector<Pose2> poses_along(const Alignment& alignment, const MotionGuess& guess,
+                               const HoughAlignmentOptions& options) {
+  constexpr double kStep = 0.05;  // [m], a cell of the key scan's field
+  constexpr double kKnown = 0.6;  // [m]; a narrower window is left to the guess
+  std::vector<Pose2> poses = {alignment.reference_from_scan};
+  if (const std::optional<Eigen::Vector2d> axis = weak_axis(alignment)) {
+    const double variance = axis->dot(guess.covariance.topLeftCorner<2, 2>() * *axis);
+    const double reach =
+        std::min(options.max_window_xy, options.window_sigmas * std::sqrt(std::max(0.0, variance)));
+    for (double step = -reach; reach > kKnown && step <= reach; step += kStep) {
+      const Eigen::Vector2d at = guess.reference_from_scan.translation();
+      const Eigen::Vector2d here = alignment.reference_from_scan.translation();
+      const Eigen::Vector2d moved = here + (axis->dot(at - here) + step) * *axis;
+      poses.push_back({moved.x(), moved.y(), alignment.reference_from_scan.theta});
+    }
+  }
+  return poses;
+}
+
+/// Adds the first pose, and of the others, which lie in a row, those that score more than their
+/// neighbours.
+void add_peaks(const std::vector<RankedPose>& row, std::vector<RankedPose>& poses) {
+  poses.push_back(row.front());
+  for (std::size_t i = 1; i < row.size(); ++i) {
+    const bool above_last = i == 1 || row[i].score >= row[i - 1].score;
+    const bool above_next = i + 1 == row.size() || row[i].score > row[i + 1].score;
+    if (above_last && above_next) {
+      poses.push_back(row[i]);
+    }
+  }
 }
 
 }  // namespace
@@ -61,15 +109,22 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan&
   const Eigen::Matrix3d penalty =
       prior_weight * (prior.covariance + kLeastVariance * Eigen::Matrix3d::Identity()).inverse();
   const SearchedScan reference(key.scan, options.point_spacing);
+  const MotionGuess guess = guess_of(prior, key.map_from_base);
   std::vector<RankedPose> poses;
-  for (const Alignment& alignment : align_in_hough_domain(
-           reference.points, scan.points, guess_of(prior, key.map_from_base), options)) {
-    const Pose2 pose = key.map_from_base * alignment.reference_from_scan;
-    const Eigen::Vector3d off = difference(pose, prior.map_from_base);
-    poses.push_back(
-        {pose, mean_likelihood(scan.points, key.field(), pose) - off.dot(penalty * off)});
+  for (const Alignment& alignment :
+       align_in_hough_domain(reference.points, scan.points, guess, options)) {
+    std::vector<RankedPose> along;
+    for (const Pose2& key_from_base : poses_along(alignment, guess, options)) {
+      const Pose2 pose = key.map_from_base * key_from_base;
+      const Eigen::Vector3d off = difference(pose, prior.map_from_base);
+      along.push_back(
+          {pose, mean_likelihood(scan.points, key.field(), pose) - off.dot(penalty * off)});
+    }
+    add_peaks(along, poses);
   }
   sort_and_thin(poses);
+  constexpr std::size_t kMost = 32;  // that are looked at closely
+  poses.resize(std::min(poses.size(), kMost));
   if (poses.size() > 1) {
     for (RankedPose& pose : poses) {
       pose.score -=

@@ -39,6 +39,8 @@ Relocalisation relocalise(const PointScan& scan, const KeyScans& key_scans,
                           const HoughOptions& options, std::size_t most) {
   const SearchedScan searched(scan, options.alignment.point_spacing);
   Relocalisation result;
+  constexpr std::size_t kTries = 3;  // for each pose wanted: several may be refined to one place
+  std::size_t tries = 0;
   for (const Candidate& candidate : search_all(searched, key_scans, options)) {
     if (result.poses.size() == most) {
       break;
@@ -46,9 +48,15 @@ Relocalisation relocalise(const PointScan& scan, const KeyScans& key_scans,
     if (is_near_any(candidate.pose, result.poses)) {
       continue;
     }
+    if (tries++ == kTries * most) {
+      break;
+    }
     const RefinedPose refined =
         refine(scan.points, candidate.key->field(), candidate.pose.map_from_base,
                anywhere_around(*candidate.key), options.refinement);
+    if (is_near_any({refined.map_from_base, 0.0}, result.poses)) {
+      continue;
+    }
     const double against =
         contradiction(SearchedScan(candidate.key->scan, options.alignment.point_spacing), searched,
                       candidate.key->map_from_base.inverse() * refined.map_from_base);
