@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
+#include "matchbox_slam/matching/hough_matcher.hpp"
 #include "matchbox_slam/matching/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/olson_matcher.hpp"
 #include "matchbox_slam/simulation/make_world.hpp"
@@ -40,6 +41,11 @@ TEST(WholeRun, ToursAllRooms) { EXPECT_LE(error_of_run("rooms", 1), 0.0018); }
 
 // Measured: 1.5 mm, odometry alone 403 mm.
 TEST(WholeRun, DrivesThroughChaos) { EXPECT_LE(error_of_run("random", 1), 0.0023); }
+
+// Scan to scan: errors add up from key scan to key scan, where scan to map has them once.
+TEST(WholeRun, ToursAllRoomsFromScanToScan) {
+  EXPECT_LE(error_of_run("rooms", 1, std::make_shared<HoughMatcher>()), 0.08);
+}
 
 // Measured: 16 to 24 mm with different seeds of the matcher, odometry alone more than 2 m. Without
 // loop closure it is chance how the errors of the corridors add up in one run.
