@@ -59,5 +59,18 @@ BENCHMARK(match_monte_carlo_tries)
     ->Arg(10000)
     ->Unit(benchmark::kMicrosecond);
 
+/// By the columns of the Hough domain, and by their cells: the paper's O(n + n_rho n_theta).
+void match_hough_cells(benchmark::State& state) {
+  HoughOptions options;
+  options.alignment.angles = static_cast<int>(state.range(0));
+  options.alignment.rho_cell = 1e-3 * static_cast<double>(state.range(1));
+  match_repeatedly(HoughMatcher(options), kCommonBeams, state);
+}
+BENCHMARK(match_hough_cells)
+    ->ArgNames({"angles", "rho_mm"})
+    ->ArgsProduct({{90, 180, 360, 720}, {30}})
+    ->ArgsProduct({{180}, {10, 60}})
+    ->Unit(benchmark::kMicrosecond);
+
 }  // namespace
 }  // namespace matchbox_slam

@@ -199,7 +199,7 @@ class ShiftCombinations {
     }
   }
 
-  [[nodiscard]] std::vector<Alignment> take() { return std::move(found_); }
+  [[nodiscard]] std::vector<HoughAlignment> take() { return std::move(found_); }
 
  private:
   struct Chosen {
@@ -232,7 +232,7 @@ class ShiftCombinations {
   /// the other one is the guess's.
   void solve() {
     constexpr double kWeakest = 0.01;  // eigenvalue over the largest one
-    Alignment alignment;
+    HoughAlignment alignment;
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     for (const Chosen& one : chosen_) {
       alignment.information += one.weight * one.normal * one.normal.transpose();
@@ -265,18 +265,20 @@ class ShiftCombinations {
   std::size_t fewest_;
   double strongest_ = 0.0;
   std::vector<Chosen> chosen_;
-  std::vector<Alignment> found_;
+  std::vector<HoughAlignment> found_;
 };
 
 /// The ones with most votes, each farther than the tolerance from those before.
-std::vector<Alignment> best_of(std::vector<Alignment> all, const HoughAlignmentOptions& options) {
-  std::stable_sort(all.begin(), all.end(),
-                   [](const Alignment& a, const Alignment& b) { return a.vote > b.vote; });
+std::vector<HoughAlignment> best_of(std::vector<HoughAlignment> all,
+                                    const HoughAlignmentOptions& options) {
+  std::stable_sort(all.begin(), all.end(), [](const HoughAlignment& a, const HoughAlignment& b) {
+    return a.vote > b.vote;
+  });
   const double apart = options.residual_cells * options.rho_cell;
-  std::vector<Alignment> best;
-  for (const Alignment& one : all) {
+  std::vector<HoughAlignment> best;
+  for (const HoughAlignment& one : all) {
     const Eigen::Vector2d here = one.reference_from_scan.translation();
-    const bool is_new = std::all_of(best.begin(), best.end(), [&](const Alignment& other) {
+    const bool is_new = std::all_of(best.begin(), best.end(), [&](const HoughAlignment& other) {
       return (other.reference_from_scan.translation() - here).norm() > apart;
     });
     if (is_new) {
@@ -346,9 +348,9 @@ std::vector<RotationPeak> find_rotations(const std::vector<float>& correlation, 
   return peaks;
 }
 
-std::vector<Alignment> align_in_hough_domain(const HoughPoints& reference, const HoughPoints& scan,
-                                             const MotionGuess& guess,
-                                             const HoughAlignmentOptions& options) {
+std::vector<HoughAlignment> align_in_hough_domain(const HoughPoints& reference,
+                                                  const HoughPoints& scan, const MotionGuess& guess,
+                                                  const HoughAlignmentOptions& options) {
   if (reference.empty() || scan.empty()) {
     return {};
   }
@@ -361,7 +363,7 @@ std::vector<Alignment> align_in_hough_domain(const HoughPoints& reference, const
       correlate_spectra(reference_spectrum, scan_spectrum), guess.reference_from_scan.theta,
       std::sqrt(std::max(0.0, guess.covariance(2, 2))), options);
   const ColumnPair columns(reference, scan, options.rho_cell);
-  std::vector<Alignment> alignments;
+  std::vector<HoughAlignment> alignments;
   for (const RotationPeak& rotation : rotations) {
     const std::vector<Direction> directions = compare_directions(
         columns, strong_directions(reference_spectrum, scan_spectrum, rotation.angle, options),
@@ -369,7 +371,7 @@ std::vector<Alignment> align_in_hough_domain(const HoughPoints& reference, const
     if (directions.empty()) {
       continue;
     }
-    const std::vector<Alignment> best =
+    const std::vector<HoughAlignment> best =
         best_of(ShiftCombinations(directions, guess, rotation.angle, options).take(), options);
     alignments.insert(alignments.end(), best.begin(), best.end());
   }

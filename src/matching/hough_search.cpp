@@ -28,7 +28,7 @@ MotionGuess guess_of(const PosePrior& prior, const Pose2& map_from_key) {
 
 /// A unit vector along which the columns say little of an alignment, in the key scan's frame; none
 /// where they hold every direction.
-std::optional<Eigen::Vector2d> weak_axis(const Alignment& alignment) {
+std::optional<Eigen::Vector2d> weak_axis(const HoughAlignment& alignment) {
   constexpr double kWeak = 0.1;  // eigenvalue over the largest one
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
   solver.computeDirect(alignment.information);
@@ -40,7 +40,7 @@ std::optional<Eigen::Vector2d> weak_axis(const Alignment& alignment) {
 
 /// The poses that an alignment stands for: itself, and where its columns leave an axis open, the
 /// ones along that axis within the guess's window, if the guess says next to nothing.
-std::vector<Pose2> poses_along(const Alignment& alignment, const MotionGuess& guess,
+std::vector<Pose2> poses_along(const HoughAlignment& alignment, const MotionGuess& guess,
                                const HoughAlignmentOptions& options) {
   constexpr double kStep = 0.05;  // [m], a cell of the key scan's field
   constexpr double kKnown = 0.6;  // [m]; a narrower window is left to the guess
@@ -111,7 +111,7 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan&
   const SearchedScan reference(key.scan, options.point_spacing);
   const MotionGuess guess = guess_of(prior, key.map_from_base);
   std::vector<RankedPose> poses;
-  for (const Alignment& alignment :
+  for (const HoughAlignment& alignment :
        align_in_hough_domain(reference.points, scan.points, guess, options)) {
     std::vector<RankedPose> along;
     for (const Pose2& key_from_base : poses_along(alignment, guess, options)) {

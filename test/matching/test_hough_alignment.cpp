@@ -34,24 +34,25 @@ TwoScans in_rooms(const Pose2& motion) {
   return two_scans(make_rooms_world(7), rooms().map_from_base, motion);
 }
 
-Alignment best_of(const std::vector<Alignment>& alignments) {
-  return *std::max_element(alignments.begin(), alignments.end(),
-                           [](const Alignment& a, const Alignment& b) { return a.vote < b.vote; });
+HoughAlignment best_of(const std::vector<HoughAlignment>& alignments) {
+  return *std::max_element(
+      alignments.begin(), alignments.end(),
+      [](const HoughAlignment& a, const HoughAlignment& b) { return a.vote < b.vote; });
 }
 
-double eigenvalue_ratio(const Alignment& alignment) {
+double eigenvalue_ratio(const HoughAlignment& alignment) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(alignment.information);
   return solver.eigenvalues()(0) / solver.eigenvalues()(1);
 }
 
-TEST(HoughAlignment, FindsRotationAndTranslation) {
+TEST(AlignInHoughDomain, FindsRotationAndTranslation) {
   Random random(2);
   for (int i = 0; i < 20; ++i) {
     const double x = random.uniform(-0.2, 0.2);
     const double y = random.uniform(-0.2, 0.2);
     const Pose2 motion{x, y, random.uniform(-0.2, 0.2)};
     const TwoScans scans = in_rooms(motion);
-    const std::vector<Alignment> found =
+    const std::vector<HoughAlignment> found =
         align_in_hough_domain(scans.reference, scans.scan, {{}, prior_of(0.12, 0.12)}, {});
     ASSERT_FALSE(found.empty());
     const Eigen::Vector3d error = shift_between(motion, best_of(found).reference_from_scan);
@@ -61,12 +62,12 @@ TEST(HoughAlignment, FindsRotationAndTranslation) {
   }
 }
 
-TEST(HoughAlignment, NeedsNoGuess) {
+TEST(AlignInHoughDomain, NeedsNoGuess) {
   for (const double turn : {-2.5, -1.0, 0.5, 1.5}) {
     const TwoScans scans = in_rooms({0.3, -0.2, turn});
-    const std::vector<Alignment> found =
+    const std::vector<HoughAlignment> found =
         align_in_hough_domain(scans.reference, scans.scan, {{}, prior_of(1.0, 1e3)}, {});
-    const bool is_there = std::any_of(found.begin(), found.end(), [&](const Alignment& one) {
+    const bool is_there = std::any_of(found.begin(), found.end(), [&](const HoughAlignment& one) {
       const Eigen::Vector3d error =
           shift_between(scans.reference_from_scan, one.reference_from_scan);
       return error.head<2>().norm() < 0.05 && std::abs(error.z()) < 0.01;
@@ -75,7 +76,7 @@ TEST(HoughAlignment, NeedsNoGuess) {
   }
 }
 
-TEST(HoughAlignment, KeepsTheGuessAlongASingleWall) {
+TEST(AlignInHoughDomain, KeepsTheGuessAlongASingleWall) {
   HoughPoints wall;
   for (int i = -100; i <= 100; ++i) {
     wall.x.push_back(2.0F);
@@ -87,17 +88,17 @@ TEST(HoughAlignment, KeepsTheGuessAlongASingleWall) {
   for (float& x : scan.x) {
     x -= 0.1F;
   }
-  const std::vector<Alignment> found =
+  const std::vector<HoughAlignment> found =
       align_in_hough_domain(wall, scan, {{0.0, 0.07, 0.0}, prior_of(0.1, 0.02)}, {});
   ASSERT_FALSE(found.empty());
-  const Alignment best = best_of(found);
+  const HoughAlignment best = best_of(found);
   EXPECT_NEAR(best.reference_from_scan.x, 0.1, 0.005);
   EXPECT_NEAR(best.reference_from_scan.y, 0.07, 1e-9);
   EXPECT_NEAR(best.reference_from_scan.theta, 0.0, 1e-3);
   EXPECT_LT(eigenvalue_ratio(best), 0.01);
 }
 
-TEST(HoughAlignment, SaysNothingOfNothing) {
+TEST(AlignInHoughDomain, SaysNothingOfNothing) {
   const TwoScans scans = in_rooms({});
   EXPECT_TRUE(align_in_hough_domain({}, scans.scan, {{}, prior_of(0.1, 0.1)}, {}).empty());
   EXPECT_TRUE(align_in_hough_domain(scans.reference, {}, {{}, prior_of(0.1, 0.1)}, {}).empty());

@@ -66,7 +66,7 @@ struct MotionGuess {
 };
 
 /// A motion under which the Hough domains of two scans fit.
-struct Alignment {
+struct HoughAlignment {
   Pose2 reference_from_scan;
   double vote = 0.0;  ///< sum of the columns' correlations
   /// What the columns say about the translation: the matrix of the least squares, with the
@@ -80,10 +80,9 @@ struct Alignment {
 /// Deviations from the paper: the columns compared are voted for anew at the exact rotation, and
 /// what varies slowly in them is taken out. Cost: columns times points, then rotations times
 /// directions times lags times cells.
-[[nodiscard]] std::vector<Alignment> align_in_hough_domain(const HoughPoints& reference,
-                                                           const HoughPoints& scan,
-                                                           const MotionGuess& guess,
-                                                           const HoughAlignmentOptions& options);
+[[nodiscard]] std::vector<HoughAlignment> align_in_hough_domain(
+    const HoughPoints& reference, const HoughPoints& scan, const MotionGuess& guess,
+    const HoughAlignmentOptions& options);
 
 /// A rotation that the spectra suggest.
 struct RotationPeak {
