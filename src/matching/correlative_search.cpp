@@ -574,17 +574,19 @@ void LatticeSearch::search_leaf(const Block& block) {
         std::int64_t sum = 0;
         for (int column = 0; column < n; ++column) {
           const int crosses_x = column + offset_x >= n ? 1 : 0;
-          sum += of_class[static_cast<std::size_t>(4 * (row * n + column) + 2 * crosses_y +
-                                                   crosses_x)];
+          const int corner = 4 * (row * n + column) + 2 * crosses_y + crosses_x;
+          sum += of_class[static_cast<std::size_t>(corner)];
         }
-        of_row[static_cast<std::size_t>(2 * row + crosses_y)] = sum;
+        const int of_this = 2 * row + crosses_y;
+        of_row[static_cast<std::size_t>(of_this)] = sum;
       }
     }
     for (int y = steps_y.first; y <= steps_y.last; ++y) {
       const int offset_y = y - block.y * n;
       std::int64_t fit = 0;
       for (int row = 0; row < n; ++row) {
-        fit += of_row[static_cast<std::size_t>(2 * row + (row + offset_y >= n ? 1 : 0))];
+        const int crosses = row + offset_y >= n ? 2 * row + 1 : 2 * row;
+        fit += of_row[static_cast<std::size_t>(crosses)];
       }
       consider({x, y, theta_}, fit);
     }

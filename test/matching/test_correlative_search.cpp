@@ -114,7 +114,8 @@ std::int64_t score_of(const Scene& scene, const LatticePose& pose) {
     const auto uy = static_cast<std::int64_t>(std::floor(qy * steps_per_metre));
     const Cell cell{static_cast<int>(floor_div(ux + pose.x, n)),
                     static_cast<int>(floor_div(uy + pose.y, n))};
-    fit += point.weight * scene.scoring.value_of_likelihood[scene.field.likelihood(cell)];
+    const std::int64_t value = scene.scoring.value_of_likelihood[scene.field.likelihood(cell)];
+    fit += point.weight * value;
   }
   const double step = resolution / n;
   const Eigen::Vector3d d(step * pose.x, step * pose.y, scene.lattice.step_theta * pose.theta);

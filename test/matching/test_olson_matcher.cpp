@@ -99,6 +99,7 @@ TEST(Olson, FindsItsWayFromFar) {
 TEST(Olson, KeepsToItsDeadlineAndTellsTheGap) {
   OlsonOptions options;
   options.deadline = 1e-9;
+  options.min_score = 0.0;
   options.window_xy = 2.0;
   options.window_theta = 0.5;
   const MatchResult result = match(options, {0.7, -0.4, 0.2}, prior_of(0.5, 0.3));
@@ -284,9 +285,9 @@ TEST(Olson, ItsCovarianceIsTheSecondMomentOfThePosterior) {
   Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
   double total = 0.0;
   for (int i = 0; i < 15 * 15 * 15; ++i) {
+    const Eigen::Vector3i at(i % 15 - 7, i / 15 % 15 - 7, i / 225 - 7);
     const Eigen::Vector3d step =
-        0.35 * refined.covariance.diagonal().cwiseSqrt().cwiseProduct(
-                   Eigen::Vector3d(i % 15 - 7, i / 15 % 15 - 7, i / 225 - 7));
+        0.35 * refined.covariance.diagonal().cwiseSqrt().cwiseProduct(at.cast<double>());
     const double weight = std::exp(-posterior.cost(step));
     moment += weight * step * step.transpose();
     total += weight;
