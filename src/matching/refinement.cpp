@@ -91,7 +91,6 @@ bool advance(const Eigen::Vector3d& step, Pose2& pose) {
 
 }  // namespace
 
-<<<<<<< HEAD
 Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance) {
   // Beyond what any scan knows, and less than anybody can be ignorant of.
   constexpr double kLeastVariance = 1e-12;
@@ -106,10 +105,7 @@ Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance) {
          solver.eigenvectors().transpose();
 }
 
-RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodField& field,
-=======
 RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodFields& fields,
->>>>>>> wt_hough
                    const Pose2& start_map_from_base, const PosePrior& prior,
                    const RefinementOptions& options) {
   const Eigen::Matrix3d prior_part = prior_information(prior.covariance);
