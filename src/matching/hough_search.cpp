@@ -100,7 +100,7 @@ double contradiction(const SearchedScan& a, const SearchedScan& b, const Pose2& 
 
 std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan& key,
                                         const PosePrior& prior, double prior_weight,
-                                        const HoughAlignmentOptions& options) {
+                                        const HoughAlignmentOptions& options, std::size_t most) {
   if (!((prior.map_from_base.translation() - key.map_from_base.translation()).norm() <
         kFarthestKeyScan)) {
     return {};
@@ -123,8 +123,7 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan&
     add_peaks(along, poses);
   }
   sort_and_thin(poses);
-  constexpr std::size_t kMost = 32;  // that are looked at closely
-  poses.resize(std::min(poses.size(), kMost));
+  poses.resize(std::min(poses.size(), most));
   if (poses.size() > 1) {
     for (RankedPose& pose : poses) {
       pose.score -=

@@ -12,6 +12,16 @@ PosePrior anywhere_around(const KeyScan& key) {
   return {key.map_from_base, kSigma * kSigma * Eigen::Matrix3d::Identity()};
 }
 
+/// Scans that share little have their true shift far down among those of each column, and its pose
+/// far down among those ranked by likelihood alone: without a prior, more of both are followed.
+HoughAlignmentOptions without_prior(HoughAlignmentOptions options) {
+  constexpr int kPeaks = 8;
+  constexpr int kTranslations = 16;
+  options.peaks = std::max(options.peaks, kPeaks);
+  options.translations = std::max(options.translations, kTranslations);
+  return options;
+}
+
 /// A pose and the key scan that it comes from.
 struct Candidate {
   RankedPose pose;
@@ -20,10 +30,12 @@ struct Candidate {
 
 std::vector<Candidate> search_all(const SearchedScan& scan, const KeyScans& key_scans,
                                   const HoughOptions& options) {
+  constexpr std::size_t kRanked = 3 * kRankedPoses;
+  const HoughAlignmentOptions alignment = without_prior(options.alignment);
   std::vector<Candidate> candidates;
   for (const auto& key : key_scans) {
     for (const RankedPose& pose : search_key_scan(scan, *key, anywhere_around(*key),
-                                                  options.prior_weight, options.alignment)) {
+                                                  options.prior_weight, alignment, kRanked)) {
       candidates.push_back({pose, key.get()});
     }
   }

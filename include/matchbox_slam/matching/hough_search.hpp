@@ -34,14 +34,19 @@ struct SearchedScan {
 [[nodiscard]] double contradiction(const SearchedScan& a, const SearchedScan& b,
                                    const Pose2& a_from_b);
 
+/// Poses of a key scan that are looked at closely when the prior says about where they are.
+constexpr std::size_t kRankedPoses = 32;
+
 /// The poses from which the scan may have been taken, judged by one key scan: the alignments of the
 /// two Hough domains, ranked by how likely the scan is against the key scan, less what the prior
 /// says against them, and what each of the two scans saw to be free where the other saw a wall.
 /// @param prior_weight  score lost by a pose one standard deviation of the prior away.
+/// @param most  poses returned; what each of the scans saw to be free is looked at for these alone.
 /// Cost: as of the alignment, then alignments times points.
 [[nodiscard]] std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan& key,
                                                       const PosePrior& prior, double prior_weight,
-                                                      const HoughAlignmentOptions& options);
+                                                      const HoughAlignmentOptions& options,
+                                                      std::size_t most = kRankedPoses);
 
 /// Whether a pose is within 0.1 m and 0.05 rad of one of the others.
 [[nodiscard]] bool is_near_any(const RankedPose& pose, const std::vector<RankedPose>& others);

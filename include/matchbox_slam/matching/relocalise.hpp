@@ -21,7 +21,8 @@ struct Relocalisation {
 /// a prior that is flat in the heading and in the translation up to `alignment.max_window_xy` from
 /// each key scan, the best poses then refined against the key scan that they come from.
 /// @param most  poses that are refined and returned at most.
-/// Cost: key scans times a few milliseconds.
+/// More shifts and translations are followed than while tracking: at least 8 and 16.
+/// Cost: key scans times some ten milliseconds.
 [[nodiscard]] Relocalisation relocalise(const PointScan& scan, const KeyScans& key_scans,
                                         const HoughOptions& options, std::size_t most = 8);
 
