@@ -1,5 +1,5 @@
-// Prints the answers of the matchers to fixed problems, poses and scores to the last bit. Built
-// once for each instruction set; see test_simd_paths.cpp.
+// Prints the answers of the matchers to fixed problems to the last bit. Built once for each instruction
+// set; see test_simd_paths.cpp.
 
 #include <cstdio>
 #include <memory>
@@ -56,9 +56,8 @@ void print(const MatchResult& result) {
   const Pose2& pose = result.map_from_base;
   std::printf("%d %a %a %a %a %zu", static_cast<int>(result.status), pose.x, pose.y, pose.theta,
               result.score, result.candidates);
-  // Eigen multiplies matrices with fused multiply-adds where the compiler is told that there are.
   for (Eigen::Index i = 0; i < 9; ++i) {
-    std::printf(" %.9e", result.covariance(i));
+    std::printf(" %a", result.covariance(i));
   }
   std::printf("\n");
 }
