@@ -193,7 +193,8 @@ class ShiftCombinations {
       strongest_ = std::max(strongest_, direction.shifts.front().strength);
     }
     chosen_.reserve(directions.size());
-    // Where few directions hold anything, fewer must do.
+    // Where few directions hold anything, or all disagree, fewer must do; the ranking by likelihood
+    // then sorts out what fits by chance.
     for (; found_.empty() && fewest_ > 0; --fewest_) {
       descend(0);
     }

@@ -74,6 +74,10 @@ MatchResult HoughMatcher::match(const MatchProblem& problem) const {
       refine(problem.scan.points,
              fields_of(nearest_key_scans(problem.key_scans, best), options_.key_scans), best, prior,
              options_.refinement);
+  if (!std::isfinite(refined.score) || !refined.map_from_base.is_finite() ||
+      !refined.covariance.allFinite()) {
+    return result;
+  }
   result.score = std::clamp(refined.score, 0.0, 1.0);
   if (poses.size() > 1 && poses[0].score > 0.0) {
     result.rival_share = std::clamp(poses[1].score / poses[0].score, 0.0, 1.0);

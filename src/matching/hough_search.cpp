@@ -105,9 +105,10 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan&
         kFarthestKeyScan)) {
     return {};
   }
-  constexpr double kLeastVariance = 1e-6;
+  constexpr double kLeastVariance = 1e-6;  // what comes from the Hough domain is not exact
   const Eigen::Matrix3d penalty =
-      prior_weight * (prior.covariance + kLeastVariance * Eigen::Matrix3d::Identity()).inverse();
+      prior_weight *
+      prior_information(prior.covariance + kLeastVariance * Eigen::Matrix3d::Identity());
   const SearchedScan reference(key.scan, options.point_spacing);
   const MotionGuess guess = guess_of(prior, key.map_from_base);
   std::vector<RankedPose> poses;
@@ -124,13 +125,10 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan&
   }
   sort_and_thin(poses);
   poses.resize(std::min(poses.size(), most));
-  if (poses.size() > 1) {
-    for (RankedPose& pose : poses) {
-      pose.score -=
-          contradiction(reference, scan, key.map_from_base.inverse() * pose.map_from_base);
-    }
-    sort_and_thin(poses);
+  for (RankedPose& pose : poses) {
+    pose.score -= contradiction(reference, scan, key.map_from_base.inverse() * pose.map_from_base);
   }
+  sort_and_thin(poses);
   return poses;
 }
 

@@ -285,7 +285,9 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
       refine(problem.scan.points, problem.field, found.map_from_base,
              {problem.predicted_map_from_base, problem.prior_covariance}, options_.refinement);
   MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);
-  result.score = std::clamp(refined.score, 0.0, 1.0);
+  if (std::isfinite(refined.score)) {
+    result.score = std::clamp(refined.score, 0.0, 1.0);
+  }
   result.candidates = found.candidates;
   result.proof = found.proof;
   result.rival_share = found.rival_share;

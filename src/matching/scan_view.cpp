@@ -17,7 +17,9 @@ double diamond_angle(const Eigen::Vector2d& v) {
 }
 
 int bearing_of(const Eigen::Vector2d& v) {
-  return std::min(kBearings - 1, static_cast<int>(diamond_angle(v) * (kBearings / 4.0)));
+  return v.allFinite()
+             ? std::clamp(static_cast<int>(diamond_angle(v) * (kBearings / 4.0)), 0, kBearings - 1)
+             : 0;
 }
 
 /// A beam as bearing and range.

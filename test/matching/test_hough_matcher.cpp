@@ -136,8 +136,11 @@ TEST(Hough, SwappingTheScansInvertsTheAnswer) {
     const KeyScan& key = *pair.key_scans.front();
     const Pair swapped{
         key.scan, {std::make_shared<const KeyScan>(pair.scan, pair.truth)}, key.map_from_base};
-    const Pose2 there = key.map_from_base.inverse() * pair.match(pair.truth, kPrior).map_from_base;
-    const Pose2 back = pair.truth.inverse() * swapped.match(swapped.truth, kPrior).map_from_base;
+    const MatchResult forth = pair.match(shifted(pair.truth, random_error(random)), kPrior);
+    const MatchResult inverse = swapped.match(shifted(swapped.truth, random_error(random)), kPrior);
+    ASSERT_TRUE(forth.accepted() && inverse.accepted());
+    const Pose2 there = key.map_from_base.inverse() * forth.map_from_base;
+    const Pose2 back = pair.truth.inverse() * inverse.map_from_base;
     const Pose2 round = there * back;
     EXPECT_LE(round.translation().norm(), 0.004) << i;
     EXPECT_LE(std::abs(round.theta), 0.001) << i;
@@ -172,6 +175,57 @@ TEST(Hough, AsksFurtherKeyScansWhenTheNearestSaysTooLittle) {
   const MatchResult result = HoughMatcher().match(problem);
   ASSERT_TRUE(result.accepted());
   EXPECT_LE(shift_between(scene.map_from_base, result.map_from_base).norm(), 0.005);
+}
+
+/// A bare rectangle of a room, that looks the same after half a turn.
+PointScan rectangle() {
+  PointScan scan;
+  const auto add = [&](double x, double y, const Eigen::Vector2d& normal) {
+    scan.points.push_back({{x, y}, {0.0, 0.0}, normal, 0.05, false});
+  };
+  for (int i = 0; i < 120; ++i) {
+    add(3.0, -2.0 + i / 30.0, {-1.0, 0.0});
+  }
+  for (int i = 0; i < 180; ++i) {
+    add(3.0 - i / 30.0, 2.0, {0.0, -1.0});
+  }
+  for (int i = 0; i < 120; ++i) {
+    add(-3.0, 2.0 - i / 30.0, {1.0, 0.0});
+  }
+  for (int i = 0; i < 180; ++i) {
+    add(-3.0 + i / 30.0, -2.0, {0.0, 1.0});
+  }
+  return scan;
+}
+
+TEST(Hough, ThePriorDecidesBetweenPosesThatFitAlike) {
+  const Pair room{rectangle(), {std::make_shared<const KeyScan>(rectangle(), Pose2{})}, {}};
+  for (const double heading : {0.3, kPi - 0.3}) {
+    const MatchResult result = room.match({0.05, 0.05, heading}, prior_of(0.3, 1.0));
+    ASSERT_TRUE(result.accepted());
+    EXPECT_NEAR(std::abs(wrap_angle(result.map_from_base.theta)), heading < 1.0 ? 0.0 : kPi, 0.01);
+    EXPECT_GT(result.rival_share, 0.6);
+  }
+}
+
+TEST(Hough, CanBeAskedAnythingWithoutHarm) {
+  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  const Pose2 predicted = shifted(scene.map_from_base, {0.1, -0.1, 0.1});
+  const Eigen::Vector3d line(1.0, 0.5, 0.3);
+  for (const Eigen::Matrix3d& prior :
+       {Eigen::Matrix3d(100.0 * line * line.transpose()), Eigen::Matrix3d(prior_of(1e100, 1e100)),
+        Eigen::Matrix3d(Eigen::Matrix3d::Zero())}) {
+    const MatchResult result = HoughMatcher().match(scene.problem(predicted, prior));
+    EXPECT_TRUE(result.covariance.allFinite());
+    EXPECT_TRUE(std::isfinite(result.score));
+  }
+  const MatchResult wide = HoughMatcher().match(scene.problem(predicted, prior_of(1e100, 1e100)));
+  EXPECT_LE(shift_between(scene.map_from_base, wide.map_from_base).norm(), 0.01);
+  MatchScene heavy = scene;
+  for (ScanPoint& point : heavy.scan.points) {
+    point.weight = 1e308;
+  }
+  EXPECT_FALSE(HoughMatcher().match(heavy.problem(predicted, kPrior)).accepted());
 }
 
 TEST(Hough, TellsOfARival) {

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <thread>
 
 #include "matchbox_slam/matching/key_scan.hpp"
@@ -42,6 +43,31 @@ TEST(KeyScan, MakesItsFieldOnceForAllThreads) {
   }
   EXPECT_GT(surfaces[0], 100U);
   EXPECT_EQ(surfaces, std::vector<std::size_t>(4, surfaces[0]));
+  // Made twice, it would have every hit twice.
+  const KeyScan alone(scene.scan, scene.map_from_base);
+  for (const Cell& cell : key.field().surface_cells()) {
+    Surface surface;
+    Surface expected;
+    ASSERT_TRUE(key.field().nearest_surface(cell, surface));
+    ASSERT_TRUE(alone.field().nearest_surface(cell, expected));
+    ASSERT_EQ(surface.hits, expected.hits);
+  }
+}
+
+TEST(KeyScan, LeavesOutWhatNoLaserMeasures) {
+  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  const KeyScan key(scene.scan, scene.map_from_base);
+  for (const double bad : {std::nan(""), 1e6, 1e30, 1e308}) {
+    PointScan scan = scene.scan;
+    ScanPoint point = scan.points.front();
+    point.position.x() = bad;
+    point.joined_to_next = true;
+    scan.points.front().joined_to_next = true;
+    scan.points.insert(scan.points.begin() + 1, point);
+    const KeyScan other(scan, scene.map_from_base);
+    EXPECT_LE(other.field().surface_cells().size(), key.field().surface_cells().size());
+    EXPECT_GE(other.field().surface_cells().size() + 30, key.field().surface_cells().size());
+  }
 }
 
 }  // namespace

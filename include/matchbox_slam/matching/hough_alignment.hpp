@@ -42,14 +42,14 @@ struct HoughAlignmentOptions {
     option(self.max_window_xy, "max_window_xy", between(0.05, 100.0), "m",
            "... but translations not farther from the prediction than this.");
     option(self.rotation_prior_weight, "rotation_prior_weight", between(0.0, 10.0), "",
-           "Correlation lost by a rotation one standard deviation of the prior away.");
+           "Twice the correlation lost by a rotation one standard deviation of the prior away.");
     option(self.rotations, "rotations", between(1, 100), "",
            "Peaks of the spectra's correlation that are followed.");
-    option(self.directions, "directions", between(3, 6), "",
+    option(self.directions, "directions", between(3, 5), "",
            "Columns that each rotation's translation is found from.");
     option(self.direction_spacing, "direction_spacing", between(0.01, 0.7), "rad",
            "Columns closer than this say the same.");
-    option(self.peaks, "peaks", between(1, 20), "", "Shifts of each column that are tried.");
+    option(self.peaks, "peaks", between(1, 6), "", "Shifts of each column that are tried.");
     option(self.residual_cells, "residual_cells", between(0.1, 10.0), "cells",
            "Shifts of several columns that disagree by more are no translation.");
     option(self.weakest_column, "weakest_column", between(0.0, 1.0), "",
@@ -76,7 +76,8 @@ struct HoughAlignment {
 
 /// Finds the motions that take one scan to another by their Hough domains alone (Censi, Iocchi and
 /// Grisetti, "Scan matching in the Hough domain", ICRA 2005), most votes first for each rotation:
-/// the rotation shifts the spectrum, the translation t shifts the column of theta by t cos theta.
+/// the rotation shifts the spectrum, the translation (x, y) shifts the column of
+/// theta by x cos theta + y sin theta.
 /// Deviations from the paper: the columns compared are voted for anew at the exact rotation, and
 /// what varies slowly in them is taken out. Cost: columns times points, then rotations times
 /// directions times lags times cells.
