@@ -117,4 +117,11 @@ Picture draw_hough_domains(const PointScan& reference, const PointScan& scan,
   return picture;
 }
 
+FileContents hough_picture_file(const std::string& folder, std::size_t number,
+                                const PointScan& reference, const PointScan& scan,
+                                const HoughAlignmentOptions& options) {
+  return {folder + "/hough_" + std::to_string(number) + ".png",
+          encode_png(draw_hough_domains(reference, scan, options))};
+}
+
 }  // namespace matchbox_slam

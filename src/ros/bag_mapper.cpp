@@ -1,8 +1,12 @@
 #include "matchbox_slam/ros/bag_mapper.hpp"
 
+#include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/hough_picture.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/map_picture.hpp"
 #include "matchbox_slam/io/tum.hpp"
@@ -28,17 +32,46 @@ Parameters gather_parameters(const MapBagRequest& request) {
   return parameters;
 }
 
+/// The first key scans of a map.
+class FirstKeyScans {
+ public:
+  void add(const std::shared_ptr<const KeyScan>& key) {
+    if (key_scans_.size() <= kMostHoughPictures) {
+      key_scans_.push_back(key);
+    }
+  }
+  void clear() { key_scans_.clear(); }
+
+  /// What the Hough matcher sees of each one and its predecessor, one picture each.
+  [[nodiscard]] std::vector<FileContents> draw(const std::string& folder,
+                                               const HoughAlignmentOptions& options) const {
+    std::vector<FileContents> files;
+    for (std::size_t i = 1; i < key_scans_.size(); ++i) {
+      files.push_back(
+          hough_picture_file(folder, i - 1, key_scans_[i - 1]->scan, key_scans_[i]->scan, options));
+    }
+    return files;
+  }
+
+ private:
+  std::vector<std::shared_ptr<const KeyScan>> key_scans_;
+};
+
 /// One run over one bag.
 class BagMapping {
  public:
   BagMapping(const MapBagRequest& request, const RunDialog& dialog)
       : out_(request.out),
+        debug_(request.debug),
         dialog_(dialog),
         started_(resource_usage()),
         parameters_(gather_parameters(request)),
         setup_(make_slam_setup(parameters_, loader_)),
         scans_(request.recording, dialog) {
     require_writable_folder(out_);
+    if (!debug_.empty()) {
+      require_writable_folder(debug_);
+    }
   }
 
   void map();
@@ -48,6 +81,7 @@ class BagMapping {
   void jump(const TimeJump& jump);
 
   const std::string& out_;
+  const std::string& debug_;
   const RunDialog& dialog_;
   ResourceUsage started_;
   MatcherLoader loader_;
@@ -55,6 +89,7 @@ class BagMapping {
   SlamSetup setup_;
   BagScans scans_;
   std::optional<SlamRun> run_;
+  FirstKeyScans first_key_scans_;
   std::size_t resets_ = 0;
 };
 
@@ -63,7 +98,9 @@ void BagMapping::map() {
   run_.emplace(setup_);
   while (const std::optional<ScanQueue::Item> item = scans_.next()) {
     if (const auto* scan = std::get_if<ReadyScan>(&*item)) {
-      run_->process(scan->input);
+      if (run_->process(scan->input).inserted && !debug_.empty()) {
+        first_key_scans_.add(run_->key_scans().back());
+      }
     } else {
       jump(std::get<TimeJump>(*item));
     }
@@ -78,6 +115,7 @@ void BagMapping::jump(const TimeJump& jump) {
   } else {
     dialog_.warn(jumped + "starting a new map, as time_jump is 'reset'");
     run_->reset();
+    first_key_scans_.clear();
     scans_.discard_delivered();
     ++resets_;
   }
@@ -102,6 +140,9 @@ void BagMapping::write() {
                  {out_ + "/odometry.tum", to_tum(odometry)},
                  {out_ + "/map.png", picture},
                  {out_ + "/report.json", to_json(facts, account, *run_, setup_)}});
+  if (!debug_.empty()) {
+    replace_files(first_key_scans_.draw(debug_, setup_.hough.alignment));
+  }
   dialog_.inform(std::to_string(account.delivered) + " of " + std::to_string(account.received) +
                  " scans used in " + seconds_text(facts.used.wall_seconds) + ", " +
                  seconds_text(facts.bag.seconds) + " of bag; results in " + out_);

@@ -208,17 +208,15 @@ std::vector<Eigen::Matrix3d> information_of(const std::vector<LocatedScan>& scan
 
 /// What the Hough matcher sees of the first pairs, one picture each.
 void draw_pairs_for_debugging(const std::vector<LocatedScan>& scans,
-                              const std::vector<ScanPair>& pairs, const EngineOptions& options,
+                              const std::vector<ScanPair>& pairs, const SlamSetup& setup,
                               const std::string& folder) {
-  constexpr std::size_t kMost = 20;
   const auto project = [&](const LocatedScan& located) {
-    return project_scan(located.scan, located.base_from_laser, located.motion, options.scan);
+    return project_scan(located.scan, located.base_from_laser, located.motion, setup.engine.scan);
   };
   std::vector<FileContents> files;
-  for (std::size_t i = 0; i < std::min(kMost, pairs.size()); ++i) {
-    const Picture picture =
-        draw_hough_domains(project(scans[pairs[i].reference]), project(scans[pairs[i].scan]), {});
-    files.push_back({folder + "/hough_" + std::to_string(i) + ".png", encode_png(picture)});
+  for (std::size_t i = 0; i < std::min(kMostHoughPictures, pairs.size()); ++i) {
+    files.push_back(hough_picture_file(folder, i, project(scans[pairs[i].reference]),
+                                       project(scans[pairs[i].scan]), setup.hough.alignment));
   }
   replace_files(files);
 }
@@ -263,7 +261,7 @@ void match_pairs(const MatchPairsRequest& request, const RunDialog& dialog) {
   const std::vector<ScanPair> pairs = draw_pairs(
       located.scans, request.pairs, setups.front().engine.motion, static_cast<std::uint64_t>(seed));
   if (!request.debug.empty()) {
-    draw_pairs_for_debugging(located.scans, pairs, setups.front().engine, request.debug);
+    draw_pairs_for_debugging(located.scans, pairs, setups.front(), request.debug);
   }
   std::vector<std::vector<PairMatch>> matches =
       match_all(located, pairs, setups, request.threads, dialog);

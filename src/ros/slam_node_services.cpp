@@ -104,7 +104,7 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
   }
   const Relocalisation found = relocalise(
       project_scan(to_laser_scan(request.scan), *base_from_laser, {}, setup_.engine.scan),
-      key_scans, {});
+      key_scans, setup_.hough);
   for (const RankedPose& pose : found.poses) {
     geometry_msgs::Pose message;
     message.position.x = pose.map_from_base.x;

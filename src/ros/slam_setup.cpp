@@ -133,6 +133,7 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherLoader& loa
   const std::string section = matcher_short_name(setup.matcher_name);
   matcher->configure(parameters.section(section));
   setup.matcher = matcher;
+  setup.hough = read_options<HoughOptions>(parameters.section("hough"), "hough");
   check_other_matchers(parameters, loader, section);
   return setup;
 }

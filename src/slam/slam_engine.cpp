@@ -101,7 +101,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
 
   // Insert, but only what was matched, except for the scan that starts the map.
   const bool starts_map = map_.field.empty();
-  if (starts_map || (outcome.match.accepted() && moved_enough(outcome.map_from_base))) {
+  if (starts_map || (outcome.match.accepted() && is_worth_inserting(outcome.match))) {
     insert(scan, outcome.map_from_base);
     outcome.inserted = true;
   }
@@ -155,10 +155,11 @@ Pose2 SlamEngine::motion_during_scan(const ScanInput& input) const {
   return {};
 }
 
-bool SlamEngine::moved_enough(const Pose2& map_from_base) const {
-  const Pose2 moved = key_scans_.back()->map_from_base.inverse() * map_from_base;
+bool SlamEngine::is_worth_inserting(const MatchResult& match) const {
+  const Pose2 moved = key_scans_.back()->map_from_base.inverse() * match.map_from_base;
   return moved.translation().norm() >= options_.slam.insert_distance ||
-         std::abs(moved.theta) >= options_.slam.insert_angle;
+         std::abs(moved.theta) >= options_.slam.insert_angle ||
+         match.score < options_.slam.insert_overlap;
 }
 
 void SlamEngine::insert(const PointScan& scan, const Pose2& map_from_base) {

@@ -26,6 +26,10 @@ void declare_options(CLI::App& app, MapBagRequest& request, bool& quiet) {
                  "From 2 on, the bag is read by a thread of its own")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
+  app.add_option("--debug", request.debug,
+                 "Folder for pictures of the first 20 key scans' Hough domains, spectra and "
+                 "correlation, each with its predecessor's")
+      ->type_name("DIR");
   app.add_flag("--quiet", quiet, "Only warnings and errors");
 }
 

@@ -72,6 +72,19 @@ TEST_F(MapBag, WritesEveryFile) {
   EXPECT_EQ(read_file(out_ + "/map.png").substr(1, 3), "PNG");
 }
 
+TEST_F(MapBag, DrawsHoughDomainsForDebugging) {
+  const std::string debug = folder_ / "debug";
+  ASSERT_EQ(run_small({}, "--set slam/insert_distance=0 --debug " + debug).exit_code, 0);
+  for (int i = 0; i < 20; ++i) {
+    const std::string picture = read_file(debug + "/hough_" + std::to_string(i) + ".png");
+    EXPECT_EQ(picture.substr(1, 3), "PNG") << i;
+  }
+  EXPECT_FALSE(std::filesystem::exists(debug + "/hough_20.png")) << "the first ones only";
+  std::filesystem::remove_all(out_);
+  replace_file(folder_ / "taken", "");
+  expect_one_line(run("--debug " + (folder_ / "taken/debug")), 1, "taken");
+}
+
 TEST_F(MapBag, ReportsWhatItDid) {
   ASSERT_EQ(
       run_small({}, "--seed 5 --matcher monte_carlo --set monte_carlo/max_tries=321").exit_code, 0);

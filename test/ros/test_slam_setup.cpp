@@ -65,6 +65,16 @@ TEST(SlamSetup, ReadsEverySection) {
   EXPECT_DOUBLE_EQ(setup.engine.field.reach, 0.3);
 }
 
+TEST(SlamSetup, KeepsTheHoughOptionsWhateverTheMatcher) {
+  EXPECT_EQ(setup_of("matcher: olson").hough.alignment.peaks, HoughOptions{}.alignment.peaks);
+  for (const std::string matcher : {"olson", "hough"}) {
+    const SlamSetup setup =
+        setup_of("{matcher: " + matcher + ", hough: {peaks: 7, refine_iterations: 3}}");
+    EXPECT_EQ(setup.hough.alignment.peaks, 7) << matcher;
+    EXPECT_EQ(setup.hough.refinement.iterations, 3) << matcher;
+  }
+}
+
 TEST(SlamSetup, TheDescriptionReadsBackAsTheSame) {
   const SlamSetup setup =
       setup_of("matcher: monte_carlo\nmonte_carlo: {max_tries: 321}\nmap: {resolution: 0.1}\n");

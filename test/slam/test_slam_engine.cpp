@@ -35,6 +35,20 @@ class RejectingMatcher : public ScanMatcher {
   }
 };
 
+/// Believes the prediction, with a score of its own.
+class ScoringMatcher : public RejectingMatcher {
+ public:
+  explicit ScoringMatcher(double score) : score_(score) {}
+  [[nodiscard]] MatchResult match(const MatchProblem& problem) const override {
+    MatchResult result = rejected(problem, MatchStatus::kAccepted);
+    result.score = score_;
+    return result;
+  }
+
+ private:
+  double score_;
+};
+
 SimulatedRun drive_through(const std::string& world_name, double duration, std::uint64_t seed,
                            SimulationOptions options = {}) {
   const World world = make_world(world_name, seed);
@@ -233,6 +247,33 @@ TEST(SlamEngine, InsertsAfterEnoughMotionOnly) {
   EXPECT_GE(inserted, 6);
   ASSERT_EQ(engine.key_scans().size(), 4U);
   EXPECT_EQ(engine.key_scans().back()->map_from_base, last_inserted) << "oldest first";
+}
+
+TEST(SlamEngine, InsertsWhatOverlapsTooLittleToo) {
+  const auto inserted = [](double score, double insert_overlap) {
+    EngineOptions options;
+    options.slam.insert_overlap = insert_overlap;
+    SlamEngine engine(options, std::make_shared<ScoringMatcher>(score), 1);
+    ScanInput input;
+    input.scan = lost_scan(100, 1.0, 3.0F);
+    input.odometry = at_rest_at({});
+    EXPECT_TRUE(engine.process(input).inserted);
+    input.scan.stamp = 2.0;
+    return engine.process(input).inserted;
+  };
+  EXPECT_TRUE(inserted(0.59, 0.6));
+  EXPECT_FALSE(inserted(0.6, 0.6));
+  EXPECT_FALSE(inserted(0.0, 0.0)) << "off";
+  EXPECT_FALSE(inserted(0.0, EngineOptions{}.slam.insert_overlap)) << "off unless asked for";
+
+  EngineOptions options;
+  options.slam.insert_overlap = 1.0;
+  SlamEngine engine(options, std::make_shared<RejectingMatcher>(), 1);
+  ScanInput input;
+  input.scan = lost_scan(100, 1.0, 3.0F);
+  EXPECT_TRUE(engine.process(input).inserted);
+  input.scan.stamp = 2.0;
+  EXPECT_FALSE(engine.process(input).inserted) << "never what was rejected";
 }
 
 // --- predictions ---

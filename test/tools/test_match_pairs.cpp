@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -132,6 +133,21 @@ TEST_F(MatchPairsProgram, TakesTheMatchersOptions) {
             0);
   EXPECT_EQ(summary("set").at("matchers").at(0).at("configuration").at("monte_carlo/max_tries"),
             77);
+}
+
+TEST_F(MatchPairsProgram, DrawsHoughDomainsForDebugging) {
+  const std::string debug = *folder_ / "debug";
+  const auto draw = [&](const std::string& folder) {
+    return match("short", "drawn", "--matcher odometry_only --pairs 30 --debug " + folder);
+  };
+  ASSERT_EQ(draw(debug).exit_code, 0);
+  for (int i = 0; i < 20; ++i) {
+    const std::string picture = read_file(debug + "/hough_" + std::to_string(i) + ".png");
+    EXPECT_EQ(picture.substr(1, 3), "PNG") << i;
+  }
+  EXPECT_FALSE(std::filesystem::exists(debug + "/hough_20.png")) << "the first ones only";
+  replace_file(*folder_ / "taken", "");
+  expect_one_line(1, draw(*folder_ / "taken/debug"), "taken");
 }
 
 TEST_F(MatchPairsProgram, RefusesWrongUsageInOneLine) {

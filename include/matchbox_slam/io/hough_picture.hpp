@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstddef>
+#include <string>
+
+#include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/picture.hpp"
 #include "matchbox_slam/matching/hough_alignment.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
@@ -12,5 +16,13 @@ namespace matchbox_slam {
 /// correlation over the rotation from -90 to 90 degrees.
 [[nodiscard]] Picture draw_hough_domains(const PointScan& reference, const PointScan& scan,
                                          const HoughAlignmentOptions& options);
+
+/// Comparisons that `--debug` draws at most.
+constexpr std::size_t kMostHoughPictures = 20;
+
+/// The same as a file of `--debug`: FOLDER/hough_NUMBER.png.
+[[nodiscard]] FileContents hough_picture_file(const std::string& folder, std::size_t number,
+                                              const PointScan& reference, const PointScan& scan,
+                                              const HoughAlignmentOptions& options);
 
 }  // namespace matchbox_slam

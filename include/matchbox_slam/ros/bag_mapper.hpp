@@ -12,7 +12,8 @@ namespace matchbox_slam {
 /// What map_bag is asked to do; what is not given keeps its default.
 struct MapBagRequest {
   BagRequest recording;
-  std::string out;  ///< folder
+  std::string out;    ///< folder
+  std::string debug;  ///< folder for pictures of the first key scans; empty: none
   std::vector<std::string> config_files;
   std::optional<std::string> matcher;
   std::vector<std::string> overrides;  ///< `key=value`

@@ -7,6 +7,7 @@
 
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/common/parameters.hpp"
+#include "matchbox_slam/matching/hough_matcher.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 #include "matchbox_slam/ros/matcher_loader.hpp"
 #include "matchbox_slam/ros/run_options.hpp"
@@ -22,12 +23,14 @@ struct SlamSetup {
   EngineOptions engine;
   std::string matcher_name;  ///< lookup name
   std::shared_ptr<const ScanMatcher> matcher;
+  HoughOptions
+      hough;  ///< of what looks at Hough domains whatever the matcher: ~relocalise, --debug
 };
 
 /// Reads everything there is to configure: the keys of RunOptions and SlamNodeOptions, the sections
-/// of the engine, and one section a matcher, of which only the chosen one's is read. What is not
-/// named keeps its default. Frames come without their leading slash.
-/// Throws ConfigurationError for an unknown key, section or matcher and for a bad value.
+/// of the engine, and one section a matcher, of which only the chosen one's takes effect, and
+/// `hough`. What is not named keeps its default. Frames come without their leading slash. Throws
+/// ConfigurationError for an unknown key, section or matcher and for a bad value.
 [[nodiscard]] SlamSetup make_slam_setup(const Parameters& parameters, const MatcherLoader& loader);
 
 /// The number in a configured `scan_time_offset`; none for 'auto'.

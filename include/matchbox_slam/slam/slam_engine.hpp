@@ -32,6 +32,7 @@ struct ScanInput {
 struct SlamOptions {
   double insert_distance = 0.3;
   double insert_angle = 0.2;
+  double insert_overlap = 0.0;
   int key_scans = 30;
   int min_points = 10;
 
@@ -41,6 +42,9 @@ struct SlamOptions {
            "A scan is inserted into the map after this much motion, or ...");
     option(self.insert_angle, "insert_angle", between(0.0, 3.2), "rad",
            "... this much turning, since the last one inserted. 0 and 0: every scan.");
+    option(self.insert_overlap, "insert_overlap", between(0.0, 1.0), "",
+           "A scan that was matched is inserted also when less than this share of it has the map "
+           "near; 0: by motion alone.");
     option(self.key_scans, "key_scans", between(1, 10000), "",
            "Recent inserted scans kept for matchers of scan to scan.");
     option(self.min_points, "min_points", between(1, 100000), "",
@@ -115,7 +119,7 @@ class SlamEngine {
 
   [[nodiscard]] MotionEstimate predict_motion(const ScanInput& input) const;
   [[nodiscard]] Pose2 motion_during_scan(const ScanInput& input) const;
-  [[nodiscard]] bool moved_enough(const Pose2& map_from_base) const;
+  [[nodiscard]] bool is_worth_inserting(const MatchResult& match) const;
   void insert(const PointScan& scan, const Pose2& map_from_base);
 
   EngineOptions options_;
