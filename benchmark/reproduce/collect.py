@@ -56,6 +56,7 @@ def complexity_row(name, size):
              for x, _, _ in points]
     x, medians = [point[0] for point in points], [time['median'] for time in times]
     return {'name': name, 'matcher': complexity.matcher, 'quantity': complexity.quantity,
+            'unit': complexity.unit,
             'paper': complexity.paper, 'how': complexity.how, 'x': x, 'time_ms': medians,
             'settings': [options for _, _, options in points], 'fit': fit(x, medians)}
 

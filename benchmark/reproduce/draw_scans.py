@@ -44,7 +44,7 @@ def draw_robot(axes, pose=(0.0, 0.0, 0.0)):
 
 def plan(points, reach=None):
     """A square look from above on what most points show."""
-    figure, axes = pyplot.subplots(figsize=(7, 7), constrained_layout=True)
+    figure, axes = pyplot.subplots(figsize=(7, 7.4), constrained_layout=True)
     reach = reach or 1.05 * numpy.percentile(numpy.abs(points).max(axis=1), 99)
     axes.set_xlim(-reach, reach)
     axes.set_ylim(-reach, reach)
@@ -86,7 +86,7 @@ def draw_lookup_table(reference, scan, motion, sigma, path):
     figure, axes = plan(reference, reach)
     image = axes.imshow(lookup_table(reference, reach, sigma), cmap='Greys', origin='lower',
                         extent=(-reach, reach, -reach, reach), interpolation='nearest', vmin=0, vmax=1)
-    figure.colorbar(image, ax=axes, shrink=0.7, label='likelihood of a hit')
+    figure.colorbar(image, ax=axes, location='bottom', shrink=0.7, aspect=30, label='likelihood of a hit')
     predicted = numpy.add(motion, PREDICTION_ERROR)
     for pose, color, label in ((predicted, VERMILION, 'new scan, off by %.2f m, %.2f rad' % (
             numpy.hypot(*PREDICTION_ERROR[:2]), PREDICTION_ERROR[2])),
@@ -95,7 +95,7 @@ def draw_lookup_table(reference, scan, motion, sigma, path):
         axes.plot(at[:, 0], at[:, 1], '.', color=color, markersize=3.5, label=label)
     finish(axes, 'x of the base at the reference scan [m]', 'y [m]')
     axes.grid(False)
-    legend_above(axes)
+    legend_above(axes, 1)
     save(figure, path)
 
 
@@ -140,7 +140,7 @@ def draw_hough_lines(points, path):
 def draw_hough_domain(points, path):
     votes, edges = hough.domain(points, COLUMNS, CELL)
     figure, (above, below) = pyplot.subplots(
-        2, 1, figsize=(8, 8), sharex=True, gridspec_kw={'height_ratios': (3, 1)}, constrained_layout=True)
+        2, 1, figsize=(11, 7.5), sharex=True, gridspec_kw={'height_ratios': (3, 1)}, constrained_layout=True)
     image = above.imshow(votes, aspect='auto', origin='lower', extent=(0, 180, edges[0], edges[-1]),
                          cmap='magma_r', interpolation='nearest', vmax=max(1, votes.max() / 3))
     figure.colorbar(image, ax=above, label='votes of points', extend='max')

@@ -38,8 +38,9 @@ NOISES = {'exact': 0.0, '1cm': 0.01}
 SIMULATED_RECORDING = 'rooms-1cm'
 
 # A row of table I: time against one quantity, all else alike. `points` are (x, beams, options of
-# match_pairs) for each measurement; x is what the paper's complexity is written in.
-Complexity = collections.namedtuple('Complexity', 'matcher quantity paper how points')
+# match_pairs) for each measurement; x is what the paper's complexity is written in, such as n_x: n with
+# an index x.
+Complexity = collections.namedtuple('Complexity', 'matcher quantity unit paper how points')
 
 # Every beam counts, as in the paper; by default the matchers thin their points out first.
 ALL_POINTS = {'monte_carlo': {'monte_carlo/search_points': 1000000},
@@ -50,7 +51,7 @@ BEAMS = (260, 520, 1040, 2080, 4160)
 
 
 def beams_sweep(matcher):
-    return Complexity(matcher, 'n', PAPER_COST[matcher],
+    return Complexity(matcher, 'n', 'beams', PAPER_COST[matcher],
                       'beams of a scan, none of them thinned out',
                       [(beams, beams, ALL_POINTS[matcher]) for beams in BEAMS])
 
@@ -59,7 +60,7 @@ def tries_sweep():
     def options(tries):
         return {'monte_carlo/max_tries': tries, 'monte_carlo/max_failed_tries': tries,
                 'monte_carlo/covariance_samples': 0, 'monte_carlo/refine_iterations': 0}
-    return Complexity('monte_carlo', 'tries', PAPER_COST['monte_carlo'],
+    return Complexity('monte_carlo', 'tries', 'poses', PAPER_COST['monte_carlo'],
                       'poses drawn, without refinement and covariance',
                       [(tries, 1040, options(tries)) for tries in (250, 500, 1000, 2000, 4000, 8000)])
 
@@ -72,7 +73,7 @@ def lattice_sweep():
         points.append((poses, 1040, {
             'olson/window_xy': xy, 'olson/window_theta': theta, 'olson/step_xy': step_xy,
             'olson/step_theta': step_theta, 'olson/widenings': 0, 'olson/least_rival': 1}))
-    return Complexity('olson', 'n_x · n_y · n_θ', PAPER_COST['olson'],
+    return Complexity('olson', 'n_x · n_y · n_θ', 'poses', PAPER_COST['olson'],
                       'poses of the lattice; bounds rule most of them out unseen', points)
 
 
@@ -81,10 +82,11 @@ def domain_sweep():
     reach = 30.0
     points = []
     for angles, cell in ((90, 0.06), (128, 0.042), (180, 0.03), (256, 0.021), (360, 0.015),
-                         (512, 0.0105)):
+                         (512, 0.0105), (1024, 0.006)):
         points.append((angles * round(2.0 * reach / cell), 1040,
                        {'hough/angles': angles, 'hough/rho_cell': cell}))
-    return Complexity('hough', 'n_ρ · n_θ', PAPER_COST['hough'], 'cells of the Hough domain', points)
+    return Complexity('hough', 'n_ρ · n_θ', 'cells', PAPER_COST['hough'], 'cells of the Hough domain',
+                      points)
 
 
 COMPLEXITIES = {
@@ -97,15 +99,16 @@ COMPLEXITIES = {
 }
 
 # pairs: trials of a cell of tables II to V; duration: of the simulated bags [s], 0 is the whole route.
-Size = collections.namedtuple('Size', 'pairs complexity_pairs duration complexity_duration every')
-SIZES = {'full': Size(1000, 200, 0, 60, 1), 'quick': Size(200, 40, 30, 10, 2)}
+# points: of a row of table I, at most.
+Size = collections.namedtuple('Size', 'pairs complexity_pairs duration complexity_duration points')
+SIZES = {'full': Size(1000, 200, 0, 60, 100), 'quick': Size(100, 30, 30, 10, 4)}
 
 
 def complexity_points(name, size):
     """The measurements of a row of table I; a quick run leaves some out, but not the ends."""
     points = COMPLEXITIES[name].points
-    kept = points[::-size.every][::-1]
-    return kept if points[0] in kept else points[:1] + kept
+    count = min(size.points, len(points))
+    return [points[round(i * (len(points) - 1) / (count - 1))] for i in range(count)]
 
 
 def simulated_bags(size):

@@ -31,8 +31,8 @@ def fit(x, time):
     `exponent` (k), `deviation` (root mean square, relative) and `loglog`, the slope of the straight line
     through the logarithms, which has no fixed cost."""
     x, time = numpy.asarray(x, float), numpy.asarray(time, float)
-    if len(x) < 3 or len(set(x)) < 3 or (x <= 0.0).any() or (time <= 0.0).any():
-        raise ValueError('an exponent takes three positive measurements at least')
+    if len(set(x)) < 4 or (x <= 0.0).any() or (time <= 0.0).any():
+        raise ValueError('an exponent and a fixed cost take four positive measurements at least')
     relative = x / x.max()
     fits = [fit_linear(relative ** exponent, time) for exponent in EXPONENTS]
     best = min(range(len(fits)), key=lambda i: fits[i][2])

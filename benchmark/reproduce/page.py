@@ -5,6 +5,7 @@ import argparse
 import base64
 import html
 import os
+import re
 
 import verdicts
 from experiments import BASELINE, MATCHERS, NAMES, NOISES, PAPER, TESTS
@@ -15,9 +16,9 @@ def escape(value):
     return html.escape(str(value))
 
 
-def table(header, rows):
-    """Rows are (class or None, cells); cells are text."""
-    lines = ['<div class="scroll"><table><thead><tr>']
+def table(header, rows, name=''):
+    """Rows are (class or None, cells); cells are HTML."""
+    lines = ['<div class="scroll"><table class="%s"><thead><tr>' % name]
     lines += ['<th>%s</th>' % cell for cell in header] + ['</tr></thead><tbody>']
     for name, cells in rows:
         lines.append('<tr%s>' % (' class="%s"' % name if name else ''))
@@ -30,6 +31,11 @@ def figure(folder, name, caption, wide=False):
         picture = base64.b64encode(file.read()).decode()
     return ('<figure%s><img alt="%s" src="data:image/png;base64,%s"><figcaption>%s</figcaption></figure>' %
             (' class="wide"' if wide else '', escape(caption), picture, escape(caption)))
+
+
+def indexed(formula):
+    """n_x as n with an index."""
+    return re.sub(r'_(\w)', r'<sub>\1</sub>', escape(formula))
 
 
 def verdict(title, misses, praise):
@@ -72,7 +78,7 @@ def test_table(name, summary, times):
             rows.append(('paper', [NAMES[matcher] + ', the paper'] + paper_cells(PAPER[name][matcher])))
         for noise, deviation in NOISES.items():
             key = (name, noise, matcher)
-            label = '%s, range noise %g cm' % (NAMES[matcher], 100.0 * deviation)
+            label = '%s, noise %g cm' % (NAMES[matcher], 100.0 * deviation)
             rows.append((None, [label] + own_cells(own[key], time_of[key])))
     return '<h3>Table %s: test %s, %s</h3>\n%s' % (
         TESTS[name].table, name, escape(TESTS[name].title), table(header, rows))
@@ -93,8 +99,8 @@ def tests_section(summary, times):
                 times['missed'], 'Every matcher is as fast as asked in tests B and D (median: %s).' % limits),
         '<p>%d trials a row: pairs of scans half a second apart, 1040 beams over 260°, 5 cm cells. The guess '
         'is the true motion plus an error drawn uniformly. Success is to end within 2 cm and 10 mrad of the '
-        'truth. Times are those that a match had on a processor. “Range noise” is the standard deviation of '
-        'the simulated laser; the paper does not name its own. |Δx|, |Δy|: ahead and aside, in the frame of '
+        'truth. Times are those that a match had on a processor. “Noise” is the standard deviation of the '
+        'simulated laser’s ranges; the paper does not name its own. |Δx|, |Δy|: ahead and aside, in the frame of '
         'the robot. The paper gives one figure a cell, without noise, beams, trials or search windows, on a '
         'Core i7-860; its Hough matcher finds no translation.</p>' % pairs] +
         [test_table(name, summary, times) for name in TESTS])
@@ -103,17 +109,18 @@ def tests_section(summary, times):
 def complexity_section(times, figures):
     header = ['matcher', 'the paper', 'against', 'from', 'to', 'exponent<br>of t = a + b·x^k', 'fixed a, ms',
               'deviation<br>of the fit', 'slope of<br>log t, log x']
-    rows = [(None, [NAMES[row['matcher']], 'O(%s)' % row['paper'],
-                    '%s: %s' % (row['quantity'], escape(row['how'])), '{:,}'.format(row['x'][0]),
+    rows = [(None, [NAMES[row['matcher']], 'O(%s)' % indexed(row['paper']),
+                    '%s: %s' % (indexed(row['quantity']), escape(row['how'])), '{:,}'.format(row['x'][0]),
                     '{:,}'.format(row['x'][-1]), '%.2f' % row['fit']['exponent'],
                     '%.2f' % row['fit']['fixed'], '%.1f %%' % (100 * row['fit']['deviation']),
                     '%.2f' % row['fit']['loglog']]) for row in times['complexity']]
     return '\n'.join([
         '<h2>Table I: complexity, measured</h2>',
         '<p>One quantity grows, all else stays. The paper’s orders are products of first powers: an exponent '
-        'of 1 agrees, a smaller one is better. Median times of matches in the straight world, range noise '
+        'of 1 agrees, a smaller one is better. Where the fixed cost a is most of the time, the exponent is '
+        'not well known. Median times of matches in the straight world, range noise '
         '1 cm, guesses off by up to 0.1 m and 0.1 rad.</p>',
-        table(header, rows),
+        table(header, rows, 'words'),
         '<div class="figures">', figure(figures, '1_complexity', 'Times of table I, and the fits. Both '
                                         'axes are logarithmic.', wide=True), '</div>'])
 
@@ -179,9 +186,9 @@ def maps_section(summary, times, figures):
          '2017): less is better among maps that look right. Maps that forget, as these do, hide doubled walls, '
          'so a map that is plainly wrong may have low figures too: look first.</p>' %
          escape(', '.join(summary['options']['bags'])), maps_table(summary, times), '<div class="figures">'] +
-        [figure(figures, '6_' + name, map_caption(letter, by_name[name]))
+        [figure(figures, 'map_' + name, map_caption(letter, by_name[name]))
          for letter, name in zip('abcd', order)] +
-        [figure(figures, '7_' + name, trajectory_caption(number, by_name[name], has_truth))
+        [figure(figures, 'trajectory_' + name, trajectory_caption(number, by_name[name], has_truth))
          for number, name in enumerate(order[1:], start=7)] + ['</div>'])
 
 
@@ -191,7 +198,7 @@ def configuration_section(summary):
     for matcher, configuration in summary['configurations'].items():
         rows = [(None, [escape(key), escape(value)]) for key, value in sorted(configuration.items())]
         lines.append('<details><summary>%s</summary>%s</details>' % (
-            NAMES[matcher], table(['parameter', 'value'], rows)))
+            NAMES[matcher], table(['parameter', 'value'], rows, 'words')))
     return '\n'.join(lines)
 
 
@@ -213,7 +220,7 @@ def page(summary, times, figures):
         '<p>The experiments of <cite>The Scan Matchers Research and Comparison: Monte-Carlo, Olson and '
         'Hough</cite>, made anew.</p>', facts(summary, times), tests_section(summary, times),
         complexity_section(times, figures), '<h2>Figures 2 to 5: how the matchers see a scan</h2>',
-        '<div class="figures">'] + [figure(figures, name, caption, wide=name.startswith('4'))
+        '<div class="figures">'] + [figure(figures, name, caption, wide=name[0] in '45')
                                     for name, caption in SCAN_CAPTIONS] +
         ['</div>', maps_section(summary, times, figures), configuration_section(summary)])
     return ('<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">\n<meta name="viewport" '

@@ -4,6 +4,7 @@ import numpy
 import rosbag
 import rospy
 import tf2_py
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 
 
 class NoScan(Exception):
@@ -39,13 +40,23 @@ def laser_mount(bags, base, laser):
         with rosbag.Bag(path) as bag:
             for topic, message, _ in bag.read_messages(topics=['/tf', '/tf_static', 'tf', 'tf_static']):
                 for transform in message.transforms:
-                    transform.header.frame_id = bare(transform.header.frame_id)
-                    transform.child_frame_id = bare(transform.child_frame_id)
-                    buffer.set_transform(transform, 'bag')
+                    buffer.set_transform(as_installed(transform), 'bag')
                     if buffer.can_transform_core(bare(base), bare(laser), rospy.Time(0))[0]:
                         return split(buffer.lookup_transform_core(bare(base), bare(laser),
                                                                   rospy.Time(0)).transform)
     raise NoScan('no transform from %s to %s' % (base, laser))
+
+
+def as_installed(recorded):
+    """A transform of the bag's own message types as one of those that tf2 knows."""
+    q, t = recorded.transform.rotation, recorded.transform.translation
+    transform = TransformStamped()
+    transform.header.stamp = recorded.header.stamp
+    transform.header.frame_id = bare(recorded.header.frame_id)
+    transform.child_frame_id = bare(recorded.child_frame_id)
+    transform.transform.translation = Vector3(t.x, t.y, t.z)
+    transform.transform.rotation = Quaternion(q.x, q.y, q.z, q.w)
+    return transform
 
 
 def split(transform):
