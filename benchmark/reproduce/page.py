@@ -212,20 +212,24 @@ def facts(summary, times):
                 summary['options']['size'], summary['options']['seed'], given))))
 
 
-def page(summary, times, figures):
+def document(title, body):
+    """A page that needs no other file."""
     with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), 'page.css')) as file:
         style = file.read()
-    body = '\n'.join([
-        '<h1>The scan matchers compared</h1>',
+    return ('<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">\n<meta name="viewport" '
+            'content="width=device-width, initial-scale=1">\n<title>%s</title>\n'
+            '<style>\n%s</style></head>\n<body>\n<h1>%s</h1>\n%s\n</body></html>\n' % (
+                escape(title), style, escape(title), body))
+
+
+def page(summary, times, figures):
+    return document('The scan matchers compared', '\n'.join([
         '<p>The experiments of <cite>The Scan Matchers Research and Comparison: Monte-Carlo, Olson and '
         'Hough</cite>, made anew.</p>', facts(summary, times), tests_section(summary, times),
         complexity_section(times, figures), '<h2>Figures 2 to 5: how the matchers see a scan</h2>',
         '<div class="figures">'] + [figure(figures, name, caption, wide=name[0] in '45')
                                     for name, caption in SCAN_CAPTIONS] +
-        ['</div>', maps_section(summary, times, figures), configuration_section(summary)])
-    return ('<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">\n<meta name="viewport" '
-            'content="width=device-width, initial-scale=1">\n<title>The scan matchers compared</title>\n'
-            '<style>\n%s</style></head>\n<body>\n%s\n</body></html>\n' % (style, body))
+        ['</div>', maps_section(summary, times, figures), configuration_section(summary)]))
 
 
 def main():
