@@ -42,10 +42,14 @@ def draw_robot(axes, pose=(0.0, 0.0, 0.0)):
     axes.fill(outline[:, 0], outline[:, 1], color=VERMILION, zorder=5, label='robot, pointing ahead')
 
 
-def plan(points, reach=None):
-    """A square look from above on what most points show."""
+def reach_of(points):
+    """Half the side of a square that holds nearly all points: a few beams through a door may go far."""
+    return 1.15 * numpy.percentile(numpy.abs(points).max(axis=1), 95)
+
+
+def plan(reach):
+    """A square look from above."""
     figure, axes = pyplot.subplots(figsize=(7, 7.4), constrained_layout=True)
-    reach = reach or 1.05 * numpy.percentile(numpy.abs(points).max(axis=1), 99)
     axes.set_xlim(-reach, reach)
     axes.set_ylim(-reach, reach)
     axes.set_aspect('equal')
@@ -53,7 +57,7 @@ def plan(points, reach=None):
 
 
 def draw_scan(points, laser, path):
-    figure, axes = plan(points)
+    figure, axes = plan(reach_of(points))
     ends = points[::8]
     axes.plot(numpy.stack([numpy.full(len(ends), laser[0]), ends[:, 0]]),
               numpy.stack([numpy.full(len(ends), laser[1]), ends[:, 1]]), color='#DDDDDD', linewidth=0.6)
@@ -82,8 +86,8 @@ def lookup_table(points, reach, sigma):
 
 
 def draw_lookup_table(reference, scan, motion, sigma, path):
-    reach = min(6.0, 1.05 * numpy.percentile(numpy.abs(reference).max(axis=1), 95))
-    figure, axes = plan(reference, reach)
+    reach = min(6.0, reach_of(reference))
+    figure, axes = plan(reach)
     image = axes.imshow(lookup_table(reference, reach, sigma), cmap='Greys', origin='lower',
                         extent=(-reach, reach, -reach, reach), interpolation='nearest', vmin=0, vmax=1)
     figure.colorbar(image, ax=axes, location='bottom', shrink=0.7, aspect=30, label='likelihood of a hit')
@@ -124,7 +128,7 @@ def draw_hough_lines(points, path):
                    label='lines through point %d' % number)
     right.plot(numpy.degrees(angle), distance, 'o', color='black', fillstyle='none', markersize=13,
                label='the line through all')
-    reach = 1.05 * numpy.percentile(numpy.abs(points).max(axis=1), 99)
+    reach = reach_of(points)
     left.set_xlim(-reach, reach)
     left.set_ylim(-reach, reach)
     left.set_aspect('equal')
@@ -146,6 +150,8 @@ def draw_hough_domain(points, path):
     figure.colorbar(image, ax=above, label='votes of points', extend='max')
     finish(above, '', 'ρ, distance from the origin [m]')
     above.grid(False)
+    reach = 1.15 * numpy.percentile(numpy.hypot(points[:, 0], points[:, 1]), 95)
+    above.set_ylim(-reach, reach)
     angles = (numpy.arange(COLUMNS) + 0.5) * 180.0 / COLUMNS
     below.plot(angles, (votes.astype(float) ** 2).sum(axis=0), color=BLUE, label='spectrum: sum of squares')
     finish(below, 'θ, direction of the normal [°]', 'votes²')

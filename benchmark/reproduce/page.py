@@ -29,8 +29,9 @@ def table(header, rows, name=''):
 def figure(folder, name, caption, wide=False):
     with open(os.path.join(folder, name + '.png'), 'rb') as file:
         picture = base64.b64encode(file.read()).decode()
-    return ('<figure%s><img alt="%s" src="data:image/png;base64,%s"><figcaption>%s</figcaption></figure>' %
-            (' class="wide"' if wide else '', escape(caption), picture, escape(caption)))
+    return ('<figure%s><div class="scroll"><img alt="%s" src="data:image/png;base64,%s"></div>'
+            '<figcaption>%s</figcaption></figure>' % (
+                ' class="wide"' if wide else '', escape(caption), picture, escape(caption)))
 
 
 def indexed(formula):
@@ -154,8 +155,8 @@ def trajectory_caption(number, row, has_truth):
 
 
 def maps_table(summary, times):
-    header = ['matcher', 'scans used', 'occupied of known %', 'corners', 'enclosed areas',
-              'trajectory error m,<br>root mean square', '<br>median', '<br>most', 'heading mrad,<br>rms',
+    header = ['matcher', 'scans used', 'occupied of<br>known %', 'corners', 'enclosed<br>areas',
+              'position m,<br>rms error', '<br>median', '<br>most', 'heading mrad,<br>rms error',
               'match ms,<br>median', '<br>95 %', 'times<br>real time']
     time_of = {row['matcher']: row for row in times['maps']}
     # The odometry's error stands in the rows of all matchers.
