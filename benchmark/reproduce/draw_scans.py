@@ -151,7 +151,7 @@ def draw_hough_domain(points, path):
     finish(above, '', 'ρ, distance from the origin [m]')
     above.grid(False)
     reach = 1.15 * numpy.percentile(numpy.hypot(points[:, 0], points[:, 1]), 95)
-    above.set_ylim(-reach, reach)
+    above.set_ylim(max(edges[0], -reach), min(edges[-1], reach))
     angles = (numpy.arange(COLUMNS) + 0.5) * 180.0 / COLUMNS
     below.plot(angles, (votes.astype(float) ** 2).sum(axis=0), color=BLUE, label='spectrum: sum of squares')
     finish(below, 'θ, direction of the normal [°]', 'votes²')
