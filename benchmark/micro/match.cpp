@@ -1,6 +1,7 @@
 #include <benchmark/benchmark.h>
 
 #include "benchmark_scene.hpp"
+#include "matchbox_slam/matching/hough_matcher.hpp"
 #include "matchbox_slam/matching/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
 #include "matchbox_slam/matching/olson_matcher.hpp"
@@ -39,6 +40,7 @@ void match(benchmark::State& state) {
       ->Arg(kMostBeams)                     \
       ->Unit(benchmark::kMicrosecond)
 
+MATCHBOX_BENCHMARK_MATCHER(HoughMatcher);
 MATCHBOX_BENCHMARK_MATCHER(MonteCarloMatcher);
 MATCHBOX_BENCHMARK_MATCHER(OdometryOnlyMatcher);
 MATCHBOX_BENCHMARK_MATCHER(OlsonMatcher);
@@ -55,6 +57,19 @@ BENCHMARK(match_monte_carlo_tries)
     ->Arg(100)
     ->Arg(1000)
     ->Arg(10000)
+    ->Unit(benchmark::kMicrosecond);
+
+/// By the columns of the Hough domain, and by their cells: the paper's O(n + n_rho n_theta).
+void match_hough_cells(benchmark::State& state) {
+  HoughOptions options;
+  options.alignment.angles = static_cast<int>(state.range(0));
+  options.alignment.rho_cell = 1e-3 * static_cast<double>(state.range(1));
+  match_repeatedly(HoughMatcher(options), kCommonBeams, state);
+}
+BENCHMARK(match_hough_cells)
+    ->ArgNames({"angles", "rho_mm"})
+    ->ArgsProduct({{90, 180, 360, 720}, {30}})
+    ->ArgsProduct({{180}, {10, 60}})
     ->Unit(benchmark::kMicrosecond);
 
 }  // namespace

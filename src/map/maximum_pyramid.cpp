@@ -52,7 +52,7 @@ void write_bounds(const MaximumPyramid::Values& maxima, const Cell& corner, Tile
   const Square<kRead> square = read_square<kRead>(maxima, corner);
   for (int y = 0; y < kSize; ++y) {
     for (int x = 0; x < kSize; ++x) {
-      const auto i = static_cast<std::size_t>(y * kRead + x);
+      const std::size_t i = static_cast<std::size_t>(y) * kRead + static_cast<std::size_t>(x);
       const std::uint8_t lower = std::max(square[i], square[i + 1]);
       const std::uint8_t upper = std::max(square[i + kRead], square[i + kRead + 1]);
       write(bounds, {corner.x + x, corner.y + y}, std::max(lower, upper));

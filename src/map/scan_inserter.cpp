@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "matchbox_slam/map/scan_surfaces.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -99,27 +101,6 @@ void mark_hit(const Eigen::Vector2d& origin, const Eigen::Vector2d& hit, double 
   observations.mark(geometry.cell_at(hit), Observations::occupied(1.0));
 }
 
-/// Points a cell apart on the walls between neighbouring hits, without the hits themselves.
-std::vector<SurfaceHit> wall_between_hits(const PointScan& scan, const Pose2& map_from_base,
-                                          double spacing) {
-  const Eigen::Rotation2Dd rotation(map_from_base.theta);
-  std::vector<SurfaceHit> wall;
-  for (std::size_t i = 0; i + 1 < scan.points.size(); ++i) {
-    const ScanPoint& a = scan.points[i];
-    const ScanPoint& b = scan.points[i + 1];
-    if (!a.joined_to_next) {
-      continue;
-    }
-    const Eigen::Vector2d step = b.position - a.position;
-    const int pieces = static_cast<int>(std::ceil(step.norm() / spacing));
-    for (int k = 1; k < pieces; ++k) {
-      wall.push_back({map_from_base * Eigen::Vector2d(a.position + step * k / pieces),
-                      rotation * (2 * k < pieces ? a.normal : b.normal)});
-    }
-  }
-  return wall;
-}
-
 Observations observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
                      const Pose2& map_from_base, const MapOptions& options) {
   const GridGeometry geometry(options.resolution);
@@ -174,13 +155,11 @@ std::vector<Cell> blend(const Observations& observations, const MapOptions& opti
 
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                  SlamMap& map) {
-  std::vector<SurfaceHit> hits = wall_between_hits(scan, map_from_base, options.resolution);
+  std::vector<SurfaceHit> hits = surfaces_between_hits(scan, map_from_base, options.resolution);
   const std::vector<Cell> cleared =
       blend(observe(scan, hits, map_from_base, options), options, map.occupancy);
-  const Eigen::Rotation2Dd rotation(map_from_base.theta);
-  for (const ScanPoint& point : scan.points) {
-    hits.push_back({map_from_base * point.position, rotation * point.normal});
-  }
+  const std::vector<SurfaceHit> own = surfaces_at_hits(scan, map_from_base);
+  hits.insert(hits.end(), own.begin(), own.end());
   const auto is_free = [&](const SurfaceHit& hit) {
     return map.occupancy.occupancy(map.occupancy.geometry().cell_at(hit.position)) <
            options.occupied_threshold;

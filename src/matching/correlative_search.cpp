@@ -1,10 +1,11 @@
 #include "matchbox_slam/matching/correlative_search.hpp"
 
-#include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <numeric>
 #include <tuple>
 
 #include "field_window.hpp"
@@ -15,6 +16,7 @@ namespace matchbox_slam {
 namespace {
 
 constexpr int kTop = MaximumPyramid::kLevels - 1;
+constexpr std::int64_t kTopValue = 255;  // of a cell
 
 /// Rounded towards minus infinity, for a positive divisor.
 int floor_div(int value, int divisor) {
@@ -43,10 +45,10 @@ class Penalty {
  public:
   Penalty(const SearchLattice& lattice, const Eigen::Matrix3d& matrix, double resolution)
       : matrix_(matrix), step_xy_(lattice.step_xy(resolution)), step_theta_(lattice.step_theta) {
-    const Eigen::FullPivLU<Eigen::Matrix2d> solver(matrix.topLeftCorner<2, 2>());
-    if (solver.isInvertible()) {
-      follows_ = -solver.solve(matrix.topRightCorner<2, 1>());
-    }
+    // Also where translations in some direction cost nothing.
+    const Eigen::Matrix2d translation = matrix.topLeftCorner<2, 2>();
+    const Eigen::Vector2d coupling = matrix.topRightCorner<2, 1>();
+    follows_ = -translation.completeOrthogonalDecomposition().solve(coupling);
   }
 
   [[nodiscard]] std::int64_t at(const LatticePose& pose) const {
@@ -264,13 +266,15 @@ class LatticeSearch {
   struct Slice {
     int theta = 0;
     std::int64_t bound = 0;
-    std::size_t first_sum = 0;  ///< of its blocks on the coarsest level
   };
 
   void read_windows(const LikelihoodField& field, const SearchScoring& scoring);
+  [[nodiscard]] bool is_in_range() const;
   void rotate(int theta);
   void locate(std::size_t table);
   [[nodiscard]] PointWindows windows_from(std::size_t table, int x, int y) const;
+  void sum_blocks();
+  std::int64_t bound_of_slice();
   void bound_slices();
   std::int64_t search_slices();
   void search_slice(const Slice& slice);
@@ -300,6 +304,7 @@ class LatticeSearch {
   Penalty penalty_;
   PointArrays points_;
   int top_ = 0;                       ///< coarsest level in use
+  int columns_ = 0;                   ///< of the sums of its blocks
   CellBox cells_;                     ///< that can be looked up
   CellBox useful_;                    ///< those from which every look-up stays there
   std::vector<FieldWindow> windows_;  ///< the likelihoods, then the bounds by level
@@ -308,12 +313,14 @@ class LatticeSearch {
   std::vector<std::uint16_t> weights_;  ///< of the points that can meet anything, else 0
   std::vector<std::int32_t> classes_;   ///< step within the cell, row by row
   int theta_ = std::numeric_limits<int>::min();
-  std::vector<std::uint32_t> sums_;
+  std::vector<std::uint32_t> sums_;  ///< of the coarsest blocks at the present rotation
   std::vector<Slice> slices_;
   Leader leader_;
   Excluded excluded_;
   SearchResult result_;
   bool late_ = false;
+  /// What poses of rotations that there was no time to bound score at most.
+  std::int64_t passed_over_ = std::numeric_limits<std::int64_t>::min();
 };
 
 // More blocks along an axis than this are worth a coarser level.
@@ -337,16 +344,22 @@ LatticeSearch::LatticeSearch(const std::vector<SearchPoint>& points, const Likel
   while (top_ < kTop && blocks_of(top_).count() > kMostBlocks) {
     ++top_;
   }
+  columns_ = (blocks_of(top_).count() + kSumColumns - 1) / kSumColumns * kSumColumns;
   read_windows(field, scoring);
 }
 
 void LatticeSearch::read_windows(const LikelihoodField& field, const SearchScoring& scoring) {
+  if (!is_in_range()) {
+    return;
+  }
   // From the cell of a point without offset, a look-up goes this far at most.
   const int farthest =
       lattice_.half_xy / lattice_.steps_per_cell + 2 + 2 * MaximumPyramid::stride(top_);
   const CellBox reach = grown(cells_in_reach(points_, lattice_, field.geometry()), farthest);
   // Twice: a point beyond that meets nothing with any offset.
   cells_ = intersection(reach, grown(cells_of(field), 2 * farthest));
+  const Cell center = field.geometry().cell_at(lattice_.center.translation());
+  cells_ = intersection(cells_, grown({center, {center.x + 1, center.y + 1}}, kFarthestCells));
   useful_ = grown(cells_, -farthest);
   if (useful_.empty()) {
     return;
@@ -359,6 +372,14 @@ void LatticeSearch::read_windows(const LikelihoodField& field, const SearchScori
   offsets_.assign(windows_.size(), std::vector<std::int32_t>(points_.x.size()));
   weights_.resize(points_.x.size());
   classes_.resize(points_.x.size());
+}
+
+/// Whether steps from the map's origin are counted in 32 bits without overflow.
+bool LatticeSearch::is_in_range() const {
+  constexpr double kMost = 1 << 30;
+  const double farthest_point = 1e5;  // [m], see SearchPoint
+  const double farthest = lattice_.center.translation().cwiseAbs().maxCoeff() + farthest_point;
+  return farthest / lattice_.step_xy(resolution_) < kMost;
 }
 
 void LatticeSearch::rotate(int theta) {
@@ -390,27 +411,39 @@ PointWindows LatticeSearch::windows_from(std::size_t table, int x, int y) const 
           weights_.data(), weights_.size()};
 }
 
-void LatticeSearch::bound_slices() {
+/// The sums of the coarsest blocks at the present rotation, in rows of `columns_`.
+void LatticeSearch::sum_blocks() {
+  const std::size_t table = static_cast<std::size_t>(top_) + 1;
   const Range blocks = blocks_of(top_);
-  const int columns = (blocks.count() + kSumColumns - 1) / kSumColumns * kSumColumns;
-  const std::size_t sums =
-      static_cast<std::size_t>(blocks.count()) * static_cast<std::size_t>(columns);
-  sums_.resize(sums * static_cast<std::size_t>(2 * lattice_.half_theta + 1));
-  for (int theta = -lattice_.half_theta; theta <= lattice_.half_theta; ++theta) {
-    rotate(theta);
-    locate(static_cast<std::size_t>(top_) + 1);
-    Slice slice{theta, 0, sums * slices_.size()};
-    std::uint32_t* of_slice = sums_.data() + slice.first_sum;
-    sum_windows(windows_from(static_cast<std::size_t>(top_) + 1, blocks.first, blocks.first),
-                blocks.count(), columns, of_slice);
-    std::uint32_t most = 0;
-    for (int y = 0; y < blocks.count(); ++y) {
-      const std::uint32_t* row = of_slice + static_cast<std::ptrdiff_t>(y) * columns;
-      most = std::max(most, *std::max_element(row, row + blocks.count()));
+  sums_.resize(static_cast<std::size_t>(blocks.count()) * static_cast<std::size_t>(columns_));
+  sum_windows(windows_from(table, blocks.first, blocks.first), blocks.count(), columns_,
+              sums_.data());
+}
+
+/// What no pose of the present rotation scores more than.
+std::int64_t LatticeSearch::bound_of_slice() {
+  locate(static_cast<std::size_t>(top_) + 1);
+  sum_blocks();
+  const int count = blocks_of(top_).count();
+  result_.bounded += static_cast<std::size_t>(count * count);
+  std::uint32_t most = 0;
+  for (int y = 0; y < count; ++y) {
+    const std::uint32_t* row = sums_.data() + static_cast<std::ptrdiff_t>(y) * columns_;
+    most = std::max(most, *std::max_element(row, row + count));
+  }
+  return static_cast<std::int64_t>(most) - penalty_.least(theta_);
+}
+
+void LatticeSearch::bound_slices() {
+  for (int i = 0; i <= 2 * lattice_.half_theta; ++i) {
+    const int theta = i % 2 == 0 ? -(i / 2) : i / 2 + 1;  // from the center outwards
+    if (i > 0 && deadline_ && std::chrono::steady_clock::now() >= *deadline_) {
+      passed_over_ = kTopValue * std::accumulate(points_.weights.begin(), points_.weights.end(),
+                                                 std::int64_t{0});
+      break;
     }
-    slice.bound = static_cast<std::int64_t>(most) - penalty_.least(theta);
-    slices_.push_back(slice);
-    result_.bounded += static_cast<std::size_t>(blocks.count() * blocks.count());
+    rotate(theta);
+    slices_.push_back({theta, bound_of_slice()});
   }
   std::sort(slices_.begin(), slices_.end(), [](const Slice& a, const Slice& b) {
     return std::make_tuple(-a.bound, std::abs(a.theta), a.theta) <
@@ -428,13 +461,13 @@ void LatticeSearch::find_best() {
   const std::int64_t left = search_slices();
   result_.best = leader_.pose;
   result_.score = leader_.score;
-  result_.bound = std::max(leader_.score, left);
+  result_.bound = std::max({leader_.score, left, passed_over_});
 }
 
 void LatticeSearch::find_rival(const RivalSearch& rivals) {
   const Excluded around_best{result_.best, rivals.xy, rivals.theta};
   const Range all{-lattice_.half_xy, lattice_.half_xy};
-  if (slices_.empty() || late_ || result_.score <= 0 ||
+  if (slices_.empty() || result_.bound > result_.score || result_.score <= 0 ||
       (around_best.covers(all, all, -lattice_.half_theta) &&
        around_best.covers(all, all, lattice_.half_theta))) {
     return;
@@ -470,9 +503,9 @@ void LatticeSearch::search_slice(const Slice& slice) {
   for (std::size_t i = 0; i < classes_.size(); ++i) {
     classes_[i] = rotated_.step_y[i] * lattice_.steps_per_cell + rotated_.step_x[i];
   }
+  sum_blocks();
   const Range blocks = blocks_of(top_);
-  const int columns = (blocks.count() + kSumColumns - 1) / kSumColumns * kSumColumns;
-  search_blocks(top_, blocks, blocks, sums_.data() + slice.first_sum, columns);
+  search_blocks(top_, blocks, blocks, sums_.data(), columns_);
 }
 
 /// Searches the blocks that may hold something better, the most promising first.
@@ -541,17 +574,19 @@ void LatticeSearch::search_leaf(const Block& block) {
         std::int64_t sum = 0;
         for (int column = 0; column < n; ++column) {
           const int crosses_x = column + offset_x >= n ? 1 : 0;
-          sum += of_class[static_cast<std::size_t>(4 * (row * n + column) + 2 * crosses_y +
-                                                   crosses_x)];
+          const int corner = 4 * (row * n + column) + 2 * crosses_y + crosses_x;
+          sum += of_class[static_cast<std::size_t>(corner)];
         }
-        of_row[static_cast<std::size_t>(2 * row + crosses_y)] = sum;
+        const int of_this = 2 * row + crosses_y;
+        of_row[static_cast<std::size_t>(of_this)] = sum;
       }
     }
     for (int y = steps_y.first; y <= steps_y.last; ++y) {
       const int offset_y = y - block.y * n;
       std::int64_t fit = 0;
       for (int row = 0; row < n; ++row) {
-        fit += of_row[static_cast<std::size_t>(2 * row + (row + offset_y >= n ? 1 : 0))];
+        const int crosses = row + offset_y >= n ? 2 * row + 1 : 2 * row;
+        fit += of_row[static_cast<std::size_t>(crosses)];
       }
       consider({x, y, theta_}, fit);
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "matchbox_slam/common/simd.hpp"
 
@@ -158,10 +159,29 @@ class SurfaceCounts {
   std::vector<Entry> entries_;
 };
 
+/// The field that has the surface nearest to a point; null when none has one in reach.
+const LikelihoodField* nearest_field(const LikelihoodFields& fields,
+                                     const Eigen::Vector2d& position) {
+  if (fields.size() == 1) {
+    return fields.front();
+  }
+  const LikelihoodField* nearest = nullptr;
+  double least = 0.0;
+  for (const LikelihoodField* field : fields) {
+    const std::uint8_t steps = field->distance(field->geometry().cell_at(position));
+    const double distance = field->options().reach * steps;
+    if (steps != LikelihoodField::kFar && (nearest == nullptr || distance < least)) {
+      nearest = field;
+      least = distance;
+    }
+  }
+  return nearest;
+}
+
 }  // namespace
 
-Correspondences::Correspondences(const std::vector<ScanPoint>& points, const LikelihoodField& field,
-                                 const Pose2& map_from_base) {
+Correspondences::Correspondences(const std::vector<ScanPoint>& points,
+                                 const LikelihoodFields& fields, const Pose2& map_from_base) {
   const std::size_t padded = (points.size() + kLanes - 1) / kLanes * kLanes;
   for (auto* array :
        {&arrays_.rotated_x, &arrays_.rotated_y, &arrays_.offset_x, &arrays_.offset_y, &arrays_.c,
@@ -183,7 +203,8 @@ Correspondences::Correspondences(const std::vector<ScanPoint>& points, const Lik
     const Eigen::Vector2d rotated(cosine * point.position.x() - sine * point.position.y(),
                                   sine * point.position.x() + cosine * point.position.y());
     const Eigen::Vector2d position = rotated + map_from_base.translation();
-    if (!field.nearest_surface(field.geometry().cell_at(position), surface)) {
+    const LikelihoodField* field = nearest_field(fields, position);
+    if (field == nullptr || !field->nearest_surface(field->geometry().cell_at(position), surface)) {
       continue;
     }
     const std::size_t count = surface_of.size();

@@ -304,7 +304,7 @@ MatchResult MonteCarloMatcher::match(const MatchProblem& problem) const {
   const RefinedPose refined = refine(
       problem.scan.points, problem.field, moved(problem.predicted_map_from_base, found.steps),
       {problem.predicted_map_from_base, problem.prior_covariance}, options_.refinement);
-  if (refined.score < options_.min_score) {
+  if (!(refined.score >= options_.min_score)) {
     MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);
     result.score = refined.score;
     result.candidates = tries;

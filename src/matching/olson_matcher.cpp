@@ -1,7 +1,6 @@
 #include "matchbox_slam/matching/olson_matcher.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -12,7 +11,8 @@ namespace matchbox_slam {
 namespace {
 
 constexpr double kFarthest = 1e4;  // [m], beyond any laser
-constexpr int kMostSteps = 20000;  // to each side
+constexpr int kMostSteps = 20000;  // of rotation to each side
+constexpr int kMostCells = 2000;   // of translation to each side
 constexpr double kTopLikelihood = 255.0;
 
 /// Points of the scan that are searched as one.
@@ -44,6 +44,19 @@ class PointGroup {
   int count_ = 0;
 };
 
+/// The search adds up in 32 bits; so many points that their weights would not fit count less.
+void limit_weights(std::vector<SearchPoint>& points) {
+  double sum = 0.0;
+  for (const SearchPoint& point : points) {
+    sum += point.weight;
+  }
+  if (const double share = kMaxWeightSum / sum; share < 1.0) {
+    for (SearchPoint& point : points) {
+      point.weight = std::max(1, static_cast<int>(share * point.weight));
+    }
+  }
+}
+
 std::vector<SearchPoint> search_points(const std::vector<ScanPoint>& points,
                                        const OlsonOptions& options) {
   constexpr double kWallUnit = 0.00625;  // [m]; the usual cap of 0.1 m is 16 of them
@@ -67,12 +80,14 @@ std::vector<SearchPoint> search_points(const std::vector<ScanPoint>& points,
   if (group) {
     merged.push_back(group->merged(unit));
   }
+  limit_weights(merged);
   return merged;
 }
 
 /// Range below which nine tenths of the points lie [m]: a few far ones would make the steps of
 /// rotation much finer for little.
 double useful_range(const std::vector<SearchPoint>& points) {
+  constexpr double kMostUseful = 100.0;  // what lies beyond is left to the refinement
   std::vector<double> ranges;
   ranges.reserve(points.size());
   for (const SearchPoint& point : points) {
@@ -80,33 +95,47 @@ double useful_range(const std::vector<SearchPoint>& points) {
   }
   const auto rank = static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(ranges.size() - 1));
   std::nth_element(ranges.begin(), ranges.begin() + rank, ranges.end());
-  return ranges[static_cast<std::size_t>(rank)];
+  return std::min(kMostUseful, ranges[static_cast<std::size_t>(rank)]);
 }
 
-int steps_in(double window, double step) {
-  return static_cast<int>(std::min(std::ceil(window / step), static_cast<double>(kMostSteps)));
+int steps_in(double window, double step, int most = kMostSteps) {
+  return static_cast<int>(std::min(std::ceil(window / step), static_cast<double>(most)));
 }
 
-SearchLattice make_lattice(const MatchProblem& problem, double range, const OlsonOptions& options) {
-  const double resolution = problem.field.geometry().resolution();
+/// Steps of translation to each side.
+int steps_xy(double window, const SearchLattice& lattice, double resolution) {
+  return steps_in(window, lattice.step_xy(resolution), kMostCells * lattice.steps_per_cell);
+}
+
+/// How far to search to each side.
+struct Window {
+  double xy;     ///< [m]
+  double theta;  ///< [rad]
+};
+
+Window make_window(const MatchProblem& problem, const OlsonOptions& options) {
   const Eigen::Vector3d sigmas = problem.prior_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const double xy = options.window_sigmas * std::max(sigmas.x(), sigmas.y());
+  const double theta = options.window_sigmas * sigmas.z();
+  return {options.window_xy > 0.0 ? options.window_xy : std::min(options.max_window_xy, xy),
+          std::min(kPi, options.window_theta > 0.0 ? options.window_theta : theta)};
+}
+
+SearchLattice make_lattice(const MatchProblem& problem, const Window& window, double range,
+                           const OlsonOptions& options) {
+  const double resolution = problem.field.geometry().resolution();
   SearchLattice lattice;
   lattice.center = problem.predicted_map_from_base;
   lattice.steps_per_cell =
       std::clamp(static_cast<int>(std::ceil(resolution / options.step_xy - 1e-9)), 1, 16);
   const double step = lattice.step_xy(resolution);
-  const double window_xy = options.window_xy > 0.0
-                               ? options.window_xy
-                               : std::min(options.max_window_xy,
-                                          options.window_sigmas * std::max(sigmas.x(), sigmas.y()));
-  const double window_theta = std::min(
-      kPi, options.window_theta > 0.0 ? options.window_theta : options.window_sigmas * sigmas.z());
   // The chord of the useful range; the farthest step still turns less than a quarter.
   lattice.step_theta = options.step_theta > 0.0
                            ? options.step_theta
                            : 2.0 * std::asin(std::min(0.7, 0.5 * step / std::max(range, step)));
-  lattice.half_xy = steps_in(window_xy, step);
-  lattice.half_theta = steps_in(window_theta, lattice.step_theta);
+  lattice.step_theta = std::max(lattice.step_theta, window.theta / kMostSteps);
+  lattice.half_xy = steps_xy(window.xy, lattice, resolution);
+  lattice.half_theta = steps_in(window.theta, lattice.step_theta);
   return lattice;
 }
 
@@ -121,16 +150,13 @@ SearchScoring make_scoring(const MatchProblem& problem, double top, const OlsonO
     scoring.value_of_likelihood[i] =
         static_cast<std::uint8_t>(std::lround(kTopLikelihood * std::clamp(value, 0.0, 1.0)));
   }
-  constexpr double kLeastVariance = 1e-12;
-  scoring.penalty =
-      options.prior_weight * top *
-      (problem.prior_covariance + kLeastVariance * Eigen::Matrix3d::Identity()).inverse();
+  scoring.penalty = options.prior_weight * top * prior_information(problem.prior_covariance);
   return scoring;
 }
 
 /// Doubles what the best pose lies on the edge of. False when there is nothing to widen.
 bool widen(const LatticePose& best, double most_xy, SearchLattice& lattice, double resolution) {
-  const int most = steps_in(most_xy, lattice.step_xy(resolution));
+  const int most = steps_xy(most_xy, lattice, resolution);
   const int most_theta = steps_in(kPi, lattice.step_theta);
   const bool on_edge = std::abs(best.x) == lattice.half_xy || std::abs(best.y) == lattice.half_xy;
   const bool turned_to_edge = std::abs(best.theta) == lattice.half_theta;
@@ -173,23 +199,31 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
   const double range = useful_range(points);
   const double resolution = problem.field.geometry().resolution();
   const SearchScoring scoring = make_scoring(problem, top, options);
-  SearchLattice lattice = make_lattice(problem, range, options);
+  const Window window = make_window(problem, options);
+  SearchLattice lattice = make_lattice(problem, window, range, options);
   const RivalSearch rivals{
       steps_in(options.rival_distance, lattice.step_xy(resolution)),
       steps_in(options.rival_distance / std::max(range, options.rival_distance),
                lattice.step_theta),
       options.least_rival};
-  SearchResult result;
-  for (int widening = 0;; ++widening) {
-    result = search_lattice(points, problem.field, lattice, scoring, rivals, deadline);
-    found.candidates += result.candidates;
-    if (widening == options.widenings ||
-        !widen(result.best, options.max_window_xy, lattice, resolution)) {
-      break;
+  SearchResult result = search_lattice(points, problem.field, lattice, scoring, rivals, deadline);
+  found.candidates = result.candidates;
+  for (int widening = 0; widening < options.widenings && result.bound <= result.score &&
+                         widen(result.best, options.max_window_xy, lattice, resolution);
+       ++widening) {
+    SearchResult wider = search_lattice(points, problem.field, lattice, scoring, rivals, deadline);
+    found.candidates += wider.candidates;
+    if (wider.score < result.score) {  // it was late
+      wider.best = result.best;
+      wider.score = result.score;
     }
+    result = wider;
   }
   found.map_from_base = pose_at(lattice, result.best, resolution);
   found.proof = {static_cast<double>(result.score) / top, static_cast<double>(result.bound) / top};
+  if (window.xy > kMostCells * resolution) {
+    found.proof.remaining_bound = 1.0;  // nobody looked at the rest of the window
+  }
   if (result.rival) {
     found.rival = pose_at(lattice, result.rival->pose, resolution);
     found.rival_share =
@@ -255,7 +289,7 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
   result.candidates = found.candidates;
   result.proof = found.proof;
   result.rival_share = found.rival_share;
-  if (refined.score < options_.min_score) {
+  if (!(refined.score >= options_.min_score)) {
     return result;
   }
   result.status = MatchStatus::kAccepted;
@@ -267,6 +301,10 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
   if (found.rival && is_held) {
     result.covariance = with_rival(result.covariance, found.map_from_base, *found.rival,
                                    found.proof.best_score * (1.0 - found.rival_share));
+  }
+  if (found.proof.gap() > 0.0) {
+    // What was not looked at may be the truth, anywhere that the prior allows.
+    result.covariance += problem.prior_covariance;
   }
   return result;
 }

@@ -9,12 +9,6 @@
 namespace matchbox_slam {
 namespace {
 
-Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance) {
-  // A prior without variance has an information that is finite, yet beyond any scan's.
-  constexpr double kLeastVariance = 1e-12;
-  return (covariance + kLeastVariance * Eigen::Matrix3d::Identity()).inverse();
-}
-
 Eigen::Vector3d difference(const Pose2& pose, const Pose2& from) {
   return {pose.x - from.x, pose.y - from.y, wrap_angle(pose.theta - from.theta)};
 }
@@ -97,7 +91,21 @@ bool advance(const Eigen::Vector3d& step, Pose2& pose) {
 
 }  // namespace
 
-RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodField& field,
+Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance) {
+  // Beyond what any scan knows, and less than anybody can be ignorant of.
+  constexpr double kLeastVariance = 1e-12;
+  constexpr double kMostVariance = 1e12;
+  // More than this between the largest and the smallest, and rounding would make it indefinite.
+  constexpr double kLeastShare = 1e-9;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  const double largest = std::min(kMostVariance, solver.eigenvalues().maxCoeff());
+  const double least = std::max(kLeastVariance, kLeastShare * largest);
+  const Eigen::Vector3d variances = solver.eigenvalues().cwiseMax(least).cwiseMin(kMostVariance);
+  return solver.eigenvectors() * variances.cwiseInverse().asDiagonal() *
+         solver.eigenvectors().transpose();
+}
+
+RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodFields& fields,
                    const Pose2& start_map_from_base, const PosePrior& prior,
                    const RefinementOptions& options) {
   const Eigen::Matrix3d prior_part = prior_information(prior.covariance);
@@ -110,25 +118,25 @@ RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodField& 
     const double progress = std::min(1.0, 2.0 * i / std::max(1, options.iterations - 1));
     const double kernel =
         options.first_kernel * std::pow(options.last_kernel / options.first_kernel, progress);
-    const NormalEquations scan = Correspondences(points, field, pose).linearise(kernel);
+    const NormalEquations scan = Correspondences(points, fields, pose).linearise(kernel);
     if (!advance(step_to_optimum(scan, scale, pose, prior, prior_part), pose) && progress >= 1.0) {
       break;
     }
   }
-  Correspondences pairs(points, field, pose);
+  Correspondences pairs(points, fields, pose);
   NormalEquations scan = pairs.linearise(options.last_kernel);
   refined.unconstrained_directions = weak_directions(scan.information, options.weakest_direction);
   if (!refined.unconstrained_directions.empty()) {
     // What the scan seemed to say along these directions was noise: the prior has its way there.
     for (int i = 0; i < options.iterations; ++i) {
       scan = without_weak_directions(
-          Correspondences(points, field, pose).linearise(options.last_kernel),
+          Correspondences(points, fields, pose).linearise(options.last_kernel),
           options.weakest_direction);
       if (!advance(step_to_optimum(scan, scale, pose, prior, prior_part), pose)) {
         break;
       }
     }
-    pairs = Correspondences(points, field, pose);
+    pairs = Correspondences(points, fields, pose);
   }
   refined.covariance =
       (shown_information(pairs, options) * scan.information + prior_part).inverse();

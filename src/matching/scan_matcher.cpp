@@ -42,17 +42,29 @@ MatchResult rejected(const MatchProblem& problem, MatchStatus why) {
   return result;
 }
 
-std::optional<MatchResult> reject_unmatchable(const MatchProblem& problem) {
+namespace {
+
+std::optional<MatchResult> reject_without(bool reference, const MatchProblem& problem) {
   if (!is_valid_prior(problem)) {
     return rejected(problem, MatchStatus::kRejectedInvalidPrior);
   }
   if (problem.scan.points.empty()) {
     return rejected(problem, MatchStatus::kRejectedTooFewPoints);
   }
-  if (problem.field.empty()) {
+  if (!reference) {
     return rejected(problem, MatchStatus::kRejectedNoReference);
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<MatchResult> reject_unmatchable(const MatchProblem& problem) {
+  return reject_without(!problem.field.empty(), problem);
+}
+
+std::optional<MatchResult> reject_unmatchable_to_scans(const MatchProblem& problem) {
+  return reject_without(!problem.key_scans.empty(), problem);
 }
 
 }  // namespace matchbox_slam

@@ -2,10 +2,12 @@
 
 #include <pluginlib/class_list_macros.hpp>
 
+#include "matchbox_slam/matching/hough_matcher.hpp"
 #include "matchbox_slam/matching/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
 #include "matchbox_slam/matching/olson_matcher.hpp"
 
+PLUGINLIB_EXPORT_CLASS(matchbox_slam::HoughMatcher, matchbox_slam::ScanMatcher)
 PLUGINLIB_EXPORT_CLASS(matchbox_slam::MonteCarloMatcher, matchbox_slam::ScanMatcher)
 PLUGINLIB_EXPORT_CLASS(matchbox_slam::OdometryOnlyMatcher, matchbox_slam::ScanMatcher)
 PLUGINLIB_EXPORT_CLASS(matchbox_slam::OlsonMatcher, matchbox_slam::ScanMatcher)

@@ -9,6 +9,7 @@
 
 #include "matchbox_slam/evaluation/pair_statistics.hpp"
 #include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/hough_picture.hpp"
 #include "matchbox_slam/io/tum.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
 #include "matchbox_slam/ros/pair_report.hpp"
@@ -205,6 +206,23 @@ std::vector<Eigen::Matrix3d> information_of(const std::vector<LocatedScan>& scan
   return information;
 }
 
+/// What the Hough matcher sees of the first pairs, one picture each.
+void draw_pairs_for_debugging(const std::vector<LocatedScan>& scans,
+                              const std::vector<ScanPair>& pairs, const EngineOptions& options,
+                              const std::string& folder) {
+  constexpr std::size_t kMost = 20;
+  const auto project = [&](const LocatedScan& located) {
+    return project_scan(located.scan, located.base_from_laser, located.motion, options.scan);
+  };
+  std::vector<FileContents> files;
+  for (std::size_t i = 0; i < std::min(kMost, pairs.size()); ++i) {
+    const Picture picture =
+        draw_hough_domains(project(scans[pairs[i].reference]), project(scans[pairs[i].scan]), {});
+    files.push_back({folder + "/hough_" + std::to_string(i) + ".png", encode_png(picture)});
+  }
+  replace_files(files);
+}
+
 std::vector<std::vector<PairMatch>> match_all(const LocatedScans& located,
                                               const std::vector<ScanPair>& pairs,
                                               const std::vector<SlamSetup>& setups, int threads,
@@ -236,11 +254,17 @@ void match_pairs(const MatchPairsRequest& request, const RunDialog& dialog) {
     throw EvaluationError(request.truth + " holds no poses");
   }
   require_writable_folder(request.out);
+  if (!request.debug.empty()) {
+    require_writable_folder(request.debug);
+  }
   const LocatedScans located = read_recording(request, parameters, truth, setups, dialog);
   const std::optional<Simulation> simulation = simulation_of(request, dialog);
   const int seed = setups.front().run.seed;
   const std::vector<ScanPair> pairs = draw_pairs(
       located.scans, request.pairs, setups.front().engine.motion, static_cast<std::uint64_t>(seed));
+  if (!request.debug.empty()) {
+    draw_pairs_for_debugging(located.scans, pairs, setups.front().engine, request.debug);
+  }
   std::vector<std::vector<PairMatch>> matches =
       match_all(located, pairs, setups, request.threads, dialog);
 

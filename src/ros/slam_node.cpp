@@ -208,6 +208,7 @@ void SlamNode::map_scan(const ReadyScan& scan) {
     const std::lock_guard<std::mutex> lock(run_mutex_);
     outcome = run_.process(scan.input);
     last_stamp_ = scan.stamp;
+    base_from_laser_ = scan.input.base_from_laser;
     const std::lock_guard<std::mutex> transform_lock(transform_mutex_);
     map_transform_ = map_transform(scan, outcome);
   }

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <filesystem>
 #include <stdexcept>
 #include <utility>
@@ -6,6 +7,7 @@
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/map_picture.hpp"
 #include "matchbox_slam/io/tum.hpp"
+#include "matchbox_slam/matching/relocalise.hpp"
 #include "matchbox_slam/ros/message_conversion.hpp"
 #include "matchbox_slam/ros/slam_node.hpp"
 
@@ -20,6 +22,8 @@ void SlamNode::start_services() {
   save_map_service_ = private_node.advertiseService("save_map", &SlamNode::answer_save_map, this);
   reset_service_ = private_node.advertiseService("reset", &SlamNode::answer_reset, this);
   pause_service_ = private_node.advertiseService("pause", &SlamNode::answer_pause, this);
+  relocalise_service_ =
+      private_node.advertiseService("relocalise", &SlamNode::answer_relocalise, this);
   diagnostic_updater_.setHardwareID("none");
   diagnostic_updater_.add("SLAM", this, &SlamNode::update_diagnostics);
   // By the wall clock, so that it goes on when simulated time stands still.
@@ -79,6 +83,40 @@ bool SlamNode::answer_pause(std_srvs::SetBool::Request& request,
   response.success = 1;
   response.message =
       paused ? "scans are skipped until this is called with false" : "scans are used again";
+  return true;
+}
+
+bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Response& response) {
+  KeyScans key_scans;
+  std::optional<Eigen::Isometry3d> base_from_laser;
+  {
+    const std::lock_guard<std::mutex> lock(run_mutex_);
+    key_scans = run_.key_scans();
+    base_from_laser = base_from_laser_;
+  }
+  if (key_scans.empty() || !base_from_laser) {
+    response.message = "no scan was mapped yet";
+    return true;
+  }
+  if (const std::string defect = find_defect(request.scan); !defect.empty()) {
+    response.message = "the scan cannot be used: " + defect;
+    return true;
+  }
+  const Relocalisation found = relocalise(
+      project_scan(to_laser_scan(request.scan), *base_from_laser, {}, setup_.engine.scan),
+      key_scans, {});
+  for (const RankedPose& pose : found.poses) {
+    geometry_msgs::Pose message;
+    message.position.x = pose.map_from_base.x;
+    message.position.y = pose.map_from_base.y;
+    message.orientation.z = std::sin(0.5 * pose.map_from_base.theta);
+    message.orientation.w = std::cos(0.5 * pose.map_from_base.theta);
+    response.poses.push_back(message);
+    response.scores.push_back(pose.score);
+  }
+  response.ratio = found.ratio;
+  response.message = std::to_string(found.poses.size()) + " poses, from " +
+                     std::to_string(key_scans.size()) + " key scans";
   return true;
 }
 

@@ -29,6 +29,10 @@ void declare_options(CLI::App& app, MatchPairsRequest& request, Parameters& pair
                  "Pairs that are matched at the same time (default 1)")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
+  app.add_option(
+         "--debug", request.debug,
+         "Folder for pictures of the first 20 pairs' Hough domains, spectra and correlation")
+      ->type_name("DIR");
   add_repeated(app, "--config", request.config_files, "YAML with parameters", "FILE");
   add_repeated(app, "--set", request.overrides, "A parameter", "KEY=VALUE");
   add_bag_flags(app, request.recording);

@@ -2,8 +2,10 @@
 // once for each instruction set; see test_simd_paths.cpp.
 
 #include <cstdio>
+#include <memory>
 
 #include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/matching/hough_matcher.hpp"
 #include "matchbox_slam/matching/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/olson_matcher.hpp"
 
@@ -42,6 +44,11 @@ Scene make_scene(std::uint64_t seed) {
     add_wall(start, step, random, hits, scene.scan);
   }
   scene.field.update(hits, {});
+  PointScan key;
+  for (const SurfaceHit& hit : hits) {
+    key.points.push_back({hit.position, {0.0, 0.0}, hit.normal, 0.03, false});
+  }
+  scene.key_scans.push_back(std::make_shared<const KeyScan>(key, Pose2{}));
   return scene;
 }
 
@@ -59,6 +66,7 @@ void print(const MatchResult& result) {
 }  // namespace
 
 int main() {
+  const HoughMatcher hough;
   const MonteCarloMatcher monte_carlo;
   const OlsonMatcher olson;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
@@ -66,6 +74,7 @@ int main() {
     const Eigen::Matrix3d prior = Eigen::Vector3d(0.02, 0.02, 0.01).asDiagonal();
     const MatchProblem problem{scene.scan,  {0.1, -0.07, 0.06}, prior,
                                scene.field, scene.key_scans,    seed};
+    print(hough.match(problem));
     print(monte_carlo.match(problem));
     print(olson.match(problem));
   }

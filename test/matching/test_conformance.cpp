@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "matchbox_slam/matching/hough_matcher.hpp"
 #include "matchbox_slam/matching/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
 #include "matchbox_slam/matching/olson_matcher.hpp"
@@ -12,6 +13,8 @@
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   using matchbox_slam::register_matcher_conformance;
+  register_matcher_conformance("Hough",
+                               [] { return std::make_shared<matchbox_slam::HoughMatcher>(); });
   register_matcher_conformance("MonteCarlo",
                                [] { return std::make_shared<matchbox_slam::MonteCarloMatcher>(); });
   register_matcher_conformance(

@@ -18,10 +18,12 @@ struct Scene {
   SearchScoring scoring;
 };
 
+/// Of any rank, so that some directions may cost nothing.
 Eigen::Matrix3d random_penalty(Random& random) {
-  Eigen::Matrix3d root;
-  for (int i = 0; i < 9; ++i) {
-    root(i / 3, i % 3) = random.uniform(-1.0, 1.0);
+  const int rank = 1 + static_cast<int>(random.uniform() * 3.0);
+  Eigen::Matrix3d root = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < 3 * rank; ++i) {
+    root(i % 3, i / 3) = random.uniform(-1.0, 1.0);
   }
   const double strength = random.uniform() < 0.3 ? 0.0 : std::exp(random.uniform(0.0, 14.0));
   return strength * (root * root.transpose());
@@ -112,7 +114,8 @@ std::int64_t score_of(const Scene& scene, const LatticePose& pose) {
     const auto uy = static_cast<std::int64_t>(std::floor(qy * steps_per_metre));
     const Cell cell{static_cast<int>(floor_div(ux + pose.x, n)),
                     static_cast<int>(floor_div(uy + pose.y, n))};
-    fit += point.weight * scene.scoring.value_of_likelihood[scene.field.likelihood(cell)];
+    const std::int64_t value = scene.scoring.value_of_likelihood[scene.field.likelihood(cell)];
+    fit += point.weight * value;
   }
   const double step = resolution / n;
   const Eigen::Vector3d d(step * pose.x, step * pose.y, scene.lattice.step_theta * pose.theta);
@@ -120,9 +123,15 @@ std::int64_t score_of(const Scene& scene, const LatticePose& pose) {
   return fit - (penalty < static_cast<double>(kMaxPenalty) ? std::llround(penalty) : kMaxPenalty);
 }
 
-/// Tries every pose.
-Found search_all(const Scene& scene) {
+/// Tries every pose, but for those that are within some steps of one.
+Found search_all(const Scene& scene, const LatticePose& not_near = {}, int not_within_xy = -1,
+                 int not_within_theta = -1) {
   Found best;
+  const auto is_near = [&](const LatticePose& p) {
+    return std::abs(p.x - not_near.x) <= not_within_xy &&
+           std::abs(p.y - not_near.y) <= not_within_xy &&
+           std::abs(p.theta - not_near.theta) <= not_within_theta;
+  };
   const auto order = [](const LatticePose& p) {
     return std::make_tuple(std::abs(p.theta), std::abs(p.x) + std::abs(p.y), p.theta, p.y, p.x);
   };
@@ -131,6 +140,9 @@ Found search_all(const Scene& scene) {
     for (int y = -lattice.half_xy; y <= lattice.half_xy; ++y) {
       for (int x = -lattice.half_xy; x <= lattice.half_xy; ++x) {
         const LatticePose pose{x, y, theta};
+        if (is_near(pose)) {
+          continue;
+        }
         const std::int64_t score = score_of(scene, pose);
         if (!best.is_set || score > best.score ||
             (score == best.score && order(pose) < order(best.pose))) {
@@ -169,8 +181,8 @@ TEST_P(RandomScenes, HaveTheOptimumOfBruteForce) {
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomScenes, testing::Range(0, 10));
 
 TEST(CorrelativeSearch, FindsTheOptimumOfWideWindowsOnEveryLevel) {
-  // 60 and 600 blocks of a cell: the second and the third level.
-  for (const int half_xy : {30, 300}) {
+  // 7 blocks of 4 cells, 38 of 16: the second and the third level.
+  for (const int half_xy : {12, 300}) {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
       Scene scene = make_scene(seed);
       scene.lattice.steps_per_cell = 1;
@@ -183,8 +195,40 @@ TEST(CorrelativeSearch, FindsTheOptimumOfWideWindowsOnEveryLevel) {
   }
 }
 
+TEST(CorrelativeSearch, FindsTheRivalOfBruteForce) {
+  int found_some = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Scene scene = make_scene(seed);
+    const RivalSearch rivals{static_cast<int>(seed % 7), static_cast<int>(seed % 3),
+                             0.25 * static_cast<double>(seed % 4)};
+    const SearchResult found =
+        search_lattice(scene.points, scene.field, scene.lattice, scene.scoring, rivals);
+    const Found rival = search_all(scene, found.best, rivals.xy, rivals.theta);
+    const auto least = static_cast<std::int64_t>(rivals.least * static_cast<double>(found.score));
+    ASSERT_EQ(found.rival.has_value(), found.score > 0 && rival.is_set && rival.score > least);
+    if (found.rival) {
+      ++found_some;
+      EXPECT_EQ(found.rival->score, rival.score);
+      EXPECT_EQ(score_of(scene, found.rival->pose), rival.score);
+    }
+  }
+  EXPECT_GT(found_some, 50);
+}
+
+TEST(CorrelativeSearch, SeesNothingWhereStepsCannotBeCounted) {
+  Scene scene = make_scene(3);
+  for (const double far : {4e6, 1e8, 1e12}) {
+    scene.lattice.center = {far, -far, 1.0};
+    const SearchResult found =
+        search_lattice(scene.points, scene.field, scene.lattice, scene.scoring);
+    EXPECT_EQ(found.score, 0);
+    EXPECT_EQ(found.best.theta, 0);
+  }
+}
+
 TEST(CorrelativeSearch, LooksAtFarFewerPosesThanThereAre) {
-  Scene scene = make_scene(7);
+  Scene scene = make_scene(8);
   scene.lattice.steps_per_cell = 5;
   scene.lattice.half_xy = 100;
   scene.lattice.half_theta = 100;
@@ -213,8 +257,10 @@ TEST(CorrelativeSearch, TellsWhatIsLeftWhenItIsLate) {
     const SearchDeadline passed = std::chrono::steady_clock::now();
     const SearchResult late =
         search_lattice(scene.points, scene.field, scene.lattice, scene.scoring, {}, passed);
-    EXPECT_LE(late.score, search_all(scene).score);
-    EXPECT_GE(late.bound, search_all(scene).score);
+    const std::int64_t best = search_all(scene).score;
+    EXPECT_LE(late.score, best);
+    EXPECT_GE(late.bound, best);
+    EXPECT_GT(late.bound, late.score);
     EXPECT_EQ(late.score, score_of(scene, late.best));
   }
 }

@@ -13,7 +13,7 @@ namespace {
 std::string answers_of(const char* program) {
   const Outcome outcome = run_command(program, "");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
-  EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 40);
+  EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 60);
   EXPECT_EQ(outcome.output.find("nan"), std::string::npos);
   return outcome.output;
 }

@@ -96,6 +96,28 @@ TEST_F(RealBag, IntelIsExactWithOlson) {
   EXPECT_LE(error.translation.mean, 0.080);  // 0.069 m is measured
 }
 
+TEST_F(RealBag, HoughKeepsToTheLapFromScanToScan) {
+  map("jarvis_circular.bag", "--scan-topic /driver_laser_security/laser_scan --matcher hough");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(213, 213);
+  const Trajectory truth = read_tum(data_folder() + "/jarvis_circular.truth.tum");
+  EXPECT_LE(absolute_trajectory_error(trajectory_, truth).translation.rmse, 0.03);
+}
+
+TEST_F(RealBag, IntelComesTogetherWithHoughAndAllKeyScans) {
+  map("intel.bag", "--matcher hough --set slam/key_scans=1000");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(910, 910);
+  const RelationError error =
+      relation_error(trajectory_, read_relations(data_folder() + "/intel.relations"),
+                     read_tum(data_folder() + "/intel.odom.tum"));
+  EXPECT_LE(error.translation.mean, 0.11);  // 0.075 m is measured
+}
+
 TEST_F(RealBag, AHandheldLaserNeedsNoOdometry) {
   map("hokuyo_handheld.bag", "--no-odom");
   if (IsSkipped() || HasFatalFailure()) {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <nav_msgs/GetMap.h>
 #include <nodelet/NodeletLoad.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
 #include <rosgraph_msgs/Clock.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
@@ -17,6 +19,7 @@
 #include <memory>
 
 #include "common/error_text.hpp"
+#include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/tum.hpp"
@@ -111,6 +114,37 @@ TEST_F(SlamNodelet, ATrajectoryLikeMapBagsByteByByte) {
   EXPECT_TRUE(read_file(folder_ + "/node.tum") == read_file(folder_ + "/map_bag/trajectory.tum"));
   EXPECT_TRUE(read_file(folder_ + "/node_map.pgm") == read_file(folder_ + "/map_bag/map.pgm"));
   EXPECT_GT(std::filesystem::file_size(folder_ + "/node_map.png"), 1000U);
+}
+
+/// A scan of the recording by its number.
+sensor_msgs::LaserScan recorded_scan(const std::string& bag_file, std::size_t number) {
+  const rosbag::Bag bag(bag_file, rosbag::bagmode::Read);
+  std::size_t count = 0;
+  for (const rosbag::MessageInstance& message :
+       rosbag::View(bag, rosbag::TopicQuery(std::string("/base_scan")))) {
+    if (count++ == number) {
+      return *message.instantiate<sensor_msgs::LaserScan>();
+    }
+  }
+  return {};
+}
+
+TEST_F(SlamNodelet, RelocalisesAScanAmongItsKeyScans) {
+  const std::size_t number = truth_.size() / 2;
+  Relocalise service;
+  service.request.scan = recorded_scan(folder_ + "/run.bag", number);
+  ASSERT_TRUE(ros::service::call("/slam/relocalise", service));
+  ASSERT_FALSE(service.response.poses.empty()) << service.response.message;
+  EXPECT_EQ(service.response.scores.size(), service.response.poses.size());
+  const Pose2 best = to_pose2(service.response.poses.front());
+  EXPECT_NEAR(best.x, truth_[number].x, 0.05);
+  EXPECT_NEAR(best.y, truth_[number].y, 0.05);
+  EXPECT_NEAR(wrap_angle(best.theta - truth_[number].theta), 0.0, 0.02);
+  EXPECT_GT(service.response.ratio, 1.0);
+  service.request.scan = {};
+  ASSERT_TRUE(ros::service::call("/slam/relocalise", service));
+  EXPECT_TRUE(service.response.poses.empty());
+  EXPECT_TRUE(contains(service.response.message, "cannot be used")) << service.response.message;
 }
 
 TEST_F(SlamNodelet, PosesAreTrue) {

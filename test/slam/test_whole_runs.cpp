@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
+#include "matchbox_slam/matching/hough_matcher.hpp"
 #include "matchbox_slam/matching/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/olson_matcher.hpp"
 #include "matchbox_slam/simulation/make_world.hpp"
@@ -61,6 +62,11 @@ TEST(WholeRun, MonteCarloDrivesThroughChaos) {
 
 TEST(WholeRun, MonteCarloClosesTheRing) {
   EXPECT_LE(error_of_rings(kMonteCarlo), 0.035);  // 16 to 24 mm
+}
+
+// Scan to scan: errors add up from key scan to key scan, where scan to map has them once.
+TEST(WholeRun, HoughToursAllRooms) {
+  EXPECT_LE(error_of_run("rooms", 1, std::make_shared<HoughMatcher>()), 0.011);  // 7.2 mm
 }
 
 TEST(WholeRun, OlsonToursAllRooms) { EXPECT_LE(error_of_run("rooms", 1, kOlson), 0.0018); }

@@ -238,6 +238,34 @@ INSTANTIATE_TEST_SUITE_P(
                              0.031}));
 
 // With the guess off by up to 1 m and 45 degrees.
+TEST_F(MatchPairsProgram, HoughFindsTheTranslationToo) {
+  struct World {
+    const char* name;
+    const char* options;
+    double success;
+    double median_mm;
+    double median_mrad;
+  };
+  for (const World& world :
+       {World{"rooms", "--world rooms", 0.99, 1.3, 0.16},
+        World{"rooms0", "--world rooms --range-noise 0 --dropout 0", 0.99, 0.075, 0.02},
+        World{"random", "--world random", 0.95, 1.35, 0.17}}) {
+    SCOPED_TRACE(world.name);
+    simulate(world.name, world.options);
+    const Outcome outcome = match(world.name, world.name, "--threads 2 --matcher hough");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+    const json hough = summary(world.name).at("matchers").at(0);
+    EXPECT_EQ(hough.at("pairs"), 1000);
+    EXPECT_GE(hough.at("success_rate"), world.success);
+    EXPECT_LE(hough.at("translation_mm").at("median"), world.median_mm);
+    EXPECT_LE(hough.at("heading_mrad").at("median"), world.median_mrad);
+    if (std::string(world.name) == "rooms") {
+      EXPECT_GE(hough.at("nees_mean"), 2.0);
+      EXPECT_LE(hough.at("nees_mean"), 4.5);
+    }
+  }
+}
+
 TEST_F(MatchPairsProgram, OlsonFindsTheTruthFromFar) {
   simulate("far", "--world rooms");
   ASSERT_EQ(match("far", "far",

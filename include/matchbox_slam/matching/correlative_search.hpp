@@ -21,13 +21,16 @@ struct SearchPoint {
 
 constexpr int kMaxSearchWeight = 64;
 
+/// The weights of a scan's points add up to this at most.
+constexpr double kMaxWeightSum = 16e6;
+
 /// The poses that are searched: rotations and translations by whole steps from the center, up to as
 /// many steps to each side. Steps of translation are cells divided by a whole number, so that all
 /// of the search is done in integers.
 struct SearchLattice {
   Pose2 center;             ///< map from base
   int steps_per_cell = 1;   ///< 1...16
-  int half_xy = 0;          ///< steps to each side along x, and along y; 0...20000
+  int half_xy = 0;          ///< steps to each side along x, and along y; 0...2000 cells
   int half_theta = 0;       ///< steps to each side in rotation; 0...20000
   double step_theta = 0.0;  ///< [rad]
 
@@ -85,6 +88,9 @@ struct SearchResult {
 /// When to give up, by the clock; none: never.
 using SearchDeadline = std::optional<std::chrono::steady_clock::time_point>;
 
+/// The search sees the map no farther than this to each side of the center, to bound its memory.
+constexpr int kFarthestCells = 6000;
+
 /// Finds the best pose of the lattice, the same as trying every one: rotations outer, integer
 /// offsets inner, blocks of translations pruned by a valid bound in up to three resolutions
 /// (MaximumPyramid) less the least penalty of the block. Of equal scores the pose with the smaller
@@ -94,7 +100,9 @@ using SearchDeadline = std::optional<std::chrono::steady_clock::time_point>;
 ///
 /// A point at p falls into the cell floor((floor(q n / r) + i) / n) along x: q is the x of the
 /// point moved by the center's position and the rotation's angle, r the edge of a cell, n the steps
-/// per cell and i the offset in steps; likewise along y.
+/// per cell and i the offset in steps; likewise along y. Cells more than kFarthestCells away from
+/// the center, or from the map's origin more than 2^30 steps, are worth nothing. Cost: besides the
+/// sums, a copy of the field in reach of the points.
 [[nodiscard]] SearchResult search_lattice(const std::vector<SearchPoint>& points,
                                           const LikelihoodField& field,
                                           const SearchLattice& lattice,

@@ -10,6 +10,9 @@
 
 namespace matchbox_slam {
 
+/// What points are matched to: one field, or several, of whose surfaces the nearest counts.
+using LikelihoodFields = std::vector<const LikelihoodField*>;
+
 /// What the scan says about the pose, to second order, if a point's noise had unit variance.
 struct NormalEquations {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the map frame
@@ -37,8 +40,11 @@ class Correspondences {
  public:
   /// Points without a wall in reach take part with closeness 0. Cost: one look-up a point.
   /// @param points  in the order in which they were measured: neighbours may share a surface.
-  Correspondences(const std::vector<ScanPoint>& points, const LikelihoodField& field,
+  Correspondences(const std::vector<ScanPoint>& points, const LikelihoodFields& fields,
                   const Pose2& map_from_base);
+  Correspondences(const std::vector<ScanPoint>& points, const LikelihoodField& field,
+                  const Pose2& map_from_base)
+      : Correspondences(points, LikelihoodFields{&field}, map_from_base) {}
 
   /// The sum of squared residuals under the kernel, linearised for Gauss-Newton.
   [[nodiscard]] NormalEquations linearise(double kernel) const;

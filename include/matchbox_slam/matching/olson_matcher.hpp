@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
 #include "matchbox_slam/matching/refinement.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
@@ -80,7 +81,7 @@ struct OlsonOptions {
 class OlsonMatcher : public ScanMatcher {
  public:
   OlsonMatcher() = default;
-  explicit OlsonMatcher(const OlsonOptions& options) : options_(options) {}
+  explicit OlsonMatcher(OlsonOptions options) : options_(std::move(options)) {}
 
   void configure(const Parameters& parameters) override;
   [[nodiscard]] std::vector<OptionDescription> options() const override;

@@ -40,6 +40,10 @@ struct PosePrior {
   Eigen::Matrix3d covariance;  ///< over (x, y, theta) in the map frame
 };
 
+/// Inverse of a prior's covariance. Directions that the prior holds much better than others, or not
+/// at all, get an information that is finite and leaves the matrix positive definite.
+[[nodiscard]] Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance);
+
 struct RefinedPose {
   Pose2 map_from_base;
   Eigen::Matrix3d covariance;  ///< of prior and scan together, over (x, y, theta) in the map frame
@@ -53,9 +57,15 @@ struct RefinedPose {
 /// scan does not constrain keep the prior's value and variance. The covariance is scaled by the
 /// residuals that are left, as in any adjustment of measurements of unknown precision. Cost: one
 /// look-up a point and step.
-[[nodiscard]] RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodField& field,
-                                 const Pose2& start_map_from_base, const PosePrior& prior,
-                                 const RefinementOptions& options);
+[[nodiscard]] RefinedPose refine(const std::vector<ScanPoint>& points,
+                                 const LikelihoodFields& fields, const Pose2& start_map_from_base,
+                                 const PosePrior& prior, const RefinementOptions& options);
+[[nodiscard]] inline RefinedPose refine(const std::vector<ScanPoint>& points,
+                                        const LikelihoodField& field,
+                                        const Pose2& start_map_from_base, const PosePrior& prior,
+                                        const RefinementOptions& options) {
+  return refine(points, LikelihoodFields{&field}, start_map_from_base, prior, options);
+}
 
 /// Probability of poses next to one pose, given scan and prior.
 class LocalPosterior {

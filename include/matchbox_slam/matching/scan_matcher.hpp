@@ -2,8 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <deque>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,18 +10,10 @@
 #include "matchbox_slam/common/parameters.hpp"
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/likelihood_field.hpp"
+#include "matchbox_slam/matching/key_scan.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 
 namespace matchbox_slam {
-
-/// An earlier scan that was inserted into the map, and where.
-struct KeyScan {
-  PointScan scan;
-  Pose2 map_from_base;
-};
-
-/// Key scans, oldest first. Shared, never changed once made.
-using KeyScans = std::deque<std::shared_ptr<const KeyScan>>;
 
 /// One question to a matcher. All of it outlives the call to `match`.
 struct MatchProblem {
@@ -108,5 +98,8 @@ class ScanMatcher {
 /// The rejection of a problem that no matcher of scan to map can solve: an invalid prior, a scan
 /// without points, an empty map. None: there is something to match.
 [[nodiscard]] std::optional<MatchResult> reject_unmatchable(const MatchProblem& problem);
+
+/// The same for matchers of scan to scan, which need a key scan and no map.
+[[nodiscard]] std::optional<MatchResult> reject_unmatchable_to_scans(const MatchProblem& problem);
 
 }  // namespace matchbox_slam

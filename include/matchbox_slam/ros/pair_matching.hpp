@@ -14,6 +14,7 @@ struct MatchPairsRequest {
   BagRequest recording;
   std::string truth;  ///< TUM file
   std::string out;    ///< folder
+  std::string debug;  ///< folder for pictures of the pairs; empty: none
   std::vector<std::string> matchers;
   std::vector<std::string> config_files;
   std::vector<std::string> overrides;  ///< `key=value`

@@ -19,6 +19,7 @@
 #include <string>
 #include <thread>
 
+#include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/ros/map_publisher.hpp"
 #include "matchbox_slam/ros/scan_queue.hpp"
 #include "matchbox_slam/ros/slam_diagnostics.hpp"
@@ -62,6 +63,7 @@ class SlamNode {
   bool answer_save_map(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool answer_reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool answer_pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  bool answer_relocalise(Relocalise::Request& request, Relocalise::Response& response);
   void start_services();
   void update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
 
@@ -88,6 +90,7 @@ class SlamNode {
   std::mutex run_mutex_;  ///< likewise
   SlamRun run_;
   ros::Time last_stamp_;
+  std::optional<Eigen::Isometry3d> base_from_laser_;  ///< at the newest scan
   std::size_t resets_ = 0;
 
   std::mutex transform_mutex_;  ///< likewise; locked last
@@ -108,6 +111,7 @@ class SlamNode {
   ros::ServiceServer save_map_service_;
   ros::ServiceServer reset_service_;
   ros::ServiceServer pause_service_;
+  ros::ServiceServer relocalise_service_;
   std::unique_ptr<ros::AsyncSpinner> service_spinner_;
   std::unique_ptr<MapPublisher> map_publisher_;
   std::thread mapping_thread_;

@@ -37,6 +37,7 @@ class SlamRun {
   void reset();
 
   [[nodiscard]] const SlamMap& map() const { return engine_->map(); }
+  [[nodiscard]] const KeyScans& key_scans() const { return engine_->key_scans(); }
 
   /// Poses of the base in the map, one a scan.
   [[nodiscard]] const std::vector<StampedPose2>& trajectory() const { return trajectory_; }
