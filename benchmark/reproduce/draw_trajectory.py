@@ -2,6 +2,7 @@
 """Draws a matcher's trajectory over that of the odometry, for recordings without a truth."""
 
 import argparse
+import os
 
 import numpy
 
@@ -20,6 +21,8 @@ def main():
     for path, label, style in (
             (arguments.trajectory, NAMES.get(arguments.name, arguments.name), {'color': BLUE}),
             (arguments.odometry, 'odometry', {'color': VERMILION, 'linestyle': '--'})):
+        if os.path.getsize(path) == 0:
+            continue  # there was no odometry
         poses = numpy.loadtxt(path, ndmin=2)
         axes.plot(poses[:, 1] - poses[0, 1], poses[:, 2] - poses[0, 2], linewidth=1.4, label=label, **style)
     axes.set_aspect('equal', adjustable='datalim')

@@ -79,11 +79,13 @@ rule trajectory_error:
         name=lambda wildcards: experiments.NAMES.get(wildcards.matcher, wildcards.matcher),
         options=lambda wildcards: RECORDINGS[wildcards.bag].truth_options,
         programs=FINGERPRINT
-    # The legend names the files; those of all cells have the same names.
+    # The legend names the files; those of all cells have the same names. Without odometry its file is empty.
     shell:
         'work=$(mktemp -d) && trap \'rm -r "$work"\' EXIT && '
-        'cp {input.trajectory:q} "$work"/{params.name:q} && cp {input.odometry:q} "$work/odometry" && '
-        '{PROGRAM[evaluate]:q} ate "$work"/{params.name:q} "$work/odometry" --truth {input.truth:q} '
+        'cp {input.trajectory:q} "$work"/{params.name:q} && set -- "$work"/{params.name:q} && '
+        'if [ -s {input.odometry:q} ]; then cp {input.odometry:q} "$work/odometry"; '
+        'set -- "$@" "$work/odometry"; fi && '
+        '{PROGRAM[evaluate]:q} ate "$@" --truth {input.truth:q} '
         '{params.options} --json --plot {output.plot:q} >{output.errors:q}'
 
 

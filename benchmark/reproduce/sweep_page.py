@@ -27,9 +27,10 @@ def row_of(folder):
     row.update({key: quality[key] for key in ('occupied_of_known', 'corners', 'enclosed_areas')})
     errors = os.path.join(folder, 'ate.json')
     if os.path.exists(errors):
-        own, odometry = read_json(errors)['estimates']
+        own, *odometry = read_json(errors)['estimates']
         row.update(ate_rmse_m=own['rmse_m'], ate_max_m=own['max_m'],
-                   heading_rmse_rad=own['heading_rmse_rad'], odometry_rmse_m=odometry['rmse_m'])
+                   heading_rmse_rad=own['heading_rmse_rad'])
+        row.update({'odometry_rmse_m': estimate['rmse_m'] for estimate in odometry})
     return row
 
 
