@@ -41,9 +41,9 @@ def write(folders, commit, programs, table_path, page_path):
     writer.writeheader()
     writer.writerows(rows)
     write_text(table_path, text.getvalue())
-    cells = [(None, [escape(number(row.get(column), FORMS.get(column, '%s'))) for column in COLUMNS])
-             for row in rows]
+    cells = [(None, [escape(number(row.get(column), FORMS.get(column, '%s'))).replace(',', ', ')
+                     for column in COLUMNS]) for row in rows]
     write_text(page_path, document('Sweep', '<p>Commit %s, programs %s. Errors (ATE) are of the trajectory '
                                    'after alignment to the truth, where there is one.</p>%s' % (
                                        escape(commit or 'unknown'), escape(programs),
-                                       table([column.replace('_', ' ') for column in COLUMNS], cells))))
+                                       table([column.replace('_', '<br>') for column in COLUMNS], cells, 'words'))))
