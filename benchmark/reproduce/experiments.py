@@ -1,0 +1,162 @@
+"""What is measured: the matchers, the paper's tests and figures, and the sizes of a run. Everything else
+takes it from here."""
+
+import collections
+import os
+
+# The order of the tables, and how people read the names.
+MATCHERS = {'monte_carlo': 'Monte-Carlo', 'olson': 'Olson', 'hough': 'Hough'}
+BASELINE = 'odometry_only'
+NAMES = dict(MATCHERS, **{BASELINE: 'OdometryOnly'})
+
+# error: bounds of the guess's error in x, y [m] and heading [rad]; table: of the paper.
+Test = collections.namedtuple('Test', 'table title world error')
+TESTS = {
+    'A': Test('II', 'straight world, odometry without error', 'rooms', (0.0, 0.0)),
+    'B': Test('III', 'straight world, odometry off by up to 0.2 m and 0.2 rad', 'rooms', (0.2, 0.2)),
+    'C': Test('IV', 'random world, odometry without error', 'random', (0.0, 0.0)),
+    'D': Test('V', 'random world, odometry off by up to 0.2 m and 0.2 rad', 'random', (0.2, 0.2)),
+}
+
+# The paper's own figures, tables II to V, one run on a Core i7-860 of 2.8 GHz, it seems: time [s], error
+# along x and y [m], of the heading [rad]. Its Hough matcher finds no translation.
+PAPER = {
+    'A': {'monte_carlo': (0.02, 0.0, 0.0, 0.0), 'olson': (0.3, 0.0, 0.0, 0.0),
+          'hough': (0.2, None, None, 0.0)},
+    'B': {'monte_carlo': (0.02, 0.011, 0.009, 0.02), 'olson': (0.3, 0.001, 0.001, 0.001),
+          'hough': (0.1, None, None, 0.008)},
+    'C': {'monte_carlo': (0.3, 0.0, 0.0, 0.0), 'olson': (2.7, 0.0, 0.0, 0.0),
+          'hough': (0.8, None, None, 0.008)},
+    'D': {'monte_carlo': (0.3, 0.08, 0.09, 0.05), 'olson': (2.7, 0.0005, 0.0004, 0.001),
+          'hough': (0.8, None, None, 0.016)},
+}
+
+# The paper does not say how noisy its laser is: without noise, and with that of a common laser [m].
+NOISES = {'exact': 0.0, '1cm': 0.01}
+
+# How the robot of the paper's figures 6 to 9 was steered: the simulated bag, where none is given.
+SIMULATED_RECORDING = 'rooms-1cm'
+
+# A row of table I: time against one quantity, all else alike. `points` are (x, beams, options of
+# match_pairs) for each measurement; x is what the paper's complexity is written in, such as n_x: n with
+# an index x.
+Complexity = collections.namedtuple('Complexity', 'matcher quantity unit paper how points')
+
+# Every beam counts, as in the paper; by default the matchers thin their points out first.
+ALL_POINTS = {'monte_carlo': {'monte_carlo/search_points': 1000000},
+              'olson': {'olson/point_spacing': 0, 'olson/widenings': 0},
+              'hough': {'hough/point_spacing': 0}}
+PAPER_COST = {'monte_carlo': 'n · tries', 'olson': 'n · n_x · n_y · n_θ', 'hough': 'n + n_ρ · n_θ'}
+BEAMS = (260, 520, 1040, 2080, 4160)
+
+
+def beams_sweep(matcher):
+    return Complexity(matcher, 'n', 'beams', PAPER_COST[matcher],
+                      'beams of a scan, none of them thinned out',
+                      [(beams, beams, ALL_POINTS[matcher]) for beams in BEAMS])
+
+
+def tries_sweep():
+    def options(tries):
+        return {'monte_carlo/max_tries': tries, 'monte_carlo/max_failed_tries': tries,
+                'monte_carlo/covariance_samples': 0, 'monte_carlo/refine_iterations': 0}
+    return Complexity('monte_carlo', 'tries', 'poses', PAPER_COST['monte_carlo'],
+                      'poses drawn, without refinement and covariance',
+                      [(tries, 1040, options(tries)) for tries in (250, 500, 1000, 2000, 4000, 8000)])
+
+
+def lattice_sweep():
+    step_xy, step_theta = 0.025, 0.005
+    points = []
+    for xy, theta in ((0.2, 0.2), (0.4, 0.2), (0.4, 0.4), (0.8, 0.4), (0.8, 0.8), (1.6, 0.8)):
+        poses = (2 * round(xy / step_xy) + 1) ** 2 * (2 * round(theta / step_theta) + 1)
+        points.append((poses, 1040, {
+            'olson/window_xy': xy, 'olson/window_theta': theta, 'olson/step_xy': step_xy,
+            'olson/step_theta': step_theta, 'olson/widenings': 0, 'olson/least_rival': 1}))
+    return Complexity('olson', 'n_x · n_y · n_θ', 'poses', PAPER_COST['olson'],
+                      'poses of the lattice; bounds rule most of them out unseen', points)
+
+
+def domain_sweep():
+    # Columns reach as far as the simulated laser to both sides.
+    reach = 30.0
+    points = []
+    for angles, cell in ((90, 0.06), (128, 0.042), (180, 0.03), (256, 0.021), (360, 0.015),
+                         (512, 0.0105), (1024, 0.006)):
+        points.append((angles * round(2.0 * reach / cell), 1040,
+                       {'hough/angles': angles, 'hough/rho_cell': cell}))
+    return Complexity('hough', 'n_ρ · n_θ', 'cells', PAPER_COST['hough'], 'cells of the Hough domain',
+                      points)
+
+
+COMPLEXITIES = {
+    'monte_carlo-beams': beams_sweep('monte_carlo'),
+    'monte_carlo-tries': tries_sweep(),
+    'olson-beams': beams_sweep('olson'),
+    'olson-lattice': lattice_sweep(),
+    'hough-beams': beams_sweep('hough'),
+    'hough-domain': domain_sweep(),
+}
+
+# pairs: trials of a cell of tables II to V; duration: of the simulated bags [s], 0 is the whole route.
+# points: of a row of table I, at most.
+Size = collections.namedtuple('Size', 'pairs complexity_pairs duration complexity_duration points')
+SIZES = {'full': Size(1000, 200, 0, 60, 100), 'quick': Size(100, 30, 30, 10, 4)}
+
+
+def complexity_points(name, size):
+    """The measurements of a row of table I; a quick run leaves some out, but not the ends."""
+    points = COMPLEXITIES[name].points
+    count = min(size.points, len(points))
+    return [points[round(i * (len(points) - 1) / (count - 1))] for i in range(count)]
+
+
+def simulated_bags(size):
+    """By name: the world and options of `simulate`."""
+    bags = {}
+    for world in sorted({test.world for test in TESTS.values()}):
+        for name, noise in NOISES.items():
+            # A laser without noise loses no reading either.
+            dropout = {} if noise else {'dropout': 0}
+            bags['%s-%s' % (world, name)] = dict(
+                dropout, **{'world': world, 'range-noise': noise, 'duration': size.duration})
+    for name in COMPLEXITIES:
+        for _, beams, _ in complexity_points(name, size):
+            bags['beams-%d' % beams] = {'world': 'rooms', 'beams': beams,
+                                        'duration': size.complexity_duration}
+    return bags
+
+
+def settings_of(matcher, settings):
+    """Those of the user's settings that concern a matcher: other matchers' own ones are left out."""
+    others = set(NAMES) - {matcher}
+    return {key: value for key, value in settings.items() if key.split('/')[0] not in others}
+
+
+# bags: paths; truth: a path or None; options: words for map_bag, and for `evaluate ate`.
+Recording = collections.namedtuple('Recording', 'bags truth map_options truth_options')
+
+
+def truth_options(truth, given):
+    """Options of `evaluate` for a truth file; Stata's truth is of the laser, and in its clock."""
+    if given is None and truth and os.path.basename(truth).endswith('.gt.laser.poses'):
+        return '--lever-arm 0.275 --find-offset'
+    return given or ''
+
+
+def recording(entry, folder=''):
+    """What an entry with `bag`, `truth`, `map_options` and `truth_options` says; paths are seen from the
+    folder. Without a bag it is the simulated one."""
+    if not entry.get('bag'):
+        name = os.path.join('bags', SIMULATED_RECORDING)
+        return Recording([name + '.bag'], name + '.tum', '', '')
+    bags = [entry['bag']] if isinstance(entry['bag'], str) else entry['bag']
+    truth = entry.get('truth')
+    return Recording([os.path.join(folder, bag) for bag in bags],
+                     os.path.join(folder, truth) if truth else None, entry.get('map_options') or '',
+                     truth_options(truth, entry.get('truth_options')))
+
+
+def flags(options):
+    """Options of a program, as words of the shell."""
+    return ' '.join('--%s %s' % (key, value) for key, value in options.items())
