@@ -69,8 +69,8 @@ TEST(SlamSetup, KeepsTheHoughOptionsWhateverTheMatcher) {
   EXPECT_EQ(setup_of("matcher: olson").hough.alignment.peaks, HoughOptions{}.alignment.peaks);
   for (const std::string matcher : {"olson", "hough"}) {
     const SlamSetup setup =
-        setup_of("{matcher: " + matcher + ", hough: {peaks: 7, refine_iterations: 3}}");
-    EXPECT_EQ(setup.hough.alignment.peaks, 7) << matcher;
+        setup_of("{matcher: " + matcher + ", hough: {peaks: 5, refine_iterations: 3}}");
+    EXPECT_EQ(setup.hough.alignment.peaks, 5) << matcher;
     EXPECT_EQ(setup.hough.refinement.iterations, 3) << matcher;
   }
 }
