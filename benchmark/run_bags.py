@@ -174,7 +174,7 @@ def main():
                 parser.error('--other: %r is not RECORDING:SYSTEM=FILE.tum' % other)
             recording, rest = other.split(':', 1)
             others.append(measure_other(recording, *rest.split('=', 1), bags))
-        for matcher in arguments.matcher or ['olson', 'monte_carlo']:
+        for matcher in arguments.matcher or ['olson', 'hough', 'monte_carlo']:
             for name, bag, options, truth in bags:
                 rows.append(measure(name, bag, options, truth, matcher, arguments.runs, folder))
     write_report(rows, others, sys.argv[1:], arguments.out)

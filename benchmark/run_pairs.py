@@ -86,7 +86,7 @@ def main():
     rows = []
     for task in TASKS:
         with tempfile.TemporaryDirectory() as folder:
-            rows += measure(task, arguments.matcher or ['olson', 'monte_carlo'], arguments.pairs,
+            rows += measure(task, arguments.matcher or ['olson', 'hough', 'monte_carlo'], arguments.pairs,
                             arguments.seed, folder)
     text = '\n'.join(heading('Pairs of scans', 'run_pairs.py', sys.argv[1:]) + [
         '- %d pairs of scans half a second apart, seed %d, worlds of seed 1; the guess is off by up to '
