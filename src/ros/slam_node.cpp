@@ -64,7 +64,8 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
       match_info_publisher_(node_.advertise<MatchInfo>("match_info", 10)) {
   const SlamNodeOptions& node_options = configuration_.setup().node;
   if (!node_options.initial_map.empty()) {
-    go_on_with(read_map_start(node_options.initial_map, configuration_.setup().engine));
+    initial_map_ = read_initial_map(node_options.initial_map);
+    start_from(initial_map_);
   }
   map_publisher_ = std::make_unique<MapPublisher>(
       node_, options_.map_frame, node_options.map_update_interval, [this] { return map_revision(); },
@@ -165,25 +166,30 @@ void SlamNode::jump(const TimeJump& jump) {
   } else {
     ROS_WARN_STREAM("time has jumped back by "
                     << jump.seconds << " s; starting a new map, as time_jump is 'reset'");
-    forget_map();
+    start_from(initial_map_);
   }
 }
 
-void SlamNode::go_on_with(MapStart start) {
-  const std::lock_guard<std::mutex> lock(run_mutex_);
-  run_.start_from(start);
-  initial_map_ = std::move(start);
-  newest_scan_.reset();
-  recent_.clear();
-  ++resets_;
-  const std::lock_guard<std::mutex> transform_lock(transform_mutex_);
-  map_transform_.reset();
+/// A map and where the robot is in it, as well as one puts a robot on a mark: where it was when the
+/// map was saved, or at the configured start in one that does not say.
+MapStart SlamNode::read_initial_map(const std::string& path) const {
+  constexpr double kPosition = 0.3;  // [m]
+  constexpr double kHeading = 0.2;   // [rad]
+  MapStart start = read_map_start(path, configuration_.setup().engine);
+  if (start.key_scans.empty()) {
+    start.map_from_base = {options_.start_x, options_.start_y, wrap_angle(options_.start_theta)};
+  }
+  start.covariance += Eigen::Vector3d(kPosition * kPosition, kPosition * kPosition,
+                                      kHeading * kHeading)
+                          .asDiagonal();
+  return start;
 }
 
-void SlamNode::forget_map() {
+/// Starts anew, with the map that it is given, or with none.
+void SlamNode::start_from(std::optional<MapStart> map) {
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  if (initial_map_) {
-    run_.start_from(*initial_map_);
+  if (map) {
+    run_.start_from(std::move(*map));
   } else {
     run_.reset();
   }

@@ -82,20 +82,20 @@ bool SlamNode::answer_reset(std_srvs::Trigger::Request& /*request*/,
     const std::lock_guard<std::mutex> lock(queue_mutex_);
     queue_.start_again();
   }
-  forget_map();
+  start_from(initial_map_);
   response.success = 1;
-  response.message = initial_map_
-                         ? "what was mapped since is forgotten; it goes on with the loaded map"
-                         : "map and trajectory are forgotten; the next scan starts a new map";
+  response.message = initial_map_ ? "map and trajectory are forgotten; it goes on with initial_map"
+                                  : "map and trajectory are forgotten; the next scan starts a new map";
   return true;
 }
 
 bool SlamNode::answer_load_map(LoadMap::Request& request, LoadMap::Response& response) {
   try {
-    go_on_with(read_map_start(request.path, configuration_.setup().engine));
+    start_from(read_initial_map(request.path));
     response.success = 1;
     response.message = "going on with '" + request.path +
-                       "'; where the robot is in it may be told by initialpose or ~relocalise";
+                       "'; where the robot is in it may be told by initialpose, or by ~relocalise with "
+                       "set_pose";
   } catch (const std::exception& error) {
     response.success = 0;
     response.message = error.what();

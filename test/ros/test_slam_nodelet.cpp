@@ -25,6 +25,7 @@
 #include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
+#include "matchbox_slam/io/saved_map.hpp"
 #include "matchbox_slam/io/tum.hpp"
 #include "matchbox_slam/ros/message_conversion.hpp"
 #include "matchbox_slam/ros/simulated_bag.hpp"
@@ -144,10 +145,37 @@ TEST_F(SlamNodelet, RelocalisesAScanAmongItsKeyScans) {
   EXPECT_NEAR(best.y, truth_[number].y, 0.05);
   EXPECT_NEAR(wrap_angle(best.theta - truth_[number].theta), 0.0, 0.02);
   EXPECT_GT(service.response.ratio, 1.0);
-  service.request.scan = {};
+  service.request.scan.angle_increment = 0.0F;
   ASSERT_TRUE(ros::service::call("/slam/relocalise", service));
   EXPECT_TRUE(service.response.poses.empty());
   EXPECT_TRUE(contains(service.response.message, "cannot be used")) << service.response.message;
+}
+
+TEST_F(SlamNodelet, GoesOnFromWhereItRelocalises) {
+  ros::NodeHandle node;
+  ros::Publisher told = node.advertise<geometry_msgs::PoseWithCovarianceStamped>("initialpose", 1);
+  ASSERT_TRUE(listener_->wait_until([&] { return told.getNumSubscribers() > 0; }, 10.0));
+  const auto distance_from_truth = [] {
+    EXPECT_TRUE(call("/slam/save_map").success);
+    const Pose2 believed = read_saved_map(folder_ + "/node_map.slam").map_from_base;
+    return (believed.translation() - truth_.back().translation()).norm();
+  };
+  EXPECT_LT(distance_from_truth(), 0.05);
+  geometry_msgs::PoseWithCovarianceStamped wrong;
+  wrong.header.frame_id = "map";
+  wrong.pose.pose = to_pose_message(truth_.back() * Pose2{1.5, 1.0, 2.0});
+  told.publish(wrong);
+  EXPECT_TRUE(listener_->wait_until([&] { return distance_from_truth() > 1.0; }, 10.0));
+  Relocalise service;  // the newest scan
+  service.request.set_pose = 1;
+  ASSERT_TRUE(ros::service::call("/slam/relocalise", service));
+  EXPECT_TRUE(service.response.pose_set) << service.response.message;
+  EXPECT_LT(distance_from_truth(), 0.05);
+  // Where a scan of some other time was taken says nothing of where the robot is now.
+  service.request.scan = recorded_scan(folder_ + "/run.bag", 0);
+  ASSERT_TRUE(ros::service::call("/slam/relocalise", service));
+  EXPECT_FALSE(service.response.pose_set);
+  EXPECT_TRUE(contains(service.response.message, "not the newest")) << service.response.message;
 }
 
 TEST_F(SlamNodelet, PosesAreTrue) {
@@ -242,9 +270,9 @@ TEST_F(SlamNodelet, DiagnosticsTellWhatBecameOfTheScans) {
 }
 
 TEST_F(SlamNodelet, ANodeThatCannotStartSaysWhyAndExits) {
-  const auto refused = [](const std::string& parameters, const std::string& words) {
+  const auto refused = [](const std::string& parameters, const std::string& words, int code = 2) {
     const Outcome outcome = run_command(MATCHBOX_SLAM_NODE, "__name:=refused " + parameters);
-    EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+    EXPECT_EQ(outcome.exit_code, code) << outcome.output;
     EXPECT_TRUE(contains(outcome.output, words)) << outcome.output;
     EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 1) << outcome.output;
   };
@@ -252,7 +280,7 @@ TEST_F(SlamNodelet, ANodeThatCannotStartSaysWhyAndExits) {
   ros::param::del("/refused");
   refused("_base_fram:=x", "did you mean 'base_frame'?");
   ros::param::del("/refused");
-  refused("_initial_map:=/nowhere.slam", "'/nowhere.slam'");
+  refused("_initial_map:=/nowhere.slam", "cannot read '/nowhere.slam'", 1);
   ros::param::del("/refused");
   refused("_map_frame:=/odom", "odom_frame: 'odom' is not allowed");
 }
@@ -430,6 +458,7 @@ TEST_F(SlamNodelet, ResetForgetsTheMap) {  // the last test: nothing is left aft
   EXPECT_TRUE(call("/slam/reset").success);
   nav_msgs::GetMap service;
   ASSERT_TRUE(ros::service::call("/dynamic_map", service));
+  EXPECT_TRUE(service.response.map.data.empty());
   EXPECT_TRUE(listener_->wait_until(
       [] { return listener_->path.poses.empty() && listener_->odometry_path.poses.empty(); }, 10.0))
       << "the paths are empty too";

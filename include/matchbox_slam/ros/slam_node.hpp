@@ -83,8 +83,8 @@ class SlamNode {
   void start_services();
   void update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
 
-  void go_on_with(MapStart start);
-  void forget_map();
+  [[nodiscard]] MapStart read_initial_map(const std::string& path) const;
+  void start_from(std::optional<MapStart> map);
   [[nodiscard]] MapRevision map_revision();
   [[nodiscard]] MapSnapshot map_snapshot();
   [[nodiscard]] MapStart map_to_go_on_with();
@@ -98,6 +98,7 @@ class SlamNode {
   LiveConfiguration configuration_;  ///< changed by the service queue alone
   const RunOptions options_;         ///< what of it does not change
   const std::string trajectory_file_;
+  std::optional<MapStart> initial_map_;  ///< not changed after the start
   ros::CallbackQueue service_queue_;  ///< before all that puts callbacks in it
 
   std::mutex queue_mutex_;  ///< guards what follows, up to the next mutex
@@ -115,7 +116,6 @@ class SlamNode {
   std::mutex run_mutex_;  ///< likewise
   SlamRun run_;
   std::string matcher_name_;
-  std::optional<MapStart> initial_map_;  ///< to go back to
   std::optional<ReadyScan> newest_scan_;
   Pose2 newest_pose_;  ///< of the base in the map, at that scan
   std::deque<ScanHealth> recent_;
