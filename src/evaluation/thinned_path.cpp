@@ -5,8 +5,9 @@ namespace matchbox_slam {
 void ThinnedPath::add(const StampedPose2& pose) {
   const std::size_t count = poses_.size();
   const bool newest_is_near =
-      count >= 2 && (poses_[count - 1].pose.translation() - poses_[count - 2].pose.translation())
-                            .norm() < spacing_;
+      count >= 2 &&
+      (poses_[count - 1].pose.translation() - poses_[count - 2].pose.translation()).norm() <
+          spacing_;
   if (newest_is_near) {
     poses_.back() = pose;
     return;

@@ -12,7 +12,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr int kNeighbourhood = 3;       // [cells] to each side, in which a wall is taken as straight
+constexpr int kNeighbourhood = 3;  // [cells] to each side, in which a wall is taken as straight
 constexpr std::size_t kFewestOnLine = 4;
 constexpr double kLineThickness = 0.3;  // of its length, at most; rounder spots tell no direction
 

@@ -176,8 +176,8 @@ SlamMap read_grids(Reader& reader) {
   map_options.resolution = reader.number();
   field_options.sigma = reader.number();
   field_options.reach = reader.number();
-  if (!(map_options.resolution >= 0.005 && field_options.sigma > 0.0 &&
-        field_options.reach > 0.0 && field_options.reach <= 120.0 * map_options.resolution)) {
+  if (!(map_options.resolution >= 0.005 && field_options.sigma > 0.0 && field_options.reach > 0.0 &&
+        field_options.reach <= 120.0 * map_options.resolution)) {
     reader.fail("is damaged: its resolution is " + std::to_string(map_options.resolution) + " m");
   }
   SlamMap map(map_options, field_options);

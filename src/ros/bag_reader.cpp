@@ -105,8 +105,8 @@ class ViewStream : public BagStream {
     } else {
       message.content =
           sensor_msgs::LaserScan::ConstPtr(instantiate<sensor_msgs::LaserScan>(instance));
-      message.laser = static_cast<int>(
-          std::find(scan_topics_.begin(), scan_topics_.end(), topic) - scan_topics_.begin());
+      message.laser = static_cast<int>(std::find(scan_topics_.begin(), scan_topics_.end(), topic) -
+                                       scan_topics_.begin());
     }
     return message;
   }

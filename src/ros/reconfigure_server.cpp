@@ -172,8 +172,8 @@ bool ReconfigureServer::answer(dynamic_reconfigure::Reconfigure::Request& reques
   return true;
 }
 
-/// Whoever restarts the node then gets what was chosen. What was not touched is left alone: defaults
-/// on the parameter server would outlive the configuration file that they came from.
+/// Whoever restarts the node then gets what was chosen. What was not touched is left alone:
+/// defaults on the parameter server would outlive the configuration file that they came from.
 void ReconfigureServer::keep_on_parameter_server(const dynamic_reconfigure::Config& config) {
   for (const auto& entry : config.bools) {
     private_node_.setParam(entry.name, entry.value != 0);

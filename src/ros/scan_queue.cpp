@@ -215,9 +215,9 @@ void ScanQueue::give_up_late() {
     if (lag <= settings_.max_lag) {
       return;
     }
-    drop_oldest_ready(SkipReason::kTooLate,
-                      "it would be processed " + std::to_string(lag) +
-                          " s after it came, and max_lag is " + std::to_string(settings_.max_lag));
+    drop_oldest_ready(SkipReason::kTooLate, "it would be processed " + std::to_string(lag) +
+                                                " s after it came, and max_lag is " +
+                                                std::to_string(settings_.max_lag));
   }
 }
 

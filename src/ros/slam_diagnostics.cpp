@@ -23,15 +23,14 @@ constexpr std::size_t kLost = 20;
 constexpr double kFewRejected = 0.2;
 
 bool is_rejected(const ScanHealth& scan) {
-  return scan.status != MatchStatus::kAccepted &&
-         scan.status != MatchStatus::kRejectedNoReference;
+  return scan.status != MatchStatus::kAccepted && scan.status != MatchStatus::kRejectedNoReference;
 }
 
 /// Seconds from scan to scan; 0 while there are too few.
 double period_of(const std::deque<ScanHealth>& scans) {
-  return scans.size() < 2 ? 0.0
-                          : (scans.back().stamp - scans.front().stamp) /
-                                static_cast<double>(scans.size() - 1);
+  return scans.size() < 2
+             ? 0.0
+             : (scans.back().stamp - scans.front().stamp) / static_cast<double>(scans.size() - 1);
 }
 
 std::vector<float> match_seconds_of(const std::deque<ScanHealth>& scans) {
@@ -76,10 +75,11 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
   } else if (received == 0) {
     status.summary(DiagnosticStatus::WARN, "no scans are coming in");
   } else if (period > 0.0 && p95 > period) {
-    status.summaryf(DiagnosticStatus::WARN,
-                    "matching takes %.1f ms, longer than the %.1f ms from scan to scan; see max_lag "
-                    "and the matcher's deadline",
-                    1e3 * p95, 1e3 * period);
+    status.summaryf(
+        DiagnosticStatus::WARN,
+        "matching takes %.1f ms, longer than the %.1f ms from scan to scan; see max_lag "
+        "and the matcher's deadline",
+        1e3 * p95, 1e3 * period);
   } else if (rejected_share(health.recent) > kFewRejected) {
     status.summaryf(DiagnosticStatus::WARN, "%.0f %% of the recent scans match nowhere near",
                     100.0 * rejected_share(health.recent));

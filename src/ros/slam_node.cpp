@@ -68,8 +68,8 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
     start_from(initial_map_);
   }
   map_publisher_ = std::make_unique<MapPublisher>(
-      node_, options_.map_frame, node_options.map_update_interval, [this] { return map_revision(); },
-      [this] { return map_snapshot(); });
+      node_, options_.map_frame, node_options.map_update_interval,
+      [this] { return map_revision(); }, [this] { return map_snapshot(); });
   start_services();
   transform_timer_ = node_.createTimer(ros::Duration(node_options.transform_publish_period),
                                        [this](const ros::TimerEvent&) { publish_transform(); });
@@ -179,9 +179,9 @@ MapStart SlamNode::read_initial_map(const std::string& path) const {
   if (start.key_scans.empty()) {
     start.map_from_base = {options_.start_x, options_.start_y, wrap_angle(options_.start_theta)};
   }
-  start.covariance += Eigen::Vector3d(kPosition * kPosition, kPosition * kPosition,
-                                      kHeading * kHeading)
-                          .asDiagonal();
+  start.covariance +=
+      Eigen::Vector3d(kPosition * kPosition, kPosition * kPosition, kHeading * kHeading)
+          .asDiagonal();
   return start;
 }
 
@@ -231,7 +231,8 @@ void SlamNode::publish_match_info(const ReadyScan& scan, const ScanOutcome& outc
     message.unconstrained_directions.push_back(vector);
   }
   message.candidates = outcome.match.candidates;
-  message.proven = static_cast<std::uint8_t>(outcome.match.proof && outcome.match.proof->gap() == 0.0);
+  message.proven =
+      static_cast<std::uint8_t>(outcome.match.proof && outcome.match.proof->gap() == 0.0);
   message.gap = outcome.match.proof ? outcome.match.proof->gap() : 0.0;
   message.match_time = match_seconds;
   message.inserted = static_cast<std::uint8_t>(outcome.inserted);

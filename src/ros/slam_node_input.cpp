@@ -77,7 +77,8 @@ void SlamNode::on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>&
   queue_changed_.notify_one();
 }
 
-/// Tells once whether the clocks of scans and tf differ; with 'auto' the scans held back go on then.
+/// Tells once whether the clocks of scans and tf differ; with 'auto' the scans held back go on
+/// then.
 void SlamNode::settle_clocks(const ros::Time& now) {
   const std::optional<double> offset = clock_watch_.conclude(now);
   if (!offset) {

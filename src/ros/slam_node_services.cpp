@@ -84,8 +84,9 @@ bool SlamNode::answer_reset(std_srvs::Trigger::Request& /*request*/,
   }
   start_from(initial_map_);
   response.success = 1;
-  response.message = initial_map_ ? "map and trajectory are forgotten; it goes on with initial_map"
-                                  : "map and trajectory are forgotten; the next scan starts a new map";
+  response.message = initial_map_
+                         ? "map and trajectory are forgotten; it goes on with initial_map"
+                         : "map and trajectory are forgotten; the next scan starts a new map";
   return true;
 }
 
@@ -93,9 +94,10 @@ bool SlamNode::answer_load_map(LoadMap::Request& request, LoadMap::Response& res
   try {
     start_from(read_initial_map(request.path));
     response.success = 1;
-    response.message = "going on with '" + request.path +
-                       "'; where the robot is in it may be told by initialpose, or by ~relocalise with "
-                       "set_pose";
+    response.message =
+        "going on with '" + request.path +
+        "'; where the robot is in it may be told by initialpose, or by ~relocalise with "
+        "set_pose";
   } catch (const std::exception& error) {
     response.success = 0;
     response.message = error.what();
@@ -180,7 +182,8 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
   return true;
 }
 
-/// The robot was elsewhere than believed at an earlier scan; since then it has moved as it was seen to.
+/// The robot was elsewhere than believed at an earlier scan; since then it has moved as it was seen
+/// to.
 void SlamNode::correct_pose(const Pose2& map_from_base_then, const Pose2& believed_then) {
   const Eigen::Matrix3d covariance =
       Eigen::Vector3d(kRelocalised.x() * kRelocalised.x(), kRelocalised.x() * kRelocalised.x(),
@@ -197,9 +200,8 @@ MapStart SlamNode::map_to_go_on_with() {
 
 void SlamNode::save_map_files(const MapStart& map, const MapSnapshot& snapshot,
                               const std::string& path) const {
-  const std::string picture =
-      encode_png(draw_map(map.map.occupancy, Trajectory(snapshot.path),
-                          Trajectory(snapshot.odometry_path)));
+  const std::string picture = encode_png(
+      draw_map(map.map.occupancy, Trajectory(snapshot.path), Trajectory(snapshot.odometry_path)));
   write_map(path, make_map_image(map.map.occupancy));
   replace_files({{path + ".png", picture}, {path + ".slam", to_saved_map(map)}});
 }

@@ -210,9 +210,9 @@ bool SlamEngine::is_to_be_inserted(const MatchResult& match, int laser) const {
   if (match.accepted()) {
     return is_worth_inserting(match, laser);
   }
-  return map_.field.empty() || (match.status == MatchStatus::kRejectedLowScore && last_ &&
-                                last_->matched && !last_inserted_.empty() &&
-                                last_inserted_.count(laser) == 0);
+  return map_.field.empty() ||
+         (match.status == MatchStatus::kRejectedLowScore && last_ && last_->matched &&
+          !last_inserted_.empty() && last_inserted_.count(laser) == 0);
 }
 
 bool SlamEngine::is_worth_inserting(const MatchResult& match, int laser) const {

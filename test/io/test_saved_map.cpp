@@ -95,7 +95,8 @@ TEST_F(SavedMap, MappingGoesOnAsIfItHadNeverStopped) {
 TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
   const std::string bytes = to_saved_map(mapped());
   EXPECT_TRUE(contains(error(), "map.slam"));  // missing
-  for (const std::size_t size : {std::size_t{0}, std::size_t{10}, bytes.size() / 2, bytes.size() - 1}) {
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{10}, bytes.size() / 2, bytes.size() - 1}) {
     write(bytes.substr(0, size));
     EXPECT_TRUE(contains(error(), "is no saved map, or is cut off or damaged")) << size;
   }
@@ -158,9 +159,10 @@ TEST_F(SavedMap, SaysWhyAnImageIsNotTaken) {
   image.resolution = 0.05;
   image.origin.theta = 0.5;
   EXPECT_TRUE(contains(text(), "is turned by 0.5 rad")) << text();
-  EXPECT_EQ(error_text<FileError>([&] { (void)read_map_start("map.png", options); }),
-            "'map.png' is not read as a map; allowed: a .slam file of ~save_map, or a .yaml file as "
-            "of map_server");
+  EXPECT_EQ(
+      error_text<FileError>([&] { (void)read_map_start("map.png", options); }),
+      "'map.png' is not read as a map; allowed: a .slam file of ~save_map, or a .yaml file as "
+      "of map_server");
 }
 
 }  // namespace

@@ -32,7 +32,8 @@ class Live : public testing::Test {
 };
 
 TEST_F(Live, ListsTheOptionsOfEveryMatcherWithTheirPresentValues) {
-  const auto rows = live("matcher: olson\nhough: {peaks: 5}\nslam: {insert_distance: 0.7}").options();
+  const auto rows =
+      live("matcher: olson\nhough: {peaks: 5}\nslam: {insert_distance: 0.7}").options();
   const OptionDescription* matcher = find(rows, "matcher");
   ASSERT_NE(matcher, nullptr);
   EXPECT_EQ(std::get<std::string>(matcher->value), "olson");
@@ -48,7 +49,8 @@ TEST_F(Live, ListsTheOptionsOfEveryMatcherWithTheirPresentValues) {
 }
 
 TEST_F(Live, ChangesTheMatcherAndKeepsWhatWasGiven) {
-  const LiveConfiguration before = live("matcher: olson\nhough: {peaks: 5}\nmap: {resolution: 0.1}");
+  const LiveConfiguration before =
+      live("matcher: olson\nhough: {peaks: 5}\nmap: {resolution: 0.1}");
   const LiveConfiguration after = before.with(change("matcher", std::string("hough")));
   EXPECT_EQ(after.setup().matcher_name, "matchbox_slam/Hough");
   EXPECT_EQ(after.setup().engine.map.resolution, 0.1);

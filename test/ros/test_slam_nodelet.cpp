@@ -1,9 +1,9 @@
 // Plays a simulated bag into the nodelet and compares what it publishes with the truth and with
 // what map_bag makes of the same bag.
 
-#include <gtest/gtest.h>
 #include <dynamic_reconfigure/ConfigDescription.h>
 #include <dynamic_reconfigure/Reconfigure.h>
+#include <gtest/gtest.h>
 #include <nav_msgs/GetMap.h>
 #include <nodelet/NodeletLoad.h>
 #include <rosbag/bag.h>
@@ -366,10 +366,10 @@ TEST_F(SlamNodelet, TheMatcherMayChangeInMidRun) {
   EXPECT_EQ(reconfigure("matcher", "olsen"), "olson");
   EXPECT_TRUE(listener_->wait_until(
       [] {
-        return std::any_of(
-            listener_->errors.begin(), listener_->errors.end(), [](const std::string& text) {
-              return contains(text, "not changed: there is no matcher 'olsen'");
-            });
+        return std::any_of(listener_->errors.begin(), listener_->errors.end(),
+                           [](const std::string& text) {
+                             return contains(text, "not changed: there is no matcher 'olsen'");
+                           });
       },
       5.0));
   EXPECT_EQ(next_match().matcher, "matchbox_slam/Olson");

@@ -404,8 +404,9 @@ TEST(SlamEngine, BeforeTheFirstScanItTakesTheUncertaintyOfItsPoseToo) {
   start.covariance = Eigen::Vector3d(0.04, 0.04, 0.01).asDiagonal();
   engine.start_from(start);
   const ScanOutcome outcome = engine.process(run.scan_input(0));
-  EXPECT_LT((outcome.map_from_base.translation() - run.world_from_base.front().translation()).norm(),
-            0.01);
+  EXPECT_LT(
+      (outcome.map_from_base.translation() - run.world_from_base.front().translation()).norm(),
+      0.01);
   // Told with certainty, it stays there.
   SlamEngine certain = make_engine(run);
   start.covariance.setZero();

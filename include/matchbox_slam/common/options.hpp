@@ -100,9 +100,8 @@ template <typename Options>
     } else {
       value = field;
     }
-    rows.push_back({name, value, unit,
-                    std::is_same_v<Field, bool> ? "true, false" : allowed.text(), meaning,
-                    allowed});
+    rows.push_back({name, value, unit, std::is_same_v<Field, bool> ? "true, false" : allowed.text(),
+                    meaning, allowed});
   });
   return rows;
 }

@@ -7,9 +7,9 @@
 
 namespace matchbox_slam {
 
-/// The way of a robot for drawing, in bounded memory however long it drives: poses that are a certain
-/// distance apart, and the newest. When there are too many, every second one goes and the distance
-/// doubles.
+/// The way of a robot for drawing, in bounded memory however long it drives: poses that are a
+/// certain distance apart, and the newest. When there are too many, every second one goes and the
+/// distance doubles.
 class ThinnedPath {
  public:
   /// @param spacing  [m] between poses, > 0.

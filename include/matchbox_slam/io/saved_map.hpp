@@ -13,12 +13,12 @@ namespace matchbox_slam {
 /// done their work once the map is drawn.
 [[nodiscard]] std::string to_saved_map(const MapStart& map);
 
-/// Reads what `to_saved_map` wrote. Throws FileError for a file that is none, is cut off or damaged,
-/// or comes from another version of the format.
+/// Reads what `to_saved_map` wrote. Throws FileError for a file that is none, is cut off or
+/// damaged, or comes from another version of the format.
 [[nodiscard]] MapStart read_saved_map(const std::string& path);
 
-/// A map to go on with from an image, as of map_server. Occupied pixels become walls, each where its
-/// occupied neighbours lie on a line, so that a scan can be matched to a fraction of a cell.
+/// A map to go on with from an image, as of map_server. Occupied pixels become walls, each where
+/// its occupied neighbours lie on a line, so that a scan can be matched to a fraction of a cell.
 /// There are no key scans, and pose and covariance are left as they are by default.
 /// Throws ConfigurationError when its resolution is not that of `map_options`, and FileError for an
 /// image that is turned. `path` is for error texts.

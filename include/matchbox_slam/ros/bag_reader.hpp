@@ -75,8 +75,9 @@ class BagReader {
   [[nodiscard]] ros::Time begin_time() const { return begin_; }
   [[nodiscard]] ros::Time end_time() const { return end_; }
 
-  /// Scans of these topics together with /tf and /tf_static of the period. What was said on /tf_static
-  /// before the period comes first. The reader outlives its streams; one is read at a time.
+  /// Scans of these topics together with /tf and /tf_static of the period. What was said on
+  /// /tf_static before the period comes first. The reader outlives its streams; one is read at a
+  /// time.
   [[nodiscard]] std::unique_ptr<BagStream> stream(const std::vector<std::string>& scan_topics,
                                                   const BagPeriod& period) const;
 

@@ -14,9 +14,9 @@ namespace matchbox_slam {
 /// Offsets between clocks below this [s] are delays in the drivers and no difference.
 constexpr double kClockOffsetWorthTelling = 1.0;
 
-/// Compares the clock that stamps scans with the one that stamps tf, by how much stamps are ahead of
-/// the time at which the messages arrived or were recorded. Links that move count, where there are
-/// any: drivers stamp links that never change ahead of their time.
+/// Compares the clock that stamps scans with the one that stamps tf, by how much stamps are ahead
+/// of the time at which the messages arrived or were recorded. Links that move count, where there
+/// are any: drivers stamp links that never change ahead of their time.
 class ClockComparison {
  public:
   void add_scan(const ros::Time& stamp, const ros::Time& arrival);

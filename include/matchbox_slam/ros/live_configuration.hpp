@@ -8,9 +8,9 @@
 
 namespace matchbox_slam {
 
-/// A configuration of which parts may change while the mapping goes on: the matcher, everything about
-/// matchers, and what the engine does with the next scan. Frames, clocks and what the map was made
-/// with may not.
+/// A configuration of which parts may change while the mapping goes on: the matcher, everything
+/// about matchers, and what the engine does with the next scan. Frames, clocks and what the map was
+/// made with may not.
 class LiveConfiguration {
  public:
   /// Throws as make_slam_setup does. @param loader  outlives this object.

@@ -13,9 +13,9 @@
 
 namespace matchbox_slam {
 
-/// The server side of dynamic_reconfigure over a list of options, as rqt_reconfigure and dynparam talk
-/// to it. What dynamic_reconfigure generates from a .cfg file would say every option a second time,
-/// and could not know those of matchers from other packages.
+/// The server side of dynamic_reconfigure over a list of options, as rqt_reconfigure and dynparam
+/// talk to it. What dynamic_reconfigure generates from a .cfg file would say every option a second
+/// time, and could not know those of matchers from other packages.
 class ReconfigureServer {
  public:
   /// Takes the values that are to change. Throws ConfigurationError to refuse them, all of them;

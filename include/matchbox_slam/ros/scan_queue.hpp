@@ -84,8 +84,8 @@ struct ScanQueueSettings {
 /// looked up at that moment. What comes out depends on the messages and not on how scans and
 /// transforms interleave, so a replayed bag gives what reading it gives. No scan is lost uncounted.
 ///
-/// Scans of several lasers come out merged by their stamps: a scan waits until every other laser that
-/// is alive has sent one as late, but not for long.
+/// Scans of several lasers come out merged by their stamps: a scan waits until every other laser
+/// that is alive has sent one as late, but not for long.
 ///
 /// "Now" is the clock by which messages arrive: the time at which a bag recorded them, or the
 /// node's ros::Time. When the base frame is the scan's own, no transform to the base is needed.
@@ -170,7 +170,7 @@ class ScanQueue {
   std::deque<Item> ready_;
   std::size_t ready_scans_ = 0;  ///< of the items in `ready_`
   std::optional<Turn> last_ready_;
-  std::vector<ros::Time> newest_;  ///< stamp, by laser; empty until a scan comes
+  std::vector<ros::Time> newest_;      ///< stamp, by laser; empty until a scan comes
   std::optional<ros::Time> last_old_;  ///< of scans in a row that are older than time can be
   int old_in_a_row_ = 0;
   bool stopped_ = false;

@@ -25,19 +25,19 @@ struct ScanHealth {
 /// What /diagnostics tells about the mapping.
 struct SlamHealth {
   ScanAccount account;
-  std::size_t waiting = 0;         ///< scans
-  bool stopped = false;            ///< at a jump of time
-  std::deque<ScanHealth> recent;   ///< scans, oldest first
+  std::size_t waiting = 0;        ///< scans
+  bool stopped = false;           ///< at a jump of time
+  std::deque<ScanHealth> recent;  ///< scans, oldest first
   bool updates_map = true;
   std::string matcher;
   std::size_t map_bytes = 0;
-  std::string last_skip;           ///< why a scan was skipped last, for people
+  std::string last_skip;                ///< why a scan was skipped last, for people
   double estimated_clock_offset = 0.0;  ///< [s] that scans should be moved by and are not
 };
 
-/// Judges the mapping by what has happened since it was asked last, and by the newest scans: an error
-/// when it has stopped or the robot is lost; a warning when scans were skipped or none came, many do
-/// not match, or matching takes longer than there is time.
+/// Judges the mapping by what has happened since it was asked last, and by the newest scans: an
+/// error when it has stopped or the robot is lost; a warning when scans were skipped or none came,
+/// many do not match, or matching takes longer than there is time.
 class SlamDiagnostics {
  public:
   void fill(const SlamHealth& health, diagnostic_updater::DiagnosticStatusWrapper& status);

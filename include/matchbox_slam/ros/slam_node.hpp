@@ -99,7 +99,7 @@ class SlamNode {
   const RunOptions options_;         ///< what of it does not change
   const std::string trajectory_file_;
   std::optional<MapStart> initial_map_;  ///< not changed after the start
-  ros::CallbackQueue service_queue_;  ///< before all that puts callbacks in it
+  ros::CallbackQueue service_queue_;     ///< before all that puts callbacks in it
 
   std::mutex queue_mutex_;  ///< guards what follows, up to the next mutex
   std::condition_variable queue_changed_;

@@ -28,7 +28,7 @@ struct ScanInput {
   LaserScan scan;
   Eigen::Isometry3d base_from_laser = Eigen::Isometry3d::Identity();
   std::optional<ScanOdometry> odometry;  ///< none: the engine goes by constant velocity
-  int laser = 0;  ///< which of the robot's lasers, where it has several
+  int laser = 0;                         ///< which of the robot's lasers, where it has several
 };
 
 struct SlamOptions {
