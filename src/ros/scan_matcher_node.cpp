@@ -19,6 +19,9 @@ constexpr std::uint32_t kTransformMessages = 10000;
 
 constexpr double kWarningInterval = 10.0;  // s
 
+// What roscpp calls the publisher of a message that did not leave the process, and some others.
+const char* const kUnknownPublisher = "unknown_publisher";
+
 }  // namespace
 
 std::string find_rival_link(const tf2_msgs::TFMessage& message, const std::string& child,
@@ -141,14 +144,15 @@ void ScanMatcherNode::look_for_rival(const ros::MessageEvent<const tf2_msgs::TFM
   if (!setup_.node.publish_tf || !tf_conflict_.empty()) {
     return;
   }
-  // What we publish comes back to us; within a process roscpp does not name the publisher.
+  // What we publish comes back to us.
   const std::string& publisher = event.getPublisherName();
-  const bool from_others =
-      publisher != ros::this_node::getName() && publisher != "unknown_publisher";
+  const bool from_others = publisher != ros::this_node::getName() && publisher != kUnknownPublisher;
   const std::string link = find_rival_link(*event.getConstMessage(), setup_.tf_child(),
                                            setup_.node.odom_frame, from_others);
   if (!link.empty()) {
-    tf_conflict_ = "no tf is published any more, since " + publisher + " publishes " + link +
+    tf_conflict_ = "no tf is published any more, since " +
+                   (publisher == kUnknownPublisher ? "another node" : publisher) + " publishes " +
+                   link +
                    " and a frame has one parent; set publish_tf to false, or, if that is odometry, "
                    "give it as guess_frame with guess 'odometry'";
     ROS_ERROR_STREAM(tf_conflict_);

@@ -137,8 +137,10 @@ TEST(SharedManager, HandsScansOverWithoutACopy) {
       << "the SLAM nodelet has used all scans, and none was ever made into bytes";
 
   // One who asks for another type makes ROS serialize: the count is able to tell.
-  const ros::Subscriber other = node.subscribe<topic_tools::ShapeShifter>(
-      "/filtered/scan", 100, [](const topic_tools::ShapeShifter::ConstPtr& /*message*/) {});
+  const boost::function<void(const topic_tools::ShapeShifter::ConstPtr&)> ignore =
+      [](const topic_tools::ShapeShifter::ConstPtr& /*message*/) {};
+  const ros::Subscriber other =
+      node.subscribe<topic_tools::ShapeShifter>("/filtered/scan", 100, ignore);
   manager.filter().publish(make_shared_scan(103.0));
   EXPECT_TRUE(wait_for([&] { return manager.poses() == 21; }));
   EXPECT_EQ(manager.filter().serialized(), 1U);
