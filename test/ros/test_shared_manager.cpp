@@ -85,8 +85,9 @@ class ManagerWithFilter {
  private:
   boost::shared_ptr<nodelet::Nodelet> create(const std::string& type) {
     if (type == "CountingFilter") {
-      filter_ = boost::make_shared<CountingFilter>();
-      return filter_;
+      const auto filter = boost::make_shared<CountingFilter>();
+      filter_ = filter.get();
+      return filter;
     }
     return plugins_.createInstance(type);
   }
@@ -94,7 +95,7 @@ class ManagerWithFilter {
 
   ros::NodeHandle node_;
   pluginlib::ClassLoader<nodelet::Nodelet> plugins_{"nodelet", "nodelet::Nodelet"};
-  boost::shared_ptr<CountingFilter> filter_;
+  CountingFilter* filter_ = nullptr;  ///< the loader's, which has the queue that it calls back on
   nodelet::Loader loader_;
   std::atomic<std::size_t> pose_count_{0};
   ros::Subscriber poses_;
