@@ -82,7 +82,7 @@ TEST(ScanMatcherSetup, RefusesWhatDoesNotFitTogether) {
   refused("{guess: odometry}", "guess_frame: '' is not allowed with guess 'odometry'");
   refused("{guess: odometry, guess_frame: base_link}", "guess_frame: 'base_link'");
   refused("{guess_frame: odom}", "guess_frame: 'odom' is not allowed with guess 'velocity'");
-  refused("{guess: wheels}", "guess: 'wheels' is not allowed");
+  refused("{guess: wheels}", "guess: wheels is not allowed");
   refused("{map_frame: map}", "unknown parameter 'map_frame'");
   refused("{odometri/key_scans: 3}", "did you mean 'odometry'?");
   refused("{odometry/key_scan: 3}", "did you mean 'key_scans'?");
