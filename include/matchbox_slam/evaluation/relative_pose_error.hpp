@@ -22,12 +22,9 @@ struct PairRule {
 };
 
 struct RelativePoseErrorOptions {
-  std::vector<PairRule> rules = {{PairRule::Unit::kScan, 1.0},
-                                 {PairRule::Unit::kSecond, 1.0},
-                                 {PairRule::Unit::kMetre, 1.0},
-                                 {PairRule::Unit::kMetre, 5.0},
-                                 {PairRule::Unit::kMetre, 10.0},
-                                 {PairRule::Unit::kRadian, 1.0}};
+  std::vector<PairRule> rules = {{PairRule::Unit::kScan, 1.0},   {PairRule::Unit::kSecond, 1.0},
+                                 {PairRule::Unit::kMetre, 1.0},  {PairRule::Unit::kMetre, 5.0},
+                                 {PairRule::Unit::kMetre, 10.0}, {PairRule::Unit::kRadian, 1.0}};
   double max_gap = kDefaultMaxGap;  ///< [s], truth is not interpolated across more than this
   double tolerance = 0.1;           ///< >= 0, how far a pair may be from the step, as a share of it
 };
