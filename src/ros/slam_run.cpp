@@ -1,6 +1,6 @@
 #include "matchbox_slam/ros/slam_run.hpp"
 
-#include <chrono>
+#include "matchbox_slam/common/thread_time.hpp"
 
 namespace matchbox_slam {
 
@@ -37,11 +37,10 @@ void SlamRun::reset() {
 }
 
 ScanOutcome SlamRun::process(const ScanInput& input) {
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = thread_seconds();
   ScanOutcome outcome = engine_->process(input);
-  const std::chrono::duration<float> elapsed = std::chrono::steady_clock::now() - begin;
 
-  scan_seconds_.push_back(elapsed.count());
+  scan_seconds_.push_back(static_cast<float>(thread_seconds() - begin));
   if (const double seconds = matcher_->take_seconds(); seconds > 0.0) {
     match_seconds_.push_back(static_cast<float>(seconds));
   }
