@@ -35,14 +35,14 @@ def draw(axes, row):
     label_ticks(axes.yaxis, FormatStrFormatter('%g'))
     finish(axes, 'x = $%s$ [%s]' % (row['quantity'].replace('·', r'\cdot').replace(
         'tries', r'\mathrm{tries}'), row['unit']), 'time of a match [ms]')
-    axes.set_title(NAMES[row['matcher']], loc='left', pad=44, fontweight='bold')
+    axes.set_title(NAMES[row['matcher']], loc='left', pad=52, fontweight='bold')
     legend_above(axes, 1)
 
 
 def main():
     argparse.ArgumentParser(description=__doc__).parse_args()
     rows = read_json('times.json')['complexity']
-    figure, panels = pyplot.subplots((len(rows) + 1) // 2, 2, figsize=(10, 12), squeeze=False,
+    figure, panels = pyplot.subplots((len(rows) + 1) // 2, 2, figsize=(10, 13), squeeze=False,
                                      constrained_layout=True)
     for axes, row in zip(panels.flat, rows):
         if 'failed' in row:

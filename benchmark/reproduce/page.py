@@ -137,8 +137,8 @@ def maps_section(summary, times):
         ['<h2>Figures 6 to 9: one recording, four maps</h2>',
          '<p>Recording: %s. Walls drawn twice, or smeared, raise the three figures of quality (Filatov et al. '
          '2017): less is better among maps that look right. Maps that forget, as these do, hide doubled walls, '
-         'so a map that is plainly wrong may have low figures too: look first. Times, and with them the speed '
-         'beside real time, are those that the program had on a processor.</p>' %
+         'so a map that is plainly wrong may have low figures too: look first. Times are those on a '
+         'processor.</p>' %
          escape(', '.join(summary['options']['bags'])), html_page.table(tables.map_table(summary, times)),
          '<div class="figures">'] +
         [picture('map_' + name, map_caption(letter, by_name[name]), log='maps')

@@ -644,7 +644,7 @@ class WorkflowTest(unittest.TestCase):
         return read_text(self.folder, 'out', 'index.html')
 
     def test_sweeps_with_and_without_truth_and_tells_what_failed(self):
-        simulated = '{simulate: {world: rooms, seed: 1, duration: 3, beams: 200}}'
+        simulated = '{simulate: {world: rooms, seed: 1, duration: 12, beams: 200}}'
         done = self.sweep('bags: {made: %s}\nmatchers: [olson]\n' % simulated)
         self.assertEqual(done.returncode, 0, done.stderr)
         row, = self.rows()
@@ -670,7 +670,7 @@ class WorkflowTest(unittest.TestCase):
         self.assertNotIn('made</td>', self.page())
 
     def test_goes_on_after_a_kill(self):
-        write(self.folder, 'sweep.yaml', 'bags: {a: {simulate: {world: rooms, seed: 1, duration: 3, beams: 200}}}\n'
+        write(self.folder, 'sweep.yaml', 'bags: {a: {simulate: {world: rooms, seed: 1, duration: 12, beams: 200}}}\n'
               'matchers: [olson]\nseeds: [1, 2, 3, 4]\n')
         environment = dict(os.environ)
         if PROGRAMS:
