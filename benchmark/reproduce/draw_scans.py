@@ -173,11 +173,13 @@ def main():
     poses = read_trajectory(arguments.trajectory)
     first = len(poses) // 2
     second = min(first + GAP, len(poses) - 1)
-    messages = scans.read_messages(arguments.bag, report['scan_topic'],
+    messages = scans.read_messages(arguments.bag, report['scan_topic'].split(', '),
                                    [poses[first, 0], poses[second, 0]], report['scan_time_offset_s'])
-    mount = scans.laser_mount(arguments.bag, report['frames']['base'], messages[0].header.frame_id)
-    reference, scan = (scans.points(message, mount) for message in messages)
-    draw_scan(reference, mount[1], arguments.out[0])
+    # Each of several lasers has its own place.
+    mounts = [scans.laser_mount(arguments.bag, report['frames']['base'], message.header.frame_id)
+              for message in messages]
+    reference, scan = map(scans.points, messages, mounts)
+    draw_scan(reference, mounts[0][1], arguments.out[0])
     draw_lookup_table(reference, scan, between(poses[first, 1:], poses[second, 1:]),
                       report['configuration']['field/sigma'], arguments.out[1])
     draw_hough_lines(reference, arguments.out[2])

@@ -69,8 +69,9 @@ std::unique_ptr<rosbag::Bag> open_bag(const std::string& path) {
 class ViewStream : public BagStream {
  public:
   /// @param before  what was recorded on /tf_static before the period.
-  ViewStream(std::unique_ptr<rosbag::View> before, std::unique_ptr<rosbag::View> period)
-      : views_{std::move(before), std::move(period)} {}
+  ViewStream(std::unique_ptr<rosbag::View> before, std::unique_ptr<rosbag::View> period,
+             std::vector<std::string> scan_topics)
+      : views_{std::move(before), std::move(period)}, scan_topics_(std::move(scan_topics)) {}
 
   std::optional<BagMessage> next() override {
     try {
@@ -104,6 +105,8 @@ class ViewStream : public BagStream {
     } else {
       message.content =
           sensor_msgs::LaserScan::ConstPtr(instantiate<sensor_msgs::LaserScan>(instance));
+      message.laser = static_cast<int>(std::find(scan_topics_.begin(), scan_topics_.end(), topic) -
+                                       scan_topics_.begin());
     }
     return message;
   }
@@ -120,6 +123,7 @@ class ViewStream : public BagStream {
   }
 
   std::array<std::unique_ptr<rosbag::View>, 2> views_;
+  std::vector<std::string> scan_topics_;
   std::size_t view_ = 0;
   std::optional<rosbag::View::iterator> position_;
   std::string last_read_ = "its beginning";
@@ -175,8 +179,10 @@ std::vector<std::string> BagReader::scan_topics() const {
   return names;
 }
 
-std::unique_ptr<BagStream> BagReader::stream(const std::string& scan_topic,
+std::unique_ptr<BagStream> BagReader::stream(const std::vector<std::string>& scan_topics,
                                              const BagPeriod& period) const {
+  std::vector<std::string> topics = {"/tf", "tf", "/tf_static", "tf_static"};
+  topics.insert(topics.end(), scan_topics.begin(), scan_topics.end());
   const ros::Time first = seconds_after(begin_, period.start);
   const ros::Time last = seconds_after(first, period.duration);
   auto before = std::make_unique<rosbag::View>();
@@ -187,12 +193,9 @@ std::unique_ptr<BagStream> BagReader::stream(const std::string& scan_topic,
                        rosbag::TopicQuery(std::vector<std::string>{"/tf_static", "tf_static"}),
                        begin_, first - ros::Duration(0, 1));
     }
-    during->addQuery(*bag,
-                     rosbag::TopicQuery(std::vector<std::string>{scan_topic, "/tf", "tf",
-                                                                 "/tf_static", "tf_static"}),
-                     first, last);
+    during->addQuery(*bag, rosbag::TopicQuery(topics), first, last);
   }
-  return std::make_unique<ViewStream>(std::move(before), std::move(during));
+  return std::make_unique<ViewStream>(std::move(before), std::move(during), scan_topics);
 }
 
 }  // namespace matchbox_slam

@@ -103,7 +103,7 @@ std::string to_json(const RunFacts& facts, const ScanAccount& account, const Sla
   json report = json::object();
   add_provenance(report);
   report["bags"] = bags;
-  report["scan_topic"] = facts.bag.scan_topic;
+  report["scan_topic"] = join(facts.bag.scan_topics);
   report["frames"] = frames(setup.run);
   report["matcher"] = setup.matcher_name;
   report["seed"] = setup.run.seed;
