@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "matchbox_slam_commit.hpp"
+#include MATCHBOX_COMMIT_HEADER
 
 namespace matchbox_slam {
 namespace {

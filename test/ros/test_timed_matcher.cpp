@@ -1,5 +1,3 @@
-#include "matchbox_slam/ros/timed_matcher.hpp"
-
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -7,6 +5,7 @@
 #include <thread>
 
 #include "matchbox_slam/common/thread_time.hpp"
+#include "matchbox_slam/ros/timed_matcher.hpp"
 
 namespace matchbox_slam {
 namespace {
