@@ -42,7 +42,7 @@ PAPER = {
 # The paper does not say how noisy its laser is: without noise, and with that of a common laser [m].
 NOISES = {'exact': 0.0, '1cm': 0.01}
 
-# How the robot of the paper's figures 6 to 9 was steered: the simulated bag, where none is given.
+# The bag of figures 2 to 9, where none is given.
 SIMULATED_RECORDING = 'rooms-1cm'
 
 # A row of table I: time against one quantity, all else alike. `points` are (x, beams, parameters) for each
