@@ -60,4 +60,17 @@ FieldWindow FieldWindow::of_bounds(const LikelihoodField& field, int level, cons
   return window;
 }
 
+FieldWindow FieldWindow::packed() const {
+  FieldWindow window = *this;
+  window.entry_bytes_ = kPackedRows;
+  window.table_.assign(kPackedRows * table_.size(), 0);
+  for (std::size_t row = 0; row < kPackedRows; ++row) {
+    const std::size_t above = std::min(table_.size(), row * static_cast<std::size_t>(pitch_));
+    for (std::size_t i = above; i < table_.size(); ++i) {
+      window.table_[kPackedRows * (i - above) + row] = table_[i];
+    }
+  }
+  return window;
+}
+
 }  // namespace matchbox_slam
