@@ -196,10 +196,10 @@ MATCHBOX_SIMD_CLONES void find_offsets(const std::int32_t* __restrict__ cell_x,
     const auto is_useful =
         static_cast<std::int32_t>((static_cast<std::uint32_t>(cell_x[i] - min_x) < width) &
                                   (static_cast<std::uint32_t>(cell_y[i] - min_y) < height));
-    const std::int32_t x = (cell_x[i] >> bits) - first_x;
-    const std::int32_t y = (cell_y[i] >> bits) - first_y;
     // Products, since compilers vectorise no choice between values of two sizes.
-    offsets[i] = bytes * (first + is_useful * (y * pitch + x));
+    const std::int32_t x = is_useful * ((cell_x[i] >> bits) - first_x);
+    const std::int32_t y = is_useful * ((cell_y[i] >> bits) - first_y);
+    offsets[i] = bytes * (first + y * pitch + x);
     useful_weights[i] = static_cast<std::uint16_t>(is_useful * weights[i]);
   }
 }

@@ -96,6 +96,26 @@ TEST(Correspondences, AStepThatIsTakenGivesTheClosenessForetold) {
               after.closeness(0.03, Eigen::Vector3d::Zero()), 1e-3);
 }
 
+TEST(Correspondences, MovingThereIsStartingThere) {
+  const Clutter clutter(4);
+  LikelihoodField other(0.05, LikelihoodFieldOptions{});
+  other.update({{{0.5, 0.5}, {1.0, 0.0}}, {{-1.0, 0.7}, {0.0, 1.0}}}, {});
+  for (const LikelihoodFields& fields :
+       {LikelihoodFields{&clutter.field}, LikelihoodFields{&clutter.field, &other}}) {
+    Correspondences moved(clutter.points, fields, clutter.map_from_base);
+    // Within cells, to other cells, to where nothing is, and back.
+    for (const Pose2& pose : {Pose2{0.401, -0.3, 0.5}, Pose2{0.45, -0.26, 0.52},
+                              Pose2{100.0, 0.0, 0.5}, Pose2{0.4, -0.3, 0.5}}) {
+      moved.move_to(pose);
+      const Correspondences started(clutter.points, fields, pose);
+      EXPECT_EQ(moved.linearise(0.05).information, started.linearise(0.05).information);
+      EXPECT_EQ(moved.linearise(0.05).gradient, started.linearise(0.05).gradient);
+      EXPECT_EQ(moved.residuals(0.05).measurements, started.residuals(0.05).measurements);
+      EXPECT_EQ(moved.closeness(0.05, {0.0, 0.0, 0.0}), started.closeness(0.05, {0.0, 0.0, 0.0}));
+    }
+  }
+}
+
 TEST(Correspondences, PointsWithoutAWallCountAsUnexplained) {
   Clutter clutter(3);
   const Correspondences near(clutter.points, clutter.field, clutter.map_from_base);
