@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "matchbox_slam/common/interrupted.hpp"
 #include "matchbox_slam/ros/slam_run.hpp"
 #include "matchbox_slam/ros/slam_setup.hpp"
 
@@ -170,7 +171,7 @@ void BagScans::show_progress(const ros::Time& time) {
 
 void BagScans::require_not_interrupted() const {
   if (dialog_.is_interrupted()) {
-    throw BagError("interrupted before the first scan was used; nothing is written");
+    throw Interrupted("interrupted before the first scan was used; nothing is written");
   }
 }
 

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "matchbox_slam/matching/scan_matcher.hpp"
+
 namespace matchbox_slam {
 
 namespace {
@@ -14,6 +16,12 @@ constexpr double kMaxScanDuration = 10.0;
 
 // ros::Time throws beyond 2^32 s, and so would adding to a stamp that is near it.
 constexpr std::uint32_t kLatestSecond = 4'000'000'000U;
+
+// No laser has a tenth of these; a scan of millions would stop the mapping for minutes.
+constexpr std::size_t kMostReadings = 100'000;
+
+// A coordinate in any frame; once around the Earth is less.
+constexpr double kFarthest = 1e8;  // m
 
 constexpr std::array<std::size_t, 3> kPlaneAxes = {0, 1, 5};  // x, y and yaw among six
 
@@ -31,12 +39,51 @@ geometry_msgs::Quaternion to_quaternion(double theta) {
 
 }  // namespace
 
+bool is_usable(const ros::Time& stamp) {
+  constexpr std::uint32_t kNanosecondsInSecond = 1'000'000'000U;
+  return stamp.sec <= kLatestSecond && stamp.nsec < kNanosecondsInSecond;
+}
+
+bool is_usable(const geometry_msgs::Vector3& position) {
+  return std::abs(position.x) <= kFarthest && std::abs(position.y) <= kFarthest &&
+         std::abs(position.z) <= kFarthest;
+}
+
+bool is_rotation(const geometry_msgs::Quaternion& q) {
+  constexpr double kNormTolerance = 0.05;
+  const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+  return std::abs(norm - 1.0) <= kNormTolerance;  // nan is not
+}
+
+std::string find_defect(const geometry_msgs::PoseWithCovariance& message) {
+  geometry_msgs::Vector3 position;
+  position.x = message.pose.position.x;
+  position.y = message.pose.position.y;
+  if (!is_usable(position)) {
+    return "its position is no number of metres, or farther than around the Earth";
+  }
+  if (!is_rotation(message.pose.orientation)) {
+    return "its orientation is no quaternion of length 1";
+  }
+  const Eigen::Matrix3d covariance = plane_covariance(message);
+  if (!is_covariance(covariance) || covariance.maxCoeff() > kFarthest * kFarthest) {
+    return "its covariance is none: it has to be of numbers, symmetric, and without negative "
+           "variance in any direction";
+  }
+  return {};
+}
+
 std::string find_defect(const sensor_msgs::LaserScan& message) {
   if (message.ranges.empty()) {
     return "it has no ranges";
   }
-  if (message.header.stamp.isZero() || message.header.stamp.sec > kLatestSecond) {
-    return "its stamp " + std::to_string(message.header.stamp.sec) + " s is none";
+  if (message.ranges.size() > kMostReadings) {
+    return "it has " + std::to_string(message.ranges.size()) + " ranges; allowed: up to " +
+           std::to_string(kMostReadings);
+  }
+  if (message.header.stamp.isZero() || !is_usable(message.header.stamp)) {
+    return "its stamp " + std::to_string(message.header.stamp.sec) + " s " +
+           std::to_string(message.header.stamp.nsec) + " ns is none";
   }
   if (message.header.frame_id.empty() || message.header.frame_id == "/") {
     return "its frame_id is empty";

@@ -18,6 +18,27 @@ constexpr double kTimeJump = 1.0;
 // that is wrong.
 constexpr int kScansOfATimeJump = 3;
 
+// Farther from the base no laser is, and no robot gets while one scan is taken. Beyond, a scan
+// would be torn over more map than any memory holds.
+constexpr double kMostReach = 1000.0;  // m
+
+/// What makes a scan unusable once its transforms are known, for people; empty: nothing.
+std::string find_defect(const ScanInput& input) {
+  if (const double away = input.base_from_laser.translation().norm(); !(away <= kMostReach)) {
+    return "its laser is " + std::to_string(away) + " m from the base; allowed: up to 1000 m";
+  }
+  if (!input.odometry) {
+    return {};
+  }
+  const Pose2 motion =
+      input.odometry->odom_from_base.inverse() * input.odometry->odom_from_base_last_beam;
+  if (const double moved = motion.translation().norm(); !(moved <= kMostReach)) {
+    return "the base moves by " + std::to_string(moved) +
+           " m while it is taken, says its odometry; allowed: up to 1000 m";
+  }
+  return {};
+}
+
 ros::Time last_beam_stamp(const ros::Time& stamp, const LaserScan& scan) {
   return stamp + ros::Duration(scan.duration());
 }
@@ -146,9 +167,7 @@ void ScanQueue::collect_ready(bool wait_for_more) {
     if (last_ready_ && oldest->first.toSec() <= last_ready_->toSec()) {
       skip(oldest->first, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
     } else if (is_ready(oldest->first, oldest->second)) {
-      last_ready_ = oldest->first;
-      ready_.emplace_back(make_ready(oldest->first, std::move(oldest->second)));
-      ++ready_scans_;
+      deliver(make_ready(oldest->first, std::move(oldest->second)));
     } else if (wait_for_more &&
                (*now_ - oldest->second.arrival).toSec() <= settings_.transform_timeout) {
       return;
@@ -158,6 +177,16 @@ void ScanQueue::collect_ready(bool wait_for_more) {
     }
     waiting_.erase(oldest);
   }
+}
+
+void ScanQueue::deliver(ReadyScan&& scan) {
+  if (const std::string defect = find_defect(scan.input); !defect.empty()) {
+    skip(scan.stamp, SkipReason::kInvalid, defect);
+    return;
+  }
+  last_ready_ = scan.stamp;
+  ready_.emplace_back(std::move(scan));
+  ++ready_scans_;
 }
 
 void ScanQueue::limit_waiting() {

@@ -122,10 +122,11 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
 
 void SlamNode::save_map_files(const MapSnapshot& snapshot) const {
   const std::string base_path = std::filesystem::absolute(setup_.node.map_file).string();
-  write_map(base_path, make_map_image(snapshot.occupancy));
-  replace_file(base_path + ".png",
-               encode_png(draw_map(snapshot.occupancy, Trajectory(snapshot.trajectory),
-                                   Trajectory(snapshot.odometry))));
+  std::vector<FileContents> files = map_files(base_path, make_map_image(snapshot.occupancy));
+  files.push_back(
+      {base_path + ".png", encode_png(draw_map(snapshot.occupancy, Trajectory(snapshot.trajectory),
+                                               Trajectory(snapshot.odometry)))});
+  replace_files(files);
 }
 
 void SlamNode::save_trajectory(const MapSnapshot& snapshot) const {

@@ -4,9 +4,10 @@
 #include <tf2_eigen/tf2_eigen.h>
 
 #include <cmath>
-#include <cstdint>
 #include <iomanip>
 #include <sstream>
+
+#include "matchbox_slam/ros/message_conversion.hpp"
 
 namespace matchbox_slam {
 
@@ -18,11 +19,6 @@ const ros::Duration kCache(60.0);
 // stamp links that never change half a second ahead, which leaves the first scans uncovered.
 const ros::Duration kHoldBefore(10.0);
 
-constexpr double kNormTolerance = 0.05;
-
-// ros::Time throws beyond 2^32 s, and so would adding to a stamp that is near it.
-constexpr std::uint32_t kLatestSecond = 4'000'000'000U;
-
 bool same(const geometry_msgs::Transform& a, const geometry_msgs::Transform& b) {
   return a.translation.x == b.translation.x && a.translation.y == b.translation.y &&
          a.translation.z == b.translation.z && a.rotation.x == b.rotation.x &&
@@ -33,12 +29,11 @@ bool same(const geometry_msgs::Transform& a, const geometry_msgs::Transform& b) 
 /// False when the transform is none. Rotations that are nearly of unit length are made exactly so.
 bool make_valid(geometry_msgs::TransformStamped& transform) {
   geometry_msgs::Quaternion& q = transform.transform.rotation;
-  const geometry_msgs::Vector3& t = transform.transform.translation;
-  const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-  if (!(std::abs(norm - 1.0) <= kNormTolerance) || !std::isfinite(t.x) || !std::isfinite(t.y) ||
-      !std::isfinite(t.z) || transform.header.stamp.sec > kLatestSecond) {
+  if (!is_rotation(q) || !is_usable(transform.transform.translation) ||
+      !is_usable(transform.header.stamp)) {
     return false;
   }
+  const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
   if (std::abs(norm - 1.0) > 1e-9) {
     q.x /= norm;
     q.y /= norm;

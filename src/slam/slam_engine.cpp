@@ -102,8 +102,11 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   // Insert, but only what was matched, except for the scan that starts the map.
   const bool starts_map = map_.field.empty();
   if (starts_map || (outcome.match.accepted() && is_worth_inserting(outcome.match))) {
-    insert(scan, outcome.map_from_base);
-    outcome.inserted = true;
+    outcome.inserted = has_room(scan, outcome.map_from_base, options_.map, map_);
+    outcome.left_out = !outcome.inserted;
+    if (outcome.inserted) {
+      insert(scan, outcome.map_from_base);
+    }
   }
 
   State state;

@@ -20,6 +20,19 @@ namespace matchbox_slam {
 /// be anything; what is judged here is the geometry and the stamp.
 [[nodiscard]] std::string find_defect(const sensor_msgs::LaserScan& message);
 
+/// The same of a pose from elsewhere, such as initialpose; only its part in the plane is judged.
+[[nodiscard]] std::string find_defect(const geometry_msgs::PoseWithCovariance& message);
+
+/// Whether one can reckon with a stamp: it is not at the end of what ros::Time holds, beyond which
+/// that throws, and its nanoseconds are less than a second, which messages do not guarantee.
+[[nodiscard]] bool is_usable(const ros::Time& stamp);
+
+/// Whether a position is made of numbers so small that sums of several are numbers, too.
+[[nodiscard]] bool is_usable(const geometry_msgs::Vector3& position);
+
+/// Whether a quaternion has the length 1, or nearly.
+[[nodiscard]] bool is_rotation(const geometry_msgs::Quaternion& rotation);
+
 /// A scan without defect as the core takes it. Beams are counted from the ranges, never from
 /// `angle_max`, which drivers round in various ways.
 [[nodiscard]] LaserScan to_laser_scan(const sensor_msgs::LaserScan& message);

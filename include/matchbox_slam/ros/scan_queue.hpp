@@ -131,6 +131,7 @@ class ScanQueue {
   void add_valid_scan(const sensor_msgs::LaserScan& message, const ros::Time& stamp);
   [[nodiscard]] bool was_clock_set_back(const ros::Time& stamp);
   void collect_ready(bool wait_for_more);
+  void deliver(ReadyScan&& scan);
   void limit_waiting();
   void skip(const ros::Time& stamp, SkipReason reason, const std::string& why);
   [[nodiscard]] bool is_ready(const ros::Time& stamp, const WaitingScan& scan) const;

@@ -2,6 +2,7 @@
 
 #include <rosbag/bag.h>
 
+#include <functional>
 #include <string>
 
 #include "matchbox_slam/common/options.hpp"
@@ -45,8 +46,9 @@ class SimulatedBagWriter {
 
   /// Writes the run and puts the bag in its place; to be called once.
   /// Throws FileError when that fails and ConfigurationError when the clock offset leads to stamps
-  /// before 1970.
-  void write(const SimulatedRun& run, const SimulationRecord& record);
+  /// before 1970. Where `is_interrupted` says so it throws Interrupted, and there is no bag.
+  void write(const SimulatedRun& run, const SimulationRecord& record,
+             const std::function<bool()>& is_interrupted = {});
 
  private:
   std::string path_;

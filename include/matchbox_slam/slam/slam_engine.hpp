@@ -77,6 +77,7 @@ struct ScanOutcome {
   std::optional<Pose2> odom_from_base;
   MatchResult match;  ///< status kRejectedNoReference for the scan that starts the map
   bool inserted = false;
+  bool left_out = false;  ///< the map would have become too large with it
 };
 
 /// The SLAM loop: predict, match, decide, insert. Single-threaded; the same scans, options and seed
