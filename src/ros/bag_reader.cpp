@@ -120,8 +120,9 @@ class PlaceStream : public BagStream {
 
 ros::Time seconds_after(const ros::Time& begin, double seconds) {
   const double latest = ros::TIME_MAX.toSec() - 1.0;
-  const double stamp = begin.toSec() + seconds;
-  return stamp < latest ? begin + ros::Duration(seconds) : ros::TIME_MAX;
+  const double longest = ros::DURATION_MAX.toSec() - 1.0;
+  return seconds < longest && begin.toSec() + seconds < latest ? begin + ros::Duration(seconds)
+                                                               : ros::TIME_MAX;
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/ros/message_conversion.hpp"
 #include "matchbox_slam/ros/transform_store.hpp"
 
 namespace matchbox_slam {
@@ -29,7 +30,7 @@ std::optional<double> median(std::vector<double> values) {
 class ClockComparison {
  public:
   void add_scan(const ros::Time& stamp, const ros::Time& recorded) {
-    scans_.push_back((stamp - recorded).toSec());
+    scans_.push_back(seconds_between(recorded, stamp));
   }
 
   void add_transform(const geometry_msgs::TransformStamped& transform, const ros::Time& recorded) {
@@ -39,7 +40,7 @@ class ClockComparison {
                                        t.rotation.w};
     link.moves = link.moves || (!link.leads.empty() && place != link.place);
     link.place = place;
-    link.leads.push_back((transform.header.stamp - recorded).toSec());
+    link.leads.push_back(seconds_between(recorded, transform.header.stamp));
   }
 
   [[nodiscard]] std::set<std::string> moving() const {
@@ -189,7 +190,7 @@ BagSurvey survey_bag(const BagReader& reader, const std::string& scan_topic,
     }
     begin = begin ? begin : message->time;
     const bool knows_place = survey.parents.count(survey.scan_frame) != 0;
-    if ((message->time - *begin).toSec() > kSurveySeconds && knows_place) {
+    if (seconds_between(*begin, message->time) > kSurveySeconds && knows_place) {
       break;
     }
   }

@@ -17,6 +17,8 @@ constexpr double kMaxScanDuration = 10.0;
 // ros::Time throws beyond 2^32 s, and so would adding to a stamp that is near it.
 constexpr std::uint32_t kLatestSecond = 4'000'000'000U;
 
+constexpr std::int64_t kNanosecondsInSecond = 1'000'000'000;
+
 // No laser has a tenth of these; a scan of millions would stop the mapping for minutes.
 constexpr std::size_t kMostReadings = 100'000;
 
@@ -39,8 +41,19 @@ geometry_msgs::Quaternion to_quaternion(double theta) {
 
 }  // namespace
 
+double seconds_between(const ros::Time& begin, const ros::Time& end) {
+  const auto nanoseconds =
+      static_cast<std::int64_t>(end.toNSec()) - static_cast<std::int64_t>(begin.toNSec());
+  std::int64_t whole = nanoseconds / kNanosecondsInSecond;
+  std::int64_t rest = nanoseconds % kNanosecondsInSecond;
+  if (rest < 0) {  // as ros::Duration has it
+    --whole;
+    rest += kNanosecondsInSecond;
+  }
+  return static_cast<double>(whole) + 1e-9 * static_cast<double>(rest);
+}
+
 bool is_usable(const ros::Time& stamp) {
-  constexpr std::uint32_t kNanosecondsInSecond = 1'000'000'000U;
   return stamp.sec <= kLatestSecond && stamp.nsec < kNanosecondsInSecond;
 }
 

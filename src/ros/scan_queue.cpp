@@ -14,6 +14,10 @@ namespace {
 // Less than this is a message out of order, more is a clock that was set back.
 constexpr double kTimeJump = 1.0;
 
+// A stamp that is this much farther ahead of the time of arrival than the one before [s] is wrong,
+// or tells of another clock. Believed at once, it would make all that follow seem older than it.
+constexpr double kLeap = 60.0;
+
 // Scans in a row, each later than the one before, that tell a clock that was set back from a stamp
 // that is wrong.
 constexpr int kScansOfATimeJump = 3;
@@ -101,7 +105,7 @@ void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time&
 
 void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const ros::Time& stamp) {
   if (was_clock_set_back(stamp)) {
-    jump_back((*last_ready_ - stamp).toSec());
+    jump_back(seconds_between(stamp, *last_ready_));
   }
   if (paused_) {
     skip(stamp, SkipReason::kPaused, "the mapping is paused");
@@ -111,6 +115,8 @@ void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const ros:
     skip(stamp, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
   } else if (last_ready_ && stamp < *last_ready_) {
     skip(stamp, SkipReason::kOutOfOrder, "a later scan was used already");
+  } else if (leaps_ahead(stamp)) {
+    skip(stamp, SkipReason::kOutOfOrder, "its stamp is far ahead of the scans before it");
   } else {
     WaitingScan scan{*now_, without_leading_slash(message.header.frame_id), to_laser_scan(message)};
     scan.scan.stamp = stamp.toSec();
@@ -119,13 +125,24 @@ void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const ros:
 }
 
 bool ScanQueue::was_clock_set_back(const ros::Time& stamp) {
-  if (!last_ready_ || (*last_ready_ - stamp).toSec() <= kTimeJump) {
+  if (!last_ready_ || seconds_between(stamp, *last_ready_) <= kTimeJump) {
     old_in_a_row_ = 0;
     return false;
   }
   old_in_a_row_ = old_in_a_row_ > 0 && stamp > *last_old_ ? old_in_a_row_ + 1 : 1;
   last_old_ = stamp;
   return old_in_a_row_ >= kScansOfATimeJump;
+}
+
+bool ScanQueue::leaps_ahead(const ros::Time& stamp) {
+  const double lead = seconds_between(*now_, stamp);
+  const bool leaps = lead_ && !now_->isZero() && lead > *lead_ + kLeap;
+  leaps_in_a_row_ = leaps ? leaps_in_a_row_ + 1 : 0;
+  if (leaps && leaps_in_a_row_ < kScansOfATimeJump) {
+    return true;
+  }
+  lead_ = now_->isZero() ? lead_ : lead;
+  return false;
 }
 
 void ScanQueue::add_transforms(const tf2_msgs::TFMessage& message, bool is_static,
@@ -136,8 +153,8 @@ void ScanQueue::add_transforms(const tf2_msgs::TFMessage& message, bool is_stati
 }
 
 void ScanQueue::advance(const ros::Time& now) {
-  if (now_ && (*now_ - now).toSec() > kTimeJump) {
-    jump_back((*now_ - now).toSec());
+  if (now_ && seconds_between(now, *now_) > kTimeJump) {
+    jump_back(seconds_between(now, *now_));
   }
   if (now_ && now_->isZero() && !now.isZero()) {  // simulated time has just begun
     for (auto& [stamp, scan] : waiting_) {
@@ -155,6 +172,7 @@ void ScanQueue::jump_back(double seconds) {
   transforms_.clear();
   last_ready_.reset();
   old_in_a_row_ = 0;
+  lead_.reset();
   if (!stopped_) {
     stopped_ = settings_.stop_at_time_jump;
     ready_.emplace_back(TimeJump{seconds, stopped_});
@@ -169,7 +187,7 @@ void ScanQueue::collect_ready(bool wait_for_more) {
     } else if (is_ready(oldest->first, oldest->second)) {
       deliver(make_ready(oldest->first, std::move(oldest->second)));
     } else if (wait_for_more &&
-               (*now_ - oldest->second.arrival).toSec() <= settings_.transform_timeout) {
+               seconds_between(oldest->second.arrival, *now_) <= settings_.transform_timeout) {
       return;
     } else {
       skip(oldest->first, SkipReason::kNoTransform,

@@ -19,6 +19,10 @@ const ros::Duration kCache(60.0);
 // stamp links that never change half a second ahead, which leaves the first scans uncovered.
 const ros::Duration kHoldBefore(10.0);
 
+// Transforms of a link, each too old for the newest, that tell a stamp that was wrong from one that
+// is.
+constexpr int kOutdatedInARow = 3;
+
 bool same(const geometry_msgs::Transform& a, const geometry_msgs::Transform& b) {
   return a.translation.x == b.translation.x && a.translation.y == b.translation.y &&
          a.translation.z == b.translation.z && a.rotation.x == b.rotation.x &&
@@ -116,9 +120,14 @@ void TransformStore::add_moving(const geometry_msgs::TransformStamped& transform
   }
   // tf2 refuses repeated and outdated transforms too, but not without a word for each of them.
   const bool outdated = !link.stamps.empty() && *link.stamps.rbegin() > stamp + kCache;
+  if (outdated && ++link.outdated_in_a_row == kOutdatedInARow) {
+    clear();  // the newest stamp was the wrong one: tf2 would refuse all that follow
+    return add_moving(transform);
+  }
   if (outdated || !link.stamps.insert(stamp).second) {
     return;
   }
+  link.outdated_in_a_row = 0;
   ++link.count;
   buffer_.setTransform(transform, "tf");
   if (link.count == 2 && same(transform.transform, link.first) &&
@@ -167,7 +176,7 @@ std::string TransformStore::why_not(const std::string& target, const std::string
   }
   try {
     const ros::Time newest = buffer_.lookupTransform(target, source, ros::Time(0)).header.stamp;
-    const double lag = (stamp - newest).toSec();
+    const double lag = seconds_between(newest, stamp);
     if (lag > 0.0) {
       text << "the newest is " << lag << " s older than the scan";
     } else {

@@ -23,6 +23,9 @@ namespace matchbox_slam {
 /// The same of a pose from elsewhere, such as initialpose; only its part in the plane is judged.
 [[nodiscard]] std::string find_defect(const geometry_msgs::PoseWithCovariance& message);
 
+/// Seconds from one time to another; the difference of two ros::Time throws beyond 68 years.
+[[nodiscard]] double seconds_between(const ros::Time& begin, const ros::Time& end);
+
 /// Whether one can reckon with a stamp: it is not at the end of what ros::Time holds, beyond which
 /// that throws, and its nanoseconds are less than a second, which messages do not guarantee.
 [[nodiscard]] bool is_usable(const ros::Time& stamp);

@@ -130,6 +130,7 @@ class ScanQueue {
   void jump_back(double seconds);
   void add_valid_scan(const sensor_msgs::LaserScan& message, const ros::Time& stamp);
   [[nodiscard]] bool was_clock_set_back(const ros::Time& stamp);
+  [[nodiscard]] bool leaps_ahead(const ros::Time& stamp);
   void collect_ready(bool wait_for_more);
   void deliver(ReadyScan&& scan);
   void limit_waiting();
@@ -148,6 +149,8 @@ class ScanQueue {
   std::optional<ros::Time> last_ready_;
   std::optional<ros::Time> last_old_;  ///< of scans in a row that are older than time can be
   int old_in_a_row_ = 0;
+  std::optional<double> lead_;  ///< [s] of the newest scan's stamp before its arrival
+  int leaps_in_a_row_ = 0;
   bool stopped_ = false;
   bool paused_ = false;
   ScanAccount account_;
