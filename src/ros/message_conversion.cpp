@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "matchbox_slam/matching/scan_matcher.hpp"
+#include "matchbox_slam/ros/transform_store.hpp"
 
 namespace matchbox_slam {
 
@@ -98,8 +99,8 @@ std::string find_defect(const sensor_msgs::LaserScan& message) {
     return "its stamp " + std::to_string(message.header.stamp.sec) + " s " +
            std::to_string(message.header.stamp.nsec) + " ns is none";
   }
-  if (message.header.frame_id.empty() || message.header.frame_id == "/") {
-    return "its frame_id is empty";
+  if (!is_frame_id(without_leading_slash(message.header.frame_id))) {
+    return "its frame_id '" + message.header.frame_id + "' is none";
   }
   if (!std::isfinite(message.angle_min) || !std::isfinite(message.angle_increment)) {
     return "its angle_min or angle_increment is not a number";

@@ -44,7 +44,7 @@ bool make_valid(geometry_msgs::TransformStamped& transform) {
     q.z /= norm;
     q.w /= norm;
   }
-  return !transform.child_frame_id.empty() && !transform.header.frame_id.empty() &&
+  return is_frame_id(transform.child_frame_id) && is_frame_id(transform.header.frame_id) &&
          transform.child_frame_id != transform.header.frame_id;
 }
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <exception>
-#include <filesystem>
+#include <fstream>
 #include <string>
 #include <typeinfo>
 
@@ -35,14 +35,36 @@ class FuzzBags : public testing::Test {
 
   /// Maps a bag of these bytes. Returns what is wrong with it; empty: nothing.
   std::string map(const std::string& bytes) {
-    replace_file(path_, bytes);
-    MapBagRequest request;
-    request.recording.bags = {path_};
-    request.out = folder_ / "out";
-    request.matcher = "odometry_only";
+    return what_is_wrong(bytes, [this] {
+      MapBagRequest request;
+      request.recording.bags = {path_};
+      request.out = folder_ / "out";
+      request.matcher = "odometry_only";
+      map_bag(request, dialog_);
+    });
+  }
+
+  /// The same without the files that map_bag writes, which take most of its time.
+  std::string read(const std::string& bytes) {
+    return what_is_wrong(bytes, [this] {
+      BagRequest request;
+      request.bags = {path_};
+      BagScans scans(request, dialog_);
+      RunOptions options;
+      scans.prepare({}, options);
+      while (scans.next()) {
+      }
+      if (!scans.facts().damage.empty()) {
+        throw BagError(scans.facts().damage);
+      }
+    });
+  }
+
+  template <typename Work>
+  std::string what_is_wrong(const std::string& bytes, Work&& work) {
+    std::ofstream(path_, std::ios::binary) << bytes;  // not replace_file, which waits for the disk
     try {
-      map_bag(request, {[](const std::string&) {}, [](const std::string&) {},
-                        [](double, const std::string&) {}, [] { return false; }});
+      work();
     } catch (const BagError& error) {
       return error.what();
     } catch (const ConfigurationError& error) {
@@ -57,6 +79,9 @@ class FuzzBags : public testing::Test {
     return read_tum(folder_ / "out/trajectory.tum").size();
   }
 
+  RunDialog dialog_ = {[](const std::string& /*line*/) {}, [](const std::string& /*line*/) {},
+                       [](double /*fraction*/, const std::string& /*text*/) {},
+                       [] { return false; }};
   TemporaryFolder folder_;
   std::string path_ = folder_ / "small.bag";
   std::vector<std::string> bags_;  ///< packed in each way
@@ -93,7 +118,8 @@ TEST_F(FuzzBags, WithFlippedBytesTheyAreMappedOrRefused) {
   for (std::uint64_t number = first; number < first + count && !HasFailure(); ++number) {
     SCOPED_TRACE("MATCHBOX_FUZZ_FIRST=" + std::to_string(number));
     Random random(mix_seed(41, number));
-    refused += map(damaged(one_of(bags_, random), random)).empty() ? 0 : 1;
+    const std::string bytes = damaged(one_of(bags_, random), random);
+    refused += (number % 50 == 0 ? map(bytes) : read(bytes)).empty() ? 0 : 1;
   }
   EXPECT_GT(refused, count / 10) << "damage that does no harm tries little";
 }

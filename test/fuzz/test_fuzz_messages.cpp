@@ -267,7 +267,7 @@ TEST_P(FuzzMessages, NeverBreakTheMapping) {
 
 INSTANTIATE_TEST_SUITE_P(EachMatcher, FuzzMessages,
                          testing::Values("olson", "hough", "monte_carlo", "odometry_only"),
-                         [](const auto& info) { return std::string(info.param); });
+                         [](const auto& matcher) { return std::string(matcher.param); });
 
 }  // namespace
 }  // namespace matchbox_slam

@@ -84,7 +84,8 @@ TEST(TransformStore, LeavesOutWhatIsNoTransform) {
   bad = make_transform(100.0, "odom", "base", 1.0);
   bad.header.stamp.nsec = 4'294'967'295U;
   store.add(make_transforms({bad}), false);
-  EXPECT_EQ(store.invalid_count(), 7U);
+  store.add(make_link(100.0, "//", "base", 1.0), false);
+  EXPECT_EQ(store.invalid_count(), 8U);
 }
 
 TEST(TransformStore, OneStampFarAheadCostsNoLink) {

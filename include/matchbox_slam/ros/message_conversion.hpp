@@ -33,6 +33,11 @@ namespace matchbox_slam {
 /// Whether a position is made of numbers so small that sums of several are numbers, too.
 [[nodiscard]] bool is_usable(const geometry_msgs::Vector3& position);
 
+/// Whether tf2 takes a frame by this name, which has lost its one leading slash already.
+[[nodiscard]] inline bool is_frame_id(const std::string& name) {
+  return !name.empty() && name.front() != '/';
+}
+
 /// Whether a quaternion has the length 1, or nearly.
 [[nodiscard]] bool is_rotation(const geometry_msgs::Quaternion& rotation);
 
