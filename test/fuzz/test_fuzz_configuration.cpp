@@ -84,7 +84,8 @@ const std::vector<std::string>& words() {
                                                   "map: {resolution: ",
                                                   "scan_time_offset: auto",
                                                   "seed: -1",
-                                                  "? "};
+                                                  "? ",
+                                                  std::string(3000, '[')};
   return kWords;
 }
 

@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <exception>
+#include <fstream>
+#include <limits>
 #include <string>
 #include <typeinfo>
 
@@ -134,8 +136,9 @@ TEST(FuzzFiles, MutatedMapsAreReadOrRefused) {
       "occupied_thresh: 0.65\nfree_thresh: 0.196\n";
   const std::string image = "P5\n# a map\n4 3\n255\n" + std::string(12, '\xcd');
   const auto read = [&](const std::string& mutated_yaml, const std::string& mutated_image) {
-    replace_file(folder / "map.yaml", mutated_yaml);
-    replace_file(folder / "map.pgm", mutated_image);
+    // Not replace_file, which waits for the disk.
+    std::ofstream(folder / "map.yaml", std::ios::binary) << mutated_yaml;
+    std::ofstream(folder / "map.pgm", std::ios::binary) << mutated_image;
     const MapImage map = read_map(folder / "map.yaml");
     ASSERT_EQ(map.pixels.size(),
               static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height));

@@ -251,7 +251,7 @@ TEST_P(FuzzMessages, NeverBreakTheMapping) {
   laser_alone.run.use_odometry = false;
   laser_alone.run.base_frame = "laser";
   const std::uint64_t first = first_fuzz_input() / kMessagesPerRun;
-  const std::uint64_t runs = std::max<std::uint64_t>(1, fuzz_inputs(2000) / kMessagesPerRun);
+  const std::uint64_t runs = std::max<std::uint64_t>(1, fuzz_inputs(1000) / kMessagesPerRun);
   for (std::uint64_t number = first; number < first + runs; ++number) {
     SCOPED_TRACE("MATCHBOX_FUZZ_FIRST=" + std::to_string(number * kMessagesPerRun));
     try {
