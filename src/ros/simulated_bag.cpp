@@ -189,19 +189,21 @@ SimulatedBagWriter::SimulatedBagWriter(std::string path, SimulatedBagOptions opt
     throw FileError(path_ + ": the bag cannot be written: there is a folder of that name");
   }
   try {
-    bag_.open(unfinished_path_, rosbag::bagmode::Write);
-    bag_.setCompression(compression_type(options_.compression));
+    bag_->open(unfinished_path_, rosbag::bagmode::Write);
+    bag_->setCompression(compression_type(options_.compression));
   } catch (const rosbag::BagException& error) {
     throw FileError(cannot_write(path_, error));
   }
 }
 
 SimulatedBagWriter::~SimulatedBagWriter() {
-  if (bag_.isOpen()) {
+  if (bag_->isOpen()) {
     try {
-      bag_.close();
+      bag_->close();
     } catch (const rosbag::BagException&) {
-      // The bag is thrown away below; what kept it from being written was told before.
+      // What kept it from being written was told before. On a full disk librosbag's destructor
+      // would try to write once more, and the exception would end the program: the bag is given up.
+      (void)bag_.release();  // NOLINT(bugprone-unused-return-value)
     }
     std::remove(unfinished_path_.c_str());
   }
@@ -211,9 +213,9 @@ void SimulatedBagWriter::write(const SimulatedRun& run, const SimulationRecord& 
                                const std::function<bool()>& is_interrupted) {
   check_stamps(run, options_.clock_offset);
   try {
-    write_record(record, run.odometry.front().stamp + kLinksLatency, bag_);
-    write_messages(run, options_, is_interrupted, bag_);
-    bag_.close();
+    write_record(record, run.odometry.front().stamp + kLinksLatency, *bag_);
+    write_messages(run, options_, is_interrupted, *bag_);
+    bag_->close();
     std::filesystem::rename(unfinished_path_, path_);
   } catch (const rosbag::BagException& error) {
     throw FileError(cannot_write(path_, error));

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <string>
 #include <typeinfo>
@@ -62,7 +63,9 @@ class FuzzBags : public testing::Test {
 
   template <typename Work>
   std::string what_is_wrong(const std::string& bytes, Work&& work) {
-    std::ofstream(path_, std::ios::binary) << bytes;  // not replace_file, which waits for the disk
+    // Not replace_file, nor over a file that is there: both wait for the disk.
+    std::filesystem::remove(path_);
+    std::ofstream(path_, std::ios::binary) << bytes;
     try {
       work();
     } catch (const BagError& error) {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <string>
@@ -136,7 +137,9 @@ TEST(FuzzFiles, MutatedMapsAreReadOrRefused) {
       "occupied_thresh: 0.65\nfree_thresh: 0.196\n";
   const std::string image = "P5\n# a map\n4 3\n255\n" + std::string(12, '\xcd');
   const auto read = [&](const std::string& mutated_yaml, const std::string& mutated_image) {
-    // Not replace_file, which waits for the disk.
+    // Not replace_file, nor over a file that is there: both wait for the disk.
+    std::filesystem::remove(folder / "map.yaml");
+    std::filesystem::remove(folder / "map.pgm");
     std::ofstream(folder / "map.yaml", std::ios::binary) << mutated_yaml;
     std::ofstream(folder / "map.pgm", std::ios::binary) << mutated_image;
     const MapImage map = read_map(folder / "map.yaml");

@@ -3,6 +3,7 @@
 #include <rosbag/bag.h>
 
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "matchbox_slam/common/options.hpp"
@@ -54,7 +55,7 @@ class SimulatedBagWriter {
   std::string path_;
   std::string unfinished_path_;
   SimulatedBagOptions options_;
-  rosbag::Bag bag_;
+  std::unique_ptr<rosbag::Bag> bag_ = std::make_unique<rosbag::Bag>();
 };
 
 }  // namespace matchbox_slam
