@@ -149,8 +149,8 @@ TEST(FuzzFiles, MutatedMapsAreReadOrRefused) {
     (void)map.state({0, 0});
     (void)map.state({map.width - 1, map.height - 1});
   };
-  fuzz_text(yaml, 500, 34, [&](const std::string& text) { read(text, image); });
-  fuzz_text(image, 500, 35, [&](const std::string& text) { read(yaml, text); });
+  fuzz_text(yaml, 2000, 34, [&](const std::string& text) { read(text, image); });
+  fuzz_text(image, 2000, 35, [&](const std::string& text) { read(yaml, text); });
 }
 
 }  // namespace
