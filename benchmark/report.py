@@ -47,7 +47,10 @@ def machine():
 
 
 def commit():
-    return run(['git', '-C', SOURCE, 'describe', '--always', '--dirty']).strip()
+    """The commit, and whether anything but reports was changed since."""
+    name = run(['git', '-C', SOURCE, 'describe', '--always']).strip()
+    changed = run(['git', '-C', SOURCE, 'status', '--porcelain', '--', '.', ':!benchmark/reports'])
+    return name + ('-dirty' if changed.strip() else '')
 
 
 def heading(title, program, arguments):

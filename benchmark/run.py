@@ -14,12 +14,10 @@ import os
 import subprocess
 import sys
 
-from report import default_folder
-
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split('\n')[0])
-    parser.add_argument('--out', default=default_folder())
+    parser.add_argument('--out', help='default: a folder of today in benchmark/reports')
     parser.add_argument('--matcher', action='append', default=[])
     parser.add_argument('--other', action='append', default=[])
     arguments = parser.parse_args()
@@ -29,7 +27,8 @@ def main():
     # The micro-benchmarks first: they need Google Benchmark, and soon say so where it is missing.
     for script, options in (('run_micro.py', []), ('run_bags.py', matchers + others),
                             ('run_pairs.py', matchers)):
-        command = [sys.executable, os.path.join(here, script), '--out', arguments.out] + options
+        out = ['--out', arguments.out] if arguments.out else []
+        command = [sys.executable, os.path.join(here, script)] + out + options
         if subprocess.run(command).returncode != 0:
             sys.exit('run.py: %s failed' % script)
 

@@ -29,9 +29,9 @@ def build(folder):
     return os.path.join(folder, 'benchmark', 'micro', 'benchmarks')
 
 
-def measure(program, out, repetitions, name_filter):
+def measure(program, folder, repetitions, name_filter):
     """The results of all repetitions as Google Benchmark writes them."""
-    path = os.path.join(out, 'micro.json')
+    path = os.path.join(folder, 'micro.json')
     run([program, '--benchmark_repetitions=%d' % repetitions, '--benchmark_filter=' + name_filter,
          '--benchmark_enable_random_interleaving=true', '--benchmark_out=' + path,
          '--benchmark_out_format=json'])
@@ -83,7 +83,7 @@ def write_report(subjects, repetitions, arguments, out):
     text = '\n'.join(heading('Micro-benchmarks', 'run_micro.py', arguments) + [
         '- CPU time on one core, the median of %d repetitions; spread is their standard deviation over '
         'their mean; items are beams, look-ups or tries' % repetitions,
-        '- scenes are simulated under fixed seeds; all figures lie beside this page in micro.json', '',
+        '- scenes are simulated under fixed seeds', '',
         table(subjects), ''])
     with open(os.path.join(out, 'MICRO.md'), 'w') as file:
         file.write(text)
@@ -102,7 +102,7 @@ def main():
     os.makedirs(arguments.out, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         program = build(arguments.build or folder)
-        results = measure(program, arguments.out, arguments.repetitions, arguments.filter)
+        results = measure(program, folder, arguments.repetitions, arguments.filter)
     write_report(medians(results), arguments.repetitions, sys.argv[1:], arguments.out)
 
 

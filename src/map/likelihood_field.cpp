@@ -103,6 +103,25 @@ void LikelihoodField::update(const std::vector<SurfaceHit>& hits,
     add_hit(hit);
     changed.push_back(geometry_.cell_at(hit.position));
   }
+  render_around(std::move(changed));
+}
+
+void LikelihoodField::restore(const std::vector<std::pair<Cell, StoredSurface>>& surfaces) {
+  static const SurfaceTile kBlank{};
+  *this = LikelihoodField(geometry_.resolution(), options_);
+  std::vector<Cell> cells;
+  cells.reserve(surfaces.size());
+  for (const auto& [cell, surface] : surfaces) {
+    StoredSurface& kept =
+        surfaces_.touch(SurfaceTiles::tile_of(cell), kBlank)[SurfaceTiles::index_in_tile(cell)];
+    surface_count_ += kept.hits == 0 && surface.hits > 0 ? 1U : 0U;
+    kept = surface;
+    cells.push_back(cell);
+  }
+  render_around(std::move(cells));
+}
+
+void LikelihoodField::render_around(std::vector<Cell> changed) {
   const std::vector<Cell> blocks = blocks_around(std::move(changed));
   for (const Cell& block : blocks) {
     render_block(block);

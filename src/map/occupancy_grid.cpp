@@ -14,6 +14,11 @@ double OccupancyGrid::blend(const Cell& cell, double observed, double quality) {
   return after;
 }
 
+void OccupancyGrid::restore(const Cell& cell, Stored value) {
+  static const Tile kBlank{};
+  tiles_.touch(Tiles::tile_of(cell), kBlank)[Tiles::index_in_tile(cell)] = value;
+}
+
 CellBox OccupancyGrid::known_bounds() const {
   constexpr int kSize = Tiles::kTileSize;
   CellBox bounds;

@@ -70,8 +70,9 @@ struct Place {
 /// Reads messages from where they are.
 class PlaceStream : public BagStream {
  public:
-  PlaceStream(const std::vector<std::unique_ptr<BagFile>>& bags, std::vector<Place> places)
-      : bags_(bags), places_(std::move(places)) {
+  PlaceStream(const std::vector<std::unique_ptr<BagFile>>& bags, std::vector<Place> places,
+              std::vector<std::string> scan_topics)
+      : bags_(bags), places_(std::move(places)), scan_topics_(std::move(scan_topics)) {
     for (const auto& bag : bags_) {
       readers_.emplace_back(*bag);
     }
@@ -107,6 +108,9 @@ class PlaceStream : public BagStream {
     } else {
       message.content =
           sensor_msgs::LaserScan::ConstPtr(deserialize<sensor_msgs::LaserScan>(bytes, connection));
+      message.laser =
+          static_cast<int>(std::find(scan_topics_.begin(), scan_topics_.end(), connection.topic) -
+                           scan_topics_.begin());
     }
     return message;
   }
@@ -114,6 +118,7 @@ class PlaceStream : public BagStream {
   const std::vector<std::unique_ptr<BagFile>>& bags_;
   std::vector<BagMessageReader> readers_;  ///< one a bag
   std::vector<Place> places_;
+  std::vector<std::string> scan_topics_;
   std::size_t next_ = 0;
   std::string last_read_ = "its beginning";
 };
@@ -167,10 +172,13 @@ std::vector<std::string> BagReader::scan_topics() const {
   return names;
 }
 
-std::unique_ptr<BagStream> BagReader::stream(const std::string& scan_topic,
+std::unique_ptr<BagStream> BagReader::stream(const std::vector<std::string>& scan_topics,
                                              const BagPeriod& period) const {
   const ros::Time first = seconds_after(begin_, period.start);
   const ros::Time last = seconds_after(first, period.duration);
+  const auto is_scan_topic = [&](const std::string& topic) {
+    return std::find(scan_topics.begin(), scan_topics.end(), topic) != scan_topics.end();
+  };
   std::vector<Place> before;
   std::vector<Place> during;
   for (std::size_t bag = 0; bag < bags_.size(); ++bag) {
@@ -179,7 +187,7 @@ std::unique_ptr<BagStream> BagReader::stream(const std::string& scan_topic,
       const bool is_static = is_static_transform_topic(topic);
       if (is_static && entry.time < first) {
         before.push_back({bag, entry});
-      } else if ((is_static || is_transform_topic(topic) || topic == scan_topic) &&
+      } else if ((is_static || is_transform_topic(topic) || is_scan_topic(topic)) &&
                  entry.time >= first && entry.time <= last) {
         during.push_back({bag, entry});
       }
@@ -190,7 +198,7 @@ std::unique_ptr<BagStream> BagReader::stream(const std::string& scan_topic,
                      [](const Place& a, const Place& b) { return a.entry.time < b.entry.time; });
   }
   before.insert(before.end(), during.begin(), during.end());
-  return std::make_unique<PlaceStream>(bags_, std::move(before));
+  return std::make_unique<PlaceStream>(bags_, std::move(before), scan_topics);
 }
 
 }  // namespace matchbox_slam

@@ -55,12 +55,13 @@ BagScans::BagScans(const BagRequest& request, const RunDialog& dialog)
 
 void BagScans::prepare(const Parameters& parameters, RunOptions& options) {
   check_asked_frames(parameters, options);
-  facts_.scan_topic = choose_scan_topic(reader_, request_.scan_topic);
-  const BagSurvey survey = survey_bag(reader_, facts_.scan_topic, request_.period,
+  facts_.scan_topics = choose_scan_topics(
+      reader_, request_.scan_topic ? std::vector{*request_.scan_topic} : options.scan_topics);
+  const BagSurvey survey = survey_bag(reader_, facts_.scan_topics, request_.period,
                                       options.map_frame, dialog_.is_interrupted);
   require_not_interrupted();
   if (survey.scan_frame.empty()) {
-    throw BagError("the bag holds no scan on topic " + facts_.scan_topic +
+    throw BagError("the bag holds no scan on topic " + join(facts_.scan_topics) +
                    " in the period asked for; it lasts " +
                    seconds_text(seconds_between(reader_.begin_time(), reader_.end_time())));
   }
@@ -70,12 +71,13 @@ void BagScans::prepare(const Parameters& parameters, RunOptions& options) {
   options.base_frame = frames.base;
   options.odom_frame = frames.odom.value_or("");
   check_frames(options);
-  dialog_.inform("scan topic " + facts_.scan_topic + ", scan frame " + survey.scan_frame +
+  dialog_.inform("scan topic " + join(facts_.scan_topics) + ", scan frame " + survey.scan_frame +
                  ", base frame " + frames.base +
                  (frames.odom ? ", odometry frame " + *frames.odom : ", without odometry"));
   choose_clock(survey, options);
+  options.scan_topics = facts_.scan_topics;
   queue_.emplace(queue_settings(options, facts_.scan_time_offset));
-  stream_ = reader_.stream(facts_.scan_topic, request_.period);
+  stream_ = reader_.stream(facts_.scan_topics, request_.period);
   if (request_.threads > 1) {
     stream_ = read_ahead(std::move(stream_), kReadAhead);
   }
@@ -129,7 +131,8 @@ void BagScans::take(const BagMessage& message) {
     warn_of_map_link();
     return;
   }
-  queue_->add_scan(*std::get<sensor_msgs::LaserScan::ConstPtr>(message.content), message.time);
+  queue_->add_scan(*std::get<sensor_msgs::LaserScan::ConstPtr>(message.content), message.time,
+                   message.laser);
   first_time_ = first_time_ ? first_time_ : message.time;
   facts_.seconds = seconds_between(*first_time_, message.time);
   show_progress(message.time);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/ros/clock_comparison.hpp"
 #include "matchbox_slam/ros/message_conversion.hpp"
 #include "matchbox_slam/ros/transform_store.hpp"
 
@@ -15,71 +16,6 @@ constexpr double kSurveySeconds = 10.0;
 std::string list_of(const std::vector<std::string>& words) {
   return words.empty() ? "none" : join(words);
 }
-
-std::optional<double> median(std::vector<double> values) {
-  if (values.empty()) {
-    return std::nullopt;
-  }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-/// By how much stamps are ahead of the time of recording, for links that move and for all others:
-/// drivers stamp links that never change ahead of their time.
-class ClockComparison {
- public:
-  void add_scan(const ros::Time& stamp, const ros::Time& recorded) {
-    scans_.push_back(seconds_between(recorded, stamp));
-  }
-
-  void add_transform(const geometry_msgs::TransformStamped& transform, const ros::Time& recorded) {
-    Link& link = links_[without_leading_slash(transform.child_frame_id)];
-    const geometry_msgs::Transform& t = transform.transform;
-    const std::vector<double> place = {t.translation.x, t.translation.y, t.rotation.z,
-                                       t.rotation.w};
-    link.moves = link.moves || (!link.leads.empty() && place != link.place);
-    link.place = place;
-    link.leads.push_back(seconds_between(recorded, transform.header.stamp));
-  }
-
-  [[nodiscard]] std::set<std::string> moving() const {
-    std::set<std::string> frames;
-    for (const auto& [frame, link] : links_) {
-      if (link.moves) {
-        frames.insert(frame);
-      }
-    }
-    return frames;
-  }
-
-  [[nodiscard]] std::optional<double> offset() const {
-    std::vector<double> moving;
-    std::vector<double> all;
-    for (const auto& [name, link] : links_) {
-      all.insert(all.end(), link.leads.begin(), link.leads.end());
-      if (link.moves) {
-        moving.insert(moving.end(), link.leads.begin(), link.leads.end());
-      }
-    }
-    const std::optional<double> transforms = median(moving.empty() ? all : moving);
-    const std::optional<double> scans = median(scans_);
-    if (!transforms || !scans) {
-      return std::nullopt;
-    }
-    return *transforms - *scans;
-  }
-
- private:
-  struct Link {
-    std::vector<double> place;
-    std::vector<double> leads;
-    bool moves = false;
-  };
-
-  std::vector<double> scans_;
-  std::map<std::string, Link> links_;
-};
 
 void add_transforms(const BagTransforms& transforms, const ros::Time& recorded,
                     const std::string& map_frame, BagSurvey& survey, ClockComparison& clocks) {
@@ -165,15 +101,33 @@ std::string base_without_odometry(const BagSurvey& survey) {
   return odometry ? odometry->base : way.back();
 }
 
+/// The bag's topic of this name. Throws ConfigurationError when there is none with scans.
+std::string find_scan_topic(const BagReader& reader, const std::string& asked,
+                            const std::vector<std::string>& candidates) {
+  for (const BagTopic& topic : reader.topics()) {
+    if (without_leading_slash(topic.name) != without_leading_slash(asked)) {
+      continue;
+    }
+    if (topic.type == "sensor_msgs/LaserScan") {
+      return topic.name;
+    }
+    throw ConfigurationError(
+        "topic '" + asked + "' of the bag holds " + topic.type +
+        ", not sensor_msgs/LaserScan; topics with laser scans: " + list_of(candidates));
+  }
+  throw ConfigurationError("the bag has no topic '" + asked +
+                           "'; topics with laser scans: " + list_of(candidates));
+}
+
 }  // namespace
 
-BagSurvey survey_bag(const BagReader& reader, const std::string& scan_topic,
+BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& scan_topics,
                      const BagPeriod& period, const std::string& map_frame,
                      const std::function<bool()>& is_interrupted) {
   BagSurvey survey;
   ClockComparison clocks;
   std::optional<ros::Time> begin;
-  const std::unique_ptr<BagStream> stream = reader.stream(scan_topic, period);
+  const std::unique_ptr<BagStream> stream = reader.stream(scan_topics, period);
   while (const std::optional<BagMessage> message = stream->next()) {
     if (is_interrupted && is_interrupted()) {
       break;
@@ -185,7 +139,9 @@ BagSurvey survey_bag(const BagReader& reader, const std::string& scan_topic,
       }
     } else {
       const auto& scan = std::get<sensor_msgs::LaserScan::ConstPtr>(message->content);
-      survey.scan_frame = without_leading_slash(scan->header.frame_id);
+      if (message->laser == 0) {
+        survey.scan_frame = without_leading_slash(scan->header.frame_id);
+      }
       clocks.add_scan(scan->header.stamp, message->time);
     }
     begin = begin ? begin : message->time;
@@ -199,31 +155,28 @@ BagSurvey survey_bag(const BagReader& reader, const std::string& scan_topic,
   return survey;
 }
 
-std::string choose_scan_topic(const BagReader& reader, const std::optional<std::string>& asked) {
+std::vector<std::string> choose_scan_topics(const BagReader& reader,
+                                            const std::vector<std::string>& asked) {
   const std::vector<std::string> candidates = reader.scan_topics();
-  if (!asked) {
-    if (candidates.size() == 1) {
-      return candidates.front();
+  std::vector<std::string> chosen;
+  for (const std::string& topic : asked) {
+    chosen.push_back(find_scan_topic(reader, topic, candidates));
+    if (std::count(chosen.begin(), chosen.end(), chosen.back()) > 1) {
+      throw ConfigurationError("topic '" + topic + "' is named twice");
     }
-    if (candidates.empty()) {
-      throw ConfigurationError("the bag has no topic of type sensor_msgs/LaserScan");
-    }
+  }
+  if (!chosen.empty()) {
+    return chosen;
+  }
+  if (candidates.empty()) {
+    throw ConfigurationError("the bag has no topic of type sensor_msgs/LaserScan");
+  }
+  if (candidates.size() > 1) {
     throw ConfigurationError("the bag has several topics with laser scans: " + list_of(candidates) +
-                             "; choose one with --scan-topic");
+                             "; choose one with --scan-topic, or several with "
+                             "--set scan_topics=[A, B]");
   }
-  for (const BagTopic& topic : reader.topics()) {
-    if (without_leading_slash(topic.name) != without_leading_slash(*asked)) {
-      continue;
-    }
-    if (topic.type == "sensor_msgs/LaserScan") {
-      return topic.name;
-    }
-    throw ConfigurationError(
-        "topic '" + *asked + "' of the bag holds " + topic.type +
-        ", not sensor_msgs/LaserScan; topics with laser scans: " + list_of(candidates));
-  }
-  throw ConfigurationError("the bag has no topic '" + *asked +
-                           "'; topics with laser scans: " + list_of(candidates));
+  return candidates;
 }
 
 BagFrames choose_frames(const BagSurvey& survey, const std::optional<std::string>& asked_base,

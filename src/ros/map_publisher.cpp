@@ -34,6 +34,11 @@ MapPublisher::~MapPublisher() {
   thread_.join();
 }
 
+void MapPublisher::set_interval(double interval) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  interval_ = interval;
+}
+
 void MapPublisher::run() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (!stop_changed_.wait_for(lock, std::chrono::duration<double>(interval_),
@@ -76,12 +81,12 @@ void MapPublisher::publish_map(const MapSnapshot& snapshot) {
 }
 
 void MapPublisher::publish_paths(const MapSnapshot& snapshot) {
-  path_.publish(to_path(snapshot.trajectory, {}, snapshot.stamp));
+  path_.publish(to_path(snapshot.path, {}, snapshot.stamp));
   Pose2 map_from_odom;
-  if (!snapshot.odometry.empty() && !snapshot.trajectory.empty()) {
-    map_from_odom = snapshot.trajectory.front().pose * snapshot.odometry.front().pose.inverse();
+  if (!snapshot.odometry_path.empty() && !snapshot.path.empty()) {
+    map_from_odom = snapshot.path.front().pose * snapshot.odometry_path.front().pose.inverse();
   }
-  odometry_path_.publish(to_path(snapshot.odometry, map_from_odom, snapshot.stamp));
+  odometry_path_.publish(to_path(snapshot.odometry_path, map_from_odom, snapshot.stamp));
   published_paths_ = snapshot.revision;
 }
 

@@ -119,7 +119,7 @@ std::string pairs_json(const PairTask& task, const std::vector<MatcherOnPairs>& 
   }
   const json summary = json::object({{"version", MATCHBOX_SLAM_VERSION},
                                      {"bags", bags},
-                                     {"scan_topic", task.facts.bag.scan_topic},
+                                     {"scan_topic", join(task.facts.bag.scan_topics)},
                                      {"scan_time_offset_s", task.facts.bag.scan_time_offset},
                                      {"truth", task.facts.truth},
                                      {"scans", task.facts.scans},

@@ -101,7 +101,7 @@ std::string to_json(const RunFacts& facts, const ScanAccount& account, const Sla
   json report = json::object();
   report["version"] = MATCHBOX_SLAM_VERSION;
   report["bags"] = bags;
-  report["scan_topic"] = facts.bag.scan_topic;
+  report["scan_topic"] = join(facts.bag.scan_topics);
   report["frames"] = frames(setup.run);
   report["matcher"] = setup.matcher_name;
   report["seed"] = setup.run.seed;

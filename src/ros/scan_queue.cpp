@@ -18,9 +18,15 @@ constexpr double kTimeJump = 1.0;
 // or tells of another clock. Believed at once, it would make all that follow seem older than it.
 constexpr double kLeap = 60.0;
 
+// ros::Time throws beyond 2^32 s.
+constexpr double kLatestStamp = 4e9;
+
 // Scans in a row, each later than the one before, that tell a clock that was set back from a stamp
 // that is wrong.
 constexpr int kScansOfATimeJump = 3;
+
+// A scan waits this long for those of other lasers [s]; a laser that is silent for as long is off.
+constexpr double kPatienceWithLasers = 0.5;
 
 // Farther from the base no laser is, and no robot gets while one scan is taken. Beyond, a scan
 // would be torn over more map than any memory holds.
@@ -63,6 +69,8 @@ const char* to_string(SkipReason reason) {
       return "empty";
     case SkipReason::kQueueFull:
       return "queue_full";
+    case SkipReason::kTooLate:
+      return "too_late";
     case SkipReason::kTimeJump:
       return "time_jump";
     case SkipReason::kStopped:
@@ -86,46 +94,51 @@ std::size_t ScanAccount::skipped_total() const {
 ScanQueue::ScanQueue(ScanQueueSettings settings)
     : settings_(std::move(settings)), transforms_(settings_.map_frame) {}
 
-void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time& now) {
+void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time& now, int laser) {
   advance(now);
   ++account_.received;
   std::string defect = find_defect(message);
-  if (defect.empty() && message.header.stamp.toSec() + settings_.scan_time_offset.toSec() <= 0.0) {
-    defect = "scan_time_offset takes its stamp below 0";
+  const double stamp = message.header.stamp.toSec() + settings_.scan_time_offset.toSec();
+  if (defect.empty() && !(stamp > 0.0 && stamp < kLatestStamp)) {
+    defect = "scan_time_offset takes its stamp to " + std::to_string(stamp) + " s";
   }
   if (!defect.empty()) {
     skip(message.header.stamp, message.ranges.empty() ? SkipReason::kEmpty : SkipReason::kInvalid,
          defect);
     return;
   }
-  add_valid_scan(message, message.header.stamp + settings_.scan_time_offset);
+  add_valid_scan(message, {message.header.stamp + settings_.scan_time_offset, laser});
   collect_ready(true);
   limit_waiting();
+  give_up_late();
 }
 
-void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const ros::Time& stamp) {
+void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const Turn& turn) {
+  const ros::Time& stamp = turn.stamp;
   if (was_clock_set_back(stamp)) {
-    jump_back(seconds_between(stamp, *last_ready_));
+    jump_back(seconds_between(stamp, last_ready_->stamp));
   }
+  note_newest(turn);
   if (paused_) {
     skip(stamp, SkipReason::kPaused, "the mapping is paused");
   } else if (stopped_) {
     skip(stamp, SkipReason::kStopped, "time has jumped back, and time_jump is 'stop'");
-  } else if (waiting_.count(stamp) != 0 || last_ready_ == stamp) {
+  } else if (waiting_.count(turn) != 0 ||
+             (last_ready_ && last_ready_->stamp == stamp && last_ready_->laser == turn.laser)) {
     skip(stamp, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
-  } else if (last_ready_ && stamp < *last_ready_) {
+  } else if (last_ready_ && turn < *last_ready_) {
     skip(stamp, SkipReason::kOutOfOrder, "a later scan was used already");
   } else if (leaps_ahead(stamp)) {
     skip(stamp, SkipReason::kOutOfOrder, "its stamp is far ahead of the scans before it");
   } else {
     WaitingScan scan{*now_, without_leading_slash(message.header.frame_id), to_laser_scan(message)};
     scan.scan.stamp = stamp.toSec();
-    waiting_.emplace(stamp, std::move(scan));
+    waiting_.emplace(turn, std::move(scan));
   }
 }
 
 bool ScanQueue::was_clock_set_back(const ros::Time& stamp) {
-  if (!last_ready_ || seconds_between(stamp, *last_ready_) <= kTimeJump) {
+  if (!last_ready_ || seconds_between(stamp, last_ready_->stamp) <= kTimeJump) {
     old_in_a_row_ = 0;
     return false;
   }
@@ -157,7 +170,7 @@ void ScanQueue::advance(const ros::Time& now) {
     jump_back(seconds_between(now, *now_));
   }
   if (now_ && now_->isZero() && !now.isZero()) {  // simulated time has just begun
-    for (auto& [stamp, scan] : waiting_) {
+    for (auto& [turn, scan] : waiting_) {
       scan.arrival = now;
     }
   }
@@ -165,10 +178,11 @@ void ScanQueue::advance(const ros::Time& now) {
 }
 
 void ScanQueue::jump_back(double seconds) {
-  for (const auto& [stamp, scan] : waiting_) {
-    skip(stamp, SkipReason::kTimeJump, "it was waiting when time jumped back");
+  for (const auto& [turn, scan] : waiting_) {
+    skip(turn.stamp, SkipReason::kTimeJump, "it was waiting when time jumped back");
   }
   waiting_.clear();
+  newest_.clear();
   transforms_.clear();
   last_ready_.reset();
   old_in_a_row_ = 0;
@@ -182,44 +196,90 @@ void ScanQueue::jump_back(double seconds) {
 void ScanQueue::collect_ready(bool wait_for_more) {
   while (!waiting_.empty()) {
     const auto oldest = waiting_.begin();
-    if (last_ready_ && oldest->first.toSec() <= last_ready_->toSec()) {
-      skip(oldest->first, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
-    } else if (is_ready(oldest->first, oldest->second)) {
-      deliver(make_ready(oldest->first, std::move(oldest->second)));
+    const Turn turn = oldest->first;
+    if (wait_for_more && !is_its_turn(turn, oldest->second)) {
+      return;
+    }
+    if (last_ready_ && turn.laser == last_ready_->laser &&
+        turn.stamp.toSec() <= last_ready_->stamp.toSec()) {
+      skip(turn.stamp, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
+    } else if (is_ready(turn.stamp, oldest->second)) {
+      deliver(turn, make_ready(turn, std::move(oldest->second)));
     } else if (wait_for_more &&
                seconds_between(oldest->second.arrival, *now_) <= settings_.transform_timeout) {
       return;
     } else {
-      skip(oldest->first, SkipReason::kNoTransform,
-           missing_transform(oldest->first, oldest->second));
+      skip(turn.stamp, SkipReason::kNoTransform, missing_transform(turn.stamp, oldest->second));
     }
     waiting_.erase(oldest);
   }
 }
 
-void ScanQueue::deliver(ReadyScan&& scan) {
+void ScanQueue::deliver(const Turn& turn, ReadyScan&& scan) {
   if (const std::string defect = find_defect(scan.input); !defect.empty()) {
     skip(scan.stamp, SkipReason::kInvalid, defect);
     return;
   }
-  last_ready_ = scan.stamp;
+  last_ready_ = turn;
   ready_.emplace_back(std::move(scan));
   ++ready_scans_;
+}
+
+/// Those not heard of yet count as just before the first scan, so that they are waited for as well.
+void ScanQueue::note_newest(const Turn& turn) {
+  if (newest_.empty()) {
+    newest_.assign(static_cast<std::size_t>(settings_.lasers), turn.stamp - ros::Duration(0, 1));
+  }
+  ros::Time& newest = newest_.at(static_cast<std::size_t>(turn.laser));
+  newest = std::max(newest, turn.stamp);
+}
+
+/// Whether no other laser is likely to send an earlier scan.
+bool ScanQueue::is_its_turn(const Turn& turn, const WaitingScan& scan) const {
+  if (seconds_between(scan.arrival, *now_) > kPatienceWithLasers) {
+    return true;
+  }
+  return std::all_of(newest_.begin(), newest_.end(), [&](const ros::Time& newest) {
+    return newest >= turn.stamp || seconds_between(newest, turn.stamp) > kPatienceWithLasers;
+  });
+}
+
+void ScanQueue::drop_oldest_ready(SkipReason reason, const std::string& why) {
+  const auto oldest = std::find_if(ready_.begin(), ready_.end(), [](const Item& item) {
+    return std::holds_alternative<ReadyScan>(item);
+  });
+  skip(std::get<ReadyScan>(*oldest).stamp, reason, why);
+  ready_.erase(oldest);
+  --ready_scans_;
+}
+
+/// Whoever is too slow is served best with what is newest: that one always stays.
+void ScanQueue::give_up_late() {
+  if (settings_.max_lag <= 0.0) {
+    return;
+  }
+  while (ready_scans_ > 1) {
+    const auto oldest = std::find_if(ready_.begin(), ready_.end(), [](const Item& item) {
+      return std::holds_alternative<ReadyScan>(item);
+    });
+    const double lag = seconds_between(std::get<ReadyScan>(*oldest).arrival, *now_);
+    if (lag <= settings_.max_lag) {
+      return;
+    }
+    drop_oldest_ready(SkipReason::kTooLate, "it would be processed " + std::to_string(lag) +
+                                                " s after it came, and max_lag is " +
+                                                std::to_string(settings_.max_lag));
+  }
 }
 
 void ScanQueue::limit_waiting() {
   const std::string text =
       "more than " + std::to_string(settings_.max_waiting) + " scans wait to be processed";
   while (waiting() > settings_.max_waiting && ready_scans_ > 0) {
-    const auto oldest = std::find_if(ready_.begin(), ready_.end(), [](const Item& item) {
-      return std::holds_alternative<ReadyScan>(item);
-    });
-    skip(std::get<ReadyScan>(*oldest).stamp, SkipReason::kQueueFull, text);
-    ready_.erase(oldest);
-    --ready_scans_;
+    drop_oldest_ready(SkipReason::kQueueFull, text);
   }
   while (waiting() > settings_.max_waiting) {
-    skip(waiting_.begin()->first, SkipReason::kQueueFull, text);
+    skip(waiting_.begin()->first.stamp, SkipReason::kQueueFull, text);
     waiting_.erase(waiting_.begin());
   }
 }
@@ -266,9 +326,12 @@ bool ScanQueue::is_ready(const ros::Time& stamp, const WaitingScan& scan) const 
                              last_beam_stamp(stamp, scan.scan)));
 }
 
-ReadyScan ScanQueue::make_ready(const ros::Time& stamp, WaitingScan&& scan) const {
+ReadyScan ScanQueue::make_ready(const Turn& turn, WaitingScan&& scan) const {
+  const ros::Time& stamp = turn.stamp;
   ReadyScan ready;
   ready.stamp = stamp;
+  ready.arrival = scan.arrival;
+  ready.input.laser = turn.laser;
   ready.frame = std::move(scan.frame);
   if (ready.frame != settings_.base_frame) {
     ready.input.base_from_laser = *transforms_.lookup(settings_.base_frame, ready.frame, stamp);

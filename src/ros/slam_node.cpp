@@ -1,10 +1,11 @@
 #include "matchbox_slam/ros/slam_node.hpp"
 
-#include <algorithm>
 #include <filesystem>
 #include <utility>
 
+#include "matchbox_slam/MatchInfo.h"
 #include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/saved_map.hpp"
 #include "matchbox_slam/ros/message_conversion.hpp"
 #include "matchbox_slam/ros/ros_parameters.hpp"
 
@@ -12,26 +13,35 @@ namespace matchbox_slam {
 
 namespace {
 
-// Generous, since a message lost here is lost uncounted.
-constexpr std::uint32_t kScanMessages = 1000;
-constexpr std::uint32_t kTransformMessages = 10000;
+constexpr std::size_t kRecentScans = 200;
 
-constexpr double kWarningInterval = 10.0;  // s
-
-SlamSetup read_setup(const ros::NodeHandle& private_node, const MatcherLoader& loader) {
-  SlamSetup setup = make_slam_setup(read_ros_parameters(private_node), loader);
-  check_frames(setup.run);
-  if (!fixed_scan_time_offset(setup.run)) {
-    throw ConfigurationError(
-        "scan_time_offset: auto is not allowed in the node; allowed: a number of seconds (map_bag "
-        "estimates it for a bag)");
-  }
-  if (!setup.node.trajectory_file.empty()) {
-    const std::filesystem::path folder =
-        std::filesystem::absolute(setup.node.trajectory_file).parent_path();
+LiveConfiguration read_configuration(const ros::NodeHandle& private_node,
+                                     const MatcherLoader& loader) {
+  LiveConfiguration configuration(read_ros_parameters(private_node), loader);
+  check_frames(configuration.setup().run);
+  const std::string& trajectory_file = configuration.setup().node.trajectory_file;
+  if (!trajectory_file.empty()) {
+    const std::filesystem::path folder = std::filesystem::absolute(trajectory_file).parent_path();
     require_writable_folder(folder.string());
   }
-  return setup;
+  return configuration;
+}
+
+ScanQueueSettings node_queue_settings(const RunOptions& options) {
+  return queue_settings(options, fixed_scan_time_offset(options).value_or(0.0));
+}
+
+/// A whole trajectory is only kept where it is asked for: it grows as long as the node runs.
+RunRecords records_for(const SlamNodeOptions& options) {
+  return options.trajectory_file.empty() ? RunRecords::kRecent : RunRecords::kAll;
+}
+
+geometry_msgs::Pose2D to_pose_2d(const Pose2& pose) {
+  geometry_msgs::Pose2D message;
+  message.x = pose.x;
+  message.y = pose.y;
+  message.theta = pose.theta;
+  return message;
 }
 
 }  // namespace
@@ -39,50 +49,39 @@ SlamSetup read_setup(const ros::NodeHandle& private_node, const MatcherLoader& l
 SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node)
     : node_(node),
       private_node_(private_node),
-      setup_(read_setup(private_node_, loader_)),
-      queue_(queue_settings(setup_.run, *fixed_scan_time_offset(setup_.run))),
-      run_(setup_),
+      configuration_(read_configuration(private_node_, loader_)),
+      options_(configuration_.setup().run),
+      trajectory_file_(configuration_.setup().node.trajectory_file),
+      queue_(node_queue_settings(options_)),
+      clock_watch_(options_.map_frame),
+      holds_scans_(!fixed_scan_time_offset(options_)),
+      run_(configuration_.setup(), records_for(configuration_.setup().node)),
+      matcher_name_(configuration_.setup().matcher_name),
+      publish_tf_(configuration_.setup().node.publish_tf),
+      transform_tolerance_(configuration_.setup().node.transform_tolerance),
       diagnostic_updater_(node_, private_node_, private_node_.getNamespace()),
-      pose_publisher_(node_.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10)) {
+      pose_publisher_(node_.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10)),
+      match_info_publisher_(node_.advertise<MatchInfo>("match_info", 10)) {
+  const SlamNodeOptions& node_options = configuration_.setup().node;
+  if (!node_options.initial_map.empty()) {
+    initial_map_ = read_initial_map(node_options.initial_map);
+    start_from(initial_map_);
+  }
   map_publisher_ = std::make_unique<MapPublisher>(
-      node_, setup_.run.map_frame, setup_.node.map_update_interval,
+      node_, options_.map_frame, node_options.map_update_interval,
       [this] { return map_revision(); }, [this] { return map_snapshot(); });
   start_services();
-  if (setup_.node.publish_tf) {
-    transform_timer_ =
-        node_.createTimer(ros::Duration(setup_.node.transform_publish_period),
-                          [this](const ros::TimerEvent& /*event*/) { publish_transform(); });
-  }
-  const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
-  static_transform_subscriber_ = node_.subscribe<tf2_msgs::TFMessage>(
-      "/tf_static", kTransformMessages,
-      [this](const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
-        on_transforms(event, true);
-      },
-      ros::VoidConstPtr(), hints);
-  transform_subscriber_ = node_.subscribe<tf2_msgs::TFMessage>(
-      "/tf", kTransformMessages,
-      [this](const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
-        on_transforms(event, false);
-      },
-      ros::VoidConstPtr(), hints);
-  scan_subscriber_ = node_.subscribe<sensor_msgs::LaserScan>(
-      "scan", kScanMessages,
-      [this](const ros::MessageEvent<const sensor_msgs::LaserScan>& event) { on_scan(event); },
-      ros::VoidConstPtr(), hints);
-  initial_pose_subscriber_ =
-      node_.subscribe("initialpose", 10, &SlamNode::on_initial_pose, this, hints);
-  ROS_INFO_STREAM("mapping with " << setup_.matcher_name << ": scans from "
-                                  << scan_subscriber_.getTopic() << ", frames "
-                                  << setup_.run.map_frame << ", "
-                                  << (setup_.run.use_odometry ? setup_.run.odom_frame + ", " : "")
-                                  << setup_.run.base_frame);
+  transform_timer_ = node_.createTimer(ros::Duration(node_options.transform_publish_period),
+                                       [this](const ros::TimerEvent&) { publish_transform(); });
+  subscribe();
   mapping_thread_ = std::thread([this] { run_mapping(); });
 }
 
 SlamNode::~SlamNode() {
   initial_pose_subscriber_.shutdown();
-  scan_subscriber_.shutdown();
+  for (ros::Subscriber& subscriber : scan_subscribers_) {
+    subscriber.shutdown();
+  }
   transform_subscriber_.shutdown();
   static_transform_subscriber_.shutdown();
   service_spinner_->stop();
@@ -96,76 +95,9 @@ SlamNode::~SlamNode() {
   queue_changed_.notify_all();
   mapping_thread_.join();
   try {
-    save_trajectory(map_snapshot());
+    save_trajectory();
   } catch (const std::exception& error) {
     ROS_ERROR_STREAM(error.what());
-  }
-}
-
-// --- messages in ---
-
-void SlamNode::on_scan(const ros::MessageEvent<const sensor_msgs::LaserScan>& event) {
-  {
-    const std::lock_guard<std::mutex> lock(queue_mutex_);
-    queue_.add_scan(*event.getConstMessage(), event.getReceiptTime());
-    warn_of_skipped();
-  }
-  queue_changed_.notify_one();
-}
-
-void SlamNode::on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event,
-                             bool is_static) {
-  {
-    const std::lock_guard<std::mutex> lock(queue_mutex_);
-    queue_.add_transforms(*event.getConstMessage(), is_static, event.getReceiptTime());
-    warn_of_map_link(event);
-    warn_of_skipped();
-  }
-  queue_changed_.notify_one();
-}
-
-void SlamNode::on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& message) {
-  const std::string frame = without_leading_slash(message.header.frame_id);
-  if (frame != setup_.run.map_frame) {
-    ROS_WARN_STREAM("initialpose in frame '" << frame << "' is ignored; it has to be in '"
-                                             << setup_.run.map_frame << "'");
-    return;
-  }
-  if (const std::string defect = find_defect(message.pose); !defect.empty()) {
-    ROS_WARN_STREAM("initialpose is ignored: " << defect);
-    return;
-  }
-  const std::lock_guard<std::mutex> lock(run_mutex_);
-  run_.set_pose(to_pose2(message.pose.pose), plane_covariance(message.pose));
-}
-
-void SlamNode::warn_of_map_link(const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
-  // What we publish comes back to us; within a process roscpp does not name the publisher.
-  const std::string& publisher = event.getPublisherName();
-  if (told_of_map_link_ || publisher == ros::this_node::getName() ||
-      publisher == "unknown_publisher") {
-    return;
-  }
-  const std::string link = find_map_link(*event.getConstMessage(), setup_.run.map_frame);
-  if (!link.empty()) {
-    ROS_WARN_STREAM("tf that touches the map frame is ignored: "
-                    << link << ", published by " << publisher
-                    << "; if that is another localiser, set publish_tf to false or stop it");
-    told_of_map_link_ = true;
-  }
-}
-
-void SlamNode::warn_of_skipped() {
-  for (const SkippedScan& skipped : queue_.take_skipped()) {
-    last_skip_ = skipped.text;
-    const ros::WallTime now = ros::WallTime::now();
-    const auto last = last_warning_.find(skipped.reason);
-    if (last != last_warning_.end() && (now - last->second).toSec() < kWarningInterval) {
-      continue;
-    }
-    last_warning_[skipped.reason] = now;
-    ROS_WARN_STREAM(skipped.text << " (" << queue_.account().skipped_total() << " of "
-                                 << queue_.account().received << " scans skipped so far)");
   }
 }
 
@@ -187,7 +119,7 @@ void SlamNode::run_mapping() {
     try {
       handle(*item);
     } catch (const std::exception& error) {  // the next scan may be better
-      ROS_ERROR_STREAM_THROTTLE(kWarningInterval, "mapping: " << error.what());
+      ROS_ERROR_STREAM_THROTTLE(10.0, "mapping: " << error.what());
     }
   }
 }
@@ -202,18 +134,31 @@ void SlamNode::handle(const ScanQueue::Item& item) {
 
 void SlamNode::map_scan(const ReadyScan& scan) {
   ScanOutcome outcome;
+  double match_seconds = 0.0;
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
     outcome = run_.process(scan.input);
-    last_stamp_ = scan.stamp;
-    base_from_laser_ = scan.input.base_from_laser;
+    match_seconds = run_.last_match_seconds();
+    newest_scan_ = scan;
+    newest_pose_ = outcome.map_from_base;
+    remember_health(scan, outcome);
     const std::lock_guard<std::mutex> transform_lock(transform_mutex_);
     map_transform_ = map_transform(scan, outcome);
   }
   if (outcome.left_out) {
-    ROS_WARN_STREAM_THROTTLE(kWarningInterval, kLeftOut);
+    ROS_WARN_STREAM_THROTTLE(10.0, kLeftOut);
   }
   publish_pose(scan, outcome);
+  publish_match_info(scan, outcome, match_seconds);
+}
+
+void SlamNode::remember_health(const ReadyScan& scan, const ScanOutcome& outcome) {
+  recent_.push_back({outcome.stamp, seconds_between(scan.stamp, ros::Time::now()),
+                     run_.last_match_seconds(), outcome.match.score, outcome.match.status,
+                     outcome.match.unconstrained_directions.size()});
+  if (recent_.size() > kRecentScans) {
+    recent_.pop_front();
+  }
 }
 
 void SlamNode::jump(const TimeJump& jump) {
@@ -224,13 +169,35 @@ void SlamNode::jump(const TimeJump& jump) {
   } else {
     ROS_WARN_STREAM("time has jumped back by "
                     << jump.seconds << " s; starting a new map, as time_jump is 'reset'");
-    forget_map();
+    start_from(initial_map_);
   }
 }
 
-void SlamNode::forget_map() {
+/// A map and where the robot is in it, as well as one puts a robot on a mark: where it was when the
+/// map was saved, or at the configured start in one that does not say.
+MapStart SlamNode::read_initial_map(const std::string& path) const {
+  constexpr double kPosition = 0.3;  // [m]
+  constexpr double kHeading = 0.2;   // [rad]
+  MapStart start = read_map_start(path, configuration_.setup().engine);
+  if (start.key_scans.empty()) {
+    start.map_from_base = {options_.start_x, options_.start_y, wrap_angle(options_.start_theta)};
+  }
+  start.covariance +=
+      Eigen::Vector3d(kPosition * kPosition, kPosition * kPosition, kHeading * kHeading)
+          .asDiagonal();
+  return start;
+}
+
+/// Starts anew, with the map that it is given, or with none.
+void SlamNode::start_from(std::optional<MapStart> map) {
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  run_.reset();
+  if (map) {
+    run_.start_from(std::move(*map));
+  } else {
+    run_.reset();
+  }
+  newest_scan_.reset();
+  recent_.clear();
   ++resets_;
   const std::lock_guard<std::mutex> transform_lock(transform_mutex_);
   map_transform_.reset();
@@ -240,18 +207,51 @@ void SlamNode::forget_map() {
 
 void SlamNode::publish_pose(const ReadyScan& scan, const ScanOutcome& outcome) {
   geometry_msgs::PoseWithCovarianceStamped message;
-  message.header.frame_id = setup_.run.map_frame;
+  message.header.frame_id = options_.map_frame;
   message.header.stamp = scan.stamp;
   message.pose = to_pose_message(outcome.map_from_base, outcome.covariance);
   pose_publisher_.publish(message);
 }
 
+void SlamNode::publish_match_info(const ReadyScan& scan, const ScanOutcome& outcome,
+                                  double match_seconds) {
+  if (match_info_publisher_.getNumSubscribers() == 0) {
+    return;
+  }
+  MatchInfo message;
+  message.header.frame_id = options_.map_frame;
+  message.header.stamp = scan.stamp;
+  message.scan_frame = scan.frame;
+  message.status = to_string(outcome.match.status);
+  message.score = outcome.match.score;
+  message.rival_share = outcome.match.rival_share;
+  message.predicted = to_pose_2d(outcome.predicted_map_from_base);
+  message.pose = to_pose_2d(outcome.map_from_base);
+  for (const Eigen::Vector2d& direction : outcome.match.unconstrained_directions) {
+    geometry_msgs::Vector3 vector;
+    vector.x = direction.x();
+    vector.y = direction.y();
+    message.unconstrained_directions.push_back(vector);
+  }
+  message.candidates = outcome.match.candidates;
+  message.proven =
+      static_cast<std::uint8_t>(outcome.match.proof && outcome.match.proof->gap() == 0.0);
+  message.gap = outcome.match.proof ? outcome.match.proof->gap() : 0.0;
+  message.match_time = match_seconds;
+  message.inserted = static_cast<std::uint8_t>(outcome.inserted);
+  {
+    const std::lock_guard<std::mutex> lock(run_mutex_);
+    message.matcher = matcher_name_;
+  }
+  match_info_publisher_.publish(message);
+}
+
 geometry_msgs::TransformStamped SlamNode::map_transform(const ReadyScan& scan,
                                                         const ScanOutcome& outcome) const {
   geometry_msgs::TransformStamped transform;
-  transform.header.frame_id = setup_.run.map_frame;
+  transform.header.frame_id = options_.map_frame;
   transform.header.stamp = scan.stamp;
-  transform.child_frame_id = outcome.odom_from_base ? setup_.run.odom_frame : setup_.run.base_frame;
+  transform.child_frame_id = outcome.odom_from_base ? options_.odom_frame : options_.base_frame;
   transform.transform = to_transform_message(
       outcome.odom_from_base ? outcome.map_from_base * outcome.odom_from_base->inverse()
                              : outcome.map_from_base);
@@ -261,7 +261,7 @@ geometry_msgs::TransformStamped SlamNode::map_transform(const ReadyScan& scan,
 void SlamNode::publish_transform() {
   // Simulated time goes in steps: within one, tf would complain of repeated data.
   const ros::Time now = ros::Time::now();
-  if (now.isZero() || now == last_transform_time_) {
+  if (!publish_tf_ || now.isZero() || now == last_transform_time_) {
     return;
   }
   last_transform_time_ = now;
@@ -271,43 +271,23 @@ void SlamNode::publish_transform() {
     transform = map_transform_;
   }
   if (transform) {
-    transform->header.stamp = now + ros::Duration(setup_.node.transform_tolerance);
+    transform->header.stamp = now + ros::Duration(transform_tolerance_);
     broadcaster_.sendTransform(*transform);
   }
 }
 
 MapRevision SlamNode::map_revision() {
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  return {resets_, run_.inserted(), run_.trajectory().size()};
+  return {resets_, run_.inserted(), run_.scans()};
 }
 
 MapSnapshot SlamNode::map_snapshot() {
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  return {{resets_, run_.inserted(), run_.trajectory().size()},
-          last_stamp_,
+  return {{resets_, run_.inserted(), run_.scans()},
+          newest_scan_ ? newest_scan_->stamp : ros::Time(),
           run_.map().occupancy,
-          run_.trajectory(),
-          run_.odometry()};
-}
-
-void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& status) {
-  SlamHealth health;
-  health.matcher = setup_.matcher_name;
-  {
-    const std::lock_guard<std::mutex> lock(queue_mutex_);
-    health.account = queue_.account();
-    health.waiting = queue_.waiting();
-    health.last_skip = last_skip_;
-    health.stopped = queue_.stopped();
-  }
-  {
-    const std::lock_guard<std::mutex> lock(run_mutex_);
-    const std::vector<float>& all = run_.match_seconds();
-    const std::size_t recent = std::min<std::size_t>(all.size(), 200);
-    health.recent_match_seconds.assign(all.end() - static_cast<std::ptrdiff_t>(recent), all.end());
-    health.map_bytes = run_.map().occupancy.bytes() + run_.map().field.bytes();
-  }
-  diagnostics_.fill(health, status);
+          run_.path().poses(),
+          run_.odometry_path().poses()};
 }
 
 }  // namespace matchbox_slam

@@ -18,6 +18,20 @@ void append_section(const std::string& section, const Options& options,
   }
 }
 
+/// Throws ConfigurationError when the map was not made with these options.
+void check_map(const SlamMap& map, const EngineOptions& options) {
+  const auto require = [](const std::string& name, double wanted, double made) {
+    if (wanted != made) {
+      throw ConfigurationError(name + ": " + to_string(wanted) +
+                               " is not allowed with a map that was made with " + to_string(made) +
+                               "; allowed: the same, or a new map");
+    }
+  };
+  require("map/resolution", options.map.resolution, map.field.geometry().resolution());
+  require("field/sigma", options.field.sigma, map.field.options().sigma);
+  require("field/reach", options.field.reach, map.field.options().reach);
+}
+
 }  // namespace
 
 EngineOptions read_engine_options(const Parameters& parameters) {
@@ -55,21 +69,26 @@ SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanM
       start_(start),
       map_(options.map, options.field) {}
 
-ScanOutcome SlamEngine::process(const ScanInput& input) {
-  if (last_ && !(input.scan.stamp > last_->stamp)) {
-    throw std::invalid_argument("scan at " + std::to_string(input.scan.stamp) +
-                                " s is not later than the one before, at " +
+void SlamEngine::check_input(const ScanInput& input) const {
+  const std::string stamp = std::to_string(input.scan.stamp);
+  const bool is_later = !last_ || input.scan.stamp > last_->stamp ||
+                        (input.scan.stamp == last_->stamp && input.laser != last_->laser);
+  if (!is_later) {
+    throw std::invalid_argument("scan at " + stamp + " s is not later than the one before, at " +
                                 std::to_string(last_->stamp) + " s; process scans in order");
   }
   if (input.odometry && !(input.odometry->odom_from_base.is_finite() &&
                           input.odometry->odom_from_base_last_beam.is_finite())) {
-    throw std::invalid_argument("the odometry of the scan at " + std::to_string(input.scan.stamp) +
+    throw std::invalid_argument("the odometry of the scan at " + stamp +
                                 " s is no number; leave it out to go on without odometry");
   }
   if (!input.base_from_laser.matrix().allFinite()) {
-    throw std::invalid_argument("the laser's pose for the scan at " +
-                                std::to_string(input.scan.stamp) + " s is no number");
+    throw std::invalid_argument("the laser's pose for the scan at " + stamp + " s is no number");
   }
+}
+
+ScanOutcome SlamEngine::process(const ScanInput& input) {
+  check_input(input);
   const PointScan scan =
       project_scan(input.scan, input.base_from_laser, motion_during_scan(input), options_.scan);
 
@@ -79,7 +98,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   const Eigen::Matrix3d prior =
       last_ ? compose_covariance(last_->map_from_base, last_->covariance,
                                  motion.previous_from_current, motion.covariance)
-            : Eigen::Matrix3d::Zero();
+            : start_covariance_;
 
   // Match.
   const MatchProblem problem{scan,       predicted,  prior,
@@ -98,37 +117,64 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   outcome.map_from_base = outcome.match.map_from_base;
   outcome.covariance = outcome.match.covariance;
   outcome.predicted_map_from_base = predicted;
+  if (input.odometry) {
+    outcome.odom_from_base = input.odometry->odom_from_base;
+  }
 
-  // Insert, but only what was matched, except for the scan that starts the map.
-  const bool starts_map = map_.field.empty();
-  if (starts_map || (outcome.match.accepted() && is_worth_inserting(outcome.match))) {
+  if (is_to_be_inserted(outcome.match, input.laser)) {
     outcome.inserted = has_room(scan, outcome.map_from_base, options_.map, map_);
     outcome.left_out = !outcome.inserted;
     if (outcome.inserted) {
-      insert(scan, outcome.map_from_base);
+      insert(scan, outcome.map_from_base, input.laser);
     }
   }
+  remember(input, outcome);
+  return outcome;
+}
 
+void SlamEngine::remember(const ScanInput& input, const ScanOutcome& outcome) {
   State state;
   state.stamp = input.scan.stamp;
   state.map_from_base = outcome.map_from_base;
   state.covariance = outcome.covariance;
-  if (input.odometry) {
-    state.odom_from_base = input.odometry->odom_from_base;
-    outcome.odom_from_base = input.odometry->odom_from_base;
-  }
-  if (last_) {
+  state.odom_from_base = outcome.odom_from_base;
+  state.laser = input.laser;
+  state.matched = outcome.match.accepted() || outcome.inserted;
+  if (last_ && state.stamp > last_->stamp) {
     state.motion = last_->map_from_base.inverse() * outcome.map_from_base;
     state.interval = input.scan.stamp - last_->stamp;
+  } else if (last_) {  // two lasers at one moment: it goes on as it went
+    state.motion = last_->motion;
+    state.interval = last_->interval;
   }
   last_ = state;
   ++scan_count_;
-  return outcome;
+}
+
+void SlamEngine::set_options(const EngineOptions& options) {
+  check_map(map_, options);
+  options_ = options;
+}
+
+void SlamEngine::start_from(MapStart start) {
+  check_map(start.map, options_);
+  map_ = std::move(start.map);
+  key_scans_ = std::move(start.key_scans);
+  start_ = start.map_from_base;
+  start_covariance_ = start.covariance;
+  last_.reset();
+  last_inserted_.clear();
+}
+
+MapStart SlamEngine::snapshot() const {
+  return {map_, key_scans_, last_ ? last_->map_from_base : start_,
+          last_ ? last_->covariance : start_covariance_};
 }
 
 void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
   if (!last_) {
     start_ = map_from_base;
+    start_covariance_ = covariance;
     return;
   }
   last_->map_from_base = map_from_base;
@@ -158,15 +204,34 @@ Pose2 SlamEngine::motion_during_scan(const ScanInput& input) const {
   return {};
 }
 
-bool SlamEngine::is_worth_inserting(const MatchResult& match) const {
-  const Pose2 moved = key_scans_.back()->map_from_base.inverse() * match.map_from_base;
+/// Only what was matched goes into the map, except for what starts it. A further laser's first scan
+/// may show what no other has seen yet: then it goes where the others have just put the base.
+bool SlamEngine::is_to_be_inserted(const MatchResult& match, int laser) const {
+  if (!options_.slam.update_map) {
+    return false;
+  }
+  if (match.accepted()) {
+    return is_worth_inserting(match, laser);
+  }
+  return map_.field.empty() ||
+         (match.status == MatchStatus::kRejectedLowScore && last_ && last_->matched &&
+          !last_inserted_.empty() && last_inserted_.count(laser) == 0);
+}
+
+bool SlamEngine::is_worth_inserting(const MatchResult& match, int laser) const {
+  const auto before = last_inserted_.find(laser);
+  if (before == last_inserted_.end()) {
+    return true;
+  }
+  const Pose2 moved = before->second.inverse() * match.map_from_base;
   return moved.translation().norm() >= options_.slam.insert_distance ||
          std::abs(moved.theta) >= options_.slam.insert_angle ||
          match.score < options_.slam.insert_overlap;
 }
 
-void SlamEngine::insert(const PointScan& scan, const Pose2& map_from_base) {
+void SlamEngine::insert(const PointScan& scan, const Pose2& map_from_base, int laser) {
   insert_scan(scan, map_from_base, options_.map, map_);
+  last_inserted_[laser] = map_from_base;
   key_scans_.push_back(std::make_shared<const KeyScan>(KeyScan{scan, map_from_base}));
   while (key_scans_.size() > static_cast<std::size_t>(options_.slam.key_scans)) {
     key_scans_.pop_front();

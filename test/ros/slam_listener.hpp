@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "matchbox_slam/MatchInfo.h"
 #include "matchbox_slam/ros/transform_store.hpp"
 
 namespace matchbox_slam {
@@ -23,6 +24,7 @@ class SlamListener {
  public:
   SlamListener() {
     subscribers_.push_back(node_.subscribe("pose", 10000, &SlamListener::on_pose, this));
+    subscribers_.push_back(node_.subscribe("match_info", 10000, &SlamListener::on_match, this));
     subscribers_.push_back(node_.subscribe("/tf", 10000, &SlamListener::on_transforms, this));
     subscribers_.push_back(node_.subscribe("path", 10, &SlamListener::on_path, this));
     subscribers_.push_back(node_.subscribe("odometry_path", 10, &SlamListener::on_odometry, this));
@@ -51,6 +53,7 @@ class SlamListener {
   }
 
   std::vector<geometry_msgs::PoseWithCovarianceStamped> poses;
+  std::vector<MatchInfo> matches;
   TransformStore transforms{""};
   std::vector<ros::Duration> leads;  ///< of map -> odom, stamp against time of arrival
   nav_msgs::Path path;
@@ -60,6 +63,7 @@ class SlamListener {
 
  private:
   void on_pose(const geometry_msgs::PoseWithCovarianceStamped& pose) { poses.push_back(pose); }
+  void on_match(const MatchInfo& match) { matches.push_back(match); }
   void on_path(const nav_msgs::Path& message) { path = message; }
   void on_odometry(const nav_msgs::Path& message) { odometry_path = message; }
   void on_transforms(const tf2_msgs::TFMessage& message) {

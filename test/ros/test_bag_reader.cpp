@@ -54,7 +54,7 @@ class ReadBag : public testing::Test {
 TEST_F(ReadBag, StreamsScansAndTransformsInOrder) {
   write_small_bag(path_);
   const BagReader reader({path_});
-  const auto stream = reader.stream("/scan", {});
+  const auto stream = reader.stream({"/scan"}, {});
   const Count counted = count(*stream);
   EXPECT_EQ(counted.scans, 50);
   EXPECT_GT(counted.transforms, 100);
@@ -67,7 +67,7 @@ TEST_F(ReadBag, ReadsEveryCompression) {
     SmallBag recipe;
     recipe.compression = compression;
     write_small_bag(path_, recipe);
-    EXPECT_EQ(count(*BagReader({path_}).stream("/scan", {})).scans, 50);
+    EXPECT_EQ(count(*BagReader({path_}).stream({"/scan"}, {})).scans, 50);
   }
 }
 
@@ -81,7 +81,7 @@ TEST_F(ReadBag, ReadsAPeriodAndTheStaticTransformsBefore) {
   BagPeriod period;
   period.start = 2.05 - (1000.0 - reader.begin_time().toSec()) + 0.1;
   period.duration = 1.0;
-  const Count counted = count(*reader.stream("/scan", period));
+  const Count counted = count(*reader.stream({"/scan"}, period));
   EXPECT_EQ(counted.scans, 10);
   EXPECT_EQ(counted.static_transforms, 1);
 }
@@ -92,7 +92,7 @@ TEST_F(ReadBag, ReadsSeveralBagsAsOne) {
   second.begin = 1005.0;
   write_small_bag(folder_ / "second.bag", second);
   const BagReader reader({folder_ / "second.bag", path_});
-  const Count counted = count(*reader.stream("/scan", {}));
+  const Count counted = count(*reader.stream({"/scan"}, {}));
   EXPECT_EQ(counted.scans, 100);
   EXPECT_TRUE(counted.in_order);
   EXPECT_EQ(counted.first, ros::Time(1000.0));
@@ -105,12 +105,12 @@ TEST_F(ReadBag, ReadsSeveralBagsAsOne) {
 TEST_F(ReadBag, ReadingAheadGivesTheSameMessages) {
   write_small_bag(path_);
   const BagReader reader({path_});
-  const auto plain = reader.stream("/scan", {});
+  const auto plain = reader.stream({"/scan"}, {});
   std::vector<ros::Time> times;
   while (const auto message = plain->next()) {
     times.push_back(message->time);
   }
-  const auto ahead = read_ahead(reader.stream("/scan", {}), 3);
+  const auto ahead = read_ahead(reader.stream({"/scan"}, {}), 3);
   for (const ros::Time& time : times) {
     const auto message = ahead->next();
     ASSERT_TRUE(message);
@@ -122,7 +122,7 @@ TEST_F(ReadBag, ReadingAheadGivesTheSameMessages) {
 TEST_F(ReadBag, ReadingAheadMayBeLeftInTheMiddle) {
   write_small_bag(path_);
   const BagReader reader({path_});
-  const auto ahead = read_ahead(reader.stream("/scan", {}), 3);
+  const auto ahead = read_ahead(reader.stream({"/scan"}, {}), 3);
   EXPECT_TRUE(ahead->next());
 }
 
@@ -162,7 +162,7 @@ TEST_F(ReadBag, ABagCutOffAnywhereIsAnErrorAndNoCrash) {
     replace_file(path_, bytes.substr(0, size));
     try {
       const BagReader reader({path_});
-      (void)count(*reader.stream("/scan", {}));
+      (void)count(*reader.stream({"/scan"}, {}));
       ADD_FAILURE() << "a bag of " << size << " bytes of " << bytes.size() << " was read";
     } catch (const BagError& error) {
       EXPECT_TRUE(contains(error.what(), path_)) << error.what();
@@ -181,7 +181,7 @@ TEST_F(ReadBag, ADamagedChunkEndsTheStreamWithAnError) {
   replace_file(path_, bytes);
   EXPECT_TRUE(contains(error_text<BagError>([&] {
                          const BagReader reader({path_});
-                         (void)count(*reader.stream("/scan", {}));
+                         (void)count(*reader.stream({"/scan"}, {}));
                        }),
                        "damaged"));
 }
@@ -198,7 +198,7 @@ TEST_F(ReadBag, ReadsTransformsOfTheTypeBeforeTf2) {
   }
   const BagReader reader({path_});
   EXPECT_EQ(reader.topics().at(1).type, "tf/tfMessage");
-  EXPECT_EQ(count(*reader.stream("/scan", {})).transforms, 1);
+  EXPECT_EQ(count(*reader.stream({"/scan"}, {})).transforms, 1);
 }
 
 /// The bytes of a bag in which the offset of the index's first entry is another one.
@@ -223,7 +223,7 @@ TEST_F(ReadBag, AnIndexThatPointsBesideItsMessageIsAnErrorAndNoCrash) {
       replace_file(path_, with_first_offset(bytes, offset));
       const std::string text = error_text<BagError>([&] {
         const BagReader reader({path_});
-        (void)count(*reader.stream("/scan", {}));
+        (void)count(*reader.stream({"/scan"}, {}));
       });
       EXPECT_TRUE(contains(text, "is damaged at byte")) << offset << ": " << text;
       EXPECT_TRUE(contains(text, "rosbag reindex")) << offset << ": " << text;
@@ -242,7 +242,7 @@ TEST_F(ReadBag, AMessageThatSaysItIsLargerThanItIsTakesNoMemory) {
   bytes.replace(place + 4, 4, "\xff\xff\xff\xff");
   replace_file(path_, bytes);
   const std::string text =
-      error_text<BagError>([&] { (void)count(*BagReader({path_}).stream("/scan", {})); });
+      error_text<BagError>([&] { (void)count(*BagReader({path_}).stream({"/scan"}, {})); });
   EXPECT_TRUE(contains(text, "4294967295 elements of 4 bytes are announced")) << text;
 }
 

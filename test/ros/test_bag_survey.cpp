@@ -14,7 +14,7 @@ class SurveyBag : public testing::Test {
  protected:
   BagSurvey survey(const SmallBag& recipe) {
     write_small_bag(path_, recipe);
-    return survey_bag(BagReader({path_}), recipe.scan_topic, {}, "map");
+    return survey_bag(BagReader({path_}), {recipe.scan_topic}, {}, "map");
   }
 
   TemporaryFolder folder_;
@@ -111,7 +111,7 @@ TEST_F(SurveyBag, OdometryIsFoundByItsMotionOrItsName) {
 
 TEST_F(SurveyBag, EndsWhenInterrupted) {
   write_small_bag(path_);
-  const BagSurvey found = survey_bag(BagReader({path_}), "/scan", {}, "map", [] { return true; });
+  const BagSurvey found = survey_bag(BagReader({path_}), {"/scan"}, {}, "map", [] { return true; });
   EXPECT_EQ(found.scan_frame, "");
 }
 
@@ -124,20 +124,22 @@ TEST_F(SurveyBag, MeasuresTheOffsetOfTheClocks) {
   EXPECT_NEAR(*survey(recipe).scan_time_offset, -0.02, 1e-6);
 }
 
+using Topics = std::vector<std::string>;
+
 TEST_F(SurveyBag, ChoosesTheOnlyScanTopic) {
   write_small_bag(path_);
   {
     rosbag::Bag bag(path_, rosbag::bagmode::Append);
     bag.write("/chatter", ros::Time(1000.0), std_msgs::String());
   }
-  EXPECT_EQ(choose_scan_topic(BagReader({path_}), {}), "/scan");
-  EXPECT_EQ(choose_scan_topic(BagReader({path_}), "scan"), "/scan");
+  EXPECT_EQ(choose_scan_topics(BagReader({path_}), {}), Topics{"/scan"});
+  EXPECT_EQ(choose_scan_topics(BagReader({path_}), {"scan"}), Topics{"/scan"});
   EXPECT_EQ(error_text<ConfigurationError>(
-                [&] { (void)choose_scan_topic(BagReader({path_}), "/chatter"); }),
+                [&] { (void)choose_scan_topics(BagReader({path_}), {"/chatter"}); }),
             "topic '/chatter' of the bag holds std_msgs/String, not sensor_msgs/LaserScan; topics "
             "with laser scans: /scan");
   EXPECT_EQ(error_text<ConfigurationError>(
-                [&] { (void)choose_scan_topic(BagReader({path_}), "/laser"); }),
+                [&] { (void)choose_scan_topics(BagReader({path_}), {"/laser"}); }),
             "the bag has no topic '/laser'; topics with laser scans: /scan");
 }
 
@@ -148,10 +150,16 @@ TEST_F(SurveyBag, DoesNotChooseBetweenScanTopics) {
   back.with_transforms = false;
   write_small_bag(folder_ / "back.bag", back);
   EXPECT_EQ(error_text<ConfigurationError>([&] {
-              (void)choose_scan_topic(BagReader({path_, folder_ / "back.bag"}), {});
+              (void)choose_scan_topics(BagReader({path_, folder_ / "back.bag"}), {});
             }),
             "the bag has several topics with laser scans: /back_scan, /scan; choose one with "
-            "--scan-topic");
+            "--scan-topic, or several with --set scan_topics=[A, B]");
+  EXPECT_EQ(choose_scan_topics(BagReader({path_, folder_ / "back.bag"}), {"scan", "/back_scan"}),
+            (Topics{"/scan", "/back_scan"}));
+  EXPECT_EQ(error_text<ConfigurationError>([&] {
+              (void)choose_scan_topics(BagReader({path_}), {"scan", "/scan"});
+            }),
+            "topic '/scan' is named twice");
 }
 
 }  // namespace

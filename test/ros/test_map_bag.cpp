@@ -218,6 +218,19 @@ TEST_F(MapBag, FindsAndCorrectsAnOffsetOfTheClocks) {
   }
 }
 
+TEST_F(MapBag, MapsWithSeveralLasers) {
+  write_small_bag(bag_);
+  SmallBag back;
+  back.scan_topic = "/back_scan";
+  back.with_transforms = false;
+  const std::string second = folder_ / "back.bag";
+  write_small_bag(second, back);
+  const Outcome outcome = run(second + " --set 'scan_topics=[/scan, /back_scan]'");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(report("scans/used"), 100.0);
+  EXPECT_EQ(poses(), 50U) << "two lasers at one moment give one pose";
+}
+
 TEST_F(MapBag, MapsFromTheLaserAlone) {
   SmallBag recipe;
   recipe.with_transforms = false;

@@ -23,6 +23,10 @@ class Feed {
   void scan(double stamp) { scan_at(stamp, stamp); }
   void scan_at(double stamp, double now) { queue.add_scan(make_scan(stamp), ros::Time(now)); }
 
+  void scan_of(int laser, double stamp, double now) {
+    queue.add_scan(make_scan(stamp), ros::Time(now), laser);
+  }
+
   void odometry(double stamp) { odometry_at(stamp, stamp); }
   void odometry_at(double stamp, double now) {
     queue.add_transforms(make_link(stamp, "odom", "base", stamp), false, ros::Time(now));
@@ -368,6 +372,77 @@ TEST(ScanQueue, ATransformBeforeSimulatedTimeBeginsCostsNoScan) {
   feed.odometry(1000.0);
   feed.odometry(1000.2);
   EXPECT_EQ(feed.ready(), Stamps{1000.1});
+}
+
+ScanQueueSettings two_lasers() {
+  ScanQueueSettings result = settings();
+  result.lasers = 2;
+  return result;
+}
+
+TEST(ScanQueue, MergesScansOfSeveralLasersByTheirStamps) {
+  Feed feed(two_lasers());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry_at(110.0, 100.5);
+  feed.scan_of(0, 101.0, 101.0);
+  EXPECT_EQ(feed.ready(), Stamps{}) << "the other laser may have an earlier one";
+  feed.scan_of(1, 100.9, 101.1);  // slower to arrive
+  feed.scan_of(0, 101.1, 101.2);
+  EXPECT_EQ(feed.ready(), (Stamps{100.9}));
+  feed.scan_of(1, 101.05, 101.25);
+  feed.scan_of(0, 101.2, 101.3);
+  feed.scan_of(1, 101.15, 101.35);
+  EXPECT_EQ(feed.ready(), (Stamps{101.0, 101.05, 101.1, 101.15}));
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, LasersMayHaveTheSameStamps) {
+  Feed feed(two_lasers());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry_at(110.0, 100.5);
+  for (const double stamp : {101.0, 101.1}) {
+    feed.scan_of(1, stamp, stamp);
+    feed.scan_of(0, stamp, stamp);
+  }
+  feed.scan_of(0, 101.1, 101.2);  // once more
+  EXPECT_EQ(feed.ready().size(), 4U);
+  EXPECT_EQ(feed.queue.account().skipped_total(), 1U);
+}
+
+TEST(ScanQueue, ALaserThatFallsSilentHoldsTheOthersUpForAMoment) {
+  Feed feed(two_lasers());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry_at(110.0, 100.5);
+  feed.scan_of(0, 101.0, 101.0);
+  feed.scan_of(1, 101.0, 101.0);
+  feed.scan_of(0, 101.1, 101.1);
+  EXPECT_EQ(feed.ready(), (Stamps{101.0, 101.0}));
+  feed.scan_of(0, 101.2, 101.7);  // the other one may have stopped
+  EXPECT_EQ(feed.ready(), (Stamps{101.1}));
+  feed.scan_of(0, 101.8, 102.3);
+  feed.scan_of(0, 101.9, 102.4);
+  EXPECT_EQ(feed.ready(), (Stamps{101.2, 101.8, 101.9})) << "it is not waited for any more";
+}
+
+TEST(ScanQueue, GivesUpScansThatWaitedTooLongButNeverTheNewest) {
+  ScanQueueSettings slow = settings();
+  slow.max_lag = 0.25;
+  Feed feed(slow);
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry_at(110.0, 100.5);
+  for (const double stamp : {101.0, 101.1, 101.2, 101.3, 101.4}) {
+    feed.scan(stamp);
+  }
+  EXPECT_EQ(feed.ready(), (Stamps{101.2, 101.3, 101.4}));
+  EXPECT_EQ(feed.skipped(SkipReason::kTooLate), 2U);
+  feed.scan_at(101.5, 105.0);
+  feed.odometry_at(111.0, 105.5);
+  EXPECT_EQ(feed.ready(), (Stamps{101.5})) << "late, but there is nothing newer";
+  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, NeverHoldsMoreThanItMay) {

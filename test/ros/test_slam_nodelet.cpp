@@ -1,6 +1,8 @@
 // Plays a simulated bag into the nodelet and compares what it publishes with the truth and with
 // what map_bag makes of the same bag.
 
+#include <dynamic_reconfigure/ConfigDescription.h>
+#include <dynamic_reconfigure/Reconfigure.h>
 #include <gtest/gtest.h>
 #include <nav_msgs/GetMap.h>
 #include <nodelet/NodeletLoad.h>
@@ -19,9 +21,11 @@
 #include <memory>
 
 #include "common/error_text.hpp"
+#include "matchbox_slam/LoadMap.h"
 #include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
+#include "matchbox_slam/io/saved_map.hpp"
 #include "matchbox_slam/io/tum.hpp"
 #include "matchbox_slam/ros/message_conversion.hpp"
 #include "matchbox_slam/ros/simulated_bag.hpp"
@@ -141,10 +145,37 @@ TEST_F(SlamNodelet, RelocalisesAScanAmongItsKeyScans) {
   EXPECT_NEAR(best.y, truth_[number].y, 0.05);
   EXPECT_NEAR(wrap_angle(best.theta - truth_[number].theta), 0.0, 0.02);
   EXPECT_GT(service.response.ratio, 1.0);
-  service.request.scan = {};
+  service.request.scan.angle_increment = 0.0F;
   ASSERT_TRUE(ros::service::call("/slam/relocalise", service));
   EXPECT_TRUE(service.response.poses.empty());
   EXPECT_TRUE(contains(service.response.message, "cannot be used")) << service.response.message;
+}
+
+TEST_F(SlamNodelet, GoesOnFromWhereItRelocalises) {
+  ros::NodeHandle node;
+  ros::Publisher told = node.advertise<geometry_msgs::PoseWithCovarianceStamped>("initialpose", 1);
+  ASSERT_TRUE(listener_->wait_until([&] { return told.getNumSubscribers() > 0; }, 10.0));
+  const auto distance_from_truth = [] {
+    EXPECT_TRUE(call("/slam/save_map").success);
+    const Pose2 believed = read_saved_map(folder_ + "/node_map.slam").map_from_base;
+    return (believed.translation() - truth_.back().translation()).norm();
+  };
+  EXPECT_LT(distance_from_truth(), 0.05);
+  geometry_msgs::PoseWithCovarianceStamped wrong;
+  wrong.header.frame_id = "map";
+  wrong.pose.pose = to_pose_message(truth_.back() * Pose2{1.5, 1.0, 2.0});
+  told.publish(wrong);
+  EXPECT_TRUE(listener_->wait_until([&] { return distance_from_truth() > 1.0; }, 10.0));
+  Relocalise service;  // the newest scan
+  service.request.set_pose = 1;
+  ASSERT_TRUE(ros::service::call("/slam/relocalise", service));
+  EXPECT_TRUE(service.response.pose_set) << service.response.message;
+  EXPECT_LT(distance_from_truth(), 0.05);
+  // Where a scan of some other time was taken says nothing of where the robot is now.
+  service.request.scan = recorded_scan(folder_ + "/run.bag", 0);
+  ASSERT_TRUE(ros::service::call("/slam/relocalise", service));
+  EXPECT_FALSE(service.response.pose_set);
+  EXPECT_TRUE(contains(service.response.message, "not the newest")) << service.response.message;
 }
 
 TEST_F(SlamNodelet, PosesAreTrue) {
@@ -204,9 +235,28 @@ TEST_F(SlamNodelet, TheLatchedMapIsMapBags) {
   EXPECT_EQ(service.response.map.data, map.data);
 }
 
+TEST_F(SlamNodelet, TellsOfEveryMatch) {
+  const auto& matches = listener_->matches;
+  ASSERT_EQ(matches.size(), listener_->poses.size());
+  EXPECT_EQ(matches.front().status, "rejected_no_reference");
+  EXPECT_TRUE(matches.front().inserted);
+  const MatchInfo& last = matches.back();
+  EXPECT_EQ(last.header.stamp, listener_->poses.back().header.stamp);
+  EXPECT_EQ(last.header.frame_id, "map");
+  EXPECT_EQ(last.matcher, "matchbox_slam/Olson");
+  EXPECT_EQ(last.status, "accepted");
+  EXPECT_GT(last.score, 0.5);
+  EXPECT_TRUE(last.proven);
+  EXPECT_GT(last.candidates, 0U);
+  EXPECT_GT(last.match_time, 0.0);
+  EXPECT_NEAR(last.pose.x, listener_->poses.back().pose.pose.position.x, 1e-9);
+  EXPECT_NEAR(last.predicted.x, last.pose.x, 0.1);
+}
+
 TEST_F(SlamNodelet, DrawsBothTrajectories) {
-  EXPECT_GT(listener_->path.poses.size(), truth_.size() / 2);
-  ASSERT_GT(listener_->odometry_path.poses.size(), truth_.size() / 2);
+  ASSERT_GT(listener_->path.poses.size(), truth_.size() / 5);
+  ASSERT_GT(listener_->odometry_path.poses.size(), truth_.size() / 5);
+  EXPECT_EQ(listener_->path.poses.back().pose, listener_->poses.back().pose.pose);
   EXPECT_EQ(listener_->odometry_path.header.frame_id, "map");
   EXPECT_NEAR(listener_->odometry_path.poses.front().pose.position.x, 0.0, 1e-6);
 }
@@ -215,12 +265,14 @@ TEST_F(SlamNodelet, DiagnosticsTellWhatBecameOfTheScans) {
   ASSERT_FALSE(listener_->status.name.empty());
   EXPECT_EQ(value_of("Scans received"), std::to_string(truth_.size()));
   EXPECT_EQ(value_of("Scans used"), std::to_string(truth_.size()));
+  EXPECT_NEAR(std::stod(value_of("Scan rate [Hz]")), 20.0, 0.2);
+  EXPECT_EQ(value_of("Match"), "accepted");
 }
 
 TEST_F(SlamNodelet, ANodeThatCannotStartSaysWhyAndExits) {
-  const auto refused = [](const std::string& parameters, const std::string& words) {
+  const auto refused = [](const std::string& parameters, const std::string& words, int code = 2) {
     const Outcome outcome = run_command(MATCHBOX_SLAM_NODE, "__name:=refused " + parameters);
-    EXPECT_EQ(outcome.exit_code, 2) << outcome.output;
+    EXPECT_EQ(outcome.exit_code, code) << outcome.output;
     EXPECT_TRUE(contains(outcome.output, words)) << outcome.output;
     EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 1) << outcome.output;
   };
@@ -228,7 +280,7 @@ TEST_F(SlamNodelet, ANodeThatCannotStartSaysWhyAndExits) {
   ros::param::del("/refused");
   refused("_base_fram:=x", "did you mean 'base_frame'?");
   ros::param::del("/refused");
-  refused("_scan_time_offset:=auto", "scan_time_offset: auto is not allowed in the node");
+  refused("_initial_map:=/nowhere.slam", "cannot read '/nowhere.slam'", 1);
   ros::param::del("/refused");
   refused("_map_frame:=/odom", "odom_frame: 'odom' is not allowed");
 }
@@ -282,6 +334,77 @@ class LiveRobot {
   ros::Publisher clock_;
   double stamp_;
 };
+
+/// Changes one text of the node's configuration as rqt_reconfigure does; the value then.
+std::string reconfigure(const std::string& name, const std::string& value) {
+  dynamic_reconfigure::Reconfigure service;
+  dynamic_reconfigure::StrParameter parameter;
+  parameter.name = name;
+  parameter.value = value;
+  service.request.config.strs.push_back(parameter);
+  EXPECT_TRUE(ros::service::call("/slam/set_parameters", service));
+  for (const auto& entry : service.response.config.strs) {
+    if (entry.name == name) {
+      return entry.value;
+    }
+  }
+  return "none";
+}
+
+TEST_F(SlamNodelet, TheMatcherMayChangeInMidRun) {
+  LiveRobot robot;
+  ASSERT_TRUE(listener_->wait_until([&] { return robot.is_heard(); }, 10.0));
+  const auto next_match = [&] {
+    const std::size_t count = listener_->matches.size();
+    for (int k = 0; k < 50 && listener_->matches.size() == count; ++k) {
+      robot.step();
+      listener_->wait_until([&] { return listener_->matches.size() > count; }, 0.1);
+    }
+    return listener_->matches.back();
+  };
+  const std::size_t map_size = listener_->latched_map().data.size();
+  EXPECT_EQ(reconfigure("matcher", "olsen"), "olson");
+  EXPECT_TRUE(listener_->wait_until(
+      [] {
+        return std::any_of(listener_->errors.begin(), listener_->errors.end(),
+                           [](const std::string& text) {
+                             return contains(text, "not changed: there is no matcher 'olsen'");
+                           });
+      },
+      5.0));
+  EXPECT_EQ(next_match().matcher, "matchbox_slam/Olson");
+  EXPECT_EQ(reconfigure("matcher", "hough"), "hough");
+  listener_->wait_until([] { return false; }, 0.3);
+  EXPECT_EQ(next_match().matcher, "matchbox_slam/Hough");
+  EXPECT_GE(listener_->latched_map().data.size(), map_size) << "the map stays";
+  EXPECT_EQ(reconfigure("matcher", "olson"), "olson");
+  EXPECT_EQ(ros::param::param<std::string>("/slam/matcher", ""), "olson");
+  const auto description = ros::topic::waitForMessage<dynamic_reconfigure::ConfigDescription>(
+      "/slam/parameter_descriptions");
+  ASSERT_NE(description, nullptr);
+  EXPECT_GT(description->groups.front().parameters.size(), 80U);
+}
+
+TEST_F(SlamNodelet, GoesOnWithASavedMap) {
+  ASSERT_TRUE(call("/slam/save_map").success);
+  const std::string saved = read_file(folder_ + "/node_map.slam");
+  LoadMap load;
+  load.request.path = folder_ + "/nowhere.slam";
+  ASSERT_TRUE(ros::service::call("/slam/load_map", load));
+  EXPECT_FALSE(load.response.success);
+  EXPECT_TRUE(contains(load.response.message, "nowhere.slam")) << load.response.message;
+  load.request.path = folder_ + "/node_map.slam";
+  ASSERT_TRUE(ros::service::call("/slam/load_map", load));
+  EXPECT_TRUE(load.response.success) << load.response.message;
+  nav_msgs::GetMap map;
+  ASSERT_TRUE(ros::service::call("/dynamic_map", map));
+  const MapImage image = read_map(folder_ + "/node_map.yaml");
+  EXPECT_EQ(static_cast<int>(map.response.map.info.width), image.width);
+  // The recording's own scan is found in it, but the robot's pose stays: no scan has come in since.
+  Relocalise service;
+  ASSERT_TRUE(ros::service::call("/slam/relocalise", service));
+  EXPECT_TRUE(contains(service.response.message, "no scan yet")) << service.response.message;
+}
 
 TEST_F(SlamNodelet, IsPausedAndToldWhereItIs) {
   LiveRobot robot;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/error_text.hpp"
+#include "matchbox_slam/geometry/angles.hpp"
 #include "matchbox_slam/matching/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
 #include "matchbox_slam/simulation/make_world.hpp"
@@ -410,6 +411,123 @@ TEST(SlamEngine, StartsAtThePoseThatItIsToldBeforeTheFirstScan) {
   const Pose2 told{3.0, -2.0, 1.0};
   engine.set_pose(told, Eigen::Matrix3d::Zero());
   EXPECT_EQ(engine.process(run.scan_input(0)).map_from_base, told);
+}
+
+TEST(SlamEngine, BeforeTheFirstScanItTakesTheUncertaintyOfItsPoseToo) {
+  const SimulatedRun run = drive_through("rooms", 12.0, 5);
+  SlamEngine mapped = make_engine(run);
+  process(run, mapped);
+  // The robot is started 0.2 m from where it is told to be, in a map that is there already.
+  SlamEngine engine = make_engine(run);
+  MapStart start = mapped.snapshot();
+  start.map_from_base = run.world_from_base.front() * Pose2{0.2, -0.1, 0.1};
+  start.covariance = Eigen::Vector3d(0.04, 0.04, 0.01).asDiagonal();
+  engine.start_from(start);
+  const ScanOutcome outcome = engine.process(run.scan_input(0));
+  EXPECT_LT(
+      (outcome.map_from_base.translation() - run.world_from_base.front().translation()).norm(),
+      0.01);
+  // Told with certainty, it stays there.
+  SlamEngine certain = make_engine(run);
+  start.covariance.setZero();
+  certain.start_from(start);
+  EXPECT_EQ(certain.process(run.scan_input(0)).map_from_base, start.map_from_base);
+}
+
+TEST(SlamEngine, WithoutUpdatesTheMapOnlyTellsWhereTheRobotIs) {
+  const SimulatedRun run = drive_through("rooms", 12.0, 5);
+  SlamEngine mapped = make_engine(run);
+  process(run, mapped);
+  EngineOptions options;
+  options.slam.update_map = false;
+  SlamEngine engine = make_engine(run, monte_carlo(), options);
+  MapStart start = mapped.snapshot();
+  start.map_from_base = run.world_from_base.front();
+  engine.start_from(start);
+  const std::vector<ScanOutcome> outcomes = process(run, engine);
+  EXPECT_TRUE(same_map(engine.map(), mapped.map()));
+  EXPECT_EQ(engine.key_scans().size(), mapped.key_scans().size());
+  EXPECT_LT(rms_error(run, outcomes), 0.005);
+  // Without a map there is nothing to tell, and none is made.
+  SlamEngine empty = make_engine(run, monte_carlo(), options);
+  EXPECT_EQ(process(run, empty).back().match.status, MatchStatus::kRejectedNoReference);
+  EXPECT_TRUE(empty.map().field.empty());
+}
+
+TEST(SlamEngine, OptionsAndMatcherMayChangeOnTheWay) {
+  const SimulatedRun run = drive_through("rooms", 12.0, 5);
+  SlamEngine engine = make_engine(run);
+  engine.process(run.scan_input(0));
+  EngineOptions options;
+  options.slam.insert_distance = 0.0;
+  options.slam.insert_angle = 0.0;
+  engine.set_options(options);
+  engine.set_matcher(odometry_only());
+  EXPECT_TRUE(engine.process(run.scan_input(1)).inserted);
+  options.map.resolution = 0.1;
+  EXPECT_EQ(error_text<ConfigurationError>([&] { engine.set_options(options); }),
+            "map/resolution: 0.1 is not allowed with a map that was made with 0.05; allowed: the "
+            "same, or a new map");
+  EXPECT_EQ(engine.options().map.resolution, 0.05);
+  MapStart other{SlamMap(options.map, options.field), {}, {}};
+  EXPECT_THROW(engine.start_from(other), ConfigurationError);
+}
+
+// --- several lasers ---
+
+/// The scans of a laser that looks ahead and of one that looks back, at the same moments.
+struct TwoLasers {
+  explicit TwoLasers(double duration) {
+    SimulationOptions options;
+    options.laser.beams = 400;
+    options.laser.field_of_view = degrees_to_radians(100.0);
+    front = drive_through("rooms", duration, 3, options);
+    options.laser.mount_x = -0.275;
+    options.laser.mount_yaw = kPi - 0.1;
+    back = drive_through("rooms", duration, 3, options);
+  }
+
+  /// The last pose of each moment.
+  std::vector<ScanOutcome> process_both(SlamEngine& engine) const {
+    std::vector<ScanOutcome> outcomes;
+    for (std::size_t i = 0; i < front.scans.size(); ++i) {
+      engine.process(front.scan_input(i));
+      ScanInput second = back.scan_input(i);
+      second.laser = 1;
+      outcomes.push_back(engine.process(second));
+    }
+    return outcomes;
+  }
+
+  SimulatedRun front;
+  SimulatedRun back;
+};
+
+TEST(SlamEngine, SeveralLasersMakeOneMap) {
+  const TwoLasers lasers(25.0);
+  SlamEngine engine = make_engine(lasers.front);
+  const std::vector<ScanOutcome> outcomes = lasers.process_both(engine);
+  EXPECT_TRUE(outcomes.front().inserted) << "it sees what the first one does not";
+  EXPECT_LT(rms_error(lasers.front, outcomes), 0.005);
+  // What is behind is there from the first moment.
+  SlamEngine one = make_engine(lasers.front);
+  one.process(lasers.front.scan_input(0));
+  SlamEngine both = make_engine(lasers.front);
+  both.process(lasers.front.scan_input(0));
+  ScanInput second = lasers.back.scan_input(0);
+  second.laser = 1;
+  both.process(second);
+  EXPECT_GT(both.map().field.surface_cells().size(), one.map().field.surface_cells().size() + 50);
+}
+
+TEST(SlamEngine, OneLaserHasOneScanAMoment) {
+  const TwoLasers lasers(1.0);
+  SlamEngine engine = make_engine(lasers.front);
+  engine.process(lasers.front.scan_input(0));
+  EXPECT_THROW(engine.process(lasers.front.scan_input(0)), std::invalid_argument);
+  ScanInput second = lasers.back.scan_input(0);
+  second.laser = 1;
+  EXPECT_NO_THROW(engine.process(second));
 }
 
 TEST(SlamEngine, WaitsForAScanThatStartsTheMap) {

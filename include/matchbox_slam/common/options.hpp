@@ -51,6 +51,7 @@ struct OptionDescription {
   std::string unit;     ///< empty when the value is a plain number, a word or a switch
   std::string allowed;  ///< for people
   std::string meaning;
+  Allowed limits;  ///< for programs
 };
 
 // An options struct is a plain struct whose fields carry their defaults, with one static template
@@ -99,8 +100,8 @@ template <typename Options>
     } else {
       value = field;
     }
-    rows.push_back(
-        {name, value, unit, std::is_same_v<Field, bool> ? "true, false" : allowed.text(), meaning});
+    rows.push_back({name, value, unit, std::is_same_v<Field, bool> ? "true, false" : allowed.text(),
+                    meaning, allowed});
   });
   return rows;
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
@@ -95,27 +96,38 @@ class LikelihoodField {
 
   [[nodiscard]] bool has_surface(const Cell& cell) const;
 
+  /// A surface as it is kept: fractions of 32767.
+  struct StoredSurface {
+    std::uint16_t hits = 0;
+    std::int16_t offset_x = 0;  ///< mean position within the cell, from centre to edge
+    std::int16_t offset_y = 0;
+    std::int16_t mean_double_angle_x = 0;  ///< over the hits
+    std::int16_t mean_double_angle_y = 0;
+    std::int16_t double_angle_x = 0;  ///< as in Surface
+    std::int16_t double_angle_y = 0;
+  };
+
+  /// The surface of a cell that has one; unchecked.
+  [[nodiscard]] const StoredSurface& stored_surface(const Cell& cell) const {
+    return *find_surface(cell);
+  }
+
+  /// Makes these the field's surfaces, instead of any that were there, and renders them all: with
+  /// every cell of `surface_cells` and its `stored_surface` the copy is the original, bit by bit.
+  void restore(const std::vector<std::pair<Cell, StoredSurface>>& surfaces);
+
   [[nodiscard]] std::size_t bytes() const {
     return tiles_.bytes() + surfaces_.bytes() + bounds_.bytes();
   }
 
  private:
-  struct StoredSurface {
-    std::uint16_t hits = 0;
-    std::int16_t offset_x =
-        0;  ///< mean position within the cell, 1/65536 of a cell from the centre
-    std::int16_t offset_y = 0;
-    std::int16_t mean_double_angle_x = 0;  ///< over the hits, 32767 being 1
-    std::int16_t mean_double_angle_y = 0;
-    std::int16_t double_angle_x = 0;  ///< as in Surface, 32767 being 1
-    std::int16_t double_angle_y = 0;
-  };
   using SurfaceTile = std::array<StoredSurface, std::size_t{8} * 8>;
   using SurfaceTiles = TiledGrid<SurfaceTile, 3>;
 
   void add_hit(const SurfaceHit& hit);
   bool remove_surface(const Cell& cell);
   [[nodiscard]] const StoredSurface* find_surface(const Cell& cell) const;
+  void render_around(std::vector<Cell> changed);
   [[nodiscard]] std::vector<Cell> blocks_around(std::vector<Cell> changed) const;
   [[nodiscard]] std::vector<Cell> surfaces_in(const CellBox& box) const;
   void render_block(const Cell& block);

@@ -41,6 +41,9 @@ class OccupancyGrid {
   /// Returns the new probability.
   double blend(const Cell& cell, double observed, double quality);
 
+  /// Gives the cell what `stored` of another grid said.
+  void restore(const Cell& cell, Stored value);
+
   /// Smallest box around all observed cells; empty when there are none.
   [[nodiscard]] CellBox known_bounds() const;
 

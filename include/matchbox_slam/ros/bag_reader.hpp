@@ -31,6 +31,7 @@ struct BagTransforms {
 struct BagMessage {
   ros::Time time;  ///< at which it was recorded
   std::variant<sensor_msgs::LaserScan::ConstPtr, BagTransforms> content;
+  int laser = 0;  ///< of a scan: number of its topic among those asked for
 };
 
 /// Part of a bag, in seconds from its first message.
@@ -68,9 +69,10 @@ class BagReader {
   [[nodiscard]] ros::Time begin_time() const { return begin_; }
   [[nodiscard]] ros::Time end_time() const { return end_; }
 
-  /// Scans of one topic together with /tf and /tf_static of the period. What was said on /tf_static
-  /// before the period comes first. The reader outlives its streams; one is read at a time.
-  [[nodiscard]] std::unique_ptr<BagStream> stream(const std::string& scan_topic,
+  /// Scans of these topics together with /tf and /tf_static of the period. What was said on
+  /// /tf_static before the period comes first. The reader outlives its streams; one is read at a
+  /// time.
+  [[nodiscard]] std::unique_ptr<BagStream> stream(const std::vector<std::string>& scan_topics,
                                                   const BagPeriod& period) const;
 
  private:

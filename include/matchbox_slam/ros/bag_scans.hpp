@@ -36,7 +36,7 @@ struct BagRequest {
 /// What was found in a bag, and what happened while reading it.
 struct BagFacts {
   std::vector<std::string> bags;
-  std::string scan_topic;
+  std::vector<std::string> scan_topics;
   double seconds = 0.0;  ///< from the first scan's recording to the last one's
   int threads = 1;
   double scan_time_offset = 0.0;                 ///< [s] that was applied

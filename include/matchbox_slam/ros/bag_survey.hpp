@@ -9,12 +9,13 @@
 #include <vector>
 
 #include "matchbox_slam/ros/bag_reader.hpp"
+#include "matchbox_slam/ros/clock_comparison.hpp"
 
 namespace matchbox_slam {
 
 /// What the beginning of a bag tells about its frames and clocks.
 struct BagSurvey {
-  std::string scan_frame;  ///< empty when there is no scan
+  std::string scan_frame;  ///< of the first topic's scans; empty when there is none
   /// Parents of each frame, without what touches the map frame.
   std::map<std::string, std::set<std::string>> parents;
   /// Frames whose place in their parent came on /tf, and not on /tf_static.
@@ -26,20 +27,18 @@ struct BagSurvey {
   std::optional<double> scan_time_offset;
 };
 
-/// Offsets below are delays in the drivers and no difference of clocks.
-constexpr double kClockOffsetWorthTelling = 1.0;
-
 /// Reads the first ten seconds of a period, and on until a scan and its frame's place in tf are
 /// seen. Ends early when interrupted.
-[[nodiscard]] BagSurvey survey_bag(const BagReader& reader, const std::string& scan_topic,
+[[nodiscard]] BagSurvey survey_bag(const BagReader& reader,
+                                   const std::vector<std::string>& scan_topics,
                                    const BagPeriod& period, const std::string& map_frame,
                                    const std::function<bool()>& is_interrupted = {});
 
-/// The topic asked for, or the only one that there is. Throws ConfigurationError listing the scan
-/// topics when there is more than one to choose from, none, or when the one asked for carries
-/// something else.
-[[nodiscard]] std::string choose_scan_topic(const BagReader& reader,
-                                            const std::optional<std::string>& asked);
+/// The topics asked for, or the only one that there is. Throws ConfigurationError listing the scan
+/// topics when there is more than one to choose from, none, or when one asked for carries something
+/// else.
+[[nodiscard]] std::vector<std::string> choose_scan_topics(const BagReader& reader,
+                                                          const std::vector<std::string>& asked);
 
 struct BagFrames {
   std::string base;

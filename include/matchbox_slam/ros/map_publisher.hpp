@@ -21,7 +21,7 @@ namespace matchbox_slam {
 struct MapRevision {
   std::size_t resets = 0;
   std::size_t inserted = 0;  ///< scans in the map
-  std::size_t scans = 0;     ///< poses in the paths
+  std::size_t scans = 0;     ///< that were processed
 };
 
 /// The state of the mapping at one moment. Copies share the grid's memory.
@@ -29,8 +29,8 @@ struct MapSnapshot {
   MapRevision revision;
   ros::Time stamp;  ///< of the newest scan
   OccupancyGrid occupancy{0.05};
-  std::vector<StampedPose2> trajectory;  ///< of the base in the map
-  std::vector<StampedPose2> odometry;    ///< of the base in the odometry frame
+  std::vector<StampedPose2> path;           ///< of the base in the map
+  std::vector<StampedPose2> odometry_path;  ///< of the base in the odometry frame
 };
 
 /// Publishes map, map_metadata, path and odometry_path, all latched, from a thread of its own, so
@@ -43,6 +43,10 @@ class MapPublisher {
   MapPublisher(ros::NodeHandle& node, std::string map_frame, double interval,
                std::function<MapRevision()> revision, std::function<MapSnapshot()> snapshot);
   ~MapPublisher();
+
+  /// Another shortest time between two maps [s].
+  void set_interval(double interval);
+
   MapPublisher(const MapPublisher&) = delete;
   MapPublisher& operator=(const MapPublisher&) = delete;
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "matchbox_slam/common/options.hpp"
 
@@ -10,6 +11,7 @@ namespace matchbox_slam {
 /// gmapping's where the meaning is.
 struct RunOptions {
   std::string matcher = "olson";
+  std::vector<std::string> scan_topics;
   int seed = 1;
   std::string base_frame = "base_link";
   std::string odom_frame = "odom";
@@ -17,6 +19,7 @@ struct RunOptions {
   bool use_odometry = true;
   double transform_timeout = 2.0;
   int queue_size = 2000;
+  double max_lag = 0.0;
   std::string scan_time_offset = "0";
   std::string time_jump = "reset";
   double start_x = 0.0;
@@ -28,6 +31,9 @@ struct RunOptions {
     option(self.matcher, "matcher", any(), "",
            "Scan matcher: a plugin's short name such as olson, or its lookup name such as "
            "matchbox_slam/Olson.");
+    option(self.scan_topics, "scan_topics", any(), "",
+           "Topics of the robot's lasers where it has several. Empty: the node takes scan, map_bag "
+           "the only one there is.");
     option(self.seed, "seed", at_least(0.0), "",
            "Of the random numbers; the same seed gives the same map.");
     option(self.base_frame, "base_frame", any(), "",
@@ -42,10 +48,12 @@ struct RunOptions {
            "A scan waits this long for its transforms, then it is skipped.");
     option(self.queue_size, "queue_size", between(1, 1e6), "",
            "Scans that may wait; beyond, the oldest are skipped.");
-    option(
-        self.scan_time_offset, "scan_time_offset", any(), "s",
-        "Added to the stamps of scans, whose clock may differ from tf's; a number, or for map_bag "
-        "'auto': what it estimates.");
+    option(self.max_lag, "max_lag", between(0.0, 3600.0), "s",
+           "A scan that waited longer than this is skipped when a newer one is there, for robots "
+           "that need the pose of now; 0: none is.");
+    option(self.scan_time_offset, "scan_time_offset", any(), "s",
+           "Added to the stamps of scans, whose clock may differ from tf's; a number, or 'auto': "
+           "what the first seconds tell.");
     option(self.time_jump, "time_jump", one_of({"reset", "stop"}), "",
            "When time jumps back by more than 1 s: start a new map, or stop.");
     option(self.start_x, "start_x", between(-1e8, 1e8), "m",

@@ -12,6 +12,7 @@ struct SlamNodeOptions {
   double transform_publish_period = 0.05;
   double transform_tolerance = 0.1;
   double map_update_interval = 1.0;
+  std::string initial_map;
   std::string map_file = "map";
   std::string trajectory_file;
 
@@ -25,8 +26,11 @@ struct SlamNodeOptions {
            "The transforms are stamped this far ahead, so that listeners need not wait.");
     option(self.map_update_interval, "map_update_interval", between(0.05, 3600.0), "s",
            "Shortest time between two maps that are published, by the wall clock.");
+    option(self.initial_map, "initial_map", any(), "",
+           "Map to go on with: a .slam file of ~save_map, or a .yaml file as of map_server; empty: "
+           "none.");
     option(self.map_file, "map_file", any(), "",
-           "~save_map writes this path + .pgm, .yaml and .png.");
+           "~save_map writes this path + .pgm, .yaml, .png and .slam.");
     option(self.trajectory_file, "trajectory_file", any(), "",
            "~save_map and the end of the node write the trajectory here (TUM); empty: nowhere.");
   }

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -27,6 +28,7 @@ struct ScanInput {
   LaserScan scan;
   Eigen::Isometry3d base_from_laser = Eigen::Isometry3d::Identity();
   std::optional<ScanOdometry> odometry;  ///< none: the engine goes by constant velocity
+  int laser = 0;                         ///< which of the robot's lasers, where it has several
 };
 
 struct SlamOptions {
@@ -35,6 +37,7 @@ struct SlamOptions {
   double insert_overlap = 0.0;
   int key_scans = 30;
   int min_points = 10;
+  bool update_map = true;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -49,6 +52,9 @@ struct SlamOptions {
            "Recent inserted scans kept for matchers of scan to scan.");
     option(self.min_points, "min_points", between(1, 100000), "",
            "Scans with fewer hits are not matched; the prediction stands.");
+    option(self.update_map, "update_map", any(), "",
+           "Whether scans are inserted; if not, the map that is there only tells where the robot "
+           "is.");
   }
 };
 
@@ -80,6 +86,14 @@ struct ScanOutcome {
   bool left_out = false;  ///< the map would have become too large with it
 };
 
+/// A map to go on with, and where the base may be in it.
+struct MapStart {
+  SlamMap map;
+  KeyScans key_scans;
+  Pose2 map_from_base;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the map frame
+};
+
 /// The SLAM loop: predict, match, decide, insert. Single-threaded; the same scans, options and seed
 /// yield the same bits.
 class SlamEngine {
@@ -90,7 +104,8 @@ class SlamEngine {
   SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
              std::uint64_t seed, const Pose2& start = {});
 
-  /// Processes the next scan. Scans come in order of their stamps.
+  /// Processes the next scan. Scans come in order of their stamps; those of different lasers may
+  /// have the same one.
   /// Throws std::invalid_argument when a stamp is not later than the one before, or odometry or the
   /// laser's pose is no number; then nothing has changed.
   ScanOutcome process(const ScanInput& input);
@@ -103,9 +118,20 @@ class SlamEngine {
   /// Matches from the next scan on are made by this matcher; map and pose stay.
   void set_matcher(std::shared_ptr<const ScanMatcher> matcher) { matcher_ = std::move(matcher); }
 
+  /// These take effect from the next scan on; map and pose stay. Throws ConfigurationError for
+  /// another resolution or likelihood field, which the map was made with.
+  void set_options(const EngineOptions& options);
+
   /// Says where the base was at the newest scan, or will be at the first one; the map stays.
   /// @param covariance  over (x, y, theta) in the map frame.
   void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
+
+  /// Goes on with another map: the next scan is matched where `start` says that the base is. Throws
+  /// ConfigurationError when that map was made with another resolution or likelihood field.
+  void start_from(MapStart start);
+
+  /// What it takes to go on from here: the map and where the base was at the newest scan.
+  [[nodiscard]] MapStart snapshot() const;
 
  private:
   /// The newest scan's pose and what the next prediction needs.
@@ -116,19 +142,26 @@ class SlamEngine {
     std::optional<Pose2> odom_from_base;
     Pose2 motion;           ///< from the scan before this one, by its own base frame
     double interval = 0.0;  ///< [s] that this motion took
+    int laser = 0;
+    bool matched = false;
   };
 
   [[nodiscard]] MotionEstimate predict_motion(const ScanInput& input) const;
   [[nodiscard]] Pose2 motion_during_scan(const ScanInput& input) const;
-  [[nodiscard]] bool is_worth_inserting(const MatchResult& match) const;
-  void insert(const PointScan& scan, const Pose2& map_from_base);
+  void check_input(const ScanInput& input) const;
+  [[nodiscard]] bool is_to_be_inserted(const MatchResult& match, int laser) const;
+  [[nodiscard]] bool is_worth_inserting(const MatchResult& match, int laser) const;
+  void insert(const PointScan& scan, const Pose2& map_from_base, int laser);
+  void remember(const ScanInput& input, const ScanOutcome& outcome);
 
   EngineOptions options_;
   std::shared_ptr<const ScanMatcher> matcher_;
   std::uint64_t seed_;
   Pose2 start_;
+  Eigen::Matrix3d start_covariance_ = Eigen::Matrix3d::Zero();
   std::uint64_t scan_count_ = 0;
   std::optional<State> last_;
+  std::map<int, Pose2> last_inserted_;  ///< map_from_base, by laser
   KeyScans key_scans_;
   SlamMap map_;
 };

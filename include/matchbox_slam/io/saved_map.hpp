@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+
+#include "matchbox_slam/io/map_file.hpp"
+#include "matchbox_slam/slam/slam_engine.hpp"
+
+namespace matchbox_slam {
+
+/// A map as bytes, from which mapping goes on as if it had never stopped: every cell with all that
+/// is known of it, the walls below the size of a cell, the key scans, and where the base was.
+/// Compressed and with a checksum (gzip). Rays without return of key scans are left out: they have
+/// done their work once the map is drawn.
+[[nodiscard]] std::string to_saved_map(const MapStart& map);
+
+/// Reads what `to_saved_map` wrote. Throws FileError for a file that is none, is cut off or
+/// damaged, or comes from another version of the format.
+[[nodiscard]] MapStart read_saved_map(const std::string& path);
+
+/// A map to go on with from an image, as of map_server. Occupied pixels become walls, each where
+/// its occupied neighbours lie on a line, so that a scan can be matched to a fraction of a cell.
+/// There are no key scans, and pose and covariance are left as they are by default.
+/// Throws ConfigurationError when its resolution is not that of `map_options`, and FileError for an
+/// image that is turned. `path` is for error texts.
+[[nodiscard]] MapStart map_from_image(const MapImage& image, const std::string& path,
+                                      const MapOptions& map_options,
+                                      const LikelihoodFieldOptions& field_options);
+
+/// Reads either: a path that ends in ".yaml" is an image, one in ".slam" a saved map.
+/// Throws FileError or ConfigurationError.
+[[nodiscard]] MapStart read_map_start(const std::string& path, const EngineOptions& options);
+
+}  // namespace matchbox_slam

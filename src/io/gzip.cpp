@@ -1,0 +1,79 @@
+#include "matchbox_slam/io/gzip.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+#include "matchbox_slam/io/file.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr int kGzipWindow = 15 + 16;  // zlib's own numbers: the largest window, a gzip head
+constexpr int kMemoryLevel = 8;
+constexpr std::size_t kMostBytes = std::size_t{4} << 30;
+
+using Buffer = std::array<char, std::size_t{1} << 16>;
+
+/// zlib takes input in pieces of 32 bit; ours are far smaller.
+void give_input(const std::string& bytes, std::size_t& taken, z_stream& stream) {
+  const std::size_t size = std::min(bytes.size() - taken, std::size_t{1} << 30);
+  // zlib does not write to its input, but older versions do not say so. NOLINTNEXTLINE
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data() + taken));
+  stream.avail_in = static_cast<uInt>(size);
+  taken += size;
+}
+
+}  // namespace
+
+std::string compress(const std::string& bytes) {
+  z_stream stream{};
+  if (deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kGzipWindow, kMemoryLevel,
+                   Z_DEFAULT_STRATEGY) != Z_OK) {
+    throw std::runtime_error("cannot compress: there is not enough memory");
+  }
+  std::string result;
+  Buffer buffer;
+  std::size_t taken = 0;
+  int state = Z_OK;
+  while (state != Z_STREAM_END) {
+    if (stream.avail_in == 0) {
+      give_input(bytes, taken, stream);
+    }
+    stream.next_out = reinterpret_cast<Bytef*>(buffer.data());
+    stream.avail_out = static_cast<uInt>(buffer.size());
+    state = deflate(&stream, taken == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
+    result.append(buffer.data(), buffer.size() - stream.avail_out);
+  }
+  deflateEnd(&stream);
+  return result;
+}
+
+std::string decompress(const std::string& compressed, const std::string& path) {
+  z_stream stream{};
+  if (inflateInit2(&stream, kGzipWindow) != Z_OK) {
+    throw std::runtime_error("cannot decompress: there is not enough memory");
+  }
+  std::string result;
+  Buffer buffer;
+  std::size_t taken = 0;
+  int state = Z_OK;
+  while (state == Z_OK && result.size() <= kMostBytes) {
+    if (stream.avail_in == 0) {
+      give_input(compressed, taken, stream);
+    }
+    stream.next_out = reinterpret_cast<Bytef*>(buffer.data());
+    stream.avail_out = static_cast<uInt>(buffer.size());
+    state = inflate(&stream, Z_NO_FLUSH);
+    result.append(buffer.data(), buffer.size() - stream.avail_out);
+  }
+  inflateEnd(&stream);
+  if (state != Z_STREAM_END) {
+    throw FileError("'" + path + "' is no saved map, or is cut off or damaged");
+  }
+  return result;
+}
+
+}  // namespace matchbox_slam

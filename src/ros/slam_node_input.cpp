@@ -1,0 +1,151 @@
+// What the SLAM node does with messages as they come in.
+
+#include <cmath>
+
+#include "matchbox_slam/ros/message_conversion.hpp"
+#include "matchbox_slam/ros/slam_node.hpp"
+
+namespace matchbox_slam {
+
+namespace {
+
+// Generous, since a message lost here is lost uncounted.
+constexpr std::uint32_t kScanMessages = 1000;
+constexpr std::uint32_t kTransformMessages = 10000;
+
+constexpr double kWarningInterval = 10.0;  // s
+
+}  // namespace
+
+void SlamNode::subscribe() {
+  using TransformEvent = ros::MessageEvent<const tf2_msgs::TFMessage>;
+  const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
+  const auto subscribe_to_transforms = [&](const std::string& topic, bool is_static) {
+    return node_.subscribe<tf2_msgs::TFMessage>(
+        topic, kTransformMessages,
+        [this, is_static](const TransformEvent& event) { on_transforms(event, is_static); },
+        ros::VoidConstPtr(), hints);
+  };
+  static_transform_subscriber_ = subscribe_to_transforms("/tf_static", true);
+  transform_subscriber_ = subscribe_to_transforms("/tf", false);
+  const std::vector<std::string> topics =
+      options_.scan_topics.empty() ? std::vector<std::string>{"scan"} : options_.scan_topics;
+  std::vector<std::string> resolved;
+  for (int laser = 0; laser < static_cast<int>(topics.size()); ++laser) {
+    scan_subscribers_.push_back(node_.subscribe<sensor_msgs::LaserScan>(
+        topics[static_cast<std::size_t>(laser)], kScanMessages,
+        [this, laser](const ScanEvent& event) { on_scan(event, laser); }, ros::VoidConstPtr(),
+        hints));
+    resolved.push_back(scan_subscribers_.back().getTopic());
+  }
+  initial_pose_subscriber_ =
+      node_.subscribe("initialpose", 10, &SlamNode::on_initial_pose, this, hints);
+  ROS_INFO_STREAM("mapping with " << configuration_.setup().matcher_name << ": scans from "
+                                  << join(resolved) << ", frames " << options_.map_frame << ", "
+                                  << (options_.use_odometry ? options_.odom_frame + ", " : "")
+                                  << options_.base_frame);
+}
+
+void SlamNode::on_scan(const ScanEvent& event, int laser) {
+  {
+    const std::lock_guard<std::mutex> lock(queue_mutex_);
+    const sensor_msgs::LaserScan& scan = *event.getConstMessage();
+    clock_watch_.add_scan(scan.header.stamp, event.getReceiptTime());
+    settle_clocks(event.getReceiptTime());
+    if (holds_scans_) {
+      held_scans_.emplace_back(event, laser);
+    } else {
+      queue_.add_scan(scan, event.getReceiptTime(), laser);
+    }
+    warn_of_skipped();
+  }
+  queue_changed_.notify_one();
+}
+
+void SlamNode::on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event,
+                             bool is_static) {
+  {
+    const std::lock_guard<std::mutex> lock(queue_mutex_);
+    if (!is_static) {
+      clock_watch_.add_transforms(*event.getConstMessage(), event.getReceiptTime());
+    }
+    settle_clocks(event.getReceiptTime());
+    queue_.add_transforms(*event.getConstMessage(), is_static, event.getReceiptTime());
+    warn_of_map_link(event);
+    warn_of_skipped();
+  }
+  queue_changed_.notify_one();
+}
+
+/// Tells once whether the clocks of scans and tf differ; with 'auto' the scans held back go on
+/// then.
+void SlamNode::settle_clocks(const ros::Time& now) {
+  const std::optional<double> offset = clock_watch_.conclude(now);
+  if (!offset) {
+    return;
+  }
+  const double applied = fixed_scan_time_offset(options_).value_or(*offset);
+  if (std::abs(*offset - applied) > kClockOffsetWorthTelling) {
+    untold_clock_offset_ = *offset;
+    ROS_WARN_STREAM("the clocks of scans and tf differ: scans are "
+                    << std::abs(*offset) << " s " << (*offset > 0.0 ? "behind" : "ahead")
+                    << "; to correct that set scan_time_offset to auto or " << *offset);
+  } else if (applied != 0.0) {
+    ROS_INFO_STREAM("stamps of scans are moved by " << applied << " s to the clock of tf");
+  }
+  if (holds_scans_) {
+    queue_.set_scan_time_offset(ros::Duration(applied));
+    for (const auto& [event, laser] : held_scans_) {
+      queue_.add_scan(*event.getConstMessage(), now, laser);
+    }
+    held_scans_.clear();
+    holds_scans_ = false;
+  }
+}
+
+void SlamNode::on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& message) {
+  const std::string frame = without_leading_slash(message.header.frame_id);
+  if (frame != options_.map_frame) {
+    ROS_WARN_STREAM("initialpose in frame '" << frame << "' is ignored; it has to be in '"
+                                             << options_.map_frame << "'");
+    return;
+  }
+  if (const std::string defect = find_defect(message.pose); !defect.empty()) {
+    ROS_WARN_STREAM("initialpose is ignored: " << defect);
+    return;
+  }
+  const std::lock_guard<std::mutex> lock(run_mutex_);
+  run_.set_pose(to_pose2(message.pose.pose), plane_covariance(message.pose));
+}
+
+void SlamNode::warn_of_map_link(const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
+  // What we publish comes back to us; within a process roscpp does not name the publisher.
+  const std::string& publisher = event.getPublisherName();
+  if (told_of_map_link_ || publisher == ros::this_node::getName() ||
+      publisher == "unknown_publisher") {
+    return;
+  }
+  const std::string link = find_map_link(*event.getConstMessage(), options_.map_frame);
+  if (!link.empty()) {
+    ROS_WARN_STREAM("tf that touches the map frame is ignored: "
+                    << link << ", published by " << publisher
+                    << "; if that is another localiser, set publish_tf to false or stop it");
+    told_of_map_link_ = true;
+  }
+}
+
+void SlamNode::warn_of_skipped() {
+  for (const SkippedScan& skipped : queue_.take_skipped()) {
+    last_skip_ = skipped.text;
+    const ros::WallTime now = ros::WallTime::now();
+    const auto last = last_warning_.find(skipped.reason);
+    if (last != last_warning_.end() && (now - last->second).toSec() < kWarningInterval) {
+      continue;
+    }
+    last_warning_[skipped.reason] = now;
+    ROS_WARN_STREAM(skipped.text << " (" << queue_.account().skipped_total() << " of "
+                                 << queue_.account().received << " scans skipped so far)");
+  }
+}
+
+}  // namespace matchbox_slam
