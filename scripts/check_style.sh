@@ -63,7 +63,8 @@ mapfile -t files < <(sources)
 check "clang-format" clang-format --dry-run -Werror "${files[@]}"
 check "catkin_lint" lint_package
 check "shellcheck" shellcheck --external-sources --source-path="$clone" \
-  "$clone"/scripts/*.sh "$clone/scripts/simulate_then_play" "$clone/benchmark/reproduce/one_node_slurm.sh" "$clone/.ci/run"
+  "$clone"/scripts/*.sh "$clone/scripts/simulate_then_play" "$clone/benchmark/reproduce/one_node_slurm.sh" \
+  "$clone/benchmark/reproduce/profiles/slurm/status.sh" "$clone/.ci/run"
 if $tidy; then
   if (($# == 0)); then
     mapfile -t files < <(sources -name '*.cpp')

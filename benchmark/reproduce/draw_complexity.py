@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the measured times of table I and the power laws fitted to them."""
+"""Draws, in the folder of a run, the measured times of table I and the power laws fitted to them."""
 
 import argparse
 
@@ -10,6 +10,7 @@ from experiments import NAMES
 from exponents import evaluate
 from files import read_json
 from plotting import BLUE, VERMILION, finish, legend_above, pyplot, save
+from tables import exponent
 
 
 def label_ticks(axis, formatter):
@@ -24,7 +25,7 @@ def draw(axes, row):
     axes.plot(x, row['time_ms'], 'o', color=BLUE, label='measured, median')
     curve = numpy.geomspace(x.min(), x.max(), 100)
     axes.plot(curve, evaluate(row['fit'], curve, x.max()), color=VERMILION,
-              label='%.2f ms + b x$^{%.2f}$' % (row['fit']['fixed'], row['fit']['exponent']))
+              label='%.2f ms + b x$^k$, k = %s' % (row['fit']['fixed'], exponent(row['fit'])))
     axes.set_xscale('log')
     axes.set_yscale('log')
     # A whole decade at least, so that flat looks flat and numbers have room.
@@ -34,21 +35,21 @@ def draw(axes, row):
     label_ticks(axes.yaxis, FormatStrFormatter('%g'))
     finish(axes, 'x = $%s$ [%s]' % (row['quantity'].replace('·', r'\cdot').replace(
         'tries', r'\mathrm{tries}'), row['unit']), 'time of a match [ms]')
-    axes.set_title(NAMES[row['matcher']], loc='left', pad=26, fontweight='bold')
-    legend_above(axes, 2)
+    axes.set_title(NAMES[row['matcher']], loc='left', pad=52, fontweight='bold')
+    legend_above(axes, 1)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--times', required=True)
-    parser.add_argument('--out', required=True)
-    arguments = parser.parse_args()
-    rows = read_json(arguments.times)['complexity']
-    figure, panels = pyplot.subplots((len(rows) + 1) // 2, 2, figsize=(10, 12), squeeze=False,
+    argparse.ArgumentParser(description=__doc__).parse_args()
+    rows = read_json('times.json')['complexity']
+    figure, panels = pyplot.subplots((len(rows) + 1) // 2, 2, figsize=(10, 13), squeeze=False,
                                      constrained_layout=True)
     for axes, row in zip(panels.flat, rows):
-        draw(axes, row)
-    save(figure, arguments.out)
+        if 'failed' in row:
+            axes.set_title('%s: failed' % NAMES[row['matcher']], loc='left')
+        else:
+            draw(axes, row)
+    save(figure, 'figures/1_complexity.png')
 
 
 if __name__ == '__main__':

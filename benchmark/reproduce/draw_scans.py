@@ -143,16 +143,17 @@ def draw_hough_lines(points, path):
 
 def draw_hough_domain(points, path):
     votes, edges = hough.domain(points, COLUMNS, CELL)
+    half = 90.0 / COLUMNS  # of a column, whose angle is its middle [degrees]
     figure, (above, below) = pyplot.subplots(
         2, 1, figsize=(11, 7.5), sharex=True, gridspec_kw={'height_ratios': (3, 1)}, constrained_layout=True)
-    image = above.imshow(votes, aspect='auto', origin='lower', extent=(0, 180, edges[0], edges[-1]),
+    image = above.imshow(votes, aspect='auto', origin='lower', extent=(-half, 180 - half, edges[0], edges[-1]),
                          cmap='magma_r', interpolation='nearest', vmax=max(1, votes.max() / 3))
     figure.colorbar(image, ax=above, label='votes of points', extend='max')
     finish(above, '', 'ρ, distance from the origin [m]')
     above.grid(False)
     reach = 1.15 * numpy.percentile(numpy.hypot(points[:, 0], points[:, 1]), 95)
     above.set_ylim(max(edges[0], -reach), min(edges[-1], reach))
-    angles = (numpy.arange(COLUMNS) + 0.5) * 180.0 / COLUMNS
+    angles = numpy.arange(COLUMNS) * 180.0 / COLUMNS
     below.plot(angles, (votes.astype(float) ** 2).sum(axis=0), color=BLUE, label='spectrum: sum of squares')
     finish(below, 'θ, direction of the normal [°]', 'votes²')
     below.set_ylim(bottom=0)
@@ -172,11 +173,13 @@ def main():
     poses = read_trajectory(arguments.trajectory)
     first = len(poses) // 2
     second = min(first + GAP, len(poses) - 1)
-    messages = scans.read_messages(arguments.bag, report['scan_topic'],
+    messages = scans.read_messages(arguments.bag, report['scan_topic'].split(', '),
                                    [poses[first, 0], poses[second, 0]], report['scan_time_offset_s'])
-    mount = scans.laser_mount(arguments.bag, report['frames']['base'], messages[0].header.frame_id)
-    reference, scan = (scans.points(message, mount) for message in messages)
-    draw_scan(reference, mount[1], arguments.out[0])
+    # Each of several lasers has its own place.
+    mounts = [scans.laser_mount(arguments.bag, report['frames']['base'], message.header.frame_id)
+              for message in messages]
+    reference, scan = map(scans.points, messages, mounts)
+    draw_scan(reference, mounts[0][1], arguments.out[0])
     draw_lookup_table(reference, scan, between(poses[first, 1:], poses[second, 1:]),
                       report['configuration']['field/sigma'], arguments.out[1])
     draw_hough_lines(reference, arguments.out[2])

@@ -1,31 +1,30 @@
 """Where the programs of the package are, and which ones they are."""
 
-import glob
 import hashlib
 import os
 import shutil
 import subprocess
+import xml.etree.ElementTree as ElementTree
 
 PROGRAMS = ('simulate', 'match_pairs', 'map_bag', 'evaluate')
-SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+LOAD_MATCHERS = ('match_pairs', 'map_bag')
 
 
 class Missing(Exception):
     """A program that is needed is not there."""
 
 
-def libexec_folders():
-    """The folders of the sourced catkin workspaces in which `rosrun` looks."""
-    if not shutil.which('catkin_find'):
+def lines_of(*command):
+    """What a program prints; nothing where it is missing."""
+    if not shutil.which(command[0]):
         return []
-    done = subprocess.run(['catkin_find', '--libexec', 'matchbox_slam'], stdout=subprocess.PIPE,
-                          stderr=subprocess.DEVNULL, text=True)
-    return done.stdout.split('\n')
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    return done.stdout.splitlines()
 
 
 def find():
-    """The paths of all programs, by name."""
-    path = os.pathsep.join([folder for folder in libexec_folders() if folder] +
+    """The paths of all programs, by name: where `rosrun` looks, then on the PATH."""
+    path = os.pathsep.join(lines_of('catkin_find', '--libexec', 'matchbox_slam') +
                            [os.environ.get('PATH', '')])
     found = {name: shutil.which(name, path=path) for name in PROGRAMS}
     for name in PROGRAMS:
@@ -35,22 +34,33 @@ def find():
     return found
 
 
-def fingerprint(programs):
-    """Changes whenever a program or library of the package does, so that results are made anew."""
+def libraries(program):
+    """The package's own libraries that a program is linked with."""
+    words = [line.split() for line in lines_of('ldd', program) if 'matchbox_slam' in line]
+    return [line[2] for line in words if len(line) > 2]
+
+
+def matcher_libraries(program):
+    """The libraries of all matchers that pluginlib may load: the package's own, and other people's."""
+    folders = os.environ.get('CMAKE_PREFIX_PATH', '').split(os.pathsep)
+    found = [os.path.join(os.path.dirname(os.path.dirname(program)), 'libmatchbox_slam_plugins.so')]
+    for line in lines_of('rospack', 'plugins', '--attrib=plugin', 'matchbox_slam'):
+        for library in ElementTree.parse(line.split(None, 1)[1]).iter('library'):
+            if any(entry.get('base_class_type') == 'matchbox_slam::ScanMatcher' for entry in library):
+                found += [os.path.join(folder, library.get('path') + '.so') for folder in folders]
+    return [path for path in found if os.path.isfile(path)]
+
+
+def fingerprint(program):
+    """Changes whenever what a program consists of does, so that its results are made anew."""
+    files = [program] + libraries(program)
+    if os.path.basename(program) in LOAD_MATCHERS:
+        files += matcher_libraries(program)
+    if os.path.basename(program) == 'evaluate':
+        plot = os.path.join(os.path.dirname(program), 'plot_evaluation')
+        files += [plot] if os.path.isfile(plot) else []
     digest = hashlib.sha256()
-    library_folder = os.path.dirname(os.path.dirname(programs['map_bag']))
-    for path in sorted(programs.values()) + sorted(
-            glob.glob(os.path.join(library_folder, 'libmatchbox_slam_*.so'))):
+    for path in sorted(set(map(os.path.realpath, files))):
         with open(path, 'rb') as file:
             digest.update(file.read())
     return digest.hexdigest()[:16]
-
-
-def commit():
-    """Of the source tree; an installed package has none."""
-    try:
-        done = subprocess.run(['git', '-C', SOURCE, 'describe', '--always', '--dirty'],
-                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    except OSError:
-        return None
-    return done.stdout.strip() or None

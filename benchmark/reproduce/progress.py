@@ -1,8 +1,12 @@
 """Snakemake's log handler: one line a finished job, and what went wrong."""
 
+import os
 import sys
 
 from snakemake.logging import logger
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import files  # noqa: E402  the path comes first
 
 # Snakemake's own handler tells ten lines a job, and its --quiet would silence the progress as well.
 if logger.text_handler in logger.log_handler:
@@ -10,6 +14,7 @@ if logger.text_handler in logger.log_handler:
 
 names = {}
 finished = []
+reasons = set()
 
 
 def describe(message):
@@ -22,6 +27,18 @@ def tell(text):
     print(text, file=sys.stderr, flush=True)
 
 
+def why(message):
+    """What the program of a failed job said; of several that say the same, once."""
+    said = ' '.join(files.reason(log) for log in message.get('log') or []) or str(message.get('shellcmd'))
+    if said in reasons:
+        return 'the same'
+    reasons.add(said)
+    if any(flag in said for flag in ('--scan-topic', '--base-frame', '--odom-frame', '--no-odom',
+                                     'scan_time_offset')):
+        return said + ' (here: --map-options "...", or map_options of a sweep)'
+    return said
+
+
 def log_handler(message):
     level = message['level']
     if level == 'job_info':
@@ -32,7 +49,7 @@ def log_handler(message):
         tell('%d of %d: %s' % (message['done'], message['total'], ', '.join(finished)))
         finished.clear()
     elif level == 'job_error':
-        tell('FAILED: %s: %s' % (names.get(message['jobid'], message['name']), message.get('shellcmd')))
+        tell('FAILED: %s: %s' % (names.get(message['jobid'], message['name']), why(message)))
     elif level == 'error':
         tell(message['msg'])
     elif level == 'info' and message['msg'].startswith('Nothing to be done'):

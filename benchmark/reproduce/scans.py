@@ -16,19 +16,19 @@ def bare(frame):
     return frame.lstrip('/')
 
 
-def read_messages(bags, topic, stamps, stamp_offset):
+def read_messages(bags, topics, stamps, stamp_offset):
     """The scans of the given stamps, in their order. The offset is what was added to the scans' stamps."""
     found = {}
     for path in bags:
         with rosbag.Bag(path) as bag:
-            for _, message, _ in bag.read_messages(topics=[topic]):
+            for _, message, _ in bag.read_messages(topics=topics):
                 stamp = message.header.stamp.to_sec() + stamp_offset
                 for wanted in stamps:
                     if abs(stamp - wanted) < 1e-3:
                         found.setdefault(wanted, message)
                 if len(found) == len(stamps):
                     return [found[wanted] for wanted in stamps]
-    raise NoScan('no scan on %s at %s' % (topic, sorted(set(stamps) - set(found))))
+    raise NoScan('no scan on %s at %s' % (', '.join(topics), sorted(set(stamps) - set(found))))
 
 
 def laser_mount(bags, base, laser):

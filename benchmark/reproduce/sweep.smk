@@ -2,7 +2,6 @@
 #
 #   snakemake --snakefile benchmark/reproduce/sweep.smk --directory OUT --cores 2 --config sweep=FILE
 import os
-import shlex
 import sys
 
 sys.path.insert(0, workflow.basedir)
@@ -13,7 +12,7 @@ if 'sweep' not in config:
     raise WorkflowError('which sweep? --config sweep=FILE')
 try:
     SWEEP = sweep_cells.read(config['sweep'])
-except (OSError, sweep_cells.Mistake) as error:
+except (OSError, experiments.Mistake) as error:
     raise WorkflowError(str(error))
 SIMULATED = {name: entry['simulate'] for name, entry in SWEEP['bags'].items() if 'simulate' in entry}
 RECORDINGS = sweep_cells.recordings(SWEEP, config['sweep'])
@@ -27,8 +26,21 @@ def cell_files(name, cells):
     return [os.path.join(CELL.format(**cell._asdict()), name) for cell in cells]
 
 
+# The list of cells may be longer than a command line can be.
+def tell(page='index.html', table='sweep.csv'):
+    import sweep_page
+    rows = [sweep_page.Row(CELL.format(**cell._asdict()), cell, SETTINGS[cell.setting],
+                           RECORDINGS[cell.bag].truth is not None) for cell in CELLS]
+    sweep_page.write(rows, table, page)
+
+
 onsuccess:
     print('The page: ' + os.path.abspath('index.html'))
+
+
+onerror:
+    tell()
+    print('Something failed, which the page tells: ' + os.path.abspath('index.html'))
 
 
 rule all:
@@ -38,18 +50,13 @@ rule all:
 
 rule sweep_page:
     input:
-        script('sweep_page.py'), script('page.css'), script('page.py'),
-        reports=cell_files('report.json', CELLS),
-        qualities=cell_files('quality.json', CELLS),
-        errors=cell_files('ate.json', [cell for cell in CELLS if RECORDINGS[cell.bag].truth])
+        [script(name) for name in ('experiments.py', 'files.py', 'html_page.py', 'page.css', 'results.py',
+                                   'sweep_cells.py', 'sweep_page.py', 'tables.py')],
+        cell_files('report.json', CELLS),
+        cell_files('quality.json', CELLS),
+        cell_files('ate.json', [cell for cell in CELLS if RECORDINGS[cell.bag].truth])
     output:
         page='index.html',
         table='sweep.csv'
-    params:
-        cells=cell_files('', CELLS),
-        commit=programs.commit() or '',
-        programs=FINGERPRINT
-    # The list of cells may be longer than a command line can be.
     run:
-        import sweep_page
-        sweep_page.write(params.cells, params.commit, params.programs, output.table, output.page)
+        tell(output.page, output.table)

@@ -1,7 +1,5 @@
 #include "matchbox_slam/evaluation/scan_pairs.hpp"
 
-#include <time.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include <thread>
 
 #include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/common/thread_time.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -46,14 +45,6 @@ std::vector<ScanIndices> pairs_apart(const std::vector<LocatedScan>& scans, int 
     }
   }
   return pairs;
-}
-
-/// Time that the calling thread has had on a processor [s]: unlike the clock's, it does not count
-/// what other threads were given.
-double thread_seconds() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 PairMatch timed_match(const MatchProblem& problem, const ScanMatcher& matcher) {

@@ -13,6 +13,7 @@
 #include "matchbox_slam/io/hough_picture.hpp"
 #include "matchbox_slam/io/tum.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
+#include "matchbox_slam/matching/hough_transform.hpp"
 #include "matchbox_slam/ros/pair_report.hpp"
 #include "matchbox_slam/ros/simulation_record.hpp"
 #include "matchbox_slam/ros/slam_setup.hpp"
@@ -207,6 +208,32 @@ std::vector<Eigen::Matrix3d> information_of(const std::vector<LocatedScan>& scan
   return information;
 }
 
+template <typename Value>
+Value median_of(std::vector<Value> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Tells what the pairs are like.
+void describe_pairs(const std::vector<LocatedScan>& scans, const std::vector<ScanPair>& pairs,
+                    const EngineOptions& options, PairFacts& facts) {
+  std::vector<double> gaps;
+  std::vector<std::size_t> beams;
+  std::vector<double> reaches;
+  for (const ScanPair& pair : pairs) {
+    const LocatedScan& located = scans[pair.scan];
+    gaps.push_back(located.scan.stamp - scans[pair.reference].scan.stamp);
+    beams.push_back(located.scan.ranges.size());
+    const PointScan projected =
+        project_scan(located.scan, located.base_from_laser, located.motion, options.scan);
+    reaches.push_back(hough_points(projected.points, 0.0).reach);
+  }
+  facts.gap_seconds = median_of(gaps);
+  facts.beams = median_of(beams);
+  facts.reach = median_of(reaches);
+}
+
 /// What the Hough matcher sees of the first pairs, one picture each.
 void draw_pairs_for_debugging(const std::vector<LocatedScan>& scans,
                               const std::vector<ScanPair>& pairs, const SlamSetup& setup,
@@ -256,11 +283,12 @@ void match_pairs(const MatchPairsRequest& request, const RunDialog& dialog) {
   if (!request.debug.empty()) {
     require_writable_folder(request.debug);
   }
-  const LocatedScans located = read_recording(request, parameters, truth, setups, dialog);
+  LocatedScans located = read_recording(request, parameters, truth, setups, dialog);
   const std::optional<Simulation> simulation = simulation_of(request, dialog);
   const int seed = setups.front().run.seed;
   const std::vector<ScanPair> pairs = draw_pairs(
       located.scans, request.pairs, setups.front().engine.motion, static_cast<std::uint64_t>(seed));
+  describe_pairs(located.scans, pairs, setups.front().engine, located.facts);
   if (!request.debug.empty()) {
     draw_pairs_for_debugging(located.scans, pairs, setups.front(), request.debug);
   }

@@ -7,6 +7,8 @@
 #include <sstream>
 #include <variant>
 
+#include "provenance.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -117,22 +119,25 @@ std::string pairs_json(const PairTask& task, const std::vector<MatcherOnPairs>& 
   for (const MatcherOnPairs& matcher : matchers) {
     entries.push_back(json_of(matcher));
   }
-  const json summary = json::object({{"version", MATCHBOX_SLAM_VERSION},
-                                     {"bags", bags},
-                                     {"scan_topic", join(task.facts.bag.scan_topics)},
-                                     {"scan_time_offset_s", task.facts.bag.scan_time_offset},
-                                     {"truth", task.facts.truth},
-                                     {"scans", task.facts.scans},
-                                     {"scans_with_truth", task.facts.scans_with_truth},
-                                     {"pairs", task.options.pairs},
-                                     {"gap", task.options.gap},
-                                     {"error_xy_m", task.options.error_xy},
-                                     {"error_theta_rad", task.options.error_theta},
-                                     {"success_xy_m", task.limits.xy},
-                                     {"success_theta_rad", task.limits.theta},
-                                     {"seed", task.seed},
-                                     {"threads", task.threads},
-                                     {"matchers", entries}});
+  json summary = json::object({{"bags", bags},
+                               {"scan_topic", join(task.facts.bag.scan_topics)},
+                               {"scan_time_offset_s", task.facts.bag.scan_time_offset},
+                               {"truth", task.facts.truth},
+                               {"scans", task.facts.scans},
+                               {"scans_with_truth", task.facts.scans_with_truth},
+                               {"pairs", task.options.pairs},
+                               {"gap", task.options.gap},
+                               {"gap_s", task.facts.gap_seconds},
+                               {"beams", task.facts.beams},
+                               {"reach_m", task.facts.reach},
+                               {"error_xy_m", task.options.error_xy},
+                               {"error_theta_rad", task.options.error_theta},
+                               {"success_xy_m", task.limits.xy},
+                               {"success_theta_rad", task.limits.theta},
+                               {"seed", task.seed},
+                               {"threads", task.threads},
+                               {"matchers", entries}});
+  add_provenance(summary);
   return summary.dump(2) + "\n";
 }
 

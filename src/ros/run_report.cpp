@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <variant>
 
+#include "provenance.hpp"
+
 namespace matchbox_slam {
 
 namespace {
@@ -99,7 +101,7 @@ std::string to_json(const RunFacts& facts, const ScanAccount& account, const Sla
     bags.push_back(bag);
   }
   json report = json::object();
-  report["version"] = MATCHBOX_SLAM_VERSION;
+  add_provenance(report);
   report["bags"] = bags;
   report["scan_topic"] = join(facts.bag.scan_topics);
   report["frames"] = frames(setup.run);

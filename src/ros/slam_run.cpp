@@ -1,9 +1,10 @@
 #include "matchbox_slam/ros/slam_run.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <utility>
+
+#include "matchbox_slam/common/thread_time.hpp"
 
 namespace matchbox_slam {
 
@@ -81,11 +82,10 @@ void SlamRun::reconfigure(const SlamSetup& setup) {
 }
 
 ScanOutcome SlamRun::process(const ScanInput& input) {
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = thread_seconds();
   ScanOutcome outcome = engine_->process(input);
-  const std::chrono::duration<float> elapsed = std::chrono::steady_clock::now() - begin;
 
-  scan_seconds_.push_back(elapsed.count());
+  scan_seconds_.push_back(static_cast<float>(thread_seconds() - begin));
   last_match_seconds_ = matcher_->take_seconds();
   if (last_match_seconds_ > 0.0) {
     match_seconds_.push_back(static_cast<float>(last_match_seconds_));

@@ -1,8 +1,9 @@
 #include "matchbox_slam/ros/timed_matcher.hpp"
 
-#include <chrono>
 #include <stdexcept>
 #include <utility>
+
+#include "matchbox_slam/common/thread_time.hpp"
 
 namespace matchbox_slam {
 
@@ -16,10 +17,9 @@ void TimedMatcher::configure(const Parameters& /*parameters*/) {
 std::vector<OptionDescription> TimedMatcher::options() const { return matcher_->options(); }
 
 MatchResult TimedMatcher::match(const MatchProblem& problem) const {
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = thread_seconds();
   MatchResult result = matcher_->match(problem);
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
-  seconds_.store(elapsed.count());
+  seconds_.store(thread_seconds() - begin);
   return result;
 }
 

@@ -15,7 +15,7 @@ void add_plot_option(CLI::App& command, std::string& path);
 void require_plot_file(const std::string& path);
 
 /// Has the program `plot_evaluation`, which lies beside this one, draw a figure, and writes it
-/// atomically as a PNG file. `scripts/plot_evaluation` says what a figure consists of.
+/// atomically as a PNG file. `scripts/plot_evaluation.py` says what a figure consists of.
 /// Throws FileError when it cannot be drawn or written; the text says why.
 void write_plot(const std::string& path, const nlohmann::json& figure);
 

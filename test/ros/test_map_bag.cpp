@@ -104,6 +104,7 @@ TEST_F(MapBag, ReportsWhatItDid) {
   EXPECT_EQ(report("seed"), 5.0);
   EXPECT_EQ(report("configuration/monte_carlo~1max_tries"), 321.0);
   EXPECT_EQ(report("configuration/map~1resolution"), 0.05);
+  EXPECT_GT(report("machine/cores"), 0.0);
 }
 
 TEST_F(MapBag, OneSeedGivesTheSameBytesWithAnyNumberOfThreads) {

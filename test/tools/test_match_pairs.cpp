@@ -100,6 +100,18 @@ TEST_F(MatchPairsProgram, WritesALineForEveryMatcherAndPair) {
   }
 }
 
+TEST_F(MatchPairsProgram, TellsWhatWasMatchedAndByWhat) {
+  ASSERT_EQ(match("short", "told", "--matcher odometry_only --pairs 10 --gap 5").exit_code, 0);
+  const json told = summary("told");
+  EXPECT_EQ(told["beams"], 300);
+  EXPECT_NEAR(told["gap_s"].get<double>(), 0.25, 1e-6);
+  EXPECT_GT(told["reach_m"].get<double>(), 1.0);
+  EXPECT_LT(told["reach_m"].get<double>(), 31.0);  // the laser's range, and its place on the base
+  EXPECT_FALSE(told["commit"].get<std::string>().empty());
+  EXPECT_EQ(told["date"].get<std::string>().size(), 10U);
+  EXPECT_GT(told["machine"]["cores"], 0);
+}
+
 TEST_F(MatchPairsProgram, MeasuresTheErrorOfTheGuessRight) {
   // The odometry-only matcher's errors are the errors of the guess, which are known.
   ASSERT_EQ(match("short", "guess", "--matcher odometry_only").exit_code, 0);

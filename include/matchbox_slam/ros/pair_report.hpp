@@ -25,6 +25,9 @@ struct PairFacts {
   std::string truth;                 ///< file
   std::size_t scans = 0;             ///< in the recording
   std::size_t scans_with_truth = 0;  ///< that can be used, too
+  double gap_seconds = 0.0;          ///< between the scans of a pair, median
+  std::size_t beams = 0;             ///< of a scan, median
+  double reach = 0.0;  ///< distance of a scan's farthest hit from the base [m], median
 };
 
 /// What was asked of the matchers.

@@ -8,7 +8,8 @@
 
 namespace matchbox_slam {
 
-/// Any matcher, and how long its last match took. Everything else is as the matcher itself has it.
+/// Any matcher, and the time that its last match had on a processor, which other programs do not
+/// change. Everything else is as the matcher itself has it.
 class TimedMatcher : public ScanMatcher {
  public:
   explicit TimedMatcher(std::shared_ptr<const ScanMatcher> matcher);
@@ -18,7 +19,7 @@ class TimedMatcher : public ScanMatcher {
   [[nodiscard]] std::vector<OptionDescription> options() const override;
   [[nodiscard]] MatchResult match(const MatchProblem& problem) const override;
 
-  /// Time of the last match [s], and 0 from then on: a scan without match took none.
+  /// Of the last match [s], and 0 from then on: a scan without match took none.
   double take_seconds() { return seconds_.exchange(0.0); }
 
  private:

@@ -12,6 +12,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 
 
 class Usage(Exception):
@@ -61,22 +62,43 @@ def profile(name, folder):
     return name
 
 
-def check_sweep(path, folder):
-    """Says what is wrong with a sweep's file before anything starts."""
-    sys.path.insert(0, folder)
-    import sweep_cells
+def check_matcher(match_pairs, matcher, given):
+    """Lets the program say what is wrong with parameters; it looks at them before it opens a file."""
+    words = [word for item in given.items() for word in ('--set', '%s=%s' % item)]
+    done = subprocess.run([match_pairs, os.devnull, '--truth', os.devnull, '--out', os.devnull, '--matcher', matcher] +
+                          words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    if done.returncode == 2:
+        raise Usage(done.stderr.strip().replace('match_pairs: ', '', 1))
+
+
+def check_configuration(chosen, match_pairs):
+    """Says what is wrong with the parameters, or with the file of a sweep, before anything starts."""
+    import experiments
     try:
-        sweep_cells.read(path)
-    except (sweep_cells.Mistake, UnicodeDecodeError) as error:
+        if 'sweep' in chosen:
+            import sweep_cells
+            sweep = sweep_cells.read(chosen['sweep'])
+            for matcher in sweep['matchers']:
+                check_matcher(match_pairs, matcher, {})
+                # Each value alone: all combinations may be many.
+                for key, values in sweep['grid'].items():
+                    for value in values:
+                        check_matcher(match_pairs, matcher, experiments.settings_of(matcher, {key: value}))
+            return
+        experiments.check_settings(chosen['settings'], '--set')
+        experiments.check_map_options(chosen.get('map_options'), '--map-options')
+        experiments.words(chosen.get('truth_options'), '--truth-options')
+        for matcher in experiments.NAMES:
+            check_matcher(match_pairs, matcher, experiments.settings_of(matcher, chosen['settings']))
+    except experiments.Mistake as error:
         raise Usage(str(error).replace('\n', ' '))
 
 
-def check_programs(folder):
+def find_programs():
     """Says in one line what Snakemake would say in several."""
-    sys.path.insert(0, folder)
     import programs
     try:
-        programs.find()
+        found = programs.find()
     except programs.Missing as error:
         raise Failed(str(error))
     try:
@@ -87,6 +109,7 @@ def check_programs(folder):
     # Options of its command line and of profiles change with its major version.
     if version.split('.')[0] != '7':
         raise Failed('Snakemake is of version %s, but 7 is needed: pip install "snakemake<8"' % version)
+    return found
 
 
 def options(arguments):
@@ -118,11 +141,11 @@ def lock(out):
     os.set_inheritable(descriptor, True)
 
 
-def snakemake(arguments, folder, out):
-    """Snakemake's command line."""
+def snakemake(arguments, folder, out, chosen):
+    """Snakemake's command line; chosen: the file of the options."""
     # The system's Python has rosbag and matplotlib.
     command = [sys.executable, '-m', 'snakemake', '--directory', out, '--nolock', '--rerun-incomplete',
-               '--keep-going', '--scheduler', 'greedy', '--configfile', os.path.join(out, 'options.json'),
+               '--keep-going', '--scheduler', 'greedy', '--configfile', chosen,
                '--snakefile', os.path.join(folder, 'sweep.smk' if arguments.sweep else 'Snakefile')]
     if arguments.profile:
         command += ['--profile', profile(arguments.profile, folder)]
@@ -135,12 +158,29 @@ def snakemake(arguments, folder, out):
     return command
 
 
+def whole(least, most):
+    """A type of the command line: whole numbers within bounds."""
+    def convert(text):
+        if not text.isascii() or not text.isdigit() or not least <= int(text) <= most:
+            raise argparse.ArgumentTypeError('%s: should be a whole number, %d to %d' % (text, least, most))
+        return int(text)
+    return convert
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """Says what is wrong in one line."""
+
+    def error(self, message):
+        self.exit(2, '%s: %s; see --help\n' % (self.prog, message))
+
+
 def parse():
-    parser = argparse.ArgumentParser(prog='reproduce', description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = OneLineParser(prog='reproduce', description=__doc__,
+                           formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--out', metavar='DIR', required=True,
                         help='folder for everything; the page is DIR/index.html')
-    parser.add_argument('--quick', action='store_true', help='fewer trials and shorter bags: a minute')
+    parser.add_argument('--quick', action='store_true', help='fewer trials and shorter bags, of a given one the first minute: takes about a '
+                        'minute')
     parser.add_argument('--bag', nargs='+', metavar='BAG',
                         help='recording for figures 2 to 9; default: a simulated one')
     parser.add_argument('--truth', metavar='FILE', help='of the recording: TUM, or *.gt.laser.poses of the '
@@ -152,11 +192,11 @@ def parse():
                         '"--lever-arm 0.275 --find-offset"')
     parser.add_argument('--set', metavar='KEY=VALUE', action='append', default=[],
                         help='a parameter; those of one matcher concern it alone; may be given repeatedly')
-    parser.add_argument('--seed', metavar='N', type=int, default=1)
+    parser.add_argument('--seed', metavar='N', type=whole(0, 2 ** 31 - 1), default=1)
     parser.add_argument('--sweep', metavar='FILE.yaml',
                         help='instead of the experiments: map every bag with every matcher and setting of '
                         'the file')
-    parser.add_argument('--cores', metavar='N', type=int, help='default: all')
+    parser.add_argument('--cores', metavar='N', type=whole(1, 100000), help='default: all')
     parser.add_argument('--profile', metavar='P', help="Snakemake's, for a cluster: `slurm`, a folder, or "
                         'the name of one of yours')
     parser.add_argument('--dry-run', action='store_true', help='only say what would be done')
@@ -169,15 +209,22 @@ def main():
     try:
         chosen = options(arguments)
         folder = workflow_folder()
-        if arguments.sweep:
-            check_sweep(arguments.sweep, folder)
-        check_programs(folder)
+        sys.dont_write_bytecode = True
+        sys.path.insert(0, folder)
+        check_configuration(chosen, find_programs()['match_pairs'])
         out = os.path.abspath(arguments.out)
         os.makedirs(out, exist_ok=True)
         lock(out)
-        with open(os.path.join(out, 'options.json'), 'w') as file:
+        if arguments.dry_run:
+            # The options of the run that is there stay what they are.
+            with tempfile.NamedTemporaryFile('w', suffix='.json') as file:
+                json.dump(chosen, file)
+                file.flush()
+                return subprocess.run(snakemake(arguments, folder, out, file.name)).returncode
+        path = os.path.join(out, 'options.json')
+        with open(path, 'w') as file:
             json.dump(chosen, file, indent=1, sort_keys=True)
-        command = snakemake(arguments, folder, out)
+        command = snakemake(arguments, folder, out, path)
         os.execv(command[0], command)
     except Usage as error:
         print('reproduce: %s; see --help' % error, file=sys.stderr)
