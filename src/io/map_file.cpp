@@ -216,10 +216,14 @@ MapImage make_map_image(const OccupancyGrid& grid, const MapThresholds& threshol
   return map;
 }
 
-void write_map(const std::string& base_path, const MapImage& map) {
+std::vector<FileContents> map_files(const std::string& base_path, const MapImage& map) {
   const std::string image_path = base_path + ".pgm";
   const std::string image_name = std::filesystem::path(image_path).filename().string();
-  replace_files({{image_path, pgm_of(map)}, {base_path + ".yaml", yaml_of(map, image_name)}});
+  return {{image_path, pgm_of(map)}, {base_path + ".yaml", yaml_of(map, image_name)}};
+}
+
+void write_map(const std::string& base_path, const MapImage& map) {
+  replace_files(map_files(base_path, map));
 }
 
 MapImage read_map(const std::string& yaml_path) {

@@ -1,5 +1,6 @@
 #include "matchbox_slam/map/scan_inserter.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -156,6 +157,30 @@ std::vector<Cell> blend(const Observations& observations, const MapOptions& opti
 }
 
 }  // namespace
+
+bool has_room(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
+              const SlamMap& map) {
+  constexpr int kSize = OccupancyGrid::Tiles::kTileSize;
+  Eigen::AlignedBox2d box;
+  const CellBox tiles = map.occupancy.tiles().tile_bounds();
+  if (!tiles.empty()) {
+    const double tile = kSize * options.resolution;
+    box.extend(Eigen::Vector2d(tiles.min.x * tile, tiles.min.y * tile));
+    box.extend(Eigen::Vector2d(tiles.max.x * tile, tiles.max.y * tile));
+  }
+  for (const ScanPoint& point : scan.points) {
+    box.extend(map_from_base * point.origin);
+    box.extend(map_from_base * point.position);
+  }
+  for (const FreeRay& ray : scan.free_rays) {
+    box.extend(map_from_base * ray.origin);
+    box.extend(map_from_base * ray.end);
+  }
+  const double cell_area = options.resolution * options.resolution;
+  // A map as thin as a line has no area, and yet its tiles.
+  const Eigen::Vector2d sides = box.sizes().array() + kSize * options.resolution;
+  return box.isEmpty() || sides.x() * sides.y() <= options.max_cells * cell_area;
+}
 
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                  SlamMap& map) {

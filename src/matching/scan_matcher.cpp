@@ -20,9 +20,8 @@ const char* to_string(MatchStatus status) {
   return "unknown";
 }
 
-bool is_valid_prior(const MatchProblem& problem) {
-  const Eigen::Matrix3d& covariance = problem.prior_covariance;
-  if (!problem.predicted_map_from_base.is_finite() || !covariance.allFinite()) {
+bool is_covariance(const Eigen::Matrix3d& covariance) {
+  if (!covariance.allFinite()) {
     return false;
   }
   const double scale = covariance.cwiseAbs().maxCoeff();
@@ -32,6 +31,10 @@ bool is_valid_prior(const MatchProblem& problem) {
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
   return solver.eigenvalues().minCoeff() >= -tolerance;
+}
+
+bool is_valid_prior(const MatchProblem& problem) {
+  return problem.predicted_map_from_base.is_finite() && is_covariance(problem.prior_covariance);
 }
 
 MatchResult rejected(const MatchProblem& problem, MatchStatus why) {

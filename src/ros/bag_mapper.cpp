@@ -78,6 +78,7 @@ class BagMapping {
   void write();
 
  private:
+  void map(const ReadyScan& scan);
   void jump(const TimeJump& jump);
 
   const std::string& out_;
@@ -91,6 +92,7 @@ class BagMapping {
   std::optional<SlamRun> run_;
   FirstKeyScans first_key_scans_;
   std::size_t resets_ = 0;
+  bool told_of_left_out_ = false;
 };
 
 void BagMapping::map() {
@@ -98,12 +100,21 @@ void BagMapping::map() {
   run_.emplace(setup_);
   while (const std::optional<ScanQueue::Item> item = scans_.next()) {
     if (const auto* scan = std::get_if<ReadyScan>(&*item)) {
-      if (run_->process(scan->input).inserted && !debug_.empty()) {
-        first_key_scans_.add(run_->key_scans().back());
-      }
+      map(*scan);
     } else {
       jump(std::get<TimeJump>(*item));
     }
+  }
+}
+
+void BagMapping::map(const ReadyScan& scan) {
+  const ScanOutcome outcome = run_->process(scan.input);
+  if (outcome.inserted && !debug_.empty()) {
+    first_key_scans_.add(run_->key_scans().back());
+  }
+  if (outcome.left_out && !told_of_left_out_) {
+    dialog_.warn(kLeftOut);
+    told_of_left_out_ = true;
   }
 }
 
@@ -129,17 +140,18 @@ void BagMapping::write() {
   const Trajectory odometry(run_->odometry());
   const SlamMap& map = run_->map();
   const ScanAccount& account = scans_.account();
-  write_map(out_ + "/map", make_map_image(map.occupancy));
   const std::string picture = encode_png(draw_map(map.occupancy, trajectory, odometry));
   const ResourceUsage now = resource_usage();
   const RunFacts facts{scans_.facts(),
                        resets_,
                        {now.wall_seconds - started_.wall_seconds,
                         now.cpu_seconds - started_.cpu_seconds, now.peak_memory}};
-  replace_files({{out_ + "/trajectory.tum", to_tum(trajectory)},
-                 {out_ + "/odometry.tum", to_tum(odometry)},
-                 {out_ + "/map.png", picture},
-                 {out_ + "/report.json", to_json(facts, account, *run_, setup_)}});
+  std::vector<FileContents> files = map_files(out_ + "/map", make_map_image(map.occupancy));
+  files.insert(files.end(), {{out_ + "/trajectory.tum", to_tum(trajectory)},
+                             {out_ + "/odometry.tum", to_tum(odometry)},
+                             {out_ + "/map.png", picture},
+                             {out_ + "/report.json", to_json(facts, account, *run_, setup_)}});
+  replace_files(files);
   if (!debug_.empty()) {
     replace_files(first_key_scans_.draw(debug_, setup_.hough.alignment));
   }

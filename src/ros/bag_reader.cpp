@@ -1,14 +1,13 @@
 #include "matchbox_slam/ros/bag_reader.hpp"
 
-#include <rosbag/view.h>
+#include <ros/message_traits.h>
+#include <ros/serialization.h>
 
 #include <algorithm>
-#include <array>
-#include <filesystem>
-#include <fstream>
+#include <boost/make_shared.hpp>
+#include <cstdint>
 #include <map>
 #include <set>
-#include <system_error>
 #include <utility>
 
 #include "matchbox_slam/common/options.hpp"
@@ -17,153 +16,147 @@ namespace matchbox_slam {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 bool is_transform_topic(const std::string& topic) { return topic == "/tf" || topic == "tf"; }
 bool is_static_transform_topic(const std::string& topic) {
   return topic == "/tf_static" || topic == "tf_static";
 }
 
-void require_readable_file(const std::string& path) {
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) {
-    throw ConfigurationError("bag '" + path + "' does not exist");
-  }
-  if (fs::is_directory(status)) {
-    throw ConfigurationError("bag '" + path + "' is a folder, not a bag file");
-  }
-  if (fs::is_regular_file(status) && fs::file_size(path, error) == 0) {
-    throw BagError("bag '" + path + "' is empty (0 bytes)");
-  }
-  const std::string version = "#ROSBAG V2.0";
-  std::string beginning(version.size(), ' ');
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    throw BagError("bag '" + path + "' may not be read");
-  }
-  if (!file.read(beginning.data(), static_cast<std::streamsize>(beginning.size())) ||
-      beginning != version) {
-    throw BagError("'" + path + "' is no bag of version 2.0; it begins with other bytes than '" +
-                   version + "'");
+void skip_header(ByteReader& bytes) {
+  (void)bytes.take(3, sizeof(std::uint32_t));  // number and stamp
+  (void)bytes.array();                         // frame
+}
+
+// Messages are taken apart here before roscpp does it, which gets the memory for as many elements
+// as a message says it has before it looks whether they are there.
+
+void check_bytes(ByteReader bytes, const sensor_msgs::LaserScan& /*type*/) {
+  skip_header(bytes);
+  (void)bytes.take(7, sizeof(float));  // angles, times and limits
+  (void)bytes.array(sizeof(float));    // ranges
+  (void)bytes.array(sizeof(float));    // intensities
+}
+
+void check_bytes(ByteReader bytes, const tf2_msgs::TFMessage& /*type*/) {
+  for (auto left = bytes.number<std::uint32_t>(); left > 0; --left) {
+    skip_header(bytes);
+    (void)bytes.array();                  // child frame
+    (void)bytes.take(7, sizeof(double));  // translation and rotation
   }
 }
 
-std::unique_ptr<rosbag::Bag> open_bag(const std::string& path) {
-  require_readable_file(path);
-  const std::string repair = "; run `rosbag reindex " + path + "` and try again";
-  try {
-    return std::make_unique<rosbag::Bag>(path, rosbag::bagmode::Read);
-  } catch (const rosbag::BagUnindexedException&) {
-    throw BagError("bag '" + path + "' has no index, as its recording did not end properly" +
-                   repair);
-  } catch (const rosbag::BagIOException& error) {
-    throw BagError("bag '" + path + "' cannot be read to its end (" + error.what() +
-                   "), it may be cut off" + repair);
-  } catch (const std::exception& error) {
-    throw BagError("bag '" + path + "' is damaged (" + error.what() + ")" + repair);
+/// Reads a message of a topic. Throws BagError when its bytes are none of this type.
+template <typename Message>
+boost::shared_ptr<Message> deserialize(ByteReader bytes, const BagConnection& connection) {
+  if (connection.md5sum != ros::message_traits::md5sum<Message>()) {
+    throw BagError("topic " + connection.topic + " of the bag holds " + connection.type +
+                   " in a definition that is not the one of " +
+                   ros::message_traits::datatype<Message>());
   }
+  auto message = boost::make_shared<Message>();
+  check_bytes(bytes, *message);
+  // roscpp reads from what it could write to. NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast)
+  ros::serialization::IStream stream(const_cast<std::uint8_t*>(bytes.data()),
+                                     static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::deserialize(stream, *message);
+  return message;
 }
 
-/// Follows a rosbag::View and turns its messages into ours.
-class ViewStream : public BagStream {
+/// A message and the bag that it is in, by number.
+struct Place {
+  std::size_t bag;
+  BagEntry entry;
+};
+
+/// Reads messages from where they are.
+class PlaceStream : public BagStream {
  public:
-  /// @param before  what was recorded on /tf_static before the period.
-  ViewStream(std::unique_ptr<rosbag::View> before, std::unique_ptr<rosbag::View> period,
-             std::vector<std::string> scan_topics)
-      : views_{std::move(before), std::move(period)}, scan_topics_(std::move(scan_topics)) {}
+  PlaceStream(const std::vector<std::unique_ptr<BagFile>>& bags, std::vector<Place> places,
+              std::vector<std::string> scan_topics)
+      : bags_(bags), places_(std::move(places)), scan_topics_(std::move(scan_topics)) {
+    for (const auto& bag : bags_) {
+      readers_.emplace_back(*bag);
+    }
+  }
 
   std::optional<BagMessage> next() override {
-    try {
-      for (; view_ < views_.size(); ++view_, position_.reset()) {
-        if (!position_) {
-          position_ = views_[view_]->begin();
-        } else if (*position_ != views_[view_]->end()) {
-          ++*position_;
-        }
-        if (*position_ != views_[view_]->end()) {
-          return convert(**position_);
-        }
-      }
+    if (next_ == places_.size()) {
       return std::nullopt;
+    }
+    const Place& place = places_[next_++];
+    try {
+      BagMessage message = read(place);
+      last_read_ = std::to_string(message.time.toSec()) + " s";
+      return message;
     } catch (const BagError&) {
+      next_ = places_.size();
       throw;
     } catch (const std::exception& error) {
+      next_ = places_.size();
       throw BagError("the bag is damaged after " + last_read_ + " (" + error.what() + ")");
     }
   }
 
  private:
-  BagMessage convert(const rosbag::MessageInstance& instance) {
-    const std::string& topic = instance.getTopic();
+  BagMessage read(const Place& place) {
+    const BagConnection& connection = bags_[place.bag]->connections().at(place.entry.connection);
+    const ByteReader bytes = readers_[place.bag].read(place.entry);
     BagMessage message;
-    message.time = instance.getTime();
-    last_read_ = std::to_string(message.time.toSec()) + " s";
-    if (is_transform_topic(topic) || is_static_transform_topic(topic)) {
-      message.content = BagTransforms{instantiate<tf2_msgs::TFMessage>(instance),
-                                      is_static_transform_topic(topic)};
+    message.time = place.entry.time;
+    if (is_transform_topic(connection.topic) || is_static_transform_topic(connection.topic)) {
+      message.content = BagTransforms{deserialize<tf2_msgs::TFMessage>(bytes, connection),
+                                      is_static_transform_topic(connection.topic)};
     } else {
       message.content =
-          sensor_msgs::LaserScan::ConstPtr(instantiate<sensor_msgs::LaserScan>(instance));
-      message.laser = static_cast<int>(std::find(scan_topics_.begin(), scan_topics_.end(), topic) -
-                                       scan_topics_.begin());
+          sensor_msgs::LaserScan::ConstPtr(deserialize<sensor_msgs::LaserScan>(bytes, connection));
+      message.laser =
+          static_cast<int>(std::find(scan_topics_.begin(), scan_topics_.end(), connection.topic) -
+                           scan_topics_.begin());
     }
     return message;
   }
 
-  template <typename Message>
-  static boost::shared_ptr<Message> instantiate(const rosbag::MessageInstance& instance) {
-    boost::shared_ptr<Message> message = instance.instantiate<Message>();
-    if (message == nullptr) {
-      throw BagError("topic " + instance.getTopic() + " of the bag holds " +
-                     instance.getDataType() + " in a definition that is not the one of " +
-                     ros::message_traits::datatype<Message>());
-    }
-    return message;
-  }
-
-  std::array<std::unique_ptr<rosbag::View>, 2> views_;
+  const std::vector<std::unique_ptr<BagFile>>& bags_;
+  std::vector<BagMessageReader> readers_;  ///< one a bag
+  std::vector<Place> places_;
   std::vector<std::string> scan_topics_;
-  std::size_t view_ = 0;
-  std::optional<rosbag::View::iterator> position_;
+  std::size_t next_ = 0;
   std::string last_read_ = "its beginning";
 };
 
 ros::Time seconds_after(const ros::Time& begin, double seconds) {
   const double latest = ros::TIME_MAX.toSec() - 1.0;
-  const double stamp = begin.toSec() + seconds;
-  return stamp < latest ? begin + ros::Duration(seconds) : ros::TIME_MAX;
+  const double longest = ros::DURATION_MAX.toSec() - 1.0;
+  return seconds < longest && begin.toSec() + seconds < latest ? begin + ros::Duration(seconds)
+                                                               : ros::TIME_MAX;
 }
 
 }  // namespace
 
-BagReader::BagReader(const std::vector<std::string>& paths) : paths_(paths) {
+BagReader::BagReader(const std::vector<std::string>& paths) {
   std::map<std::string, BagTopic> topics;
   std::set<std::string> seen;
   for (const std::string& path : paths) {
     if (!seen.insert(path).second) {
       throw ConfigurationError("bag '" + path + "' is named twice");
     }
-    bags_.push_back(open_bag(path));
-    rosbag::View view(*bags_.back());
-    for (const rosbag::ConnectionInfo* connection : view.getConnections()) {
-      BagTopic& topic = topics[connection->topic];
-      topic.name = connection->topic;
-      topic.type = connection->datatype;
-    }
-    if (view.size() == 0) {
+    bags_.push_back(std::make_unique<BagFile>(path));
+    const BagFile& bag = *bags_.back();
+    if (bag.entries().empty()) {
       throw BagError("bag '" + path + "' holds no messages");
     }
-    begin_ = bags_.size() == 1 ? view.getBeginTime() : std::min(begin_, view.getBeginTime());
-    end_ = std::max(end_, view.getEndTime());
+    for (const auto& [number, connection] : bag.connections()) {
+      topics[connection.topic].name = connection.topic;
+      topics[connection.topic].type = connection.type;
+    }
+    for (const BagEntry& entry : bag.entries()) {
+      ++topics[bag.connections().at(entry.connection).topic].messages;
+    }
+    const ros::Time begin = bag.entries().front().time;
+    begin_ = bags_.size() == 1 ? begin : std::min(begin_, begin);
+    end_ = std::max(end_, bag.entries().back().time);
   }
   for (auto& [name, topic] : topics) {
-    rosbag::View view;
-    for (const auto& bag : bags_) {
-      view.addQuery(*bag, rosbag::TopicQuery(name));
-    }
-    topic.messages = view.size();
-    topics_.push_back(topic);
+    topics_.push_back(std::move(topic));
   }
 }
 
@@ -181,21 +174,31 @@ std::vector<std::string> BagReader::scan_topics() const {
 
 std::unique_ptr<BagStream> BagReader::stream(const std::vector<std::string>& scan_topics,
                                              const BagPeriod& period) const {
-  std::vector<std::string> topics = {"/tf", "tf", "/tf_static", "tf_static"};
-  topics.insert(topics.end(), scan_topics.begin(), scan_topics.end());
   const ros::Time first = seconds_after(begin_, period.start);
   const ros::Time last = seconds_after(first, period.duration);
-  auto before = std::make_unique<rosbag::View>();
-  auto during = std::make_unique<rosbag::View>();
-  for (const auto& bag : bags_) {
-    if (first > begin_) {
-      before->addQuery(*bag,
-                       rosbag::TopicQuery(std::vector<std::string>{"/tf_static", "tf_static"}),
-                       begin_, first - ros::Duration(0, 1));
+  const auto is_scan_topic = [&](const std::string& topic) {
+    return std::find(scan_topics.begin(), scan_topics.end(), topic) != scan_topics.end();
+  };
+  std::vector<Place> before;
+  std::vector<Place> during;
+  for (std::size_t bag = 0; bag < bags_.size(); ++bag) {
+    for (const BagEntry& entry : bags_[bag]->entries()) {
+      const std::string& topic = bags_[bag]->connections().at(entry.connection).topic;
+      const bool is_static = is_static_transform_topic(topic);
+      if (is_static && entry.time < first) {
+        before.push_back({bag, entry});
+      } else if ((is_static || is_transform_topic(topic) || is_scan_topic(topic)) &&
+                 entry.time >= first && entry.time <= last) {
+        during.push_back({bag, entry});
+      }
     }
-    during->addQuery(*bag, rosbag::TopicQuery(topics), first, last);
   }
-  return std::make_unique<ViewStream>(std::move(before), std::move(during), scan_topics);
+  for (std::vector<Place>* places : {&before, &during}) {
+    std::stable_sort(places->begin(), places->end(),
+                     [](const Place& a, const Place& b) { return a.entry.time < b.entry.time; });
+  }
+  before.insert(before.end(), during.begin(), during.end());
+  return std::make_unique<PlaceStream>(bags_, std::move(before), scan_topics);
 }
 
 }  // namespace matchbox_slam

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "matchbox_slam/common/interrupted.hpp"
+#include "matchbox_slam/ros/message_conversion.hpp"
 #include "matchbox_slam/ros/slam_run.hpp"
 #include "matchbox_slam/ros/slam_setup.hpp"
 
@@ -61,7 +63,7 @@ void BagScans::prepare(const Parameters& parameters, RunOptions& options) {
   if (survey.scan_frame.empty()) {
     throw BagError("the bag holds no scan on topic " + join(facts_.scan_topics) +
                    " in the period asked for; it lasts " +
-                   seconds_text((reader_.end_time() - reader_.begin_time()).toSec()));
+                   seconds_text(seconds_between(reader_.begin_time(), reader_.end_time())));
   }
   const BagFrames frames =
       choose_frames(survey, given(parameters, "base_frame", options.base_frame),
@@ -132,7 +134,7 @@ void BagScans::take(const BagMessage& message) {
   queue_->add_scan(*std::get<sensor_msgs::LaserScan::ConstPtr>(message.content), message.time,
                    message.laser);
   first_time_ = first_time_ ? first_time_ : message.time;
-  facts_.seconds = (message.time - *first_time_).toSec();
+  facts_.seconds = seconds_between(*first_time_, message.time);
   show_progress(message.time);
 }
 
@@ -173,7 +175,7 @@ void BagScans::show_progress(const ros::Time& time) {
 
 void BagScans::require_not_interrupted() const {
   if (dialog_.is_interrupted()) {
-    throw BagError("interrupted before the first scan was used; nothing is written");
+    throw Interrupted("interrupted before the first scan was used; nothing is written");
   }
 }
 

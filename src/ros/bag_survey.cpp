@@ -4,6 +4,7 @@
 
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/ros/clock_comparison.hpp"
+#include "matchbox_slam/ros/message_conversion.hpp"
 #include "matchbox_slam/ros/transform_store.hpp"
 
 namespace matchbox_slam {
@@ -145,7 +146,7 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
     }
     begin = begin ? begin : message->time;
     const bool knows_place = survey.parents.count(survey.scan_frame) != 0;
-    if ((message->time - *begin).toSec() > kSurveySeconds && knows_place) {
+    if (seconds_between(*begin, message->time) > kSurveySeconds && knows_place) {
       break;
     }
   }

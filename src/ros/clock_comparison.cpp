@@ -1,13 +1,18 @@
 #include "matchbox_slam/ros/clock_comparison.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
+#include "matchbox_slam/ros/message_conversion.hpp"
 #include "matchbox_slam/ros/transform_store.hpp"
 
 namespace matchbox_slam {
 
 namespace {
+
+// Beyond 2^31 s no ros::Duration goes, and no clock is that wrong; stamps may be.
+constexpr double kLargestOffset = 2e9;
 
 std::optional<double> median(std::vector<double> values) {
   if (values.empty()) {
@@ -21,7 +26,7 @@ std::optional<double> median(std::vector<double> values) {
 }  // namespace
 
 void ClockComparison::add_scan(const ros::Time& stamp, const ros::Time& arrival) {
-  scans_.push_back((stamp - arrival).toSec());
+  scans_.push_back(seconds_between(arrival, stamp));
 }
 
 void ClockComparison::add_transform(const geometry_msgs::TransformStamped& transform,
@@ -31,7 +36,7 @@ void ClockComparison::add_transform(const geometry_msgs::TransformStamped& trans
   const std::vector<double> place = {t.translation.x, t.translation.y, t.rotation.z, t.rotation.w};
   link.moves = link.moves || (!link.leads.empty() && place != link.place);
   link.place = place;
-  link.leads.push_back((transform.header.stamp - arrival).toSec());
+  link.leads.push_back(seconds_between(arrival, transform.header.stamp));
 }
 
 std::set<std::string> ClockComparison::moving() const {
@@ -58,7 +63,8 @@ std::optional<double> ClockComparison::offset() const {
   if (!transforms || !scans) {
     return std::nullopt;
   }
-  return *transforms - *scans;
+  const double offset = *transforms - *scans;
+  return std::abs(offset) < kLargestOffset ? std::optional<double>(offset) : std::nullopt;
 }
 
 }  // namespace matchbox_slam

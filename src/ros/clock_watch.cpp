@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "matchbox_slam/ros/message_conversion.hpp"
 #include "matchbox_slam/ros/transform_store.hpp"
 
 namespace matchbox_slam {
@@ -36,7 +37,7 @@ std::optional<double> ClockWatch::conclude(const ros::Time& now) {
   if (!is_watching_ || !first_scan_) {
     return std::nullopt;
   }
-  const double watched = (now - *first_scan_).toSec();
+  const double watched = seconds_between(*first_scan_, now);
   const std::optional<double> offset = clocks_.offset();
   if (watched < kEnough || (!offset && watched < kPatience)) {
     return std::nullopt;

@@ -5,6 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "matchbox_slam/matching/scan_matcher.hpp"
+#include "matchbox_slam/ros/transform_store.hpp"
+
 namespace matchbox_slam {
 
 namespace {
@@ -14,6 +17,14 @@ constexpr double kMaxScanDuration = 10.0;
 
 // ros::Time throws beyond 2^32 s, and so would adding to a stamp that is near it.
 constexpr std::uint32_t kLatestSecond = 4'000'000'000U;
+
+constexpr std::int64_t kNanosecondsInSecond = 1'000'000'000;
+
+// No laser has a tenth of these; a scan of millions would stop the mapping for minutes.
+constexpr std::size_t kMostReadings = 100'000;
+
+// A coordinate in any frame; once around the Earth is less.
+constexpr double kFarthest = 1e8;  // m
 
 constexpr std::array<std::size_t, 3> kPlaneAxes = {0, 1, 5};  // x, y and yaw among six
 
@@ -31,15 +42,65 @@ geometry_msgs::Quaternion to_quaternion(double theta) {
 
 }  // namespace
 
+double seconds_between(const ros::Time& begin, const ros::Time& end) {
+  const auto nanoseconds =
+      static_cast<std::int64_t>(end.toNSec()) - static_cast<std::int64_t>(begin.toNSec());
+  std::int64_t whole = nanoseconds / kNanosecondsInSecond;
+  std::int64_t rest = nanoseconds % kNanosecondsInSecond;
+  if (rest < 0) {  // as ros::Duration has it
+    --whole;
+    rest += kNanosecondsInSecond;
+  }
+  return static_cast<double>(whole) + 1e-9 * static_cast<double>(rest);
+}
+
+bool is_usable(const ros::Time& stamp) {
+  return stamp.sec <= kLatestSecond && stamp.nsec < kNanosecondsInSecond;
+}
+
+bool is_usable(const geometry_msgs::Vector3& position) {
+  return std::abs(position.x) <= kFarthest && std::abs(position.y) <= kFarthest &&
+         std::abs(position.z) <= kFarthest;
+}
+
+bool is_rotation(const geometry_msgs::Quaternion& q) {
+  constexpr double kNormTolerance = 0.05;
+  const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+  return std::abs(norm - 1.0) <= kNormTolerance;  // nan is not
+}
+
+std::string find_defect(const geometry_msgs::PoseWithCovariance& message) {
+  geometry_msgs::Vector3 position;
+  position.x = message.pose.position.x;
+  position.y = message.pose.position.y;
+  if (!is_usable(position)) {
+    return "its position is no number of metres, or farther than around the Earth";
+  }
+  if (!is_rotation(message.pose.orientation)) {
+    return "its orientation is no quaternion of length 1";
+  }
+  const Eigen::Matrix3d covariance = plane_covariance(message);
+  if (!is_covariance(covariance) || covariance.maxCoeff() > kFarthest * kFarthest) {
+    return "its covariance is none: it has to be of numbers, symmetric, and without negative "
+           "variance in any direction";
+  }
+  return {};
+}
+
 std::string find_defect(const sensor_msgs::LaserScan& message) {
   if (message.ranges.empty()) {
     return "it has no ranges";
   }
-  if (message.header.stamp.isZero() || message.header.stamp.sec > kLatestSecond) {
-    return "its stamp " + std::to_string(message.header.stamp.sec) + " s is none";
+  if (message.ranges.size() > kMostReadings) {
+    return "it has " + std::to_string(message.ranges.size()) + " ranges; allowed: up to " +
+           std::to_string(kMostReadings);
   }
-  if (message.header.frame_id.empty() || message.header.frame_id == "/") {
-    return "its frame_id is empty";
+  if (message.header.stamp.isZero() || !is_usable(message.header.stamp)) {
+    return "its stamp " + std::to_string(message.header.stamp.sec) + " s " +
+           std::to_string(message.header.stamp.nsec) + " ns is none";
+  }
+  if (!is_frame_id(without_leading_slash(message.header.frame_id))) {
+    return "its frame_id '" + message.header.frame_id + "' is none";
   }
   if (!std::isfinite(message.angle_min) || !std::isfinite(message.angle_increment)) {
     return "its angle_min or angle_increment is not a number";

@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "matchbox_slam/common/interrupted.hpp"
 #include "matchbox_slam/evaluation/pair_statistics.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/hough_picture.hpp"
@@ -111,7 +112,7 @@ std::vector<LocatedScan> locate_scans(BagScans& scans, const TruthAtScans& truth
 
 void require_complete(const BagScans& scans) {
   if (scans.facts().interrupted) {
-    throw BagError("interrupted; nothing is written");
+    throw Interrupted("interrupted; nothing is written");
   }
   if (!scans.facts().damage.empty()) {
     throw BagError(scans.facts().damage + "; nothing is written");
@@ -264,7 +265,7 @@ std::vector<std::vector<PairMatch>> match_all(const LocatedScans& located,
   std::vector<std::vector<PairMatch>> matches =
       match_pairs(located.scans, pairs, matchers, setups.front().engine, threads, progress);
   if (matches.empty()) {
-    throw EvaluationError("interrupted; nothing is written");
+    throw Interrupted("interrupted; nothing is written");
   }
   return matches;
 }

@@ -14,12 +14,40 @@ namespace {
 // Less than this is a message out of order, more is a clock that was set back.
 constexpr double kTimeJump = 1.0;
 
+// A stamp that is this much farther ahead of the time of arrival than the one before [s] is wrong,
+// or tells of another clock. Believed at once, it would make all that follow seem older than it.
+constexpr double kLeap = 60.0;
+
+// ros::Time throws beyond 2^32 s.
+constexpr double kLatestStamp = 4e9;
+
 // Scans in a row, each later than the one before, that tell a clock that was set back from a stamp
 // that is wrong.
 constexpr int kScansOfATimeJump = 3;
 
 // A scan waits this long for those of other lasers [s]; a laser that is silent for as long is off.
 constexpr double kPatienceWithLasers = 0.5;
+
+// Farther from the base no laser is, and no robot gets while one scan is taken. Beyond, a scan
+// would be torn over more map than any memory holds.
+constexpr double kMostReach = 1000.0;  // m
+
+/// What makes a scan unusable once its transforms are known, for people; empty: nothing.
+std::string find_defect(const ScanInput& input) {
+  if (const double away = input.base_from_laser.translation().norm(); !(away <= kMostReach)) {
+    return "its laser is " + std::to_string(away) + " m from the base; allowed: up to 1000 m";
+  }
+  if (!input.odometry) {
+    return {};
+  }
+  const Pose2 motion =
+      input.odometry->odom_from_base.inverse() * input.odometry->odom_from_base_last_beam;
+  if (const double moved = motion.translation().norm(); !(moved <= kMostReach)) {
+    return "the base moves by " + std::to_string(moved) +
+           " m while it is taken, says its odometry; allowed: up to 1000 m";
+  }
+  return {};
+}
 
 ros::Time last_beam_stamp(const ros::Time& stamp, const LaserScan& scan) {
   return stamp + ros::Duration(scan.duration());
@@ -70,8 +98,9 @@ void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time&
   advance(now);
   ++account_.received;
   std::string defect = find_defect(message);
-  if (defect.empty() && message.header.stamp.toSec() + settings_.scan_time_offset.toSec() <= 0.0) {
-    defect = "scan_time_offset takes its stamp below 0";
+  const double stamp = message.header.stamp.toSec() + settings_.scan_time_offset.toSec();
+  if (defect.empty() && !(stamp > 0.0 && stamp < kLatestStamp)) {
+    defect = "scan_time_offset takes its stamp to " + std::to_string(stamp) + " s";
   }
   if (!defect.empty()) {
     skip(message.header.stamp, message.ranges.empty() ? SkipReason::kEmpty : SkipReason::kInvalid,
@@ -87,7 +116,7 @@ void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time&
 void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const Turn& turn) {
   const ros::Time& stamp = turn.stamp;
   if (was_clock_set_back(stamp)) {
-    jump_back((last_ready_->stamp - stamp).toSec());
+    jump_back(seconds_between(stamp, last_ready_->stamp));
   }
   note_newest(turn);
   if (paused_) {
@@ -99,6 +128,8 @@ void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const Turn
     skip(stamp, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
   } else if (last_ready_ && turn < *last_ready_) {
     skip(stamp, SkipReason::kOutOfOrder, "a later scan was used already");
+  } else if (leaps_ahead(stamp)) {
+    skip(stamp, SkipReason::kOutOfOrder, "its stamp is far ahead of the scans before it");
   } else {
     WaitingScan scan{*now_, without_leading_slash(message.header.frame_id), to_laser_scan(message)};
     scan.scan.stamp = stamp.toSec();
@@ -107,13 +138,24 @@ void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const Turn
 }
 
 bool ScanQueue::was_clock_set_back(const ros::Time& stamp) {
-  if (!last_ready_ || (last_ready_->stamp - stamp).toSec() <= kTimeJump) {
+  if (!last_ready_ || seconds_between(stamp, last_ready_->stamp) <= kTimeJump) {
     old_in_a_row_ = 0;
     return false;
   }
   old_in_a_row_ = old_in_a_row_ > 0 && stamp > *last_old_ ? old_in_a_row_ + 1 : 1;
   last_old_ = stamp;
   return old_in_a_row_ >= kScansOfATimeJump;
+}
+
+bool ScanQueue::leaps_ahead(const ros::Time& stamp) {
+  const double lead = seconds_between(*now_, stamp);
+  const bool leaps = lead_ && !now_->isZero() && lead > *lead_ + kLeap;
+  leaps_in_a_row_ = leaps ? leaps_in_a_row_ + 1 : 0;
+  if (leaps && leaps_in_a_row_ < kScansOfATimeJump) {
+    return true;
+  }
+  lead_ = now_->isZero() ? lead_ : lead;
+  return false;
 }
 
 void ScanQueue::add_transforms(const tf2_msgs::TFMessage& message, bool is_static,
@@ -124,8 +166,8 @@ void ScanQueue::add_transforms(const tf2_msgs::TFMessage& message, bool is_stati
 }
 
 void ScanQueue::advance(const ros::Time& now) {
-  if (now_ && (*now_ - now).toSec() > kTimeJump) {
-    jump_back((*now_ - now).toSec());
+  if (now_ && seconds_between(now, *now_) > kTimeJump) {
+    jump_back(seconds_between(now, *now_));
   }
   if (now_ && now_->isZero() && !now.isZero()) {  // simulated time has just begun
     for (auto& [turn, scan] : waiting_) {
@@ -144,6 +186,7 @@ void ScanQueue::jump_back(double seconds) {
   transforms_.clear();
   last_ready_.reset();
   old_in_a_row_ = 0;
+  lead_.reset();
   if (!stopped_) {
     stopped_ = settings_.stop_at_time_jump;
     ready_.emplace_back(TimeJump{seconds, stopped_});
@@ -161,17 +204,25 @@ void ScanQueue::collect_ready(bool wait_for_more) {
         turn.stamp.toSec() <= last_ready_->stamp.toSec()) {
       skip(turn.stamp, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
     } else if (is_ready(turn.stamp, oldest->second)) {
-      last_ready_ = turn;
-      ready_.emplace_back(make_ready(turn, std::move(oldest->second)));
-      ++ready_scans_;
+      deliver(turn, make_ready(turn, std::move(oldest->second)));
     } else if (wait_for_more &&
-               (*now_ - oldest->second.arrival).toSec() <= settings_.transform_timeout) {
+               seconds_between(oldest->second.arrival, *now_) <= settings_.transform_timeout) {
       return;
     } else {
       skip(turn.stamp, SkipReason::kNoTransform, missing_transform(turn.stamp, oldest->second));
     }
     waiting_.erase(oldest);
   }
+}
+
+void ScanQueue::deliver(const Turn& turn, ReadyScan&& scan) {
+  if (const std::string defect = find_defect(scan.input); !defect.empty()) {
+    skip(scan.stamp, SkipReason::kInvalid, defect);
+    return;
+  }
+  last_ready_ = turn;
+  ready_.emplace_back(std::move(scan));
+  ++ready_scans_;
 }
 
 /// Those not heard of yet count as just before the first scan, so that they are waited for as well.
@@ -185,11 +236,11 @@ void ScanQueue::note_newest(const Turn& turn) {
 
 /// Whether no other laser is likely to send an earlier scan.
 bool ScanQueue::is_its_turn(const Turn& turn, const WaitingScan& scan) const {
-  if ((*now_ - scan.arrival).toSec() > kPatienceWithLasers) {
+  if (seconds_between(scan.arrival, *now_) > kPatienceWithLasers) {
     return true;
   }
   return std::all_of(newest_.begin(), newest_.end(), [&](const ros::Time& newest) {
-    return newest >= turn.stamp || (turn.stamp - newest).toSec() > kPatienceWithLasers;
+    return newest >= turn.stamp || seconds_between(newest, turn.stamp) > kPatienceWithLasers;
   });
 }
 
@@ -211,7 +262,7 @@ void ScanQueue::give_up_late() {
     const auto oldest = std::find_if(ready_.begin(), ready_.end(), [](const Item& item) {
       return std::holds_alternative<ReadyScan>(item);
     });
-    const double lag = (*now_ - std::get<ReadyScan>(*oldest).arrival).toSec();
+    const double lag = seconds_between(std::get<ReadyScan>(*oldest).arrival, *now_);
     if (lag <= settings_.max_lag) {
       return;
     }

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "matchbox_slam/common/interrupted.hpp"
 #include "matchbox_slam/io/file.hpp"
 
 namespace matchbox_slam {
@@ -150,10 +151,14 @@ void write_record(const SimulationRecord& record, double record_time, rosbag::Ba
   bag.write(kSimulationTopic, to_time(record_time), message);
 }
 
-void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options, rosbag::Bag& bag) {
+void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options,
+                    const std::function<bool()>& is_interrupted, rosbag::Bag& bag) {
   const MessageMaker make(options);
   const double period = run.scans.size() > 1 ? run.scans[1].stamp - run.scans[0].stamp : 0.0;
   for (const Entry& entry : entries_in_time_order(run, !options.no_odometry)) {
+    if (is_interrupted && is_interrupted()) {
+      throw Interrupted("interrupted; nothing is written");
+    }
     const ros::Time record_time = to_time(entry.record_time);
     switch (entry.kind) {
       case Kind::kScan:
@@ -184,30 +189,33 @@ SimulatedBagWriter::SimulatedBagWriter(std::string path, SimulatedBagOptions opt
     throw FileError(path_ + ": the bag cannot be written: there is a folder of that name");
   }
   try {
-    bag_.open(unfinished_path_, rosbag::bagmode::Write);
-    bag_.setCompression(compression_type(options_.compression));
+    bag_->open(unfinished_path_, rosbag::bagmode::Write);
+    bag_->setCompression(compression_type(options_.compression));
   } catch (const rosbag::BagException& error) {
     throw FileError(cannot_write(path_, error));
   }
 }
 
 SimulatedBagWriter::~SimulatedBagWriter() {
-  if (bag_.isOpen()) {
+  if (bag_->isOpen()) {
     try {
-      bag_.close();
+      bag_->close();
     } catch (const rosbag::BagException&) {
-      // The bag is thrown away below; what kept it from being written was told before.
+      // What kept it from being written was told before. On a full disk librosbag's destructor
+      // would try to write once more, and the exception would end the program: the bag is given up.
+      (void)bag_.release();  // NOLINT(bugprone-unused-return-value)
     }
     std::remove(unfinished_path_.c_str());
   }
 }
 
-void SimulatedBagWriter::write(const SimulatedRun& run, const SimulationRecord& record) {
+void SimulatedBagWriter::write(const SimulatedRun& run, const SimulationRecord& record,
+                               const std::function<bool()>& is_interrupted) {
   check_stamps(run, options_.clock_offset);
   try {
-    write_record(record, run.odometry.front().stamp + kLinksLatency, bag_);
-    write_messages(run, options_, bag_);
-    bag_.close();
+    write_record(record, run.odometry.front().stamp + kLinksLatency, *bag_);
+    write_messages(run, options_, is_interrupted, *bag_);
+    bag_->close();
     std::filesystem::rename(unfinished_path_, path_);
   } catch (const rosbag::BagException& error) {
     throw FileError(cannot_write(path_, error));

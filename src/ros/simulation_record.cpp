@@ -1,13 +1,12 @@
 #include "matchbox_slam/ros/simulation_record.hpp"
 
-#include <rosbag/bag.h>
-#include <rosbag/view.h>
+#include <ros/message_traits.h>
 #include <std_msgs/String.h>
 
 #include <charconv>
 
 #include "matchbox_slam/io/yaml_parameters.hpp"
-#include "matchbox_slam/ros/bag_reader.hpp"
+#include "matchbox_slam/ros/bag_file.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -55,18 +54,22 @@ SimulationRecord parse_simulation_record(const std::string& yaml) {
 }
 
 std::optional<SimulationRecord> read_simulation_record(const std::vector<std::string>& bags) {
-  try {
-    for (const std::string& path : bags) {
-      const rosbag::Bag bag(path);
-      rosbag::View view(bag, rosbag::TopicQuery(kSimulationTopic));
-      for (const rosbag::MessageInstance& message : view) {
-        if (const auto text = message.instantiate<std_msgs::String>()) {
-          return parse_simulation_record(text->data);
-        }
+  for (const std::string& path : bags) {
+    const BagFile bag(path);
+    BagMessageReader reader(bag);
+    for (const BagEntry& entry : bag.entries()) {
+      const BagConnection& connection = bag.connections().at(entry.connection);
+      if (connection.topic != kSimulationTopic ||
+          connection.md5sum != ros::message_traits::md5sum<std_msgs::String>()) {
+        continue;
+      }
+      try {
+        return parse_simulation_record(reader.read(entry).array().text());
+      } catch (const ByteError& error) {
+        throw BagError("bag '" + path +
+                       "': the record of the simulation cannot be read: " + error.what());
       }
     }
-  } catch (const rosbag::BagException& error) {
-    throw BagError(std::string("the record of the simulation cannot be read: ") + error.what());
   }
   return std::nullopt;
 }

@@ -145,12 +145,15 @@ void SlamNode::map_scan(const ReadyScan& scan) {
     const std::lock_guard<std::mutex> transform_lock(transform_mutex_);
     map_transform_ = map_transform(scan, outcome);
   }
+  if (outcome.left_out) {
+    ROS_WARN_STREAM_THROTTLE(10.0, kLeftOut);
+  }
   publish_pose(scan, outcome);
   publish_match_info(scan, outcome, match_seconds);
 }
 
 void SlamNode::remember_health(const ReadyScan& scan, const ScanOutcome& outcome) {
-  recent_.push_back({outcome.stamp, (ros::Time::now() - scan.stamp).toSec(),
+  recent_.push_back({outcome.stamp, seconds_between(scan.stamp, ros::Time::now()),
                      run_.last_match_seconds(), outcome.match.score, outcome.match.status,
                      outcome.match.unconstrained_directions.size()});
   if (recent_.size() > kRecentScans) {

@@ -110,14 +110,12 @@ void SlamNode::on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& m
                                              << options_.map_frame << "'");
     return;
   }
-  const Pose2 map_from_base = to_pose2(message.pose.pose);
-  const Eigen::Matrix3d covariance = plane_covariance(message.pose);
-  if (!map_from_base.is_finite() || !covariance.allFinite()) {
-    ROS_WARN("initialpose is ignored, as it is no number");
+  if (const std::string defect = find_defect(message.pose); !defect.empty()) {
+    ROS_WARN_STREAM("initialpose is ignored: " << defect);
     return;
   }
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  run_.set_pose(map_from_base, covariance);
+  run_.set_pose(to_pose2(message.pose.pose), plane_covariance(message.pose));
 }
 
 void SlamNode::warn_of_map_link(const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {

@@ -202,8 +202,10 @@ void SlamNode::save_map_files(const MapStart& map, const MapSnapshot& snapshot,
                               const std::string& path) const {
   const std::string picture = encode_png(
       draw_map(map.map.occupancy, Trajectory(snapshot.path), Trajectory(snapshot.odometry_path)));
-  write_map(path, make_map_image(map.map.occupancy));
-  replace_files({{path + ".png", picture}, {path + ".slam", to_saved_map(map)}});
+  std::vector<FileContents> files = map_files(path, make_map_image(map.map.occupancy));
+  files.push_back({path + ".png", picture});
+  files.push_back({path + ".slam", to_saved_map(map)});
+  replace_files(files);
 }
 
 void SlamNode::save_trajectory() {

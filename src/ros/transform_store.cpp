@@ -4,9 +4,10 @@
 #include <tf2_eigen/tf2_eigen.h>
 
 #include <cmath>
-#include <cstdint>
 #include <iomanip>
 #include <sstream>
+
+#include "matchbox_slam/ros/message_conversion.hpp"
 
 namespace matchbox_slam {
 
@@ -18,10 +19,9 @@ const ros::Duration kCache(60.0);
 // stamp links that never change half a second ahead, which leaves the first scans uncovered.
 const ros::Duration kHoldBefore(10.0);
 
-constexpr double kNormTolerance = 0.05;
-
-// ros::Time throws beyond 2^32 s, and so would adding to a stamp that is near it.
-constexpr std::uint32_t kLatestSecond = 4'000'000'000U;
+// Transforms of a link, each too old for the newest, that tell a stamp that was wrong from one that
+// is.
+constexpr int kOutdatedInARow = 3;
 
 bool same(const geometry_msgs::Transform& a, const geometry_msgs::Transform& b) {
   return a.translation.x == b.translation.x && a.translation.y == b.translation.y &&
@@ -33,19 +33,18 @@ bool same(const geometry_msgs::Transform& a, const geometry_msgs::Transform& b) 
 /// False when the transform is none. Rotations that are nearly of unit length are made exactly so.
 bool make_valid(geometry_msgs::TransformStamped& transform) {
   geometry_msgs::Quaternion& q = transform.transform.rotation;
-  const geometry_msgs::Vector3& t = transform.transform.translation;
-  const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-  if (!(std::abs(norm - 1.0) <= kNormTolerance) || !std::isfinite(t.x) || !std::isfinite(t.y) ||
-      !std::isfinite(t.z) || transform.header.stamp.sec > kLatestSecond) {
+  if (!is_rotation(q) || !is_usable(transform.transform.translation) ||
+      !is_usable(transform.header.stamp)) {
     return false;
   }
+  const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
   if (std::abs(norm - 1.0) > 1e-9) {
     q.x /= norm;
     q.y /= norm;
     q.z /= norm;
     q.w /= norm;
   }
-  return !transform.child_frame_id.empty() && !transform.header.frame_id.empty() &&
+  return is_frame_id(transform.child_frame_id) && is_frame_id(transform.header.frame_id) &&
          transform.child_frame_id != transform.header.frame_id;
 }
 
@@ -121,9 +120,14 @@ void TransformStore::add_moving(const geometry_msgs::TransformStamped& transform
   }
   // tf2 refuses repeated and outdated transforms too, but not without a word for each of them.
   const bool outdated = !link.stamps.empty() && *link.stamps.rbegin() > stamp + kCache;
+  if (outdated && ++link.outdated_in_a_row == kOutdatedInARow) {
+    clear();  // the newest stamp was the wrong one: tf2 would refuse all that follow
+    return add_moving(transform);
+  }
   if (outdated || !link.stamps.insert(stamp).second) {
     return;
   }
+  link.outdated_in_a_row = 0;
   ++link.count;
   buffer_.setTransform(transform, "tf");
   if (link.count == 2 && same(transform.transform, link.first) &&
@@ -172,7 +176,7 @@ std::string TransformStore::why_not(const std::string& target, const std::string
   }
   try {
     const ros::Time newest = buffer_.lookupTransform(target, source, ros::Time(0)).header.stamp;
-    const double lag = (stamp - newest).toSec();
+    const double lag = seconds_between(newest, stamp);
     if (lag > 0.0) {
       text << "the newest is " << lag << " s older than the scan";
     } else {

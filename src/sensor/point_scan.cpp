@@ -104,11 +104,15 @@ Neighbourhood neighbourhood(const std::vector<ScanPoint>& points, const std::vec
   const auto in_reach = [&](std::size_t other, double gap) {
     return gap <= widest_gap && (points[other].position - here).squaredNorm() <= radius * radius;
   };
+  // On either side; more would take a scan of very many readings close by forever, for nothing.
+  constexpr std::size_t kMostNeighbours = 2000;
   Neighbourhood result{index, index, radius > options.surface_radius};
-  while (result.first > 0 && in_reach(result.first - 1, gaps[result.first - 1])) {
+  while (result.first > 0 && index - result.first < kMostNeighbours &&
+         in_reach(result.first - 1, gaps[result.first - 1])) {
     --result.first;
   }
-  while (result.last < gaps.size() && in_reach(result.last + 1, gaps[result.last])) {
+  while (result.last < gaps.size() && result.last - index < kMostNeighbours &&
+         in_reach(result.last + 1, gaps[result.last])) {
     ++result.last;
   }
   return result;

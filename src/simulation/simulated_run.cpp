@@ -1,5 +1,6 @@
 #include "matchbox_slam/simulation/simulated_run.hpp"
 
+#include "matchbox_slam/common/interrupted.hpp"
 #include "matchbox_slam/common/random.hpp"
 
 namespace matchbox_slam {
@@ -38,7 +39,7 @@ ScanInput SimulatedRun::scan_input(std::size_t index, bool with_odometry) const 
 }
 
 SimulatedRun simulate_run(const World& world, const Route& route, const SimulationOptions& options,
-                          std::uint64_t seed) {
+                          std::uint64_t seed, const std::function<bool()>& is_interrupted) {
   check_laser_options(options.laser);
   const RobotMotion motion = drive(route, options.drive);
   const double start = options.time.start_stamp;
@@ -52,6 +53,9 @@ SimulatedRun simulate_run(const World& world, const Route& route, const Simulati
   run.scans.reserve(scan_stamps.size());
   run.world_from_base.reserve(scan_stamps.size());
   for (const double stamp : scan_stamps) {
+    if (is_interrupted && is_interrupted()) {
+      throw Interrupted("interrupted; nothing is written");
+    }
     const std::uint64_t scan_seed = mix_seed(mix_seed(seed, kLaserStream), run.scans.size());
     run.scans.push_back(
         simulate_scan(world, options.laser, world_from_base, stamp, scan_seed).scan);

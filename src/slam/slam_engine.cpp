@@ -122,8 +122,11 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   }
 
   if (is_to_be_inserted(outcome.match, input.laser)) {
-    insert(scan, outcome.map_from_base, input.laser);
-    outcome.inserted = true;
+    outcome.inserted = has_room(scan, outcome.map_from_base, options_.map, map_);
+    outcome.left_out = !outcome.inserted;
+    if (outcome.inserted) {
+      insert(scan, outcome.map_from_base, input.laser);
+    }
   }
   remember(input, outcome);
   return outcome;

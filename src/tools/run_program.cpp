@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "matchbox_slam/common/interrupted.hpp"
 #include "matchbox_slam/common/options.hpp"
 
 namespace matchbox_slam {
@@ -45,6 +46,8 @@ int run_program(const std::string& name, const std::string& description,
     work();
     require_printed();
     return kSuccess;
+  } catch (const Interrupted& interrupted) {
+    return complain(name, interrupted.what(), kSuccess);
   } catch (const CLI::ParseError& error) {
     return complain(name, error.what() + std::string("; see --help"), kWrongUsage);
   } catch (const ConfigurationError& error) {

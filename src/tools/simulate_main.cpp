@@ -13,6 +13,7 @@
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/tum.hpp"
 #include "matchbox_slam/ros/simulated_bag.hpp"
+#include "matchbox_slam/ros/terminal.hpp"
 #include "matchbox_slam/simulation/make_world.hpp"
 #include "matchbox_slam/simulation/simulated_run.hpp"
 #include "option_flags.hpp"
@@ -99,16 +100,18 @@ Trajectory truth_of(const SimulatedRun& run, double clock_offset) {
   return Trajectory(std::move(poses));
 }
 
-void simulate(const Request& request) {
+void simulate(const Request& request, const InterruptGuard& interrupt) {
   require_two_files(request.bag, request.truth);
   const SimulationOptions options = read_simulation_options(request);
   const auto recording = read_options<SimulatedBagOptions>(request.recording, "");
   const World world = make_world(request.world, request.seed);
   require_writable_file(request.truth);
   require_writable_file(request.bag);
+  const auto is_interrupted = [&] { return interrupt.is_interrupted(); };
   SimulatedBagWriter bag(request.bag, recording);
-  const SimulatedRun run = simulate_run(world, world.route(), options, request.seed);
-  bag.write(run, {request.world, request.seed, options.laser});
+  const SimulatedRun run =
+      simulate_run(world, world.route(), options, request.seed, is_interrupted);
+  bag.write(run, {request.world, request.seed, options.laser}, is_interrupted);
   write_tum(request.truth, truth_of(run, recording.clock_offset));
   std::cout << request.bag << ": " << run.scans.size() << " scans in "
             << run.scans.back().stamp - run.scans.front().stamp << " s\n"
@@ -118,11 +121,12 @@ void simulate(const Request& request) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  const InterruptGuard interrupt;
   Request request;
   return matchbox_slam::run_program(
       "simulate",
       "Drives a simulated robot through a simulated world and records a bag like those of the MIT "
       "Stata Center, and the truth.",
       [&](CLI::App& app) { declare_options(app, request); }, argc, argv,
-      [&] { simulate(request); });
+      [&] { simulate(request, interrupt); });
 }

@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 #include <std_msgs/String.h>
 
+#include <algorithm>
+#include <boost/make_shared.hpp>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
@@ -181,6 +184,66 @@ TEST_F(ReadBag, ADamagedChunkEndsTheStreamWithAnError) {
                          (void)count(*reader.stream({"/scan"}, {}));
                        }),
                        "damaged"));
+}
+
+TEST_F(ReadBag, ReadsTransformsOfTheTypeBeforeTf2) {
+  {
+    rosbag::Bag bag(path_, rosbag::bagmode::Write);
+    const auto header = boost::make_shared<ros::M_string>();
+    (*header)["type"] = "tf/tfMessage";
+    (*header)["md5sum"] = ros::message_traits::md5sum<tf2_msgs::TFMessage>();
+    (*header)["message_definition"] = ros::message_traits::definition<tf2_msgs::TFMessage>();
+    bag.write("/tf", ros::Time(1000.0), make_link(1000.0, "/odom", "/base", 1.0), header);
+    bag.write("/scan", ros::Time(1000.0), make_scan(1000.0));
+  }
+  const BagReader reader({path_});
+  EXPECT_EQ(reader.topics().at(1).type, "tf/tfMessage");
+  EXPECT_EQ(count(*reader.stream({"/scan"}, {})).transforms, 1);
+}
+
+/// The bytes of a bag in which the offset of the index's first entry is another one.
+std::string with_first_offset(std::string bytes, std::uint32_t offset) {
+  // An index record's data: its length, then time (8 bytes) and offset of each entry.
+  const std::size_t header = bytes.find("op=\x04");
+  const std::size_t data = bytes.find("ver=", header);
+  const std::size_t end = std::max(bytes.find("conn=", header), data) + 8;
+  std::memcpy(&bytes[end + 1 + 4 + 8], &offset, sizeof(offset));
+  return bytes;
+}
+
+TEST_F(ReadBag, AnIndexThatPointsBesideItsMessageIsAnErrorAndNoCrash) {
+  for (const auto compression :
+       {rosbag::compression::Uncompressed, rosbag::compression::BZ2, rosbag::compression::LZ4}) {
+    SmallBag recipe;
+    recipe.scans = 3;
+    recipe.compression = compression;
+    write_small_bag(path_, recipe);
+    const std::string bytes = read_file(path_);
+    for (const std::uint32_t offset : {1U, 500U, 0x7fffffffU, 0xffffffffU}) {
+      replace_file(path_, with_first_offset(bytes, offset));
+      const std::string text = error_text<BagError>([&] {
+        const BagReader reader({path_});
+        (void)count(*reader.stream({"/scan"}, {}));
+      });
+      EXPECT_TRUE(contains(text, "is damaged at byte")) << offset << ": " << text;
+      EXPECT_TRUE(contains(text, "rosbag reindex")) << offset << ": " << text;
+    }
+  }
+}
+
+TEST_F(ReadBag, AMessageThatSaysItIsLargerThanItIsTakesNoMemory) {
+  write_small_bag(path_);
+  std::string bytes = read_file(path_);
+  // The count of ranges follows the last of the seven numbers, range_max.
+  const float range_max = make_scan(1.0).range_max;
+  const std::string pattern(reinterpret_cast<const char*>(&range_max), sizeof(range_max));
+  const std::size_t place = bytes.find(pattern + "\x5a");  // 90 beams
+  ASSERT_NE(place, std::string::npos);
+  bytes.replace(place + 4, 4, "\xff\xff\xff\xff");
+  replace_file(path_, bytes);
+  const std::string text =
+      error_text<BagError>([&] { (void)count(*BagReader({path_}).stream({"/scan"}, {})); });
+  EXPECT_TRUE(contains(text, "4294967295 elements of 4 bytes are announced")) << text;
 }
 
 }  // namespace

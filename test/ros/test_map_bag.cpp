@@ -2,14 +2,17 @@
 // what it says.
 
 #include <gtest/gtest.h>
+#include <nav_msgs/Odometry.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
+#include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/tum.hpp"
@@ -371,6 +374,81 @@ TEST_F(MapBag, RefusesWhatCannotBeWrittenBeforeItStarts) {
   EXPECT_FALSE(contains(outcome.output, "scan topic")) << outcome.output;
 }
 
+TEST_F(MapBag, AFullDiskLeavesTheOldResults) {
+  ASSERT_EQ(run_small({}).exit_code, 0);
+  std::map<std::string, std::string> old;
+  for (const auto& file : std::filesystem::directory_iterator(out_)) {
+    old[file.path().string()] = read_file(file.path().string());
+  }
+  const Outcome outcome =
+      run_on_full_disk(MATCHBOX_MAP_BAG, bag_ + " --quiet --set map/resolution=0.02 --out " + out_);
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
+  EXPECT_EQ(outcome.output, "map_bag: cannot write '" + out_ + "/map.pgm': File too large\n");
+  std::size_t files = 0;
+  for (const auto& file : std::filesystem::directory_iterator(out_)) {
+    EXPECT_TRUE(read_file(file.path().string()) == old[file.path().string()]) << file.path();
+    ++files;
+  }
+  EXPECT_EQ(files, old.size());
+}
+
+TEST_F(MapBag, LeavesAWildPoseOutOfTheMap) {
+  write_small_bag(bag_);
+  {
+    rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+    for (const double stamp : {1010.0, 1010.1}) {  // 10000 km to the north-east
+      tf2_msgs::TFMessage message = make_robot_transforms(stamp, {});
+      message.transforms[0].transform.translation.x = 1e7;
+      message.transforms[0].transform.translation.y = 1e7;
+      bag.write("/tf", ros::Time(stamp), message);
+    }
+    bag.write("/scan", ros::Time(1010.05), make_scan(1010.05));
+  }
+  const Outcome outcome = run("--matcher odometry_only");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "a scan is left out of the map")) << outcome.output;
+  EXPECT_EQ(poses(), 51U);
+  EXPECT_LT(read_map(out_ + "/map.yaml").width, 200);
+}
+
+/// What old recordings have besides: a map of their own, odometry that names no child, tf twice.
+void add_old_habits(const std::string& path) {
+  rosbag::Bag bag(path, rosbag::bagmode::Append);
+  for (int k = 0; k < 20; ++k) {
+    const double stamp = 1327500000.0 + 0.05 * k;
+    bag.write("/tf", ros::Time(stamp), make_link(stamp, "/map", "/odom_combined", 1.0));
+    bag.write("/tf", ros::Time(stamp), make_link(1327500000.0, "/base_footprint", "/tilt", 1.0));
+    nav_msgs::Odometry odometry;
+    odometry.header.stamp = ros::Time(stamp);
+    odometry.header.frame_id = "/odom_combined";
+    bag.write("/base_odometry/odom", ros::Time(stamp), odometry);
+  }
+}
+
+TEST_F(MapBag, TakesABagWithEveryQuirkOfMitStata) {
+  const std::string truth_file = folder_ / "truth.tum";
+  const Outcome simulated =
+      run_command(MATCHBOX_SIMULATE,
+                  "--world rooms --duration 10 --beams 360 --clock-offset 82.2 --leading-slashes "
+                  "--compression bz2 --bag " +
+                      bag_ + " --truth " + truth_file);
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.output;
+  add_old_habits(bag_);
+  const Outcome outcome = run("--set scan_time_offset=auto");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "map -> odom_combined")) << outcome.output;
+  EXPECT_NEAR(report("scan_time_offset_s"), 82.2, 0.05);
+  // By the clock of the laser, as MIT's is.
+  std::vector<StampedPose2> truth;
+  for (StampedPose2 pose : read_tum(truth_file).poses()) {
+    pose.stamp += report("scan_time_offset_s");
+    truth.push_back(pose);
+  }
+  const Trajectory estimate = read_tum(out_ + "/trajectory.tum");
+  EXPECT_GE(estimate.size() + 2, truth.size());
+  EXPECT_LT(absolute_trajectory_error(estimate, Trajectory(truth)).translation.rmse, 0.02);
+}
+
 TEST_F(MapBag, RefusesWrongUsage) {
   write_small_bag(bag_);
   expect_one_line(run("--matcher monte_carlo --set monte_carlo/max_trys=3"), 2,
@@ -403,13 +481,22 @@ TEST_F(MapBag, AnInterruptEndsItInGoodOrder) {
   SmallBag recipe;
   recipe.scans = 20000;
   write_small_bag(bag_, recipe);
-  const Outcome outcome = run_command(
-      "/bin/sh", std::string("-c '\"$@\" & pid=$!; sleep 1; kill -INT $pid; wait $pid' sh ") +
-                     MATCHBOX_MAP_BAG + " " + bag_ + " --out " + out_);
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
-  EXPECT_TRUE(contains(outcome.output, "interrupted")) << outcome.output;
-  EXPECT_GT(poses(), 0U);
-  EXPECT_LT(poses(), 20000U);
+  for (const char* signal : {"INT", "TERM"}) {
+    const Outcome outcome = run_command(
+        "/bin/sh", std::string("-c '\"$@\" & pid=$!; sleep 1; kill -") + signal +
+                       " $pid; wait $pid' sh " + MATCHBOX_MAP_BAG + " " + bag_ + " --out " + out_);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "interrupted")) << outcome.output;
+    EXPECT_GT(poses(), 0U);
+    EXPECT_LT(poses(), 20000U);
+  }
+}
+
+TEST_F(MapBag, AnInterruptBeforeTheFirstScanWritesNothing) {
+  write_small_bag(bag_);
+  const Outcome outcome = run_interrupted(MATCHBOX_MAP_BAG, bag_ + " --out " + out_);
+  expect_one_line(outcome, 0, "interrupted before the first scan was used; nothing is written");
+  EXPECT_TRUE(std::filesystem::is_empty(out_));
 }
 
 }  // namespace

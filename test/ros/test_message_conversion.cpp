@@ -107,6 +107,37 @@ TEST(MessageConversion, CovarianceGoesToItsPlacesAmongSix) {
   EXPECT_EQ(plane_covariance(message), covariance);
 }
 
+TEST(MessageConversion, FindsStampsAndScansThatNobodyCanReckonWith) {
+  sensor_msgs::LaserScan scan = make_scan(1000.0);
+  scan.header.stamp.nsec = 1'000'000'000U;  // as no constructor makes it, but a message may hold
+  EXPECT_TRUE(contains(find_defect(scan), "1000000000 ns is none")) << find_defect(scan);
+  scan = make_scan(1000.0, "laser", 100'000);
+  EXPECT_EQ(find_defect(scan), "");
+  scan.ranges.push_back(1.0F);
+  EXPECT_EQ(find_defect(scan), "it has 100001 ranges; allowed: up to 100000");
+}
+
+TEST(MessageConversion, FindsPosesThatAreNone) {
+  const auto defect = [](auto&& change) {
+    auto message = to_pose_message(Pose2{1.0, 2.0, 0.5}, Eigen::Matrix3d::Identity());
+    change(message);
+    return find_defect(message);
+  };
+  EXPECT_EQ(defect([](auto& /*message*/) {}), "");
+  EXPECT_EQ(defect([](auto& message) { message.covariance.fill(0.0); }), "");
+  EXPECT_TRUE(contains(defect([](auto& message) { message.pose.position.x = 1e9; }), "position"));
+  EXPECT_TRUE(
+      contains(defect([](auto& message) { message.pose.position.y = std::nan(""); }), "position"));
+  EXPECT_TRUE(
+      contains(defect([](auto& message) { message.pose.orientation.z = 7.0; }), "quaternion"));
+  EXPECT_TRUE(contains(defect([](auto& message) { message.covariance[0] = -1.0; }), "covariance"));
+  EXPECT_TRUE(contains(defect([](auto& message) { message.covariance[1] = 0.5; }), "covariance"));
+  EXPECT_TRUE(
+      contains(defect([](auto& message) { message.covariance[35] = std::nan(""); }), "covariance"));
+  EXPECT_TRUE(
+      contains(defect([](auto& message) { message.covariance[35] = 1e300; }), "covariance"));
+}
+
 TEST(MessageConversion, PosesSurviveTheWayThereAndBack) {
   for (const double theta : {-3.1, -1.0, 0.0, 0.4, 3.1}) {
     const Pose2 pose = to_pose2(to_pose_message(Pose2{1.0, -2.0, theta}));

@@ -173,6 +173,24 @@ TEST(ScanQueue, CountsScansThatAreNone) {
   feed.expect_all_accounted_for();
 }
 
+TEST(ScanQueue, SkipsScansThatWouldBeTornOverTheMap) {
+  Feed feed(settings());
+  feed.queue.add_transforms(make_link(0.0, "base", "laser", 1001.0), true, ros::Time(100.0));
+  feed.odometry(100.0);
+  feed.odometry(101.0);
+  feed.scan_at(100.5, 101.0);
+  EXPECT_TRUE(contains(feed.queue.take_skipped().at(0).text, "m from the base; allowed: up to"));
+  feed.laser();
+  sensor_msgs::LaserScan scan = make_scan(101.5);
+  scan.time_increment = 0.002F;  // 0.178 s in all
+  feed.queue.add_scan(scan, ros::Time(101.7));
+  feed.queue.add_transforms(make_link(102.0, "odom", "base", 9e6), false, ros::Time(102.0));
+  EXPECT_TRUE(contains(feed.queue.take_skipped().at(0).text, "while it is taken"));
+  EXPECT_EQ(feed.ready(), Stamps{});
+  EXPECT_EQ(feed.skipped(SkipReason::kInvalid), 2U);
+  feed.expect_all_accounted_for();
+}
+
 TEST(ScanQueue, TheFrameMayChangeFromScanToScan) {
   Feed feed(settings());
   feed.laser();
@@ -260,6 +278,34 @@ TEST(ScanQueue, SingleScansWithAnOldStampAreNoTimeJump) {
   }
   EXPECT_EQ(feed.ready(), (Stamps{100.1, 100.2, 100.3, 100.4}));
   EXPECT_EQ(feed.skipped(SkipReason::kOutOfOrder), 7U);
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, AScanWithAStampFarAheadIsNoTimeJump) {
+  ScanQueueSettings without = settings();
+  without.odom_frame.reset();
+  without.base_frame = "laser";
+  Feed feed(without);
+  feed.scan_at(100.0, 200.0);
+  feed.scan_at(3.9e9, 200.1);
+  for (const double stamp : {100.1, 100.2, 100.3, 100.4}) {
+    feed.scan_at(stamp, stamp + 100.0);
+  }
+  EXPECT_EQ(feed.ready(), (Stamps{100.0, 100.1, 100.2, 100.3, 100.4}));
+  EXPECT_EQ(feed.skipped(SkipReason::kOutOfOrder), 1U);
+  for (const double stamp : {5000.0, 5000.1, 5000.2}) {  // another clock
+    feed.scan_at(stamp, 300.0);
+  }
+  EXPECT_EQ(feed.ready(), Stamps{5000.2});
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, TimesAreComparedAcrossAllThatAStampCanHold) {
+  Feed feed(settings());
+  feed.scan_at(1.0, 4e9);
+  feed.scan_at(4e9, 4e9);
+  feed.scan_at(2.0, 1.0);
+  feed.queue.finish();
   feed.expect_all_accounted_for();
 }
 

@@ -79,7 +79,24 @@ TEST(TransformStore, LeavesOutWhatIsNoTransform) {
   store.add(make_transforms({bad}), false);
   bad = make_transform(4.29e9, "odom", "base", 1.0);
   store.add(make_transforms({bad}), false);
-  EXPECT_EQ(store.invalid_count(), 5U);
+  bad = make_transform(100.0, "odom", "base", 1e300);
+  store.add(make_transforms({bad}), false);
+  bad = make_transform(100.0, "odom", "base", 1.0);
+  bad.header.stamp.nsec = 4'294'967'295U;
+  store.add(make_transforms({bad}), false);
+  store.add(make_link(100.0, "//", "base", 1.0), false);
+  EXPECT_EQ(store.invalid_count(), 8U);
+}
+
+TEST(TransformStore, OneStampFarAheadCostsNoLink) {
+  TransformStore store("map");
+  store.add(make_link(100.0, "odom", "base", 1.0), false);
+  store.add(make_link(3.9e9, "odom", "base", 7.0), false);
+  for (const double stamp : {100.1, 100.2, 100.3, 100.4}) {
+    store.add(make_link(stamp, "odom", "base", 1.0), false);
+  }
+  EXPECT_TRUE(store.covers("odom", "base", ros::Time(100.35)));
+  EXPECT_NEAR(x_at(store, "odom", "base", 100.35), 1.0, 0.0);
 }
 
 TEST(TransformStore, ClearKeepsStaticLinks) {

@@ -372,6 +372,26 @@ TEST(SlamEngine, RefusesWhatIsNoNumberAndGoesOnAfterIt) {
   EXPECT_TRUE(engine.process(run.scan_input(1)).match.accepted());
 }
 
+TEST(SlamEngine, LeavesOutAScanForWhichTheMapHasNoRoom) {
+  const SimulatedRun run = drive_through("rooms", 1.0, 3);
+  EngineOptions options;
+  options.slam.insert_distance = 0.0;
+  options.slam.insert_angle = 0.0;
+  SlamEngine engine(options, odometry_only(), 1);
+  EXPECT_TRUE(engine.process(run.scan_input(0)).inserted);
+  const std::size_t bytes = engine.map().occupancy.bytes() + engine.map().field.bytes();
+  ScanInput wild = run.scan_input(1);
+  for (Pose2* pose : {&wild.odometry->odom_from_base, &wild.odometry->odom_from_base_last_beam}) {
+    pose->x += 1e7;
+    pose->y -= 1e7;
+  }
+  const ScanOutcome outcome = engine.process(wild);
+  EXPECT_TRUE(outcome.left_out);
+  EXPECT_FALSE(outcome.inserted);
+  EXPECT_EQ(engine.map().occupancy.bytes() + engine.map().field.bytes(), bytes);
+  EXPECT_TRUE(engine.process(run.scan_input(2)).inserted);
+}
+
 TEST(SlamEngine, GoesOnFromThePoseThatItIsTold) {
   const SimulatedRun run = drive_through("rooms", 2.0, 3);
   SlamEngine engine = make_engine(run);

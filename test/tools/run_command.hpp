@@ -30,4 +30,23 @@ struct Outcome {
   return outcome;
 }
 
+/// Runs a program to which a SIGTERM is sent before it begins, which it finds at its first look.
+[[nodiscard]] inline Outcome run_interrupted(const std::string& program,
+                                             const std::string& arguments) {
+  // A signal that is held back stays so when a process becomes another program.
+  return run_command("/usr/bin/python3",
+                     "-c 'import os, signal, sys\n"
+                     "signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])\n"
+                     "os.kill(os.getpid(), signal.SIGTERM)\n"
+                     "os.execv(sys.argv[1], sys.argv[1:])' '" +
+                         program + "' " + arguments);
+}
+
+/// Runs a program that can write no file of more than 512 bytes, as if the disk were full.
+[[nodiscard]] inline Outcome run_on_full_disk(const std::string& program,
+                                              const std::string& arguments) {
+  return run_command(
+      "/bin/sh", "-c 'trap \"\" XFSZ; ulimit -f 1; exec \"$@\"' sh '" + program + "' " + arguments);
+}
+
 }  // namespace matchbox_slam

@@ -175,6 +175,14 @@ TEST_F(MatchPairsProgram, RefusesWrongUsageInOneLine) {
   expect_one_line(2, run_command(MATCHBOX_MATCH_PAIRS, "a.bag --out x"), "--truth");
 }
 
+TEST_F(MatchPairsProgram, AnInterruptEndsItInGoodOrder) {
+  const Outcome outcome = run_interrupted(
+      MATCHBOX_MATCH_PAIRS, (*folder_ / "short.bag") + " --truth " + (*folder_ / "short.tum") +
+                                " --quiet --out " + (*folder_ / "interrupted"));
+  expect_one_line(0, outcome, "interrupted before the first scan was used; nothing is written");
+  EXPECT_TRUE(std::filesystem::is_empty(*folder_ / "interrupted"));
+}
+
 TEST_F(MatchPairsProgram, TellsWhatIsWrongWithTheTruth) {
   const std::string bag = *folder_ / "short.bag";
   const std::string out = " --quiet --out " + (*folder_ / "no");

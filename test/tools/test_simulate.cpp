@@ -98,5 +98,23 @@ TEST_F(Simulate, AnOutputThatCannotBeWrittenIsOneLineAndOne) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "other.bag"));
 }
 
+TEST_F(Simulate, AnInterruptLeavesNothing) {
+  const Outcome outcome = run_interrupted(MATCHBOX_SIMULATE, arguments("run"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(outcome.output, "simulate: interrupted; nothing is written\n");
+  EXPECT_EQ(folder_.file_count(), 0U);
+}
+
+TEST_F(Simulate, AFullDiskIsOneLineAndLeavesWhatWasThere) {
+  ASSERT_EQ(run_simulate(arguments("run")).exit_code, 0);
+  const std::string bag = read_file(folder_ / "run.bag");
+  const Outcome outcome = run_on_full_disk(MATCHBOX_SIMULATE, arguments("run") + " --seed 2");
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "run.bag: the bag cannot be written")) << outcome.output;
+  EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 1) << outcome.output;
+  EXPECT_TRUE(read_file(folder_ / "run.bag") == bag);
+  EXPECT_EQ(folder_.file_count(), 2U);
+}
+
 }  // namespace
 }  // namespace matchbox_slam

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/map/occupancy_grid.hpp"
 
 namespace matchbox_slam {
@@ -46,6 +47,10 @@ struct MapImage {
 /// @param thresholds  0 <= free < occupied <= 1. Throws std::invalid_argument otherwise.
 [[nodiscard]] MapImage make_map_image(const OccupancyGrid& grid,
                                       const MapThresholds& thresholds = {});
+
+/// The files `base_path` + ".pgm" and ".yaml" as map_server's map_saver writes them.
+[[nodiscard]] std::vector<FileContents> map_files(const std::string& base_path,
+                                                  const MapImage& map);
 
 /// Writes `base_path` + ".pgm" and ".yaml" as map_server's map_saver does; both or none of them.
 /// Throws FileError.

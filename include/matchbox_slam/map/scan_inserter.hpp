@@ -16,6 +16,7 @@ struct MapOptions {
   double no_return_quality = 0.1;
   double hole_width = 0.1;
   double occupied_threshold = 0.5;
+  double max_cells = 4e8;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -29,6 +30,9 @@ struct MapOptions {
     option(
         self.occupied_threshold, "occupied_threshold", between(0.05, 0.95), "",
         "A hit cell becomes a surface to match against from this occupancy on, and ceases below.");
+    option(self.max_cells, "max_cells", between(1e5, 1e10), "",
+           "A scan that would make the map's rectangle larger than so many cells is left out, so "
+           "that one wild pose does not take all memory; 1 km^2 has 4e8 of 5 cm.");
   }
 };
 
@@ -40,6 +44,10 @@ struct SlamMap {
   OccupancyGrid occupancy;
   LikelihoodField field;
 };
+
+/// Whether the map with the scan in it is no larger than the options allow.
+[[nodiscard]] bool has_room(const PointScan& scan, const Pose2& map_from_base,
+                            const MapOptions& options, const SlamMap& map);
 
 /// Draws a scan into the map: free along each beam, an obstacle profile around its hit (tinySLAM's
 /// "hole"), and the hits as surfaces into the likelihood field.

@@ -88,8 +88,10 @@ class ScanMatcher {
   [[nodiscard]] virtual MatchResult match(const MatchProblem& problem) const = 0;
 };
 
-/// Whether the prediction is a pose and its covariance symmetric and positive semidefinite, zero
-/// included.
+/// Whether a matrix is symmetric and positive semidefinite, zero included.
+[[nodiscard]] bool is_covariance(const Eigen::Matrix3d& covariance);
+
+/// Whether the prediction is a pose and its covariance one.
 [[nodiscard]] bool is_valid_prior(const MatchProblem& problem);
 
 /// The answer when there is no match: the prior, and why.

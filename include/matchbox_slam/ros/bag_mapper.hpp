@@ -28,6 +28,7 @@ struct MapBagRequest {
 /// Throws ConfigurationError when the request makes no sense for the bag; FileError when results
 /// cannot be written, which is tried before the work; BagError when nothing can be read. Where a
 /// bag turns out damaged later, it writes the results of the part before and then throws BagError.
+/// Interrupted, it writes the results up to there, or throws Interrupted when there are none yet.
 void map_bag(const MapBagRequest& request, const RunDialog& dialog);
 
 }  // namespace matchbox_slam

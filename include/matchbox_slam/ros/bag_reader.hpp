@@ -1,7 +1,6 @@
 #pragma once
 
 #include <ros/time.h>
-#include <rosbag/bag.h>
 #include <sensor_msgs/LaserScan.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -9,18 +8,13 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <variant>
 #include <vector>
 
-namespace matchbox_slam {
+#include "matchbox_slam/ros/bag_file.hpp"
 
-/// Thrown when a bag cannot be read. The text names the bag, what is wrong and what to do.
-class BagError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
+namespace matchbox_slam {
 
 struct BagTopic {
   std::string name;
@@ -60,7 +54,7 @@ class BagStream {
 class BagReader {
  public:
   /// Throws ConfigurationError for a file that is missing or named twice and BagError for one that
-  /// is empty, cut off, without index or no bag.
+  /// is empty, cut off, without index, damaged or no bag.
   explicit BagReader(const std::vector<std::string>& paths);
   ~BagReader();
   BagReader(const BagReader&) = delete;
@@ -82,8 +76,7 @@ class BagReader {
                                                   const BagPeriod& period) const;
 
  private:
-  std::vector<std::unique_ptr<rosbag::Bag>> bags_;
-  std::vector<std::string> paths_;
+  std::vector<std::unique_ptr<BagFile>> bags_;
   std::vector<BagTopic> topics_;
   ros::Time begin_;
   ros::Time end_;

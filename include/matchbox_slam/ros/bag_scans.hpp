@@ -60,7 +60,7 @@ class BagScans {
   /// @param parameters  those given; a frame that is not among them is chosen.
   /// @param options     read from the parameters; gets the frames in use.
   /// Throws ConfigurationError when there is no answer or more than one, and BagError when the
-  /// period has no scans.
+  /// period has no scans; Interrupted when the user does not wait for that.
   void prepare(const Parameters& parameters, RunOptions& options);
 
   /// The next scan or time jump. None: the bag is at its end, damaged from here on, or the user has
@@ -76,7 +76,7 @@ class BagScans {
   [[nodiscard]] const BagFacts& facts() const { return facts_; }
   [[nodiscard]] const ScanAccount& account() const { return queue_->account(); }
 
-  /// Throws BagError, telling why no scan could be used.
+  /// Throws BagError, telling why no scan could be used, or Interrupted.
   [[noreturn]] void throw_nothing_used() const;
 
  private:

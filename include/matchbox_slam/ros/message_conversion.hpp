@@ -20,6 +20,27 @@ namespace matchbox_slam {
 /// be anything; what is judged here is the geometry and the stamp.
 [[nodiscard]] std::string find_defect(const sensor_msgs::LaserScan& message);
 
+/// The same of a pose from elsewhere, such as initialpose; only its part in the plane is judged.
+[[nodiscard]] std::string find_defect(const geometry_msgs::PoseWithCovariance& message);
+
+/// Seconds from one time to another; the difference of two ros::Time throws beyond 68 years.
+[[nodiscard]] double seconds_between(const ros::Time& begin, const ros::Time& end);
+
+/// Whether one can reckon with a stamp: it is not at the end of what ros::Time holds, beyond which
+/// that throws, and its nanoseconds are less than a second, which messages do not guarantee.
+[[nodiscard]] bool is_usable(const ros::Time& stamp);
+
+/// Whether a position is made of numbers so small that sums of several are numbers, too.
+[[nodiscard]] bool is_usable(const geometry_msgs::Vector3& position);
+
+/// Whether tf2 takes a frame by this name, which has lost its one leading slash already.
+[[nodiscard]] inline bool is_frame_id(const std::string& name) {
+  return !name.empty() && name.front() != '/';
+}
+
+/// Whether a quaternion has the length 1, or nearly.
+[[nodiscard]] bool is_rotation(const geometry_msgs::Quaternion& rotation);
+
 /// A scan without defect as the core takes it. Beams are counted from the ranges, never from
 /// `angle_max`, which drivers round in various ways.
 [[nodiscard]] LaserScan to_laser_scan(const sensor_msgs::LaserScan& message);

@@ -151,7 +151,9 @@ class ScanQueue {
   void jump_back(double seconds);
   void add_valid_scan(const sensor_msgs::LaserScan& message, const Turn& turn);
   [[nodiscard]] bool was_clock_set_back(const ros::Time& stamp);
+  [[nodiscard]] bool leaps_ahead(const ros::Time& stamp);
   void collect_ready(bool wait_for_more);
+  void deliver(const Turn& turn, ReadyScan&& scan);
   void limit_waiting();
   void give_up_late();
   void note_newest(const Turn& turn);
@@ -173,6 +175,8 @@ class ScanQueue {
   std::vector<ros::Time> newest_;      ///< stamp, by laser; empty until a scan comes
   std::optional<ros::Time> last_old_;  ///< of scans in a row that are older than time can be
   int old_in_a_row_ = 0;
+  std::optional<double> lead_;  ///< [s] of the newest scan's stamp before its arrival
+  int leaps_in_a_row_ = 0;
   bool stopped_ = false;
   bool paused_ = false;
   ScanAccount account_;

@@ -2,6 +2,8 @@
 
 #include <rosbag/bag.h>
 
+#include <functional>
+#include <memory>
 #include <string>
 
 #include "matchbox_slam/common/options.hpp"
@@ -45,14 +47,15 @@ class SimulatedBagWriter {
 
   /// Writes the run and puts the bag in its place; to be called once.
   /// Throws FileError when that fails and ConfigurationError when the clock offset leads to stamps
-  /// before 1970.
-  void write(const SimulatedRun& run, const SimulationRecord& record);
+  /// before 1970. Where `is_interrupted` says so it throws Interrupted, and there is no bag.
+  void write(const SimulatedRun& run, const SimulationRecord& record,
+             const std::function<bool()>& is_interrupted = {});
 
  private:
   std::string path_;
   std::string unfinished_path_;
   SimulatedBagOptions options_;
-  rosbag::Bag bag_;
+  std::unique_ptr<rosbag::Bag> bag_ = std::make_unique<rosbag::Bag>();
 };
 
 }  // namespace matchbox_slam

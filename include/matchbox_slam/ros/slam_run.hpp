@@ -16,6 +16,11 @@
 
 namespace matchbox_slam {
 
+/// What to tell people of a scan that the map has no room for.
+constexpr const char* kLeftOut =
+    "a scan is left out of the map, which would have more cells than map/max_cells allows; is its "
+    "pose a wild one?";
+
 /// How the queue is to be set up for a configuration.
 /// @param scan_time_offset  [s], what 'auto' has come to.
 [[nodiscard]] ScanQueueSettings queue_settings(const RunOptions& options, double scan_time_offset);

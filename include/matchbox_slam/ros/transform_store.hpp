@@ -69,6 +69,7 @@ class TransformStore {
     geometry_msgs::Transform first;
     ros::Time first_stamp;
     std::size_t count = 0;
+    int outdated_in_a_row = 0;
     std::set<ros::Time> stamps;  ///< those that tf2 still holds
   };
 

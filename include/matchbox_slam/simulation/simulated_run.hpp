@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
@@ -54,8 +55,9 @@ struct SimulatedRun {
 
 /// Drives the route through the world. The same seed gives the same bits.
 /// Throws ConfigurationError for laser options that do not fit together and std::invalid_argument
-/// for a route that cannot be driven.
+/// for a route that cannot be driven, and Interrupted when `is_interrupted` says so.
 [[nodiscard]] SimulatedRun simulate_run(const World& world, const Route& route,
-                                        const SimulationOptions& options, std::uint64_t seed);
+                                        const SimulationOptions& options, std::uint64_t seed,
+                                        const std::function<bool()>& is_interrupted = {});
 
 }  // namespace matchbox_slam

@@ -83,6 +83,7 @@ struct ScanOutcome {
   std::optional<Pose2> odom_from_base;
   MatchResult match;  ///< status kRejectedNoReference for the scan that starts the map
   bool inserted = false;
+  bool left_out = false;  ///< the map would have become too large with it
 };
 
 /// A map to go on with, and where the base may be in it.
