@@ -69,10 +69,12 @@ double from_fixed(std::int16_t value) { return value / 32767.0; }
 
 }  // namespace
 
-LikelihoodField::LikelihoodField(double resolution, const LikelihoodFieldOptions& options)
+LikelihoodField::LikelihoodField(double resolution, const LikelihoodFieldOptions& options,
+                                 bool with_bounds)
     : geometry_(resolution),
       options_(options),
       reach_cells_(static_cast<int>(std::ceil(options.reach / resolution)) + 1),
+      with_bounds_(with_bounds),
       likelihood_of_square_(kSquareSteps),
       distance_of_square_(kSquareSteps) {
   if (options.reach / resolution > 120.0) {
@@ -108,7 +110,7 @@ void LikelihoodField::update(const std::vector<SurfaceHit>& hits,
 
 void LikelihoodField::restore(const std::vector<std::pair<Cell, StoredSurface>>& surfaces) {
   static const SurfaceTile kBlank{};
-  *this = LikelihoodField(geometry_.resolution(), options_);
+  *this = LikelihoodField(geometry_.resolution(), options_, with_bounds_);
   std::vector<Cell> cells;
   cells.reserve(surfaces.size());
   for (const auto& [cell, surface] : surfaces) {
@@ -126,10 +128,12 @@ void LikelihoodField::render_around(std::vector<Cell> changed) {
   for (const Cell& block : blocks) {
     render_block(block);
   }
-  bounds_.update(blocks, [this](const Cell& position) {
-    const Tile* tile = tiles_.find(position);
-    return tile == nullptr ? nullptr : &tile->likelihood;
-  });
+  if (with_bounds_) {
+    bounds_.update(blocks, [this](const Cell& position) {
+      const Tile* tile = tiles_.find(position);
+      return tile == nullptr ? nullptr : &tile->likelihood;
+    });
+  }
 }
 
 void LikelihoodField::add_hit(const SurfaceHit& hit) {

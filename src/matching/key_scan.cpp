@@ -34,7 +34,8 @@ PointScan measured(const PointScan& scan) {
 
 struct KeyScan::LazyField {
   std::once_flag made;
-  LikelihoodField field{kResolution, kOptions};
+  // Nothing searches it with bounds.
+  LikelihoodField field{kResolution, kOptions, false};
 };
 
 KeyScan::KeyScan(PointScan a_scan, const Pose2& a_map_from_base)

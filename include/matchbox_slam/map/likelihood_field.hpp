@@ -61,8 +61,10 @@ class LikelihoodField {
   static constexpr std::uint8_t kFar = 255;  ///< `distance` of cells without a surface in reach
 
   /// @param resolution  edge of a cell [m], > 0. `reach / resolution` must not exceed 120 cells.
+  /// @param with_bounds  whether `bounds` is kept up to date, for exact searches alone.
   /// Throws ConfigurationError otherwise.
-  LikelihoodField(double resolution, const LikelihoodFieldOptions& options);
+  LikelihoodField(double resolution, const LikelihoodFieldOptions& options,
+                  bool with_bounds = true);
 
   /// Takes in new hits and drops the surfaces of cells that turned out free, then renders.
   void update(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared);
@@ -73,7 +75,7 @@ class LikelihoodField {
 
   [[nodiscard]] const Tiles& tiles() const { return tiles_; }
 
-  /// Upper bounds of the likelihood over windows of cells.
+  /// Upper bounds of the likelihood over windows of cells; empty when they are not kept.
   [[nodiscard]] const MaximumPyramid& bounds() const { return bounds_; }
 
   /// Likelihood of a scan point in this cell, 0...255; 0 far from everything.
@@ -135,6 +137,7 @@ class LikelihoodField {
   GridGeometry geometry_;
   LikelihoodFieldOptions options_;
   int reach_cells_;
+  bool with_bounds_;
   /// Likelihood and distance by squared distance, in equal steps from 0 to reach squared.
   std::vector<std::uint8_t> likelihood_of_square_;
   std::vector<std::uint8_t> distance_of_square_;
