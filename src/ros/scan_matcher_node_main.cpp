@@ -2,6 +2,7 @@
 
 #include <ros/ros.h>
 
+#include <csignal>
 #include <exception>
 
 #include "matchbox_slam/common/options.hpp"
@@ -9,6 +10,8 @@
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "scan_matcher");
+  // roscpp ends in good order on SIGINT alone.
+  std::signal(SIGTERM, [](int /*signal*/) { ros::requestShutdown(); });
   // These outlive the node: with the last handle gone, ROS would not log what went wrong any more.
   const ros::NodeHandle node_handle;
   const ros::NodeHandle private_handle("~");
