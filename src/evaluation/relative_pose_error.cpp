@@ -8,14 +8,15 @@
 namespace matchbox_slam {
 namespace {
 
-/// [s] or [m]: distances from the step that differ by less are equal, else rounding would choose
-/// between them (stamps of today resolve 2e-7 s).
+/// [s], [m] or [rad]: distances from the step that differ by less are equal, else rounding would
+/// choose between them (stamps of today resolve 2e-7 s).
 constexpr double kRounding = 1e-6;
 
 /// A pose of the estimate that has truth, with how far the robot had come.
 struct Station {
   PosePair poses;
   double path = 0.0;        ///< [m] along the truth since its first pose
+  double turning = 0.0;     ///< [rad] likewise
   std::size_t stretch = 0;  ///< of the truth without gaps
 };
 
@@ -27,28 +28,40 @@ Stations stations_of(const std::vector<PosePair>& pairs, const Trajectory& truth
   const std::vector<StampedPose2>& poses = truth.poses();
   std::size_t last = 0;  // pose of the truth not after the station
   double path = 0.0;
+  double turning = 0.0;
   std::size_t stretch = 0;
   for (const PosePair& pair : pairs) {
     for (; last + 1 < poses.size() && poses[last + 1].stamp <= pair.stamp; ++last) {
       path += (poses[last + 1].pose.translation() - poses[last].pose.translation()).norm();
+      turning += std::abs(wrap_angle(poses[last + 1].pose.theta - poses[last].pose.theta));
       stretch += poses[last + 1].stamp - poses[last].stamp > max_gap ? 1 : 0;
     }
     const double beyond = (pair.truth.translation() - poses[last].pose.translation()).norm();
-    stations.push_back({pair, path + beyond, stretch});
+    const double turned_beyond = std::abs(wrap_angle(pair.truth.theta - poses[last].pose.theta));
+    stations.push_back({pair, path + beyond, turning + turned_beyond, stretch});
   }
   return stations;
 }
 
 /// How far the second station is from the first, in the unit of the rule.
 double progress(const Station& first, const Station& second, PairRule::Unit unit) {
-  return unit == PairRule::Unit::kSecond ? second.poses.stamp - first.poses.stamp
-                                         : second.path - first.path;
+  switch (unit) {
+    case PairRule::Unit::kMetre:
+      return second.path - first.path;
+    case PairRule::Unit::kRadian:
+      return second.turning - first.turning;
+    case PairRule::Unit::kSecond:
+    case PairRule::Unit::kScan:
+      break;
+  }
+  return second.poses.stamp - first.poses.stamp;
 }
 
-/// Where the stations end whose progress from this one is known: path lengths are within a stretch.
+/// Where the stations end whose progress from this one is known: path and turning are within a
+/// stretch.
 Stations::const_iterator end_of_known(Stations::const_iterator first, const Stations& stations,
                                       PairRule::Unit unit) {
-  if (unit != PairRule::Unit::kMetre) {
+  if (unit == PairRule::Unit::kSecond) {
     return stations.end();
   }
   return std::upper_bound(

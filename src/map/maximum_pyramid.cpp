@@ -13,20 +13,25 @@ using Tiles = MaximumPyramid::Tiles;
 template <int kSize>
 using Square = std::array<std::uint8_t, static_cast<std::size_t>(kSize* kSize)>;
 
+/// Tile by tile, row by row; what has no tile is 0.
 template <int kSize>
 Square<kSize> read_square(const MaximumPyramid::Values& values, const Cell& corner) {
-  Square<kSize> square;
-  Cell tile_position = Tiles::tile_of(corner);
-  const Plane* tile = values(tile_position);
-  std::size_t i = 0;
-  for (int y = 0; y < kSize; ++y) {
-    for (int x = 0; x < kSize; ++x, ++i) {
-      const Cell cell{corner.x + x, corner.y + y};
-      if (const Cell wanted = Tiles::tile_of(cell); wanted != tile_position) {
-        tile_position = wanted;
-        tile = values(wanted);
+  static_assert(kSize <= Tiles::kTileSize);
+  Square<kSize> square{};
+  const Cell last = Tiles::tile_of({corner.x + kSize - 1, corner.y + kSize - 1});
+  for (int ty = Tiles::tile_of(corner).y; ty <= last.y; ++ty) {
+    for (int tx = Tiles::tile_of(corner).x; tx <= last.x; ++tx) {
+      const Plane* tile = values({tx, ty});
+      if (tile == nullptr) {
+        continue;
       }
-      square[i] = tile == nullptr ? std::uint8_t{0} : (*tile)[Tiles::index_in_tile(cell)];
+      const int first_x = std::max(0, tx * Tiles::kTileSize - corner.x);
+      const int end_x = std::min(kSize, (tx + 1) * Tiles::kTileSize - corner.x);
+      const int end_y = std::min(kSize, (ty + 1) * Tiles::kTileSize - corner.y);
+      for (int y = std::max(0, ty * Tiles::kTileSize - corner.y); y < end_y; ++y) {
+        const std::size_t from = Tiles::index_in_tile({corner.x + first_x, corner.y + y});
+        std::copy_n(tile->data() + from, end_x - first_x, square.data() + y * kSize + first_x);
+      }
     }
   }
   return square;
@@ -36,11 +41,19 @@ MaximumPyramid::Values values_of(const Tiles& tiles) {
   return [&tiles](const Cell& tile) { return tiles.find(tile); };
 }
 
-void write(Tiles& tiles, const Cell& cell, std::uint8_t value) {
+/// Writes entries that lie in one tile.
+template <int kSize>
+void write_square(Tiles& tiles, const Cell& corner, const Square<kSize>& square) {
   static const Plane kBlank{};
-  const Cell tile = Tiles::tile_of(cell);
-  if (value != 0 || tiles.find(tile) != nullptr) {
-    tiles.touch(tile, kBlank)[Tiles::index_in_tile(cell)] = value;
+  const Cell position = Tiles::tile_of(corner);
+  const bool is_blank = std::all_of(square.begin(), square.end(), [](int v) { return v == 0; });
+  if (is_blank && tiles.find(position) == nullptr) {
+    return;
+  }
+  Plane& tile = tiles.touch(position, kBlank);
+  for (int y = 0; y < kSize; ++y) {
+    std::copy_n(square.data() + y * kSize, kSize,
+                tile.data() + Tiles::index_in_tile({corner.x, corner.y + y}));
   }
 }
 
@@ -50,14 +63,16 @@ template <int kSize>
 void write_bounds(const MaximumPyramid::Values& maxima, const Cell& corner, Tiles& bounds) {
   constexpr int kRead = kSize + 1;
   const Square<kRead> square = read_square<kRead>(maxima, corner);
+  Square<kSize> maximum;
   for (int y = 0; y < kSize; ++y) {
+    const std::uint8_t* row = square.data() + y * kRead;
     for (int x = 0; x < kSize; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * kRead + static_cast<std::size_t>(x);
-      const std::uint8_t lower = std::max(square[i], square[i + 1]);
-      const std::uint8_t upper = std::max(square[i + kRead], square[i + kRead + 1]);
-      write(bounds, {corner.x + x, corner.y + y}, std::max(lower, upper));
+      const std::uint8_t lower = std::max(row[x], row[x + 1]);
+      const std::uint8_t upper = std::max(row[x + kRead], row[x + kRead + 1]);
+      maximum[static_cast<std::size_t>(y * kSize + x)] = std::max(lower, upper);
     }
   }
+  write_square<kSize>(bounds, corner, maximum);
 }
 
 /// The blocks, and those whose windows reach into them.
@@ -101,7 +116,7 @@ void MaximumPyramid::update_block_maxima(const Cell& block, const Values& values
   constexpr int kPerBlock = kBlockSize / 4;
   const Square<kBlockSize> cells =
       read_square<kBlockSize>(values, {block.x * kBlockSize, block.y * kBlockSize});
-  std::uint8_t whole = 0;
+  Square<kPerBlock> maxima{};
   for (int y = 0; y < kPerBlock; ++y) {
     for (int x = 0; x < kPerBlock; ++x) {
       std::uint8_t maximum = 0;
@@ -109,11 +124,11 @@ void MaximumPyramid::update_block_maxima(const Cell& block, const Values& values
         const auto* first = cells.data() + static_cast<std::ptrdiff_t>(row * kBlockSize + 4 * x);
         maximum = std::max(maximum, *std::max_element(first, first + 4));
       }
-      write(maxima_[0], {block.x * kPerBlock + x, block.y * kPerBlock + y}, maximum);
-      whole = std::max(whole, maximum);
+      maxima[static_cast<std::size_t>(y * kPerBlock + x)] = maximum;
     }
   }
-  write(maxima_[1], block, whole);
+  write_square<kPerBlock>(maxima_[0], {block.x * kPerBlock, block.y * kPerBlock}, maxima);
+  write_square<1>(maxima_[1], block, {*std::max_element(maxima.begin(), maxima.end())});
 }
 
 void MaximumPyramid::update_bounds(const Cell& block, const Values& values) {

@@ -30,12 +30,9 @@ class Observations {
   }
 
   /// The most occupied observation of a cell wins.
-  void mark(const Cell& cell, std::uint8_t value) {
-    const Cell tile = Tiles::tile_of(cell);
-    if (current_ == nullptr || tile != current_position_) {
-      static const Tile kBlank{};
-      current_ = &tiles_.touch(tile, kBlank);
-      current_position_ = tile;
+  void mark(Cell cell, std::uint8_t value) {
+    if (const Cell tile = Tiles::tile_of(cell); current_ == nullptr || tile != current_position_) {
+      enter(tile);
     }
     std::uint8_t& marked = (*current_)[Tiles::index_in_tile(cell)];
     marked = std::max(marked, value);
@@ -44,6 +41,13 @@ class Observations {
   [[nodiscard]] const Tiles& tiles() const { return tiles_; }
 
  private:
+  /// Apart, so that `mark` stays small enough to become part of the loops that call it.
+  [[gnu::noinline]] void enter(const Cell& tile) {
+    static const Tile kBlank{};
+    current_ = &tiles_.touch(tile, kBlank);
+    current_position_ = tile;
+  }
+
   Tiles tiles_;
   Tile* current_ = nullptr;  // consecutive cells of a ray mostly share their tile
   Cell current_position_;
@@ -67,15 +71,15 @@ void mark_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Grid
   int left_y = std::abs(end.y - cell.y);
   observations.mark(cell, value);
   while (left_x + left_y > 0) {
-    if (left_y == 0 || (left_x > 0 && next_x < next_y)) {
-      cell.x += step_x;
-      next_x += per_cell_x;
-      --left_x;
-    } else {
-      cell.y += step_y;
-      next_y += per_cell_y;
-      --left_y;
-    }
+    // Without branches: nobody foretells where a line goes next.
+    const int along_x = static_cast<int>((left_y == 0) | ((left_x > 0) & (next_x < next_y)));
+    const int along_y = 1 - along_x;
+    cell.x += along_x * step_x;
+    cell.y += along_y * step_y;
+    next_x += along_x * per_cell_x;
+    next_y += along_y * per_cell_y;
+    left_x -= along_x;
+    left_y -= along_y;
     observations.mark(cell, value);
   }
 }

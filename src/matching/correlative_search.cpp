@@ -135,24 +135,34 @@ struct Rotation {
   double steps_per_cell;
 };
 
-MATCHBOX_SIMD_CLONES void rotate_points(const double* x, const double* y, std::size_t count,
-                                        const Rotation& by, std::int32_t* cell_x,
-                                        std::int32_t* cell_y, std::int32_t* step_x,
-                                        std::int32_t* step_y) {
+/// Rounded towards minus infinity, in basic arithmetic: compilers vectorise it without options that
+/// change others. |value| < 2^31.
+inline std::int32_t round_down(double value) {
+  const auto towards_zero = static_cast<std::int32_t>(value);
+  return towards_zero - static_cast<std::int32_t>(value < towards_zero);
+}
+
+MATCHBOX_SIMD_CLONES void rotate_points(const double* __restrict__ x, const double* __restrict__ y,
+                                        std::size_t count, const Rotation& rotation,
+                                        std::int32_t* __restrict__ cell_x,
+                                        std::int32_t* __restrict__ cell_y,
+                                        std::int32_t* __restrict__ step_x,
+                                        std::int32_t* __restrict__ step_y) {
+  const Rotation by = rotation;  // which no store may change
   const double cells_per_step = 1.0 / by.steps_per_cell;
   const auto steps_per_cell = static_cast<std::int32_t>(by.steps_per_cell);
   for (std::size_t i = 0; i < count; ++i) {
     const double qx = (by.cosine * x[i] - by.sine * y[i]) + by.x;
     const double qy = (by.sine * x[i] + by.cosine * y[i]) + by.y;
-    const double ux = std::floor(qx * by.steps_per_metre);
-    const double uy = std::floor(qy * by.steps_per_metre);
+    const std::int32_t ux = round_down(qx * by.steps_per_metre);
+    const std::int32_t uy = round_down(qy * by.steps_per_metre);
     // In the middle of a step, so that rounding cannot matter.
-    const double cx = std::floor((ux + 0.5) * cells_per_step);
-    const double cy = std::floor((uy + 0.5) * cells_per_step);
-    cell_x[i] = static_cast<std::int32_t>(cx);
-    cell_y[i] = static_cast<std::int32_t>(cy);
-    step_x[i] = static_cast<std::int32_t>(ux) - cell_x[i] * steps_per_cell;
-    step_y[i] = static_cast<std::int32_t>(uy) - cell_y[i] * steps_per_cell;
+    const std::int32_t cx = round_down((ux + 0.5) * cells_per_step);
+    const std::int32_t cy = round_down((uy + 0.5) * cells_per_step);
+    cell_x[i] = cx;
+    cell_y[i] = cy;
+    step_x[i] = ux - cx * steps_per_cell;
+    step_y[i] = uy - cy * steps_per_cell;
   }
 }
 
@@ -161,28 +171,36 @@ struct TableView {
   CellBox useful;  ///< cells whose windows lie in the table
   Cell corner;     ///< first entry of the table
   std::int32_t pitch = 0;
-  std::int32_t level_bits = 0;  ///< an entry stands for 2^bits cells along each axis
+  std::int32_t level_bits = 0;   ///< an entry stands for 2^bits cells along each axis
+  std::int32_t entry_bytes = 1;  ///< see FieldWindow
 };
 
 /// Offsets of the points' windows in a table. Points whose windows do not lie in the table meet
 /// nothing: they get the weight 0, and the window of some useful cell.
-MATCHBOX_SIMD_CLONES void find_offsets(const std::int32_t* cell_x, const std::int32_t* cell_y,
-                                       const std::uint16_t* weights, std::size_t count,
-                                       const TableView& table, std::int32_t* offsets,
-                                       std::uint16_t* useful_weights) {
+MATCHBOX_SIMD_CLONES void find_offsets(const std::int32_t* __restrict__ cell_x,
+                                       const std::int32_t* __restrict__ cell_y,
+                                       const std::uint16_t* __restrict__ weights, std::size_t count,
+                                       const TableView& table, std::int32_t* __restrict__ offsets,
+                                       std::uint16_t* __restrict__ useful_weights) {
   const std::int32_t min_x = table.useful.min.x;
   const std::int32_t min_y = table.useful.min.y;
   const auto width = static_cast<std::uint32_t>(std::max(0, table.useful.width()));
   const auto height = static_cast<std::uint32_t>(std::max(0, table.useful.height()));
-  const std::int32_t spare = ((min_y >> table.level_bits) - table.corner.y) * table.pitch +
-                             ((min_x >> table.level_bits) - table.corner.x);
+  const std::int32_t bits = table.level_bits;
+  const std::int32_t bytes = table.entry_bytes;
+  const std::int32_t pitch = table.pitch;
+  const std::int32_t first_x = min_x >> bits;
+  const std::int32_t first_y = min_y >> bits;
+  const std::int32_t first = (first_y - table.corner.y) * pitch + (first_x - table.corner.x);
   for (std::size_t i = 0; i < count; ++i) {
-    const bool is_useful = (static_cast<std::uint32_t>(cell_x[i] - min_x) < width) &
-                           (static_cast<std::uint32_t>(cell_y[i] - min_y) < height);
-    const std::int32_t x = (cell_x[i] >> table.level_bits) - table.corner.x;
-    const std::int32_t y = (cell_y[i] >> table.level_bits) - table.corner.y;
-    offsets[i] = is_useful ? y * table.pitch + x : spare;
-    useful_weights[i] = is_useful ? weights[i] : std::uint16_t{0};
+    const auto is_useful =
+        static_cast<std::int32_t>((static_cast<std::uint32_t>(cell_x[i] - min_x) < width) &
+                                  (static_cast<std::uint32_t>(cell_y[i] - min_y) < height));
+    const std::int32_t x = (cell_x[i] >> bits) - first_x;
+    const std::int32_t y = (cell_y[i] >> bits) - first_y;
+    // Products, since compilers vectorise no choice between values of two sizes.
+    offsets[i] = bytes * (first + is_useful * (y * pitch + x));
+    useful_weights[i] = static_cast<std::uint16_t>(is_useful * weights[i]);
   }
 }
 
@@ -304,16 +322,16 @@ class LatticeSearch {
   Penalty penalty_;
   PointArrays points_;
   int top_ = 0;                       ///< coarsest level in use
-  int columns_ = 0;                   ///< of the sums of its blocks
   CellBox cells_;                     ///< that can be looked up
   CellBox useful_;                    ///< those from which every look-up stays there
-  std::vector<FieldWindow> windows_;  ///< the likelihoods, then the bounds by level
+  std::vector<FieldWindow> windows_;  ///< the likelihoods, then the bounds by level; see `packed`
   RotatedPoints rotated_;
   std::vector<std::vector<std::int32_t>> offsets_;  ///< at the present rotation, in each window
   std::vector<std::uint16_t> weights_;  ///< of the points that can meet anything, else 0
   std::vector<std::int32_t> classes_;   ///< step within the cell, row by row
   int theta_ = std::numeric_limits<int>::min();
-  std::vector<std::uint32_t> sums_;  ///< of the coarsest blocks at the present rotation
+  std::vector<std::uint32_t> packed_sums_;
+  std::vector<std::uint32_t> sums_;  ///< of the coarsest blocks at the present rotation, by rows
   std::vector<Slice> slices_;
   Leader leader_;
   Excluded excluded_;
@@ -344,7 +362,6 @@ LatticeSearch::LatticeSearch(const std::vector<SearchPoint>& points, const Likel
   while (top_ < kTop && blocks_of(top_).count() > kMostBlocks) {
     ++top_;
   }
-  columns_ = (blocks_of(top_).count() + kSumColumns - 1) / kSumColumns * kSumColumns;
   read_windows(field, scoring);
 }
 
@@ -368,6 +385,9 @@ void LatticeSearch::read_windows(const LikelihoodField& field, const SearchScori
   for (int level = 0; level <= top_; ++level) {
     windows_.push_back(FieldWindow::of_bounds(field, level, entries_of(cells_, level),
                                               scoring.value_of_likelihood));
+  }
+  if (top_ > 0) {  // the finest table is too large for what it would save
+    windows_.back() = windows_.back().packed();
   }
   offsets_.assign(windows_.size(), std::vector<std::int32_t>(points_.x.size()));
   weights_.resize(points_.x.size());
@@ -397,9 +417,9 @@ void LatticeSearch::rotate(int theta) {
 
 /// Finds the points' windows in a table at the present rotation.
 void LatticeSearch::locate(std::size_t table) {
-  const TableView view{useful_, windows_[table].corner(),
-                       static_cast<std::int32_t>(windows_[table].pitch()),
-                       table == 0 ? 0 : 2 * static_cast<std::int32_t>(table - 1)};
+  const TableView view{
+      useful_, windows_[table].corner(), static_cast<std::int32_t>(windows_[table].pitch()),
+      table == 0 ? 0 : 2 * static_cast<std::int32_t>(table - 1), windows_[table].entry_bytes()};
   find_offsets(rotated_.x.data(), rotated_.y.data(), points_.weights.data(), rotated_.x.size(),
                view, offsets_[table].data(), weights_.data());
 }
@@ -407,30 +427,37 @@ void LatticeSearch::locate(std::size_t table) {
 /// The points' windows in a table, moved by entries.
 PointWindows LatticeSearch::windows_from(std::size_t table, int x, int y) const {
   const FieldWindow& window = windows_[table];
-  return {window.data() + y * window.pitch() + x, window.pitch(), offsets_[table].data(),
-          weights_.data(), weights_.size()};
+  const std::ptrdiff_t row_bytes = window.pitch() * window.entry_bytes();
+  return {window.data() + y * row_bytes + x * window.entry_bytes(),
+          row_bytes * window.entry_bytes(),  // an entry has as many rows as bytes
+          offsets_[table].data(), weights_.data(), weights_.size()};
 }
 
-/// The sums of the coarsest blocks at the present rotation, in rows of `columns_`.
+/// The sums of the coarsest blocks at the present rotation, row by row.
 void LatticeSearch::sum_blocks() {
   const std::size_t table = static_cast<std::size_t>(top_) + 1;
   const Range blocks = blocks_of(top_);
-  sums_.resize(static_cast<std::size_t>(blocks.count()) * static_cast<std::size_t>(columns_));
-  sum_windows(windows_from(table, blocks.first, blocks.first), blocks.count(), columns_,
-              sums_.data());
+  const int count = blocks.count();
+  const int together = windows_[table].entry_bytes();  // rows in a vector
+  const int rows = (count + together - 1) / together;
+  const int columns = (count * together + kSumColumns - 1) / kSumColumns * kSumColumns;
+  packed_sums_.resize(static_cast<std::size_t>(rows * columns));
+  sum_windows(windows_from(table, blocks.first, blocks.first), rows, columns, packed_sums_.data());
+  sums_.clear();
+  for (int y = 0; y < count; ++y) {
+    const std::uint32_t* row = packed_sums_.data() + y / together * columns + y % together;
+    for (int x = 0; x < count; ++x) {
+      sums_.push_back(row[x * together]);
+    }
+  }
 }
 
 /// What no pose of the present rotation scores more than.
 std::int64_t LatticeSearch::bound_of_slice() {
   locate(static_cast<std::size_t>(top_) + 1);
   sum_blocks();
-  const int count = blocks_of(top_).count();
-  result_.bounded += static_cast<std::size_t>(count * count);
-  std::uint32_t most = 0;
-  for (int y = 0; y < count; ++y) {
-    const std::uint32_t* row = sums_.data() + static_cast<std::ptrdiff_t>(y) * columns_;
-    most = std::max(most, *std::max_element(row, row + count));
-  }
+  result_.bounded += sums_.size();
+  const std::uint32_t most = *std::max_element(sums_.begin(), sums_.end());
   return static_cast<std::int64_t>(most) - penalty_.least(theta_);
 }
 
@@ -505,7 +532,7 @@ void LatticeSearch::search_slice(const Slice& slice) {
   }
   sum_blocks();
   const Range blocks = blocks_of(top_);
-  search_blocks(top_, blocks, blocks, sums_.data(), columns_);
+  search_blocks(top_, blocks, blocks, sums_.data(), blocks.count());
 }
 
 /// Searches the blocks that may hold something better, the most promising first.

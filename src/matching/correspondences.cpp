@@ -181,32 +181,58 @@ const LikelihoodField* nearest_field(const LikelihoodFields& fields,
 }  // namespace
 
 Correspondences::Correspondences(const std::vector<ScanPoint>& points,
-                                 const LikelihoodFields& fields, const Pose2& map_from_base) {
+                                 const LikelihoodFields& fields, const Pose2& map_from_base)
+    : fields_(fields) {
+  points_.reserve(points.size());
+  for (const ScanPoint& point : points) {
+    // What is no number would make the whole sum none.
+    if (point.position.allFinite() && std::isfinite(point.weight)) {
+      total_weight_ += point.weight;
+      points_.emplace_back();
+      points_.back().position = point.position;
+      points_.back().weight = point.weight;
+    }
+  }
   const std::size_t padded = (points.size() + kLanes - 1) / kLanes * kLanes;
   for (auto* array :
        {&arrays_.rotated_x, &arrays_.rotated_y, &arrays_.offset_x, &arrays_.offset_y, &arrays_.c,
         &arrays_.s, &arrays_.weight, &arrays_.variance, &arrays_.information}) {
     array->resize(padded, 0.0);
   }
+  move_to(map_from_base);
+}
+
+/// Finds the surface next to a point, unless it is the one that was found last.
+void Correspondences::look_up(const Eigen::Vector2d& position, Point& point) const {
+  const LikelihoodField* field = nearest_field(fields_, position);
+  if (field == nullptr) {
+    point.field = nullptr;
+    point.has_surface = false;
+    return;
+  }
+  const Cell cell = field->geometry().cell_at(position);
+  if (field != point.field || cell != point.cell) {
+    point.field = field;
+    point.cell = cell;
+    point.has_surface = field->nearest_surface(cell, point.surface);
+  }
+}
+
+void Correspondences::move_to(const Pose2& map_from_base) {
   const double cosine = std::cos(map_from_base.theta);
   const double sine = std::sin(map_from_base.theta);
-  Surface surface;
   SurfaceCounts surfaces;
   std::vector<std::size_t> surface_of;
-  surface_of.reserve(points.size());
-  for (const ScanPoint& point : points) {
-    // What is no number would make the whole sum none.
-    if (!point.position.allFinite() || !std::isfinite(point.weight)) {
-      continue;
-    }
-    total_weight_ += point.weight;
+  surface_of.reserve(points_.size());
+  for (Point& point : points_) {
     const Eigen::Vector2d rotated(cosine * point.position.x() - sine * point.position.y(),
                                   sine * point.position.x() + cosine * point.position.y());
     const Eigen::Vector2d position = rotated + map_from_base.translation();
-    const LikelihoodField* field = nearest_field(fields, position);
-    if (field == nullptr || !field->nearest_surface(field->geometry().cell_at(position), surface)) {
+    look_up(position, point);
+    if (!point.has_surface) {
       continue;
     }
+    const Surface& surface = point.surface;
     const std::size_t count = surface_of.size();
     surface_of.push_back(surfaces.add(surface));
     arrays_.rotated_x[count] = rotated.x();
@@ -222,6 +248,9 @@ Correspondences::Correspondences(const std::vector<ScanPoint>& points,
     arrays_.variance[i] = at.own + at.common;
     arrays_.information[i] = 1.0 / (at.own + at.points * at.common);
   }
+  const auto rest = static_cast<std::ptrdiff_t>(surface_of.size());
+  std::fill(arrays_.weight.begin() + rest, arrays_.weight.end(), 0.0);
+  std::fill(arrays_.information.begin() + rest, arrays_.information.end(), 0.0);
 }
 
 NormalEquations Correspondences::linearise(double kernel) const {

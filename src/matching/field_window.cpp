@@ -1,12 +1,19 @@
 #include "field_window.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace matchbox_slam {
 namespace {
 
 using Tiles = MaximumPyramid::Tiles;
 static_assert(Tiles::kTileBits == LikelihoodField::Tiles::kTileBits);
+
+bool changes_nothing(const FieldWindow::Values& values) {
+  FieldWindow::Values same;
+  std::iota(same.begin(), same.end(), std::uint8_t{0});
+  return values == same;
+}
 
 }  // namespace
 
@@ -20,6 +27,7 @@ FieldWindow::FieldWindow(const CellBox& box)
 template <typename PlaneOf>
 void FieldWindow::copy(const CellBox& box, const Values& values, const PlaneOf& plane_of) {
   constexpr int kSize = Tiles::kTileSize;
+  const bool is_copy = changes_nothing(values);
   const Cell first = Tiles::tile_of(box.min);
   const Cell last = Tiles::tile_of({box.max.x - 1, box.max.y - 1});
   for (int ty = first.y; ty <= last.y; ++ty) {
@@ -35,8 +43,12 @@ void FieldWindow::copy(const CellBox& box, const Values& values, const PlaneOf& 
         const std::uint8_t* from = plane->data() + Tiles::index_in_tile({x_begin, y});
         std::uint8_t* to = table_.data() + static_cast<std::ptrdiff_t>(y - corner_.y) * pitch_ +
                            (x_begin - corner_.x);
-        std::transform(from, from + (x_end - x_begin), to,
-                       [&values](std::uint8_t likelihood) { return values[likelihood]; });
+        if (is_copy) {
+          std::copy_n(from, x_end - x_begin, to);
+        } else {
+          std::transform(from, from + (x_end - x_begin), to,
+                         [&values](std::uint8_t likelihood) { return values[likelihood]; });
+        }
       }
     }
   }
@@ -57,6 +69,19 @@ FieldWindow FieldWindow::of_bounds(const LikelihoodField& field, int level, cons
   FieldWindow window(box);
   const Tiles& bounds = field.bounds().level(level);
   window.copy(box, values, [&](const Cell& position) { return bounds.find(position); });
+  return window;
+}
+
+FieldWindow FieldWindow::packed() const {
+  FieldWindow window = *this;
+  window.entry_bytes_ = kPackedRows;
+  window.table_.assign(kPackedRows * table_.size(), 0);
+  for (std::size_t row = 0; row < kPackedRows; ++row) {
+    const std::size_t above = std::min(table_.size(), row * static_cast<std::size_t>(pitch_));
+    for (std::size_t i = above; i < table_.size(); ++i) {
+      window.table_[kPackedRows * (i - above) + row] = table_[i];
+    }
+  }
   return window;
 }
 

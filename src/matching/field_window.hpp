@@ -26,10 +26,19 @@ class FieldWindow {
   static FieldWindow of_bounds(const LikelihoodField& field, int level, const CellBox& box,
                                const Values& values);
 
+  /// The same entries, each together with the three above it: byte r of entry (x, y) is the entry
+  /// (x, y + r), so that a window of 4 x 4 entries is 16 bytes in a row. What lies beyond is 0.
+  [[nodiscard]] FieldWindow packed() const;
+
+  static constexpr int kPackedRows = 4;
+
+  /// Bytes of an entry: kPackedRows in a packed table, else 1.
+  [[nodiscard]] int entry_bytes() const { return entry_bytes_; }
+
   /// The first entry.
   [[nodiscard]] const Cell& corner() const { return corner_; }
   [[nodiscard]] const std::uint8_t* data() const { return table_.data(); }
-  /// Entries from row to row.
+  /// Entries from row to row, whatever bytes they have.
   [[nodiscard]] std::ptrdiff_t pitch() const { return pitch_; }
 
  private:
@@ -40,6 +49,7 @@ class FieldWindow {
 
   Cell corner_;
   std::int32_t pitch_;
+  std::int32_t entry_bytes_ = 1;
   std::vector<std::uint8_t> table_;
 };
 

@@ -113,30 +113,32 @@ RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodFields&
   RefinedPose refined;
   Pose2& pose = refined.map_from_base;
   pose = start_map_from_base;
+  Correspondences pairs(points, fields, pose);
   for (int i = 0; i < options.iterations; ++i) {
     // The kernel reaches its last width half-way, so that the last steps converge.
     const double progress = std::min(1.0, 2.0 * i / std::max(1, options.iterations - 1));
     const double kernel =
         options.first_kernel * std::pow(options.last_kernel / options.first_kernel, progress);
-    const NormalEquations scan = Correspondences(points, fields, pose).linearise(kernel);
-    if (!advance(step_to_optimum(scan, scale, pose, prior, prior_part), pose) && progress >= 1.0) {
+    const NormalEquations scan = pairs.linearise(kernel);
+    const bool goes_on = advance(step_to_optimum(scan, scale, pose, prior, prior_part), pose);
+    pairs.move_to(pose);
+    if (!goes_on && progress >= 1.0) {
       break;
     }
   }
-  Correspondences pairs(points, fields, pose);
   NormalEquations scan = pairs.linearise(options.last_kernel);
   refined.unconstrained_directions = weak_directions(scan.information, options.weakest_direction);
   if (!refined.unconstrained_directions.empty()) {
     // What the scan seemed to say along these directions was noise: the prior has its way there.
     for (int i = 0; i < options.iterations; ++i) {
-      scan = without_weak_directions(
-          Correspondences(points, fields, pose).linearise(options.last_kernel),
-          options.weakest_direction);
-      if (!advance(step_to_optimum(scan, scale, pose, prior, prior_part), pose)) {
+      scan =
+          without_weak_directions(pairs.linearise(options.last_kernel), options.weakest_direction);
+      const bool goes_on = advance(step_to_optimum(scan, scale, pose, prior, prior_part), pose);
+      pairs.move_to(pose);
+      if (!goes_on) {
         break;
       }
     }
-    pairs = Correspondences(points, fields, pose);
   }
   refined.covariance =
       (shown_information(pairs, options) * scan.information + prior_part).inverse();

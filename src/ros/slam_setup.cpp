@@ -4,63 +4,20 @@
 #include <map>
 #include <utility>
 
+#include "matchbox_slam/ros/setup_parts.hpp"
 #include "matchbox_slam/ros/transform_store.hpp"
 
 namespace matchbox_slam {
 
 namespace {
 
-template <typename Options>
-std::vector<std::string> option_names() {
-  std::vector<std::string> names;
-  for (const OptionDescription& row : describe_options(Options{})) {
-    names.push_back(row.name);
+/// The names outside of sections.
+std::vector<std::string> plain_names() {
+  std::vector<std::string> names = option_names<RunOptions>();
+  for (const std::string& name : option_names<SlamNodeOptions>()) {
+    names.push_back(name);
   }
   return names;
-}
-
-/// The values of the given names; those of others are left out.
-Parameters only(const Parameters& parameters, const std::vector<std::string>& names) {
-  Parameters selected;
-  for (const std::string& name : names) {
-    if (const ParameterValue* value = parameters.find(name)) {
-      selected.set(name, *value);
-    }
-  }
-  return selected;
-}
-
-/// Looks at the first part of every key: an option of the run or the node, or a section.
-void reject_unknown_names(const Parameters& parameters, const MatcherLoader& loader) {
-  std::vector<std::string> options = option_names<RunOptions>();
-  for (const std::string& name : option_names<SlamNodeOptions>()) {
-    options.push_back(name);
-  }
-  std::vector<std::string> sections = {"slam", "scan", "map", "field", "motion"};
-  for (const std::string& lookup_name : loader.lookup_names()) {
-    sections.push_back(matcher_short_name(lookup_name));
-  }
-  Parameters names_in_sections;
-  Parameters plain_names;
-  for (const auto& [key, value] : parameters.values()) {
-    const std::size_t slash = key.find('/');
-    (slash == std::string::npos ? plain_names : names_in_sections).set(key.substr(0, slash), value);
-  }
-  reject_unknown_keys(plain_names, "", options);
-  reject_unknown_keys(names_in_sections, "sections", sections);
-}
-
-/// Configures the matchers that have a section but are not in use, so that a slip there is told now
-/// and not on the day they are chosen.
-void check_other_matchers(const Parameters& parameters, const MatcherLoader& loader,
-                          const std::string& in_use) {
-  for (const std::string& lookup_name : loader.lookup_names()) {
-    const std::string section = matcher_short_name(lookup_name);
-    const Parameters options = parameters.section(section);
-    if (section != in_use && !options.values().empty()) {
-      loader.create(lookup_name)->configure(options);
-    }
-  }
 }
 
 /// YAML types an offset such as 82.2 as a number, but it may be the word 'auto' too.
@@ -120,7 +77,8 @@ void check_frames(const RunOptions& options) {
 }
 
 SlamSetup make_slam_setup(const Parameters& parameters, const MatcherLoader& loader) {
-  reject_unknown_names(parameters, loader);
+  reject_unknown_names(parameters, plain_names(), {"slam", "scan", "map", "field", "motion"},
+                       loader);
   SlamSetup setup;
   setup.run = read_options<RunOptions>(
       with_offset_as_text(only(parameters, option_names<RunOptions>())), "");
@@ -129,12 +87,8 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherLoader& loa
   setup.node = read_options<SlamNodeOptions>(only(parameters, option_names<SlamNodeOptions>()), "");
   setup.engine = read_engine_options(parameters);
   setup.matcher_name = loader.find(setup.run.matcher);
-  const std::shared_ptr<ScanMatcher> matcher = loader.create(setup.matcher_name);
-  const std::string section = matcher_short_name(setup.matcher_name);
-  matcher->configure(parameters.section(section));
-  setup.matcher = matcher;
+  setup.matcher = make_matcher(parameters, loader, setup.matcher_name);
   setup.hough = read_options<HoughOptions>(parameters.section("hough"), "hough");
-  check_other_matchers(parameters, loader, section);
   return setup;
 }
 

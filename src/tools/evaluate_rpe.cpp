@@ -36,6 +36,8 @@ std::string name_of(const PairRule& rule) {
       return "per " + fixed_text(rule.step, 0) + " s";
     case PairRule::Unit::kMetre:
       return "per " + fixed_text(rule.step, 0) + " m";
+    case PairRule::Unit::kRadian:
+      return "per " + fixed_text(rule.step, 0) + " rad";
     case PairRule::Unit::kScan:
       break;
   }
@@ -83,7 +85,7 @@ std::string tables_of(const std::vector<Result>& results) {
 std::string heading_of(const Truth& truth) {
   return "Relative pose error against " + truth.options.path +
          "\nPairs of the estimates' poses: consecutive ones, and those that are as far apart in "
-         "time or along the true path, within 10 %\n" +
+         "time, along the true path or in true turning, within 10 %\n" +
          describe(truth);
 }
 
@@ -158,7 +160,7 @@ void run(const ComparisonOptions& command) {
 void add_rpe_command(CLI::App& app) {
   const auto command = std::make_shared<ComparisonOptions>();
   CLI::App* rpe = app.add_subcommand(
-      "rpe", "Relative pose error: how fast estimates drift, per scan, second and metre");
+      "rpe", "Relative pose error: how fast estimates drift, per scan, second, metre and radian");
   add_comparison_options(*rpe, *command);
   rpe->callback([command] { run(*command); });
 }

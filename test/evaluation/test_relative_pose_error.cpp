@@ -163,7 +163,7 @@ TEST(RelativePoseError, PerMetreFindsThePartnerBeforeAGapThoughOneBeyondItIsNear
 
 TEST(RelativePoseError, AMeasureWithoutPairsIsEmptyAndNoError) {
   const auto error = relative_pose_error(bent_path(30), bent_path(30));
-  ASSERT_EQ(error.measures.size(), 5U);
+  ASSERT_EQ(error.measures.size(), 6U);
   for (const RelativePoseErrorMeasure& measure : error.measures) {
     const bool is_beyond = measure.rule.unit == Unit::kMetre && measure.rule.step > 2.0;
     EXPECT_EQ(measure.translation.has_value(), !is_beyond);
@@ -184,6 +184,30 @@ TEST(RelativePoseError, GrowsWithTheStep) {
   EXPECT_NEAR(error.measures[0].translation->mean, 0.001, 1e-9);
 }
 
+TEST(RelativePoseError, PerRadianFollowsTheTurningOfTheTruth) {
+  // Half a circle to the left and back to the right, in steps of 0.25 rad, on the spot.
+  std::vector<StampedPose2> poses;
+  for (int i = 0; i <= 24; ++i) {
+    const double turning = 0.25 * i;
+    poses.push_back({0.4 * i, {1.0, 2.0, turning <= 3.0 ? turning : 6.0 - turning}});
+  }
+  const Trajectory truth(poses);
+  for (StampedPose2& stamped : poses) {
+    stamped.pose.theta = wrap_angle(1.1 * stamped.pose.theta);
+  }
+  const auto measure = measured(Trajectory(poses), truth, Unit::kRadian, 2.0);
+  ASSERT_EQ(measure.differences.size(), 17U);
+  EXPECT_NEAR(measure.differences[0].rotation, 0.2, 1e-12);
+  EXPECT_NEAR(measure.differences[8].rotation, 0.0, 1e-12) << "as far back as out";
+  EXPECT_NEAR(measure.differences[12].rotation, 0.2, 1e-12) << "to the right alike";
+  EXPECT_NEAR(measure.translation->max, 0.0, 1e-12);
+}
+
+TEST(RelativePoseError, PerRadianDoesNotSpanAGapOfTheTruth) {
+  const Trajectory truth({{0.0, {0, 0, 0}}, {0.4, {0, 0, 0.5}}, {5.0, {0, 0, 1.0}}});
+  EXPECT_THROW((void)measured(truth, truth, Unit::kRadian), EvaluationError);
+}
+
 TEST(RelativePoseError, ARigidMotionOfEitherChangesNothing) {
   const Trajectory truth = bent_path();
   const Trajectory estimate = drifting(truth);
@@ -191,7 +215,7 @@ TEST(RelativePoseError, ARigidMotionOfEitherChangesNothing) {
   for (const Pose2& motion : {Pose2{100, -50, 0}, Pose2{0, 0, 3.0}, Pose2{-7, 3, -2.0}}) {
     for (const auto& error : {relative_pose_error(moved(estimate, motion), truth),
                               relative_pose_error(estimate, moved(truth, motion))}) {
-      for (std::size_t i = 0; i < 5; ++i) {
+      for (std::size_t i = 0; i < 6; ++i) {
         const auto& expected = reference.measures[i];
         EXPECT_EQ(error.measures[i].differences.size(), expected.differences.size());
         EXPECT_NEAR(error.measures[i].translation->rmse, expected.translation->rmse, 1e-9);

@@ -52,6 +52,16 @@ class SlamListener {
     return map == nullptr ? nav_msgs::OccupancyGrid() : *map;
   }
 
+  /// A value of the diagnostics; empty when there is none of that name.
+  [[nodiscard]] std::string value_of(const std::string& name) const {
+    for (const auto& value : status.values) {
+      if (value.key == name) {
+        return value.value;
+      }
+    }
+    return "";
+  }
+
   std::vector<geometry_msgs::PoseWithCovarianceStamped> poses;
   std::vector<MatchInfo> matches;
   TransformStore transforms{""};

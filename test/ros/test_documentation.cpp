@@ -15,6 +15,7 @@
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/ros/matcher_loader.hpp"
 #include "matchbox_slam/ros/run_options.hpp"
+#include "matchbox_slam/ros/scan_matcher_setup.hpp"
 #include "matchbox_slam/ros/slam_node_options.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
 
@@ -68,6 +69,9 @@ std::string parameter_tables() {
   std::string text = table("Run: node and `map_bag`", rows_of("", describe_options(RunOptions{})));
   text += table("Node only", rows_of("", describe_options(SlamNodeOptions{})));
   text += table("Engine", rows_of("", describe_engine_options(EngineOptions{})));
+  text += table("Laser odometry: `scan_matcher_node`",
+                rows_of("", describe_options(ScanMatcherNodeOptions{})) +
+                    rows_of("odometry/", describe_options(LaserOdometryOptions{})));
   const MatcherLoader loader;
   for (const std::string& name : own_matchers()) {
     const std::string short_name = matcher_short_name(name);

@@ -64,15 +64,7 @@ class SlamNodelet : public testing::Test {
     return trigger.response;
   }
 
-  /// A value of the diagnostics; empty when there is none of that name.
-  static std::string value_of(const std::string& name) {
-    for (const auto& value : listener_->status.values) {
-      if (value.key == name) {
-        return value.value;
-      }
-    }
-    return "";
-  }
+  static std::string value_of(const std::string& name) { return listener_->value_of(name); }
 
   static std::string folder_;
   static std::vector<Pose2> truth_;  ///< of the base in the map

@@ -31,7 +31,7 @@ class EvaluateRpe : public ::testing::Test {
 TEST_F(EvaluateRpe, PrintsABlockAMeasureWithARowAnEstimate) {
   const Outcome outcome = run_evaluate("rpe " + estimate_ + " " + truth_ + compared_);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
-  EXPECT_EQ(line_count(outcome.output), 3U + 5U * 4U) << outcome.output;
+  EXPECT_EQ(line_count(outcome.output), 3U + 6U * 4U) << outcome.output;
   EXPECT_TRUE(contains(outcome.output, "\nper 5 m ")) << outcome.output;
   EXPECT_TRUE(contains(outcome.output, "      3  0.1000  0.1000")) << outcome.output;
   EXPECT_TRUE(contains(outcome.output, "      2  0.2000  0.2000")) << outcome.output;
@@ -49,7 +49,7 @@ TEST_F(EvaluateRpe, PrintsJsonWithNullForAMeasureWithoutPairs) {
   EXPECT_EQ(estimate.at("estimate"), estimate_);
   EXPECT_EQ(estimate.at("without_truth"), 1);
   const auto& measures = estimate.at("measures");
-  EXPECT_EQ(measures.size(), 5U);
+  EXPECT_EQ(measures.size(), 6U);
   EXPECT_EQ(measures.at("per_scan").at("pairs"), 3);
   EXPECT_NEAR(measures.at("per_scan").at("translation_m").at("median"), 0.1, 1e-9);
   EXPECT_NEAR(measures.at("per_1_s").at("translation_m").at("rmse"), 0.2, 1e-9);
@@ -57,6 +57,7 @@ TEST_F(EvaluateRpe, PrintsJsonWithNullForAMeasureWithoutPairs) {
   EXPECT_NEAR(measures.at("per_1_m").at("rotation_rad").at("p95"), 0.0, 1e-9);
   EXPECT_TRUE(measures.at("per_5_m").is_null());
   EXPECT_TRUE(measures.at("per_10_m").is_null());
+  EXPECT_TRUE(measures.at("per_1_rad").is_null());
 }
 
 TEST_F(EvaluateRpe, NoPairAtAllIsAnError) {

@@ -15,17 +15,16 @@ struct PairRule {
     kScan,    ///< each pose and the next of the estimate
     kSecond,  ///< each pose and the one nearest to `step` [s] later
     kMetre,   ///< each pose and the one after it nearest to `step` [m] of the truth's path
+    kRadian,  ///< ... nearest to `step` [rad] of the truth's turning, left and right alike
   };
   Unit unit = Unit::kScan;
   double step = 1.0;  ///< of its unit; not used for scans
 };
 
 struct RelativePoseErrorOptions {
-  std::vector<PairRule> rules = {{PairRule::Unit::kScan, 1.0},
-                                 {PairRule::Unit::kSecond, 1.0},
-                                 {PairRule::Unit::kMetre, 1.0},
-                                 {PairRule::Unit::kMetre, 5.0},
-                                 {PairRule::Unit::kMetre, 10.0}};
+  std::vector<PairRule> rules = {{PairRule::Unit::kScan, 1.0},   {PairRule::Unit::kSecond, 1.0},
+                                 {PairRule::Unit::kMetre, 1.0},  {PairRule::Unit::kMetre, 5.0},
+                                 {PairRule::Unit::kMetre, 10.0}, {PairRule::Unit::kRadian, 1.0}};
   double max_gap = kDefaultMaxGap;  ///< [s], truth is not interpolated across more than this
   double tolerance = 0.1;           ///< >= 0, how far a pair may be from the step, as a share of it
 };
@@ -53,8 +52,9 @@ struct RelativePoseError {
 /// poses i and j of the estimate P, with truth T interpolated at their stamps, the error is
 /// `(T_i^-1 T_j)^-1 (P_i^-1 P_j)`. A rigid motion of either trajectory changes nothing.
 ///
-/// The path is that of the truth's own poses, with straight lines between them; nothing is known of
-/// it across gaps of more than `max_gap`, so no pair of kMetre spans one.
+/// Path and turning are those of the truth's own poses, with straight lines between them; nothing
+/// is known of them across gaps of more than `max_gap`, so no pair of kMetre or kRadian spans one.
+/// Noise of the truth counts as path and turning, too.
 ///
 /// Throws EvaluationError when one of the two is empty, no pose has truth (the text then names the
 /// time ranges of both), or no rule finds a pair; std::invalid_argument for options that are not

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 
 namespace matchbox_slam {
 
@@ -56,11 +55,16 @@ class GridGeometry {
  private:
   [[nodiscard]] int index_at(double coordinate) const {
     constexpr int kFarthest = 1 << 28;
-    const double cells = std::floor(coordinate * inverse_);
+    const double cells = coordinate * inverse_;
     if (!(cells > -kFarthest)) {
       return -kFarthest;
     }
-    return cells < kFarthest ? static_cast<int>(cells) : kFarthest;
+    if (!(cells < kFarthest)) {
+      return kFarthest;
+    }
+    // Rounded down; where std::floor is no single instruction, it takes several times as long.
+    const int towards_zero = static_cast<int>(cells);
+    return cells < towards_zero ? towards_zero - 1 : towards_zero;
   }
 
   double resolution_;

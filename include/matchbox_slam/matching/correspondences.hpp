@@ -40,11 +40,16 @@ class Correspondences {
  public:
   /// Points without a wall in reach take part with closeness 0. Cost: one look-up a point.
   /// @param points  in the order in which they were measured: neighbours may share a surface.
+  /// @param fields  must outlive this, and stay as they are.
   Correspondences(const std::vector<ScanPoint>& points, const LikelihoodFields& fields,
                   const Pose2& map_from_base);
   Correspondences(const std::vector<ScanPoint>& points, const LikelihoodField& field,
                   const Pose2& map_from_base)
       : Correspondences(points, LikelihoodFields{&field}, map_from_base) {}
+
+  /// The same points at another pose, as if made anew. Cost: look-ups for the points that get into
+  /// another cell.
+  void move_to(const Pose2& map_from_base);
 
   /// The sum of squared residuals under the kernel, linearised for Gauss-Newton.
   [[nodiscard]] NormalEquations linearise(double kernel) const;
@@ -62,6 +67,18 @@ class Correspondences {
   [[nodiscard]] double closeness(double kernel, const Eigen::Vector3d& step) const;
 
  private:
+  /// A point of the scan, and what lies next to it.
+  struct Point {
+    Eigen::Vector2d position;                ///< [m], base frame
+    double weight = 0.0;                     ///< length of wall [m]
+    const LikelihoodField* field = nullptr;  ///< that was looked up last, ...
+    Cell cell;                               ///< ... and where
+    bool has_surface = false;
+    Surface surface;
+  };
+
+  void look_up(const Eigen::Vector2d& position, Point& point) const;
+
   /// Padded with points that count nothing to a whole number of lanes.
   struct Arrays {
     std::vector<double> rotated_x, rotated_y;  ///< point minus the base's position, map axes [m]
@@ -74,6 +91,8 @@ class Correspondences {
     std::vector<double> information;  ///< that the point adds, in units of a point's alone
   };
 
+  LikelihoodFields fields_;
+  std::vector<Point> points_;
   Arrays arrays_;
   double total_weight_ = 0.0;
 };

@@ -1,0 +1,166 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/map/scan_inserter.hpp"
+#include "matchbox_slam/matching/scan_matcher.hpp"
+#include "matchbox_slam/sensor/point_scan.hpp"
+#include "matchbox_slam/slam/motion_prior.hpp"
+#include "matchbox_slam/slam/slam_engine.hpp"
+
+namespace matchbox_slam {
+
+struct LaserOdometryOptions {
+  double key_distance = 0.3;
+  double key_angle = 0.2;
+  double key_overlap = 0.5;
+  int key_scans = 20;
+  int min_points = 10;
+  int lost_after = 10;
+  double heading_floor = 0.005;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.key_distance, "key_distance", between(0.01, 100.0), "m",
+           "A scan becomes a key scan when none of the local map's is nearer than this ...");
+    option(self.key_angle, "key_angle", between(0.01, 3.2), "rad",
+           "... and turned by less than this.");
+    option(self.key_overlap, "key_overlap", between(0.0, 1.0), "",
+           "A third of that motion is enough when less than this share of the scan has the local "
+           "map near; 0: never.");
+    option(self.key_scans, "key_scans", between(1, 1000), "",
+           "The local map is made of the last so many key scans, or up to twice as many.");
+    option(self.min_points, "min_points", between(1, 100000), "",
+           "Scans with fewer hits are not matched; the guess stands.");
+    option(self.lost_after, "lost_after", between(1, 100000), "",
+           "After so many scans in a row that do not fit, a new local map starts where the guess "
+           "is, and without guess the base counts as at rest.");
+    option(self.heading_floor, "heading_floor", between(1e-6, 1.0), "rad",
+           "Standard deviation of a turn from scan to scan by a heading that is measured, as an "
+           "IMU does.");
+  }
+};
+
+/// All options of laser odometry, a section each: `odometry/`, and as in the SLAM engine `scan/`,
+/// `map/`, `field/` and `motion/`.
+struct LaserOdometrySettings {
+  LaserOdometryOptions odometry;
+  ProjectionOptions scan;
+  MapOptions map;
+  LikelihoodFieldOptions field;
+  MotionPriorOptions motion;
+};
+
+/// Reads the sections from `parameters`; other keys are left to their owners. The engine's section
+/// `slam` is checked and has no effect, so that one file serves both.
+/// Throws ConfigurationError for unknown keys within the sections and for bad values.
+[[nodiscard]] LaserOdometrySettings read_laser_odometry_settings(const Parameters& parameters);
+
+/// What the motion from scan to scan is guessed from.
+enum class GuessSource {
+  kVelocity,  ///< the last motion goes on
+  kOdometry,  ///< of wheels, say
+  kHeading,   ///< the turn from the input's odometry, an IMU's; the way from the last motion
+};
+
+/// What became of one scan.
+struct LaserOdometryOutcome {
+  double stamp = 0.0;                                    ///< [s]
+  Pose2 odom_from_base;                                  ///< at the scan's stamp
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the odom frame;
+                                                         ///< grows with the way, never shrinks much
+  /// In the base frame: (x [m/s], y [m/s], theta [rad/s]), the mean since the last scan that was
+  /// matched; if this one was not, that of the guess.
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();
+  Pose2 guessed_odom_from_base;
+  MatchResult match;  ///< status kRejectedNoReference for a scan that starts a local map
+  bool is_key_scan = false;
+  bool restarted = false;  ///< too many scans did not fit: a new local map starts with this one
+};
+
+/// Variance of what nothing is known about: [m^2], [rad^2], or of a velocity.
+constexpr double kUnknownVariance = 1e6;
+
+/// Odometry from scans by any matcher, without a map of the whole: each scan is matched against a
+/// local map of the last key scans, which is dropped as the robot moves on, so that memory stays
+/// bounded and the pose never jumps. Two such maps overlap (as the submaps of Hess et al.,
+/// "Real-Time Loop Closure in 2D LIDAR SLAM", ICRA 2016): the newer one takes over when it is full.
+/// Nothing is added at rest, so that the pose does not drift there.
+///
+/// Single-threaded; the same scans, options and seed yield the same bits.
+class LaserOdometry {
+ public:
+  /// @param matcher  configured; shared, since it has no state.
+  LaserOdometry(const LaserOdometrySettings& settings, std::shared_ptr<const ScanMatcher> matcher,
+                GuessSource guess, std::uint64_t seed);
+
+  /// Processes the next scan; the first one is the origin. Scans come in order of their stamps.
+  /// Throws std::invalid_argument when a stamp is not later than the one before, or odometry or the
+  /// laser's pose is no number; then nothing has changed.
+  LaserOdometryOutcome process(const ScanInput& input);
+
+  /// Key scans that the next scan is matched against, oldest first.
+  [[nodiscard]] const KeyScans& key_scans() const { return reference_.key_scans; }
+
+  /// Memory of both local maps, without the key scans.
+  [[nodiscard]] std::size_t bytes() const;
+
+ private:
+  struct LocalMap {
+    SlamMap map;
+    KeyScans key_scans;
+  };
+  /// A scan whose pose in the local map is known.
+  struct Fix {
+    double stamp = 0.0;
+    Pose2 odom_from_base;
+    Eigen::Matrix3d covariance;  ///< in the local map, over (x, y, theta) in the odom frame
+  };
+  /// The newest scan's pose and what the next guess needs.
+  struct State {
+    double stamp = 0.0;
+    Pose2 odom_from_base;
+    Eigen::Matrix3d local_covariance;            ///< as in Fix, but counted from the anchor on
+    std::optional<Pose2> sensed_odom_from_base;  ///< the input's odometry
+    Pose2 motion;           ///< between the last two fixes, by the earlier one's base frame
+    double interval = 0.0;  ///< [s] that this motion took; 0: none is known
+  };
+
+  [[nodiscard]] MotionEstimate guess_motion(const ScanInput& input) const;
+  [[nodiscard]] Pose2 motion_during_scan(const ScanInput& input) const;
+  [[nodiscard]] MatchResult match(const PointScan& scan, const Pose2& guess,
+                                  const Eigen::Matrix3d& prior) const;
+  [[nodiscard]] bool is_key_scan(const MatchResult& match) const;
+  [[nodiscard]] Eigen::Matrix3d total_covariance(const Pose2& odom_from_base,
+                                                 const Eigen::Matrix3d& local_covariance) const;
+  [[nodiscard]] LocalMap empty_map() const;
+  void count_failures(MatchStatus status);
+  /// Keeps what fits and shows something new or, when nothing has fitted for long, what there is.
+  void keep(const PointScan& scan, LaserOdometryOutcome& outcome, State& now);
+  void add_key_scan(const PointScan& scan, const Pose2& odom_from_base);
+  void set_velocity(const MotionEstimate& guess, LaserOdometryOutcome& outcome) const;
+  void set_motion(const LaserOdometryOutcome& outcome, State& now) const;
+
+  LaserOdometrySettings settings_;
+  std::shared_ptr<const ScanMatcher> matcher_;
+  GuessSource guess_;
+  std::uint64_t seed_;
+  std::uint64_t scan_count_ = 0;
+  std::optional<State> last_;
+  std::optional<Fix> last_fix_;
+  LocalMap reference_;      ///< that scans are matched against
+  LocalMap next_;           ///< that takes over when it is full
+  Pose2 odom_from_anchor_;  ///< pose of the newest key scan, to which errors have added up
+  Eigen::Matrix3d anchor_covariance_;
+  int scans_without_match_ = 0;  ///< in a row
+  int misfits_ = 0;              ///< those of them that had enough points
+};
+
+}  // namespace matchbox_slam

@@ -1,0 +1,48 @@
+#include "matchbox_slam/ros/imu_heading.hpp"
+
+#include <cmath>
+
+namespace matchbox_slam {
+
+namespace {
+
+Eigen::Quaterniond orientation_of(const sensor_msgs::Imu& message) {
+  const geometry_msgs::Quaternion& q = message.orientation;
+  return {q.w, q.x, q.y, q.z};
+}
+
+}  // namespace
+
+std::string find_defect(const sensor_msgs::Imu& message) {
+  if (message.header.stamp.isZero()) {
+    return "its stamp is 0";
+  }
+  if (message.orientation_covariance[0] == -1.0) {
+    return "orientation_covariance[0] is -1, which says that it measures no orientation";
+  }
+  constexpr double kNormTolerance = 0.05;
+  const double norm = orientation_of(message).norm();
+  if (!(std::abs(norm - 1.0) <= kNormTolerance)) {
+    return "its orientation is a quaternion of length " + std::to_string(norm) + " and not 1";
+  }
+  return {};
+}
+
+geometry_msgs::TransformStamped heading_link(const sensor_msgs::Imu& message,
+                                             const Eigen::Isometry3d& imu_from_base,
+                                             const std::string& base_frame) {
+  const Eigen::Quaterniond heading_from_base =
+      orientation_of(message).normalized() * Eigen::Quaterniond(imu_from_base.linear());
+  const Eigen::Quaterniond base_from_heading = heading_from_base.conjugate();
+  geometry_msgs::TransformStamped link;
+  link.header.stamp = message.header.stamp;
+  link.header.frame_id = base_frame;
+  link.child_frame_id = kImuHeadingFrame;
+  link.transform.rotation.w = base_from_heading.w();
+  link.transform.rotation.x = base_from_heading.x();
+  link.transform.rotation.y = base_from_heading.y();
+  link.transform.rotation.z = base_from_heading.z();
+  return link;
+}
+
+}  // namespace matchbox_slam
