@@ -33,9 +33,8 @@ def why(message):
     if said in reasons:
         return 'the same'
     reasons.add(said)
-    if any(flag in said for flag in ('--scan-topic', '--base-frame', '--odom-frame', '--no-odom',
-                                     'scan_time_offset')):
-        return said + ' (here: --map-options "...", or map_options of a sweep)'
+    if message['name'] == 'map_bag' and any(word in said for word in ('topic', 'frame', '--')):
+        return said + ' (to be given by --map-options "...", in a sweep by map_options)'
     return said
 
 
