@@ -440,7 +440,8 @@ TEST_F(MapBag, TakesABagWithEveryQuirkOfMitStata) {
   EXPECT_NEAR(report("scan_time_offset_s"), 82.2, 0.05);
   // By the clock of the laser, as MIT's is.
   std::vector<StampedPose2> truth;
-  for (StampedPose2 pose : read_tum(truth_file).poses()) {
+  const Trajectory recorded = read_tum(truth_file);
+  for (StampedPose2 pose : recorded.poses()) {
     pose.stamp += report("scan_time_offset_s");
     truth.push_back(pose);
   }
