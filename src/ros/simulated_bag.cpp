@@ -192,11 +192,14 @@ SimulatedBagWriter::SimulatedBagWriter(std::string path, SimulatedBagOptions opt
     bag_->open(unfinished_path_, rosbag::bagmode::Write);
     bag_->setCompression(compression_type(options_.compression));
   } catch (const rosbag::BagException& error) {
+    throw_away();
     throw FileError(cannot_write(path_, error));
   }
 }
 
-SimulatedBagWriter::~SimulatedBagWriter() {
+SimulatedBagWriter::~SimulatedBagWriter() { throw_away(); }
+
+void SimulatedBagWriter::throw_away() {
   if (bag_->isOpen()) {
     try {
       bag_->close();

@@ -174,7 +174,7 @@ TEST(SlamFaults, AFullDiskLeavesTheOldMapAndTheMapping) {
   ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
   ASSERT_TRUE(robot.drive(3));
   ASSERT_TRUE(save("on_full_disk").success);
-  const std::vector<std::string> names = {"map.pgm", "map.yaml", "map.png", "node.tum"};
+  const std::vector<std::string> names = {"map.pgm", "map.yaml", "map.png", "node.tum", "map.slam"};
   std::vector<std::string> old;
   for (const std::string& name : names) {
     old.push_back(read_file(folder / name));

@@ -52,6 +52,9 @@ class SimulatedBagWriter {
              const std::function<bool()>& is_interrupted = {});
 
  private:
+  /// Closes and removes a bag that was not finished.
+  void throw_away();
+
   std::string path_;
   std::string unfinished_path_;
   SimulatedBagOptions options_;
