@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <sstream>
 
 #include "matchbox_slam/io/file.hpp"
 
@@ -100,9 +101,26 @@ class YamlReader {
   Parameters parameters_;
 };
 
-std::vector<YAML::Node> load_documents(const std::string& text, const YamlReader& reader) {
+/// The line on which a second document begins, from 1; 0: there is none. YAML::LoadAll would tell,
+/// but yaml-cpp 0.7 adds documents without end to some texts that are no YAML.
+int line_of_second_document(const std::string& text) {
+  std::istringstream lines(text);
+  std::string line;
+  bool has_content = false;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    const std::size_t first = line.find_first_not_of(" \t\r");
+    const bool is_marker = line.rfind("---", 0) == 0 && line.find_first_not_of(" \t\r", 3) != 3;
+    if (is_marker && has_content) {
+      return number;
+    }
+    has_content = has_content || (first != std::string::npos && line[first] != '#');
+  }
+  return 0;
+}
+
+YAML::Node load_document(const std::string& text, const YamlReader& reader) {
   try {
-    return YAML::LoadAll(text);
+    return YAML::Load(text);
   } catch (const YAML::Exception& error) {
     reader.fail(error.mark, "not YAML: " + error.msg);
   }
@@ -135,16 +153,15 @@ void write_section(const Section& section, const std::string& name, std::size_t 
 
 Parameters parse_yaml_parameters(const std::string& text, const std::string& source) {
   YamlReader reader(source);
-  const std::vector<YAML::Node> documents = load_documents(text, reader);
-  if (documents.size() > 1) {
-    reader.fail(documents[1], "a second YAML document begins here; only one is read");
+  if (const int line = line_of_second_document(text); line > 0) {
+    throw ConfigurationError(source + ":" + std::to_string(line) +
+                             ": a second YAML document begins here; only one is read");
   }
-  for (const YAML::Node& document : documents) {
-    if (document.IsMap()) {
-      reader.read_map(document, "", 0);
-    } else if (!document.IsNull()) {
-      reader.fail(document, "has to be a map of names to values, such as 'matcher: MonteCarlo'");
-    }
+  const YAML::Node document = load_document(text, reader);
+  if (document.IsMap()) {
+    reader.read_map(document, "", 0);
+  } else if (!document.IsNull()) {
+    reader.fail(document, "has to be a map of names to values, such as 'matcher: MonteCarlo'");
   }
   return reader.parameters();
 }
