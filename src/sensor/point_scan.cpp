@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <string>
 
 namespace matchbox_slam {
 namespace {
@@ -14,6 +15,22 @@ Reading classify(double range, double min_range, double max_range) {
     return Reading::kIgnored;
   }
   return range >= max_range ? Reading::kNoReturn : Reading::kHit;
+}
+
+/// Whether the angle lies in one of the sectors: pairs of from and to, counter-clockwise.
+bool is_masked(double angle, const std::vector<double>& sectors) {
+  const auto turn = [](double from, double to) {
+    const double turned = std::fmod(to - from, 2.0 * kPi);
+    return turned < 0.0 ? turned + 2.0 * kPi : turned;
+  };
+  for (std::size_t i = 0; i + 1 < sectors.size(); i += 2) {
+    const double from = sectors[i];
+    const double to = sectors[i + 1];
+    if (to - from >= 2.0 * kPi || turn(from, angle) <= turn(from, to)) {
+      return true;
+    }
+  }
+  return false;
 }
 
 /// Sums over the first points of a scan, so that a line through any run of them is fitted in
@@ -191,6 +208,13 @@ void add_weights(std::vector<ScanPoint>& points, double cap) {
 
 }  // namespace
 
+void check_projection_options(const ProjectionOptions& options) {
+  if (options.masked_angles.size() % 2 != 0) {
+    throw ConfigurationError("scan/masked_angles: " + std::to_string(options.masked_angles.size()) +
+                             " angles are not allowed; allowed: pairs of from and to");
+  }
+}
+
 PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from_laser,
                        const Pose2& motion, const ProjectionOptions& options) {
   const double min_range = std::max(options.min_range, scan.range_min);
@@ -207,10 +231,13 @@ PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from
   for (std::size_t k = 0; k < count; ++k) {
     const auto range = static_cast<double>(scan.ranges[k]);
     const Reading reading = classify(range, min_range, max_range);
+    const double angle = scan.angle_min + static_cast<double>(k) * scan.angle_increment;
+    if (is_masked(angle, options.masked_angles)) {
+      continue;
+    }
     if (reading == Reading::kIgnored || (reading == Reading::kNoReturn && free_range <= 0.0)) {
       continue;
     }
-    const double angle = scan.angle_min + static_cast<double>(k) * scan.angle_increment;
     const double length = reading == Reading::kHit ? range : free_range;
     Eigen::Vector2d origin = mount;
     Eigen::Vector2d end =

@@ -38,6 +38,7 @@ EngineOptions read_engine_options(const Parameters& parameters) {
   EngineOptions options;
   options.slam = read_options<SlamOptions>(parameters.section("slam"), "slam");
   options.scan = read_options<ProjectionOptions>(parameters.section("scan"), "scan");
+  check_projection_options(options.scan);
   options.map = read_options<MapOptions>(parameters.section("map"), "map");
   options.field = read_options<LikelihoodFieldOptions>(parameters.section("field"), "field");
   options.motion = read_options<MotionPriorOptions>(parameters.section("motion"), "motion");

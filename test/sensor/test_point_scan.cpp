@@ -215,6 +215,51 @@ TEST(PointScan, AllBeamsLostIsAnEmptyScan) {
   EXPECT_TRUE(scan.free_rays.empty());
 }
 
+// --- masked angles ---
+
+struct Mask {
+  std::string name;
+  std::vector<double> sectors;
+  std::vector<double> kept;  ///< of the beams at -2, -1, 0, 1, 2 rad
+};
+
+std::ostream& operator<<(std::ostream& out, const Mask& mask) { return out << mask.name; }
+
+class MaskedAngles : public testing::TestWithParam<Mask> {};
+
+TEST_P(MaskedAngles, AreIgnoredWhateverTheBeamsSay) {
+  LaserScan scan = sweep(5, 4.0);
+  scan.ranges = {1.0F, 2.0F, 3.0F, 4.0F, 5.0F};
+  LaserScan empty = scan;
+  empty.ranges.assign(5, kInf);
+  ProjectionOptions options = plain();
+  options.masked_angles = GetParam().sectors;
+  std::vector<double> angles;
+  for (const ScanPoint& point : project(scan, options).points) {
+    angles.push_back(std::round(std::atan2(point.position.y(), point.position.x())));
+  }
+  EXPECT_EQ(angles, GetParam().kept);
+  EXPECT_EQ(project(empty, options).free_rays.size(), GetParam().kept.size());
+}
+
+INSTANTIATE_TEST_SUITE_P(Sectors, MaskedAngles,
+                         testing::Values(Mask{"none", {}, {-2, -1, 0, 1, 2}},
+                                         Mask{"middle", {-1.1, 0.5}, {-2, 1, 2}},
+                                         Mask{"edges_belong_to_it", {0.0, 1.0}, {-2, -1, 2}},
+                                         Mask{"across_the_back", {1.5, -1.5}, {-1, 0, 1}},
+                                         Mask{"another_turn", {1.5, 4.8}, {-1, 0, 1}},
+                                         Mask{"two", {-2.1, -1.9, 0.9, 1.1}, {-1, 0, 2}},
+                                         Mask{"everything", {-kPi, kPi}, {}}),
+                         [](const auto& mask) { return mask.param.name; });
+
+TEST(ProjectionOptions, AnglesToMaskComeInPairs) {
+  ProjectionOptions options;
+  options.masked_angles = {0.5, 1.0};
+  EXPECT_NO_THROW(check_projection_options(options));
+  options.masked_angles = {0.5, 1.0, 2.0};
+  EXPECT_THROW(check_projection_options(options), ConfigurationError);
+}
+
 // --- where the points are ---
 
 TEST(PointScan, SweepingClockwiseGivesTheSamePointsInMirroredOrder) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/geometry/angles.hpp"
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/sensor/laser_scan.hpp"
 
@@ -44,6 +45,7 @@ struct ProjectionOptions {
   double max_point_weight = 0.1;
   double surface_radius = 0.15;
   double max_wall_gap = 2.0;
+  std::vector<double> masked_angles;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -60,11 +62,18 @@ struct ProjectionOptions {
            "Neighbours within this distance tell a point's surface normal.");
     option(self.max_wall_gap, "max_wall_gap", between(0.0, 100.0), "m",
            "Neighbouring hits on one straight line are joined to a wall up to this distance.");
+    option(self.masked_angles, "masked_angles", between(-2.0 * kPi, 2.0 * kPi), "rad",
+           "Sectors in which readings are ignored, such as behind the robot's own mast: [from, to, "
+           "from, to, ...], each counter-clockwise, by the laser's angles.");
   }
 };
 
+/// Throws ConfigurationError when the options do not fit together.
+void check_projection_options(const ProjectionOptions& options);
+
 /// Turns measured ranges into points, by REP-117: NaN, -inf, 0 and anything below the minimum range
-/// is ignored; +inf and anything from the maximum range on is a ray without return; the rest hits.
+/// is ignored, and so are masked angles; +inf and anything from the maximum range on is a ray
+/// without return; the rest hits.
 /// @param base_from_laser  pose of the laser in the base, in full 3-D: tilted, upside down,
 /// anywhere.
 /// @param motion  pose of the base at the last beam in the base at the first; beams in between are
