@@ -100,7 +100,7 @@ void ScanMatcherNode::on_scan(const ros::MessageEvent<const sensor_msgs::LaserSc
   {
     const std::lock_guard<std::mutex> lock(queue_mutex_);
     queue_.add_scan(*event.getConstMessage(), event.getReceiptTime());
-    warn_of_skipped();
+    skip_warnings_.tell(queue_);
   }
   queue_changed_.notify_one();
 }
@@ -111,7 +111,7 @@ void ScanMatcherNode::on_transforms(const ros::MessageEvent<const tf2_msgs::TFMe
     const std::lock_guard<std::mutex> lock(queue_mutex_);
     queue_.add_transforms(*event.getConstMessage(), is_static, event.getReceiptTime());
     look_for_rival(event);
-    warn_of_skipped();
+    skip_warnings_.tell(queue_);
   }
   queue_changed_.notify_one();
 }
@@ -135,7 +135,7 @@ void ScanMatcherNode::on_imu(const ros::MessageEvent<const sensor_msgs::Imu>& ev
     tf2_msgs::TFMessage heading;
     heading.transforms.push_back(heading_link(message, *imu_from_base, base));
     queue_.add_transforms(heading, false, event.getReceiptTime());
-    warn_of_skipped();
+    skip_warnings_.tell(queue_);
   }
   queue_changed_.notify_one();
 }
@@ -156,20 +156,6 @@ void ScanMatcherNode::look_for_rival(const ros::MessageEvent<const tf2_msgs::TFM
                    " and a frame has one parent; set publish_tf to false, or, if that is odometry, "
                    "give it as guess_frame with guess 'odometry'";
     ROS_ERROR_STREAM(tf_conflict_);
-  }
-}
-
-void ScanMatcherNode::warn_of_skipped() {
-  for (const SkippedScan& skipped : queue_.take_skipped()) {
-    last_skip_ = skipped.text;
-    const ros::WallTime now = ros::WallTime::now();
-    const auto last = last_warning_.find(skipped.reason);
-    if (last != last_warning_.end() && (now - last->second).toSec() < kWarningInterval) {
-      continue;
-    }
-    last_warning_[skipped.reason] = now;
-    ROS_WARN_STREAM(skipped.text << " (" << queue_.account().skipped_total() << " of "
-                                 << queue_.account().received << " scans skipped so far)");
   }
 }
 
@@ -277,7 +263,7 @@ void ScanMatcherNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWra
     const std::lock_guard<std::mutex> lock(queue_mutex_);
     health.account = queue_.account();
     health.waiting = queue_.waiting();
-    health.last_skip = last_skip_;
+    health.last_skip = skip_warnings_.latest();
     health.matches = matches_;
     health.tf_conflict = tf_conflict_;
   }

@@ -86,6 +86,7 @@ SlamNode::~SlamNode() {
   static_transform_subscriber_.shutdown();
   service_spinner_->stop();
   diagnostic_timer_.stop();
+  silence_timer_.stop();
   transform_timer_.stop();
   map_publisher_.reset();
   {

@@ -1,19 +1,31 @@
 // What the SLAM node does with messages as they come in.
 
+#include <ros/master.h>
+#include <ros/message_traits.h>
+
 #include <cmath>
 
 #include "matchbox_slam/ros/message_conversion.hpp"
 #include "matchbox_slam/ros/slam_node.hpp"
 
 namespace matchbox_slam {
-
 namespace {
 
 // Generous, since a message lost here is lost uncounted.
 constexpr std::uint32_t kScanMessages = 1000;
 constexpr std::uint32_t kTransformMessages = 10000;
 
-constexpr double kWarningInterval = 10.0;  // s
+std::vector<std::string> topics_with_scans() {
+  ros::master::V_TopicInfo topics;
+  ros::master::getTopics(topics);
+  std::vector<std::string> names;
+  for (const ros::master::TopicInfo& topic : topics) {
+    if (topic.datatype == ros::message_traits::datatype<sensor_msgs::LaserScan>()) {
+      names.push_back(topic.name);
+    }
+  }
+  return names;
+}
 
 }  // namespace
 
@@ -57,7 +69,7 @@ void SlamNode::on_scan(const ScanEvent& event, int laser) {
     } else {
       queue_.add_scan(scan, event.getReceiptTime(), laser);
     }
-    warn_of_skipped();
+    skip_warnings_.tell(queue_);
   }
   queue_changed_.notify_one();
 }
@@ -72,7 +84,7 @@ void SlamNode::on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>&
     settle_clocks(event.getReceiptTime());
     queue_.add_transforms(*event.getConstMessage(), is_static, event.getReceiptTime());
     warn_of_map_link(event);
-    warn_of_skipped();
+    skip_warnings_.tell(queue_);
   }
   queue_changed_.notify_one();
 }
@@ -118,6 +130,26 @@ void SlamNode::on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& m
   run_.set_pose(to_pose2(message.pose.pose), plane_covariance(message.pose));
 }
 
+/// A wrong name of a topic would show by nothing else.
+void SlamNode::warn_of_silence() {
+  {
+    const std::lock_guard<std::mutex> lock(queue_mutex_);
+    if (queue_.account().received > 0 || !held_scans_.empty()) {
+      silence_timer_.stop();
+      return;
+    }
+  }
+  std::vector<std::string> waited_for;
+  for (const ros::Subscriber& subscriber : scan_subscribers_) {
+    waited_for.push_back(subscriber.getTopic());
+  }
+  const std::vector<std::string> there = topics_with_scans();
+  ROS_WARN_STREAM_THROTTLE(60.0, "no scan has come from "
+                                     << join(waited_for) << " yet; "
+                                     << (there.empty() ? "nobody publishes scans"
+                                                       : "scans are published on " + join(there)));
+}
+
 void SlamNode::warn_of_map_link(const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
   // What we publish comes back to us; within a process roscpp does not name the publisher.
   const std::string& publisher = event.getPublisherName();
@@ -131,20 +163,6 @@ void SlamNode::warn_of_map_link(const ros::MessageEvent<const tf2_msgs::TFMessag
                     << link << ", published by " << publisher
                     << "; if that is another localiser, set publish_tf to false or stop it");
     told_of_map_link_ = true;
-  }
-}
-
-void SlamNode::warn_of_skipped() {
-  for (const SkippedScan& skipped : queue_.take_skipped()) {
-    last_skip_ = skipped.text;
-    const ros::WallTime now = ros::WallTime::now();
-    const auto last = last_warning_.find(skipped.reason);
-    if (last != last_warning_.end() && (now - last->second).toSec() < kWarningInterval) {
-      continue;
-    }
-    last_warning_[skipped.reason] = now;
-    ROS_WARN_STREAM(skipped.text << " (" << queue_.account().skipped_total() << " of "
-                                 << queue_.account().received << " scans skipped so far)");
   }
 }
 

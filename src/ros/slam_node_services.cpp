@@ -18,6 +18,9 @@ namespace {
 // The best pose of a relocalisation counts as the only one from this ratio to the second best on.
 constexpr double kUnique = 1.2;
 
+// After so long without a scan, the log says so [s].
+constexpr double kPatience = 5.0;
+
 // How well a scan is placed among key scans: [m], [rad].
 const Eigen::Vector2d kRelocalised(0.1, 0.05);
 
@@ -44,6 +47,9 @@ void SlamNode::start_services() {
   diagnostic_timer_ = node.createWallTimer(
       ros::WallDuration(diagnostic_updater_.getPeriod()),
       [this](const ros::WallTimerEvent& /*event*/) { diagnostic_updater_.force_update(); });
+  silence_timer_ =
+      node.createWallTimer(ros::WallDuration(kPatience),
+                           [this](const ros::WallTimerEvent& /*event*/) { warn_of_silence(); });
   service_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &service_queue_);
   service_spinner_->start();
 }
@@ -228,7 +234,7 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
     const std::lock_guard<std::mutex> lock(queue_mutex_);
     health.account = queue_.account();
     health.waiting = queue_.waiting() + held_scans_.size();
-    health.last_skip = last_skip_;
+    health.last_skip = skip_warnings_.latest();
     health.stopped = queue_.stopped();
     health.estimated_clock_offset = untold_clock_offset_;
   }

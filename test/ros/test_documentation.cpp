@@ -1,5 +1,5 @@
 // What the documentation says is what the code does: the README's table of parameters, its list of
-// matchers, and the code that doc/write_a_matcher.md quotes.
+// matchers and of tests, and the code that doc/write_a_matcher.md quotes.
 //
 // After a change of options write the table anew:
 //   MATCHBOX_UPDATE_README=1 rosrun matchbox_slam test_documentation
@@ -7,6 +7,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
+#include <regex>
+#include <set>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -102,6 +106,41 @@ TEST(Readme, NamesEveryMatcher) {
   for (const std::string& name : own_matchers()) {
     EXPECT_TRUE(contains(readme, "| `" + matcher_short_name(name) + "` |")) << name;
   }
+}
+
+/// Names of all tests, as Suite.Name.
+std::set<std::string> names_of_tests() {
+  const std::regex definition(R"(TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\))");
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(in_package("test"))) {
+    if (entry.path().extension() != ".cpp") {
+      continue;
+    }
+    const std::string source = read_file(entry.path().string());
+    for (std::sregex_iterator at(source.begin(), source.end(), definition);
+         at != std::sregex_iterator(); ++at) {
+      names.insert(at->str(1) + "." + at->str(2));
+    }
+  }
+  return names;
+}
+
+TEST(Readme, NamesATestThatThereIsForEveryBadInput) {
+  const std::set<std::string> tests = names_of_tests();
+  const std::string readme = read_file(in_package("README.md"));
+  std::istringstream table(
+      between_markers(readme, "| what happens | test |\n|---|---|---|\n", "\n\n"));
+  const std::regex named(R"(`(\w+\.\w+)`)");
+  int rows = 0;
+  for (std::string row; std::getline(table, row); ++rows) {
+    const std::string last_cell = row.substr(row.rfind(" | ") + 1);
+    std::sregex_iterator name(last_cell.begin(), last_cell.end(), named);
+    EXPECT_NE(name, std::sregex_iterator()) << row;
+    for (; name != std::sregex_iterator(); ++name) {
+      EXPECT_EQ(tests.count(name->str(1)), 1U) << name->str(1);
+    }
+  }
+  EXPECT_GT(rows, 20);
 }
 
 struct Quotation {

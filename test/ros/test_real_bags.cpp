@@ -47,6 +47,12 @@ class RealBag : public testing::Test {
     EXPECT_EQ(trajectory_.size(), static_cast<std::size_t>(used));
   }
 
+  /// Of the map of intel.bag.
+  [[nodiscard]] RelationError intel_error() const {
+    return relation_error(trajectory_, read_relations(data_folder() + "/intel.relations"),
+                          read_tum(data_folder() + "/intel.odom.tum"));
+  }
+
   TemporaryFolder folder_;
   Trajectory trajectory_;
   nlohmann::json scans_;
@@ -76,9 +82,7 @@ TEST_F(RealBag, IntelBecomesOneBuilding) {
     return;
   }
   expect_scans(910, 910);
-  const RelationError error =
-      relation_error(trajectory_, read_relations(data_folder() + "/intel.relations"),
-                     read_tum(data_folder() + "/intel.odom.tum"));
+  const RelationError error = intel_error();
   EXPECT_EQ(error.differences.size(), 2907U);
   EXPECT_LE(error.translation.mean, 0.17);  // 0.115 m is measured
   EXPECT_LE(error.rotation.mean, degrees_to_radians(3.2));
@@ -90,9 +94,7 @@ TEST_F(RealBag, IntelIsExactWithOlson) {
     return;
   }
   expect_scans(910, 910);
-  const RelationError error =
-      relation_error(trajectory_, read_relations(data_folder() + "/intel.relations"),
-                     read_tum(data_folder() + "/intel.odom.tum"));
+  const RelationError error = intel_error();
   EXPECT_LE(error.translation.mean, 0.080);  // 0.069 m is measured
 }
 
@@ -112,9 +114,7 @@ TEST_F(RealBag, IntelComesTogetherWithHoughAndAllKeyScans) {
     return;
   }
   expect_scans(910, 910);
-  const RelationError error =
-      relation_error(trajectory_, read_relations(data_folder() + "/intel.relations"),
-                     read_tum(data_folder() + "/intel.odom.tum"));
+  const RelationError error = intel_error();
   EXPECT_LE(error.translation.mean, 0.11);  // 0.075 m is measured
 }
 

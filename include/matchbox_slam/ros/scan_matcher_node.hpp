@@ -9,7 +9,6 @@
 #include <tf2_ros/transform_broadcaster.h>
 
 #include <condition_variable>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -19,6 +18,7 @@
 #include "matchbox_slam/ros/scan_matcher_diagnostics.hpp"
 #include "matchbox_slam/ros/scan_matcher_setup.hpp"
 #include "matchbox_slam/ros/scan_queue.hpp"
+#include "matchbox_slam/ros/skip_warnings.hpp"
 #include "matchbox_slam/ros/timed_matcher.hpp"
 #include "matchbox_slam/slam/laser_odometry.hpp"
 
@@ -48,7 +48,6 @@ class ScanMatcherNode {
   void on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event, bool is_static);
   void on_imu(const ros::MessageEvent<const sensor_msgs::Imu>& event);
   void look_for_rival(const ros::MessageEvent<const tf2_msgs::TFMessage>& event);
-  void warn_of_skipped();
 
   void run_matching();
   void handle(const ScanQueue::Item& item);
@@ -69,8 +68,7 @@ class ScanMatcherNode {
   std::mutex queue_mutex_;  ///< guards what follows, up to the matching thread's own
   std::condition_variable queue_changed_;
   ScanQueue queue_;
-  std::map<SkipReason, ros::WallTime> last_warning_;
-  std::string last_skip_;
+  SkipWarnings skip_warnings_;
   std::string tf_conflict_;  ///< why no tf is published; empty: it is, or is not wanted
   MatchRecord matches_;
   bool stop_ = false;

@@ -14,7 +14,6 @@
 #include <atomic>
 #include <condition_variable>
 #include <deque>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -29,6 +28,7 @@
 #include "matchbox_slam/ros/map_publisher.hpp"
 #include "matchbox_slam/ros/reconfigure_server.hpp"
 #include "matchbox_slam/ros/scan_queue.hpp"
+#include "matchbox_slam/ros/skip_warnings.hpp"
 #include "matchbox_slam/ros/slam_diagnostics.hpp"
 #include "matchbox_slam/ros/slam_run.hpp"
 #include "matchbox_slam/ros/slam_setup.hpp"
@@ -58,8 +58,8 @@ class SlamNode {
   void on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event, bool is_static);
   void on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& message);
   void settle_clocks(const ros::Time& now);
+  void warn_of_silence();
   void warn_of_map_link(const ros::MessageEvent<const tf2_msgs::TFMessage>& event);
-  void warn_of_skipped();
 
   void run_mapping();
   void handle(const ScanQueue::Item& item);
@@ -108,8 +108,7 @@ class SlamNode {
   bool holds_scans_;  ///< until the offset of their clock is known
   std::deque<std::pair<ScanEvent, int>> held_scans_;
   double untold_clock_offset_ = 0.0;  ///< [s] that scans should be moved by and are not
-  std::map<SkipReason, ros::WallTime> last_warning_;
-  std::string last_skip_;
+  SkipWarnings skip_warnings_;
   bool told_of_map_link_ = false;
   bool stop_ = false;
 
@@ -134,6 +133,7 @@ class SlamNode {
   ros::Publisher match_info_publisher_;
   ros::Timer transform_timer_;
   ros::WallTimer diagnostic_timer_;
+  ros::WallTimer silence_timer_;
   std::vector<ros::Subscriber> scan_subscribers_;
   ros::Subscriber transform_subscriber_;
   ros::Subscriber static_transform_subscriber_;
