@@ -15,6 +15,9 @@ namespace {
 constexpr std::uint32_t kScanMessages = 1000;
 constexpr std::uint32_t kTransformMessages = 10000;
 
+// From one warning that no scan comes to the next [s].
+constexpr double kReminder = 60.0;
+
 std::vector<std::string> topics_with_scans() {
   ros::master::V_TopicInfo topics;
   ros::master::getTopics(topics);
@@ -144,10 +147,11 @@ void SlamNode::warn_of_silence() {
     waited_for.push_back(subscriber.getTopic());
   }
   const std::vector<std::string> there = topics_with_scans();
-  ROS_WARN_STREAM_THROTTLE(60.0, "no scan has come from "
-                                     << join(waited_for) << " yet; "
-                                     << (there.empty() ? "nobody publishes scans"
-                                                       : "scans are published on " + join(there)));
+  ROS_WARN_STREAM("no scan has come from "
+                  << join(waited_for) << " yet; "
+                  << (there.empty() ? "nobody publishes scans"
+                                    : "scans are published on " + join(there)));
+  silence_timer_.setPeriod(ros::WallDuration(kReminder));
 }
 
 void SlamNode::warn_of_map_link(const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {

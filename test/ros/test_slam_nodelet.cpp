@@ -281,7 +281,7 @@ TEST_F(SlamNodelet, SaysThatNoScanComesAndWhereThereAreSome) {
   const ros::Publisher scans = ros::NodeHandle().advertise<sensor_msgs::LaserScan>("/elsewhere", 1);
   const Outcome outcome =
       run_command("timeout", std::string("--preserve-status --signal=INT 7 ") + MATCHBOX_SLAM_NODE +
-                                 " __name:=deaf scan:=/nowhere _publish_tf:=false");
+                                 " __ns:=/deaf scan:=/nowhere _publish_tf:=false");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   const std::string words = "no scan has come from /nowhere yet; scans are published on ";
   ASSERT_TRUE(contains(outcome.output, words)) << outcome.output;
