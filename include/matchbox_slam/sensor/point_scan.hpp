@@ -12,14 +12,15 @@ namespace matchbox_slam {
 
 /// A beam that hit something.
 struct ScanPoint {
-  Eigen::Vector2d position;  ///< [m], where the beam ended
-  Eigen::Vector2d origin;    ///< [m], where the beam left the laser
+  Eigen::Vector2d position;                          ///< [m], where the beam ended
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();  ///< [m], where the beam left the laser
   /// Unit normal of the surface at the hit, towards the laser; zero where the neighbours tell none.
   Eigen::Vector2d normal = Eigen::Vector2d::Zero();
   /// Length of wall that the point stands for [m], capped: equal weights would let a near wall with
   /// a thousand returns outvote everything far away.
   double weight = 0.0;
   bool joined_to_next = false;  ///< the wall goes on straight to the next point of the scan
+  double moved = 0.0;  ///< how far the hit was moved along its beam onto its straight wall [m]
 };
 
 /// A beam that met nothing on its way to `end`.
@@ -44,6 +45,7 @@ struct ProjectionOptions {
   double max_point_weight = 0.1;
   double surface_radius = 0.15;
   double max_wall_gap = 2.0;
+  bool straighten_walls = true;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -60,6 +62,8 @@ struct ProjectionOptions {
            "Neighbours within this distance tell a point's surface normal.");
     option(self.max_wall_gap, "max_wall_gap", between(0.0, 100.0), "m",
            "Neighbouring hits on one straight line are joined to a wall up to this distance.");
+    option(self.straighten_walls, "straighten_walls", any(), "",
+           "Takes the noise out of hits that a straight wall explains, as their ranges show it.");
   }
 };
 
