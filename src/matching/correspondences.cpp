@@ -40,6 +40,8 @@ struct View {
   const double* rotated_y;
   const double* offset_x;
   const double* offset_y;
+  const double* moved_x;
+  const double* moved_y;
   const double* c;
   const double* s;
   const double* weight;
@@ -49,10 +51,10 @@ struct View {
 
 template <typename Arrays>
 View view_of(const Arrays& arrays) {
-  return {arrays.weight.size(),     arrays.rotated_x.data(), arrays.rotated_y.data(),
-          arrays.offset_x.data(),   arrays.offset_y.data(),  arrays.c.data(),
-          arrays.s.data(),          arrays.weight.data(),    arrays.variance.data(),
-          arrays.information.data()};
+  return {arrays.weight.size(),   arrays.rotated_x.data(), arrays.rotated_y.data(),
+          arrays.offset_x.data(), arrays.offset_y.data(),  arrays.moved_x.data(),
+          arrays.moved_y.data(),  arrays.c.data(),         arrays.s.data(),
+          arrays.weight.data(),   arrays.variance.data(),  arrays.information.data()};
 }
 
 /// Upper triangle of the information by rows, then the gradient.
@@ -108,13 +110,16 @@ MATCHBOX_SIMD_CLONES void add_closeness(const View& view, double kernel_square, 
   }
 }
 
-/// Sums of squared residuals and of what they would be if a point's noise had unit variance.
+/// Sums of squared residuals and of what they would be if a point's noise had unit variance. The
+/// points count as they were measured: on a straight wall their sum then says as much about the
+/// pose as that of the points on the wall, each of which has part of all the others' noise.
 MATCHBOX_SIMD_CLONES void add_variance(const View& view, double kernel_square,
                                        double* __restrict__ lanes) {
   for (std::size_t i = 0; i < view.size; i += kLanes) {
     for (std::size_t k = 0; k < kLanes; ++k) {
       const std::size_t j = i + k;
-      const double square = square_of(view, j, view.offset_x[j], view.offset_y[j]);
+      const double square = square_of(view, j, view.offset_x[j] - view.moved_x[j],
+                                      view.offset_y[j] - view.moved_y[j]);
       const double closeness = kernel_square / (kernel_square + square);
       // The distance to the middle of a surface without a direction says more of gaps than of
       // noise.
@@ -124,6 +129,13 @@ MATCHBOX_SIMD_CLONES void add_variance(const View& view, double kernel_square,
       lanes[1 * kLanes + k] += w * view.variance[j];
     }
   }
+}
+
+/// From where a point was measured to where it is [m].
+Eigen::Vector2d moved(const ScanPoint& point) {
+  return point.moved == 0.0
+             ? Eigen::Vector2d::Zero()
+             : Eigen::Vector2d(point.moved * (point.position - point.origin).normalized());
 }
 
 /// Counts the points at each surface.
@@ -190,13 +202,14 @@ Correspondences::Correspondences(const std::vector<ScanPoint>& points,
       total_weight_ += point.weight;
       points_.emplace_back();
       points_.back().position = point.position;
+      points_.back().moved = moved(point);
       points_.back().weight = point.weight;
     }
   }
   const std::size_t padded = (points.size() + kLanes - 1) / kLanes * kLanes;
-  for (auto* array :
-       {&arrays_.rotated_x, &arrays_.rotated_y, &arrays_.offset_x, &arrays_.offset_y, &arrays_.c,
-        &arrays_.s, &arrays_.weight, &arrays_.variance, &arrays_.information}) {
+  for (auto* array : {&arrays_.rotated_x, &arrays_.rotated_y, &arrays_.offset_x, &arrays_.offset_y,
+                      &arrays_.moved_x, &arrays_.moved_y, &arrays_.c, &arrays_.s, &arrays_.weight,
+                      &arrays_.variance, &arrays_.information}) {
     array->resize(padded, 0.0);
   }
   move_to(map_from_base);
@@ -239,6 +252,8 @@ void Correspondences::move_to(const Pose2& map_from_base) {
     arrays_.rotated_y[count] = rotated.y();
     arrays_.offset_x[count] = position.x() - surface.position.x();
     arrays_.offset_y[count] = position.y() - surface.position.y();
+    arrays_.moved_x[count] = cosine * point.moved.x() - sine * point.moved.y();
+    arrays_.moved_y[count] = sine * point.moved.x() + cosine * point.moved.y();
     arrays_.c[count] = surface.double_angle.x();
     arrays_.s[count] = surface.double_angle.y();
     arrays_.weight[count] = point.weight;

@@ -57,16 +57,16 @@ Eigen::Vector3d least_noticed(const Eigen::Matrix3d& information,
   return {direction.x(), direction.y(), turn > 0.0 ? -coupling / turn : 0.0};
 }
 
-/// Takes out what the scan claims to know about motions along its weak directions.
+/// Takes out what the scan claims to know about motions along its weak directions. A direction
+/// being an eigenvector of the translation's information with the heading free to follow, its
+/// motion is noticed in that direction alone; there a map of straight walls says nothing, but for
+/// rounding, which may make it less than nothing.
 NormalEquations without_weak_directions(NormalEquations scan, double weakest) {
   for (const Eigen::Vector2d& direction : weak_directions(scan.information, weakest)) {
     const Eigen::Vector3d motion = least_noticed(scan.information, direction);
-    const Eigen::Vector3d noticed = scan.information * motion;
-    const double strength = motion.dot(noticed);
-    if (strength > 0.0) {
-      scan.gradient -= noticed * (motion.dot(scan.gradient) / strength);
-      scan.information -= noticed * noticed.transpose() / strength;
-    }
+    const Eigen::Vector3d noticed(direction.x(), direction.y(), 0.0);
+    scan.gradient -= noticed * motion.dot(scan.gradient);
+    scan.information -= noticed * noticed.transpose() * motion.dot(scan.information * motion);
   }
   return scan;
 }

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <string>
 
+#include "matchbox_slam/sensor/straight_walls.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -181,6 +183,9 @@ void add_surfaces(std::vector<ScanPoint>& points, const ProjectionOptions& optio
   const RunningSums sums(points);
   const std::vector<double> gaps = gaps_between(points);
   for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!points[i].normal.isZero()) {
+      continue;
+    }
     Eigen::Vector2d normal = surface_normal(sums, i, neighbourhood(points, gaps, i, options));
     if (normal.dot(points[i].origin - points[i].position) < 0.0) {
       normal = -normal;
@@ -190,6 +195,16 @@ void add_surfaces(std::vector<ScanPoint>& points, const ProjectionOptions& optio
   for (std::size_t i = 0; i < gaps.size(); ++i) {
     points[i].joined_to_next =
         gaps[i] <= options.max_wall_gap && on_one_wall(points[i], points[i + 1], gaps[i]);
+  }
+}
+
+/// Where there is noise, and not so much that it may be shape.
+void take_noise_out(std::vector<ScanPoint>& points, const ProjectionOptions& options) {
+  constexpr double kLeast = 5e-4;  // [m]
+  constexpr double kMost = 0.05;   // [m]
+  const double noise = range_noise(points, options.max_wall_gap);
+  if (noise >= kLeast && noise <= kMost) {
+    straighten_walls(points, noise, options.max_wall_gap);
   }
 }
 
@@ -253,6 +268,9 @@ PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from
     } else {
       result.points.push_back({end, origin, Eigen::Vector2d::Zero(), 0.0, false});
     }
+  }
+  if (options.straighten_walls) {
+    take_noise_out(result.points, options);
   }
   add_surfaces(result.points, options);
   add_weights(result.points, options.max_point_weight);

@@ -70,6 +70,7 @@ class Correspondences {
   /// A point of the scan, and what lies next to it.
   struct Point {
     Eigen::Vector2d position;                ///< [m], base frame
+    Eigen::Vector2d moved;                   ///< from where it was measured [m]
     double weight = 0.0;                     ///< length of wall [m]
     const LikelihoodField* field = nullptr;  ///< that was looked up last, ...
     Cell cell;                               ///< ... and where
@@ -83,6 +84,7 @@ class Correspondences {
   struct Arrays {
     std::vector<double> rotated_x, rotated_y;  ///< point minus the base's position, map axes [m]
     std::vector<double> offset_x, offset_y;    ///< point minus the wall's middle [m]
+    std::vector<double> moved_x, moved_y;      ///< from where it was measured, map axes [m]
     /// The matrix [1 + c, s; s, 1 - c] / 2 projects on the wall's normal; with c = s = 0 it is half
     /// the identity, so that point to line and point to point are one formula.
     std::vector<double> c, s;

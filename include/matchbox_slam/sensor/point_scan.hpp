@@ -13,14 +13,15 @@ namespace matchbox_slam {
 
 /// A beam that hit something.
 struct ScanPoint {
-  Eigen::Vector2d position;  ///< [m], where the beam ended
-  Eigen::Vector2d origin;    ///< [m], where the beam left the laser
+  Eigen::Vector2d position;                          ///< [m], where the beam ended
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();  ///< [m], where the beam left the laser
   /// Unit normal of the surface at the hit, towards the laser; zero where the neighbours tell none.
   Eigen::Vector2d normal = Eigen::Vector2d::Zero();
   /// Length of wall that the point stands for [m], capped: equal weights would let a near wall with
   /// a thousand returns outvote everything far away.
   double weight = 0.0;
   bool joined_to_next = false;  ///< the wall goes on straight to the next point of the scan
+  double moved = 0.0;  ///< how far the hit was moved along its beam onto its straight wall [m]
 };
 
 /// A beam that met nothing on its way to `end`.
@@ -46,6 +47,7 @@ struct ProjectionOptions {
   double surface_radius = 0.15;
   double max_wall_gap = 2.0;
   std::vector<double> masked_angles;
+  bool straighten_walls = true;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -65,6 +67,8 @@ struct ProjectionOptions {
     option(self.masked_angles, "masked_angles", between(-2.0 * kPi, 2.0 * kPi), "rad",
            "Sectors in which readings are ignored, such as behind the robot's own mast: [from, to, "
            "from, to, ...], each counter-clockwise, by the laser's angles.");
+    option(self.straighten_walls, "straighten_walls", any(), "",
+           "Takes the noise out of hits that a straight wall explains, as their ranges show it.");
   }
 };
 

@@ -1,0 +1,349 @@
+#include "matchbox_slam/sensor/straight_walls.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace matchbox_slam {
+namespace {
+
+// Beams along a wall tell its place the better, the more they graze it, but a real wall is rough.
+constexpr double kLeastCosine = 0.05;
+
+// Points that lie on one beam, but for rounding, tell no wall.
+constexpr double kOneBeam = 1e-10;
+
+/// Points first...last, both included.
+struct Run {
+  std::size_t first = 0;
+  std::size_t last = 0;
+
+  [[nodiscard]] std::size_t size() const { return last + 1 - first; }
+};
+
+/// Runs of points that follow each other without a gap, in which alone there are walls.
+std::vector<Run> unbroken_runs(const std::vector<ScanPoint>& points, double max_wall_gap) {
+  // On a wall the gaps grow slowly from beam to beam; at its end they jump.
+  constexpr double kJump = 3.0;
+  constexpr double kDense = 0.15;  // [m]
+  // More would take a scan of very many readings forever, for nothing.
+  constexpr std::size_t kLongest = 4000;
+  const auto gap = [&](std::size_t i) {
+    return i + 1 < points.size() ? (points[i + 1].position - points[i].position).norm() : 0.0;
+  };
+  std::vector<Run> runs;
+  std::size_t first = 0;
+  double before = max_wall_gap;
+  double here = gap(0);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double after = i + 2 < points.size() ? gap(i + 1) : max_wall_gap;
+    const double widest = std::min(max_wall_gap, std::max(kDense, kJump * std::min(before, after)));
+    if (i + 1 == points.size() || !(here <= widest) || i + 1 - first >= kLongest) {
+      runs.push_back({first, i});
+      first = i + 1;
+    }
+    before = here;
+    here = after;
+  }
+  return runs;
+}
+
+Eigen::Vector2d direction(const ScanPoint& point) {
+  return (point.position - point.origin).normalized();
+}
+
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+/// How far a point lies along its beam from the line through its neighbours, over what it would if
+/// all three ranges had unit variance. NaN or infinite where beam and line do not meet.
+double off_neighbours(const ScanPoint& a, const ScanPoint& here, const ScanPoint& b) {
+  const Eigen::Vector2d wall = b.position - a.position;
+  const double crossing = cross(wall, direction(here));
+  const double off = cross(wall, here.position - a.position) / crossing;
+  const double share = (here.position - off * direction(here) - a.position).dot(wall) /
+                       std::max(wall.squaredNorm(), 1e-12);
+  const double from_a = (1.0 - share) * cross(wall, direction(a)) / crossing;
+  const double from_b = share * cross(wall, direction(b)) / crossing;
+  return off / std::sqrt(1.0 + from_a * from_a + from_b * from_b);
+}
+
+/// A straight wall q p = 1, p being relative to the laser.
+struct Fit {
+  Eigen::Vector2d q = Eigen::Vector2d::Zero();
+  double squares = 0.0;  ///< sum of the squared range errors [m^2]
+};
+
+/// Sums over the first points of a run, so that a wall through any part of it is fitted in constant
+/// time. Its reciprocal range is linear in the wall's parameters: with u the beam's direction,
+/// 1 / r = q u, and the range's error is r^2 (1 / r - q u) = r (1 - q p).
+class RunSums {
+ public:
+  RunSums(const std::vector<ScanPoint>& points, const Run& run)
+      : first_(run.first), laser_(points[run.first + run.size() / 2].origin) {
+    sums_.reserve(run.size() + 1);
+    sums_.emplace_back();
+    for (std::size_t i = run.first; i <= run.last; ++i) {
+      const Eigen::Vector2d p = points[i].position - laser_;
+      const double w = p.squaredNorm();
+      const Sums& last = sums_.back();
+      sums_.push_back({last.w + w, last.x + w * p.x(), last.y + w * p.y(),
+                       last.xx + w * p.x() * p.x(), last.xy + w * p.x() * p.y(),
+                       last.yy + w * p.y() * p.y()});
+    }
+  }
+
+  [[nodiscard]] Fit fit(const Run& part) const {
+    if (part.size() <= 2) {
+      return {};
+    }
+    const Sums& a = sums_[part.first - first_];
+    const Sums& b = sums_[part.last + 1 - first_];
+    const double x = b.x - a.x;
+    const double y = b.y - a.y;
+    const double xx = b.xx - a.xx;
+    const double xy = b.xy - a.xy;
+    const double yy = b.yy - a.yy;
+    const double determinant = xx * yy - xy * xy;
+    if (!(determinant > kOneBeam * xx * yy)) {
+      return {Eigen::Vector2d::Zero(), std::numeric_limits<double>::infinity()};
+    }
+    const Eigen::Vector2d q((yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant);
+    return {q, std::max(0.0, b.w - a.w - q.x() * x - q.y() * y)};
+  }
+
+  [[nodiscard]] const Eigen::Vector2d& laser() const { return laser_; }
+
+ private:
+  struct Sums {
+    double w = 0.0;
+    double x = 0.0;
+    double y = 0.0;
+    double xx = 0.0;
+    double xy = 0.0;
+    double yy = 0.0;
+  };
+  std::size_t first_;
+  Eigen::Vector2d laser_;
+  std::vector<Sums> sums_;
+};
+
+/// Cuts runs into straight pieces.
+class Cutter {
+ public:
+  Cutter(const RunSums& sums, double noise) : sums_(sums), variance_(noise * noise) {}
+
+  [[nodiscard]] std::vector<Run> cut(const Run& run) const {
+    std::vector<Run> pieces;
+    std::vector<Run> open{run};
+    while (!open.empty()) {
+      const Run part = open.back();
+      open.pop_back();
+      const Split split =
+          part.size() < kFewest ? Split{} : best_split(part, part.first, part.last - 1);
+      if (part.size() < kFewest || !is_worthwhile(split, sums_.fit(part).squares)) {
+        pieces.push_back(part);
+      } else {
+        open.push_back({split.at + 1, part.last});
+        open.push_back({part.first, split.at});
+      }
+    }
+    mend(pieces);
+    return pieces;
+  }
+
+  [[nodiscard]] bool is_straight(const Run& part, const Fit& fit) const {
+    if (part.size() < kFewest) {
+      return false;
+    }
+    const double freedom = static_cast<double>(part.size()) - 2.0;
+    return fit.squares <= variance_ * freedom * (kStraight + 3.0 * std::sqrt(2.0 / freedom));
+  }
+
+ private:
+  static constexpr std::size_t kFewest = 3;
+  static constexpr double kGain = 12.0;
+  static constexpr double kStraight = 1.5;
+
+  struct Split {
+    std::size_t at = 0;  ///< last point of the first part
+    double squares = 0.0;
+  };
+
+  [[nodiscard]] bool is_worthwhile(const Split& split, double whole) const {
+    return whole - split.squares > kGain * variance_;
+  }
+
+  /// Of the splits after from...to, the best of some, then the best of those around it.
+  [[nodiscard]] Split best_split(const Run& part, std::size_t from, std::size_t to) const {
+    constexpr std::size_t kTried = 12;
+    Split best{from, squares_of(part, from)};
+    std::size_t stride = std::max<std::size_t>(1, (to - from) / kTried);
+    for (;;) {
+      for (std::size_t at = from; at <= to; at += stride) {
+        if (const double squares = squares_of(part, at); squares < best.squares) {
+          best = {at, squares};
+        }
+      }
+      if (stride == 1) {
+        return best;
+      }
+      from = best.at - std::min(best.at - from, stride);
+      to = std::min(to, best.at + stride);
+      stride = std::max<std::size_t>(1, stride / 4);
+    }
+  }
+
+  [[nodiscard]] double squares_of(const Run& part, std::size_t at) const {
+    return sums_.fit({part.first, at}).squares + sums_.fit({at + 1, part.last}).squares;
+  }
+
+  /// The first cuts are made while there are other bends in the parts: what belongs together is
+  /// joined again, and cuts are moved to where they are best.
+  void mend(std::vector<Run>& pieces) const {
+    constexpr std::size_t kReach = 8;
+    std::vector<Run> mended;
+    for (Run piece : pieces) {
+      while (!mended.empty()) {
+        const Run both{mended.back().first, piece.last};
+        const std::size_t here = mended.back().last;
+        const std::size_t from = here - std::min(here - both.first, kReach);
+        const std::size_t to = std::min(here + kReach, both.last - 1);
+        const Split split = best_split(both, from, to);
+        if (is_worthwhile(split, sums_.fit(both).squares)) {
+          mended.back().last = split.at;
+          piece.first = split.at + 1;
+          break;
+        }
+        mended.pop_back();
+        piece = both;
+      }
+      mended.push_back(piece);
+    }
+    pieces = std::move(mended);
+  }
+
+  const RunSums& sums_;
+  double variance_;
+};
+
+/// A line through `middle`.
+struct Line {
+  Eigen::Vector2d middle;
+  Eigen::Vector2d normal;
+  double spread = 0.0;  ///< [m^2], the variance of a range over that of the line's direction
+};
+
+double off(const Line& line, const ScanPoint& point) {
+  const double cosine = line.normal.dot(direction(point));
+  return line.normal.dot(point.position - line.middle) /
+         std::copysign(std::max(std::abs(cosine), kLeastCosine), cosine);
+}
+
+/// One step of least squares, without the points far off. The first fit has weights from noisy
+/// ranges, which biases it a little.
+Line improved(const std::vector<ScanPoint>& points, const Run& part, const Line& line, double far) {
+  double n = 0.0;
+  double along = 0.0;
+  double across = 0.0;
+  double along_along = 0.0;
+  double along_across = 0.0;
+  const Eigen::Vector2d tangent(-line.normal.y(), line.normal.x());
+  for (std::size_t i = part.first; i <= part.last; ++i) {
+    const Eigen::Vector2d p = points[i].position - line.middle;
+    const double cosine = std::max(std::abs(line.normal.dot(direction(points[i]))), kLeastCosine);
+    const double b = line.normal.dot(p);
+    if (std::abs(b) > far * cosine) {
+      continue;
+    }
+    const double w = 1.0 / (cosine * cosine);
+    const double a = tangent.dot(p);
+    n += w;
+    along += w * a;
+    across += w * b;
+    along_along += w * a * a;
+    along_across += w * a * b;
+  }
+  const double determinant = n * along_along - along * along;
+  if (!(determinant > 0.0)) {
+    return line;
+  }
+  const double offset = (along_along * across - along * along_across) / determinant;
+  const double slope = (n * along_across - along * across) / determinant;
+  return {line.middle + offset * line.normal, (line.normal - slope * tangent).normalized(),
+          determinant / n};
+}
+
+void move_onto(const Line& line, double far, ScanPoint& point) {
+  const double cosine = line.normal.dot(direction(point));
+  const double moved = off(line, point);
+  if (std::abs(cosine) < kLeastCosine || !(std::abs(moved) <= far)) {
+    return;
+  }
+  point.position -= moved * direction(point);
+  point.moved = -moved;
+  point.normal = cosine < 0.0 ? line.normal : Eigen::Vector2d(-line.normal);
+}
+
+}  // namespace
+
+double range_noise(const std::vector<ScanPoint>& points, double max_wall_gap) {
+  constexpr std::size_t kFewest = 20;
+  constexpr double kFar = 3.0;
+  std::vector<double> squares;
+  for (const Run& run : unbroken_runs(points, max_wall_gap)) {
+    for (std::size_t i = run.first + 1; i < run.last; ++i) {
+      const double off = off_neighbours(points[i - 1], points[i], points[i + 1]);
+      if (std::isfinite(off)) {
+        squares.push_back(off * off);
+      }
+    }
+  }
+  if (squares.size() < kFewest) {
+    return 0.0;
+  }
+  // Two in three lie within a standard deviation, but most of the rest may be corners.
+  const auto third = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() * 2 / 3);
+  std::nth_element(squares.begin(), third, squares.end());
+  double variance = *third;
+  for (int i = 0; i < 3; ++i) {
+    double sum = 0.0;
+    double count = 0.0;
+    for (const double square : squares) {
+      const bool near = square <= kFar * kFar * variance;
+      sum += near ? square : 0.0;
+      count += near ? 1.0 : 0.0;
+    }
+    variance = sum / count;
+  }
+  return std::sqrt(variance);
+}
+
+void straighten_walls(std::vector<ScanPoint>& points, double noise, double max_wall_gap) {
+  constexpr double kFar = 3.5;  // in standard deviations: something else, in front of the wall
+  constexpr double kKnown =
+      0.2;  // [rad], at most, of a wall's direction; neighbours tell it better
+  for (const Run& run : unbroken_runs(points, max_wall_gap)) {
+    const RunSums sums(points, run);
+    const Cutter cutter(sums, noise);
+    for (const Run& part : cutter.cut(run)) {
+      const Fit fit = sums.fit(part);
+      if (!cutter.is_straight(part, fit)) {
+        continue;
+      }
+      Line line{sums.laser() + fit.q / fit.q.squaredNorm(), fit.q.normalized(), 0.0};
+      line = improved(points, part, line, kFar * noise);
+      line = improved(points, part, line, kFar * noise);
+      if (!(line.spread * kKnown * kKnown >= noise * noise)) {
+        continue;
+      }
+      for (std::size_t i = part.first; i <= part.last; ++i) {
+        move_onto(line, kFar * noise, points[i]);
+      }
+    }
+  }
+}
+
+}  // namespace matchbox_slam
