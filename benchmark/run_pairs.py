@@ -51,27 +51,36 @@ def number(value, decimals):
 
 def table(rows):
     lines = ['| pairs | matcher | success % | error mm, median / 95 % | mrad, median / 95 % | mean NEES '
-             '| error / bound | ms, median / 95 % |',
-             '|---|---|---|---|---|---|---|---|']
+             '| error / bound | of unknown walls | ms, median / 95 % |',
+             '|---|---|---|---|---|---|---|---|---|']
     for row in rows:
         translation, heading_error, time = row['translation_mm'], row['heading_mrad'], row['time_ms']
-        bound = row['cramer_rao'] or {}
-        lines.append('| %s | %s | %.1f | %.2f / %.2f | %.3f / %.3f | %s | %s | %.2f / %.2f |' % (
+        known = row['cramer_rao'] or {}
+        unknown = row['cramer_rao_unknown_walls'] or {}
+        lines.append('| %s | %s | %.1f | %.2f / %.2f | %.3f / %.3f | %s | %s | %s | %.2f / %.2f |' % (
             row['task'], row['matcher'], 100.0 * row['success_rate'], translation['median'],
             translation['p95'], heading_error['median'], heading_error['p95'],
-            number(row['nees_mean'], 2), number(bound.get('error_to_bound'), 2), time['median'],
-            time['p95']))
+            number(row['nees_mean'], 2), number(known.get('error_to_bound'), 2),
+            number(unknown.get('error_to_bound'), 2), time['median'], time['p95']))
     return '\n'.join(lines)
 
 
 def bounds(rows):
-    """The bound of each task, in the median over its pairs."""
-    lines = ['| pairs | least possible deviation: mm | mrad |', '|---|---|---|']
+    """The bounds of each task, in the median over its pairs, and the median errors beside them."""
+    lines = ['| pairs | least deviation, world known: mm | mrad | walls unknown: mm | mrad '
+             '| median errors / world known: mm | mrad |', '|---|---|---|---|---|---|---|']
     for task in dict.fromkeys(row['task'] for row in rows):
-        bound = next(row['cramer_rao'] for row in rows if row['task'] == task)
-        if bound:
-            lines.append('| %s | %s | %s |' % (task, number(bound['bound_translation_mm'], 3),
-                                               number(bound['bound_heading_mrad'], 3)))
+        row = next(row for row in rows if row['task'] == task)
+        known, unknown = row['cramer_rao'], row['cramer_rao_unknown_walls']
+        if not known:
+            continue
+        cells = [number(bound[key], 3) for bound in (known, unknown)
+                 for key in ('bound_translation_mm', 'bound_heading_mrad')]
+        for error, key in (('translation_mm', 'bound_translation_mm'),
+                           ('heading_mrad', 'bound_heading_mrad')):
+            bound = known[key]
+            cells.append('–' if isinstance(bound, str) else number(row[error]['median'] / bound, 2))
+        lines.append('| ' + ' | '.join([task + ', ' + row['matcher']] + cells) + ' |')
     return '\n'.join(lines)
 
 
@@ -93,7 +102,8 @@ def main():
         '0.2 m and 0.2 rad unless said otherwise' % (arguments.pairs, arguments.seed),
         '- success: within 20 mm and 10 mrad of the truth; NEES: 3 is an honest covariance',
         '- error / bound: root mean squared error of the successes in units of the Cramér–Rao bound '
-        '(Censi 2007), which knows the world exactly', '', table(rows), '', bounds(rows), ''])
+        '(Censi 2007), which knows the world exactly; of unknown walls: in units of the bound of two scans '
+        'of straight walls that nobody knows', '', table(rows), '', bounds(rows), ''])
     with open(os.path.join(arguments.out, 'PAIRS.md'), 'w') as file:
         file.write(text)
     print(text)

@@ -59,14 +59,39 @@ double share_of_bound(const Eigen::Matrix3d& information, const Eigen::Vector3d&
   return error_in_base.dot(information * error_in_base) / std::max(1.0, rank);
 }
 
+/// An error for each pair that was matched with success, along the axes of its base.
+using SuccessErrors = std::vector<std::optional<Eigen::Vector3d>>;
+
+std::optional<BoundStatistics> compare_with_bound(const std::vector<Eigen::Matrix3d>& information,
+                                                  const SuccessErrors& errors) {
+  if (information.empty()) {
+    return std::nullopt;
+  }
+  std::vector<double> shares;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    if (errors[i]) {
+      shares.push_back(share_of_bound(information[i], *errors[i]));
+    }
+  }
+  BoundStatistics bound = median_bound(information);
+  if (!shares.empty()) {
+    bound.ratio = std::sqrt(mean(shares));
+  }
+  return bound;
+}
+
+bool fits(const std::vector<Eigen::Matrix3d>& information, std::size_t pairs) {
+  return information.empty() || information.size() == pairs;
+}
+
 }  // namespace
 
 PairStatistics summarize_pairs(const std::vector<ScanPair>& pairs,
                                const std::vector<PairMatch>& matches,
-                               const std::vector<Eigen::Matrix3d>& information,
-                               const SuccessLimits& limits) {
+                               const PairInformation& information, const SuccessLimits& limits) {
   if (pairs.empty() || matches.size() != pairs.size() ||
-      (!information.empty() && information.size() != pairs.size())) {
+      !fits(information.known_world, pairs.size()) ||
+      !fits(information.unknown_walls, pairs.size())) {
     throw std::invalid_argument("there must be as many matches as pairs, at least one");
   }
   PairStatistics statistics;
@@ -75,7 +100,7 @@ PairStatistics summarize_pairs(const std::vector<ScanPair>& pairs,
   std::vector<double> headings;
   std::vector<double> seconds;
   std::vector<double> nees;
-  std::vector<double> shares;
+  SuccessErrors success_errors(pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Pose2& truth = pairs[i].reference_from_base;
     const MatchResult& result = matches[i].result;
@@ -92,9 +117,7 @@ PairStatistics summarize_pairs(const std::vector<ScanPair>& pairs,
     }
     if (translations.back() <= limits.xy && headings.back() <= limits.theta) {
       ++statistics.successes;
-      if (!information.empty()) {
-        shares.push_back(share_of_bound(information[i], turned_to_base(error, truth)));
-      }
+      success_errors[i] = turned_to_base(error, truth);
     }
   }
   statistics.translation = summarize_errors(translations);
@@ -103,12 +126,8 @@ PairStatistics summarize_pairs(const std::vector<ScanPair>& pairs,
   if (!nees.empty()) {
     statistics.covariance = CovarianceStatistics{nees.size(), mean(nees), quantile(nees, 0.5)};
   }
-  if (!information.empty()) {
-    statistics.bound = median_bound(information);
-    if (!shares.empty()) {
-      statistics.bound->ratio = std::sqrt(mean(shares));
-    }
-  }
+  statistics.known_world_bound = compare_with_bound(information.known_world, success_errors);
+  statistics.unknown_walls_bound = compare_with_bound(information.unknown_walls, success_errors);
   return statistics;
 }
 

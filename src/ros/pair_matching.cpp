@@ -184,26 +184,39 @@ bool is_scan_of(const std::vector<BeamTruth>& beams, const LocatedScan& located,
   return compared > 0 && alike * 10 >= compared * 9;
 }
 
-/// Fisher information of each pair's scan; empty when the scans are not the simulation's.
-std::vector<Eigen::Matrix3d> information_of(const std::vector<LocatedScan>& scans,
-                                            const std::vector<ScanPair>& pairs,
-                                            const TruthAtScans& truth, const Simulation& simulation,
-                                            const RunDialog& dialog) {
+/// What the beams of a scan truly met; none when the scan is not the simulation's.
+std::optional<std::vector<BeamTruth>> beams_of(const LocatedScan& located,
+                                               const TruthAtScans& truth,
+                                               const Simulation& simulation) {
   const LaserOptions& laser = simulation.record.laser;
-  std::vector<Eigen::Matrix3d> information;
+  const PoseAtTime world_from_base = [&](double stamp) {
+    return truth.at(stamp).value_or(located.world_from_base);
+  };
+  std::vector<BeamTruth> beams =
+      trace_beams(simulation.world, laser, world_from_base, located.scan.stamp);
+  return is_scan_of(beams, located, laser.range_noise) ? std::optional(std::move(beams))
+                                                       : std::nullopt;
+}
+
+/// Empty when the scans are not the simulation's.
+PairInformation information_of(const std::vector<LocatedScan>& scans,
+                               const std::vector<ScanPair>& pairs, const TruthAtScans& truth,
+                               const Simulation& simulation, const RunDialog& dialog) {
+  const double noise = simulation.record.laser.range_noise;
+  PairInformation information;
   for (const ScanPair& pair : pairs) {
+    const LocatedScan& reference = scans[pair.reference];
     const LocatedScan& located = scans[pair.scan];
-    const PoseAtTime world_from_base = [&](double stamp) {
-      return truth.at(stamp).value_or(located.world_from_base);
-    };
-    const std::vector<BeamTruth> beams =
-        trace_beams(simulation.world, laser, world_from_base, located.scan.stamp);
-    if (!is_scan_of(beams, located, laser.range_noise)) {
+    const auto reference_beams = beams_of(reference, truth, simulation);
+    const auto beams = beams_of(located, truth, simulation);
+    if (!reference_beams || !beams) {
       dialog.warn("no bound is told, as the scans are not those of the world that the bag names");
       return {};
     }
-    information.push_back(
-        fisher_information(beams, located.scan, located.world_from_base, laser.range_noise));
+    information.known_world.push_back(
+        fisher_information(*beams, located.scan, located.world_from_base, noise));
+    information.unknown_walls.push_back(fisher_information_of_pair(
+        *reference_beams, reference.scan, *beams, located.scan, located.world_from_base, noise));
   }
   return information;
 }
@@ -295,7 +308,7 @@ void match_pairs(const MatchPairsRequest& request, const RunDialog& dialog) {
   std::vector<std::vector<PairMatch>> matches =
       match_all(located, pairs, setups, request.threads, dialog);
 
-  std::vector<Eigen::Matrix3d> information;
+  PairInformation information;
   if (simulation) {
     const TruthAtScans at_scans(truth, located.facts.bag.scan_time_offset);
     information = information_of(located.scans, pairs, at_scans, *simulation, dialog);

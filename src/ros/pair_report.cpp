@@ -39,6 +39,15 @@ json quantiles(const ErrorStatistics& statistics, double unit) {
 /// A bound that does not exist is the word "infinite".
 json finite(double value) { return std::isfinite(value) ? json(value) : json("infinite"); }
 
+json json_of(const std::optional<BoundStatistics>& bound) {
+  if (!bound) {
+    return nullptr;
+  }
+  return json::object({{"error_to_bound", bound->ratio ? json(*bound->ratio) : json(nullptr)},
+                       {"bound_translation_mm", finite(bound->translation * kMilli)},
+                       {"bound_heading_mrad", finite(bound->heading * kMilli)}});
+}
+
 json json_of(const MatcherOnPairs& matcher) {
   const PairStatistics& statistics = matcher.statistics;
   json entry = json::object({{"matcher", matcher.name},
@@ -49,27 +58,23 @@ json json_of(const MatcherOnPairs& matcher) {
                              {"heading_mrad", quantiles(statistics.heading, kMilli)},
                              {"time_ms", quantiles(statistics.seconds, kMilli)},
                              {"nees_mean", nullptr},
-                             {"nees_median", nullptr},
-                             {"cramer_rao", nullptr}});
+                             {"nees_median", nullptr}});
   if (statistics.covariance) {
     entry["nees_mean"] = statistics.covariance->mean_nees;
     entry["nees_median"] = statistics.covariance->median_nees;
   }
-  if (statistics.bound) {
-    entry["cramer_rao"] =
-        json::object({{"error_to_bound", nullptr},
-                      {"bound_translation_mm", finite(statistics.bound->translation * kMilli)},
-                      {"bound_heading_mrad", finite(statistics.bound->heading * kMilli)}});
-    if (statistics.bound->ratio) {
-      entry["cramer_rao"]["error_to_bound"] = *statistics.bound->ratio;
-    }
-  }
+  entry["cramer_rao"] = json_of(statistics.known_world_bound);
+  entry["cramer_rao_unknown_walls"] = json_of(statistics.unknown_walls_bound);
   json configuration = json::object();
   for (const OptionDescription& row : matcher.configuration) {
     std::visit([&](const auto& value) { configuration[row.name] = value; }, row.value);
   }
   entry["configuration"] = configuration;
   return entry;
+}
+
+std::string ratio_of(const std::optional<BoundStatistics>& bound) {
+  return bound && bound->ratio ? fixed(*bound->ratio, 2) : "–";
 }
 
 std::string row_of(const MatcherOnPairs& matcher) {
@@ -81,7 +86,7 @@ std::string row_of(const MatcherOnPairs& matcher) {
   return "| " + matcher.name + " | " + fixed(100.0 * s.success_rate(), 1) + " | " +
          both(s.translation, 2) + " | " + both(s.heading, 3) + " | " + both(s.seconds, 3) + " | " +
          (s.covariance ? fixed(s.covariance->mean_nees, 2) : "–") + " | " +
-         (s.bound && s.bound->ratio ? fixed(*s.bound->ratio, 2) : "–") + " |\n";
+         ratio_of(s.known_world_bound) + " | " + ratio_of(s.unknown_walls_bound) + " |\n";
 }
 
 }  // namespace
@@ -149,11 +154,12 @@ std::string pairs_markdown(const PairTask& task, const std::vector<MatcherOnPair
       ". Success: within " + fixed(task.limits.xy * kMilli, 0) + " mm and " +
       fixed(task.limits.theta * kMilli, 0) +
       " mrad of the truth. NEES: 3 is an honest covariance. Error / bound: "
-      "1 is the least that the noise of the scan allows (Cramér–Rao).\n\n";
+      "1 is the least that the noise of the scan allows (Cramér–Rao) in a world that is known, and "
+      "in one whose straight walls only the other scan tells.\n\n";
   text +=
       "| matcher | success % | error mm, median / 95 % | mrad, median / 95 % | time ms, median / "
       "95 % "
-      "| mean NEES | error / bound |\n|---|---|---|---|---|---|---|\n";
+      "| mean NEES | error / bound | of unknown walls |\n|---|---|---|---|---|---|---|---|\n";
   for (const MatcherOnPairs& matcher : matchers) {
     text += row_of(matcher);
   }

@@ -44,7 +44,7 @@ TEST(PairStatistics, OfThreePairsByHand) {
   const double second = 1.0 + std::pow(2.0 * (kPi - 3.14), 2) / 1e-4;
   ASSERT_TRUE(statistics.covariance);
   EXPECT_NEAR(statistics.covariance->mean_nees, 0.5 * (1.0 + second), 1e-9);
-  EXPECT_FALSE(statistics.bound);
+  EXPECT_FALSE(statistics.known_world_bound);
 }
 
 TEST(PairStatistics, CompareTheErrorWithTheBoundAlongTheAxesOfTheBase) {
@@ -53,38 +53,44 @@ TEST(PairStatistics, CompareTheErrorWithTheBoundAlongTheAxesOfTheBase) {
   const std::vector<ScanPair> pairs = {pair_at({0.0, 0.0, kPi / 2.0})};
   const std::vector<PairMatch> matches = {match_at({0.0, 0.003, kPi / 2.0})};
   const Eigen::Matrix3d information = Eigen::Vector3d(1e6, 1e2, 1e6).asDiagonal();
-  const PairStatistics statistics = summarize_pairs(pairs, matches, {information});
-  ASSERT_TRUE(statistics.bound);
-  EXPECT_NEAR(statistics.bound->ratio.value(), std::sqrt(9.0 / 3.0), 1e-9);
-  EXPECT_NEAR(statistics.bound->translation, std::sqrt(1e-6 + 1e-2), 1e-9);
-  EXPECT_NEAR(statistics.bound->heading, 1e-3, 1e-9);
+  const PairStatistics statistics =
+      summarize_pairs(pairs, matches, {{information}, {0.25 * information}});
+  ASSERT_TRUE(statistics.known_world_bound);
+  ASSERT_TRUE(statistics.unknown_walls_bound);
+  EXPECT_NEAR(statistics.known_world_bound->ratio.value(), std::sqrt(9.0 / 3.0), 1e-9);
+  EXPECT_NEAR(statistics.unknown_walls_bound->ratio.value(), 0.5 * std::sqrt(9.0 / 3.0), 1e-9);
+  EXPECT_NEAR(statistics.unknown_walls_bound->heading, 2e-3, 1e-9);
+  EXPECT_NEAR(statistics.known_world_bound->translation, std::sqrt(1e-6 + 1e-2), 1e-9);
+  EXPECT_NEAR(statistics.known_world_bound->heading, 1e-3, 1e-9);
 }
 
 TEST(PairStatistics, TellTheRatioAlsoWhereADirectionIsOpen) {
   const std::vector<ScanPair> pairs = {pair_at({})};
   const std::vector<PairMatch> matches = {match_at({0.01, 0.002, 0.0})};
   const Eigen::Matrix3d information = Eigen::Vector3d(0.0, 1e6, 1e6).asDiagonal();
-  const PairStatistics statistics = summarize_pairs(pairs, matches, {information});
-  ASSERT_TRUE(statistics.bound);
-  EXPECT_NEAR(statistics.bound->ratio.value(), std::sqrt(4.0 / 2.0), 1e-9);  // of two coordinates
-  EXPECT_TRUE(std::isinf(statistics.bound->translation));
+  const PairStatistics statistics = summarize_pairs(pairs, matches, {{information}, {}});
+  ASSERT_TRUE(statistics.known_world_bound);
+  EXPECT_NEAR(statistics.known_world_bound->ratio.value(), std::sqrt(4.0 / 2.0),
+              1e-9);  // of two coordinates
+  EXPECT_TRUE(std::isinf(statistics.known_world_bound->translation));
 }
 
 TEST(PairStatistics, LeaveOutOfTheBoundWhatFailed) {
   const std::vector<ScanPair> pairs = {pair_at({}), pair_at({})};
   const std::vector<PairMatch> matches = {match_at({0.001, 0.0, 0.0}), match_at({0.5, 0.0, 0.0})};
   const Eigen::Matrix3d information = Eigen::Matrix3d::Identity() * 1e6;
-  const PairStatistics statistics = summarize_pairs(pairs, matches, {information, information});
-  EXPECT_NEAR(statistics.bound->ratio.value(), std::sqrt(1.0 / 3.0), 1e-9);
+  const PairStatistics statistics =
+      summarize_pairs(pairs, matches, {{information, information}, {}});
+  EXPECT_NEAR(statistics.known_world_bound->ratio.value(), std::sqrt(1.0 / 3.0), 1e-9);
 }
 
 TEST(PairStatistics, TellTheBoundAlsoOfAMatcherWithoutSuccess) {
   const Eigen::Matrix3d information = Eigen::Matrix3d::Identity() * 1e6;
   const PairStatistics statistics =
-      summarize_pairs({pair_at({})}, {match_at({0.5, 0.0, 0.0})}, {information});
-  ASSERT_TRUE(statistics.bound);
-  EXPECT_FALSE(statistics.bound->ratio);
-  EXPECT_NEAR(statistics.bound->heading, 1e-3, 1e-9);
+      summarize_pairs({pair_at({})}, {match_at({0.5, 0.0, 0.0})}, {{information}, {}});
+  ASSERT_TRUE(statistics.known_world_bound);
+  EXPECT_FALSE(statistics.known_world_bound->ratio);
+  EXPECT_NEAR(statistics.known_world_bound->heading, 1e-3, 1e-9);
 }
 
 TEST(PairStatistics, LeaveOutCovariancesThatAreNone) {

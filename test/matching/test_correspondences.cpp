@@ -195,6 +195,26 @@ TEST(Correspondences, TheResidualsTellTheNoise) {
   }
 }
 
+TEST(Correspondences, ResidualsAreThoseOfThePointsAsTheyWereMeasured) {
+  LikelihoodField field(0.05, LikelihoodFieldOptions{});
+  std::vector<ScanPoint> measured;
+  std::vector<ScanPoint> moved;
+  Random random(1);
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector2d wall(2.025, 0.025 + 0.05 * i);
+    field.update({{wall, {1.0, 0.0}}}, {});
+    const double off = 0.005 * random.gaussian();
+    moved.push_back(point_at(wall, 0.05));
+    moved.back().moved = -off;
+    measured.push_back(point_at(wall + off * wall.normalized(), 0.05));
+  }
+  const ResidualSum as_measured = Correspondences(measured, field, {}).residuals(0.05);
+  const ResidualSum as_moved = Correspondences(moved, field, {}).residuals(0.05);
+  EXPECT_GT(as_measured.squares, 0.0);
+  EXPECT_NEAR(as_moved.squares, as_measured.squares, 1e-3 * as_measured.squares);
+  EXPECT_NEAR(as_moved.measurements, as_measured.measurements, 1e-9);
+}
+
 TEST(Correspondences, NothingSaysNothing) {
   const Clutter clutter(4);
   const LikelihoodField no_map(0.05, LikelihoodFieldOptions{});

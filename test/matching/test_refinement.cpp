@@ -102,6 +102,33 @@ TEST(Refine, TheCovarianceFollowsTheNoiseOfTheScan) {
   EXPECT_GT(variance(0.0), 0.02 * variance(0.01));
 }
 
+/// Along walls without noise the map says nothing at all, but for the rounding of its directions,
+/// which must not push the pose either.
+TEST(Refine, KeepsThePriorAlongPerfectlyStraightWallsInAnyDirection) {
+  for (int k = 0; k < 16; ++k) {
+    const Pose2 map_from_base{0.3, -0.2, 0.05 + 0.2 * k};
+    const Eigen::Rotation2Dd turn(map_from_base.theta);
+    LikelihoodField field(0.05, LikelihoodFieldOptions{});
+    std::vector<SurfaceHit> hits;
+    std::vector<ScanPoint> points;
+    for (int i = -150; i <= 150; ++i) {
+      for (const double y : {-1.0, 1.0}) {
+        const Eigen::Vector2d hit(0.04 * i, y);
+        hits.push_back({map_from_base * hit, turn * Eigen::Vector2d(0.0, 1.0)});
+        points.push_back({hit, Eigen::Vector2d::Zero(), Eigen::Vector2d(0.0, 1.0), 0.04, true});
+      }
+    }
+    field.update(hits, {});
+    const Pose2 predicted = map_from_base * Pose2{0.13, 0.02, 0.01};
+    const RefinedPose refined =
+        refine(points, field, predicted, {predicted, prior_of(2.0, 0.5)}, RefinementOptions{});
+    const Pose2 error = map_from_base.inverse() * refined.map_from_base;
+    EXPECT_NEAR(error.x, 0.13, 1e-3) << k;
+    EXPECT_NEAR(error.y, 0.0, 1e-3) << k;
+    EXPECT_NEAR(error.theta, 0.0, 1e-3) << k;
+  }
+}
+
 /// The same corridor, but not along an axis of the map.
 TEST(Refine, NamesTheDirectionOfASlantingCorridor) {
   LikelihoodField field(0.05, LikelihoodFieldOptions{});

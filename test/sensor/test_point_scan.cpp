@@ -376,6 +376,42 @@ TEST(PointScan, NormalsAreThoseOfTheWallsAndCornersStaySharp) {
   }
 }
 
+TEST(PointScan, WithoutNoiseStraighteningChangesNothing) {
+  LaserScan scan = sweep(1040, 4.5);
+  measure(scan, Eigen::Isometry3d::Identity());
+  ProjectionOptions options = plain();
+  const PointScan straightened = project(scan, options);
+  options.straighten_walls = false;
+  const PointScan plain_scan = project(scan, options);
+  ASSERT_EQ(straightened.points.size(), plain_scan.points.size());
+  for (std::size_t i = 0; i < plain_scan.points.size(); ++i) {
+    EXPECT_EQ(straightened.points[i].position, plain_scan.points[i].position);
+    EXPECT_EQ(straightened.points[i].normal, plain_scan.points[i].normal);
+  }
+}
+
+TEST(PointScan, StraighteningTakesNoiseOutUnlessItIsTurnedOff) {
+  LaserScan scan = sweep(1040, 4.5);
+  measure(scan, Eigen::Isometry3d::Identity());
+  const PointScan truth = project(scan);
+  Random random(1);
+  for (float& range : scan.ranges) {
+    range += static_cast<float>(0.01 * random.gaussian());
+  }
+  const auto error = [&](bool straighten) {
+    ProjectionOptions options = plain();
+    options.straighten_walls = straighten;
+    const PointScan noisy = project(scan, options);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < noisy.points.size(); ++i) {
+      sum += (noisy.points[i].position - truth.points[i].position).squaredNorm();
+    }
+    return std::sqrt(sum / static_cast<double>(noisy.points.size()));
+  };
+  EXPECT_NEAR(error(false), 0.01, 0.001);
+  EXPECT_LT(error(true), 0.003);
+}
+
 TEST(PointScan, NormalsWithstandNoise) {
   LaserScan scan = sweep(1000, 6.2);
   measure(scan, Eigen::Isometry3d::Identity());

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -211,16 +210,14 @@ TEST(StraightenWalls, AMirroredScanGivesTheMirroredWalls) {
   }
 }
 
-TEST(StraightenWalls, TakesTimeInProportionToTheHits) {
-  const auto seconds = [](const std::function<double(double)>& range, double noise) {
-    std::vector<ScanPoint> points = measured(range, noise, 1, 100000);
-    const auto begin = std::chrono::steady_clock::now();
-    straighten_walls(points, 0.01, kGap);
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  };
-  // Measured: 15 ms, 0.1 s.
-  EXPECT_LT(seconds(range_in_room, 0.01), 2.0);
-  EXPECT_LT(seconds(range_in_room, 0.3), 2.0);
+TEST(StraightenWalls, AHundredThousandHitsOnOneWallAreFine) {
+  std::vector<ScanPoint> points =
+      measured([](double angle) { return 2.0 / std::cos(0.3 * angle); }, 0.01, 1, 100000);
+  straighten_walls(points, 0.01, kGap);
+  for (const ScanPoint& point : points) {
+    ASSERT_TRUE(point.position.allFinite());
+    ASSERT_LE(std::abs(point.moved), 0.035);
+  }
 }
 
 }  // namespace

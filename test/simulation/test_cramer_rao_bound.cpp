@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -123,6 +124,70 @@ TEST_P(FisherInformationInAWorld, IsWhatDifferencesOfTheRangesTell) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Worlds, FisherInformationInAWorld, testing::Values("rooms", "random"));
+
+// --- two scans ---
+
+/// Beams whose walls a robot meets at a pose in a world of clutter.
+std::vector<BeamTruth> in_clutter(const Pose2& pose) {
+  return beams_at(make_world("random", 3), {}, pose);
+}
+
+TEST(FisherInformationOfPair, OfScansFromOnePlaceIsHalfOfOnes) {
+  const Pose2 pose{0.3, -0.2, 0.7};
+  const std::vector<BeamTruth> beams = in_clutter(pose);
+  const Eigen::Matrix3d one = information_of(beams, pose);
+  const Eigen::Matrix3d both =
+      fisher_information_of_pair(beams, scan_of(beams), beams, scan_of(beams), pose, kNoise);
+  EXPECT_LT((both - 0.5 * one).norm(), 1e-6 * one.norm());
+}
+
+TEST(FisherInformationOfPair, OfAReferenceWithoutNoiseIsThatOfAKnownWorld) {
+  const Pose2 pose{0.3, -0.2, 0.7};
+  const std::vector<BeamTruth> beams = in_clutter(pose);
+  // As many equal beams as make a reference a million times as exact.
+  std::vector<BeamTruth> exact;
+  for (BeamTruth beam : beams) {
+    beam.cos_incidence *= 1e-3;
+    exact.push_back(beam);
+  }
+  const Eigen::Matrix3d one = information_of(beams, pose);
+  const Eigen::Matrix3d both =
+      fisher_information_of_pair(exact, scan_of(exact), beams, scan_of(beams), pose, kNoise);
+  EXPECT_LT((both - one).norm(), 1e-4 * one.norm());
+}
+
+TEST(FisherInformationOfPair, OfScansFromTwoPlacesIsLessInEveryDirection) {
+  const Pose2 pose{0.3, -0.2, 0.7};
+  const std::vector<BeamTruth> reference = in_clutter({0.0, 0.0, 0.5});
+  const std::vector<BeamTruth> beams = in_clutter(pose);
+  const Eigen::Matrix3d half = 0.5 * information_of(beams, pose);
+  const Eigen::Matrix3d both = fisher_information_of_pair(reference, scan_of(reference), beams,
+                                                          scan_of(beams), pose, kNoise);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information_of(beams, pose) - both);
+  EXPECT_GT(solver.eigenvalues().minCoeff(), 0.0);
+  EXPECT_GT(both.trace(), 0.1 * half.trace());
+}
+
+TEST(FisherInformationOfPair, OfAWallThatOneScanMeetsIsNone) {
+  const std::vector<BeamTruth> one = {beam_to({3.0, 0.0}, {-1.0, 0.0}, 1.0)};
+  std::vector<BeamTruth> other = one;
+  other[0].segment = 1;
+  EXPECT_EQ(fisher_information_of_pair(one, scan_of(one), other, scan_of(other), {}, kNoise),
+            Eigen::Matrix3d::Zero());
+  // Its other side is another surface.
+  other = {beam_to({3.0, 0.0}, {1.0, 0.0}, 1.0)};
+  EXPECT_EQ(fisher_information_of_pair(one, scan_of(one), other, scan_of(other), {}, kNoise),
+            Eigen::Matrix3d::Zero());
+}
+
+TEST(FisherInformationOfPair, OfOneBeamEachIsAboutTheDistance) {
+  const std::vector<BeamTruth> beams = {beam_to({3.0, 0.0}, {-1.0, 0.0}, 1.0)};
+  const Eigen::Matrix3d information =
+      fisher_information_of_pair(beams, scan_of(beams), beams, scan_of(beams), {}, kNoise);
+  Eigen::Matrix3d expected = Eigen::Matrix3d::Zero();
+  expected(0, 0) = 0.5 / (kNoise * kNoise);
+  EXPECT_LT((information - expected).norm(), 1e-6);
+}
 
 }  // namespace
 }  // namespace matchbox_slam

@@ -255,6 +255,10 @@ TEST_P(MatcherOnPairs, FindsTheTruth) {
       EXPECT_LE(matcher.at("cramer_rao").at("error_to_bound"), bound.error_to_bound);
       EXPECT_NEAR(matcher.at("cramer_rao").at("bound_heading_mrad"), bound.bound_mrad,
                   0.1 * bound.bound_mrad);
+      EXPECT_LE(matcher.at("heading_mrad").at("median"), 3.0 * bound.bound_mrad);
+      EXPECT_LE(matcher.at("translation_mm").at("median"),
+                3.0 * matcher.at("cramer_rao").at("bound_translation_mm").get<double>());
+      EXPECT_GT(matcher.at("cramer_rao_unknown_walls").at("bound_heading_mrad"), bound.bound_mrad);
     }
   }
 }

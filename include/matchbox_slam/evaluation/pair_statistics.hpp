@@ -25,7 +25,7 @@ struct CovarianceStatistics {
   double median_nees = 0.0;  ///< 2.37 when honest
 };
 
-/// How far the successful matches are from the best that is possible (fisher_information).
+/// How far the successful matches are from the best that is possible.
 struct BoundStatistics {
   /// Root of the mean squared error of the successes in units of the bound, over the coordinates
   /// that the surroundings tell of: 1 is the best possible. None without a success.
@@ -36,6 +36,13 @@ struct BoundStatistics {
   double heading = 0.0;  ///< root of the bound's variance in heading [rad], likewise
 };
 
+/// Fisher information about the motion between the scans of each pair, over (x, y, theta) along the
+/// axes of the base at the second; empty where it is not known.
+struct PairInformation {
+  std::vector<Eigen::Matrix3d> known_world;    ///< of `fisher_information`
+  std::vector<Eigen::Matrix3d> unknown_walls;  ///< of `fisher_information_of_pair`
+};
+
 /// How one matcher did on all pairs.
 struct PairStatistics {
   std::size_t pairs = 0;
@@ -44,8 +51,9 @@ struct PairStatistics {
   ErrorStatistics translation;  ///< [m], of all pairs; what was rejected keeps the guess's error
   ErrorStatistics heading;      ///< [rad], likewise
   ErrorStatistics seconds;      ///< that a match took
-  std::optional<CovarianceStatistics> covariance;  ///< none when nothing was accepted
-  std::optional<BoundStatistics> bound;            ///< none without the information
+  std::optional<CovarianceStatistics> covariance;      ///< none when nothing was accepted
+  std::optional<BoundStatistics> known_world_bound;    ///< none without the information
+  std::optional<BoundStatistics> unknown_walls_bound;  ///< likewise
 
   [[nodiscard]] double success_rate() const {
     return static_cast<double>(successes) / static_cast<double>(pairs);
@@ -53,13 +61,11 @@ struct PairStatistics {
 };
 
 /// Summarises the matches of one matcher.
-/// @param matches      one a pair.
-/// @param information  Fisher information of each pair's scan, over (x, y, theta) along the axes of
-///                     the base at the scan; empty where it is not known.
+/// @param matches  one a pair.
 /// Throws std::invalid_argument when there are no pairs or the numbers of entries differ.
 [[nodiscard]] PairStatistics summarize_pairs(const std::vector<ScanPair>& pairs,
                                              const std::vector<PairMatch>& matches,
-                                             const std::vector<Eigen::Matrix3d>& information,
+                                             const PairInformation& information,
                                              const SuccessLimits& limits = {});
 
 }  // namespace matchbox_slam
