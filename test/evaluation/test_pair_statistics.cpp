@@ -108,7 +108,10 @@ TEST(PairStatistics, NeedAMatchForEveryPair) {
   EXPECT_THROW((void)summarize_pairs({}, {}, {}), std::invalid_argument);
   EXPECT_THROW((void)summarize_pairs({pair_at({})}, {}, {}), std::invalid_argument);
   EXPECT_THROW((void)summarize_pairs({pair_at({}), pair_at({})}, {match_at({}), match_at({})},
-                                     {Eigen::Matrix3d::Identity()}),
+                                     {{Eigen::Matrix3d::Identity()}, {}}),
+               std::invalid_argument);
+  EXPECT_THROW((void)summarize_pairs({pair_at({}), pair_at({})}, {match_at({}), match_at({})},
+                                     {{}, {Eigen::Matrix3d::Identity()}}),
                std::invalid_argument);
 }
 
