@@ -45,7 +45,6 @@ void SlamNode::start_services() {
       ros::WallDuration(diagnostic_updater_.getPeriod()),
       [this](const ros::WallTimerEvent& /*event*/) { diagnostic_updater_.force_update(); });
   service_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &service_queue_);
-  service_spinner_->start();
 }
 
 bool SlamNode::answer_dynamic_map(nav_msgs::GetMap::Request& /*request*/,
