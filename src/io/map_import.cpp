@@ -107,7 +107,7 @@ MapStart read_map_start(const std::string& path, const EngineOptions& options) {
     return map_from_image(read_map(path), path, options.map, options.field);
   }
   if (extension_of(path) == ".slam") {
-    return read_saved_map(path);
+    return read_saved_map(path, options.map.max_cells);
   }
   throw FileError("'" + path +
                   "' is not read as a map; allowed: a .slam file of ~save_map, or a .yaml file as "

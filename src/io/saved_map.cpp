@@ -1,5 +1,6 @@
 #include "matchbox_slam/io/saved_map.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -10,6 +11,7 @@
 
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/gzip.hpp"
+#include "matchbox_slam/matching/scan_matcher.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -18,6 +20,18 @@ const std::string kHead = "matchbox_slam map, version 1\n";
 
 // A cell farther away than any scan of a robot: the file is damaged.
 constexpr std::int32_t kFarthestCell = 1 << 24;
+
+// As of messages: farther than around the Earth [m], more readings than a laser has.
+constexpr double kFarthest = 1e8;
+constexpr std::size_t kMostPoints = 100'000;
+
+constexpr double kLongestNormal = 1.0 + 1e-6;  // rounded
+
+// Stamps [s] and covariances [m^2].
+constexpr double kLargest = kFarthest * kFarthest;
+
+constexpr double kMostReachCells = 120.0;      // as LikelihoodField allows
+constexpr std::size_t kMostKeyScans = 10'000;  // as slam/key_scans allows
 
 /// Numbers in the order of their bytes, the lowest first, on every machine.
 class Writer {
@@ -53,7 +67,8 @@ class Writer {
 
 class Reader {
  public:
-  Reader(const std::string& bytes, const std::string& path) : bytes_(bytes), path_(path) {}
+  Reader(const std::string& bytes, const std::string& path, double max_cells)
+      : bytes_(bytes), path_(path), max_cells_(max_cells) {}
 
   [[noreturn]] void fail(const std::string& text) const {
     throw FileError("'" + path_ + "' " + text);
@@ -75,19 +90,21 @@ class Reader {
     return static_cast<Integer>(value);
   }
 
-  double number() {
+  /// One that is at most as large as this, with either sign.
+  double number(double largest = kFarthest) {
     const auto image = integer<std::uint64_t>();
     double value = 0.0;
     std::memcpy(&value, &image, sizeof value);
-    if (!std::isfinite(value)) {
-      fail("is damaged: it holds a number that is none");
+    if (!(std::abs(value) <= largest)) {
+      fail("is damaged: it holds the number " + to_string(value) + " where at most " +
+           to_string(largest) + " is allowed");
     }
     return value;
   }
 
-  Eigen::Vector2d numbers() {
-    const double x = number();
-    return {x, number()};
+  Eigen::Vector2d numbers(double largest = kFarthest) {
+    const double x = number(largest);
+    return {x, number(largest)};
   }
 
   Pose2 pose() {
@@ -99,9 +116,11 @@ class Reader {
   Cell cell() {
     const auto x = integer<std::int32_t>();
     const auto y = integer<std::int32_t>();
-    if (std::abs(x) > kFarthestCell || std::abs(y) > kFarthestCell) {
+    // The lowest integer has no absolute value.
+    if (std::min(x, y) < -kFarthestCell || std::max(x, y) > kFarthestCell) {
       fail("is damaged: a cell lies at " + std::to_string(x) + ", " + std::to_string(y));
     }
+    include({x, y});
     return {x, y};
   }
 
@@ -114,6 +133,16 @@ class Reader {
     return static_cast<std::size_t>(number);
   }
 
+  /// The same, of which there are at most so many.
+  std::size_t count(std::size_t bytes_each, std::size_t most, const std::string& name) {
+    const std::size_t number = count(bytes_each);
+    if (number > most) {
+      fail("is damaged: it has " + std::to_string(number) + " " + name + "; allowed: up to " +
+           std::to_string(most));
+    }
+    return number;
+  }
+
   [[nodiscard]] bool at_end() const { return position_ == bytes_.size(); }
 
  private:
@@ -123,10 +152,38 @@ class Reader {
     }
   }
 
+  /// Before the cell is stored: all memory goes by the rectangle around the cells, in whole tiles.
+  void include(const Cell& cell) {
+    constexpr int kTileMargin = OccupancyGrid::Tiles::kTileSize - 1;
+    const CellBox before = box_.empty() ? CellBox{cell, cell} : box_;
+    box_.min = {std::min(before.min.x, cell.x), std::min(before.min.y, cell.y)};
+    box_.max = {std::max(before.max.x, cell.x + 1), std::max(before.max.y, cell.y + 1)};
+    const double cells = (box_.width() + double{kTileMargin}) * (box_.height() + kTileMargin);
+    if (cells > max_cells_) {
+      fail("is damaged, or its map is too large: its cells span " + std::to_string(box_.width()) +
+           " x " + std::to_string(box_.height()) + " or more; allowed: " + to_string(max_cells_) +
+           " in all; if it is as large as that, set map/max_cells higher");
+    }
+  }
+
   const std::string& bytes_;
   const std::string& path_;
+  double max_cells_;
   std::size_t position_ = 0;
+  CellBox box_;  ///< around all cells so far
 };
+
+/// What the options of a map may be holds for a file, too.
+template <typename Options>
+void check_limits(const Options& options, const Reader& reader) {
+  Options::visit(options, [&reader](double value, const char* name, const Allowed& allowed,
+                                    const char* /*unit*/, const char* /*meaning*/) {
+    if (!(value >= allowed.low && value <= allowed.high)) {
+      reader.fail(std::string("is damaged: its ") + name + " is " + to_string(value) +
+                  "; allowed: " + allowed.text());
+    }
+  });
+}
 
 std::vector<Cell> known_cells(const OccupancyGrid& grid) {
   const CellBox bounds = grid.known_bounds();
@@ -176,9 +233,11 @@ SlamMap read_grids(Reader& reader) {
   map_options.resolution = reader.number();
   field_options.sigma = reader.number();
   field_options.reach = reader.number();
-  if (!(map_options.resolution >= 0.005 && field_options.sigma > 0.0 && field_options.reach > 0.0 &&
-        field_options.reach <= 120.0 * map_options.resolution)) {
-    reader.fail("is damaged: its resolution is " + std::to_string(map_options.resolution) + " m");
+  check_limits(map_options, reader);
+  check_limits(field_options, reader);
+  if (field_options.reach / map_options.resolution > kMostReachCells) {
+    reader.fail("is damaged: its reach is " + to_string(field_options.reach) + " m with cells of " +
+                to_string(map_options.resolution) + " m; allowed: at most 120 cells");
   }
   SlamMap map(map_options, field_options);
   for (std::size_t left = reader.count(10); left > 0; --left) {
@@ -215,13 +274,16 @@ void write_key_scan(const KeyScan& key, Writer& writer) {
 std::shared_ptr<const KeyScan> read_key_scan(Reader& reader) {
   const Pose2 map_from_base = reader.pose();
   PointScan scan;
-  scan.stamp = reader.number();
-  scan.points.resize(reader.count(57));
+  scan.stamp = reader.number(kLargest);
+  scan.points.resize(reader.count(57, kMostPoints, "points in a key scan"));
   for (ScanPoint& point : scan.points) {
     point.position = reader.numbers();
     point.origin = reader.numbers();
-    point.normal = reader.numbers();
+    point.normal = reader.numbers(kLongestNormal);
     point.weight = reader.number();
+    if (point.weight < 0.0) {
+      reader.fail("is damaged: a point weighs " + to_string(point.weight));
+    }
     point.joined_to_next = reader.integer<std::uint8_t>() != 0;
   }
   return std::make_shared<const KeyScan>(std::move(scan), map_from_base);
@@ -244,21 +306,24 @@ std::string to_saved_map(const MapStart& map) {
   return compress(writer.bytes);
 }
 
-MapStart read_saved_map(const std::string& path) {
+MapStart read_saved_map(const std::string& path, double max_cells) {
   const std::string bytes = decompress(read_file(path), path);
-  Reader reader(bytes, path);
+  Reader reader(bytes, path, max_cells);
   if (bytes.compare(0, kHead.size(), kHead) != 0) {
     reader.fail("is no saved map that this version reads; it should begin with '" +
                 kHead.substr(0, kHead.size() - 1) + "'");
   }
   reader.skip(kHead.size());
   MapStart start{read_grids(reader), {}, {}};
-  for (std::size_t left = reader.count(40); left > 0; --left) {
+  for (std::size_t left = reader.count(40, kMostKeyScans, "key scans"); left > 0; --left) {
     start.key_scans.push_back(read_key_scan(reader));
   }
   start.map_from_base = reader.pose();
   for (Eigen::Index i = 0; i < 9; ++i) {
-    start.covariance(i) = reader.number();
+    start.covariance(i) = reader.number(kLargest);
+  }
+  if (!is_covariance(start.covariance)) {
+    reader.fail("is damaged: the covariance of its pose is none");
   }
   if (!reader.at_end()) {
     reader.fail("is damaged: it goes on after its end");

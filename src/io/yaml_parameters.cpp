@@ -202,6 +202,10 @@ Parameters parse_overrides(const std::vector<std::string>& assignments) {
     // The name is not part of the YAML text: it may hold what YAML would read as its own.
     const Parameters read = parse_yaml_parameters("value: " + value, "'" + assignment + "'");
     for (const auto& [name, given] : read.values()) {
+      if (name != "value" && name.rfind("value/", 0) != 0) {  // after a line break in the value
+        throw ConfigurationError("'" + assignment +
+                                 "' holds more than one value; give each name=value by itself");
+      }
       parameters.set(key + name.substr(std::string("value").size()), given);
     }
   }

@@ -22,7 +22,7 @@ constexpr std::size_t kBlockCells = std::size_t{kBlockSize} * kBlockSize;
 constexpr int kSquareSteps = 4096;
 
 // A mean over at most this many hits, so that a surface can still move after any time.
-constexpr std::uint16_t kMostHits = 64;
+constexpr int kMostHits = 64;
 
 // Normals that agree this well come from one line; what is missing to 1 is their noise.
 constexpr double kLine = 0.85;
@@ -144,7 +144,7 @@ void LikelihoodField::add_hit(const SurfaceHit& hit) {
   if (surface.hits == 0) {
     ++surface_count_;
   }
-  surface.hits = std::min<std::uint16_t>(static_cast<std::uint16_t>(surface.hits + 1), kMostHits);
+  surface.hits = static_cast<std::uint16_t>(std::min(surface.hits + 1, kMostHits));
   const double share = 1.0 / surface.hits;
   const auto blend = [share](std::int16_t& mean, double value) {
     const double before = from_fixed(mean);

@@ -74,6 +74,7 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
   transform_timer_ = node_.createTimer(ros::Duration(node_options.transform_publish_period),
                                        [this](const ros::TimerEvent&) { publish_transform(); });
   subscribe();
+  service_spinner_->start();  // from here on the configuration may change
   mapping_thread_ = std::thread([this] { run_mapping(); });
 }
 

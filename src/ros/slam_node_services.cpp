@@ -51,7 +51,6 @@ void SlamNode::start_services() {
       node.createWallTimer(ros::WallDuration(kPatience),
                            [this](const ros::WallTimerEvent& /*event*/) { warn_of_silence(); });
   service_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &service_queue_);
-  service_spinner_->start();
 }
 
 bool SlamNode::answer_dynamic_map(nav_msgs::GetMap::Request& /*request*/,

@@ -4,6 +4,7 @@
 #include <XmlRpcValue.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <exception>
 #include <filesystem>
 #include <string>

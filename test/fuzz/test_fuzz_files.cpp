@@ -4,20 +4,28 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <memory>
 #include <string>
 #include <typeinfo>
+#include <vector>
 
 #include "fuzz/fuzz.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/gzip.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/relations_file.hpp"
+#include "matchbox_slam/io/saved_map.hpp"
 #include "matchbox_slam/io/stata_truth.hpp"
 #include "matchbox_slam/io/tum.hpp"
+#include "matchbox_slam/matching/hough_matcher.hpp"
+#include "matchbox_slam/matching/olson_matcher.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -151,6 +159,181 @@ TEST(FuzzFiles, MutatedMapsAreReadOrRefused) {
   };
   fuzz_text(yaml, 2000, 34, [&](const std::string& text) { read(text, image); });
   fuzz_text(image, 2000, 35, [&](const std::string& text) { read(yaml, text); });
+}
+
+// --- saved maps ---
+
+constexpr double kMostCells = 1e6;                         // of a saved map, so that it stays quick
+constexpr std::size_t kMostBytes = std::size_t{1} << 29U;  // that such a map takes
+
+EngineOptions small_options() {
+  EngineOptions options;
+  options.map.resolution = 0.1;
+  options.map.max_cells = kMostCells;
+  options.slam.insert_distance = 0.0;
+  options.slam.insert_angle = 0.0;
+  return options;
+}
+
+ScanInput small_scan(double stamp) {
+  ScanInput input;
+  input.scan = {stamp, -3.0, 0.25, 0.0, 0.1, 10.0, {}};
+  for (int k = 0; k < 24; ++k) {
+    input.scan.ranges.push_back(k % 8 == 0 ? 0.8F : 1.2F);
+  }
+  return input;
+}
+
+/// A true map of two scans, without the compression.
+std::string small_map() {
+  SlamEngine engine(small_options(), std::make_shared<OlsonMatcher>(), 1);
+  engine.process(small_scan(1.0));
+  engine.process(small_scan(1.1));
+  return decompress(to_saved_map(engine.snapshot()), "fuzz");
+}
+
+/// Where the fields of a saved map are, so that damage reaches every check behind its head.
+class SavedFields {
+ public:
+  explicit SavedFields(const std::string& bytes)
+      : bytes_(bytes), at_(std::string("matchbox_slam map, version 1\n").size()) {
+    add(3, 8, numbers);
+    for (std::uint64_t cells = count(); cells > 0; --cells) {
+      add(2, 4, coordinates);
+      add(1, 2, rest);
+    }
+    for (std::uint64_t walls = count(); walls > 0; --walls) {
+      add(2, 4, coordinates);
+      add(7, 2, rest);
+    }
+    for (std::uint64_t key_scans = count(); key_scans > 0; --key_scans) {
+      add(4, 8, numbers);
+      for (std::uint64_t points = count(); points > 0; --points) {
+        add(7, 8, numbers);
+        add(1, 1, rest);
+      }
+    }
+    add(12, 8, numbers);
+    EXPECT_EQ(at_, bytes.size()) << "the format has changed";
+  }
+
+  std::vector<std::size_t> counts, numbers, coordinates, rest;
+
+ private:
+  void add(std::size_t count, std::size_t size, std::vector<std::size_t>& fields) {
+    for (; count > 0; --count, at_ += size) {
+      fields.push_back(at_);
+    }
+  }
+
+  std::uint64_t count() {
+    std::uint64_t value = 0;
+    std::memcpy(&value, bytes_.data() + at_, sizeof value);
+    add(1, sizeof value, counts);
+    return value;
+  }
+
+  const std::string& bytes_;
+  std::size_t at_;
+};
+
+template <typename Value>
+void put(Value value, std::size_t at, std::string& bytes) {
+  std::memcpy(bytes.data() + at, &value, sizeof value);
+}
+
+/// Writes odd values into one to three fields.
+void damage_fields(const SavedFields& fields, std::string& bytes, Random& random) {
+  static const std::vector<std::uint64_t> kCounts = {0,   1,       2,           3,           7,
+                                                     100, 1000000, 1ULL << 32U, 1ULL << 60U, ~0ULL};
+  static const std::vector<std::int32_t> kCoordinates = {-1,
+                                                         0,
+                                                         64,
+                                                         900,
+                                                         -900,
+                                                         30000,
+                                                         -30000,
+                                                         1 << 24,
+                                                         -(1 << 24),
+                                                         (1 << 24) + 1,
+                                                         std::numeric_limits<std::int32_t>::max(),
+                                                         std::numeric_limits<std::int32_t>::min()};
+  for (std::size_t left = 1 + below(3, random); left > 0; --left) {
+    switch (below(6, random)) {
+      case 0:
+        put(one_of(kCounts, random), one_of(fields.counts, random), bytes);
+        break;
+      case 1:
+      case 2:
+        put(one_of(kCoordinates, random), one_of(fields.coordinates, random), bytes);
+        break;
+      case 3:
+        bytes[one_of(fields.rest, random)] = static_cast<char>(random.next());
+        break;
+      case 4:
+        put(odd_number(random), one_of(fields.numbers, random), bytes);
+        break;
+      default: {  // one of the last: how far away the robot is, and how sure of that
+        const std::size_t from_end = 1 + below(12, random);
+        put(odd_number(random), bytes.size() - from_end * sizeof(double), bytes);
+        break;
+      }
+    }
+  }
+}
+
+std::string damaged_map(const std::string& sound, const SavedFields& fields, Random& random) {
+  std::string bytes = sound;
+  const double kind = random.uniform();
+  if (kind < 0.6) {
+    damage_fields(fields, bytes, random);
+  } else if (kind < 0.85) {
+    bytes = mutated(bytes, words(), random);
+  }
+  bytes = compress(bytes);
+  return kind < 0.85 ? bytes : mutated(bytes, words(), random);
+}
+
+/// What the node does with a map that it was told to go on with.
+void go_on_with(const MapStart& start, bool hough) {
+  ASSERT_LE(start.map.occupancy.bytes() + start.map.field.bytes(), kMostBytes);
+  ASSERT_LE(make_map_image(start.map.occupancy).pixels.size(), kMostCells);
+  std::shared_ptr<const ScanMatcher> matcher = std::make_shared<OlsonMatcher>();
+  if (hough) {
+    matcher = std::make_shared<HoughMatcher>();
+  }
+  SlamEngine engine(small_options(), matcher, 1);
+  engine.start_from(start);
+  const ScanOutcome outcome = engine.process(small_scan(2.0));
+  ASSERT_TRUE(outcome.map_from_base.is_finite() && outcome.covariance.allFinite());
+  (void)to_saved_map(engine.snapshot());
+}
+
+TEST(FuzzFiles, MutatedSavedMapsAreReadOrRefused) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "map.slam";
+  const std::string sound = small_map();
+  const SavedFields fields(sound);
+  const std::uint64_t first = first_fuzz_input();
+  const std::uint64_t count = fuzz_inputs(2000);
+  std::uint64_t read = 0;
+  for (std::uint64_t number = first; number < first + count && !HasFailure(); ++number) {
+    SCOPED_TRACE("MATCHBOX_FUZZ_FIRST=" + std::to_string(number));
+    Random random(mix_seed(36, number));
+    std::filesystem::remove(path);  // as above
+    std::ofstream(path, std::ios::binary) << damaged_map(sound, fields, random);
+    try {
+      go_on_with(read_map_start(path, small_options()), number % 2 == 0);
+      ++read;
+    } catch (const FileError& error) {
+      EXPECT_NE(std::string(error.what()), "");
+    } catch (const ConfigurationError& error) {  // another resolution or field
+      EXPECT_NE(std::string(error.what()), "");
+    } catch (const std::exception& error) {
+      ADD_FAILURE() << typeid(error).name() << ": " << error.what();
+    }
+  }
+  EXPECT_GE(read, count / 20) << "mutations that are always refused try little";
 }
 
 }  // namespace

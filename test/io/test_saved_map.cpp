@@ -1,11 +1,17 @@
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <limits>
 #include <memory>
+#include <string>
 
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/gzip.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
 #include "matchbox_slam/matching/olson_matcher.hpp"
 #include "matchbox_slam/simulation/make_world.hpp"
@@ -113,6 +119,78 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
   }
   write("P5\n");
   EXPECT_FALSE(error().empty());
+}
+
+// --- files that would take all memory, or that no map could have made ---
+
+/// A map of two known cells and one wall, the last cells of both lists there; without compression.
+std::string map_with_cells_at(const Cell& known, const Cell& wall) {
+  SlamMap map(MapOptions{}, LikelihoodFieldOptions{});
+  map.occupancy.restore({0, 0}, 1);
+  map.occupancy.restore({1, 0}, 1);
+  map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
+  std::string bytes = decompress(to_saved_map({map, {}, {}}), "map");
+  const std::size_t first_cell = std::string("matchbox_slam map, version 1\n").size() + 4 * 8;
+  for (const auto& [at, cell] :
+       {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
+    const std::array<std::int32_t, 2> image = {cell.x, cell.y};
+    std::memcpy(bytes.data() + at, image.data(), sizeof image);
+  }
+  return bytes;
+}
+
+TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
+  const Cell near{5, 5};
+  write(compress(map_with_cells_at(near, near)));
+  EXPECT_EQ(error(), "(no error)");
+  for (const Cell& far : {Cell{1 << 24, 1 << 24}, Cell{-(1 << 24), 0}, Cell{30000, -30000}}) {
+    write(compress(map_with_cells_at(far, near)));
+    EXPECT_TRUE(contains(error(), "is damaged, or its map is too large: its cells span")) << far.x;
+    EXPECT_TRUE(contains(error(), "set map/max_cells higher")) << error();
+    write(compress(map_with_cells_at(near, far)));
+    EXPECT_TRUE(contains(error(), "is damaged, or its map is too large")) << error();
+  }
+  EngineOptions options;
+  write(compress(map_with_cells_at({30000, -30000}, near)));
+  EXPECT_THROW((void)read_map_start(path_, options), FileError);
+  options.map.max_cells = 1e9;
+  EXPECT_NO_THROW((void)read_map_start(path_, options));
+  write(compress(map_with_cells_at({(1 << 24) + 1, 0}, near)));
+  EXPECT_TRUE(contains(error(), "is damaged: a cell lies at 16777217, 0")) << error();
+  write(compress(map_with_cells_at({0, std::numeric_limits<int>::min()}, near)));
+  EXPECT_TRUE(contains(error(), "is damaged: a cell lies at 0, -2147483648")) << error();
+}
+
+TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
+  std::string bytes = map_with_cells_at({1, 0}, {0, 0});
+  const std::size_t head = std::string("matchbox_slam map, version 1\n").size();
+  const auto error_with = [&](double number, std::size_t at) {
+    std::string sound(bytes, at, sizeof number);
+    std::memcpy(bytes.data() + at, &number, sizeof number);
+    write(compress(bytes));
+    bytes.replace(at, sound.size(), sound);
+    return error();
+  };
+  EXPECT_TRUE(contains(error_with(5.0, head), "its resolution is 5.0; allowed: 0.005 to 1"));
+  EXPECT_TRUE(contains(error_with(1e-30, head + 16), "its reach is 1e-30; allowed: 0.05 to 5"));
+  const double reach = 5.0;
+  std::memcpy(bytes.data() + head + 16, &reach, sizeof reach);
+  EXPECT_TRUE(contains(error_with(0.01, head), "5.0 m with cells of 0.01 m; allowed: at most 120"));
+  const std::size_t pose = bytes.size() - 12 * sizeof(double);
+  EXPECT_TRUE(contains(error_with(1e300, pose), "it holds the number 1e+300 where at most"));
+  EXPECT_TRUE(contains(error_with(std::nan(""), pose), "it holds the number"));
+  EXPECT_TRUE(contains(error_with(-1.0, pose + 3 * sizeof(double)), "covariance of its pose"));
+  EXPECT_EQ(error_with(1.0, pose), "(no error)");
+}
+
+TEST_F(SavedMap, RefusesMoreKeyScansThanAnOptionAllows) {
+  std::string bytes = map_with_cells_at({1, 0}, {0, 0});
+  const std::size_t count_at = bytes.size() - 13 * 8;
+  const std::uint64_t count = 1000000;
+  std::memcpy(bytes.data() + count_at, &count, sizeof count);
+  bytes.insert(count_at + 8, 40 * count, '\0');
+  write(compress(bytes));
+  EXPECT_TRUE(contains(error(), "it has 1000000 key scans; allowed: up to 10000")) << error();
 }
 
 // --- images ---

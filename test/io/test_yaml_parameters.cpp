@@ -120,6 +120,9 @@ TEST(ParseOverrides, RefusalNamesTheAssignment) {
   EXPECT_EQ(refused("map.resolution=0.1"),
             "'map.resolution=0.1': the parts of a name are joined with '/': 'map/resolution'");
   EXPECT_TRUE(contains(refused("a=[1"), "'a=[1'"));
+  EXPECT_EQ(refused("a=1\nb: 2"),
+            "'a=1\nb: 2' holds more than one value; give each name=value by itself");
+  EXPECT_TRUE(contains(refused("a=1\nvalues: 2"), "holds more than one value"));
 }
 
 TEST(ToYaml, NestsAndReadsBackAsTheSame) {

@@ -1,6 +1,7 @@
 // The node when it is ended by a signal, when the disk is full, and when everybody wants something
 // of it at once. The last is what the thread sanitizer looks at; CONTRIBUTING.md says how.
 
+#include <dynamic_reconfigure/Reconfigure.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <gtest/gtest.h>
 #include <nav_msgs/GetMap.h>
@@ -26,6 +27,7 @@
 
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
+#include "matchbox_slam/LoadMap.h"
 #include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/tum.hpp"
@@ -198,10 +200,22 @@ TEST(SlamFaults, AFullDiskLeavesTheOldMapAndTheMapping) {
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
 }
 
+dynamic_reconfigure::Reconfigure choose(const std::string& matcher, double tolerance) {
+  dynamic_reconfigure::Reconfigure service;
+  service.request.config.strs.resize(1);
+  service.request.config.strs[0].name = "matcher";
+  service.request.config.strs[0].value = matcher;
+  service.request.config.doubles.resize(1);
+  service.request.config.doubles[0].name = "transform_tolerance";
+  service.request.config.doubles[0].value = tolerance;
+  return service;
+}
+
 /// Threads that all want something of the node, until they are told to stop.
 class Crowd {
  public:
-  explicit Crowd(const std::string& node) {
+  /// @param map  where ~save_map puts it, for ~load_map.
+  Crowd(const std::string& node, const std::string& map) {
     call_again_and_again<std_srvs::Trigger>("/" + node + "/save_map", {});
     call_again_and_again<std_srvs::Trigger>("/" + node + "/reset", {});
     call_again_and_again<nav_msgs::GetMap>("/dynamic_map", {});
@@ -213,6 +227,11 @@ class Crowd {
     Relocalise relocalise;
     relocalise.request.scan = make_scan(1.0);
     call_again_and_again("/" + node + "/relocalise", relocalise);
+    call_again_and_again("/" + node + "/set_parameters", choose("hough", 0.0));
+    call_again_and_again("/" + node + "/set_parameters", choose("olson", 0.1));
+    LoadMap load;
+    load.request.path = map + ".slam";
+    call_again_and_again("/" + node + "/load_map", load);
     threads_.emplace_back([this] { tell_poses(); });
   }
   Crowd(const Crowd&) = delete;
@@ -233,9 +252,19 @@ class Crowd {
     return least;
   }
 
+  /// The answers of each, for people.
+  [[nodiscard]] std::string account() const {
+    std::string text;
+    for (std::size_t i = 0; i < services_; ++i) {
+      text += names_[i] + ": " + std::to_string(answers_[i]) + " answers\n";
+    }
+    return text;
+  }
+
  private:
   template <typename Service>
   void call_again_and_again(const std::string& name, const Service& service) {
+    names_[services_] = name;
     threads_.emplace_back([this, name, service, &answers = answers_[services_++]] {
       while (!stop_) {
         Service call = service;
@@ -259,7 +288,8 @@ class Crowd {
   }
 
   std::atomic<bool> stop_{false};
-  std::array<std::atomic<int>, 8> answers_{};
+  std::array<std::string, 9> names_;
+  std::array<std::atomic<int>, 9> answers_{};
   std::size_t services_ = 0;
   std::vector<std::thread> threads_;
 };
@@ -286,11 +316,12 @@ TEST(SlamFaults, ServesACrowdAndMapsOn) {
   spinner.start();
   for (int life = 0; life < 2; ++life) {
     auto slam = std::make_unique<SlamNode>(ros::NodeHandle(), ros::NodeHandle("/crowded"));
-    std::optional<Crowd> crowd(std::in_place, "crowded");
+    std::optional<Crowd> crowd(std::in_place, "crowded", folder / "map");
     ASSERT_TRUE(wait_until([&] {
       robot.step();
       return crowd->answered() >= stress_rounds();
-    })) << "a service does not answer";
+    })) << "a service does not answer:\n"
+        << crowd->account();
     if (life == 0) {
       slam.reset();  // while they all still call
     }

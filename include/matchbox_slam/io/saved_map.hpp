@@ -14,8 +14,9 @@ namespace matchbox_slam {
 [[nodiscard]] std::string to_saved_map(const MapStart& map);
 
 /// Reads what `to_saved_map` wrote. Throws FileError for a file that is none, is cut off or
-/// damaged, or comes from another version of the format.
-[[nodiscard]] MapStart read_saved_map(const std::string& path);
+/// damaged, comes from another version of the format, or whose cells span more than `max_cells`.
+[[nodiscard]] MapStart read_saved_map(const std::string& path,
+                                      double max_cells = MapOptions{}.max_cells);
 
 /// A map to go on with from an image, as of map_server. Occupied pixels become walls, each where
 /// its occupied neighbours lie on a line, so that a scan can be matched to a fraction of a cell.
