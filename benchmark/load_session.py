@@ -145,10 +145,23 @@ class Session:
         return self.processes[-1]
 
     def __enter__(self):
+        try:
+            self.open()
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def open(self):
         os.environ['ROS_MASTER_URI'] = 'http://127.0.0.1:%d' % random.randint(20000, 30000)
         self.start('roscore', '-p', os.environ['ROS_MASTER_URI'].rsplit(':', 1)[1])
         while subprocess.run(['rosparam', 'list'], stdout=subprocess.DEVNULL,
                              stderr=subprocess.DEVNULL, check=False).returncode != 0:
+            if self.processes[0].poll() is not None:
+                sys.exit('roscore ended with %d' % self.processes[0].returncode)
             time.sleep(0.2)
         run(['rosparam', 'set', 'use_sim_time', str(self.sim_time).lower()])
         run(['rosparam', 'load', os.path.join(SOURCE, 'config', self.matcher + '.yaml'), 'slam'])
@@ -158,7 +171,6 @@ class Session:
         prefix = run(['catkin_find', '--first-only', 'matchbox_slam', 'slam_node']).strip()
         self.node = self.start(prefix, '__name:=slam', 'scan:=base_scan')
         self.connect()
-        return self
 
     def connect(self):
         rospy.init_node('load', disable_signals=True)
@@ -176,7 +188,7 @@ class Session:
                 sys.exit('slam_node ended with %d' % self.node.returncode)
             time.sleep(0.1)
 
-    def __exit__(self, *_):
+    def close(self):
         rospy.signal_shutdown('done')
         for process in reversed(self.processes):
             process.send_signal(signal.SIGCONT)

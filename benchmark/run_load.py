@@ -24,7 +24,7 @@ from report import default_folder, heading
 
 def quantiles(seconds):
     """p50, p95, p99 and the largest, in milliseconds."""
-    ordered = sorted(seconds)
+    ordered = sorted(seconds) or [float('nan')]
     return [1e3 * ordered[int(q * (len(ordered) - 1))] for q in (0.5, 0.95, 0.99, 1.0)]
 
 
@@ -43,8 +43,9 @@ def play(session, recording, seconds):
         if due - start >= len(memory):
             memory.append(session.memory_mb())
     wall = time.time() - start
+    cpu = session.cpu_seconds() - cpu
     time.sleep(1.5)  # diagnostics come once a second
-    return {'scans': scans, 'rate': scans / wall, 'cpu': (session.cpu_seconds() - cpu) / wall,
+    return {'scans': scans, 'rate': scans / wall, 'cpu': cpu / wall,
             'memory': [memory[min(60, len(memory) // 2)], memory[-1], max(memory)]}
 
 
@@ -166,8 +167,8 @@ def soak_table(rows):
     return lines
 
 
-def report(results, arguments):
-    lines = heading('A node under load', 'run_load.py', arguments)
+def report(results):
+    lines = heading('A node under load', 'run_load.py', [])
     lines += ['- slam_node alone in its process, 1040 beams a scan, odometry at 100 Hz, simulated '
               'rooms; the player and the listener share the machine',
               '- times are p50 / p95 / p99 / largest. Scan to pose: from the publishing of a scan to '
@@ -192,18 +193,31 @@ def main():
     parser.add_argument('--out', default=default_folder(), help='folder of the report')
     parser.add_argument('--minutes', type=float, default=10.0, help='of the longest run')
     parser.add_argument('--hours', type=int, default=12, help='of the soak, by simulated time')
-    parser.add_argument('--only', action='append', help='a scenario by its name')
+    parser.add_argument('--only', action='append',
+                        help='a scenario; the others stay as they were measured')
     parser.add_argument('--scenario', help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.scenario:
         with tempfile.TemporaryDirectory() as folder:
             print(json.dumps(scenarios(options)[options.scenario](folder)))
         return
-    results = {name: run_alone(name) for name in options.only or scenarios(options)}
     os.makedirs(options.out, exist_ok=True)
+    raw = os.path.join(options.out, 'load.json')
+    unknown = set(options.only or []) - set(scenarios(options))
+    if unknown:
+        parser.error('no scenario is named %s; allowed: %s' % (
+            ', '.join(sorted(unknown)), ', '.join(scenarios(options))))
+    results = {}
+    if options.only and os.path.exists(raw):
+        with open(raw) as file:
+            results = json.load(file)
+    for name in options.only or scenarios(options):
+        results[name] = run_alone(name)
+        with open(raw, 'w') as file:
+            json.dump(results, file, indent=1)
     path = os.path.join(options.out, 'LOAD.md')
     with open(path, 'w') as file:
-        file.write(report(results, sys.argv[1:]))
+        file.write(report({name: results[name] for name in scenarios(options) if name in results}))
     print(path)
 
 

@@ -81,6 +81,8 @@ def bounds(rows):
             bound = known[key]
             cells.append('–' if isinstance(bound, str) else number(row[error]['median'] / bound, 2))
         lines.append('| ' + ' | '.join([task + ', ' + row['matcher']] + cells) + ' |')
+    lines += ['', 'The last two columns are medians over a standard deviation: of a perfect matcher 0.67 in heading, '
+              'and 0.67 to 0.83 in translation.']
     return '\n'.join(lines)
 
 

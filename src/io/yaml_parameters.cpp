@@ -1,5 +1,7 @@
 #include "matchbox_slam/io/yaml_parameters.hpp"
 
+#include <yaml-cpp/anchor.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -101,25 +103,39 @@ class YamlReader {
   Parameters parameters_;
 };
 
-/// The line on which a second document begins, from 1; 0: there is none. YAML::LoadAll would tell,
-/// but yaml-cpp 0.7 adds documents without end to some texts that are no YAML.
-int line_of_second_document(const std::string& text) {
-  std::istringstream lines(text);
-  std::string line;
-  bool has_content = false;
-  for (int number = 1; std::getline(lines, line); ++number) {
-    const std::size_t first = line.find_first_not_of(" \t\r");
-    const bool is_marker = line.rfind("---", 0) == 0 && line.find_first_not_of(" \t\r", 3) != 3;
-    if (is_marker && has_content) {
-      return number;
-    }
-    has_content = has_content || (first != std::string::npos && line[first] != '#');
-  }
-  return 0;
+/// Reads a document for its extent alone.
+class Unheard : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark& /*mark*/) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnAlias(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                const std::string& /*value*/) override {}
+  void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/,
+                       YAML::anchor_t /*anchor*/, YAML::EmitterStyle::value /*style*/) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  YAML::EmitterStyle::value /*style*/) override {}
+  void OnMapEnd() override {}
+};
+
+/// Whether anything follows the first document. YAML::LoadAll would tell, but yaml-cpp 0.7 adds
+/// documents without end to some texts that are no YAML.
+bool goes_on_after_a_document(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  Unheard unheard;
+  parser.HandleNextDocument(unheard);
+  return static_cast<bool>(parser);
 }
 
 YAML::Node load_document(const std::string& text, const YamlReader& reader) {
   try {
+    if (goes_on_after_a_document(text)) {
+      reader.fail(YAML::Mark::null_mark(),
+                  "a second YAML document begins after the first; only one is read");
+    }
     return YAML::Load(text);
   } catch (const YAML::Exception& error) {
     reader.fail(error.mark, "not YAML: " + error.msg);
@@ -153,10 +169,6 @@ void write_section(const Section& section, const std::string& name, std::size_t 
 
 Parameters parse_yaml_parameters(const std::string& text, const std::string& source) {
   YamlReader reader(source);
-  if (const int line = line_of_second_document(text); line > 0) {
-    throw ConfigurationError(source + ":" + std::to_string(line) +
-                             ": a second YAML document begins here; only one is read");
-  }
   const YAML::Node document = load_document(text, reader);
   if (document.IsMap()) {
     reader.read_map(document, "", 0);

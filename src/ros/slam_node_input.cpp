@@ -65,6 +65,7 @@ void SlamNode::on_scan(const ScanEvent& event, int laser) {
   {
     const std::lock_guard<std::mutex> lock(queue_mutex_);
     const sensor_msgs::LaserScan& scan = *event.getConstMessage();
+    heard_lasers_.insert(laser);
     clock_watch_.add_scan(scan.header.stamp, event.getReceiptTime());
     settle_clocks(event.getReceiptTime());
     if (holds_scans_) {
@@ -135,20 +136,22 @@ void SlamNode::on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& m
 
 /// A wrong name of a topic would show by nothing else.
 void SlamNode::warn_of_silence() {
+  std::vector<std::string> silent;
   {
     const std::lock_guard<std::mutex> lock(queue_mutex_);
-    if (queue_.account().received > 0 || !held_scans_.empty()) {
-      silence_timer_.stop();
-      return;
+    for (std::size_t laser = 0; laser < scan_subscribers_.size(); ++laser) {
+      if (heard_lasers_.count(static_cast<int>(laser)) == 0) {
+        silent.push_back(scan_subscribers_[laser].getTopic());
+      }
     }
   }
-  std::vector<std::string> waited_for;
-  for (const ros::Subscriber& subscriber : scan_subscribers_) {
-    waited_for.push_back(subscriber.getTopic());
+  if (silent.empty()) {
+    silence_timer_.stop();
+    return;
   }
   const std::vector<std::string> there = topics_with_scans();
   ROS_WARN_STREAM("no scan has come from "
-                  << join(waited_for) << " yet; "
+                  << join(silent) << " yet; "
                   << (there.empty() ? "nobody publishes scans"
                                     : "scans are published on " + join(there)));
   silence_timer_.setPeriod(ros::WallDuration(kReminder));

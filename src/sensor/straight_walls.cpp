@@ -27,7 +27,7 @@ std::vector<Run> unbroken_runs(const std::vector<ScanPoint>& points, double max_
   // On a wall the gaps grow slowly from beam to beam; at its end they jump.
   constexpr double kJump = 3.0;
   constexpr double kDense = 0.15;  // [m]
-  // More would take a scan of very many readings forever, for nothing.
+  // Sums over more would lose the digits in which noise shows.
   constexpr std::size_t kLongest = 4000;
   const auto gap = [&](std::size_t i) {
     return i + 1 < points.size() ? (points[i + 1].position - points[i].position).norm() : 0.0;
@@ -79,9 +79,9 @@ struct Fit {
 /// Sums over the first points of a run, so that a wall through any part of it is fitted in constant
 /// time. Its reciprocal range is linear in the wall's parameters: with u the beam's direction,
 /// 1 / r = q u, and the range's error is r^2 (1 / r - q u) = r (1 - q p).
-class RunSums {
+class InverseRangeSums {
  public:
-  RunSums(const std::vector<ScanPoint>& points, const Run& run)
+  InverseRangeSums(const std::vector<ScanPoint>& points, const Run& run)
       : first_(run.first), laser_(points[run.first + run.size() / 2].origin) {
     sums_.reserve(run.size() + 1);
     sums_.emplace_back();
@@ -133,7 +133,7 @@ class RunSums {
 /// Cuts runs into straight pieces.
 class Cutter {
  public:
-  Cutter(const RunSums& sums, double noise) : sums_(sums), variance_(noise * noise) {}
+  Cutter(const InverseRangeSums& sums, double noise) : sums_(sums), variance_(noise * noise) {}
 
   [[nodiscard]] std::vector<Run> cut(const Run& run) const {
     std::vector<Run> pieces;
@@ -141,14 +141,17 @@ class Cutter {
     while (!open.empty()) {
       const Run part = open.back();
       open.pop_back();
-      const Split split =
-          part.size() < kFewest ? Split{} : best_split(part, part.first, part.last - 1);
-      if (part.size() < kFewest || !is_worthwhile(split, sums_.fit(part).squares)) {
+      if (part.size() < kFewest) {
         pieces.push_back(part);
-      } else {
-        open.push_back({split.at + 1, part.last});
-        open.push_back({part.first, split.at});
+        continue;
       }
+      const Split split = best_split(part, part.first, part.last - 1);
+      if (!is_worthwhile(split, sums_.fit(part).squares)) {
+        pieces.push_back(part);
+        continue;
+      }
+      open.push_back({split.at + 1, part.last});
+      open.push_back({part.first, split.at});
     }
     mend(pieces);
     return pieces;
@@ -164,7 +167,10 @@ class Cutter {
 
  private:
   static constexpr std::size_t kFewest = 3;
+  // What a cut, of two more parameters, must take from the squares, in variances: by chance alone
+  // two take more than 12 in one of 400, and a wall has many places to be cut.
   static constexpr double kGain = 12.0;
+  // A mean square up to this is noise still, which is estimated over the scan and not the wall.
   static constexpr double kStraight = 1.5;
 
   struct Split {
@@ -178,7 +184,7 @@ class Cutter {
 
   /// Of the splits after from...to, the best of some, then the best of those around it.
   [[nodiscard]] Split best_split(const Run& part, std::size_t from, std::size_t to) const {
-    constexpr std::size_t kTried = 12;
+    constexpr std::size_t kTried = 12;  // at first; the squares change slowly from place to place
     Split best{from, squares_of(part, from)};
     std::size_t stride = std::max<std::size_t>(1, (to - from) / kTried);
     for (;;) {
@@ -203,7 +209,7 @@ class Cutter {
   /// The first cuts are made while there are other bends in the parts: what belongs together is
   /// joined again, and cuts are moved to where they are best.
   void mend(std::vector<Run>& pieces) const {
-    constexpr std::size_t kReach = 8;
+    constexpr std::size_t kReach = 8;  // as far as a first cut is wrong at most times
     std::vector<Run> mended;
     for (Run piece : pieces) {
       while (!mended.empty()) {
@@ -225,7 +231,7 @@ class Cutter {
     pieces = std::move(mended);
   }
 
-  const RunSums& sums_;
+  const InverseRangeSums& sums_;
   double variance_;
 };
 
@@ -235,12 +241,6 @@ struct Line {
   Eigen::Vector2d normal;
   double spread = 0.0;  ///< [m^2], the variance of a range over that of the line's direction
 };
-
-double off(const Line& line, const ScanPoint& point) {
-  const double cosine = line.normal.dot(direction(point));
-  return line.normal.dot(point.position - line.middle) /
-         std::copysign(std::max(std::abs(cosine), kLeastCosine), cosine);
-}
 
 /// One step of least squares, without the points far off. The first fit has weights from noisy
 /// ranges, which biases it a little.
@@ -278,7 +278,7 @@ Line improved(const std::vector<ScanPoint>& points, const Run& part, const Line&
 
 void move_onto(const Line& line, double far, ScanPoint& point) {
   const double cosine = line.normal.dot(direction(point));
-  const double moved = off(line, point);
+  const double moved = line.normal.dot(point.position - line.middle) / cosine;
   if (std::abs(cosine) < kLeastCosine || !(std::abs(moved) <= far)) {
     return;
   }
@@ -323,10 +323,10 @@ double range_noise(const std::vector<ScanPoint>& points, double max_wall_gap) {
 
 void straighten_walls(std::vector<ScanPoint>& points, double noise, double max_wall_gap) {
   constexpr double kFar = 3.5;  // in standard deviations: something else, in front of the wall
-  constexpr double kKnown =
-      0.2;  // [rad], at most, of a wall's direction; neighbours tell it better
+  // Of a wall's direction [rad]; where it is known less well, neighbours tell it better.
+  constexpr double kKnown = 0.2;
   for (const Run& run : unbroken_runs(points, max_wall_gap)) {
-    const RunSums sums(points, run);
+    const InverseRangeSums sums(points, run);
     const Cutter cutter(sums, noise);
     for (const Run& part : cutter.cut(run)) {
       const Fit fit = sums.fit(part);

@@ -71,9 +71,17 @@ TEST(ParseYamlParameters, RefusalNamesSourceAndLine) {
   EXPECT_EQ(refusal("a: 1\nb: [[1], [2]]\n"),
             "my.yaml:2: 'b' is a list of something else than numbers or texts");
   EXPECT_TRUE(contains(refusal("- 1\n- 2\n"), "my.yaml:1: has to be a map"));
-  EXPECT_TRUE(contains(refusal("a: 1\n---\nb: 2\n"), "my.yaml:2: a second YAML document"));
+  for (const std::string text : {"a: 1\n---\nb: 2\n", "a: 1\n...\nb: 2\n", "{a: 1}\nb: 2\n"}) {
+    EXPECT_TRUE(contains(refusal(text), "my.yaml: a second YAML document")) << text;
+  }
   for (const std::string text : {"a//b: 1", "/a: 1", "a/: 1", "[1]: 2", "'': 1"}) {
     EXPECT_TRUE(contains(refusal(text), "my.yaml:1: a name has to be text")) << text;
+  }
+}
+
+TEST(ParseYamlParameters, ADocumentMayHaveAHeadAndAnEnd) {
+  for (const std::string text : {"%YAML 1.2\n---\na: 1\n", "--- # ours\na: 1\n...\n# the end\n"}) {
+    EXPECT_EQ(parse_yaml_parameters(text, "my.yaml").values().size(), 1U) << text;
   }
 }
 

@@ -196,6 +196,9 @@ TEST(Correspondences, TheResidualsTellTheNoise) {
 }
 
 TEST(Correspondences, ResidualsAreThoseOfThePointsAsTheyWereMeasured) {
+  const Pose2 map_from_base{0.4, -0.3, 0.7};
+  const Pose2 base_from_map = map_from_base.inverse();
+  const Eigen::Vector2d laser(0.3, 0.1);  // in the base
   LikelihoodField field(0.05, LikelihoodFieldOptions{});
   std::vector<ScanPoint> measured;
   std::vector<ScanPoint> moved;
@@ -204,12 +207,14 @@ TEST(Correspondences, ResidualsAreThoseOfThePointsAsTheyWereMeasured) {
     const Eigen::Vector2d wall(2.025, 0.025 + 0.05 * i);
     field.update({{wall, {1.0, 0.0}}}, {});
     const double off = 0.005 * random.gaussian();
-    moved.push_back(point_at(wall, 0.05));
+    const Eigen::Vector2d seen = base_from_map * wall;
+    moved.push_back(point_at(seen, 0.05));
+    moved.back().origin = laser;
     moved.back().moved = -off;
-    measured.push_back(point_at(wall + off * wall.normalized(), 0.05));
+    measured.push_back(point_at(seen + off * (seen - laser).normalized(), 0.05));
   }
-  const ResidualSum as_measured = Correspondences(measured, field, {}).residuals(0.05);
-  const ResidualSum as_moved = Correspondences(moved, field, {}).residuals(0.05);
+  const ResidualSum as_measured = Correspondences(measured, field, map_from_base).residuals(0.05);
+  const ResidualSum as_moved = Correspondences(moved, field, map_from_base).residuals(0.05);
   EXPECT_GT(as_measured.squares, 0.0);
   EXPECT_NEAR(as_moved.squares, as_measured.squares, 1e-3 * as_measured.squares);
   EXPECT_NEAR(as_moved.measurements, as_measured.measurements, 1e-9);

@@ -232,8 +232,9 @@ std::ostream& operator<<(std::ostream& stream, const Accuracy& accuracy) {
 
 class MatcherOnPairs : public MatchPairsProgram, public testing::WithParamInterface<Accuracy> {};
 
-// The bounds are 1.5 times what the worse of the matchers is measured at, and below what is asked
-// for: 1 mm and 0.5 mrad. Both end with the same refinement.
+// The bounds are 1.5 times what the worse of the matchers is measured at without noise; with noise
+// they are what is measured without straight walls, and 3 times the bound. All are below what is
+// asked for: 1 mm and 0.5 mrad. Both end with the same refinement.
 TEST_P(MatcherOnPairs, FindsTheTruth) {
   const Accuracy& bound = GetParam();
   simulate(bound.name, bound.world);
@@ -255,27 +256,26 @@ TEST_P(MatcherOnPairs, FindsTheTruth) {
       EXPECT_LE(matcher.at("cramer_rao").at("error_to_bound"), bound.error_to_bound);
       EXPECT_NEAR(matcher.at("cramer_rao").at("bound_heading_mrad"), bound.bound_mrad,
                   0.1 * bound.bound_mrad);
-      EXPECT_LE(matcher.at("heading_mrad").at("median"), 3.0 * bound.bound_mrad);
-      EXPECT_LE(matcher.at("translation_mm").at("median"),
-                3.0 * matcher.at("cramer_rao").at("bound_translation_mm").get<double>());
-      EXPECT_GT(matcher.at("cramer_rao_unknown_walls").at("bound_heading_mrad"), bound.bound_mrad);
+      EXPECT_GE(matcher.at("cramer_rao_unknown_walls").at("error_to_bound"), 1.0);
+      EXPECT_GT(matcher.at("cramer_rao_unknown_walls").at("bound_heading_mrad"),
+                1.3 * bound.bound_mrad);
     }
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Worlds, MatcherOnPairs,
-    testing::Values(Accuracy{"rooms", "--world rooms --range-noise 0 --dropout 0", "--threads 2",
-                             0.075, 0.02, 0.0, 0.0},
-                    Accuracy{"random", "--world random --range-noise 0 --dropout 0", "--threads 2",
-                             0.2, 0.065, 0.0, 0.0},
-                    Accuracy{"rooms_good_guess", "--world rooms --range-noise 0 --dropout 0",
-                             "--threads 2 --error-xy 0 --error-theta 0", 0.075, 0.02, 0.0, 0.0},
-                    Accuracy{"random_good_guess", "--world random --range-noise 0 --dropout 0",
-                             "--threads 2 --error-xy 0 --error-theta 0", 0.2, 0.065, 0.0, 0.0},
-                    Accuracy{"rooms_noisy", "--world rooms", "--threads 2", 1.3, 0.16, 5.3, 0.067},
-                    Accuracy{"random_noisy", "--world random", "--threads 2", 1.35, 0.165, 9.4,
-                             0.031}));
+    testing::Values(
+        Accuracy{"rooms", "--world rooms --range-noise 0 --dropout 0", "--threads 2", 0.075, 0.02,
+                 0.0, 0.0},
+        Accuracy{"random", "--world random --range-noise 0 --dropout 0", "--threads 2", 0.2, 0.065,
+                 0.0, 0.0},
+        Accuracy{"rooms_good_guess", "--world rooms --range-noise 0 --dropout 0",
+                 "--threads 2 --error-xy 0 --error-theta 0", 0.075, 0.02, 0.0, 0.0},
+        Accuracy{"random_good_guess", "--world random --range-noise 0 --dropout 0",
+                 "--threads 2 --error-xy 0 --error-theta 0", 0.2, 0.065, 0.0, 0.0},
+        Accuracy{"rooms_noisy", "--world rooms", "--threads 2", 0.85, 0.105, 4.8, 0.067},
+        Accuracy{"random_noisy", "--world random", "--threads 2", 0.88, 0.0915, 7.5, 0.031}));
 
 // With the guess off by up to 1 m and 45 degrees.
 TEST_F(MatchPairsProgram, HoughFindsTheTranslationToo) {
@@ -287,9 +287,9 @@ TEST_F(MatchPairsProgram, HoughFindsTheTranslationToo) {
     double median_mrad;
   };
   for (const World& world :
-       {World{"rooms", "--world rooms", 0.99, 1.3, 0.16},
+       {World{"rooms", "--world rooms", 0.99, 0.85, 0.105},
         World{"rooms0", "--world rooms --range-noise 0 --dropout 0", 0.99, 0.075, 0.02},
-        World{"random", "--world random", 0.95, 1.35, 0.17}}) {
+        World{"random", "--world random", 0.95, 0.88, 0.0915}}) {
     SCOPED_TRACE(world.name);
     simulate(world.name, world.options);
     const Outcome outcome = match(world.name, world.name, "--threads 2 --matcher hough");

@@ -19,7 +19,7 @@ struct NormalEquations {
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
 };
 
-/// How far points are off their walls.
+/// How far points, as they were measured, are off their walls.
 struct ResidualSum {
   double squares = 0.0;       ///< of the residuals, by the points' information [m^2]
   double measurements = 0.0;  ///< how many independent ones with a point's noise that stands for
@@ -58,8 +58,9 @@ class Correspondences {
   /// as in `closeness` [m^2].
   [[nodiscard]] double cost(double kernel, const Eigen::Vector3d& step) const;
 
-  /// The residuals under the kernel: their sum over the measurements is the variance of a point's
-  /// noise, as far as the scan tells.
+  /// The residuals under the kernel, of the points as they were measured (ScanPoint::moved), where
+  /// everything else takes them as they are now: their sum over the measurements is the variance of
+  /// a point's noise, as far as the scan tells.
   [[nodiscard]] ResidualSum residuals(double kernel) const;
 
   /// Mean closeness, weighted by the walls' lengths, after a small step of the pose that leaves

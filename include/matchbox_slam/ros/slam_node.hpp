@@ -17,6 +17,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -109,6 +110,7 @@ class SlamNode {
   std::deque<std::pair<ScanEvent, int>> held_scans_;
   double untold_clock_offset_ = 0.0;  ///< [s] that scans should be moved by and are not
   SkipWarnings skip_warnings_;
+  std::set<int> heard_lasers_;
   bool told_of_map_link_ = false;
   bool stop_ = false;
 

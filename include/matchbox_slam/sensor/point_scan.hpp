@@ -13,7 +13,7 @@ namespace matchbox_slam {
 
 /// A beam that hit something.
 struct ScanPoint {
-  Eigen::Vector2d position;                          ///< [m], where the beam ended
+  Eigen::Vector2d position;  ///< [m], where the beam ended, or on its straight wall
   Eigen::Vector2d origin = Eigen::Vector2d::Zero();  ///< [m], where the beam left the laser
   /// Unit normal of the surface at the hit, towards the laser; zero where the neighbours tell none.
   Eigen::Vector2d normal = Eigen::Vector2d::Zero();
@@ -21,7 +21,7 @@ struct ScanPoint {
   /// a thousand returns outvote everything far away.
   double weight = 0.0;
   bool joined_to_next = false;  ///< the wall goes on straight to the next point of the scan
-  double moved = 0.0;  ///< how far the hit was moved along its beam onto its straight wall [m]
+  double moved = 0.0;  ///< along its beam onto its straight wall [m]; saved maps do not keep it
 };
 
 /// A beam that met nothing on its way to `end`.
@@ -66,7 +66,7 @@ struct ProjectionOptions {
            "Neighbouring hits on one straight line are joined to a wall up to this distance.");
     option(self.masked_angles, "masked_angles", between(-2.0 * kPi, 2.0 * kPi), "rad",
            "Sectors in which readings are ignored, such as behind the robot's own mast: [from, to, "
-           "from, to, ...], each counter-clockwise, by the laser's angles.");
+           "from, to, ...], each counter-clockwise, by the angles of every laser.");
     option(self.straighten_walls, "straighten_walls", any(), "",
            "Takes the noise out of hits that a straight wall explains, as their ranges show it.");
   }
@@ -82,6 +82,7 @@ void check_projection_options(const ProjectionOptions& options);
 /// anywhere.
 /// @param motion  pose of the base at the last beam in the base at the first; beams in between are
 ///                placed by interpolation. Identity for a robot at rest or an instantaneous scan.
+/// Hits that straight walls explain are moved onto them (straighten_walls), unless that is off.
 /// Cost: beams times the neighbours within the surface radius.
 [[nodiscard]] PointScan project_scan(const LaserScan& scan,
                                      const Eigen::Isometry3d& base_from_laser, const Pose2& motion,

@@ -15,7 +15,8 @@ namespace matchbox_slam {
 /// noise, and moves each hit along its beam onto its wall, whose normal it gets. Hits that are part
 /// of no such wall, and those too far off it, stay where they are, with a normal of zero. The walls
 /// are lines of least squares of the ranges: a grazing beam tells a wall's place much better than
-/// one that meets it head on. Cost: linear in the number of points.
+/// one that meets it head on. Where a full circle begins and ends, a wall is taken for two. Cost:
+/// linear in the number of points.
 void straighten_walls(std::vector<ScanPoint>& points, double noise, double max_wall_gap);
 
 }  // namespace matchbox_slam

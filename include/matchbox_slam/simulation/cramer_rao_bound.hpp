@@ -25,9 +25,9 @@ namespace matchbox_slam {
 
 /// Fisher information that two scans hold about the motion between them in a world of straight
 /// walls that nobody knows: what a wall tells is by how much the line that the one scan makes of it
-/// differs from the other's, and both lines have the noise of their beams. No matcher of scan to
-/// scan can use more, even one that knows which beams met the same wall. At most half of
-/// `fisher_information`, and just that for scans from one place.
+/// differs from the other's, and both lines have the noise of their beams. No matcher that
+/// takes each wall by itself can use more, even one that knows which beams met the same wall. At
+/// most `fisher_information`, and half of it for scans from one place.
 /// @param reference_beams, reference_scan  of the first scan.
 /// @param beams, scan, world_from_base, range_noise  of the second, as above.
 /// @return over (x, y, theta), x and y along the axes of the base at the second scan.
