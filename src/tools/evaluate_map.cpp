@@ -84,9 +84,10 @@ void run(const MapCommand& command) {
   if (command.json) {
     std::cout << json_text(json_of(results)) << std::endl;
   } else {
-    std::cout << "Map quality without ground truth (Filatov et al. 2017)\n"
-                 "Of maps of one place, one resolution and one extent, the sharper has less of each\n\n"
-              << table_of(results) << std::flush;
+    std::cout
+        << "Map quality without ground truth (Filatov et al. 2017)\n"
+           "Of maps of one place, one resolution and one extent, the sharper has less of each\n\n"
+        << table_of(results) << std::flush;
   }
 }
 

@@ -1,5 +1,5 @@
-// Prints the answers of the matchers to fixed problems to the last bit. Built once for each instruction
-// set; see test_simd_paths.cpp.
+// Prints the answers of the matchers to fixed problems to the last bit. Built once for each
+// instruction set; see test_simd_paths.cpp.
 
 #include <cstdio>
 #include <memory>
