@@ -77,7 +77,7 @@ TEST_F(RealBag, GuardianLosesNoScanButTheOneThatTransformsDoNotReach) {
 }
 
 TEST_F(RealBag, IntelBecomesOneBuilding) {
-  map("intel.bag");
+  map("intel.bag", "--matcher monte_carlo");
   if (IsSkipped() || HasFatalFailure()) {
     return;
   }
