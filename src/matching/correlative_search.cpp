@@ -1,6 +1,5 @@
 #include "matchbox_slam/matching/correlative_search.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -9,7 +8,8 @@
 #include <tuple>
 
 #include "field_window.hpp"
-#include "matchbox_slam/common/simd.hpp"
+#include "rotated_points.hpp"
+#include "search_penalty.hpp"
 #include "window_sums.hpp"
 
 namespace matchbox_slam {
@@ -24,14 +24,6 @@ int floor_div(int value, int divisor) {
   return quotient * divisor > value ? quotient - 1 : quotient;
 }
 
-/// Whole numbers from `first` to `last`, both included.
-struct Range {
-  int first = 0;
-  int last = 0;
-
-  [[nodiscard]] int count() const { return last - first + 1; }
-};
-
 /// A square of translations: on level l, 4^l cells wide; its number counts such blocks from the
 /// offset 0.
 struct Block {
@@ -39,170 +31,6 @@ struct Block {
   int y = 0;
   std::int64_t bound = 0;
 };
-
-/// The penalty of being away from the center, and its least over a box.
-class Penalty {
- public:
-  Penalty(const SearchLattice& lattice, const Eigen::Matrix3d& matrix, double resolution)
-      : matrix_(matrix), step_xy_(lattice.step_xy(resolution)), step_theta_(lattice.step_theta) {
-    // Also where translations in some direction cost nothing.
-    const Eigen::Matrix2d translation = matrix.topLeftCorner<2, 2>();
-    const Eigen::Vector2d coupling = matrix.topRightCorner<2, 1>();
-    follows_ = -translation.completeOrthogonalDecomposition().solve(coupling);
-  }
-
-  [[nodiscard]] std::int64_t at(const LatticePose& pose) const {
-    return to_whole(value(step_xy_ * pose.x, step_xy_ * pose.y, step_theta_ * pose.theta));
-  }
-
-  /// Not more than the penalty of any translation at this rotation.
-  [[nodiscard]] std::int64_t least(int theta) const {
-    const double turn = step_theta_ * theta;
-    const Eigen::Vector2d optimum = turn * follows_;
-    return below(value(optimum.x(), optimum.y(), turn));
-  }
-
-  /// Not more than the penalty of any pose with these translations at this rotation.
-  [[nodiscard]] std::int64_t least(const Range& x, const Range& y, int theta) const {
-    const double turn = step_theta_ * theta;
-    const Eigen::Vector2d low(step_xy_ * x.first, step_xy_ * y.first);
-    const Eigen::Vector2d high(step_xy_ * x.last, step_xy_ * y.last);
-    const Eigen::Vector2d optimum = turn * follows_;
-    if ((optimum.array() >= low.array()).all() && (optimum.array() <= high.array()).all()) {
-      return below(value(optimum.x(), optimum.y(), turn));
-    }
-    double least = std::numeric_limits<double>::infinity();
-    for (int axis = 0; axis < 2; ++axis) {
-      for (const double side : {low(axis), high(axis)}) {
-        least = std::min(least, least_on_edge(axis, side, low(1 - axis), high(1 - axis), turn));
-      }
-    }
-    return below(least);
-  }
-
- private:
-  [[nodiscard]] double value(double x, double y, double theta) const {
-    const Eigen::Vector3d d(x, y, theta);
-    return d.dot(matrix_ * d);
-  }
-
-  /// Least value where the coordinate `axis` is `side` and the other one between two limits.
-  [[nodiscard]] double least_on_edge(int axis, double side, double low, double high,
-                                     double turn) const {
-    const int other = 1 - axis;
-    const double curvature = matrix_(other, other);
-    const double slope = matrix_(other, axis) * side + matrix_(other, 2) * turn;
-    const double best = curvature > 0.0 ? std::clamp(-slope / curvature, low, high) : low;
-    const auto at = [&](double along) {
-      return axis == 0 ? value(side, along, turn) : value(along, side, turn);
-    };
-    return std::min({at(best), at(low), at(high)});
-  }
-
-  [[nodiscard]] static std::int64_t to_whole(double value) {
-    return value < static_cast<double>(kMaxPenalty) ? std::llround(std::max(0.0, value))
-                                                    : kMaxPenalty;
-  }
-
-  /// Leaves room for rounding, here and in the value of a pose.
-  [[nodiscard]] static std::int64_t below(double value) {
-    return std::max<std::int64_t>(0, to_whole(value * (1.0 - 1e-9) - 1.0));
-  }
-
-  Eigen::Matrix3d matrix_;
-  double step_xy_;
-  double step_theta_;
-  Eigen::Vector2d follows_ = Eigen::Vector2d::Zero();  ///< best translation per rotation
-};
-
-/// The points of the scan in structure of arrays.
-struct PointArrays {
-  std::vector<double> x, y;  ///< [m], base frame
-  std::vector<std::uint16_t> weights;
-};
-
-/// Where the points fall at one rotation without an offset: the cell, and the step within it.
-struct RotatedPoints {
-  std::vector<std::int32_t> x, y;
-  std::vector<std::int32_t> step_x, step_y;  ///< 0...steps per cell - 1
-};
-
-/// What turns and moves points from metres of the base to steps of the map.
-struct Rotation {
-  double cosine, sine;
-  double x, y;  ///< [m]
-  double steps_per_metre;
-  double steps_per_cell;
-};
-
-/// Rounded towards minus infinity, in basic arithmetic: compilers vectorise it without options that
-/// change others. |value| < 2^31.
-inline std::int32_t round_down(double value) {
-  const auto towards_zero = static_cast<std::int32_t>(value);
-  return towards_zero - static_cast<std::int32_t>(value < towards_zero);
-}
-
-MATCHBOX_SIMD_CLONES void rotate_points(const double* __restrict__ x, const double* __restrict__ y,
-                                        std::size_t count, const Rotation& rotation,
-                                        std::int32_t* __restrict__ cell_x,
-                                        std::int32_t* __restrict__ cell_y,
-                                        std::int32_t* __restrict__ step_x,
-                                        std::int32_t* __restrict__ step_y) {
-  const Rotation by = rotation;  // which no store may change
-  const double cells_per_step = 1.0 / by.steps_per_cell;
-  const auto steps_per_cell = static_cast<std::int32_t>(by.steps_per_cell);
-  for (std::size_t i = 0; i < count; ++i) {
-    const double qx = (by.cosine * x[i] - by.sine * y[i]) + by.x;
-    const double qy = (by.sine * x[i] + by.cosine * y[i]) + by.y;
-    const std::int32_t ux = round_down(qx * by.steps_per_metre);
-    const std::int32_t uy = round_down(qy * by.steps_per_metre);
-    // In the middle of a step, so that rounding cannot matter.
-    const std::int32_t cx = round_down((ux + 0.5) * cells_per_step);
-    const std::int32_t cy = round_down((uy + 0.5) * cells_per_step);
-    cell_x[i] = cx;
-    cell_y[i] = cy;
-    step_x[i] = ux - cx * steps_per_cell;
-    step_y[i] = uy - cy * steps_per_cell;
-  }
-}
-
-/// Where in a table the entries of cells are.
-struct TableView {
-  CellBox useful;  ///< cells whose windows lie in the table
-  Cell corner;     ///< first entry of the table
-  std::int32_t pitch = 0;
-  std::int32_t level_bits = 0;   ///< an entry stands for 2^bits cells along each axis
-  std::int32_t entry_bytes = 1;  ///< see FieldWindow
-};
-
-/// Offsets of the points' windows in a table. Points whose windows do not lie in the table meet
-/// nothing: they get the weight 0, and the window of some useful cell.
-MATCHBOX_SIMD_CLONES void find_offsets(const std::int32_t* __restrict__ cell_x,
-                                       const std::int32_t* __restrict__ cell_y,
-                                       const std::uint16_t* __restrict__ weights, std::size_t count,
-                                       const TableView& table, std::int32_t* __restrict__ offsets,
-                                       std::uint16_t* __restrict__ useful_weights) {
-  const std::int32_t min_x = table.useful.min.x;
-  const std::int32_t min_y = table.useful.min.y;
-  const auto width = static_cast<std::uint32_t>(std::max(0, table.useful.width()));
-  const auto height = static_cast<std::uint32_t>(std::max(0, table.useful.height()));
-  const std::int32_t bits = table.level_bits;
-  const std::int32_t bytes = table.entry_bytes;
-  const std::int32_t pitch = table.pitch;
-  const std::int32_t first_x = min_x >> bits;
-  const std::int32_t first_y = min_y >> bits;
-  const std::int32_t first = (first_y - table.corner.y) * pitch + (first_x - table.corner.x);
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto is_useful =
-        static_cast<std::int32_t>((static_cast<std::uint32_t>(cell_x[i] - min_x) < width) &
-                                  (static_cast<std::uint32_t>(cell_y[i] - min_y) < height));
-    // Products, since compilers vectorise no choice between values of two sizes.
-    const std::int32_t x = is_useful * ((cell_x[i] >> bits) - first_x);
-    const std::int32_t y = is_useful * ((cell_y[i] >> bits) - first_y);
-    offsets[i] = bytes * (first + y * pitch + x);
-    useful_weights[i] = static_cast<std::uint16_t>(is_useful * weights[i]);
-  }
-}
 
 /// Cells that the points may fall into at any pose of the lattice.
 CellBox cells_in_reach(const PointArrays& points, const SearchLattice& lattice,
@@ -274,7 +102,7 @@ class LatticeSearch {
     int xy = -1;
     int theta = -1;
 
-    [[nodiscard]] bool covers(const Range& x, const Range& y, int at_theta) const {
+    [[nodiscard]] bool covers(const StepRange& x, const StepRange& y, int at_theta) const {
       return std::abs(at_theta - center.theta) <= theta && x.first >= center.x - xy &&
              x.last <= center.x + xy && y.first >= center.y - xy && y.last <= center.y + xy;
     }
@@ -296,7 +124,7 @@ class LatticeSearch {
   void bound_slices();
   std::int64_t search_slices();
   void search_slice(const Slice& slice);
-  void search_blocks(int level, const Range& x, const Range& y, const std::uint32_t* sums,
+  void search_blocks(int level, const StepRange& x, const StepRange& y, const std::uint32_t* sums,
                      int columns);
   void search_children(int level, const Block& block);
   void search_leaf(const Block& block);
@@ -304,14 +132,14 @@ class LatticeSearch {
   [[nodiscard]] bool is_late();
 
   /// Offsets in steps that a block of a level stands for, within the lattice.
-  [[nodiscard]] Range steps_of(int level, int block) const {
+  [[nodiscard]] StepRange steps_of(int level, int block) const {
     const int width = lattice_.steps_per_cell * MaximumPyramid::stride(level);
     return {std::max(block * width, -lattice_.half_xy),
             std::min(block * width + width - 1, lattice_.half_xy)};
   }
 
   /// Blocks of a level that cover the lattice along an axis.
-  [[nodiscard]] Range blocks_of(int level) const {
+  [[nodiscard]] StepRange blocks_of(int level) const {
     const int width = lattice_.steps_per_cell * MaximumPyramid::stride(level);
     return {floor_div(-lattice_.half_xy, width), floor_div(lattice_.half_xy, width)};
   }
@@ -319,7 +147,7 @@ class LatticeSearch {
   const SearchLattice& lattice_;
   SearchDeadline deadline_;
   double resolution_;
-  Penalty penalty_;
+  SearchPenalty penalty_;
   PointArrays points_;
   int top_ = 0;                       ///< coarsest level in use
   CellBox cells_;                     ///< that can be looked up
@@ -356,9 +184,6 @@ LatticeSearch::LatticeSearch(const std::vector<SearchPoint>& points, const Likel
     points_.y.push_back(point.position.y());
     points_.weights.push_back(static_cast<std::uint16_t>(point.weight));
   }
-  for (auto* array : {&rotated_.x, &rotated_.y, &rotated_.step_x, &rotated_.step_y}) {
-    array->resize(points.size());
-  }
   while (top_ < kTop && blocks_of(top_).count() > kMostBlocks) {
     ++top_;
   }
@@ -389,8 +214,7 @@ void LatticeSearch::read_windows(const LikelihoodField& field, const SearchScori
   if (top_ > 0) {  // the finest table is too large for what it would save
     windows_.back() = windows_.back().packed();
   }
-  offsets_.assign(windows_.size(), std::vector<std::int32_t>(points_.x.size()));
-  weights_.resize(points_.x.size());
+  offsets_.resize(windows_.size());
   classes_.resize(points_.x.size());
 }
 
@@ -411,8 +235,7 @@ void LatticeSearch::rotate(int theta) {
                           lattice_.center.y,
                           lattice_.steps_per_cell / resolution_,
                           static_cast<double>(lattice_.steps_per_cell)};
-  rotate_points(points_.x.data(), points_.y.data(), points_.x.size(), rotation, rotated_.x.data(),
-                rotated_.y.data(), rotated_.step_x.data(), rotated_.step_y.data());
+  rotate_points(points_, rotation, rotated_);
 }
 
 /// Finds the points' windows in a table at the present rotation.
@@ -420,8 +243,7 @@ void LatticeSearch::locate(std::size_t table) {
   const TableView view{
       useful_, windows_[table].corner(), static_cast<std::int32_t>(windows_[table].pitch()),
       table == 0 ? 0 : 2 * static_cast<std::int32_t>(table - 1), windows_[table].entry_bytes()};
-  find_offsets(rotated_.x.data(), rotated_.y.data(), points_.weights.data(), rotated_.x.size(),
-               view, offsets_[table].data(), weights_.data());
+  find_offsets(rotated_, points_.weights, view, offsets_[table], weights_);
 }
 
 /// The points' windows in a table, moved by entries.
@@ -436,7 +258,7 @@ PointWindows LatticeSearch::windows_from(std::size_t table, int x, int y) const 
 /// The sums of the coarsest blocks at the present rotation, row by row.
 void LatticeSearch::sum_blocks() {
   const std::size_t table = static_cast<std::size_t>(top_) + 1;
-  const Range blocks = blocks_of(top_);
+  const StepRange blocks = blocks_of(top_);
   const int count = blocks.count();
   const int together = windows_[table].entry_bytes();  // rows in a vector
   const int rows = (count + together - 1) / together;
@@ -493,7 +315,7 @@ void LatticeSearch::find_best() {
 
 void LatticeSearch::find_rival(const RivalSearch& rivals) {
   const Excluded around_best{result_.best, rivals.xy, rivals.theta};
-  const Range all{-lattice_.half_xy, lattice_.half_xy};
+  const StepRange all{-lattice_.half_xy, lattice_.half_xy};
   if (slices_.empty() || result_.bound > result_.score || result_.score <= 0 ||
       (around_best.covers(all, all, -lattice_.half_theta) &&
        around_best.covers(all, all, lattice_.half_theta))) {
@@ -531,12 +353,12 @@ void LatticeSearch::search_slice(const Slice& slice) {
     classes_[i] = rotated_.step_y[i] * lattice_.steps_per_cell + rotated_.step_x[i];
   }
   sum_blocks();
-  const Range blocks = blocks_of(top_);
+  const StepRange blocks = blocks_of(top_);
   search_blocks(top_, blocks, blocks, sums_.data(), blocks.count());
 }
 
 /// Searches the blocks that may hold something better, the most promising first.
-void LatticeSearch::search_blocks(int level, const Range& x, const Range& y,
+void LatticeSearch::search_blocks(int level, const StepRange& x, const StepRange& y,
                                   const std::uint32_t* sums, int columns) {
   const std::int64_t least = penalty_.least(theta_);
   std::vector<Block> blocks;
@@ -546,8 +368,8 @@ void LatticeSearch::search_blocks(int level, const Range& x, const Range& y,
       if (block.bound - least < leader_.score) {
         continue;
       }
-      const Range steps_x = steps_of(level, block.x);
-      const Range steps_y = steps_of(level, block.y);
+      const StepRange steps_x = steps_of(level, block.x);
+      const StepRange steps_y = steps_of(level, block.y);
       block.bound -= penalty_.least(steps_x, steps_y, theta_);
       if (block.bound >= leader_.score && !excluded_.covers(steps_x, steps_y, theta_)) {
         blocks.push_back(block);
@@ -571,11 +393,11 @@ void LatticeSearch::search_blocks(int level, const Range& x, const Range& y,
 
 void LatticeSearch::search_children(int level, const Block& block) {
   constexpr int kPerAxis = 4;
-  const Range all = blocks_of(level - 1);
-  const Range x{std::max(all.first, kPerAxis * block.x),
-                std::min(all.last, kPerAxis * block.x + kPerAxis - 1)};
-  const Range y{std::max(all.first, kPerAxis * block.y),
-                std::min(all.last, kPerAxis * block.y + kPerAxis - 1)};
+  const StepRange all = blocks_of(level - 1);
+  const StepRange x{std::max(all.first, kPerAxis * block.x),
+                    std::min(all.last, kPerAxis * block.x + kPerAxis - 1)};
+  const StepRange y{std::max(all.first, kPerAxis * block.y),
+                    std::min(all.last, kPerAxis * block.y + kPerAxis - 1)};
   std::array<std::uint32_t, static_cast<std::size_t>(kPerAxis * kSumColumns)> sums{};
   sum_windows(windows_from(static_cast<std::size_t>(level), x.first, y.first), y.count(),
               kSumColumns, sums.data());
@@ -591,8 +413,8 @@ void LatticeSearch::search_leaf(const Block& block) {
   const auto size = static_cast<std::size_t>(n);
   std::vector<std::uint32_t> of_class(4 * size * size, 0);
   sum_corners(windows_from(0, block.x, block.y), classes_.data(), of_class.data());
-  const Range steps_x = steps_of(0, block.x);
-  const Range steps_y = steps_of(0, block.y);
+  const StepRange steps_x = steps_of(0, block.x);
+  const StepRange steps_y = steps_of(0, block.y);
   std::vector<std::int64_t> of_row(2 * size);  // by row's class, then whether it crosses in y
   for (int x = steps_x.first; x <= steps_x.last; ++x) {
     const int offset_x = x - block.x * n;

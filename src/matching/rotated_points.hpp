@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "matchbox_slam/map/grid_geometry.hpp"
+
+namespace matchbox_slam {
+
+/// The points of the scan in structure of arrays, so that all of them are turned at once.
+struct PointArrays {
+  std::vector<double> x, y;  ///< [m], base frame
+  std::vector<std::uint16_t> weights;
+};
+
+/// Where the points fall at one rotation without an offset: the cell, and the step within it.
+struct RotatedPoints {
+  std::vector<std::int32_t> x, y;
+  std::vector<std::int32_t> step_x, step_y;  ///< 0...steps per cell - 1
+};
+
+/// What turns and moves points from metres of the base to steps of the map.
+struct Rotation {
+  double cosine, sine;
+  double x, y;  ///< [m]
+  double steps_per_metre;
+  double steps_per_cell;
+};
+
+void rotate_points(const PointArrays& points, const Rotation& rotation, RotatedPoints& rotated);
+
+/// Where in a table the entries of cells are.
+struct TableView {
+  CellBox useful;  ///< cells whose windows lie in the table
+  Cell corner;     ///< first entry of the table
+  std::int32_t pitch = 0;
+  std::int32_t level_bits = 0;   ///< an entry stands for 2^bits cells along each axis
+  std::int32_t entry_bytes = 1;  ///< see FieldWindow
+};
+
+/// Offsets of the points' windows in a table. Points whose windows do not lie in the table meet
+/// nothing: they get the weight 0, and the window of some useful cell.
+/// @param offsets, useful_weights  the result, one element a point.
+void find_offsets(const RotatedPoints& points, const std::vector<std::uint16_t>& weights,
+                  const TableView& table, std::vector<std::int32_t>& offsets,
+                  std::vector<std::uint16_t>& useful_weights);
+
+}  // namespace matchbox_slam
