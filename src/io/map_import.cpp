@@ -78,6 +78,12 @@ MapStart map_from_image(const MapImage& image, const std::string& path,
     throw FileError("'" + path + "' is turned by " + to_string(image.origin.theta) +
                     " rad; a map to go on with has to have the yaw 0 in its origin");
   }
+  if (static_cast<double>(image.width) * image.height > map_options.max_cells) {
+    throw FileError("the map '" + path + "' has " + std::to_string(image.width) + " x " +
+                    std::to_string(image.height) +
+                    " cells; allowed: " + to_string(map_options.max_cells) +
+                    " in all; if it is as large as that, set map/max_cells higher");
+  }
   MapStart start{SlamMap(map_options, field_options), {}, {}};
   const auto to_map = [&](const Eigen::Vector2d& pixels) -> Eigen::Vector2d {
     return image.origin.translation() + map_options.resolution * pixels;

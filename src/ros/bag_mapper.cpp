@@ -57,6 +57,30 @@ class FirstKeyScans {
   std::vector<std::shared_ptr<const KeyScan>> key_scans_;
 };
 
+std::size_t count_of(MatchStatus status, const SlamRun& run) {
+  const auto found = run.statuses().find(status);
+  return found == run.statuses().end() ? 0 : found->second;
+}
+
+/// What to tell people when hardly a scan matched, so that the map is no better than the odometry;
+/// else nothing.
+std::string text_of_few_matches(const SlamRun& run) {
+  constexpr double kFew = 0.5;
+  const std::size_t matched = count_of(MatchStatus::kAccepted, run);
+  const std::size_t tried = run.scans() - 1;  // the first one starts the map
+  if (static_cast<double>(matched) >= kFew * static_cast<double>(tried)) {
+    return "";
+  }
+  const std::size_t misfits = count_of(MatchStatus::kRejectedLowScore, run);
+  return "only " + std::to_string(matched) + " of " + std::to_string(tried) +
+         " scans match the map; the others are placed by the prediction alone. " +
+         std::to_string(tried - matched - misfits) +
+         " have too few hits: see scan/min_range, scan/max_range, scan/masked_angles, "
+         "slam/min_points. " +
+         std::to_string(misfits) +
+         " fit nowhere near the prediction: see motion/* and the matcher's window";
+}
+
 /// One run over one bag.
 class BagMapping {
  public:
@@ -156,8 +180,12 @@ void BagMapping::write() {
     replace_files(first_key_scans_.draw(debug_, setup_.hough.alignment));
   }
   dialog_.inform(std::to_string(account.delivered) + " of " + std::to_string(account.received) +
-                 " scans used in " + seconds_text(facts.used.wall_seconds) + ", " +
+                 " scans used, " + std::to_string(count_of(MatchStatus::kAccepted, *run_)) +
+                 " matched, in " + seconds_text(facts.used.wall_seconds) + ", " +
                  seconds_text(facts.bag.seconds) + " of bag; results in " + out_);
+  if (const std::string few = text_of_few_matches(*run_); !few.empty()) {
+    dialog_.warn(few);
+  }
   if (facts.bag.interrupted) {
     dialog_.warn("interrupted: the results cover the bag up to there");
   }

@@ -24,6 +24,15 @@ constexpr double kPatience = 5.0;
 // How well a scan is placed among key scans: [m], [rad].
 const Eigen::Vector2d kRelocalised(0.1, 0.05);
 
+/// Why its best pose is not to be taken as the robot's, or nothing.
+std::string doubt_about(const Relocalisation& found) {
+  if (found.poses.empty()) {
+    return "no pose was found";
+  }
+  const bool has_rival = found.ratio != 0.0 && found.ratio < kUnique;
+  return has_rival ? "the second best fits nearly as well" : "";
+}
+
 }  // namespace
 
 void SlamNode::start_services() {
@@ -97,12 +106,14 @@ bool SlamNode::answer_reset(std_srvs::Trigger::Request& /*request*/,
 
 bool SlamNode::answer_load_map(LoadMap::Request& request, LoadMap::Response& response) {
   try {
-    start_from(read_initial_map(request.path));
+    MapStart start = read_initial_map(request.path);
+    const bool has_key_scans = !start.key_scans.empty();
+    start_from(std::move(start));
     response.success = 1;
-    response.message =
-        "going on with '" + request.path +
-        "'; where the robot is in it may be told by initialpose, or by ~relocalise with "
-        "set_pose";
+    response.message = "going on with '" + request.path +
+                       "'; where the robot is in it may be told by initialpose" +
+                       (has_key_scans ? ", or by ~relocalise with set_pose"
+                                      : "; not by ~relocalise, since it has no key scans");
   } catch (const std::exception& error) {
     response.success = 0;
     response.message = error.what();
@@ -151,8 +162,16 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
     believed = newest_pose_;
   }
   const bool is_newest = request.scan.ranges.empty();
-  if (key_scans.empty() || !newest) {
-    response.message = "there are no key scans or no scan yet";
+  if (key_scans.empty()) {
+    response.message =
+        "there are no key scans to find a scan among: they come as the map is made, or with a "
+        ".slam file, not with an image; tell where the robot is by initialpose";
+    return true;
+  }
+  if (!newest) {
+    response.message =
+        "no scan was used yet since the map was loaded or the node started; call again when one "
+        "was";
     return true;
   }
   if (const std::string defect = is_newest ? "" : find_defect(request.scan); !defect.empty()) {
@@ -172,11 +191,7 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
   response.message = std::to_string(found.poses.size()) + " poses, from " +
                      std::to_string(key_scans.size()) + " key scans";
   if (request.set_pose != 0) {
-    const std::string why_not = !is_newest            ? "the scan is not the newest one"
-                                : found.poses.empty() ? "no pose was found"
-                                : found.ratio != 0.0 && found.ratio < kUnique
-                                    ? "the second best fits nearly as well"
-                                    : "";
+    const std::string why_not = is_newest ? doubt_about(found) : "the scan is not the newest one";
     if (why_not.empty()) {
       correct_pose(found.poses.front().map_from_base, believed);
       response.pose_set = 1;

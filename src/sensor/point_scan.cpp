@@ -228,6 +228,16 @@ void check_projection_options(const ProjectionOptions& options) {
     throw ConfigurationError("scan/masked_angles: " + std::to_string(options.masked_angles.size()) +
                              " angles are not allowed; allowed: pairs of from and to");
   }
+  for (std::size_t i = 0; i < options.masked_angles.size(); i += 2) {
+    const double from = options.masked_angles[i];
+    const double to = options.masked_angles[i + 1];
+    if (to - from >= 2.0 * kPi) {
+      throw ConfigurationError("scan/masked_angles: from " + to_string(from) + " to " +
+                               to_string(to) +
+                               " rad is not allowed, since a whole turn leaves no reading; "
+                               "allowed: sectors of less than 2 pi");
+    }
+  }
 }
 
 PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from_laser,

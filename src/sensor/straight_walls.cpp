@@ -11,9 +11,6 @@ namespace {
 // Beams along a wall tell its place the better, the more they graze it, but a real wall is rough.
 constexpr double kLeastCosine = 0.05;
 
-// Points that lie on one beam, but for rounding, tell no wall.
-constexpr double kOneBeam = 1e-10;
-
 /// Points first...last, both included.
 struct Run {
   std::size_t first = 0;
@@ -27,8 +24,6 @@ std::vector<Run> unbroken_runs(const std::vector<ScanPoint>& points, double max_
   // On a wall the gaps grow slowly from beam to beam; at its end they jump.
   constexpr double kJump = 3.0;
   constexpr double kDense = 0.15;  // [m]
-  // Sums over more would lose the digits in which noise shows.
-  constexpr std::size_t kLongest = 4000;
   const auto gap = [&](std::size_t i) {
     return i + 1 < points.size() ? (points[i + 1].position - points[i].position).norm() : 0.0;
   };
@@ -39,7 +34,7 @@ std::vector<Run> unbroken_runs(const std::vector<ScanPoint>& points, double max_
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double after = i + 2 < points.size() ? gap(i + 1) : max_wall_gap;
     const double widest = std::min(max_wall_gap, std::max(kDense, kJump * std::min(before, after)));
-    if (i + 1 == points.size() || !(here <= widest) || i + 1 - first >= kLongest) {
+    if (i + 1 == points.size() || !(here <= widest)) {
       runs.push_back({first, i});
       first = i + 1;
     }
@@ -107,7 +102,7 @@ class InverseRangeSums {
     const double xy = b.xy - a.xy;
     const double yy = b.yy - a.yy;
     const double determinant = xx * yy - xy * xy;
-    if (!(determinant > kOneBeam * xx * yy)) {
+    if (!(determinant > 0.0)) {  // all on one beam
       return {Eigen::Vector2d::Zero(), std::numeric_limits<double>::infinity()};
     }
     const Eigen::Vector2d q((yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant);

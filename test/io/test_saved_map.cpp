@@ -220,7 +220,7 @@ TEST_F(SavedMap, ARobotFindsItselfInAnImage) {
 
 TEST_F(SavedMap, SaysWhyAnImageIsNotTaken) {
   MapImage image = make_map_image(mapped().map.occupancy);
-  const EngineOptions options;
+  EngineOptions options;
   const auto text = [&] {
     write_map(folder_ / "image", image);
     try {
@@ -235,6 +235,10 @@ TEST_F(SavedMap, SaysWhyAnImageIsNotTaken) {
   EXPECT_TRUE(contains(text(), "map/resolution: 0.05 is not allowed with the map")) << text();
   EXPECT_TRUE(contains(text(), "allowed: its own, 0.1")) << text();
   image.resolution = 0.05;
+  options.map.max_cells = 100.0;
+  EXPECT_TRUE(contains(text(), "cells; allowed: 100.0 in all")) << text();
+  options.map.max_cells = 1e6;
+  EXPECT_EQ(text(), "");
   image.origin.theta = 0.5;
   EXPECT_TRUE(contains(text(), "is turned by 0.5 rad")) << text();
   EXPECT_EQ(

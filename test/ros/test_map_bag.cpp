@@ -107,6 +107,19 @@ TEST_F(MapBag, ReportsWhatItDid) {
   EXPECT_GT(report("machine/cores"), 0.0);
 }
 
+TEST_F(MapBag, WarnsWhenHardlyAScanMatches) {
+  const std::string warning = "scans match the map; the others are placed by the prediction alone";
+  Outcome outcome = run_small({});
+  EXPECT_TRUE(contains(outcome.output, "50 of 50 scans used, 49 matched")) << outcome.output;
+  EXPECT_FALSE(contains(outcome.output, warning)) << outcome.output;
+  outcome = run("--set slam/min_points=100000 --quiet");
+  EXPECT_TRUE(contains(outcome.output, "only 0 of 49 " + warning + ". 49 have too few hits"))
+      << outcome.output;
+  outcome = run("--set scan/masked_angles=[-3.14,3.14] --quiet");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_TRUE(contains(outcome.output, "only 0 of 49 " + warning)) << outcome.output;
+}
+
 TEST_F(MapBag, OneSeedGivesTheSameBytesWithAnyNumberOfThreads) {
   ASSERT_EQ(run_small({}).exit_code, 0);
   const std::string trajectory = read_file(out_ + "/trajectory.tum");

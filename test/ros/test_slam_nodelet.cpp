@@ -389,6 +389,36 @@ TEST_F(SlamNodelet, TheMatcherMayChangeInMidRun) {
   EXPECT_GT(description->groups.front().parameters.size(), 80U);
 }
 
+TEST_F(SlamNodelet, PublishesNoTransformWhereThatIsTurnedOff) {
+  LiveRobot robot;
+  ASSERT_TRUE(listener_->wait_until([&] { return robot.is_heard(); }, 10.0));
+  const auto poses_come = [&](std::size_t more) {
+    const std::size_t count = listener_->poses.size() + more;
+    for (int k = 0; k < 100 && listener_->poses.size() < count; ++k) {
+      robot.step();
+      listener_->wait_until([] { return false; }, 0.1);
+    }
+    return listener_->poses.size() >= count;
+  };
+  ASSERT_TRUE(poses_come(2));
+  const auto set_publish_tf = [](bool value) {
+    dynamic_reconfigure::Reconfigure service;
+    dynamic_reconfigure::BoolParameter parameter;
+    parameter.name = "publish_tf";
+    parameter.value = static_cast<std::uint8_t>(value);
+    service.request.config.bools.push_back(parameter);
+    EXPECT_TRUE(ros::service::call("/slam/set_parameters", service));
+  };
+  set_publish_tf(false);
+  listener_->wait_until([] { return false; }, 0.5);  // those on their way
+  const std::size_t transforms = listener_->leads.size();
+  ASSERT_TRUE(poses_come(5));
+  EXPECT_EQ(listener_->leads.size(), transforms);
+  set_publish_tf(true);
+  ASSERT_TRUE(poses_come(5));
+  EXPECT_GT(listener_->leads.size(), transforms);
+}
+
 TEST_F(SlamNodelet, GoesOnWithASavedMap) {
   ASSERT_TRUE(call("/slam/save_map").success);
   const std::string saved = read_file(folder_ + "/node_map.slam");
@@ -407,7 +437,22 @@ TEST_F(SlamNodelet, GoesOnWithASavedMap) {
   // The recording's own scan is found in it, but the robot's pose stays: no scan has come in since.
   Relocalise service;
   ASSERT_TRUE(ros::service::call("/slam/relocalise", service));
-  EXPECT_TRUE(contains(service.response.message, "no scan yet")) << service.response.message;
+  EXPECT_TRUE(contains(service.response.message, "no scan was used yet since the map was loaded"))
+      << service.response.message;
+}
+
+TEST_F(SlamNodelet, SaysThatAnImageCannotTellWhereItIs) {
+  LoadMap load;
+  load.request.path = folder_ + "/node_map.yaml";
+  ASSERT_TRUE(ros::service::call("/slam/load_map", load));
+  ASSERT_TRUE(load.response.success) << load.response.message;
+  EXPECT_TRUE(contains(load.response.message, "not by ~relocalise")) << load.response.message;
+  Relocalise service;
+  ASSERT_TRUE(ros::service::call("/slam/relocalise", service));
+  EXPECT_TRUE(contains(service.response.message, "no key scans")) << service.response.message;
+  load.request.path = folder_ + "/node_map.slam";
+  ASSERT_TRUE(ros::service::call("/slam/load_map", load));
+  EXPECT_TRUE(contains(load.response.message, "or by ~relocalise")) << load.response.message;
 }
 
 TEST_F(SlamNodelet, IsPausedAndToldWhereItIs) {

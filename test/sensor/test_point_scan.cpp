@@ -260,6 +260,14 @@ TEST(ProjectionOptions, AnglesToMaskComeInPairs) {
   EXPECT_THROW(check_projection_options(options), ConfigurationError);
 }
 
+TEST(ProjectionOptions, AMaskMustLeaveSomething) {
+  ProjectionOptions options;
+  options.masked_angles = {-3.0, 3.2};
+  EXPECT_NO_THROW(check_projection_options(options));
+  options.masked_angles = {0.5, 1.0, -kPi, kPi};
+  EXPECT_THROW(check_projection_options(options), ConfigurationError);
+}
+
 // --- where the points are ---
 
 TEST(PointScan, SweepingClockwiseGivesTheSamePointsInMirroredOrder) {
