@@ -80,7 +80,7 @@ LaserOdometry::LaserOdometry(const LaserOdometrySettings& settings,
       seed_(seed),
       reference_(empty_map()),
       next_(empty_map()),
-      anchor_covariance_(kOriginVariance * Eigen::Matrix3d::Identity()) {}
+      key_errors_({}, kOriginVariance * Eigen::Matrix3d::Identity()) {}
 
 LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
   require_sound(input, last_ ? std::optional(last_->stamp) : std::nullopt);
@@ -104,7 +104,8 @@ LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
   ++scan_count_;
   count_failures(outcome.match.status);
 
-  outcome.covariance = total_covariance(outcome.odom_from_base, outcome.match.covariance);
+  outcome.covariance =
+      symmetric(key_errors_.covariance_of(outcome.odom_from_base, prior, outcome.match.covariance));
   set_velocity(guess, outcome);
 
   State now;
@@ -116,12 +117,13 @@ LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
   }
   set_motion(outcome, now);
 
-  keep(scan, outcome, now);
+  keep(scan, prior, outcome, now);
   last_ = now;
   return outcome;
 }
 
-void LaserOdometry::keep(const PointScan& scan, LaserOdometryOutcome& outcome, State& now) {
+void LaserOdometry::keep(const PointScan& scan, const Eigen::Matrix3d& prior,
+                         LaserOdometryOutcome& outcome, State& now) {
   outcome.restarted = misfits_ >= settings_.odometry.lost_after;
   if (outcome.restarted) {
     reference_ = empty_map();
@@ -130,10 +132,15 @@ void LaserOdometry::keep(const PointScan& scan, LaserOdometryOutcome& outcome, S
   }
   const bool starts_map =
       reference_.key_scans.empty() && outcome.match.status != MatchStatus::kRejectedTooFewPoints;
+  if (starts_map) {
+    key_errors_ = KeyErrors(outcome.odom_from_base, outcome.covariance);
+  }
   if (starts_map || (outcome.match.accepted() && is_key_scan(outcome.match))) {
+    if (!starts_map) {
+      key_errors_.add(outcome.odom_from_base, prior, outcome.match.covariance);
+    }
     add_key_scan(scan, outcome.odom_from_base);
-    odom_from_anchor_ = outcome.odom_from_base;
-    anchor_covariance_ = outcome.covariance;
+    key_errors_.keep_newest(reference_.key_scans.size());
     now.local_covariance.setZero();
     outcome.is_key_scan = true;
   }
@@ -227,17 +234,6 @@ void LaserOdometry::add_key_scan(const PointScan& scan, const Pose2& odom_from_b
   if (next_.key_scans.size() >= full) {
     reference_ = std::exchange(next_, empty_map());
   }
-}
-
-Eigen::Matrix3d LaserOdometry::total_covariance(const Pose2& odom_from_base,
-                                                const Eigen::Matrix3d& local_covariance) const {
-  Eigen::Matrix3d anchor_from_odom = Eigen::Matrix3d::Identity();
-  const double c = std::cos(odom_from_anchor_.theta);
-  const double s = std::sin(odom_from_anchor_.theta);
-  anchor_from_odom.topLeftCorner<2, 2>() << c, s, -s, c;
-  return symmetric(compose_covariance(
-      odom_from_anchor_, anchor_covariance_, odom_from_anchor_.inverse() * odom_from_base,
-      anchor_from_odom * local_covariance * anchor_from_odom.transpose()));
 }
 
 void LaserOdometry::set_velocity(const MotionEstimate& guess, LaserOdometryOutcome& outcome) const {

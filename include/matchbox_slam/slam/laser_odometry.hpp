@@ -11,6 +11,7 @@
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
+#include "matchbox_slam/slam/key_errors.hpp"
 #include "matchbox_slam/slam/motion_prior.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
 
@@ -138,12 +139,11 @@ class LaserOdometry {
   [[nodiscard]] MatchResult match(const PointScan& scan, const Pose2& guess,
                                   const Eigen::Matrix3d& prior) const;
   [[nodiscard]] bool is_key_scan(const MatchResult& match) const;
-  [[nodiscard]] Eigen::Matrix3d total_covariance(const Pose2& odom_from_base,
-                                                 const Eigen::Matrix3d& local_covariance) const;
   [[nodiscard]] LocalMap empty_map() const;
   void count_failures(MatchStatus status);
   /// Keeps what fits and shows something new or, when nothing has fitted for long, what there is.
-  void keep(const PointScan& scan, LaserOdometryOutcome& outcome, State& now);
+  void keep(const PointScan& scan, const Eigen::Matrix3d& prior, LaserOdometryOutcome& outcome,
+            State& now);
   void add_key_scan(const PointScan& scan, const Pose2& odom_from_base);
   void set_velocity(const MotionEstimate& guess, LaserOdometryOutcome& outcome) const;
   void set_motion(const LaserOdometryOutcome& outcome, State& now) const;
@@ -155,10 +155,9 @@ class LaserOdometry {
   std::uint64_t scan_count_ = 0;
   std::optional<State> last_;
   std::optional<Fix> last_fix_;
-  LocalMap reference_;      ///< that scans are matched against
-  LocalMap next_;           ///< that takes over when it is full
-  Pose2 odom_from_anchor_;  ///< pose of the newest key scan, to which errors have added up
-  Eigen::Matrix3d anchor_covariance_;
+  LocalMap reference_;           ///< that scans are matched against
+  LocalMap next_;                ///< that takes over when it is full
+  KeyErrors key_errors_;         ///< of the reference's key scans, or of where the base was before
   int scans_without_match_ = 0;  ///< in a row
   int misfits_ = 0;              ///< those of them that had enough points
 };
