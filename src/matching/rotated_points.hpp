@@ -27,6 +27,7 @@ struct Rotation {
   double steps_per_cell;
 };
 
+/// Turns and moves all points; `rotated` gets their number of elements.
 void rotate_points(const PointArrays& points, const Rotation& rotation, RotatedPoints& rotated);
 
 /// Where in a table the entries of cells are.

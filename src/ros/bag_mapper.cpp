@@ -62,23 +62,27 @@ std::size_t count_of(MatchStatus status, const SlamRun& run) {
   return found == run.statuses().end() ? 0 : found->second;
 }
 
-/// What to tell people when hardly a scan matched, so that the map is no better than the odometry;
-/// else nothing.
+/// What to tell people when fewer than half of the scans matched; else nothing.
 std::string text_of_few_matches(const SlamRun& run) {
-  constexpr double kFew = 0.5;
   const std::size_t matched = count_of(MatchStatus::kAccepted, run);
   const std::size_t tried = run.scans() - 1;  // the first one starts the map
-  if (static_cast<double>(matched) >= kFew * static_cast<double>(tried)) {
+  if (2 * matched >= tried) {
     return "";
   }
-  const std::size_t misfits = count_of(MatchStatus::kRejectedLowScore, run);
-  return "only " + std::to_string(matched) + " of " + std::to_string(tried) +
-         " scans match the map; the others are placed by the prediction alone. " +
-         std::to_string(tried - matched - misfits) +
-         " have too few hits: see scan/min_range, scan/max_range, scan/masked_angles, "
-         "slam/min_points. " +
-         std::to_string(misfits) +
-         " fit nowhere near the prediction: see motion/* and the matcher's window";
+  std::string text = "only " + std::to_string(matched) + " of " + std::to_string(tried) +
+                     " scans match the map; the others are placed by the prediction alone";
+  const auto add = [&](std::size_t count, const std::string& reason) {
+    if (count > 0) {
+      text += "; " + std::to_string(count) + " " + reason;
+    }
+  };
+  add(count_of(MatchStatus::kRejectedTooFewPoints, run),
+      "have too few hits: see slam/min_points and what scan/* leaves out");
+  add(count_of(MatchStatus::kRejectedLowScore, run),
+      "fit nowhere near the prediction: see motion/* and the matcher's window");
+  add(count_of(MatchStatus::kRejectedNoReference, run) - 1,
+      "met no map: see slam/update_map and what scan/* leaves out");
+  return text;
 }
 
 /// One run over one bag.

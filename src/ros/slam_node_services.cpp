@@ -170,8 +170,9 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
   }
   if (!newest) {
     response.message =
-        "no scan was used yet since the map was loaded or the node started; call again when one "
-        "was";
+        "no scan was used yet since the map was loaded or the node started, and one tells where "
+        "the "
+        "laser is on the robot; call again when there was one";
     return true;
   }
   if (const std::string defect = is_newest ? "" : find_defect(request.scan); !defect.empty()) {

@@ -19,16 +19,15 @@ Reading classify(double range, double min_range, double max_range) {
   return range >= max_range ? Reading::kNoReturn : Reading::kHit;
 }
 
-/// Whether the angle lies in one of the sectors: pairs of from and to, counter-clockwise.
+/// Whether the angle lies in one of the sectors: pairs of from and to, counter-clockwise, each less
+/// than a turn.
 bool is_masked(double angle, const std::vector<double>& sectors) {
   const auto turn = [](double from, double to) {
     const double turned = std::fmod(to - from, 2.0 * kPi);
     return turned < 0.0 ? turned + 2.0 * kPi : turned;
   };
   for (std::size_t i = 0; i + 1 < sectors.size(); i += 2) {
-    const double from = sectors[i];
-    const double to = sectors[i + 1];
-    if (to - from >= 2.0 * kPi || turn(from, angle) <= turn(from, to)) {
+    if (turn(sectors[i], angle) <= turn(sectors[i], sectors[i + 1])) {
       return true;
     }
   }

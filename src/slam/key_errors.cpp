@@ -4,105 +4,106 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <utility>
 
 namespace matchbox_slam {
 namespace {
 
-/// Takes the error of a pose, over (x, y, theta) in the fixed frame, to the motion of that frame
-/// about its origin.
-Eigen::Matrix3d about_origin(const Pose2& fixed_from_base) {
+/// Takes the error of a pose to that of another one so far away in the same map.
+Eigen::Matrix3d moved_by(const Eigen::Vector2d& step) {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
-  matrix(0, 2) = fixed_from_base.y;
-  matrix(1, 2) = -fixed_from_base.x;
+  matrix(0, 2) = -step.y();
+  matrix(1, 2) = step.x();
   return matrix;
 }
 
-/// The inverse of about_origin.
-Eigen::Matrix3d at_pose(const Pose2& fixed_from_base) {
-  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
-  matrix(0, 2) = -fixed_from_base.y;
-  matrix(1, 2) = fixed_from_base.x;
-  return matrix;
-}
-
-/// How far a match went by the map and not by its prior, as the two covariances tell: the gain of
-/// a Kalman filter; the identity where the map says all, zero where it says nothing.
-Eigen::Matrix3d gain_of(const Eigen::Matrix3d& prior, const Eigen::Matrix3d& match) {
+/// Share of the prior's error that a match leaves, as the two covariances tell: zero where the map
+/// says all, the identity where it says nothing.
+Eigen::Matrix3d left_by_match(const Eigen::Matrix3d& prior, const Eigen::Matrix3d& match) {
   const Eigen::LLT<Eigen::Matrix3d> factor(prior);
   if (factor.info() != Eigen::Success) {
-    return Eigen::Matrix3d::Zero();
+    return Eigen::Matrix3d::Identity();
   }
   const Eigen::Matrix3d root = factor.matrixL();
   const Eigen::Matrix3d inverse = root.inverse();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inverse * match * inverse.transpose());
-  const Eigen::Vector3d gains = (1.0 - axes.eigenvalues().array()).max(0.0).min(1.0);
-  return root * axes.eigenvectors() * gains.asDiagonal() * axes.eigenvectors().transpose() *
-         inverse;
+  const Eigen::Vector3d left = axes.eigenvalues().array().max(0.0).min(1.0);
+  return root * axes.eigenvectors() * left.asDiagonal() * axes.eigenvectors().transpose() * inverse;
+}
+
+/// How much each key scan counts in the map around the base; 1 in all.
+std::vector<double> weights_at(const Eigen::Vector2d& base,
+                               const std::vector<Eigen::Vector2d>& keys) {
+  // The walls that say most are near, and were measured best by the key scans near there.
+  constexpr double kReach = 1.2;   // [m], by the errors of simulated drives
+  constexpr double kLeast = 1e-9;  // somebody has to count, however far away
+  std::vector<double> weights;
+  double sum = 0.0;
+  for (const Eigen::Vector2d& key : keys) {
+    const double away = (key - base).norm() / kReach;
+    weights.push_back(std::max(std::exp(-0.5 * away * away), kLeast));
+    sum += weights.back();
+  }
+  for (double& weight : weights) {
+    weight /= sum;
+  }
+  return weights;
 }
 
 }  // namespace
 
-KeyErrors::KeyErrors(const Pose2& fixed_from_key, const Eigen::Matrix3d& covariance) {
-  const Eigen::Matrix3d to_error = about_origin(fixed_from_key);
-  joint_ = to_error * covariance * to_error.transpose();
-  positions_.push_back(fixed_from_key.translation());
+KeyErrors::KeyErrors(const Pose2& fixed_from_base, const Eigen::Matrix3d& covariance)
+    : keys_{fixed_from_base.translation()},
+      joint_(covariance),
+      base_(fixed_from_base.translation()),
+      predicted_(Eigen::Matrix3d::Identity()),
+      match_(Eigen::Matrix3d::Zero()) {}
+
+void KeyErrors::follow(const Pose2& fixed_from_base, const Eigen::Matrix3d& prior,
+                       const Eigen::Matrix3d& match) {
+  base_ = fixed_from_base.translation();
+  const Eigen::Vector2d from_key = base_ - keys_.back();
+  predicted_ = moved_by(-from_key) * left_by_match(prior, match) * moved_by(from_key) * predicted_;
+  match_ = match;
 }
 
-Eigen::VectorXd KeyErrors::weights_at(const Pose2& fixed_from_base) const {
-  // The walls that say most are near, and were measured best by the key scans near there. With this
-  // the normalized errors in simulated rooms, clutter and corridors are 0.6 to 3.6; 3 is right.
-  constexpr double kReach = 1.5;  // [m]
-  Eigen::VectorXd weights(static_cast<Eigen::Index>(positions_.size()));
-  for (std::size_t i = 0; i < positions_.size(); ++i) {
-    const double away = (positions_[i] - fixed_from_base.translation()).norm() / kReach;
-    // Somebody has to count, however far away.
-    weights(static_cast<Eigen::Index>(i)) = std::max(std::exp(-0.5 * away * away), 1e-9);
-  }
-  return weights / weights.sum();
-}
-
-Eigen::Matrix3Xd KeyErrors::shares(const Pose2& fixed_from_base, const Eigen::Matrix3d& prior,
-                                   const Eigen::Matrix3d& match) const {
-  const Eigen::Matrix3d gain =
-      about_origin(fixed_from_base) * gain_of(prior, match) * at_pose(fixed_from_base);
-  const Eigen::VectorXd weights = weights_at(fixed_from_base);
+Eigen::Matrix3Xd KeyErrors::shares() const {
+  const Eigen::Vector2d from_key = base_ - keys_.back();
+  const Eigen::Matrix3d by_prediction = moved_by(from_key) * predicted_;
+  const Eigen::Matrix3d by_map = moved_by(from_key) * (Eigen::Matrix3d::Identity() - predicted_);
+  const std::vector<double> weights = weights_at(base_, keys_);
   Eigen::Matrix3Xd result(3, joint_.cols());
-  for (Eigen::Index i = 0; i < weights.size(); ++i) {
-    result.middleCols<3>(3 * i) = weights(i) * gain;
+  Eigen::Index column = 0;
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    result.middleCols<3>(column) = weights[i] * by_map * moved_by(keys_.back() - keys_[i]);
+    column += 3;
   }
-  result.rightCols<3>() += Eigen::Matrix3d::Identity() - gain;
+  result.rightCols<3>() += by_prediction;
   return result;
 }
 
-Eigen::Matrix3d KeyErrors::covariance_of(const Pose2& fixed_from_base, const Eigen::Matrix3d& prior,
-                                         const Eigen::Matrix3d& match) const {
-  const Eigen::Matrix3Xd from_keys =
-      at_pose(fixed_from_base) * shares(fixed_from_base, prior, match);
-  return from_keys * joint_ * from_keys.transpose() + match;
+Eigen::Matrix3d KeyErrors::covariance() const {
+  const Eigen::Matrix3Xd from_keys = shares();
+  return from_keys * joint_ * from_keys.transpose() + match_;
 }
 
-void KeyErrors::add(const Pose2& fixed_from_key, const Eigen::Matrix3d& prior,
-                    const Eigen::Matrix3d& match) {
-  const Eigen::Matrix3Xd from_keys = shares(fixed_from_key, prior, match);
-  const Eigen::Matrix3d to_error = about_origin(fixed_from_key);
+void KeyErrors::add() {
+  const Eigen::Matrix3Xd from_keys = shares();
   const Eigen::Index old = joint_.rows();
   const Eigen::Matrix3Xd across = from_keys * joint_;
   Eigen::MatrixXd joint(old + 3, old + 3);
-  joint << joint_, across.transpose(), across,
-      across * from_keys.transpose() + to_error * match * to_error.transpose();
+  joint << joint_, across.transpose(), across, across * from_keys.transpose() + match_;
   joint_ = std::move(joint);
-  positions_.push_back(fixed_from_key.translation());
+  keys_.push_back(base_);
+  predicted_.setIdentity();
+  match_.setZero();
 }
 
 void KeyErrors::keep_newest(std::size_t count) {
-  if (count >= positions_.size()) {
-    return;
-  }
-  positions_.erase(positions_.begin(), positions_.end() - static_cast<std::ptrdiff_t>(count));
-  const auto kept = static_cast<Eigen::Index>(3 * count);
-  joint_ = joint_.bottomRightCorner(kept, kept).eval();
+  const std::size_t kept = std::clamp<std::size_t>(count, 1, keys_.size());
+  keys_.erase(keys_.begin(), keys_.end() - static_cast<std::ptrdiff_t>(kept));
+  const auto rows = static_cast<Eigen::Index>(3 * kept);
+  joint_ = joint_.bottomRightCorner(rows, rows).eval();
 }
 
 }  // namespace matchbox_slam

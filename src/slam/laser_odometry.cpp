@@ -80,11 +80,11 @@ LaserOdometry::LaserOdometry(const LaserOdometrySettings& settings,
       seed_(seed),
       reference_(empty_map()),
       next_(empty_map()),
-      key_errors_({}, kOriginVariance * Eigen::Matrix3d::Identity()) {}
+      key_errors_(Pose2{}, kOriginVariance * Eigen::Matrix3d::Identity()) {}
 
 LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
   require_sound(input, last_ ? std::optional(last_->stamp) : std::nullopt);
-  const PointScan scan =
+  PointScan scan =
       project_scan(input.scan, input.base_from_laser, motion_during_scan(input), settings_.scan);
 
   // Guess.
@@ -101,11 +101,22 @@ LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
   // Match: a rejected one carries the guess, which stands then.
   outcome.match = match(scan, outcome.guessed_odom_from_base, prior);
   outcome.odom_from_base = outcome.match.map_from_base;
+  const double sweep = outcome.match.accepted() ? predicted_sweep(input) : 0.0;
+  if (sweep > 0.0) {
+    outcome.odom_from_base =
+        without_overshoot(outcome.guessed_odom_from_base, outcome.match.map_from_base, sweep);
+    if (guess_ == GuessSource::kHeading && input.odometry) {  // which guesses no turn
+      outcome.odom_from_base.theta = outcome.match.map_from_base.theta;
+    }
+    const Pose2 motion = last_->odom_from_base.inverse() * outcome.odom_from_base;
+    scan = project_scan(input.scan, input.base_from_laser, interpolate(Pose2{}, motion, sweep),
+                        settings_.scan);
+  }
   ++scan_count_;
   count_failures(outcome.match.status);
 
-  outcome.covariance =
-      symmetric(key_errors_.covariance_of(outcome.odom_from_base, prior, outcome.match.covariance));
+  key_errors_.follow(outcome.odom_from_base, prior, outcome.match.covariance);
+  outcome.covariance = symmetric(key_errors_.covariance());
   set_velocity(guess, outcome);
 
   State now;
@@ -117,13 +128,12 @@ LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
   }
   set_motion(outcome, now);
 
-  keep(scan, prior, outcome, now);
+  keep(scan, outcome, now);
   last_ = now;
   return outcome;
 }
 
-void LaserOdometry::keep(const PointScan& scan, const Eigen::Matrix3d& prior,
-                         LaserOdometryOutcome& outcome, State& now) {
+void LaserOdometry::keep(const PointScan& scan, LaserOdometryOutcome& outcome, State& now) {
   outcome.restarted = misfits_ >= settings_.odometry.lost_after;
   if (outcome.restarted) {
     reference_ = empty_map();
@@ -132,12 +142,11 @@ void LaserOdometry::keep(const PointScan& scan, const Eigen::Matrix3d& prior,
   }
   const bool starts_map =
       reference_.key_scans.empty() && outcome.match.status != MatchStatus::kRejectedTooFewPoints;
-  if (starts_map) {
-    key_errors_ = KeyErrors(outcome.odom_from_base, outcome.covariance);
-  }
   if (starts_map || (outcome.match.accepted() && is_key_scan(outcome.match))) {
-    if (!starts_map) {
-      key_errors_.add(outcome.odom_from_base, prior, outcome.match.covariance);
+    if (starts_map) {
+      key_errors_ = KeyErrors(outcome.odom_from_base, outcome.covariance);
+    } else {
+      key_errors_.add();
     }
     add_key_scan(scan, outcome.odom_from_base);
     key_errors_.keep_newest(reference_.key_scans.size());
@@ -205,6 +214,13 @@ Pose2 LaserOdometry::motion_during_scan(const ScanInput& input) const {
                               input.odometry->odom_from_base.theta);
   }
   return motion;
+}
+
+/// As SlamEngine::predicted_sweep.
+double LaserOdometry::predicted_sweep(const ScanInput& input) const {
+  const bool is_measured = guess_ == GuessSource::kOdometry && input.odometry;
+  const double passed = last_ && !is_measured ? input.scan.stamp - last_->stamp : 0.0;
+  return passed > 0.0 ? std::clamp(input.scan.duration() / passed, 0.0, 1.0) : 0.0;
 }
 
 bool LaserOdometry::is_key_scan(const MatchResult& match) const {
@@ -276,7 +292,7 @@ std::size_t LaserOdometry::bytes() const {
   for (const LocalMap* local : {&reference_, &next_}) {
     bytes += local->map.occupancy.bytes() + local->map.field.bytes();
   }
-  return bytes;
+  return bytes + key_errors_.bytes();
 }
 
 }  // namespace matchbox_slam

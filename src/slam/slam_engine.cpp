@@ -1,5 +1,6 @@
 #include "matchbox_slam/slam/slam_engine.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -90,7 +91,7 @@ void SlamEngine::check_input(const ScanInput& input) const {
 
 ScanOutcome SlamEngine::process(const ScanInput& input) {
   check_input(input);
-  const PointScan scan =
+  PointScan scan =
       project_scan(input.scan, input.base_from_laser, motion_during_scan(input), options_.scan);
 
   // Predict.
@@ -101,21 +102,16 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
                                  motion.previous_from_current, motion.covariance)
             : start_covariance_;
 
-  // Match.
-  const MatchProblem problem{scan,       predicted,  prior,
-                             map_.field, key_scans_, mix_seed(seed_, scan_count_)};
   ScanOutcome outcome;
-  if (map_.field.empty()) {
-    outcome.match = rejected(problem, MatchStatus::kRejectedNoReference);
-  } else if (scan.points.size() < static_cast<std::size_t>(options_.slam.min_points)) {
-    outcome.match = rejected(problem, MatchStatus::kRejectedTooFewPoints);
-  } else {
-    outcome.match = matcher_->match(problem);
-  }
+  outcome.match = match(scan, predicted, prior);
 
   // Decide: a rejected match carries the prediction, which stands then.
   outcome.stamp = input.scan.stamp;
   outcome.map_from_base = outcome.match.map_from_base;
+  const double sweep = outcome.match.accepted() ? predicted_sweep(input) : 0.0;
+  if (sweep > 0.0) {
+    outcome.map_from_base = without_overshoot(predicted, outcome.match.map_from_base, sweep);
+  }
   outcome.covariance = outcome.match.covariance;
   outcome.predicted_map_from_base = predicted;
   if (input.odometry) {
@@ -123,6 +119,11 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   }
 
   if (is_to_be_inserted(outcome.match, input.laser)) {
+    if (sweep > 0.0) {  // by the motion as it is known now
+      const Pose2 moved = last_->map_from_base.inverse() * outcome.map_from_base;
+      scan = project_scan(input.scan, input.base_from_laser, interpolate(Pose2{}, moved, sweep),
+                          options_.scan);
+    }
     outcome.inserted = has_room(scan, outcome.map_from_base, options_.map, map_);
     outcome.left_out = !outcome.inserted;
     if (outcome.inserted) {
@@ -131,6 +132,19 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   }
   remember(input, outcome);
   return outcome;
+}
+
+MatchResult SlamEngine::match(const PointScan& scan, const Pose2& predicted,
+                              const Eigen::Matrix3d& prior) const {
+  const MatchProblem problem{scan,       predicted,  prior,
+                             map_.field, key_scans_, mix_seed(seed_, scan_count_)};
+  if (map_.field.empty()) {
+    return rejected(problem, MatchStatus::kRejectedNoReference);
+  }
+  if (scan.points.size() < static_cast<std::size_t>(options_.slam.min_points)) {
+    return rejected(problem, MatchStatus::kRejectedTooFewPoints);
+  }
+  return matcher_->match(problem);
 }
 
 void SlamEngine::remember(const ScanInput& input, const ScanOutcome& outcome) {
@@ -203,6 +217,13 @@ Pose2 SlamEngine::motion_during_scan(const ScanInput& input) const {
     return interpolate(Pose2{}, last_->motion, input.scan.duration() / last_->interval);
   }
   return {};
+}
+
+/// Share of the time since the last scan that this one took, where the motion in that time was
+/// predicted from earlier matches; else 0.
+double SlamEngine::predicted_sweep(const ScanInput& input) const {
+  const double passed = last_ && !input.odometry ? input.scan.stamp - last_->stamp : 0.0;
+  return passed > 0.0 ? std::clamp(input.scan.duration() / passed, 0.0, 1.0) : 0.0;
 }
 
 /// Only what was matched goes into the map, except for what starts it. A further laser's first scan

@@ -19,6 +19,21 @@ void expect_near(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   EXPECT_TRUE(a.isApprox(b, 1e-6)) << a << "\n\n" << b;
 }
 
+/// Of a pose that is matched there next.
+Eigen::Matrix3d covariance_at(KeyErrors errors, const Pose2& pose, const Eigen::Matrix3d& prior,
+                              const Eigen::Matrix3d& match) {
+  errors.follow(pose, prior, match);
+  return errors.covariance();
+}
+
+/// One key scan, and a second one matched against it.
+KeyErrors two_at(const Pose2& pose) {
+  KeyErrors errors(pose, kFirst);
+  errors.follow(pose, kWide, kMatch);
+  errors.add();
+  return errors;
+}
+
 Eigen::Matrix3d random_covariance(Random& random, double scale) {
   Eigen::Matrix3d root;
   for (int i = 0; i < 9; ++i) {
@@ -29,65 +44,80 @@ Eigen::Matrix3d random_covariance(Random& random, double scale) {
 
 TEST(KeyErrors, AMapOfOneScanHasItsErrorAndTheMatchAddsItsOwn) {
   const KeyErrors errors(kHere, kFirst);
-  expect_near(errors.covariance_of(kHere, kWide, kMatch), kFirst + kMatch);
-  expect_near(errors.covariance_of(kHere, kMatch, kMatch), kFirst + kMatch);
+  expect_near(errors.covariance(), kFirst);
+  expect_near(covariance_at(errors, kHere, kWide, kMatch), kFirst + kMatch);
+  expect_near(covariance_at(errors, kHere, kMatch, kMatch), kFirst + kMatch);
 }
 
 TEST(KeyErrors, AHeadingErrorMovesWhatIsFarAway) {
-  const KeyErrors errors(kHere, kFirst);
   const Pose2 ahead = Pose2{10.0, 0.0, 0.0} * kHere;
-  const Eigen::Matrix3d covariance = errors.covariance_of(ahead, kWide, kMatch);
+  const Eigen::Matrix3d covariance = covariance_at({kHere, kFirst}, ahead, kWide, kMatch);
   EXPECT_NEAR(covariance(0, 0), 4e-6 + 1e-6, 1e-12);
   EXPECT_NEAR(covariance(1, 1), 9e-6 + 100.0 * 1e-6 + 2e-6, 1e-12);
   EXPECT_NEAR(covariance(1, 2), 10.0 * 1e-6, 1e-12);
 }
 
 TEST(KeyErrors, AMapOfTwoScansHasTheirMeanError) {
-  KeyErrors errors(kHere, kFirst);
-  errors.add(kHere, kWide, kMatch);  // its error is the first one's and its own
+  const KeyErrors errors = two_at(kHere);  // the second one's error is the first one's and its own
+  expect_near(errors.covariance(), kFirst + kMatch);
   const Eigen::Matrix3d next = 1e-9 * Eigen::Matrix3d::Identity();
-  expect_near(errors.covariance_of(kHere, kWide, next), kFirst + 0.25 * kMatch + next);
+  expect_near(covariance_at(errors, kHere, kWide, next), kFirst + 0.25 * kMatch + next);
 }
 
 TEST(KeyErrors, WhereTheMapSaysNothingTheNewestScansErrorStays) {
-  KeyErrors errors({}, kFirst);
-  errors.add({}, kWide, kMatch);
+  const KeyErrors errors = two_at({});
   const Eigen::Matrix3d prior = Eigen::Vector3d(1e-4, 1e-4, 1e-5).asDiagonal();
-  expect_near(errors.covariance_of({}, prior, prior), kFirst + kMatch + prior);
+  expect_near(covariance_at(errors, {}, prior, prior), kFirst + kMatch + prior);
   // Along x only: there the match is no better than the prior.
   const Eigen::Matrix3d match = Eigen::Vector3d(1e-4, 1e-9, 1e-10).asDiagonal();
-  const Eigen::Matrix3d covariance = errors.covariance_of({}, prior, match);
+  const Eigen::Matrix3d covariance = covariance_at(errors, {}, prior, match);
   EXPECT_NEAR(covariance(0, 0), 4e-6 + 1e-6 + 1e-4, 1e-9);
   EXPECT_NEAR(covariance(1, 1), 9e-6 + 0.25 * 2e-6 + 1e-9, 1e-9);
   EXPECT_NEAR(covariance(2, 2), 1e-6 + 0.25 * 3e-7 + 1e-10, 1e-9);
 }
 
+/// Matches that each say a little replace the prediction in the end as one that says all.
+TEST(KeyErrors, ManyMatchesReplaceThePredictionTogether) {
+  KeyErrors errors = two_at({});
+  const Eigen::Matrix3d match = 1e-9 * Eigen::Matrix3d::Identity();
+  errors.follow({}, 2.0 * match, match);  // half of it each time
+  expect_near(errors.covariance(), kFirst + (0.25 + 0.25 + 0.0625) * kMatch + match);
+  for (int i = 0; i < 20; ++i) {
+    errors.follow({}, 2.0 * match, match);
+  }
+  expect_near(errors.covariance(), kFirst + 0.25 * kMatch + match);
+}
+
 TEST(KeyErrors, ScansFarAwayDoNotCount) {
   KeyErrors errors({}, kFirst);
   const Pose2 far{100.0, 0.0, 0.0};
-  errors.add(far, kWide, kMatch);
+  errors.follow(far, kWide, kMatch);
+  errors.add();
   KeyErrors newest = errors;
   newest.keep_newest(1);
   const Eigen::Matrix3d next = 1e-9 * Eigen::Matrix3d::Identity();
-  expect_near(errors.covariance_of(far, kWide, next), newest.covariance_of(far, kWide, next));
+  expect_near(covariance_at(errors, far, kWide, next), covariance_at(newest, far, kWide, next));
   // Nor does it matter how far everything is.
-  const Eigen::Matrix3d nowhere = errors.covariance_of({1e6, 1e6, 0.0}, kWide, next);
-  EXPECT_TRUE(nowhere.allFinite());
+  EXPECT_TRUE(covariance_at(errors, {1e6, 1e6, 0.0}, kWide, next).allFinite());
 }
 
-TEST(KeyErrors, KeepsTheNewestAndAtMostAllOfThem) {
-  KeyErrors errors(kHere, kFirst);
-  errors.add(kHere, kWide, kMatch);
-  KeyErrors all = errors;
-  all.keep_newest(5);
-  expect_near(all.covariance_of(kHere, kWide, kMatch), errors.covariance_of(kHere, kWide, kMatch));
-  errors.keep_newest(1);
-  expect_near(errors.covariance_of(kHere, kWide, kMatch), kFirst + 2.0 * kMatch);
+TEST(KeyErrors, KeepsTheNewestButOneAtLeastAndAtMostAll) {
+  KeyErrors errors = two_at(kHere);
+  errors.keep_newest(5);
+  EXPECT_EQ(errors.size(), 2U);
+  expect_near(covariance_at(errors, kHere, kWide, kMatch), kFirst + 1.25 * kMatch);
+  KeyErrors one = errors;
+  one.keep_newest(1);
+  EXPECT_EQ(one.size(), 1U);
+  EXPECT_EQ(one.bytes(), 9 * sizeof(double));
+  expect_near(covariance_at(one, kHere, kWide, kMatch), kFirst + 2.0 * kMatch);
+  errors.keep_newest(0);
+  expect_near(covariance_at(errors, kHere, kWide, kMatch), kFirst + 2.0 * kMatch);
 }
 
 /// The fixed frame is a matter of choice.
 TEST(KeyErrors, AnotherFixedFrameGivesTheSameCovarianceThere) {
-  const Pose2 other_from_fixed{-7.0, 20.0, 1.1};
+  const Pose2 other_from_fixed{-7e4, 2e5, 1.1};
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() << std::cos(1.1), -std::sin(1.1), std::sin(1.1), std::cos(1.1);
   const auto in_other = [&](const Eigen::Matrix3d& covariance) -> Eigen::Matrix3d {
@@ -98,17 +128,20 @@ TEST(KeyErrors, AnotherFixedFrameGivesTheSameCovarianceThere) {
   const Eigen::Matrix3d first = random_covariance(random, 1e-3);
   KeyErrors here(pose, first);
   KeyErrors there(other_from_fixed * pose, in_other(first));
-  for (int i = 0; i < 40; ++i) {
-    pose = pose * Pose2{0.3, 0.05 * random.gaussian(), 0.3 * random.gaussian()};
+  for (int i = 0; i < 120; ++i) {
+    pose = pose * Pose2{0.1, 0.02 * random.gaussian(), 0.1 * random.gaussian()};
     const Eigen::Matrix3d match = random_covariance(random, 1e-3);
     const Eigen::Matrix3d prior = match + random_covariance(random, 1e-3);
-    const Eigen::Matrix3d covariance = here.covariance_of(pose, prior, match);
+    here.follow(pose, prior, match);
+    there.follow(other_from_fixed * pose, in_other(prior), in_other(match));
+    const Eigen::Matrix3d covariance = here.covariance();
     ASSERT_EQ(Eigen::LLT<Eigen::Matrix3d>(covariance).info(), Eigen::Success) << i;
-    expect_near(there.covariance_of(other_from_fixed * pose, in_other(prior), in_other(match)),
-                in_other(covariance));
-    here.add(pose, prior, match);
-    there.add(other_from_fixed * pose, in_other(prior), in_other(match));
-    if (i % 20 == 19) {
+    expect_near(there.covariance(), in_other(covariance));
+    if (i % 3 == 0) {
+      here.add();
+      there.add();
+    }
+    if (i % 60 == 59) {
       here.keep_newest(10);
       there.keep_newest(10);
     }
@@ -116,9 +149,8 @@ TEST(KeyErrors, AnotherFixedFrameGivesTheSameCovarianceThere) {
 }
 
 TEST(KeyErrors, APriorWithoutVarianceIsNoTrouble) {
-  const KeyErrors errors(kHere, kFirst);
   const Eigen::Matrix3d none = Eigen::Matrix3d::Zero();
-  expect_near(errors.covariance_of(kHere, none, none), kFirst);
+  expect_near(covariance_at({kHere, kFirst}, kHere, none, none), kFirst);
 }
 
 }  // namespace

@@ -190,21 +190,13 @@ TEST(LaserOdometry, TheVelocityIsThatOfTheArc) {
   EXPECT_NEAR(outcome.velocity.z(), kPi, 1e-9);
 }
 
-struct Honesty {
-  const char* world;
-  double nees;  ///< measured; 3 is right, more claims too much
-};
-
-class LaserOdometryIn : public testing::TestWithParam<Honesty> {};
+class LaserOdometryIn : public testing::TestWithParam<std::string> {};
 
 TEST_P(LaserOdometryIn, TheCovarianceIsHonest) {
   double normalized = 0.0;
   constexpr int kRuns = 8;
-  SimulationOptions options;
-  options.laser.scan_rate = 10.0;
   for (int seed = 1; seed <= kRuns; ++seed) {
-    const SimulatedRun run =
-        drive_through(GetParam().world, 20.0, options, static_cast<std::uint64_t>(seed));
+    const SimulatedRun run = drive_through(GetParam(), 20.0, {}, static_cast<std::uint64_t>(seed));
     const LaserOdometryOutcome last = process(run, kOlson).back();
     const Pose2 truth = true_pose(run, run.scans.size() - 1);
     const Eigen::Vector3d error(last.odom_from_base.x - truth.x, last.odom_from_base.y - truth.y,
@@ -212,14 +204,33 @@ TEST_P(LaserOdometryIn, TheCovarianceIsHonest) {
     normalized += error.dot(last.covariance.inverse() * error) / kRuns;
   }
   RecordProperty("nees", std::to_string(normalized));
-  EXPECT_LT(normalized, 1.5 * GetParam().nees);
-  EXPECT_GT(normalized, GetParam().nees / 1.5);
+  // 3 is right; the mean of eight has a standard deviation of 0.9. Measured: 2.5, 4.1, 2.5.
+  EXPECT_LT(normalized, 4.9) << "the covariance claims to know too much";
+  EXPECT_GT(normalized, 1.0) << "the covariance is too large";
 }
 
-INSTANTIATE_TEST_SUITE_P(Worlds, LaserOdometryIn,
-                         testing::Values(Honesty{"rooms", 2.1}, Honesty{"random", 2.7},
-                                         Honesty{"loop", 1.6}),
-                         [](const auto& honesty) { return honesty.param.world; });
+INSTANTIATE_TEST_SUITE_P(Worlds, LaserOdometryIn, testing::Values("rooms", "random", "loop"),
+                         [](const auto& world) { return world.param; });
+
+/// A laser that sweeps all the time, without odometry: the motion that is taken out of a scan comes
+/// from the last match, which must not make the poses swing.
+TEST(LaserOdometry, ALaserThatAlwaysSweepsDoesNotSwing) {
+  SimulationOptions options;
+  options.laser.field_of_view = 2.0 * kPi;
+  options.laser.scan_rate = 8.0;
+  options.laser.time_increment = 0.99 / (8.0 * 520.0);
+  options.drive.speed = 1.0;
+  const SimulatedRun run = drive_through("rooms", 30.0, options, 5);
+  const Outcomes outcomes = process(run, kOlson);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    const double error = distance(outcomes[i].odom_from_base, true_pose(run, i));
+    squares += error * error / static_cast<double>(outcomes.size());
+  }
+  RecordProperty("rms", std::to_string(std::sqrt(squares)));
+  // Measured: 4.3 mm; 460 mm with a match as it is.
+  EXPECT_LT(std::sqrt(squares), 0.0065);
+}
 
 // --- at rest, and in the long run ---
 

@@ -77,5 +77,18 @@ TEST(MotionAtConstantVelocity, NoiseGrowsWithTheTime) {
   EXPECT_NEAR(motion.covariance(2, 2), 1.52 * 1.52, 1e-12);
 }
 
+TEST(WithoutOvershoot, TakesBackWhatAWrongPredictionDidToTheScan) {
+  const Pose2 predicted{1.0, 2.0, 0.5};
+  const Pose2 truth{1.3, 1.4, 0.2};
+  EXPECT_EQ(without_overshoot(predicted, truth, 0.0), truth) << "all beams at once";
+  // The mean beam is at half the sweep, which takes the whole time from scan to scan.
+  const Pose2 matched{truth.x + 0.15, truth.y - 0.3, truth.theta - 0.15};
+  const Pose2 found = without_overshoot(predicted, matched, 1.0);
+  EXPECT_NEAR(found.x, truth.x, 1e-12);
+  EXPECT_NEAR(found.y, truth.y, 1e-12);
+  EXPECT_NEAR(found.theta, truth.theta, 1e-12);
+  EXPECT_EQ(without_overshoot(predicted, matched, 7.0), found) << "no scan takes longer";
+}
+
 }  // namespace
 }  // namespace matchbox_slam

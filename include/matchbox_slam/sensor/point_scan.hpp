@@ -66,7 +66,8 @@ struct ProjectionOptions {
            "Neighbouring hits on one straight line are joined to a wall up to this distance.");
     option(self.masked_angles, "masked_angles", between(-2.0 * kPi, 2.0 * kPi), "rad",
            "Sectors in which readings are ignored, such as behind the robot's own mast: [from, to, "
-           "from, to, ...], each counter-clockwise, by the angles of every laser.");
+           "from, to, ...], each counter-clockwise and less than a turn, by the angles of every "
+           "laser.");
     option(self.straighten_walls, "straighten_walls", any(), "",
            "Takes the noise out of hits that a straight wall explains, as their ranges show it.");
   }

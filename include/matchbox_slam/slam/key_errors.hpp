@@ -8,43 +8,55 @@
 
 namespace matchbox_slam {
 
-/// What is known about the errors of the poses of a local map's key scans, all together: scans that
-/// are matched against the map share its errors, and where it is made of many key scans, the map
-/// has their mean error.
+/// The error of a pose that is matched against a local map of key scans, and those of the key
+/// scans, all together: they share errors, and where the map is made of many, it has their mean
+/// error.
 ///
-/// An error is a small motion of the fixed frame, (x, y, theta) about its origin, by which the true
-/// pose differs: with the same error, a whole map is displaced as one piece.
+/// All poses are of the base in one fixed frame, all covariances over (x [m], y [m], theta [rad])
+/// of a pose in that frame; first order. A displaced map displaces what is matched against it as
+/// one piece. How much each key scan counts is guessed from its distance. (The joint Gaussian and
+/// the gain are those of the Kalman filter, as in Smith, Self and Cheeseman, "Estimating Uncertain
+/// Spatial Relationships in Robotics", 1990.)
 class KeyErrors {
  public:
-  /// One key scan.
-  /// @param covariance  of the pose over (x, y, theta) in the fixed frame.
-  KeyErrors(const Pose2& fixed_from_key, const Eigen::Matrix3d& covariance);
+  /// One key scan, with the base still there.
+  KeyErrors(const Pose2& fixed_from_base, const Eigen::Matrix3d& covariance);
 
-  /// Covariance of a pose that was matched against the map, over (x, y, theta) in the fixed frame,
-  /// first order.
+  /// The base has moved on and was matched. Where the match says less than its prior did, it does
+  /// so by the map; the rest is prediction, on from the newest key scan. A prior that has no
+  /// inverse counts as all there is.
   /// @param prior  covariance of the prediction, counted from the newest key scan on.
-  /// @param match  covariance of the match, likewise: what it says less than the prior comes from
-  ///               the map, the rest from the newest key scan by the prediction.
-  [[nodiscard]] Eigen::Matrix3d covariance_of(const Pose2& fixed_from_base,
-                                              const Eigen::Matrix3d& prior,
-                                              const Eigen::Matrix3d& match) const;
+  /// @param match  covariance of the answer, likewise.
+  void follow(const Pose2& fixed_from_base, const Eigen::Matrix3d& prior,
+              const Eigen::Matrix3d& match);
 
-  /// That pose becomes a key scan.
-  void add(const Pose2& fixed_from_key, const Eigen::Matrix3d& prior, const Eigen::Matrix3d& match);
+  /// Of the base where it is.
+  [[nodiscard]] Eigen::Matrix3d covariance() const;
 
-  /// Forgets the others; at least one stays.
+  /// What was matched last becomes a key scan.
+  void add();
+
+  /// Forgets older key scans; one stays at least.
   void keep_newest(std::size_t count);
 
+  /// Key scans.
+  [[nodiscard]] std::size_t size() const { return keys_.size(); }
+
+  /// Memory, which grows with the square of the number of key scans.
+  [[nodiscard]] std::size_t bytes() const {
+    return sizeof(double) * static_cast<std::size_t>(joint_.size());
+  }
+
  private:
-  /// How the error of a matched pose follows those of the key scans.
-  [[nodiscard]] Eigen::Matrix3Xd shares(const Pose2& fixed_from_base, const Eigen::Matrix3d& prior,
-                                        const Eigen::Matrix3d& match) const;
+  /// How the error of the base follows those of the key scans; three columns a key scan.
+  [[nodiscard]] Eigen::Matrix3Xd shares() const;
 
-  /// How much each key scan counts in the map around a pose; 1 in all.
-  [[nodiscard]] Eigen::VectorXd weights_at(const Pose2& fixed_from_base) const;
-
-  std::vector<Eigen::Vector2d> positions_;  ///< of the key scans, oldest first
-  Eigen::MatrixXd joint_;                   ///< covariance of all their errors
+  std::vector<Eigen::Vector2d> keys_;  ///< where they are, oldest first
+  Eigen::MatrixXd joint_;              ///< covariance of their errors; three rows a key scan
+  Eigen::Vector2d base_;               ///< where the base is
+  Eigen::Matrix3d predicted_;  ///< share of the newest key scan's error that no match has replaced,
+                               ///< for errors moved to where the newest key scan is
+  Eigen::Matrix3d match_;      ///< what has come since the newest key scan
 };
 
 }  // namespace matchbox_slam

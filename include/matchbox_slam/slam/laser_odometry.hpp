@@ -35,7 +35,7 @@ struct LaserOdometryOptions {
     option(self.key_overlap, "key_overlap", between(0.0, 1.0), "",
            "A third of that motion is enough when less than this share of the scan has the local "
            "map near; 0: never.");
-    option(self.key_scans, "key_scans", between(1, 1000), "",
+    option(self.key_scans, "key_scans", between(1, 200), "",
            "The local map is made of the last so many key scans, or up to twice as many.");
     option(self.min_points, "min_points", between(1, 100000), "",
            "Scans with fewer hits are not matched; the guess stands.");
@@ -75,7 +75,8 @@ struct LaserOdometryOutcome {
   double stamp = 0.0;                                    ///< [s]
   Pose2 odom_from_base;                                  ///< at the scan's stamp
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the odom frame;
-                                                         ///< grows with the way, never shrinks much
+                                                         ///< grows with the way, and shrinks a
+                                                         ///< little where it comes back
   /// In the base frame: (x [m/s], y [m/s], theta [rad/s]), the mean since the last scan that was
   /// matched; if this one was not, that of the guess.
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
@@ -110,7 +111,7 @@ class LaserOdometry {
   /// Key scans that the next scan is matched against, oldest first.
   [[nodiscard]] const KeyScans& key_scans() const { return reference_.key_scans; }
 
-  /// Memory of both local maps, without the key scans.
+  /// Memory of both local maps and of the covariances, without the key scans.
   [[nodiscard]] std::size_t bytes() const;
 
  private:
@@ -136,14 +137,14 @@ class LaserOdometry {
 
   [[nodiscard]] MotionEstimate guess_motion(const ScanInput& input) const;
   [[nodiscard]] Pose2 motion_during_scan(const ScanInput& input) const;
+  [[nodiscard]] double predicted_sweep(const ScanInput& input) const;
   [[nodiscard]] MatchResult match(const PointScan& scan, const Pose2& guess,
                                   const Eigen::Matrix3d& prior) const;
   [[nodiscard]] bool is_key_scan(const MatchResult& match) const;
   [[nodiscard]] LocalMap empty_map() const;
   void count_failures(MatchStatus status);
   /// Keeps what fits and shows something new or, when nothing has fitted for long, what there is.
-  void keep(const PointScan& scan, const Eigen::Matrix3d& prior, LaserOdometryOutcome& outcome,
-            State& now);
+  void keep(const PointScan& scan, LaserOdometryOutcome& outcome, State& now);
   void add_key_scan(const PointScan& scan, const Pose2& odom_from_base);
   void set_velocity(const MotionEstimate& guess, LaserOdometryOutcome& outcome) const;
   void set_motion(const LaserOdometryOutcome& outcome, State& now) const;

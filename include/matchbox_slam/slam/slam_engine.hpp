@@ -147,7 +147,10 @@ class SlamEngine {
   };
 
   [[nodiscard]] MotionEstimate predict_motion(const ScanInput& input) const;
+  [[nodiscard]] MatchResult match(const PointScan& scan, const Pose2& predicted_map_from_base,
+                                  const Eigen::Matrix3d& prior) const;
   [[nodiscard]] Pose2 motion_during_scan(const ScanInput& input) const;
+  [[nodiscard]] double predicted_sweep(const ScanInput& input) const;
   void check_input(const ScanInput& input) const;
   [[nodiscard]] bool is_to_be_inserted(const MatchResult& match, int laser) const;
   [[nodiscard]] bool is_worth_inserting(const MatchResult& match, int laser) const;
