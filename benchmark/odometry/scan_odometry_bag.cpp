@@ -94,6 +94,7 @@ void run(const Request& request, const RunDialog& dialog) {
   BagScans scans(request.recording, dialog);
   const Parameters frames = frame_parameters(request.recording);
   RunOptions options = read_options<RunOptions>(frames, "");
+  options.scan_time_offset = to_string(setup.node.scan_time_offset);
   scans.prepare(frames, options);
 
   LaserOdometry odometry(setup.odometry, setup.matcher, setup.guess,
