@@ -103,14 +103,17 @@ LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
   outcome.odom_from_base = outcome.match.map_from_base;
   const double sweep = outcome.match.accepted() ? predicted_sweep(input) : 0.0;
   if (sweep > 0.0) {
+    const bool has_heading = guess_ == GuessSource::kHeading && input.odometry;
     outcome.odom_from_base =
         without_overshoot(outcome.guessed_odom_from_base, outcome.match.map_from_base, sweep);
-    if (guess_ == GuessSource::kHeading && input.odometry) {  // which guesses no turn
+    Pose2 motion =
+        interpolate(Pose2{}, last_fix_->odom_from_base.inverse() * outcome.odom_from_base, sweep);
+    if (has_heading) {  // the turn was measured, so that nothing went too far in it
       outcome.odom_from_base.theta = outcome.match.map_from_base.theta;
+      motion.theta = wrap_angle(input.odometry->odom_from_base_last_beam.theta -
+                                input.odometry->odom_from_base.theta);
     }
-    const Pose2 motion = last_->odom_from_base.inverse() * outcome.odom_from_base;
-    scan = project_scan(input.scan, input.base_from_laser, interpolate(Pose2{}, motion, sweep),
-                        settings_.scan);
+    scan = project_scan(input.scan, input.base_from_laser, motion, settings_.scan);
   }
   ++scan_count_;
   count_failures(outcome.match.status);
@@ -142,7 +145,7 @@ void LaserOdometry::keep(const PointScan& scan, LaserOdometryOutcome& outcome, S
   }
   const bool starts_map =
       reference_.key_scans.empty() && outcome.match.status != MatchStatus::kRejectedTooFewPoints;
-  if (starts_map || (outcome.match.accepted() && is_key_scan(outcome.match))) {
+  if (starts_map || (outcome.match.accepted() && is_key_scan(outcome))) {
     if (starts_map) {
       key_errors_ = KeyErrors(outcome.odom_from_base, outcome.covariance);
     } else {
@@ -219,20 +222,21 @@ Pose2 LaserOdometry::motion_during_scan(const ScanInput& input) const {
 /// As SlamEngine::predicted_sweep.
 double LaserOdometry::predicted_sweep(const ScanInput& input) const {
   const bool is_measured = guess_ == GuessSource::kOdometry && input.odometry;
-  const double passed = last_ && !is_measured ? input.scan.stamp - last_->stamp : 0.0;
-  return passed > 0.0 ? std::clamp(input.scan.duration() / passed, 0.0, 1.0) : 0.0;
+  const double passed = last_fix_ && !is_measured ? input.scan.stamp - last_fix_->stamp : 0.0;
+  return passed > 0.0 ? std::max(0.0, input.scan.duration() / passed) : 0.0;
 }
 
-bool LaserOdometry::is_key_scan(const MatchResult& match) const {
+bool LaserOdometry::is_key_scan(const LaserOdometryOutcome& outcome) const {
   constexpr double kEnoughWithLittleOverlap = 1.0 / 3.0;
   const LaserOdometryOptions& options = settings_.odometry;
   double moved = std::numeric_limits<double>::infinity();  // from the nearest, 1: enough
   for (const auto& key : reference_.key_scans) {
-    const Pose2 key_from_base = key->map_from_base.inverse() * match.map_from_base;
+    const Pose2 key_from_base = key->map_from_base.inverse() * outcome.odom_from_base;
     moved = std::min(moved, std::max(key_from_base.translation().norm() / options.key_distance,
                                      std::abs(key_from_base.theta) / options.key_angle));
   }
-  return moved >= 1.0 || (moved >= kEnoughWithLittleOverlap && match.score < options.key_overlap);
+  return moved >= 1.0 ||
+         (moved >= kEnoughWithLittleOverlap && outcome.match.score < options.key_overlap);
 }
 
 void LaserOdometry::add_key_scan(const PointScan& scan, const Pose2& odom_from_base) {

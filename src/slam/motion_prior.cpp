@@ -42,7 +42,7 @@ MotionEstimate motion_at_constant_velocity(const Pose2& last_motion, double last
 
 Pose2 without_overshoot(const Pose2& predicted, const Pose2& matched, double sweep) {
   constexpr double kMeanBeam = 0.5;  // of the sweep
-  return interpolate(predicted, matched, 1.0 / (1.0 + kMeanBeam * std::clamp(sweep, 0.0, 1.0)));
+  return interpolate(predicted, matched, 1.0 / (1.0 + kMeanBeam * std::max(0.0, sweep)));
 }
 
 }  // namespace matchbox_slam

@@ -118,9 +118,9 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
     outcome.odom_from_base = input.odometry->odom_from_base;
   }
 
-  if (is_to_be_inserted(outcome.match, input.laser)) {
+  if (is_to_be_inserted(outcome, input.laser)) {
     if (sweep > 0.0) {  // by the motion as it is known now
-      const Pose2 moved = last_->map_from_base.inverse() * outcome.map_from_base;
+      const Pose2 moved = last_->fix->map_from_base.inverse() * outcome.map_from_base;
       scan = project_scan(input.scan, input.base_from_laser, interpolate(Pose2{}, moved, sweep),
                           options_.scan);
     }
@@ -155,12 +155,18 @@ void SlamEngine::remember(const ScanInput& input, const ScanOutcome& outcome) {
   state.odom_from_base = outcome.odom_from_base;
   state.laser = input.laser;
   state.matched = outcome.match.accepted() || outcome.inserted;
-  if (last_ && state.stamp > last_->stamp) {
-    state.motion = last_->map_from_base.inverse() * outcome.map_from_base;
-    state.interval = input.scan.stamp - last_->stamp;
-  } else if (last_) {  // two lasers at one moment: it goes on as it went
+  if (last_) {
     state.motion = last_->motion;
     state.interval = last_->interval;
+    state.fix = last_->fix;
+  }
+  if (state.matched) {
+    // From fix to fix: what a wrong prediction was corrected by is no motion.
+    if (state.fix && state.stamp > state.fix->stamp) {
+      state.motion = state.fix->map_from_base.inverse() * outcome.map_from_base;
+      state.interval = state.stamp - state.fix->stamp;
+    }
+    state.fix = Fix{state.stamp, outcome.map_from_base};
   }
   last_ = state;
   ++scan_count_;
@@ -195,6 +201,7 @@ void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   last_->map_from_base = map_from_base;
   last_->covariance = covariance;
   last_->motion = {};
+  last_->fix.reset();
 }
 
 MotionEstimate SlamEngine::predict_motion(const ScanInput& input) const {
@@ -219,36 +226,38 @@ Pose2 SlamEngine::motion_during_scan(const ScanInput& input) const {
   return {};
 }
 
-/// Share of the time since the last scan that this one took, where the motion in that time was
+/// Duration of the scan over the time since the last match, where the motion in that time was
 /// predicted from earlier matches; else 0.
 double SlamEngine::predicted_sweep(const ScanInput& input) const {
-  const double passed = last_ && !input.odometry ? input.scan.stamp - last_->stamp : 0.0;
-  return passed > 0.0 ? std::clamp(input.scan.duration() / passed, 0.0, 1.0) : 0.0;
+  const bool is_predicted = last_ && last_->fix && !input.odometry;
+  const double passed = is_predicted ? input.scan.stamp - last_->fix->stamp : 0.0;
+  return passed > 0.0 ? std::max(0.0, input.scan.duration() / passed) : 0.0;
 }
 
 /// Only what was matched goes into the map, except for what starts it. A further laser's first scan
 /// may show what no other has seen yet: then it goes where the others have just put the base.
-bool SlamEngine::is_to_be_inserted(const MatchResult& match, int laser) const {
+bool SlamEngine::is_to_be_inserted(const ScanOutcome& outcome, int laser) const {
+  const MatchResult& match = outcome.match;
   if (!options_.slam.update_map) {
     return false;
   }
   if (match.accepted()) {
-    return is_worth_inserting(match, laser);
+    return is_worth_inserting(outcome, laser);
   }
   return map_.field.empty() ||
          (match.status == MatchStatus::kRejectedLowScore && last_ && last_->matched &&
           !last_inserted_.empty() && last_inserted_.count(laser) == 0);
 }
 
-bool SlamEngine::is_worth_inserting(const MatchResult& match, int laser) const {
+bool SlamEngine::is_worth_inserting(const ScanOutcome& outcome, int laser) const {
   const auto before = last_inserted_.find(laser);
   if (before == last_inserted_.end()) {
     return true;
   }
-  const Pose2 moved = before->second.inverse() * match.map_from_base;
+  const Pose2 moved = before->second.inverse() * outcome.map_from_base;
   return moved.translation().norm() >= options_.slam.insert_distance ||
          std::abs(moved.theta) >= options_.slam.insert_angle ||
-         match.score < options_.slam.insert_overlap;
+         outcome.match.score < options_.slam.insert_overlap;
 }
 
 void SlamEngine::insert(const PointScan& scan, const Pose2& map_from_base, int laser) {

@@ -88,6 +88,60 @@ TEST(KeyErrors, ManyMatchesReplaceThePredictionTogether) {
   expect_near(errors.covariance(), kFirst + 0.25 * kMatch + match);
 }
 
+Eigen::Matrix3d moved_by(double x, double y) {
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
+  matrix(0, 2) = -y;
+  matrix(1, 2) = x;
+  return matrix;
+}
+
+TEST(KeyErrors, AHeadingErrorOfTheNewestScanMovesWhatIsPredictedFromIt) {
+  const KeyErrors errors = two_at({});
+  const Eigen::Matrix3d prior = Eigen::Vector3d(1e-4, 1e-4, 1e-5).asDiagonal();
+  const Eigen::Matrix3d moved = moved_by(6.0, 8.0);
+  expect_near(covariance_at(errors, {6.0, 8.0, 0.0}, prior, prior),
+              moved * (kFirst + kMatch) * moved.transpose() + prior);
+}
+
+/// Two key scans 2 m apart, and the base away from both.
+TEST(KeyErrors, CountsNearKeyScansMoreAndMovesTheErrorsOfEach) {
+  KeyErrors errors({}, kFirst);
+  errors.follow({2.0, 0.0, 0.0}, kWide, kMatch);
+  errors.add();
+  // first = a, second = moved_by(2, 0) a + b with a of kFirst and b of kMatch; at (1.5, 1).
+  const double near = std::exp(-0.5 * (0.25 + 1.0) / 1.44);
+  const double far = std::exp(-0.5 * (2.25 + 1.0) / 1.44);
+  const double share = near / (near + far);
+  const Eigen::Matrix3d of_first = moved_by(1.5, 1.0);
+  const Eigen::Matrix3d of_second = share * moved_by(-0.5, 1.0);
+  const Eigen::Matrix3d next = 1e-9 * Eigen::Matrix3d::Identity();
+  expect_near(
+      covariance_at(errors, {1.5, 1.0, 0.0}, kWide, next),
+      of_first * kFirst * of_first.transpose() + of_second * kMatch * of_second.transpose() + next);
+}
+
+/// A pose error that a partial match leaves is moved on with the base.
+TEST(KeyErrors, WhatMatchesLeaveIsMovedOn) {
+  const KeyErrors made = two_at({});
+  Eigen::Matrix3d left;  // by each match: of the prior's error, in x and in heading
+  left << 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.25;
+  const Eigen::Matrix3d prior = Eigen::Vector3d(2e-4, 2e-4, 2e-4).asDiagonal();
+  const Eigen::Matrix3d match = Eigen::Vector3d(1e-4, 0.0, 0.5e-4).asDiagonal();
+  KeyErrors errors = made;
+  errors.follow({1.0, 3.0, 0.0}, prior, match);
+  errors.follow({2.0, -1.0, 0.0}, prior, match);
+  // In the fixed frame's terms about the key scans' place, where both key scans are.
+  const auto about_keys = [&](double x, double y) -> Eigen::Matrix3d {
+    return moved_by(-x, -y) * left * moved_by(x, y);
+  };
+  const Eigen::Matrix3d by_prediction = about_keys(2.0, -1.0) * about_keys(1.0, 3.0);
+  // The mean error is a + b / 2, the newest one's a + b.
+  const Eigen::Matrix3d of_b = 0.5 * Eigen::Matrix3d::Identity() + 0.5 * by_prediction;
+  const Eigen::Matrix3d moved = moved_by(2.0, -1.0);
+  expect_near(errors.covariance(),
+              moved * (kFirst + of_b * kMatch * of_b.transpose()) * moved.transpose() + match);
+}
+
 TEST(KeyErrors, ScansFarAwayDoNotCount) {
   KeyErrors errors({}, kFirst);
   const Pose2 far{100.0, 0.0, 0.0};

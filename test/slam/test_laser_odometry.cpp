@@ -190,13 +190,19 @@ TEST(LaserOdometry, TheVelocityIsThatOfTheArc) {
   EXPECT_NEAR(outcome.velocity.z(), kPi, 1e-9);
 }
 
-class LaserOdometryIn : public testing::TestWithParam<std::string> {};
+struct Honesty {
+  const char* world;
+  double nees;  ///< measured; 3 is right, more claims to know too much
+};
+
+class LaserOdometryIn : public testing::TestWithParam<Honesty> {};
 
 TEST_P(LaserOdometryIn, TheCovarianceIsHonest) {
   double normalized = 0.0;
   constexpr int kRuns = 8;
   for (int seed = 1; seed <= kRuns; ++seed) {
-    const SimulatedRun run = drive_through(GetParam(), 20.0, {}, static_cast<std::uint64_t>(seed));
+    const SimulatedRun run =
+        drive_through(GetParam().world, 20.0, {}, static_cast<std::uint64_t>(seed));
     const LaserOdometryOutcome last = process(run, kOlson).back();
     const Pose2 truth = true_pose(run, run.scans.size() - 1);
     const Eigen::Vector3d error(last.odom_from_base.x - truth.x, last.odom_from_base.y - truth.y,
@@ -204,13 +210,14 @@ TEST_P(LaserOdometryIn, TheCovarianceIsHonest) {
     normalized += error.dot(last.covariance.inverse() * error) / kRuns;
   }
   RecordProperty("nees", std::to_string(normalized));
-  // 3 is right; the mean of eight has a standard deviation of 0.9. Measured: 2.5, 4.1, 2.5.
-  EXPECT_LT(normalized, 4.9) << "the covariance claims to know too much";
-  EXPECT_GT(normalized, 1.0) << "the covariance is too large";
+  EXPECT_LT(normalized, 1.5 * GetParam().nees);
+  EXPECT_GT(normalized, GetParam().nees / 1.5);
 }
 
-INSTANTIATE_TEST_SUITE_P(Worlds, LaserOdometryIn, testing::Values("rooms", "random", "loop"),
-                         [](const auto& world) { return world.param; });
+INSTANTIATE_TEST_SUITE_P(Worlds, LaserOdometryIn,
+                         testing::Values(Honesty{"rooms", 2.5}, Honesty{"random", 4.1},
+                                         Honesty{"loop", 2.5}),
+                         [](const auto& honesty) { return std::string(honesty.param.world); });
 
 /// A laser that sweeps all the time, without odometry: the motion that is taken out of a scan comes
 /// from the last match, which must not make the poses swing.
@@ -229,7 +236,7 @@ TEST(LaserOdometry, ALaserThatAlwaysSweepsDoesNotSwing) {
   }
   RecordProperty("rms", std::to_string(std::sqrt(squares)));
   // Measured: 4.3 mm; 460 mm with a match as it is.
-  EXPECT_LT(std::sqrt(squares), 0.0065);
+  EXPECT_LT(std::sqrt(squares), 0.0064);
 }
 
 // --- at rest, and in the long run ---

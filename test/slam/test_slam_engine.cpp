@@ -188,7 +188,7 @@ TEST(SlamEngine, ALaserThatAlwaysSweepsMapsWithoutOdometry) {
   const double error = rms_error(run, process(run, engine, false));
   RecordProperty("rms", std::to_string(error));
   // Measured: 4.9 mm; 82 mm with a match as it is.
-  EXPECT_LT(error, 0.0075);
+  EXPECT_LT(error, 0.0073);
 }
 
 // --- the same bits ---

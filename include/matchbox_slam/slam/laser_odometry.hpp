@@ -73,7 +73,8 @@ enum class GuessSource {
 /// What became of one scan.
 struct LaserOdometryOutcome {
   double stamp = 0.0;                                    ///< [s]
-  Pose2 odom_from_base;                                  ///< at the scan's stamp
+  Pose2 odom_from_base;                                  ///< at the scan's stamp; see
+                                                         ///< without_overshoot
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the odom frame;
                                                          ///< grows with the way, and shrinks a
                                                          ///< little where it comes back
@@ -129,7 +130,7 @@ class LaserOdometry {
   struct State {
     double stamp = 0.0;
     Pose2 odom_from_base;
-    Eigen::Matrix3d local_covariance;            ///< as in Fix, but counted from the anchor on
+    Eigen::Matrix3d local_covariance;            ///< as in Fix, but from the newest key scan on
     std::optional<Pose2> sensed_odom_from_base;  ///< the input's odometry
     Pose2 motion;           ///< between the last two fixes, by the earlier one's base frame
     double interval = 0.0;  ///< [s] that this motion took; 0: none is known
@@ -140,7 +141,7 @@ class LaserOdometry {
   [[nodiscard]] double predicted_sweep(const ScanInput& input) const;
   [[nodiscard]] MatchResult match(const PointScan& scan, const Pose2& guess,
                                   const Eigen::Matrix3d& prior) const;
-  [[nodiscard]] bool is_key_scan(const MatchResult& match) const;
+  [[nodiscard]] bool is_key_scan(const LaserOdometryOutcome& outcome) const;
   [[nodiscard]] LocalMap empty_map() const;
   void count_failures(MatchStatus status);
   /// Keeps what fits and shows something new or, when nothing has fitted for long, what there is.

@@ -59,13 +59,14 @@ struct MotionEstimate {
                                                          const MotionPriorOptions& options);
 
 /// The pose at a scan whose motion during the sweep was predicted from earlier matches, and so
-/// taken out wrongly where the prediction is wrong. With a prediction that is off by d from scan to
-/// scan, the points are off by d / 2 times `sweep` on average, to the other side: the match goes
-/// too far from the prediction, by as much. The next prediction would go too far back, and so on,
-/// with more and more; a laser that sweeps all the time had poses that swing by themselves. The
-/// motion of the pose is less than that of the match by this share.
-/// @param predicted, matched  poses of the base in one frame, of any kind.
-/// @param sweep  duration of the scan over the time since the last one, 0...1.
+/// taken out wrongly where the prediction is wrong. With a prediction that is off by d since the
+/// last match, the points are off by d / 2 times `sweep` on average, to the other side: the match
+/// goes too far from the prediction, by as much. The next prediction would go too far back, and so
+/// on, with more and more; a laser that sweeps all the time had poses that swing by themselves. The
+/// motion of the pose is less than that of the match by this share, to first order.
+/// @param predicted, matched  poses of the base in the map, or in the odometry's frame.
+/// @param sweep  duration of the scan over the time since the last match; above 1 where several
+///               lasers take turns.
 [[nodiscard]] Pose2 without_overshoot(const Pose2& predicted, const Pose2& matched, double sweep);
 
 }  // namespace matchbox_slam

@@ -77,7 +77,8 @@ struct EngineOptions {
 /// What became of one scan.
 struct ScanOutcome {
   double stamp = 0.0;
-  Pose2 map_from_base;         ///< at the scan's stamp
+  Pose2 map_from_base;         ///< at the scan's stamp; see without_overshoot for why it may
+                               ///< differ from the match's
   Eigen::Matrix3d covariance;  ///< over (x, y, theta) in the map frame
   Pose2 predicted_map_from_base;
   std::optional<Pose2> odom_from_base;
@@ -134,14 +135,20 @@ class SlamEngine {
   [[nodiscard]] MapStart snapshot() const;
 
  private:
+  /// A scan that was matched, or that started the map.
+  struct Fix {
+    double stamp = 0.0;
+    Pose2 map_from_base;
+  };
   /// The newest scan's pose and what the next prediction needs.
   struct State {
     double stamp = 0.0;
     Pose2 map_from_base;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     std::optional<Pose2> odom_from_base;
-    Pose2 motion;           ///< from the scan before this one, by its own base frame
-    double interval = 0.0;  ///< [s] that this motion took
+    Pose2 motion;           ///< between the last two fixes, by the earlier one's base frame
+    double interval = 0.0;  ///< [s] that this motion took; 0: none is known
+    std::optional<Fix> fix;
     int laser = 0;
     bool matched = false;
   };
@@ -152,8 +159,8 @@ class SlamEngine {
   [[nodiscard]] Pose2 motion_during_scan(const ScanInput& input) const;
   [[nodiscard]] double predicted_sweep(const ScanInput& input) const;
   void check_input(const ScanInput& input) const;
-  [[nodiscard]] bool is_to_be_inserted(const MatchResult& match, int laser) const;
-  [[nodiscard]] bool is_worth_inserting(const MatchResult& match, int laser) const;
+  [[nodiscard]] bool is_to_be_inserted(const ScanOutcome& outcome, int laser) const;
+  [[nodiscard]] bool is_worth_inserting(const ScanOutcome& outcome, int laser) const;
   void insert(const PointScan& scan, const Pose2& map_from_base, int laser);
   void remember(const ScanInput& input, const ScanOutcome& outcome);
 
