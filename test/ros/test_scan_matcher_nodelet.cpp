@@ -226,8 +226,8 @@ TEST_F(ScanMatcherNodelet, CovariancesArePositiveDefiniteAndGrow) {
       ASSERT_TRUE(is_positive_definite(message.twist.covariance)) << name;
       ASSERT_EQ(message.child_frame_id, "base_footprint");
     }
-    // A little: the drive stays in sight of what the first scans saw.
-    EXPECT_GT(messages(name).back().pose.covariance[0], messages(name)[1].pose.covariance[0]);
+    // Not much: the drive stays in sight of what the first scans saw. Measured: 1.24 to 2.2 times.
+    EXPECT_GT(messages(name).back().pose.covariance[0], 1.1 * messages(name)[1].pose.covariance[0]);
     EXPECT_LT(messages(name).back().twist.covariance[0], 0.05);
   }
 }

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <cmath>
 
 #include "matchbox_slam/common/random.hpp"
@@ -118,6 +119,17 @@ TEST(KeyErrors, CountsNearKeyScansMoreAndMovesTheErrorsOfEach) {
   expect_near(
       covariance_at(errors, {1.5, 1.0, 0.0}, kWide, next),
       of_first * kFirst * of_first.transpose() + of_second * kMatch * of_second.transpose() + next);
+}
+
+TEST(KeyErrors, AMatchLeavesOfThePriorWhatTheCovariancesSay) {
+  Eigen::Matrix3d prior;
+  prior << 4e-9, 1e-9, 0.0, 1e-9, 2e-9, 5e-10, 0.0, 5e-10, 1e-9;
+  const Eigen::Matrix3d measured = Eigen::Vector3d(1e-9, 5e-9, 2e-9).asDiagonal();
+  const Eigen::Matrix3d match = (prior.inverse() + measured.inverse()).inverse();
+  // The mean error is a + b / 2, the newest one's a + b.
+  const Eigen::Matrix3d of_b = 0.5 * (Eigen::Matrix3d::Identity() + match * prior.inverse());
+  expect_near(covariance_at(two_at({}), {}, prior, match),
+              kFirst + of_b * kMatch * of_b.transpose() + match);
 }
 
 /// A pose error that a partial match leaves is moved on with the base.
