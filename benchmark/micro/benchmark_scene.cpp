@@ -3,8 +3,8 @@
 #include <map>
 
 #include "matchbox_slam/common/random.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
-#include "matchbox_slam/simulation/robot.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/robot.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "matchbox_slam/sensor/laser_scan.hpp"
-#include "matchbox_slam/simulation/laser.hpp"
-#include "matchbox_slam/simulation/world.hpp"
 #include "matching/match_scene.hpp"
+#include "simulation/laser.hpp"
+#include "simulation/world.hpp"
 
 namespace matchbox_slam {
 

@@ -1,7 +1,7 @@
 // Three ways to find the same pose: one candidate after the other, all translations of a rotation
 // at once, and by bounds; over the windows of the literature, and by beams, window and map size.
 
-#include "matchbox_slam/matching/correlative_search.hpp"
+#include "matching/olson/correlative_search.hpp"
 
 #include <benchmark/benchmark.h>
 

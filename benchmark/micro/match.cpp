@@ -1,10 +1,10 @@
 #include <benchmark/benchmark.h>
 
 #include "benchmark_scene.hpp"
-#include "matchbox_slam/matching/hough_matcher.hpp"
-#include "matchbox_slam/matching/monte_carlo_matcher.hpp"
+#include "matchbox_slam/matching/hough/hough_matcher.hpp"
+#include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
-#include "matchbox_slam/matching/olson_matcher.hpp"
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
 
 namespace matchbox_slam {
 namespace {

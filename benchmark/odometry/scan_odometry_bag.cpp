@@ -6,17 +6,17 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "bag/bag_scans.hpp"
 #include "bag_flags.hpp"
+#include "io/tum.hpp"
 #include "json_text.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/tum.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
-#include "matchbox_slam/ros/bag_scans.hpp"
-#include "matchbox_slam/ros/run_report.hpp"
-#include "matchbox_slam/ros/scan_matcher_diagnostics.hpp"
-#include "matchbox_slam/ros/scan_matcher_setup.hpp"
-#include "matchbox_slam/ros/terminal.hpp"
+#include "node/scan_matcher_diagnostics.hpp"
+#include "run/scan_matcher_setup.hpp"
 #include "run_program.hpp"
+#include "tools/run_report.hpp"
+#include "tools/terminal.hpp"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "matchbox_slam/common/number_text.hpp"
+#include "common/number_text.hpp"
 
 #include <cmath>
 #include <iomanip>

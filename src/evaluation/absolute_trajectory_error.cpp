@@ -1,4 +1,4 @@
-#include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
+#include "evaluation/absolute_trajectory_error.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "matchbox_slam/evaluation/clock_offset.hpp"
+#include "evaluation/clock_offset.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "matchbox_slam/common/number_text.hpp"
-#include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
+#include "common/number_text.hpp"
+#include "evaluation/absolute_trajectory_error.hpp"
 
 namespace matchbox_slam {
 namespace {

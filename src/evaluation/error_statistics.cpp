@@ -1,4 +1,4 @@
-#include "matchbox_slam/evaluation/error_statistics.hpp"
+#include "evaluation/error_statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -44,6 +44,10 @@ ErrorStatistics summarize_errors(const std::vector<double>& errors) {
   statistics.p95 = quantile_of_sorted(sorted, 0.95);
   statistics.max = sorted.back();
   return statistics;
+}
+
+ErrorStatistics statistics_of(const std::vector<float>& values) {
+  return values.empty() ? ErrorStatistics{} : summarize_errors({values.begin(), values.end()});
 }
 
 }  // namespace matchbox_slam

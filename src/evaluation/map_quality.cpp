@@ -1,10 +1,10 @@
-#include "matchbox_slam/evaluation/map_quality.hpp"
+#include "evaluation/map_quality.hpp"
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
-#include "matchbox_slam/evaluation/trajectory.hpp"
+#include "geometry/trajectory.hpp"
 
 namespace matchbox_slam {
 namespace {

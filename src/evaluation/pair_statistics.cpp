@@ -1,4 +1,4 @@
-#include "matchbox_slam/evaluation/pair_statistics.hpp"
+#include "evaluation/pair_statistics.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>

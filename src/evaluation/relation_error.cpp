@@ -1,4 +1,4 @@
-#include "matchbox_slam/evaluation/relation_error.hpp"
+#include "evaluation/relation_error.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "matchbox_slam/common/number_text.hpp"
+#include "common/number_text.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,4 +1,4 @@
-#include "matchbox_slam/evaluation/relative_pose_error.hpp"
+#include "evaluation/relative_pose_error.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "matchbox_slam/evaluation/scan_pairs.hpp"
+#include "evaluation/scan_pairs.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -9,8 +9,8 @@
 #include <system_error>
 #include <thread>
 
+#include "common/thread_time.hpp"
 #include "matchbox_slam/common/random.hpp"
-#include "matchbox_slam/common/thread_time.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,4 +1,4 @@
-#include "bitmap_font.hpp"
+#include "io/bitmap_font.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,4 +1,4 @@
-#include "matchbox_slam/io/gzip.hpp"
+#include "io/gzip.hpp"
 
 #include <zlib.h>
 

@@ -1,4 +1,4 @@
-#include "matchbox_slam/io/hough_picture.hpp"
+#include "io/hough_picture.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "matchbox_slam/io/map_picture.hpp"
+#include "io/map_picture.hpp"
 
 #include <algorithm>
 #include <cmath>

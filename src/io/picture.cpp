@@ -1,11 +1,11 @@
-#include "matchbox_slam/io/picture.hpp"
+#include "io/picture.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
 
-#include "bitmap_font.hpp"
+#include "io/bitmap_font.hpp"
 
 namespace matchbox_slam {
 namespace {

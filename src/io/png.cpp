@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "matchbox_slam/io/picture.hpp"
+#include "io/picture.hpp"
 
 namespace matchbox_slam {
 

@@ -1,11 +1,11 @@
-#include "matchbox_slam/io/relations_file.hpp"
+#include "io/relations_file.hpp"
 
 #include <array>
 #include <cstddef>
 #include <sstream>
 
+#include "io/text_columns.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "text_columns.hpp"
 
 namespace matchbox_slam {
 namespace {

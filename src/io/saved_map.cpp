@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "io/gzip.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/gzip.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 
 namespace matchbox_slam {

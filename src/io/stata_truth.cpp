@@ -1,4 +1,4 @@
-#include "matchbox_slam/io/stata_truth.hpp"
+#include "io/stata_truth.hpp"
 
 #include <array>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "io/text_columns.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "text_columns.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,8 +1,8 @@
-#include "text_columns.hpp"
+#include "io/text_columns.hpp"
 
 #include <sstream>
 
-#include "matchbox_slam/common/number_text.hpp"
+#include "common/number_text.hpp"
 #include "matchbox_slam/io/file.hpp"
 
 namespace matchbox_slam {

@@ -1,4 +1,4 @@
-#include "matchbox_slam/io/tum.hpp"
+#include "io/tum.hpp"
 
 #include <array>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <sstream>
 #include <vector>
 
+#include "io/text_columns.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "text_columns.hpp"
 
 namespace matchbox_slam {
 namespace {

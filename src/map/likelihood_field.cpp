@@ -7,7 +7,7 @@
 #include <string>
 #include <tuple>
 
-#include "matchbox_slam/common/simd.hpp"
+#include "common/simd.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "matchbox_slam/map/scan_surfaces.hpp"
+#include "map/scan_surfaces.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,4 +1,4 @@
-#include "matchbox_slam/map/scan_surfaces.hpp"
+#include "map/scan_surfaces.hpp"
 
 #include <Eigen/Geometry>
 #include <cmath>

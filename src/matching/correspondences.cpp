@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "matchbox_slam/common/simd.hpp"
+#include "common/simd.hpp"
 
 namespace matchbox_slam {
 namespace {

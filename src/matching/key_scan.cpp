@@ -3,7 +3,7 @@
 #include <mutex>
 #include <utility>
 
-#include "matchbox_slam/map/scan_surfaces.hpp"
+#include "map/scan_surfaces.hpp"
 
 namespace matchbox_slam {
 namespace {

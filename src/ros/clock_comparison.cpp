@@ -1,11 +1,11 @@
-#include "matchbox_slam/ros/clock_comparison.hpp"
+#include "ros/clock_comparison.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
-#include "matchbox_slam/ros/message_conversion.hpp"
-#include "matchbox_slam/ros/transform_store.hpp"
+#include "ros/message_conversion.hpp"
+#include "ros/transform_store.hpp"
 
 namespace matchbox_slam {
 

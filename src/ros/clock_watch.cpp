@@ -1,9 +1,9 @@
-#include "matchbox_slam/ros/clock_watch.hpp"
+#include "ros/clock_watch.hpp"
 
 #include <cmath>
 
-#include "matchbox_slam/ros/message_conversion.hpp"
-#include "matchbox_slam/ros/transform_store.hpp"
+#include "ros/message_conversion.hpp"
+#include "ros/transform_store.hpp"
 
 namespace matchbox_slam {
 

@@ -1,4 +1,4 @@
-#include "matchbox_slam/ros/imu_heading.hpp"
+#include "ros/imu_heading.hpp"
 
 #include <cmath>
 

@@ -1,31 +1,8 @@
-#include "matchbox_slam/ros/matcher_loader.hpp"
+#include "ros/matcher_loader.hpp"
 
 #include <algorithm>
-#include <cctype>
-#include <cstddef>
 
 namespace matchbox_slam {
-
-namespace {
-
-bool is_upper(char c) { return std::isupper(static_cast<unsigned char>(c)) != 0; }
-
-}  // namespace
-
-std::string matcher_short_name(const std::string& lookup_name) {
-  const std::string name = lookup_name.substr(lookup_name.rfind('/') + 1);
-  std::string snake;
-  for (std::size_t i = 0; i < name.size(); ++i) {
-    const bool ends_acronym =
-        i + 1 < name.size() && i > 0 && is_upper(name[i - 1]) && !is_upper(name[i + 1]);
-    if (is_upper(name[i]) && i > 0 && name[i - 1] != '_' &&
-        (!is_upper(name[i - 1]) || ends_acronym)) {
-      snake += '_';
-    }
-    snake += static_cast<char>(std::tolower(static_cast<unsigned char>(name[i])));
-  }
-  return snake;
-}
 
 MatcherLoader::MatcherLoader() {
   try {
@@ -43,30 +20,6 @@ std::vector<std::string> MatcherLoader::lookup_names() const {
   std::vector<std::string> names = loader_->getDeclaredClasses();
   std::sort(names.begin(), names.end());
   return names;
-}
-
-std::string MatcherLoader::find(const std::string& name) const {
-  const std::vector<std::string> declared = lookup_names();
-  std::vector<std::string> fitting;
-  std::vector<std::string> short_names;
-  for (const std::string& lookup_name : declared) {
-    short_names.push_back(matcher_short_name(lookup_name));
-    if (lookup_name == name) {
-      return lookup_name;
-    }
-    if (short_names.back() == name) {
-      fitting.push_back(lookup_name);
-    }
-  }
-  if (fitting.size() > 1) {
-    throw ConfigurationError("matcher '" + name + "' may be any of " + join(fitting) +
-                             "; give the full name");
-  }
-  if (fitting.empty()) {
-    throw ConfigurationError("there is no matcher '" + name + "'; known: " + join(short_names) +
-                             " (or " + join(declared) + ")");
-  }
-  return fitting.front();
 }
 
 std::shared_ptr<ScanMatcher> MatcherLoader::create(const std::string& lookup_name) const {

@@ -1,4 +1,4 @@
-#include "matchbox_slam/ros/message_conversion.hpp"
+#include "ros/message_conversion.hpp"
 
 #include <array>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "matchbox_slam/matching/scan_matcher.hpp"
-#include "matchbox_slam/ros/transform_store.hpp"
+#include "ros/transform_store.hpp"
 
 namespace matchbox_slam {
 

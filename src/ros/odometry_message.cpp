@@ -1,6 +1,6 @@
-#include "matchbox_slam/ros/odometry_message.hpp"
+#include "ros/odometry_message.hpp"
 
-#include "matchbox_slam/ros/message_conversion.hpp"
+#include "ros/message_conversion.hpp"
 
 namespace matchbox_slam {
 

@@ -1,4 +1,4 @@
-#include "matchbox_slam/ros/ros_parameters.hpp"
+#include "ros/ros_parameters.hpp"
 
 #include <cstdint>
 #include <optional>

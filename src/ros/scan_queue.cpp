@@ -1,11 +1,11 @@
-#include "matchbox_slam/ros/scan_queue.hpp"
+#include "ros/scan_queue.hpp"
 
 #include <algorithm>
 #include <iomanip>
 #include <sstream>
 #include <utility>
 
-#include "matchbox_slam/ros/message_conversion.hpp"
+#include "ros/message_conversion.hpp"
 
 namespace matchbox_slam {
 

@@ -1,4 +1,4 @@
-#include "matchbox_slam/ros/transform_store.hpp"
+#include "ros/transform_store.hpp"
 
 #include <tf2/exceptions.h>
 #include <tf2_eigen/tf2_eigen.h>
@@ -7,7 +7,7 @@
 #include <iomanip>
 #include <sstream>
 
-#include "matchbox_slam/ros/message_conversion.hpp"
+#include "ros/message_conversion.hpp"
 
 namespace matchbox_slam {
 
@@ -69,10 +69,6 @@ std::string find_map_link(const tf2_msgs::TFMessage& message, const std::string&
     }
   }
   return {};
-}
-
-std::string without_leading_slash(const std::string& frame) {
-  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
 }
 
 Pose2 project_to_plane(const Eigen::Isometry3d& pose) {

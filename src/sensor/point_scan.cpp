@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <string>
 
-#include "matchbox_slam/sensor/straight_walls.hpp"
+#include "sensor/straight_walls.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,4 +1,4 @@
-#include "matchbox_slam/sensor/straight_walls.hpp"
+#include "sensor/straight_walls.hpp"
 
 #include <algorithm>
 #include <cmath>

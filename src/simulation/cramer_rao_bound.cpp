@@ -1,4 +1,4 @@
-#include "matchbox_slam/simulation/cramer_rao_bound.hpp"
+#include "simulation/cramer_rao_bound.hpp"
 
 #include <Eigen/QR>
 #include <algorithm>

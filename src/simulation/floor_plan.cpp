@@ -1,4 +1,4 @@
-#include "floor_plan.hpp"
+#include "simulation/floor_plan.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "matchbox_slam/simulation/wall_segment.hpp"
-#include "matchbox_slam/simulation/world.hpp"
+#include "simulation/wall_segment.hpp"
+#include "simulation/world.hpp"
 
 namespace matchbox_slam {
 

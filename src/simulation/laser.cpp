@@ -1,4 +1,4 @@
-#include "matchbox_slam/simulation/laser.hpp"
+#include "simulation/laser.hpp"
 
 #include <cmath>
 #include <limits>

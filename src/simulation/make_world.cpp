@@ -1,4 +1,4 @@
-#include "matchbox_slam/simulation/make_world.hpp"
+#include "simulation/make_world.hpp"
 
 #include <array>
 

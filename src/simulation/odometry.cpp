@@ -1,4 +1,4 @@
-#include "matchbox_slam/simulation/odometry.hpp"
+#include "simulation/odometry.hpp"
 
 #include <algorithm>
 #include <cmath>

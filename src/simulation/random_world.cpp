@@ -1,8 +1,8 @@
 #include <cmath>
 
-#include "floor_plan.hpp"
 #include "matchbox_slam/common/random.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
+#include "simulation/floor_plan.hpp"
+#include "simulation/make_world.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,4 +1,4 @@
-#include "matchbox_slam/simulation/robot.hpp"
+#include "simulation/robot.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "room_furniture.hpp"
+#include "simulation/room_furniture.hpp"
 
 #include <cmath>
 #include <vector>

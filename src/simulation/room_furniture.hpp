@@ -1,7 +1,7 @@
 #pragma once
 
-#include "floor_plan.hpp"
 #include "matchbox_slam/common/random.hpp"
+#include "simulation/floor_plan.hpp"
 
 namespace matchbox_slam {
 

@@ -2,11 +2,11 @@
 #include <cmath>
 #include <vector>
 
-#include "floor_plan.hpp"
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/angles.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
-#include "room_furniture.hpp"
+#include "simulation/floor_plan.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/room_furniture.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,4 +1,4 @@
-#include "matchbox_slam/simulation/segment_grid.hpp"
+#include "simulation/segment_grid.hpp"
 
 #include <algorithm>
 #include <cmath>

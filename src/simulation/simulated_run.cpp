@@ -1,6 +1,6 @@
-#include "matchbox_slam/simulation/simulated_run.hpp"
+#include "simulation/simulated_run.hpp"
 
-#include "matchbox_slam/common/interrupted.hpp"
+#include "common/interrupted.hpp"
 #include "matchbox_slam/common/random.hpp"
 
 namespace matchbox_slam {

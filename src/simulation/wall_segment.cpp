@@ -1,4 +1,4 @@
-#include "matchbox_slam/simulation/wall_segment.hpp"
+#include "simulation/wall_segment.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "matchbox_slam/simulation/world.hpp"
+#include "simulation/world.hpp"
 
 #include <algorithm>
 #include <limits>

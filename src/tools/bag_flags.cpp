@@ -1,4 +1,4 @@
-#include "bag_flags.hpp"
+#include "tools/bag_flags.hpp"
 
 #include <sstream>
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "matchbox_slam/ros/bag_scans.hpp"
+#include "bag/bag_scans.hpp"
 
 namespace matchbox_slam {
 

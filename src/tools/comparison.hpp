@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "evaluation_plot.hpp"
-#include "matchbox_slam/evaluation/trajectory.hpp"
-#include "truth_options.hpp"
+#include "geometry/trajectory.hpp"
+#include "tools/evaluation_plot.hpp"
+#include "tools/truth_options.hpp"
 
 namespace matchbox_slam {
 

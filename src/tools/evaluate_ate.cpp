@@ -1,4 +1,4 @@
-#include "evaluate_ate.hpp"
+#include "tools/evaluate_ate.hpp"
 
 #include <cstddef>
 #include <iostream>
@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "comparison.hpp"
-#include "json_text.hpp"
-#include "matchbox_slam/common/number_text.hpp"
-#include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
-#include "text_table.hpp"
+#include "common/number_text.hpp"
+#include "evaluation/absolute_trajectory_error.hpp"
+#include "tools/comparison.hpp"
+#include "tools/json_text.hpp"
+#include "tools/text_table.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,10 +1,10 @@
 #include <CLI/CLI.hpp>
 
-#include "evaluate_ate.hpp"
-#include "evaluate_map.hpp"
-#include "evaluate_relations.hpp"
-#include "evaluate_rpe.hpp"
-#include "run_program.hpp"
+#include "tools/evaluate_ate.hpp"
+#include "tools/evaluate_map.hpp"
+#include "tools/evaluate_relations.hpp"
+#include "tools/evaluate_rpe.hpp"
+#include "tools/run_program.hpp"
 
 namespace {
 

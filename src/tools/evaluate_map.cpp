@@ -1,4 +1,4 @@
-#include "evaluate_map.hpp"
+#include "tools/evaluate_map.hpp"
 
 #include <cstddef>
 #include <iostream>
@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "evaluation_plot.hpp"
-#include "json_text.hpp"
-#include "map_quality_picture.hpp"
-#include "matchbox_slam/common/number_text.hpp"
-#include "matchbox_slam/evaluation/map_quality.hpp"
-#include "matchbox_slam/evaluation/trajectory.hpp"
+#include "common/number_text.hpp"
+#include "evaluation/map_quality.hpp"
+#include "geometry/trajectory.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
-#include "text_table.hpp"
+#include "tools/evaluation_plot.hpp"
+#include "tools/json_text.hpp"
+#include "tools/map_quality_picture.hpp"
+#include "tools/text_table.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,4 +1,4 @@
-#include "evaluate_relations.hpp"
+#include "tools/evaluate_relations.hpp"
 
 #include <cstddef>
 #include <iostream>
@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "evaluation_plot.hpp"
-#include "json_text.hpp"
-#include "matchbox_slam/common/number_text.hpp"
-#include "matchbox_slam/evaluation/relation_error.hpp"
-#include "matchbox_slam/io/relations_file.hpp"
-#include "matchbox_slam/io/tum.hpp"
-#include "text_table.hpp"
+#include "common/number_text.hpp"
+#include "evaluation/relation_error.hpp"
+#include "io/relations_file.hpp"
+#include "io/tum.hpp"
+#include "tools/evaluation_plot.hpp"
+#include "tools/json_text.hpp"
+#include "tools/text_table.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,4 +1,4 @@
-#include "evaluation_plot.hpp"
+#include "tools/evaluation_plot.hpp"
 
 #include <spawn.h>
 #include <sys/wait.h>
@@ -11,9 +11,9 @@
 #include <memory>
 #include <system_error>
 
-#include "json_text.hpp"
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/io/file.hpp"
+#include "tools/json_text.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <CLI/CLI.hpp>
 
-#include "bag_flags.hpp"
-#include "matchbox_slam/ros/bag_mapper.hpp"
-#include "matchbox_slam/ros/terminal.hpp"
-#include "run_program.hpp"
+#include "tools/bag_flags.hpp"
+#include "tools/bag_mapper.hpp"
+#include "tools/run_program.hpp"
+#include "tools/terminal.hpp"
 
 namespace {
 

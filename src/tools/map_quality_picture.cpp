@@ -1,4 +1,4 @@
-#include "map_quality_picture.hpp"
+#include "tools/map_quality_picture.hpp"
 
 #include <algorithm>
 #include <array>

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "matchbox_slam/evaluation/map_quality.hpp"
+#include "evaluation/map_quality.hpp"
+#include "io/picture.hpp"
 #include "matchbox_slam/io/map_file.hpp"
-#include "matchbox_slam/io/picture.hpp"
 
 namespace matchbox_slam {
 

@@ -2,11 +2,11 @@
 
 #include <CLI/CLI.hpp>
 
-#include "bag_flags.hpp"
-#include "matchbox_slam/ros/pair_matching.hpp"
-#include "matchbox_slam/ros/terminal.hpp"
-#include "option_flags.hpp"
-#include "run_program.hpp"
+#include "tools/bag_flags.hpp"
+#include "tools/option_flags.hpp"
+#include "tools/pair_matching.hpp"
+#include "tools/run_program.hpp"
+#include "tools/terminal.hpp"
 
 namespace {
 

@@ -1,11 +1,11 @@
-#include "run_program.hpp"
+#include "tools/run_program.hpp"
 
 #include <algorithm>
 #include <iostream>
 #include <stdexcept>
 #include <string>
 
-#include "matchbox_slam/common/interrupted.hpp"
+#include "common/interrupted.hpp"
 #include "matchbox_slam/common/options.hpp"
 
 namespace matchbox_slam {

@@ -9,15 +9,15 @@
 #include <utility>
 #include <vector>
 
-#include "matchbox_slam/evaluation/trajectory.hpp"
+#include "bag/simulated_bag.hpp"
+#include "geometry/trajectory.hpp"
+#include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/tum.hpp"
-#include "matchbox_slam/ros/simulated_bag.hpp"
-#include "matchbox_slam/ros/terminal.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
-#include "matchbox_slam/simulation/simulated_run.hpp"
-#include "option_flags.hpp"
-#include "run_program.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/simulated_run.hpp"
+#include "tools/option_flags.hpp"
+#include "tools/run_program.hpp"
+#include "tools/terminal.hpp"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "text_table.hpp"
+#include "tools/text_table.hpp"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,4 +1,4 @@
-#include "truth_options.hpp"
+#include "tools/truth_options.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,13 +6,13 @@
 #include <sstream>
 #include <utility>
 
-#include "matchbox_slam/common/number_text.hpp"
+#include "common/number_text.hpp"
+#include "io/stata_truth.hpp"
+#include "io/tum.hpp"
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/common/parameters.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/stata_truth.hpp"
-#include "matchbox_slam/io/tum.hpp"
-#include "text_table.hpp"
+#include "tools/text_table.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "matchbox_slam/evaluation/clock_offset.hpp"
-#include "matchbox_slam/evaluation/trajectory.hpp"
+#include "evaluation/clock_offset.hpp"
+#include "geometry/trajectory.hpp"
 
 namespace matchbox_slam {
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "matchbox_slam/common/number_text.hpp"
+#include "common/number_text.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/error_text.hpp"
-#include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
+#include "evaluation/absolute_trajectory_error.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -7,10 +7,10 @@
 #include <stdexcept>
 
 #include "common/error_text.hpp"
+#include "evaluation/clock_offset.hpp"
 #include "io/real_data.hpp"
-#include "matchbox_slam/evaluation/clock_offset.hpp"
+#include "io/stata_truth.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/stata_truth.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "matchbox_slam/evaluation/error_statistics.hpp"
+#include "evaluation/error_statistics.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "common/error_text.hpp"
-#include "matchbox_slam/evaluation/map_quality.hpp"
-#include "matchbox_slam/evaluation/trajectory.hpp"
+#include "evaluation/map_quality.hpp"
+#include "geometry/trajectory.hpp"
 
 namespace matchbox_slam {
 namespace {

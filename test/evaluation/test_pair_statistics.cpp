@@ -4,7 +4,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "matchbox_slam/evaluation/pair_statistics.hpp"
+#include "evaluation/pair_statistics.hpp"
 
 namespace matchbox_slam {
 namespace {

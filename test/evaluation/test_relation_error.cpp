@@ -5,10 +5,10 @@
 #include <stdexcept>
 
 #include "common/error_text.hpp"
+#include "evaluation/relation_error.hpp"
 #include "io/real_data.hpp"
-#include "matchbox_slam/evaluation/relation_error.hpp"
-#include "matchbox_slam/io/relations_file.hpp"
-#include "matchbox_slam/io/tum.hpp"
+#include "io/relations_file.hpp"
+#include "io/tum.hpp"
 
 namespace matchbox_slam {
 namespace {

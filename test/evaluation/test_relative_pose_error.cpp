@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "common/error_text.hpp"
-#include "matchbox_slam/evaluation/relative_pose_error.hpp"
+#include "evaluation/relative_pose_error.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -5,10 +5,10 @@
 #include <set>
 #include <stdexcept>
 
-#include "matchbox_slam/evaluation/scan_pairs.hpp"
-#include "matchbox_slam/matching/monte_carlo_matcher.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
-#include "matchbox_slam/simulation/simulated_run.hpp"
+#include "evaluation/scan_pairs.hpp"
+#include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/simulated_run.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -11,12 +11,12 @@
 #include <typeinfo>
 
 #include "fuzz/fuzz.hpp"
+#include "geometry/trajectory.hpp"
 #include "io/temporary_folder.hpp"
-#include "matchbox_slam/evaluation/trajectory.hpp"
+#include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/tum.hpp"
-#include "matchbox_slam/ros/bag_mapper.hpp"
 #include "ros/messages.hpp"
+#include "tools/bag_mapper.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -13,10 +13,10 @@
 #include "fuzz/fuzz.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
-#include "matchbox_slam/ros/message_conversion.hpp"
-#include "matchbox_slam/ros/ros_parameters.hpp"
-#include "matchbox_slam/ros/slam_run.hpp"
+#include "ros/message_conversion.hpp"
 #include "ros/messages.hpp"
+#include "ros/ros_parameters.hpp"
+#include "run/slam_run.hpp"
 
 namespace matchbox_slam {
 namespace {

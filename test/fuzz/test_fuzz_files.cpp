@@ -16,16 +16,16 @@
 #include <vector>
 
 #include "fuzz/fuzz.hpp"
+#include "io/gzip.hpp"
+#include "io/relations_file.hpp"
+#include "io/stata_truth.hpp"
 #include "io/temporary_folder.hpp"
+#include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/gzip.hpp"
 #include "matchbox_slam/io/map_file.hpp"
-#include "matchbox_slam/io/relations_file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
-#include "matchbox_slam/io/stata_truth.hpp"
-#include "matchbox_slam/io/tum.hpp"
-#include "matchbox_slam/matching/hough_matcher.hpp"
-#include "matchbox_slam/matching/olson_matcher.hpp"
+#include "matchbox_slam/matching/hough/hough_matcher.hpp"
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -12,9 +12,9 @@
 #include "fuzz/fuzz.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
-#include "matchbox_slam/ros/message_conversion.hpp"
-#include "matchbox_slam/ros/slam_run.hpp"
+#include "ros/message_conversion.hpp"
 #include "ros/messages.hpp"
+#include "run/slam_run.hpp"
 
 namespace matchbox_slam {
 namespace {

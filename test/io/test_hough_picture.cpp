@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "matchbox_slam/io/hough_picture.hpp"
+#include "io/hough_picture.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "matchbox_slam/io/map_picture.hpp"
+#include "io/map_picture.hpp"
 
 namespace matchbox_slam {
 namespace {

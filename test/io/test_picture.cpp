@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "io/picture.hpp"
 #include "matchbox_slam/geometry/angles.hpp"
-#include "matchbox_slam/io/picture.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
 #include "common/error_text.hpp"
+#include "io/relations_file.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/relations_file.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -9,13 +9,13 @@
 #include <string>
 
 #include "common/error_text.hpp"
+#include "io/gzip.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/gzip.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
-#include "matchbox_slam/matching/olson_matcher.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
-#include "matchbox_slam/simulation/simulated_run.hpp"
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/simulated_run.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "common/error_text.hpp"
+#include "io/stata_truth.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/stata_truth.hpp"
 
 namespace matchbox_slam {
 namespace {

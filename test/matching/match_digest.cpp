@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "matchbox_slam/common/random.hpp"
-#include "matchbox_slam/matching/hough_matcher.hpp"
-#include "matchbox_slam/matching/monte_carlo_matcher.hpp"
-#include "matchbox_slam/matching/olson_matcher.hpp"
+#include "matchbox_slam/matching/hough/hough_matcher.hpp"
+#include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
 
 namespace {
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "matchbox_slam/common/random.hpp"
-#include "matchbox_slam/simulation/robot.hpp"
+#include "simulation/robot.hpp"
 
 namespace matchbox_slam {
 

@@ -7,8 +7,8 @@
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
-#include "matchbox_slam/simulation/laser.hpp"
-#include "matchbox_slam/simulation/world.hpp"
+#include "simulation/laser.hpp"
+#include "simulation/world.hpp"
 
 namespace matchbox_slam {
 

@@ -16,8 +16,8 @@
 
 #include "common/error_text.hpp"
 #include "matchbox_slam/common/random.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
 #include "matching/match_scene.hpp"
+#include "simulation/make_world.hpp"
 
 namespace matchbox_slam {
 namespace {

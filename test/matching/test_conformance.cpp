@@ -4,10 +4,10 @@
 
 #include <memory>
 
-#include "matchbox_slam/matching/hough_matcher.hpp"
-#include "matchbox_slam/matching/monte_carlo_matcher.hpp"
+#include "matchbox_slam/matching/hough/hough_matcher.hpp"
+#include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
-#include "matchbox_slam/matching/olson_matcher.hpp"
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matching/matcher_conformance.hpp"
 
 int main(int argc, char** argv) {

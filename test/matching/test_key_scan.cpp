@@ -4,8 +4,8 @@
 #include <thread>
 
 #include "matchbox_slam/matching/key_scan.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
 #include "matching/match_scene.hpp"
+#include "simulation/make_world.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -9,9 +9,9 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/matching/refinement.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
-#include "matchbox_slam/simulation/robot.hpp"
 #include "matching/match_scene.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/robot.hpp"
 
 namespace matchbox_slam {
 namespace {

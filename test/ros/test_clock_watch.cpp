@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "matchbox_slam/ros/clock_watch.hpp"
+#include "ros/clock_watch.hpp"
 #include "ros/messages.hpp"
 
 namespace matchbox_slam {

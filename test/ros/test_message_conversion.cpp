@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "common/error_text.hpp"
-#include "matchbox_slam/ros/message_conversion.hpp"
+#include "ros/message_conversion.hpp"
 #include "ros/messages.hpp"
 
 namespace matchbox_slam {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "common/error_text.hpp"
-#include "matchbox_slam/ros/scan_queue.hpp"
 #include "ros/messages.hpp"
+#include "ros/scan_queue.hpp"
 
 namespace matchbox_slam {
 namespace {

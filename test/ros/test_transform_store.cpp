@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "common/error_text.hpp"
-#include "matchbox_slam/ros/transform_store.hpp"
 #include "ros/messages.hpp"
+#include "ros/transform_store.hpp"
 
 namespace matchbox_slam {
 namespace {

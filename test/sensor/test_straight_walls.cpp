@@ -8,7 +8,7 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/pose2.hpp"
-#include "matchbox_slam/sensor/straight_walls.hpp"
+#include "sensor/straight_walls.hpp"
 
 namespace matchbox_slam {
 namespace {

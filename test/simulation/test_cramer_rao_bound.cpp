@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "matchbox_slam/simulation/cramer_rao_bound.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
+#include "simulation/cramer_rao_bound.hpp"
+#include "simulation/make_world.hpp"
 
 namespace matchbox_slam {
 namespace {

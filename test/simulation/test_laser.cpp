@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "matchbox_slam/common/options.hpp"
-#include "matchbox_slam/simulation/laser.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
+#include "simulation/laser.hpp"
+#include "simulation/make_world.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <vector>
 
-#include "matchbox_slam/simulation/make_world.hpp"
-#include "matchbox_slam/simulation/odometry.hpp"
-#include "matchbox_slam/simulation/robot.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/odometry.hpp"
+#include "simulation/robot.hpp"
 
 namespace matchbox_slam {
 namespace {

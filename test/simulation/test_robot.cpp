@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "matchbox_slam/simulation/make_world.hpp"
-#include "matchbox_slam/simulation/robot.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/robot.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <cstring>
 
-#include "matchbox_slam/simulation/make_world.hpp"
-#include "matchbox_slam/simulation/simulated_run.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/simulated_run.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -8,10 +8,10 @@
 
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/common/random.hpp"
-#include "matchbox_slam/simulation/laser.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
-#include "matchbox_slam/simulation/robot.hpp"
-#include "matchbox_slam/simulation/world.hpp"
+#include "simulation/laser.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/robot.hpp"
+#include "simulation/world.hpp"
 
 namespace matchbox_slam {
 namespace {

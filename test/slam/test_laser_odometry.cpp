@@ -12,15 +12,15 @@
 #include <vector>
 
 #include "common/error_text.hpp"
+#include "evaluation/relative_pose_error.hpp"
 #include "matchbox_slam/common/random.hpp"
-#include "matchbox_slam/evaluation/relative_pose_error.hpp"
-#include "matchbox_slam/matching/hough_matcher.hpp"
-#include "matchbox_slam/matching/monte_carlo_matcher.hpp"
+#include "matchbox_slam/matching/hough/hough_matcher.hpp"
+#include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
-#include "matchbox_slam/matching/olson_matcher.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
-#include "matchbox_slam/simulation/simulated_run.hpp"
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matchbox_slam/slam/laser_odometry.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/simulated_run.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "matchbox_slam/evaluation/absolute_trajectory_error.hpp"
-#include "matchbox_slam/matching/hough_matcher.hpp"
-#include "matchbox_slam/matching/monte_carlo_matcher.hpp"
-#include "matchbox_slam/matching/olson_matcher.hpp"
-#include "matchbox_slam/simulation/make_world.hpp"
-#include "matchbox_slam/simulation/simulated_run.hpp"
+#include "evaluation/absolute_trajectory_error.hpp"
+#include "matchbox_slam/matching/hough/hough_matcher.hpp"
+#include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/simulated_run.hpp"
 
 namespace matchbox_slam {
 namespace {

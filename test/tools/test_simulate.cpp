@@ -6,8 +6,8 @@
 
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
+#include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/tum.hpp"
 #include "tools/run_command.hpp"
 
 namespace matchbox_slam {

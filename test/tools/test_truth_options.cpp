@@ -9,10 +9,10 @@
 
 #include "common/error_text.hpp"
 #include "io/real_data.hpp"
+#include "io/stata_truth.hpp"
 #include "io/temporary_folder.hpp"
+#include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/stata_truth.hpp"
-#include "matchbox_slam/io/tum.hpp"
 #include "tools/evaluate_program.hpp"
 
 namespace matchbox_slam {

@@ -1,0 +1,204 @@
+#include "bag/bag_reader.hpp"
+
+#include <ros/message_traits.h>
+#include <ros/serialization.h>
+
+#include <algorithm>
+#include <boost/make_shared.hpp>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "matchbox_slam/common/options.hpp"
+
+namespace matchbox_slam {
+
+namespace {
+
+bool is_transform_topic(const std::string& topic) { return topic == "/tf" || topic == "tf"; }
+bool is_static_transform_topic(const std::string& topic) {
+  return topic == "/tf_static" || topic == "tf_static";
+}
+
+void skip_header(ByteReader& bytes) {
+  (void)bytes.take(3, sizeof(std::uint32_t));  // number and stamp
+  (void)bytes.array();                         // frame
+}
+
+// Messages are taken apart here before roscpp does it, which gets the memory for as many elements
+// as a message says it has before it looks whether they are there.
+
+void check_bytes(ByteReader bytes, const sensor_msgs::LaserScan& /*type*/) {
+  skip_header(bytes);
+  (void)bytes.take(7, sizeof(float));  // angles, times and limits
+  (void)bytes.array(sizeof(float));    // ranges
+  (void)bytes.array(sizeof(float));    // intensities
+}
+
+void check_bytes(ByteReader bytes, const tf2_msgs::TFMessage& /*type*/) {
+  for (auto left = bytes.number<std::uint32_t>(); left > 0; --left) {
+    skip_header(bytes);
+    (void)bytes.array();                  // child frame
+    (void)bytes.take(7, sizeof(double));  // translation and rotation
+  }
+}
+
+/// Reads a message of a topic. Throws BagError when its bytes are none of this type.
+template <typename Message>
+boost::shared_ptr<Message> deserialize(ByteReader bytes, const BagConnection& connection) {
+  if (connection.md5sum != ros::message_traits::md5sum<Message>()) {
+    throw BagError("topic " + connection.topic + " of the bag holds " + connection.type +
+                   " in a definition that is not the one of " +
+                   ros::message_traits::datatype<Message>());
+  }
+  auto message = boost::make_shared<Message>();
+  check_bytes(bytes, *message);
+  // roscpp reads from what it could write to. NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast)
+  ros::serialization::IStream stream(const_cast<std::uint8_t*>(bytes.data()),
+                                     static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::deserialize(stream, *message);
+  return message;
+}
+
+/// A message and the bag that it is in, by number.
+struct Place {
+  std::size_t bag;
+  BagEntry entry;
+};
+
+/// Reads messages from where they are.
+class PlaceStream : public BagStream {
+ public:
+  PlaceStream(const std::vector<std::unique_ptr<BagFile>>& bags, std::vector<Place> places,
+              std::vector<std::string> scan_topics)
+      : bags_(bags), places_(std::move(places)), scan_topics_(std::move(scan_topics)) {
+    for (const auto& bag : bags_) {
+      readers_.emplace_back(*bag);
+    }
+  }
+
+  std::optional<BagMessage> next() override {
+    if (next_ == places_.size()) {
+      return std::nullopt;
+    }
+    const Place& place = places_[next_++];
+    try {
+      BagMessage message = read(place);
+      last_read_ = std::to_string(message.time.toSec()) + " s";
+      return message;
+    } catch (const BagError&) {
+      next_ = places_.size();
+      throw;
+    } catch (const std::exception& error) {
+      next_ = places_.size();
+      throw BagError("the bag is damaged after " + last_read_ + " (" + error.what() + ")");
+    }
+  }
+
+ private:
+  BagMessage read(const Place& place) {
+    const BagConnection& connection = bags_[place.bag]->connections().at(place.entry.connection);
+    const ByteReader bytes = readers_[place.bag].read(place.entry);
+    BagMessage message;
+    message.time = place.entry.time;
+    if (is_transform_topic(connection.topic) || is_static_transform_topic(connection.topic)) {
+      message.content = BagTransforms{deserialize<tf2_msgs::TFMessage>(bytes, connection),
+                                      is_static_transform_topic(connection.topic)};
+    } else {
+      message.content =
+          sensor_msgs::LaserScan::ConstPtr(deserialize<sensor_msgs::LaserScan>(bytes, connection));
+      message.laser =
+          static_cast<int>(std::find(scan_topics_.begin(), scan_topics_.end(), connection.topic) -
+                           scan_topics_.begin());
+    }
+    return message;
+  }
+
+  const std::vector<std::unique_ptr<BagFile>>& bags_;
+  std::vector<BagMessageReader> readers_;  ///< one a bag
+  std::vector<Place> places_;
+  std::vector<std::string> scan_topics_;
+  std::size_t next_ = 0;
+  std::string last_read_ = "its beginning";
+};
+
+ros::Time seconds_after(const ros::Time& begin, double seconds) {
+  const double latest = ros::TIME_MAX.toSec() - 1.0;
+  const double longest = ros::DURATION_MAX.toSec() - 1.0;
+  return seconds < longest && begin.toSec() + seconds < latest ? begin + ros::Duration(seconds)
+                                                               : ros::TIME_MAX;
+}
+
+}  // namespace
+
+BagReader::BagReader(const std::vector<std::string>& paths) {
+  std::map<std::string, BagTopic> topics;
+  std::set<std::string> seen;
+  for (const std::string& path : paths) {
+    if (!seen.insert(path).second) {
+      throw ConfigurationError("bag '" + path + "' is named twice");
+    }
+    bags_.push_back(std::make_unique<BagFile>(path));
+    const BagFile& bag = *bags_.back();
+    if (bag.entries().empty()) {
+      throw BagError("bag '" + path + "' holds no messages");
+    }
+    for (const auto& [number, connection] : bag.connections()) {
+      topics[connection.topic].name = connection.topic;
+      topics[connection.topic].type = connection.type;
+    }
+    for (const BagEntry& entry : bag.entries()) {
+      ++topics[bag.connections().at(entry.connection).topic].messages;
+    }
+    const ros::Time begin = bag.entries().front().time;
+    begin_ = bags_.size() == 1 ? begin : std::min(begin_, begin);
+    end_ = std::max(end_, bag.entries().back().time);
+  }
+  for (auto& [name, topic] : topics) {
+    topics_.push_back(std::move(topic));
+  }
+}
+
+BagReader::~BagReader() = default;
+
+std::vector<std::string> BagReader::scan_topics() const {
+  std::vector<std::string> names;
+  for (const BagTopic& topic : topics_) {
+    if (topic.type == "sensor_msgs/LaserScan") {
+      names.push_back(topic.name);
+    }
+  }
+  return names;
+}
+
+std::unique_ptr<BagStream> BagReader::stream(const std::vector<std::string>& scan_topics,
+                                             const BagPeriod& period) const {
+  const ros::Time first = seconds_after(begin_, period.start);
+  const ros::Time last = seconds_after(first, period.duration);
+  const auto is_scan_topic = [&](const std::string& topic) {
+    return std::find(scan_topics.begin(), scan_topics.end(), topic) != scan_topics.end();
+  };
+  std::vector<Place> before;
+  std::vector<Place> during;
+  for (std::size_t bag = 0; bag < bags_.size(); ++bag) {
+    for (const BagEntry& entry : bags_[bag]->entries()) {
+      const std::string& topic = bags_[bag]->connections().at(entry.connection).topic;
+      const bool is_static = is_static_transform_topic(topic);
+      if (is_static && entry.time < first) {
+        before.push_back({bag, entry});
+      } else if ((is_static || is_transform_topic(topic) || is_scan_topic(topic)) &&
+                 entry.time >= first && entry.time <= last) {
+        during.push_back({bag, entry});
+      }
+    }
+  }
+  for (std::vector<Place>* places : {&before, &during}) {
+    std::stable_sort(places->begin(), places->end(),
+                     [](const Place& a, const Place& b) { return a.entry.time < b.entry.time; });
+  }
+  before.insert(before.end(), during.begin(), during.end());
+  return std::make_unique<PlaceStream>(bags_, std::move(before), scan_topics);
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <ros/time.h>
+#include <sensor_msgs/LaserScan.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "bag/bag_file.hpp"
+
+namespace matchbox_slam {
+
+struct BagTopic {
+  std::string name;
+  std::string type;  ///< such as "sensor_msgs/LaserScan"
+  std::size_t messages = 0;
+};
+
+/// A transform message and where it came from.
+struct BagTransforms {
+  tf2_msgs::TFMessage::ConstPtr message;
+  bool is_static = false;
+};
+
+struct BagMessage {
+  ros::Time time;  ///< at which it was recorded
+  std::variant<sensor_msgs::LaserScan::ConstPtr, BagTransforms> content;
+  int laser = 0;  ///< of a scan: number of its topic among those asked for
+};
+
+/// Part of a bag, in seconds from its first message.
+struct BagPeriod {
+  double start = 0.0;
+  double duration = std::numeric_limits<double>::infinity();
+};
+
+/// Messages in the order in which they were recorded.
+class BagStream {
+ public:
+  virtual ~BagStream() = default;
+
+  /// None at the end. Throws BagError where the bag is damaged.
+  [[nodiscard]] virtual std::optional<BagMessage> next() = 0;
+};
+
+/// One recording, in one bag file or split into several. Reads chunk by chunk; of the bags only the
+/// index is held in memory.
+class BagReader {
+ public:
+  /// Throws ConfigurationError for a file that is missing or named twice and BagError for one that
+  /// is empty, cut off, without index, damaged or no bag.
+  explicit BagReader(const std::vector<std::string>& paths);
+  ~BagReader();
+  BagReader(const BagReader&) = delete;
+  BagReader& operator=(const BagReader&) = delete;
+
+  /// Sorted by name.
+  [[nodiscard]] const std::vector<BagTopic>& topics() const { return topics_; }
+
+  /// Names of the topics that carry laser scans.
+  [[nodiscard]] std::vector<std::string> scan_topics() const;
+
+  [[nodiscard]] ros::Time begin_time() const { return begin_; }
+  [[nodiscard]] ros::Time end_time() const { return end_; }
+
+  /// Scans of these topics together with /tf and /tf_static of the period. What was said on
+  /// /tf_static before the period comes first. The reader outlives its streams; one is read at a
+  /// time.
+  [[nodiscard]] std::unique_ptr<BagStream> stream(const std::vector<std::string>& scan_topics,
+                                                  const BagPeriod& period) const;
+
+ private:
+  std::vector<std::unique_ptr<BagFile>> bags_;
+  std::vector<BagTopic> topics_;
+  ros::Time begin_;
+  ros::Time end_;
+};
+
+/// The same stream, read ahead by a thread of its own that holds up to `capacity` messages.
+[[nodiscard]] std::unique_ptr<BagStream> read_ahead(std::unique_ptr<BagStream> stream,
+                                                    std::size_t capacity);
+
+}  // namespace matchbox_slam

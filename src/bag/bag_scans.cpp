@@ -1,0 +1,191 @@
+#include "bag/bag_scans.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/interrupted.hpp"
+#include "ros/message_conversion.hpp"
+#include "ros/queue_settings.hpp"
+#include "run/frames.hpp"
+#include "run/slam_setup.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr std::size_t kReadAhead = 512;  // messages
+
+std::optional<std::string> given(const Parameters& parameters, const std::string& name,
+                                 const std::string& value) {
+  return parameters.find(name) != nullptr ? std::optional(value) : std::nullopt;
+}
+
+/// The frames that were asked for, which must differ before the bag can tell about the others.
+void check_asked_frames(const Parameters& parameters, RunOptions options) {
+  options.base_frame = given(parameters, "base_frame", options.base_frame).value_or("");
+  options.odom_frame = given(parameters, "odom_frame", options.odom_frame).value_or("");
+  check_frames(options);
+}
+
+}  // namespace
+
+Parameters frame_parameters(const BagRequest& request) {
+  Parameters parameters;
+  if (request.base_frame) {
+    parameters.set("base_frame", *request.base_frame);
+  }
+  if (request.odom_frame) {
+    parameters.set("odom_frame", *request.odom_frame);
+  }
+  if (request.no_odometry) {
+    parameters.set("use_odometry", false);
+  }
+  return parameters;
+}
+
+std::string text_of(const TimeJump& jump, std::size_t scans_before) {
+  return "time jumps back by " + seconds_text(jump.seconds) + " after " +
+         std::to_string(scans_before) + " scans: ";
+}
+
+BagScans::BagScans(const BagRequest& request, const RunDialog& dialog)
+    : request_(request), dialog_(dialog), reader_(request.bags) {
+  facts_.bags = request.bags;
+  facts_.threads = request.threads;
+}
+
+void BagScans::prepare(const Parameters& parameters, RunOptions& options) {
+  check_asked_frames(parameters, options);
+  facts_.scan_topics = choose_scan_topics(
+      reader_, request_.scan_topic ? std::vector{*request_.scan_topic} : options.scan_topics);
+  const BagSurvey survey = survey_bag(reader_, facts_.scan_topics, request_.period,
+                                      options.map_frame, dialog_.is_interrupted);
+  require_not_interrupted();
+  if (survey.scan_frame.empty()) {
+    throw BagError("the bag holds no scan on topic " + join(facts_.scan_topics) +
+                   " in the period asked for; it lasts " +
+                   seconds_text(seconds_between(reader_.begin_time(), reader_.end_time())));
+  }
+  const BagFrames frames =
+      choose_frames(survey, given(parameters, "base_frame", options.base_frame),
+                    given(parameters, "odom_frame", options.odom_frame), options.use_odometry);
+  options.base_frame = frames.base;
+  options.odom_frame = frames.odom.value_or("");
+  check_frames(options);
+  dialog_.inform("scan topic " + join(facts_.scan_topics) + ", scan frame " + survey.scan_frame +
+                 ", base frame " + frames.base +
+                 (frames.odom ? ", odometry frame " + *frames.odom : ", without odometry"));
+  choose_clock(survey, options);
+  options.scan_topics = facts_.scan_topics;
+  queue_.emplace(queue_settings(options, facts_.scan_time_offset));
+  stream_ = reader_.stream(facts_.scan_topics, request_.period);
+  if (request_.threads > 1) {
+    stream_ = read_ahead(std::move(stream_), kReadAhead);
+  }
+}
+
+void BagScans::choose_clock(const BagSurvey& survey, const RunOptions& options) {
+  facts_.estimated_clock_offset = survey.scan_time_offset;
+  const double estimate = survey.scan_time_offset.value_or(0.0);
+  const bool differs = std::abs(estimate) > kClockOffsetWorthTelling;
+  const std::optional<double> fixed = fixed_scan_time_offset(options);
+  facts_.scan_time_offset = fixed.value_or(differs ? estimate : 0.0);
+  if (differs && std::abs(estimate - facts_.scan_time_offset) > kClockOffsetWorthTelling) {
+    dialog_.warn("the clocks of scans and tf differ: scans are " +
+                 seconds_text(std::abs(estimate)) + (estimate > 0.0 ? " behind" : " ahead") +
+                 "; to correct that give --set scan_time_offset=auto");
+  } else if (facts_.scan_time_offset != 0.0) {
+    dialog_.inform("stamps of scans are moved by " + seconds_text(facts_.scan_time_offset) +
+                   " to the clock of tf");
+  }
+}
+
+std::optional<ScanQueue::Item> BagScans::next() {
+  while (true) {
+    std::optional<ScanQueue::Item> item = queue_->next();
+    if (item || stream_ == nullptr) {
+      return item;
+    }
+    read_message();
+  }
+}
+
+void BagScans::read_message() {
+  facts_.interrupted = dialog_.is_interrupted();
+  std::optional<BagMessage> message;
+  try {
+    message = facts_.interrupted ? std::nullopt : stream_->next();
+  } catch (const BagError& error) {
+    facts_.damage = error.what();
+  }
+  if (message) {
+    take(*message);
+    warn_of_skipped();
+  } else {
+    stop();
+  }
+}
+
+void BagScans::take(const BagMessage& message) {
+  if (const auto* transforms = std::get_if<BagTransforms>(&message.content)) {
+    queue_->add_transforms(*transforms->message, transforms->is_static, message.time);
+    warn_of_map_link();
+    return;
+  }
+  queue_->add_scan(*std::get<sensor_msgs::LaserScan::ConstPtr>(message.content), message.time,
+                   message.laser);
+  first_time_ = first_time_ ? first_time_ : message.time;
+  facts_.seconds = seconds_between(*first_time_, message.time);
+  show_progress(message.time);
+}
+
+void BagScans::stop() {
+  stream_.reset();
+  queue_->finish();
+  warn_of_skipped();
+  facts_.ignored_map_link = queue_->transforms().ignored_map_link();
+  facts_.invalid_transforms = queue_->transforms().invalid_count();
+}
+
+void BagScans::warn_of_skipped() {
+  for (const SkippedScan& skipped : queue_->take_skipped()) {
+    if (told_.insert(skipped.reason).second) {
+      dialog_.warn(skipped.text);
+    }
+    if (first_skip_.empty()) {
+      first_skip_ = skipped.text;
+    }
+  }
+}
+
+void BagScans::warn_of_map_link() {
+  const std::string& link = queue_->transforms().ignored_map_link();
+  if (!told_of_map_link_ && !link.empty()) {
+    dialog_.warn("tf in the bag that touches the map frame is ignored: " + link);
+    told_of_map_link_ = true;
+  }
+}
+
+void BagScans::show_progress(const ros::Time& time) {
+  const double begin = (*first_time_).toSec();
+  const double length = std::min(reader_.end_time().toSec() - begin, request_.period.duration);
+  const double done = time.toSec() - begin;
+  dialog_.show_progress(length > 0.0 ? std::min(done / length, 1.0) : 1.0,
+                        std::to_string(queue_->account().received) + " scans");
+}
+
+void BagScans::require_not_interrupted() const {
+  if (dialog_.is_interrupted()) {
+    throw Interrupted("interrupted before the first scan was used; nothing is written");
+  }
+}
+
+void BagScans::throw_nothing_used() const {
+  require_not_interrupted();
+  throw BagError(
+      "none of " + std::to_string(queue_->account().received) +
+      " scans could be used; the first: " + (first_skip_.empty() ? "none was read" : first_skip_) +
+      (facts_.damage.empty() ? "" : "; " + facts_.damage));
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "bag/bag_reader.hpp"
+#include "bag/bag_survey.hpp"
+#include "matchbox_slam/common/parameters.hpp"
+#include "ros/scan_queue.hpp"
+#include "run/run_dialog.hpp"
+#include "run/run_options.hpp"
+
+namespace matchbox_slam {
+
+/// The recording that is asked for; what is not given is found in the bag.
+struct BagRequest {
+  std::vector<std::string> bags;
+  std::optional<std::string> scan_topic;
+  std::optional<std::string> base_frame;
+  std::optional<std::string> odom_frame;
+  bool no_odometry = false;
+  BagPeriod period;
+  int threads = 1;  ///< from 2 on, the bag is read by a thread of its own
+};
+
+/// The frames that were asked for as parameters, which have the same meaning.
+[[nodiscard]] Parameters frame_parameters(const BagRequest& request);
+
+/// What to say of a time jump that comes after so many scans, up to what is done about it.
+[[nodiscard]] std::string text_of(const TimeJump& jump, std::size_t scans_before);
+
+/// What was found in a bag, and what happened while reading it.
+struct BagFacts {
+  std::vector<std::string> bags;
+  std::vector<std::string> scan_topics;
+  double seconds = 0.0;  ///< from the first scan's recording to the last one's
+  int threads = 1;
+  double scan_time_offset = 0.0;                 ///< [s] that was applied
+  std::optional<double> estimated_clock_offset;  ///< [s]
+  std::string ignored_map_link;                  ///< empty: none
+  std::size_t invalid_transforms = 0;
+  bool interrupted = false;
+  std::string damage;  ///< why reading ended early; empty: it did not
+};
+
+/// The scans of a recording with all that the engine needs, in the order of their stamps, from one
+/// topic, with tf from the same recording. Says what it chooses, what is unusual about the bag, and
+/// how far it has got; warns once of every reason for which scans are skipped.
+class BagScans {
+ public:
+  /// Opens the bags. Throws as BagReader does.
+  /// @param request, dialog  outlive this object.
+  BagScans(const BagRequest& request, const RunDialog& dialog);
+
+  /// Finds topic, frames and the offset between the clocks; to be called once, before `next`.
+  /// @param parameters  those given; a frame that is not among them is chosen.
+  /// @param options     read from the parameters; gets the frames in use.
+  /// Throws ConfigurationError when there is no answer or more than one, and BagError when the
+  /// period has no scans; Interrupted when the user does not wait for that.
+  void prepare(const Parameters& parameters, RunOptions& options);
+
+  /// The next scan or time jump. None: the bag is at its end, damaged from here on, or the user has
+  /// interrupted it, as the facts tell.
+  [[nodiscard]] std::optional<ScanQueue::Item> next();
+
+  /// Reads no further.
+  void stop();
+
+  /// Counts the scans delivered so far as skipped: what came of them is given up.
+  void discard_delivered() { queue_->discard_delivered(); }
+
+  [[nodiscard]] const BagFacts& facts() const { return facts_; }
+  [[nodiscard]] const ScanAccount& account() const { return queue_->account(); }
+
+  /// Throws BagError, telling why no scan could be used, or Interrupted.
+  [[noreturn]] void throw_nothing_used() const;
+
+ private:
+  void choose_clock(const BagSurvey& survey, const RunOptions& options);
+  void read_message();
+  void take(const BagMessage& message);
+  void warn_of_skipped();
+  void warn_of_map_link();
+  void show_progress(const ros::Time& time);
+  void require_not_interrupted() const;
+
+  const BagRequest& request_;
+  const RunDialog& dialog_;
+  BagReader reader_;
+  BagFacts facts_;
+  std::optional<ScanQueue> queue_;
+  std::unique_ptr<BagStream> stream_;  ///< null when there is no more to read
+  std::set<SkipReason> told_;
+  std::string first_skip_;
+  bool told_of_map_link_ = false;
+  std::optional<ros::Time> first_time_;
+};
+
+}  // namespace matchbox_slam

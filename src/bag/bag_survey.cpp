@@ -1,0 +1,213 @@
+#include "bag/bag_survey.hpp"
+
+#include <algorithm>
+
+#include "matchbox_slam/common/options.hpp"
+#include "ros/clock_comparison.hpp"
+#include "ros/message_conversion.hpp"
+#include "ros/transform_store.hpp"
+
+namespace matchbox_slam {
+
+namespace {
+
+constexpr double kSurveySeconds = 10.0;
+
+std::string list_of(const std::vector<std::string>& words) {
+  return words.empty() ? "none" : join(words);
+}
+
+void add_transforms(const BagTransforms& transforms, const ros::Time& recorded,
+                    const std::string& map_frame, BagSurvey& survey, ClockComparison& clocks) {
+  for (const geometry_msgs::TransformStamped& transform : transforms.message->transforms) {
+    const std::string parent = without_leading_slash(transform.header.frame_id);
+    const std::string child = without_leading_slash(transform.child_frame_id);
+    if (parent == map_frame || child == map_frame || parent == child) {
+      continue;
+    }
+    survey.parents[child].insert(parent);
+    if (!transforms.is_static) {
+      survey.on_tf.insert(child);
+      clocks.add_transform(transform, recorded);
+    }
+  }
+}
+
+/// The frames from `frame` up to the root of its tree. Throws ConfigurationError at a frame that
+/// hangs in several places.
+std::vector<std::string> way_to_root(const BagSurvey& survey, const std::string& frame) {
+  std::vector<std::string> way = {frame};
+  for (auto at = survey.parents.find(frame); at != survey.parents.end();
+       at = survey.parents.find(way.back())) {
+    if (at->second.size() > 1) {
+      throw ConfigurationError("frame '" + way.back() + "' has several parents in tf: " +
+                               list_of({at->second.begin(), at->second.end()}) +
+                               "; say which with --odom-frame and --base-frame");
+    }
+    const std::string& parent = *at->second.begin();
+    if (std::find(way.begin(), way.end(), parent) != way.end()) {
+      throw ConfigurationError("tf goes in a circle at frame '" + parent + "'");
+    }
+    way.push_back(parent);
+  }
+  return way;
+}
+
+/// The frame below `odom` on the way from the laser.
+std::string base_below(const BagSurvey& survey, const std::string& odom) {
+  const std::vector<std::string> way = way_to_root(survey, survey.scan_frame);
+  const auto at = std::find(way.begin(), way.end(), odom);
+  if (at == way.end() || at == way.begin()) {
+    throw ConfigurationError("odometry frame '" + odom + "' is not above the scan's frame in tf; " +
+                             "above it are: " + list_of({way.begin() + 1, way.end()}));
+  }
+  return *(at - 1);
+}
+
+/// Whether a frame goes by the name that odometry has by convention, in any namespace.
+bool is_named_odometry(const std::string& frame) {
+  const std::string name = frame.substr(frame.rfind('/') + 1);
+  return name == "odom" || name == "odom_combined";
+}
+
+/// A link of tf, from child to parent.
+struct OdometryLink {
+  std::string base;
+  std::string odom;
+};
+
+/// The link on a way to the root that is the odometry. By its name it may be one that does not
+/// move: a robot may stand still throughout the survey.
+std::optional<OdometryLink> find_odometry(const BagSurvey& survey,
+                                          const std::vector<std::string>& way) {
+  std::optional<OdometryLink> moving;
+  for (std::size_t k = way.size() - 1; k > 0; --k) {
+    const std::string& base = way[k - 1];
+    if (survey.on_tf.count(base) != 0 && is_named_odometry(way[k])) {
+      return OdometryLink{base, way[k]};
+    }
+    if (!moving && survey.moving.count(base) != 0) {
+      moving = OdometryLink{base, way[k]};
+    }
+  }
+  return moving;
+}
+
+/// The frame that would be the base with odometry; the root where there is none; the laser's own
+/// where there is no tf.
+std::string base_without_odometry(const BagSurvey& survey) {
+  const std::vector<std::string> way = way_to_root(survey, survey.scan_frame);
+  const std::optional<OdometryLink> odometry = find_odometry(survey, way);
+  return odometry ? odometry->base : way.back();
+}
+
+/// The bag's topic of this name. Throws ConfigurationError when there is none with scans.
+std::string find_scan_topic(const BagReader& reader, const std::string& asked,
+                            const std::vector<std::string>& candidates) {
+  for (const BagTopic& topic : reader.topics()) {
+    if (without_leading_slash(topic.name) != without_leading_slash(asked)) {
+      continue;
+    }
+    if (topic.type == "sensor_msgs/LaserScan") {
+      return topic.name;
+    }
+    throw ConfigurationError(
+        "topic '" + asked + "' of the bag holds " + topic.type +
+        ", not sensor_msgs/LaserScan; topics with laser scans: " + list_of(candidates));
+  }
+  throw ConfigurationError("the bag has no topic '" + asked +
+                           "'; topics with laser scans: " + list_of(candidates));
+}
+
+}  // namespace
+
+BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& scan_topics,
+                     const BagPeriod& period, const std::string& map_frame,
+                     const std::function<bool()>& is_interrupted) {
+  BagSurvey survey;
+  ClockComparison clocks;
+  std::optional<ros::Time> begin;
+  const std::unique_ptr<BagStream> stream = reader.stream(scan_topics, period);
+  while (const std::optional<BagMessage> message = stream->next()) {
+    if (is_interrupted && is_interrupted()) {
+      break;
+    }
+    if (const auto* transforms = std::get_if<BagTransforms>(&message->content)) {
+      add_transforms(*transforms, message->time, map_frame, survey, clocks);
+      if (transforms->is_static) {
+        continue;  // may be from long before the period
+      }
+    } else {
+      const auto& scan = std::get<sensor_msgs::LaserScan::ConstPtr>(message->content);
+      if (message->laser == 0) {
+        survey.scan_frame = without_leading_slash(scan->header.frame_id);
+      }
+      clocks.add_scan(scan->header.stamp, message->time);
+    }
+    begin = begin ? begin : message->time;
+    const bool knows_place = survey.parents.count(survey.scan_frame) != 0;
+    if (seconds_between(*begin, message->time) > kSurveySeconds && knows_place) {
+      break;
+    }
+  }
+  survey.moving = clocks.moving();
+  survey.scan_time_offset = clocks.offset();
+  return survey;
+}
+
+std::vector<std::string> choose_scan_topics(const BagReader& reader,
+                                            const std::vector<std::string>& asked) {
+  const std::vector<std::string> candidates = reader.scan_topics();
+  std::vector<std::string> chosen;
+  for (const std::string& topic : asked) {
+    chosen.push_back(find_scan_topic(reader, topic, candidates));
+    if (std::count(chosen.begin(), chosen.end(), chosen.back()) > 1) {
+      throw ConfigurationError("topic '" + topic + "' is named twice");
+    }
+  }
+  if (!chosen.empty()) {
+    return chosen;
+  }
+  if (candidates.empty()) {
+    throw ConfigurationError("the bag has no topic of type sensor_msgs/LaserScan");
+  }
+  if (candidates.size() > 1) {
+    throw ConfigurationError("the bag has several topics with laser scans: " + list_of(candidates) +
+                             "; choose one with --scan-topic, or several with "
+                             "--set scan_topics=[A, B]");
+  }
+  return candidates;
+}
+
+BagFrames choose_frames(const BagSurvey& survey, const std::optional<std::string>& asked_base,
+                        const std::optional<std::string>& asked_odom, bool use_odometry) {
+  const bool has_tf = survey.parents.count(survey.scan_frame) != 0;
+  if (!use_odometry) {
+    return {asked_base ? *asked_base : base_without_odometry(survey), std::nullopt};
+  }
+  if (asked_base && asked_odom) {
+    return {*asked_base, asked_odom};
+  }
+  if (asked_odom) {
+    return {base_below(survey, *asked_odom), asked_odom};
+  }
+  if (!has_tf && !asked_base) {
+    throw ConfigurationError(
+        "tf in the bag says nothing of the scan's frame '" + survey.scan_frame +
+        "', so there is no odometry; to map from the laser alone give --no-odom");
+  }
+  const std::vector<std::string> way = way_to_root(survey, asked_base.value_or(survey.scan_frame));
+  if (way.size() < 2) {
+    throw ConfigurationError("tf in the bag has no frame above base frame '" + way.front() +
+                             "'; to map without odometry give --no-odom");
+  }
+  const std::optional<OdometryLink> odometry = find_odometry(survey, way);
+  if (!odometry) {
+    throw ConfigurationError(
+        "tf holds no link that moves, so there is no odometry; to map from the laser alone give "
+        "--no-odom, or name --odom-frame and --base-frame");
+  }
+  return {asked_base.value_or(odometry->base), odometry->odom};
+}
+
+}  // namespace matchbox_slam

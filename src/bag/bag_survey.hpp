@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "bag/bag_reader.hpp"
+#include "ros/clock_comparison.hpp"
+
+namespace matchbox_slam {
+
+/// What the beginning of a bag tells about its frames and clocks.
+struct BagSurvey {
+  std::string scan_frame;  ///< of the first topic's scans; empty when there is none
+  /// Parents of each frame, without what touches the map frame.
+  std::map<std::string, std::set<std::string>> parents;
+  /// Frames whose place in their parent came on /tf, and not on /tf_static.
+  std::set<std::string> on_tf;
+  /// Those of them whose place changed.
+  std::set<std::string> moving;
+  /// To be added to the stamps of scans so that they agree with tf's [s]: by how much the two
+  /// differ from the time of recording, in the median. None without scans or tf.
+  std::optional<double> scan_time_offset;
+};
+
+/// Reads the first ten seconds of a period, and on until a scan and its frame's place in tf are
+/// seen. Ends early when interrupted.
+[[nodiscard]] BagSurvey survey_bag(const BagReader& reader,
+                                   const std::vector<std::string>& scan_topics,
+                                   const BagPeriod& period, const std::string& map_frame,
+                                   const std::function<bool()>& is_interrupted = {});
+
+/// The topics asked for, or the only one that there is. Throws ConfigurationError listing the scan
+/// topics when there is more than one to choose from, none, or when one asked for carries something
+/// else.
+[[nodiscard]] std::vector<std::string> choose_scan_topics(const BagReader& reader,
+                                                          const std::vector<std::string>& asked);
+
+struct BagFrames {
+  std::string base;
+  std::optional<std::string> odom;  ///< none: without odometry
+};
+
+/// Completes what was asked for: the odometry frame is the uppermost one above the scan's frame
+/// that goes by the name of odom or odom_combined, else the uppermost one below which anything
+/// moves; the base frame is its child on the way to the scan's frame. Without odometry and without
+/// tf the laser's own frame is the base. Throws ConfigurationError when there is no answer or more
+/// than one.
+[[nodiscard]] BagFrames choose_frames(const BagSurvey& survey,
+                                      const std::optional<std::string>& asked_base,
+                                      const std::optional<std::string>& asked_odom,
+                                      bool use_odometry);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,230 @@
+#include "bag/simulated_bag.hpp"
+
+#include <geometry_msgs/TransformStamped.h>
+#include <ros/time.h>
+#include <sensor_msgs/LaserScan.h>
+#include <std_msgs/String.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "common/interrupted.hpp"
+#include "matchbox_slam/io/file.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr const char* kOdometryFrame = "odom_combined";
+constexpr const char* kFootprintFrame = "base_footprint";
+constexpr const char* kBaseFrame = "base_link";
+constexpr const char* kLaserFrame = "base_laser_link";
+// [m], of base_link above the ground; the PR2's.
+constexpr double kBaseHeight = 0.051;
+// [s] from the end of a measurement until it is recorded.
+constexpr double kScanLatency = 0.012;
+constexpr double kOdometryLatency = 0.004;
+constexpr double kLinksLatency = 0.002;
+
+enum class Kind { kScan, kOdometry, kLinks };
+
+/// A message that is still to be made of the run.
+struct Entry {
+  double record_time;
+  Kind kind;
+  std::size_t index;
+};
+
+std::vector<Entry> entries_in_time_order(const SimulatedRun& run, bool with_odometry) {
+  std::vector<Entry> entries;
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    const double end = run.scans[i].stamp + run.scans[i].duration();
+    entries.push_back({end + kScanLatency, Kind::kScan, i});
+  }
+  for (std::size_t i = 0; i < run.odometry.size(); ++i) {
+    entries.push_back({run.odometry[i].stamp + kLinksLatency, Kind::kLinks, i});
+    if (with_odometry) {
+      entries.push_back({run.odometry[i].stamp + kOdometryLatency, Kind::kOdometry, i});
+    }
+  }
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const Entry& a, const Entry& b) { return a.record_time < b.record_time; });
+  return entries;
+}
+
+ros::Time to_time(double stamp) { return ros::Time().fromSec(stamp); }
+
+/// Makes messages in the frames of the recording.
+class MessageMaker {
+ public:
+  explicit MessageMaker(SimulatedBagOptions options) : options_(std::move(options)) {}
+
+  [[nodiscard]] sensor_msgs::LaserScan scan(const LaserScan& scan, double period) const {
+    sensor_msgs::LaserScan message;
+    message.header.stamp = to_time(scan.stamp - options_.clock_offset);
+    message.header.frame_id = frame(kLaserFrame);
+    message.angle_min = static_cast<float>(scan.angle_min);
+    message.angle_max = static_cast<float>(
+        scan.angle_min + scan.angle_increment * static_cast<double>(scan.ranges.size() - 1));
+    message.angle_increment = static_cast<float>(scan.angle_increment);
+    message.time_increment = static_cast<float>(scan.time_increment);
+    message.scan_time = static_cast<float>(period);
+    message.range_min = static_cast<float>(scan.range_min);
+    message.range_max = static_cast<float>(scan.range_max);
+    message.ranges = scan.ranges;
+    return message;
+  }
+
+  [[nodiscard]] tf2_msgs::TFMessage odometry(const OdometryReading& reading) const {
+    const Pose2& pose = reading.odom_from_base;
+    Eigen::Isometry3d odom_from_base = Eigen::Isometry3d::Identity();
+    odom_from_base.translation() = Eigen::Vector3d(pose.x, pose.y, 0.0);
+    odom_from_base.linear() =
+        Eigen::AngleAxisd(pose.theta, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    tf2_msgs::TFMessage message;
+    message.transforms = {
+        transform(reading.stamp, kOdometryFrame, kFootprintFrame, odom_from_base)};
+    return message;
+  }
+
+  [[nodiscard]] tf2_msgs::TFMessage links(double stamp,
+                                          const Eigen::Isometry3d& base_from_laser) const {
+    Eigen::Isometry3d footprint_from_base = Eigen::Isometry3d::Identity();
+    footprint_from_base.translation().z() = kBaseHeight;
+    tf2_msgs::TFMessage message;
+    message.transforms = {transform(stamp, kFootprintFrame, kBaseFrame, footprint_from_base),
+                          transform(stamp, kBaseFrame, kLaserFrame, base_from_laser)};
+    return message;
+  }
+
+ private:
+  [[nodiscard]] std::string frame(const std::string& name) const {
+    return (options_.leading_slashes ? "/" : "") + name;
+  }
+
+  [[nodiscard]] geometry_msgs::TransformStamped transform(
+      double stamp, const std::string& parent, const std::string& child,
+      const Eigen::Isometry3d& parent_from_child) const {
+    const Eigen::Quaterniond rotation(parent_from_child.linear());
+    geometry_msgs::TransformStamped message;
+    message.header.stamp = to_time(stamp);
+    message.header.frame_id = frame(parent);
+    message.child_frame_id = frame(child);
+    message.transform.translation.x = parent_from_child.translation().x();
+    message.transform.translation.y = parent_from_child.translation().y();
+    message.transform.translation.z = parent_from_child.translation().z();
+    message.transform.rotation.x = rotation.x();
+    message.transform.rotation.y = rotation.y();
+    message.transform.rotation.z = rotation.z();
+    message.transform.rotation.w = rotation.w();
+    return message;
+  }
+
+  SimulatedBagOptions options_;
+};
+
+rosbag::CompressionType compression_type(const std::string& name) {
+  if (name == "bz2") {
+    return rosbag::compression::BZ2;
+  }
+  return name == "lz4" ? rosbag::compression::LZ4 : rosbag::compression::Uncompressed;
+}
+
+void check_stamps(const SimulatedRun& run, double clock_offset) {
+  for (const LaserScan& scan : run.scans) {
+    if (!(scan.stamp - clock_offset > 0.0)) {
+      throw ConfigurationError("clock_offset: " + std::to_string(clock_offset) +
+                               " s is not allowed; allowed: less than the first stamp, " +
+                               std::to_string(run.scans.front().stamp) + " s");
+    }
+  }
+}
+
+void write_record(const SimulationRecord& record, double record_time, rosbag::Bag& bag) {
+  std_msgs::String message;
+  message.data = to_yaml(record);
+  bag.write(kSimulationTopic, to_time(record_time), message);
+}
+
+void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options,
+                    const std::function<bool()>& is_interrupted, rosbag::Bag& bag) {
+  const MessageMaker make(options);
+  const double period = run.scans.size() > 1 ? run.scans[1].stamp - run.scans[0].stamp : 0.0;
+  for (const Entry& entry : entries_in_time_order(run, !options.no_odometry)) {
+    if (is_interrupted && is_interrupted()) {
+      throw Interrupted("interrupted; nothing is written");
+    }
+    const ros::Time record_time = to_time(entry.record_time);
+    switch (entry.kind) {
+      case Kind::kScan:
+        bag.write("/base_scan", record_time, make.scan(run.scans[entry.index], period));
+        break;
+      case Kind::kOdometry:
+        bag.write("/tf", record_time, make.odometry(run.odometry[entry.index]));
+        break;
+      case Kind::kLinks:
+        bag.write("/tf", record_time,
+                  make.links(run.odometry[entry.index].stamp, run.base_from_laser));
+        break;
+    }
+  }
+}
+
+std::string cannot_write(const std::string& path, const std::exception& reason) {
+  return path + ": the bag cannot be written: " + reason.what();
+}
+
+}  // namespace
+
+SimulatedBagWriter::SimulatedBagWriter(std::string path, SimulatedBagOptions options)
+    : path_(std::move(path)),
+      unfinished_path_(path_ + ".unfinished"),
+      options_(std::move(options)) {
+  if (std::filesystem::is_directory(path_)) {
+    throw FileError(path_ + ": the bag cannot be written: there is a folder of that name");
+  }
+  try {
+    bag_->open(unfinished_path_, rosbag::bagmode::Write);
+    bag_->setCompression(compression_type(options_.compression));
+  } catch (const rosbag::BagException& error) {
+    throw_away();
+    throw FileError(cannot_write(path_, error));
+  }
+}
+
+SimulatedBagWriter::~SimulatedBagWriter() { throw_away(); }
+
+void SimulatedBagWriter::throw_away() {
+  if (bag_->isOpen()) {
+    try {
+      bag_->close();
+    } catch (const rosbag::BagException&) {
+      // What kept it from being written was told before. On a full disk librosbag's destructor
+      // would try to write once more, and the exception would end the program: the bag is given up.
+      (void)bag_.release();  // NOLINT(bugprone-unused-return-value)
+    }
+    std::remove(unfinished_path_.c_str());
+  }
+}
+
+void SimulatedBagWriter::write(const SimulatedRun& run, const SimulationRecord& record,
+                               const std::function<bool()>& is_interrupted) {
+  check_stamps(run, options_.clock_offset);
+  try {
+    write_record(record, run.odometry.front().stamp + kLinksLatency, *bag_);
+    write_messages(run, options_, is_interrupted, *bag_);
+    bag_->close();
+    std::filesystem::rename(unfinished_path_, path_);
+  } catch (const rosbag::BagException& error) {
+    throw FileError(cannot_write(path_, error));
+  } catch (const std::filesystem::filesystem_error& error) {
+    throw FileError(cannot_write(path_, error));
+  }
+}
+
+}  // namespace matchbox_slam

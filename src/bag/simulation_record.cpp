@@ -1,0 +1,77 @@
+#include "bag/simulation_record.hpp"
+
+#include <ros/message_traits.h>
+#include <std_msgs/String.h>
+
+#include <charconv>
+
+#include "bag/bag_file.hpp"
+#include "matchbox_slam/io/yaml_parameters.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+std::string text_of(const Parameters& parameters, const std::string& name) {
+  const ParameterValue* value = parameters.find(name);
+  const auto* text = value != nullptr ? std::get_if<std::string>(value) : nullptr;
+  if (text == nullptr) {
+    throw ConfigurationError(std::string(kSimulationTopic) + ": there is no text '" + name + "'");
+  }
+  return *text;
+}
+
+std::uint64_t seed_of(const std::string& text) {
+  std::uint64_t seed = 0;
+  const char* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, seed);
+  if (error != std::errc() || rest != end) {
+    throw ConfigurationError(std::string(kSimulationTopic) + ": seed: '" + text +
+                             "' is no whole number");
+  }
+  return seed;
+}
+
+}  // namespace
+
+std::string to_yaml(const SimulationRecord& record) {
+  Parameters parameters;
+  parameters.set("world", record.world);
+  // As text, since a seed may be larger than a number in YAML.
+  parameters.set("seed", std::to_string(record.seed));
+  for (const OptionDescription& row : describe_options(record.laser)) {
+    parameters.set("laser/" + row.name, row.value);
+  }
+  return to_yaml(parameters);
+}
+
+SimulationRecord parse_simulation_record(const std::string& yaml) {
+  const Parameters parameters = parse_yaml_parameters(yaml, kSimulationTopic);
+  SimulationRecord record;
+  record.world = text_of(parameters, "world");
+  record.seed = seed_of(text_of(parameters, "seed"));
+  record.laser = read_options<LaserOptions>(parameters.section("laser"), kSimulationTopic);
+  return record;
+}
+
+std::optional<SimulationRecord> read_simulation_record(const std::vector<std::string>& bags) {
+  for (const std::string& path : bags) {
+    const BagFile bag(path);
+    BagMessageReader reader(bag);
+    for (const BagEntry& entry : bag.entries()) {
+      const BagConnection& connection = bag.connections().at(entry.connection);
+      if (connection.topic != kSimulationTopic ||
+          connection.md5sum != ros::message_traits::md5sum<std_msgs::String>()) {
+        continue;
+      }
+      try {
+        return parse_simulation_record(reader.read(entry).array().text());
+      } catch (const ByteError& error) {
+        throw BagError("bag '" + path +
+                       "': the record of the simulation cannot be read: " + error.what());
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace matchbox_slam

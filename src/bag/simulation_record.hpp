@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "simulation/laser.hpp"
+
+namespace matchbox_slam {
+
+/// What a simulated bag tells of its making, so that what its scans truly saw can be computed anew.
+struct SimulationRecord {
+  std::string world;
+  std::uint64_t seed = 1;
+  LaserOptions laser;
+};
+
+/// The topic of a simulated bag that carries its record, as a std_msgs/String.
+constexpr const char* kSimulationTopic = "/simulation";
+
+/// The record as YAML.
+[[nodiscard]] std::string to_yaml(const SimulationRecord& record);
+
+/// The record in YAML. Throws ConfigurationError when it is none, or from a version of this program
+/// that has other options.
+[[nodiscard]] SimulationRecord parse_simulation_record(const std::string& yaml);
+
+/// The record in a recording; none unless it was simulated. Throws as parse_simulation_record does,
+/// and BagError when a bag cannot be read.
+[[nodiscard]] std::optional<SimulationRecord> read_simulation_record(
+    const std::vector<std::string>& bags);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "geometry/trajectory.hpp"
+#include "io/picture.hpp"
+#include "matchbox_slam/map/occupancy_grid.hpp"
+
+namespace matchbox_slam {
+
+/// The map for people: what is free is white, walls are dark, the unknown is grey; over it the
+/// odometry, dashed, and the corrected trajectory, with a scale bar and a legend below. x goes to
+/// the right and y up, as rviz shows it.
+///
+/// A cell of a small map is several pixels wide, always a whole number of them; a pixel of a huge
+/// map several cells, so that no picture is much wider or higher than 4000 pixels. The picture
+/// shows the observed part of the map and the whole trajectory; odometry that runs away from both
+/// is cut off.
+/// @param trajectory  of the base in the map; may be empty.
+/// @param odometry    of the base in any frame; it is drawn so that its first pose coincides with
+/// the
+///                    trajectory's first. May be empty.
+[[nodiscard]] Picture draw_map(const OccupancyGrid& map, const Trajectory& trajectory,
+                               const Trajectory& odometry);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "geometry/trajectory.hpp"
+
+namespace matchbox_slam {
+
+/// Reads a trajectory in the TUM format: one line a pose, `stamp x y z qx qy qz qw`, in seconds and
+/// metres; lines may come in any order, be empty, or be comments from '#' on. Of a pose in space
+/// the position in the x-y plane and the yaw are kept. A text without poses is an empty trajectory.
+/// @param source  names the text in errors, such as the file's path.
+/// Throws FileError with source and line for a line of another form, numbers that are not finite,
+/// and quaternions that are no rotation; for two poses of one stamp with source and stamp.
+[[nodiscard]] Trajectory parse_tum(const std::string& text, const std::string& source);
+
+/// Reads a file; throws FileError also when that is not possible.
+[[nodiscard]] Trajectory read_tum(const std::string& path);
+
+/// The trajectory in the TUM format: z is 0, the quaternion a yaw; stamps with 6 decimals, all else
+/// with 9. The same poses give the same bytes, whatever the locale.
+[[nodiscard]] std::string to_tum(const Trajectory& trajectory);
+
+/// Writes a file atomically. Throws FileError.
+void write_tum(const std::string& path, const Trajectory& trajectory);
+
+}  // namespace matchbox_slam

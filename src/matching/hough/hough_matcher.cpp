@@ -1,0 +1,95 @@
+#include "matchbox_slam/matching/hough/hough_matcher.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "matching/hough/hough_search.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// How far apart two poses see, so that a turn counts as much as a step [m].
+double apart(const Pose2& a, const Pose2& b) {
+  constexpr double kMetresPerRadian = 1.0;
+  return (a.translation() - b.translation()).norm() +
+         kMetresPerRadian * std::abs(wrap_angle(a.theta - b.theta));
+}
+
+/// Key scans by their distance from a pose, nearest first; of equals the newest first.
+KeyScans nearest_key_scans(const KeyScans& key_scans, const Pose2& pose) {
+  KeyScans sorted(key_scans.rbegin(), key_scans.rend());
+  std::stable_sort(sorted.begin(), sorted.end(), [&](const auto& a, const auto& b) {
+    return apart(a->map_from_base, pose) < apart(b->map_from_base, pose);
+  });
+  return sorted;
+}
+
+LikelihoodFields fields_of(const KeyScans& key_scans, int most) {
+  LikelihoodFields fields;
+  for (const auto& key : key_scans) {
+    if (fields.size() == static_cast<std::size_t>(most)) {
+      break;
+    }
+    fields.push_back(&key->field());
+  }
+  return fields;
+}
+
+}  // namespace
+
+void HoughMatcher::configure(const Parameters& parameters) {
+  options_ = read_options<HoughOptions>(parameters, "hough");
+}
+
+std::vector<OptionDescription> HoughMatcher::options() const { return describe_options(options_); }
+
+MatchResult HoughMatcher::match(const MatchProblem& problem) const {
+  if (const std::optional<MatchResult> rejection = reject_unmatchable_to_scans(problem)) {
+    return *rejection;
+  }
+  const PosePrior prior{problem.predicted_map_from_base, problem.prior_covariance};
+  const SearchedScan scan(problem.scan, options_.alignment.point_spacing);
+  if (scan.points.empty()) {
+    return rejected(problem, MatchStatus::kRejectedTooFewPoints);
+  }
+  const KeyScans near = nearest_key_scans(problem.key_scans, prior.map_from_base);
+  MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);
+  std::vector<RankedPose> poses;
+  for (std::size_t i = 0;
+       i < std::min(near.size(), static_cast<std::size_t>(options_.searched_key_scans)); ++i) {
+    const std::vector<RankedPose> more =
+        search_key_scan(scan, *near[i], prior, options_.prior_weight, options_.alignment);
+    poses.insert(poses.end(), more.begin(), more.end());
+    result.candidates += more.size();
+    sort_and_thin(poses);
+    if (!poses.empty() && poses.front().score >= options_.enough_score) {
+      break;
+    }
+  }
+  if (poses.empty()) {
+    return result;
+  }
+  const Pose2& best = poses.front().map_from_base;
+  const RefinedPose refined =
+      refine(problem.scan.points,
+             fields_of(nearest_key_scans(problem.key_scans, best), options_.key_scans), best, prior,
+             options_.refinement);
+  if (!std::isfinite(refined.score) || !refined.map_from_base.is_finite() ||
+      !refined.covariance.allFinite()) {
+    return result;
+  }
+  result.score = std::clamp(refined.score, 0.0, 1.0);
+  if (poses.size() > 1 && poses[0].score > 0.0) {
+    result.rival_share = std::clamp(poses[1].score / poses[0].score, 0.0, 1.0);
+  }
+  if (refined.score < options_.min_score) {
+    return result;
+  }
+  result.status = MatchStatus::kAccepted;
+  result.map_from_base = refined.map_from_base;
+  result.covariance = refined.covariance;
+  result.unconstrained_directions = refined.unconstrained_directions;
+  return result;
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,156 @@
+#include "matching/hough/hough_search.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace matchbox_slam {
+namespace {
+
+constexpr double kFarthestKeyScan = 200.0;  // [m], twice as far as points count
+
+Eigen::Vector3d difference(const Pose2& pose, const Pose2& from) {
+  return {pose.x - from.x, pose.y - from.y, wrap_angle(pose.theta - from.theta)};
+}
+
+/// The prior as seen from the key scan.
+MotionGuess guess_of(const PosePrior& prior, const Pose2& map_from_key) {
+  MotionGuess guess;
+  guess.reference_from_scan = map_from_key.inverse() * prior.map_from_base;
+  Eigen::Matrix3d key_from_map = Eigen::Matrix3d::Identity();
+  key_from_map.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-map_from_key.theta).toRotationMatrix();
+  guess.covariance = key_from_map * prior.covariance * key_from_map.transpose();
+  return guess;
+}
+
+/// A unit vector along which the columns say little of an alignment, in the key scan's frame; none
+/// where they hold every direction.
+std::optional<Eigen::Vector2d> weak_axis(const HoughAlignment& alignment) {
+  constexpr double kWeak = 0.1;  // eigenvalue over the largest one
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
+  solver.computeDirect(alignment.information);
+  if (solver.eigenvalues()(0) > kWeak * solver.eigenvalues()(1)) {
+    return std::nullopt;
+  }
+  return solver.eigenvectors().col(0);
+}
+
+/// The poses that an alignment stands for: itself, and where its columns leave an axis open, the
+/// ones along that axis within the guess's window, if the guess says next to nothing.
+std::vector<Pose2> poses_along(const HoughAlignment& alignment, const MotionGuess& guess,
+                               const HoughAlignmentOptions& options) {
+  constexpr double kStep = 0.05;  // [m], a cell of the key scan's field
+  constexpr double kKnown = 0.6;  // [m]; a narrower window is left to the guess
+  std::vector<Pose2> poses = {alignment.reference_from_scan};
+  if (const std::optional<Eigen::Vector2d> axis = weak_axis(alignment)) {
+    const double variance = axis->dot(guess.covariance.topLeftCorner<2, 2>() * *axis);
+    const double reach =
+        std::min(options.max_window_xy, options.window_sigmas * std::sqrt(std::max(0.0, variance)));
+    for (double step = -reach; reach > kKnown && step <= reach; step += kStep) {
+      const Eigen::Vector2d at = guess.reference_from_scan.translation();
+      const Eigen::Vector2d here = alignment.reference_from_scan.translation();
+      const Eigen::Vector2d moved = here + (axis->dot(at - here) + step) * *axis;
+      poses.push_back({moved.x(), moved.y(), alignment.reference_from_scan.theta});
+    }
+  }
+  return poses;
+}
+
+/// Adds the first pose, and of the others, which lie in a row, those that score more than their
+/// neighbours.
+void add_peaks(const std::vector<RankedPose>& row, std::vector<RankedPose>& poses) {
+  poses.push_back(row.front());
+  for (std::size_t i = 1; i < row.size(); ++i) {
+    const bool above_last = i == 1 || row[i].score >= row[i - 1].score;
+    const bool above_next = i + 1 == row.size() || row[i].score > row[i + 1].score;
+    if (above_last && above_next) {
+      poses.push_back(row[i]);
+    }
+  }
+}
+
+}  // namespace
+
+double mean_likelihood(const HoughPoints& points, const LikelihoodField& field,
+                       const Pose2& map_from_base) {
+  constexpr double kTop = 255.0;
+  const double cosine = std::cos(map_from_base.theta);
+  const double sine = std::sin(map_from_base.theta);
+  double sum = 0.0;
+  double total = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto x = static_cast<double>(points.x[i]);
+    const auto y = static_cast<double>(points.y[i]);
+    const auto weight = static_cast<double>(points.weight[i]);
+    const Eigen::Vector2d position(map_from_base.x + cosine * x - sine * y,
+                                   map_from_base.y + sine * x + cosine * y);
+    sum += weight * field.likelihood(field.geometry().cell_at(position));
+    total += weight;
+  }
+  return total > 0.0 ? sum / (kTop * total) : 0.0;
+}
+
+double contradiction(const SearchedScan& a, const SearchedScan& b, const Pose2& a_from_b) {
+  return 0.5 * (a.view.contradicted(b.points, a_from_b) +
+                b.view.contradicted(a.points, a_from_b.inverse()));
+}
+
+std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan& key,
+                                        const PosePrior& prior, double prior_weight,
+                                        const HoughAlignmentOptions& options, std::size_t most) {
+  if (!((prior.map_from_base.translation() - key.map_from_base.translation()).norm() <
+        kFarthestKeyScan)) {
+    return {};
+  }
+  constexpr double kLeastVariance = 1e-6;  // what comes from the Hough domain is not exact
+  const Eigen::Matrix3d penalty =
+      prior_weight *
+      prior_information(prior.covariance + kLeastVariance * Eigen::Matrix3d::Identity());
+  const SearchedScan reference(key.scan, options.point_spacing);
+  const MotionGuess guess = guess_of(prior, key.map_from_base);
+  std::vector<RankedPose> poses;
+  for (const HoughAlignment& alignment :
+       align_in_hough_domain(reference.points, scan.points, guess, options)) {
+    std::vector<RankedPose> along;
+    for (const Pose2& key_from_base : poses_along(alignment, guess, options)) {
+      const Pose2 pose = key.map_from_base * key_from_base;
+      const Eigen::Vector3d off = difference(pose, prior.map_from_base);
+      along.push_back(
+          {pose, mean_likelihood(scan.points, key.field(), pose) - off.dot(penalty * off)});
+    }
+    add_peaks(along, poses);
+  }
+  sort_and_thin(poses);
+  poses.resize(std::min(poses.size(), most));
+  for (RankedPose& pose : poses) {
+    pose.score -= contradiction(reference, scan, key.map_from_base.inverse() * pose.map_from_base);
+  }
+  sort_and_thin(poses);
+  return poses;
+}
+
+bool is_near_any(const RankedPose& pose, const std::vector<RankedPose>& others) {
+  constexpr double kNear = 0.1;        // [m]
+  constexpr double kNearTheta = 0.05;  // [rad]
+  return std::any_of(others.begin(), others.end(), [&](const RankedPose& other) {
+    const Eigen::Vector3d apart = difference(pose.map_from_base, other.map_from_base);
+    return apart.head<2>().norm() <= kNear && std::abs(apart.z()) <= kNearTheta;
+  });
+}
+
+void sort_and_thin(std::vector<RankedPose>& poses) {
+  std::stable_sort(poses.begin(), poses.end(),
+                   [](const RankedPose& a, const RankedPose& b) { return a.score > b.score; });
+  std::vector<RankedPose> kept;
+  for (const RankedPose& pose : poses) {
+    if (!is_near_any(pose, kept)) {
+      kept.push_back(pose);
+    }
+  }
+  poses = std::move(kept);
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,42 @@
+#include "matching/hough/lane_dot.hpp"
+
+#include <array>
+
+#include "common/simd.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+// Sums are kept in this many interleaved parts, which every instruction set adds in the same order.
+constexpr std::size_t kLanes = 16;
+
+MATCHBOX_SIMD_CLONES void add_products(const float* __restrict__ a, const float* __restrict__ b,
+                                       std::size_t count, float* __restrict__ lanes) {
+  float sums[kLanes] = {};
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      sums[k] += a[i + k] * b[i + k];
+    }
+  }
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    lanes[k] = sums[k];
+  }
+}
+
+}  // namespace
+
+float lane_dot(const float* a, const float* b, std::size_t count) {
+  const std::size_t whole = count / kLanes * kLanes;
+  std::array<float, kLanes> lanes{};
+  add_products(a, b, whole, lanes.data());
+  float sum = 0.0F;
+  for (const float lane : lanes) {
+    sum += lane;
+  }
+  for (std::size_t i = whole; i < count; ++i) {
+    sum += a[i] * b[i];
+  }
+  return sum;
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,84 @@
+#include "matching/hough/relocalise.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace matchbox_slam {
+namespace {
+
+/// Anywhere around the key scan, in any heading.
+PosePrior anywhere_around(const KeyScan& key) {
+  constexpr double kSigma = 1e3;  // [m], [rad]
+  return {key.map_from_base, kSigma * kSigma * Eigen::Matrix3d::Identity()};
+}
+
+/// Scans that share little have their true shift far down among those of each column, and its pose
+/// far down among those ranked by likelihood alone: without a prior, more of both are followed.
+HoughAlignmentOptions without_prior(HoughAlignmentOptions options) {
+  constexpr int kPeaks = 8;
+  constexpr int kTranslations = 16;
+  options.peaks = std::max(options.peaks, kPeaks);
+  options.translations = std::max(options.translations, kTranslations);
+  return options;
+}
+
+/// A pose and the key scan that it comes from.
+struct Candidate {
+  RankedPose pose;
+  const KeyScan* key;
+};
+
+std::vector<Candidate> search_all(const SearchedScan& scan, const KeyScans& key_scans,
+                                  const HoughOptions& options) {
+  constexpr std::size_t kRanked = 3 * kRankedPoses;
+  const HoughAlignmentOptions alignment = without_prior(options.alignment);
+  std::vector<Candidate> candidates;
+  for (const auto& key : key_scans) {
+    for (const RankedPose& pose : search_key_scan(scan, *key, anywhere_around(*key),
+                                                  options.prior_weight, alignment, kRanked)) {
+      candidates.push_back({pose, key.get()});
+    }
+  }
+  std::stable_sort(
+      candidates.begin(), candidates.end(),
+      [](const Candidate& a, const Candidate& b) { return a.pose.score > b.pose.score; });
+  return candidates;
+}
+
+}  // namespace
+
+Relocalisation relocalise(const PointScan& scan, const KeyScans& key_scans,
+                          const HoughOptions& options, std::size_t most) {
+  const SearchedScan searched(scan, options.alignment.point_spacing);
+  Relocalisation result;
+  constexpr std::size_t kTries = 3;  // for each pose wanted: several may be refined to one place
+  std::size_t tries = 0;
+  for (const Candidate& candidate : search_all(searched, key_scans, options)) {
+    if (result.poses.size() == most) {
+      break;
+    }
+    if (is_near_any(candidate.pose, result.poses)) {
+      continue;
+    }
+    if (tries++ == kTries * most) {
+      break;
+    }
+    const RefinedPose refined =
+        refine(scan.points, candidate.key->field(), candidate.pose.map_from_base,
+               anywhere_around(*candidate.key), options.refinement);
+    if (is_near_any({refined.map_from_base, 0.0}, result.poses)) {
+      continue;
+    }
+    const double against =
+        contradiction(SearchedScan(candidate.key->scan, options.alignment.point_spacing), searched,
+                      candidate.key->map_from_base.inverse() * refined.map_from_base);
+    result.poses.push_back({refined.map_from_base, std::clamp(refined.score - against, 0.0, 1.0)});
+  }
+  sort_and_thin(result.poses);
+  if (result.poses.size() > 1 && result.poses[1].score > 0.0) {
+    result.ratio = result.poses[0].score / result.poses[1].score;
+  }
+  return result;
+}
+
+}  // namespace matchbox_slam

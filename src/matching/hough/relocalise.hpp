@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "matchbox_slam/matching/hough/hough_matcher.hpp"
+#include "matchbox_slam/matching/key_scan.hpp"
+#include "matchbox_slam/sensor/point_scan.hpp"
+#include "matching/hough/hough_search.hpp"
+
+namespace matchbox_slam {
+
+/// Where a scan may have been taken.
+struct Relocalisation {
+  std::vector<RankedPose> poses;  ///< best first, none within 0.1 m and 0.05 rad of another
+  /// Score of the best pose over that of the second: near 1 the scan fits two places alike.
+  /// 0: there are not two.
+  double ratio = 0.0;
+};
+
+/// Finds a scan among key scans with no idea of where it was taken: the Hough matcher's search with
+/// a prior that is flat in the heading and in the translation up to `alignment.max_window_xy` from
+/// each key scan, the best poses then refined against the key scan that they come from.
+/// @param most  poses that are refined and returned at most.
+/// More shifts and translations are followed than while tracking: at least 8 and 16.
+/// Cost: key scans times some ten milliseconds.
+[[nodiscard]] Relocalisation relocalise(const PointScan& scan, const KeyScans& key_scans,
+                                        const HoughOptions& options, std::size_t most = 8);
+
+}  // namespace matchbox_slam

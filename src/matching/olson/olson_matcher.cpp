@@ -1,0 +1,314 @@
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "matching/olson/correlative_search.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr double kFarthest = 1e4;  // [m], beyond any laser
+constexpr int kMostSteps = 20000;  // of rotation to each side
+constexpr int kMostCells = 2000;   // of translation to each side
+constexpr double kTopLikelihood = 255.0;
+
+/// Points of the scan that are searched as one.
+class PointGroup {
+ public:
+  explicit PointGroup(const ScanPoint& first) : first_(first.position) { add(first); }
+
+  [[nodiscard]] bool takes(const ScanPoint& point, double spacing) const {
+    return (point.position - first_).norm() < spacing;
+  }
+
+  void add(const ScanPoint& point) {
+    sum_ += point.position;
+    wall_ += point.weight;
+    ++count_;
+  }
+
+  /// @param unit  length of wall of the weight 1 [m]; 0: every point has it.
+  [[nodiscard]] SearchPoint merged(double unit) const {
+    const double weight = unit > 0.0 ? wall_ / unit : count_;
+    return {sum_ / count_, static_cast<int>(std::lround(
+                               std::clamp(weight, 1.0, static_cast<double>(kMaxSearchWeight))))};
+  }
+
+ private:
+  Eigen::Vector2d first_;
+  Eigen::Vector2d sum_ = Eigen::Vector2d::Zero();
+  double wall_ = 0.0;
+  int count_ = 0;
+};
+
+/// The search adds up in 32 bits; so many points that their weights would not fit count less.
+void limit_weights(std::vector<SearchPoint>& points) {
+  double sum = 0.0;
+  for (const SearchPoint& point : points) {
+    sum += point.weight;
+  }
+  if (const double share = kMaxWeightSum / sum; share < 1.0) {
+    for (SearchPoint& point : points) {
+      point.weight = std::max(1, static_cast<int>(share * point.weight));
+    }
+  }
+}
+
+std::vector<SearchPoint> search_points(const std::vector<ScanPoint>& points,
+                                       const OlsonOptions& options) {
+  constexpr double kWallUnit = 0.00625;  // [m]; the usual cap of 0.1 m is 16 of them
+  const double unit = options.weighting == "walls" ? kWallUnit : 0.0;
+  std::vector<SearchPoint> merged;
+  merged.reserve(points.size());
+  std::optional<PointGroup> group;
+  for (const ScanPoint& point : points) {
+    if (!(point.position.norm() < kFarthest) || !std::isfinite(point.weight)) {
+      continue;
+    }
+    if (group && group->takes(point, options.point_spacing)) {
+      group->add(point);
+      continue;
+    }
+    if (group) {
+      merged.push_back(group->merged(unit));
+    }
+    group.emplace(point);
+  }
+  if (group) {
+    merged.push_back(group->merged(unit));
+  }
+  limit_weights(merged);
+  return merged;
+}
+
+/// Range below which nine tenths of the points lie [m]: a few far ones would make the steps of
+/// rotation much finer for little.
+double useful_range(const std::vector<SearchPoint>& points) {
+  constexpr double kMostUseful = 100.0;  // what lies beyond is left to the refinement
+  std::vector<double> ranges;
+  ranges.reserve(points.size());
+  for (const SearchPoint& point : points) {
+    ranges.push_back(point.position.norm());
+  }
+  const auto rank = static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(ranges.size() - 1));
+  std::nth_element(ranges.begin(), ranges.begin() + rank, ranges.end());
+  return std::min(kMostUseful, ranges[static_cast<std::size_t>(rank)]);
+}
+
+int steps_in(double window, double step, int most = kMostSteps) {
+  return static_cast<int>(std::min(std::ceil(window / step), static_cast<double>(most)));
+}
+
+/// Steps of translation to each side.
+int steps_xy(double window, const SearchLattice& lattice, double resolution) {
+  return steps_in(window, lattice.step_xy(resolution), kMostCells * lattice.steps_per_cell);
+}
+
+/// How far to search to each side.
+struct Window {
+  double xy;     ///< [m]
+  double theta;  ///< [rad]
+};
+
+Window make_window(const MatchProblem& problem, const OlsonOptions& options) {
+  const Eigen::Vector3d sigmas = problem.prior_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const double xy = options.window_sigmas * std::max(sigmas.x(), sigmas.y());
+  const double theta = options.window_sigmas * sigmas.z();
+  return {options.window_xy > 0.0 ? options.window_xy : std::min(options.max_window_xy, xy),
+          std::min(kPi, options.window_theta > 0.0 ? options.window_theta : theta)};
+}
+
+SearchLattice make_lattice(const MatchProblem& problem, const Window& window, double range,
+                           const OlsonOptions& options) {
+  const double resolution = problem.field.geometry().resolution();
+  SearchLattice lattice;
+  lattice.center = problem.predicted_map_from_base;
+  lattice.steps_per_cell =
+      std::clamp(static_cast<int>(std::ceil(resolution / options.step_xy - 1e-9)), 1, 16);
+  const double step = lattice.step_xy(resolution);
+  // The chord of the useful range; the farthest step still turns less than a quarter.
+  lattice.step_theta = options.step_theta > 0.0
+                           ? options.step_theta
+                           : 2.0 * std::asin(std::min(0.7, 0.5 * step / std::max(range, step)));
+  lattice.step_theta = std::max(lattice.step_theta, window.theta / kMostSteps);
+  lattice.half_xy = steps_xy(window.xy, lattice, resolution);
+  lattice.half_theta = steps_in(window.theta, lattice.step_theta);
+  return lattice;
+}
+
+SearchScoring make_scoring(const MatchProblem& problem, double top, const OlsonOptions& options) {
+  SearchScoring scoring;
+  const double floor = options.outliers;
+  for (std::size_t i = 0; i < scoring.value_of_likelihood.size(); ++i) {
+    const double likelihood = static_cast<double>(i) / kTopLikelihood;
+    const double value = options.likelihood == "log"
+                             ? 1.0 - std::log(floor + (1.0 - floor) * likelihood) / std::log(floor)
+                             : likelihood;
+    scoring.value_of_likelihood[i] =
+        static_cast<std::uint8_t>(std::lround(kTopLikelihood * std::clamp(value, 0.0, 1.0)));
+  }
+  scoring.penalty = options.prior_weight * top * prior_information(problem.prior_covariance);
+  return scoring;
+}
+
+/// Doubles what the best pose lies on the edge of. False when there is nothing to widen.
+bool widen(const LatticePose& best, double most_xy, SearchLattice& lattice, double resolution) {
+  const int most = steps_xy(most_xy, lattice, resolution);
+  const int most_theta = steps_in(kPi, lattice.step_theta);
+  const bool on_edge = std::abs(best.x) == lattice.half_xy || std::abs(best.y) == lattice.half_xy;
+  const bool turned_to_edge = std::abs(best.theta) == lattice.half_theta;
+  const SearchLattice before = lattice;
+  if (on_edge) {
+    lattice.half_xy = std::max(lattice.half_xy, std::min(2 * lattice.half_xy, most));
+  }
+  if (turned_to_edge) {
+    lattice.half_theta = std::max(lattice.half_theta, std::min(2 * lattice.half_theta, most_theta));
+  }
+  return lattice.half_xy > before.half_xy || lattice.half_theta > before.half_theta;
+}
+
+/// What the search found, in metres and shares of the highest score.
+struct Found {
+  Pose2 map_from_base;
+  OptimalityProof proof;
+  std::optional<Pose2> rival;
+  double rival_share = 0.0;
+  std::size_t candidates = 0;
+};
+
+Found find(const MatchProblem& problem, const OlsonOptions& options) {
+  using Clock = std::chrono::steady_clock;
+  SearchDeadline deadline;
+  if (options.deadline > 0.0) {
+    deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                  std::chrono::duration<double>(options.deadline));
+  }
+  const std::vector<SearchPoint> points = search_points(problem.scan.points, options);
+  Found found;
+  found.map_from_base = problem.predicted_map_from_base;
+  if (points.empty()) {
+    return found;
+  }
+  double top = 0.0;
+  for (const SearchPoint& point : points) {
+    top += kTopLikelihood * point.weight;
+  }
+  const double range = useful_range(points);
+  const double resolution = problem.field.geometry().resolution();
+  const SearchScoring scoring = make_scoring(problem, top, options);
+  const Window window = make_window(problem, options);
+  SearchLattice lattice = make_lattice(problem, window, range, options);
+  const RivalSearch rivals{
+      steps_in(options.rival_distance, lattice.step_xy(resolution)),
+      steps_in(options.rival_distance / std::max(range, options.rival_distance),
+               lattice.step_theta),
+      options.least_rival};
+  SearchResult result = search_lattice(points, problem.field, lattice, scoring, rivals, deadline);
+  found.candidates = result.candidates;
+  for (int widening = 0; widening < options.widenings && result.bound <= result.score &&
+                         widen(result.best, options.max_window_xy, lattice, resolution);
+       ++widening) {
+    SearchResult wider = search_lattice(points, problem.field, lattice, scoring, rivals, deadline);
+    found.candidates += wider.candidates;
+    if (wider.score < result.score) {  // it was late
+      wider.best = result.best;
+      wider.score = result.score;
+    }
+    result = wider;
+  }
+  found.map_from_base = pose_at(lattice, result.best, resolution);
+  found.proof = {static_cast<double>(result.score) / top, static_cast<double>(result.bound) / top};
+  if (window.xy > kMostCells * resolution) {
+    found.proof.remaining_bound = 1.0;  // nobody looked at the rest of the window
+  }
+  if (result.rival) {
+    found.rival = pose_at(lattice, result.rival->pose, resolution);
+    found.rival_share =
+        static_cast<double>(result.rival->score) / static_cast<double>(result.score);
+  }
+  return found;
+}
+
+/// Second moment of the posterior around the answer, from its score on a grid of 5 x 5 x 5 poses as
+/// wide as two standard deviations to each side (Olson 2009, section III-D).
+Eigen::Matrix3d volume_covariance(const MatchProblem& problem, const RefinedPose& center,
+                                  const RefinementOptions& options) {
+  const LocalPosterior posterior(problem.scan.points, problem.field, center.map_from_base,
+                                 {problem.predicted_map_from_base, problem.prior_covariance},
+                                 options);
+  const Eigen::Matrix3d spread = center.covariance.llt().matrixL();
+  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+  double total = 0.0;
+  constexpr double kSpacing = 1.1;  // standard deviations
+  for (int x = -2; x <= 2; ++x) {
+    for (int y = -2; y <= 2; ++y) {
+      for (int theta = -2; theta <= 2; ++theta) {
+        const Eigen::Vector3d step = spread * (kSpacing * Eigen::Vector3d(x, y, theta));
+        const double weight = std::exp(std::min(30.0, -posterior.cost(step)));
+        moment += weight * step * step.transpose();
+        total += weight;
+      }
+    }
+  }
+  return total > 0.0 ? Eigen::Matrix3d(moment / total) : center.covariance;
+}
+
+/// The covariance with that of two places: the answer's and its rival's, which is as likely when it
+/// scores the same and soon less likely when it does not.
+Eigen::Matrix3d with_rival(const Eigen::Matrix3d& covariance, const Pose2& answer,
+                           const Pose2& rival, double score_difference) {
+  constexpr double kDecay = 0.01;  // of the highest score, by which a rival is e times less likely
+  const double odds = std::exp(-std::max(0.0, score_difference) / kDecay);
+  const double share = odds / (1.0 + odds);
+  const Eigen::Vector3d apart(rival.x - answer.x, rival.y - answer.y,
+                              wrap_angle(rival.theta - answer.theta));
+  return covariance + share * (1.0 - share) * apart * apart.transpose();
+}
+
+}  // namespace
+
+void OlsonMatcher::configure(const Parameters& parameters) {
+  options_ = read_options<OlsonOptions>(parameters, "olson");
+}
+
+std::vector<OptionDescription> OlsonMatcher::options() const { return describe_options(options_); }
+
+MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
+  if (const std::optional<MatchResult> rejection = reject_unmatchable(problem)) {
+    return *rejection;
+  }
+  const Found found = find(problem, options_);
+  const RefinedPose refined =
+      refine(problem.scan.points, problem.field, found.map_from_base,
+             {problem.predicted_map_from_base, problem.prior_covariance}, options_.refinement);
+  MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);
+  if (std::isfinite(refined.score)) {
+    result.score = std::clamp(refined.score, 0.0, 1.0);
+  }
+  result.candidates = found.candidates;
+  result.proof = found.proof;
+  result.rival_share = found.rival_share;
+  if (!(refined.score >= options_.min_score)) {
+    return result;
+  }
+  result.status = MatchStatus::kAccepted;
+  result.map_from_base = refined.map_from_base;
+  result.unconstrained_directions = refined.unconstrained_directions;
+  const bool is_held = refined.unconstrained_directions.empty();
+  result.covariance =
+      is_held ? volume_covariance(problem, refined, options_.refinement) : refined.covariance;
+  if (found.rival && is_held) {
+    result.covariance = with_rival(result.covariance, found.map_from_base, *found.rival,
+                                   found.proof.best_score * (1.0 - found.rival_share));
+  }
+  if (found.proof.gap() > 0.0) {
+    // What was not looked at may be the truth, anywhere that the prior allows.
+    result.covariance += problem.prior_covariance;
+  }
+  return result;
+}
+
+}  // namespace matchbox_slam

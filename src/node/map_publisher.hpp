@@ -1,0 +1,78 @@
+#pragma once
+
+#include <nav_msgs/Path.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+
+#include <condition_variable>
+#include <cstddef>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "geometry/trajectory.hpp"
+#include "matchbox_slam/map/occupancy_grid.hpp"
+
+namespace matchbox_slam {
+
+/// How far the mapping has come; any change is a reason to publish.
+struct MapRevision {
+  std::size_t resets = 0;
+  std::size_t inserted = 0;  ///< scans in the map
+  std::size_t scans = 0;     ///< that were processed
+};
+
+/// The state of the mapping at one moment. Copies share the grid's memory.
+struct MapSnapshot {
+  MapRevision revision;
+  ros::Time stamp;  ///< of the newest scan
+  OccupancyGrid occupancy{0.05};
+  std::vector<StampedPose2> path;           ///< of the base in the map
+  std::vector<StampedPose2> odometry_path;  ///< of the base in the odometry frame
+};
+
+/// Publishes map, map_metadata, path and odometry_path, all latched, from a thread of its own, so
+/// that the mapping never waits for it; each only when it has changed. The odometry is drawn in the
+/// map frame, its first pose where the trajectory's is.
+class MapPublisher {
+ public:
+  /// @param revision, snapshot  called from the thread.
+  /// @param interval  shortest time between two maps [s], by the wall clock.
+  MapPublisher(ros::NodeHandle& node, std::string map_frame, double interval,
+               std::function<MapRevision()> revision, std::function<MapSnapshot()> snapshot);
+  ~MapPublisher();
+
+  /// Another shortest time between two maps [s].
+  void set_interval(double interval);
+
+  MapPublisher(const MapPublisher&) = delete;
+  MapPublisher& operator=(const MapPublisher&) = delete;
+
+ private:
+  void run();
+  void publish_changes();
+  void publish_map(const MapSnapshot& snapshot);
+  void publish_paths(const MapSnapshot& snapshot);
+  [[nodiscard]] nav_msgs::Path to_path(const std::vector<StampedPose2>& poses,
+                                       const Pose2& map_from_their_frame,
+                                       const ros::Time& stamp) const;
+
+  std::string map_frame_;
+  double interval_;
+  std::function<MapRevision()> revision_;
+  std::function<MapSnapshot()> snapshot_;
+  ros::Publisher map_;
+  ros::Publisher metadata_;
+  ros::Publisher path_;
+  ros::Publisher odometry_path_;
+  MapRevision published_map_;
+  MapRevision published_paths_;
+  std::mutex mutex_;
+  std::condition_variable stop_changed_;
+  bool stop_ = false;
+  std::thread thread_;  ///< last: it uses all of the above
+};
+
+}  // namespace matchbox_slam

@@ -1,0 +1,274 @@
+#include "node/scan_matcher_node.hpp"
+
+#include <nav_msgs/Odometry.h>
+
+#include <optional>
+
+#include "ros/imu_heading.hpp"
+#include "ros/message_conversion.hpp"
+#include "ros/odometry_message.hpp"
+#include "ros/queue_settings.hpp"
+#include "ros/ros_parameters.hpp"
+
+namespace matchbox_slam {
+
+namespace {
+
+// Generous, since a message lost here is lost uncounted.
+constexpr std::uint32_t kScanMessages = 1000;
+constexpr std::uint32_t kTransformMessages = 10000;
+
+constexpr double kWarningInterval = 10.0;  // s
+
+// What roscpp calls the publisher of a message that did not leave the process, and some others.
+const char* const kUnknownPublisher = "unknown_publisher";
+
+}  // namespace
+
+std::string find_rival_link(const tf2_msgs::TFMessage& message, const std::string& child,
+                            const std::string& own_parent, bool from_others) {
+  for (const geometry_msgs::TransformStamped& link : message.transforms) {
+    const std::string parent = without_leading_slash(link.header.frame_id);
+    if (without_leading_slash(link.child_frame_id) == child &&
+        (parent != own_parent || from_others)) {
+      return parent + " -> " + child;
+    }
+  }
+  return {};
+}
+
+ScanMatcherNode::ScanMatcherNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node)
+    : node_(node),
+      private_node_(private_node),
+      setup_(make_scan_matcher_setup(read_ros_parameters(private_node_), loader_)),
+      matcher_(std::make_shared<TimedMatcher>(setup_.matcher)),
+      queue_(queue_settings(setup_)),
+      odometry_publisher_(node_.advertise<nav_msgs::Odometry>("scan_odom", 50)),
+      diagnostic_updater_(node_, private_node_, private_node_.getNamespace()) {
+  start_anew();
+  start_diagnostics();
+  subscribe();
+  ROS_INFO_STREAM("laser odometry with "
+                  << setup_.matcher_name << ": scans from " << scan_subscriber_.getTopic()
+                  << ", guess by " << setup_.node.guess << ", " << setup_.node.odom_frame << " -> "
+                  << setup_.node.base_frame << " on " << odometry_publisher_.getTopic()
+                  << (setup_.node.publish_tf ? " and in tf" : ""));
+  matching_thread_ = std::thread([this] { run_matching(); });
+}
+
+ScanMatcherNode::~ScanMatcherNode() {
+  scan_subscriber_.shutdown();
+  imu_subscriber_.shutdown();
+  transform_subscriber_.shutdown();
+  static_transform_subscriber_.shutdown();
+  diagnostic_spinner_->stop();
+  diagnostic_timer_.stop();
+  {
+    const std::lock_guard<std::mutex> lock(queue_mutex_);
+    stop_ = true;
+  }
+  queue_changed_.notify_all();
+  matching_thread_.join();
+}
+
+// --- messages in ---
+
+void ScanMatcherNode::subscribe() {
+  const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
+  const auto subscribe_transforms = [&](const std::string& topic, bool is_static) {
+    return node_.subscribe<tf2_msgs::TFMessage>(
+        topic, kTransformMessages,
+        [this, is_static](const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
+          on_transforms(event, is_static);
+        },
+        ros::VoidConstPtr(), hints);
+  };
+  static_transform_subscriber_ = subscribe_transforms("/tf_static", true);
+  transform_subscriber_ = subscribe_transforms("/tf", false);
+  scan_subscriber_ = node_.subscribe<sensor_msgs::LaserScan>(
+      "scan", kScanMessages,
+      [this](const ros::MessageEvent<const sensor_msgs::LaserScan>& event) { on_scan(event); },
+      ros::VoidConstPtr(), hints);
+  if (setup_.guess == GuessSource::kHeading) {
+    imu_subscriber_ = node_.subscribe<sensor_msgs::Imu>(
+        "imu", kTransformMessages,
+        [this](const ros::MessageEvent<const sensor_msgs::Imu>& event) { on_imu(event); },
+        ros::VoidConstPtr(), hints);
+  }
+}
+
+void ScanMatcherNode::on_scan(const ros::MessageEvent<const sensor_msgs::LaserScan>& event) {
+  {
+    const std::lock_guard<std::mutex> lock(queue_mutex_);
+    queue_.add_scan(*event.getConstMessage(), event.getReceiptTime());
+    skip_warnings_.tell(queue_);
+  }
+  queue_changed_.notify_one();
+}
+
+void ScanMatcherNode::on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event,
+                                    bool is_static) {
+  {
+    const std::lock_guard<std::mutex> lock(queue_mutex_);
+    queue_.add_transforms(*event.getConstMessage(), is_static, event.getReceiptTime());
+    look_for_rival(event);
+    skip_warnings_.tell(queue_);
+  }
+  queue_changed_.notify_one();
+}
+
+void ScanMatcherNode::on_imu(const ros::MessageEvent<const sensor_msgs::Imu>& event) {
+  const sensor_msgs::Imu& message = *event.getConstMessage();
+  const std::string frame = without_leading_slash(message.header.frame_id);
+  const std::string& base = setup_.node.base_frame;
+  {
+    const std::lock_guard<std::mutex> lock(queue_mutex_);
+    std::string defect = find_defect(message);
+    std::optional<Eigen::Isometry3d> imu_from_base = Eigen::Isometry3d::Identity();
+    if (defect.empty() && frame != base) {
+      imu_from_base = queue_.transforms().lookup(frame, base, ros::Time());
+      defect = imu_from_base ? "" : "tf does not say how '" + frame + "' lies in '" + base + "'";
+    }
+    if (!defect.empty()) {
+      ROS_WARN_STREAM_THROTTLE(kWarningInterval, "an IMU's message is ignored: " << defect);
+      return;
+    }
+    tf2_msgs::TFMessage heading;
+    heading.transforms.push_back(heading_link(message, *imu_from_base, base));
+    queue_.add_transforms(heading, false, event.getReceiptTime());
+    skip_warnings_.tell(queue_);
+  }
+  queue_changed_.notify_one();
+}
+
+void ScanMatcherNode::look_for_rival(const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
+  if (!setup_.node.publish_tf || !tf_conflict_.empty()) {
+    return;
+  }
+  // What we publish comes back to us.
+  const std::string& publisher = event.getPublisherName();
+  const bool from_others = publisher != ros::this_node::getName() && publisher != kUnknownPublisher;
+  const std::string link = find_rival_link(*event.getConstMessage(), setup_.tf_child(),
+                                           setup_.node.odom_frame, from_others);
+  if (!link.empty()) {
+    tf_conflict_ = "no tf is published any more, since " +
+                   (publisher == kUnknownPublisher ? "another node" : publisher) + " publishes " +
+                   link +
+                   " and a frame has one parent; set publish_tf to false, or, if that is odometry, "
+                   "give it as guess_frame with guess 'odometry'";
+    ROS_ERROR_STREAM(tf_conflict_);
+  }
+}
+
+// --- matching ---
+
+void ScanMatcherNode::run_matching() {
+  while (true) {
+    std::optional<ScanQueue::Item> item;
+    {
+      std::unique_lock<std::mutex> lock(queue_mutex_);
+      queue_changed_.wait(lock, [&] {
+        item = queue_.next();
+        return item || stop_;
+      });
+    }
+    if (!item) {
+      return;
+    }
+    try {
+      handle(*item);
+    } catch (const std::exception& error) {  // the next scan may be better
+      ROS_ERROR_STREAM_THROTTLE(kWarningInterval, "matching: " << error.what());
+    }
+  }
+}
+
+void ScanMatcherNode::handle(const ScanQueue::Item& item) {
+  if (const auto* scan = std::get_if<ReadyScan>(&item)) {
+    match_scan(*scan);
+    return;
+  }
+  ROS_WARN_STREAM("time has jumped back by " << std::get<TimeJump>(item).seconds
+                                             << " s; the odometry starts anew, at its origin");
+  start_anew();
+}
+
+void ScanMatcherNode::match_scan(const ReadyScan& scan) {
+  const LaserOdometryOutcome outcome = odometry_->process(scan.input);
+  bool with_tf = setup_.node.publish_tf;
+  {
+    const std::lock_guard<std::mutex> lock(queue_mutex_);
+    matches_.add(outcome, matcher_->take_seconds());
+    with_tf = with_tf && tf_conflict_.empty();
+  }
+  warn_of_failure(outcome);
+  publish(scan, outcome, with_tf);
+}
+
+void ScanMatcherNode::warn_of_failure(const LaserOdometryOutcome& outcome) const {
+  if (outcome.restarted) {
+    ROS_WARN_STREAM(setup_.odometry.odometry.lost_after
+                    << " scans in a row did not fit; a new local map starts where the guess is");
+  } else if (!outcome.match.accepted() &&
+             outcome.match.status != MatchStatus::kRejectedNoReference) {
+    ROS_WARN_STREAM_THROTTLE(kWarningInterval, "a scan was not matched ("
+                                                   << to_string(outcome.match.status)
+                                                   << "); the guess stands");
+  }
+}
+
+void ScanMatcherNode::start_anew() {
+  odometry_ = std::make_unique<LaserOdometry>(setup_.odometry, matcher_, setup_.guess,
+                                              static_cast<std::uint64_t>(setup_.node.seed));
+}
+
+// --- messages out ---
+
+void ScanMatcherNode::publish(const ReadyScan& scan, const LaserOdometryOutcome& outcome,
+                              bool with_tf) {
+  odometry_publisher_.publish(
+      to_message(outcome, scan.stamp, setup_.node.odom_frame, setup_.node.base_frame));
+  if (!with_tf) {
+    return;
+  }
+  geometry_msgs::TransformStamped transform;
+  transform.header.frame_id = setup_.node.odom_frame;
+  transform.header.stamp = scan.stamp;
+  transform.child_frame_id = setup_.tf_child();
+  // Above the odometry that gives the guess, since its link to the base is its own.
+  const Pose2 odom_from_child =
+      setup_.guess == GuessSource::kOdometry
+          ? outcome.odom_from_base * scan.input.odometry->odom_from_base.inverse()
+          : outcome.odom_from_base;
+  transform.transform = to_transform_message(odom_from_child);
+  broadcaster_.sendTransform(transform);
+}
+
+void ScanMatcherNode::start_diagnostics() {
+  ros::NodeHandle node = node_;
+  node.setCallbackQueue(&diagnostic_queue_);
+  diagnostic_updater_.setHardwareID("none");
+  diagnostic_updater_.add("Laser odometry", this, &ScanMatcherNode::update_diagnostics);
+  // By the wall clock, so that it goes on when simulated time stands still.
+  diagnostic_timer_ = node.createWallTimer(
+      ros::WallDuration(diagnostic_updater_.getPeriod()),
+      [this](const ros::WallTimerEvent& /*event*/) { diagnostic_updater_.force_update(); });
+  diagnostic_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &diagnostic_queue_);
+  diagnostic_spinner_->start();
+}
+
+void ScanMatcherNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  ScanMatcherHealth health;
+  health.matcher = setup_.matcher_name;
+  {
+    const std::lock_guard<std::mutex> lock(queue_mutex_);
+    health.account = queue_.account();
+    health.waiting = queue_.waiting();
+    health.last_skip = skip_warnings_.latest();
+    health.matches = matches_;
+    health.tf_conflict = tf_conflict_;
+  }
+  diagnostics_.fill(health, status);
+}
+
+}  // namespace matchbox_slam

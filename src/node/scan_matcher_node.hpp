@@ -1,0 +1,91 @@
+#pragma once
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/LaserScan.h>
+#include <tf2_msgs/TFMessage.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "matchbox_slam/slam/laser_odometry.hpp"
+#include "node/scan_matcher_diagnostics.hpp"
+#include "node/skip_warnings.hpp"
+#include "ros/matcher_loader.hpp"
+#include "ros/scan_queue.hpp"
+#include "run/scan_matcher_setup.hpp"
+#include "run/timed_matcher.hpp"
+
+namespace matchbox_slam {
+
+/// A link that gives `child` a parent, as "odom -> base_link"; empty: there is none in the message.
+/// @param own_parent  links from this frame count only if `from_others`.
+[[nodiscard]] std::string find_rival_link(const tf2_msgs::TFMessage& message,
+                                          const std::string& child, const std::string& own_parent,
+                                          bool from_others);
+
+/// The laser odometry node: scans in, odometry out, no map. Callbacks only fill the queue; a thread
+/// of its own does the matching.
+class ScanMatcherNode {
+ public:
+  /// Starts at once. Throws ConfigurationError for private parameters that are unknown or not
+  /// allowed.
+  ScanMatcherNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node);
+  ~ScanMatcherNode();
+
+  ScanMatcherNode(const ScanMatcherNode&) = delete;
+  ScanMatcherNode& operator=(const ScanMatcherNode&) = delete;
+
+ private:
+  void subscribe();
+  void on_scan(const ros::MessageEvent<const sensor_msgs::LaserScan>& event);
+  void on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event, bool is_static);
+  void on_imu(const ros::MessageEvent<const sensor_msgs::Imu>& event);
+  void look_for_rival(const ros::MessageEvent<const tf2_msgs::TFMessage>& event);
+
+  void run_matching();
+  void handle(const ScanQueue::Item& item);
+  void match_scan(const ReadyScan& scan);
+  void warn_of_failure(const LaserOdometryOutcome& outcome) const;
+  void publish(const ReadyScan& scan, const LaserOdometryOutcome& outcome, bool with_tf);
+  void start_anew();
+  void start_diagnostics();
+  void update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  ros::NodeHandle node_;
+  ros::NodeHandle private_node_;
+  MatcherLoader loader_;
+  ScanMatcherSetup setup_;
+  std::shared_ptr<TimedMatcher> matcher_;
+  ros::CallbackQueue diagnostic_queue_;  ///< before all that puts callbacks in it
+
+  std::mutex queue_mutex_;  ///< guards what follows, up to the matching thread's own
+  std::condition_variable queue_changed_;
+  ScanQueue queue_;
+  SkipWarnings skip_warnings_;
+  std::string tf_conflict_;  ///< why no tf is published; empty: it is, or is not wanted
+  MatchRecord matches_;
+  bool stop_ = false;
+
+  std::unique_ptr<LaserOdometry> odometry_;  ///< of the matching thread, as what follows
+  tf2_ros::TransformBroadcaster broadcaster_;
+  ros::Publisher odometry_publisher_;
+
+  ScanMatcherDiagnostics diagnostics_;
+  diagnostic_updater::Updater diagnostic_updater_;
+  ros::WallTimer diagnostic_timer_;
+  ros::Subscriber scan_subscriber_;
+  ros::Subscriber imu_subscriber_;
+  ros::Subscriber transform_subscriber_;
+  ros::Subscriber static_transform_subscriber_;
+  std::unique_ptr<ros::AsyncSpinner> diagnostic_spinner_;
+  std::thread matching_thread_;
+};
+
+}  // namespace matchbox_slam

@@ -1,0 +1,123 @@
+#include "node/slam_diagnostics.hpp"
+
+#include <diagnostic_msgs/DiagnosticStatus.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "evaluation/error_statistics.hpp"
+#include "ros/clock_comparison.hpp"
+
+namespace matchbox_slam {
+
+namespace {
+
+using diagnostic_msgs::DiagnosticStatus;
+using diagnostic_updater::DiagnosticStatusWrapper;
+
+// So many scans in a row that match nowhere: the robot is elsewhere, or was carried away.
+constexpr std::size_t kLost = 20;
+
+// Share of the recent scans that may match nowhere without a warning.
+constexpr double kFewRejected = 0.2;
+
+bool is_rejected(const ScanHealth& scan) {
+  return scan.status != MatchStatus::kAccepted && scan.status != MatchStatus::kRejectedNoReference;
+}
+
+/// Seconds from scan to scan; 0 while there are too few.
+double period_of(const std::deque<ScanHealth>& scans) {
+  return scans.size() < 2
+             ? 0.0
+             : (scans.back().stamp - scans.front().stamp) / static_cast<double>(scans.size() - 1);
+}
+
+std::vector<float> match_seconds_of(const std::deque<ScanHealth>& scans) {
+  std::vector<float> seconds;
+  for (const ScanHealth& scan : scans) {
+    if (scan.match_seconds > 0.0) {
+      seconds.push_back(static_cast<float>(scan.match_seconds));
+    }
+  }
+  return seconds;
+}
+
+bool is_lost(const std::deque<ScanHealth>& scans) {
+  return scans.size() >= kLost && std::all_of(scans.end() - kLost, scans.end(), is_rejected);
+}
+
+double rejected_share(const std::deque<ScanHealth>& scans) {
+  const auto count = std::count_if(scans.begin(), scans.end(), is_rejected);
+  return scans.empty() ? 0.0 : static_cast<double>(count) / static_cast<double>(scans.size());
+}
+
+void summarize(const SlamHealth& health, const ScanAccount& before,
+               DiagnosticStatusWrapper& status) {
+  const std::size_t received = health.account.received - before.received;
+  const std::size_t skipped = health.account.skipped_total() - before.skipped_total();
+  const double period = period_of(health.recent);
+  const double p95 = statistics_of(match_seconds_of(health.recent)).p95;
+  if (health.stopped) {
+    status.summary(DiagnosticStatus::ERROR, "stopped, as time has jumped back");
+  } else if (is_lost(health.recent)) {
+    status.summary(DiagnosticStatus::ERROR,
+                   "lost: the last " + std::to_string(kLost) +
+                       " scans match nowhere near; tell where the robot is by initialpose or "
+                       "~relocalise");
+  } else if (std::abs(health.estimated_clock_offset) > kClockOffsetWorthTelling) {
+    status.summaryf(DiagnosticStatus::WARN,
+                    "the clocks of scans and tf differ by %.1f s; set scan_time_offset",
+                    health.estimated_clock_offset);
+  } else if (skipped > 0) {
+    status.summary(DiagnosticStatus::WARN,
+                   std::to_string(skipped) + " scans skipped; the last: " + health.last_skip);
+  } else if (received == 0) {
+    status.summary(DiagnosticStatus::WARN, "no scans are coming in");
+  } else if (period > 0.0 && p95 > period) {
+    status.summaryf(
+        DiagnosticStatus::WARN,
+        "matching takes %.1f ms, longer than the %.1f ms from scan to scan; see max_lag "
+        "and the matcher's deadline",
+        1e3 * p95, 1e3 * period);
+  } else if (rejected_share(health.recent) > kFewRejected) {
+    status.summaryf(DiagnosticStatus::WARN, "%.0f %% of the recent scans match nowhere near",
+                    100.0 * rejected_share(health.recent));
+  } else {
+    status.summary(DiagnosticStatus::OK, health.updates_map ? "mapping" : "localising");
+  }
+}
+
+void add_recent(const std::deque<ScanHealth>& scans, DiagnosticStatusWrapper& status) {
+  const double period = period_of(scans);
+  status.addf("Scan rate [Hz]", "%.1f", period > 0.0 ? 1.0 / period : 0.0);
+  status.addf("Scan period [ms]", "%.1f", 1e3 * period);
+  const ErrorStatistics match = statistics_of(match_seconds_of(scans));
+  status.addf("Match time p50 [ms]", "%.2f", 1e3 * match.median);
+  status.addf("Match time p95 [ms]", "%.2f", 1e3 * match.p95);
+  status.addf("Match time max [ms]", "%.2f", 1e3 * match.max);
+  const ScanHealth newest = scans.empty() ? ScanHealth{} : scans.back();
+  status.addf("Lag [s]", "%.3f", newest.lag);
+  status.addf("Score", "%.3f", newest.score);
+  status.add("Match", to_string(newest.status));
+  status.add("Unconstrained directions", newest.unconstrained_directions);
+  status.addf("Scans that match nowhere [%]", "%.1f", 100.0 * rejected_share(scans));
+}
+
+}  // namespace
+
+void SlamDiagnostics::fill(const SlamHealth& health, DiagnosticStatusWrapper& status) {
+  summarize(health, before_, status);
+  status.add("Matcher", health.matcher);
+  status.add("Scans received", health.account.received);
+  status.add("Scans used", health.account.delivered);
+  status.add("Scans waiting", health.waiting);
+  for (const auto& [reason, count] : health.account.skipped) {
+    status.add(std::string("Scans skipped: ") + to_string(reason), count);
+  }
+  add_recent(health.recent, status);
+  status.addf("Map memory [MB]", "%.1f", static_cast<double>(health.map_bytes) / (1024.0 * 1024.0));
+  before_ = health.account;
+}
+
+}  // namespace matchbox_slam

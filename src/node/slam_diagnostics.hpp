@@ -1,0 +1,49 @@
+#pragma once
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <ros/time.h>
+
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "matchbox_slam/slam/slam_engine.hpp"
+#include "ros/scan_queue.hpp"
+
+namespace matchbox_slam {
+
+/// What is told of one scan.
+struct ScanHealth {
+  double stamp = 0.0;          ///< [s]
+  double lag = 0.0;            ///< [s] from its stamp to the end of its processing
+  double match_seconds = 0.0;  ///< 0: it was not matched
+  double score = 0.0;
+  MatchStatus status = MatchStatus::kAccepted;
+  std::size_t unconstrained_directions = 0;
+};
+
+/// What /diagnostics tells about the mapping.
+struct SlamHealth {
+  ScanAccount account;
+  std::size_t waiting = 0;        ///< scans
+  bool stopped = false;           ///< at a jump of time
+  std::deque<ScanHealth> recent;  ///< scans, oldest first
+  bool updates_map = true;
+  std::string matcher;
+  std::size_t map_bytes = 0;
+  std::string last_skip;                ///< why a scan was skipped last, for people
+  double estimated_clock_offset = 0.0;  ///< [s] that scans should be moved by and are not
+};
+
+/// Judges the mapping by what has happened since it was asked last, and by the newest scans: an
+/// error when it has stopped or the robot is lost; a warning when scans were skipped or none came,
+/// many do not match, or matching takes longer than there is time.
+class SlamDiagnostics {
+ public:
+  void fill(const SlamHealth& health, diagnostic_updater::DiagnosticStatusWrapper& status);
+
+ private:
+  ScanAccount before_;
+};
+
+}  // namespace matchbox_slam

@@ -1,0 +1,29 @@
+#include <nodelet/nodelet.h>
+
+#include <exception>
+#include <memory>
+#include <pluginlib/class_list_macros.hpp>
+
+#include "node/slam_node.hpp"
+
+namespace matchbox_slam {
+
+/// SlamNode in a nodelet manager, where scans of other nodelets arrive without being copied.
+class SlamNodelet : public nodelet::Nodelet {
+ private:
+  /// Throws when SlamNode does: the manager then refuses to load the nodelet, but may not say why.
+  void onInit() override {
+    try {
+      node_ = std::make_unique<SlamNode>(getNodeHandle(), getPrivateNodeHandle());
+    } catch (const std::exception& error) {
+      NODELET_FATAL_STREAM(error.what());
+      throw;
+    }
+  }
+
+  std::unique_ptr<SlamNode> node_;
+};
+
+}  // namespace matchbox_slam
+
+PLUGINLIB_EXPORT_CLASS(matchbox_slam::SlamNodelet, nodelet::Nodelet)

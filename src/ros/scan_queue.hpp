@@ -1,0 +1,186 @@
+#pragma once
+
+#include <ros/duration.h>
+#include <ros/time.h>
+#include <sensor_msgs/LaserScan.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <cstddef>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "matchbox_slam/slam/slam_engine.hpp"
+#include "ros/transform_store.hpp"
+
+namespace matchbox_slam {
+
+/// Why a scan was not used.
+enum class SkipReason {
+  kNoTransform,     ///< tf did not cover it in time
+  kDuplicateStamp,  ///< a scan of the same stamp was there before
+  kOutOfOrder,      ///< a later scan was delivered already
+  kInvalid,         ///< its geometry makes no sense
+  kEmpty,           ///< it has no ranges
+  kQueueFull,       ///< too many were waiting; the oldest goes
+  kTooLate,         ///< it had waited too long when its turn came
+  kTimeJump,        ///< it was waiting when time jumped back
+  kStopped,         ///< it came after a time jump at which to stop
+  kPaused,          ///< it came while its user had paused the mapping
+  kBeforeReset,     ///< it was used, but for a map that was given up since
+};
+
+/// A word for reports, such as "no_transform".
+[[nodiscard]] const char* to_string(SkipReason reason);
+
+struct SkippedScan {
+  ros::Time stamp;
+  SkipReason reason = SkipReason::kInvalid;
+  std::string text;  ///< for people, one line
+};
+
+/// received = delivered + waiting + the sum of skipped.
+struct ScanAccount {
+  std::size_t received = 0;
+  std::size_t delivered = 0;
+  std::map<SkipReason, std::size_t> skipped;
+
+  [[nodiscard]] std::size_t skipped_total() const;
+};
+
+/// A scan with all that the engine needs.
+struct ReadyScan {
+  ros::Time stamp;    ///< of the first beam, by the clock of tf
+  ros::Time arrival;  ///< by the clock of messages
+  std::string frame;
+  ScanInput input;
+};
+
+/// Time went back, as when a bag is played in a loop or a simulation is reset. Scans from here on
+/// have nothing to do with those before.
+struct TimeJump {
+  double seconds = 0.0;  ///< how far back, > 0
+  bool stopped = false;  ///< no more scans are delivered
+};
+
+/// Frames are without leading slash.
+struct ScanQueueSettings {
+  std::string base_frame;
+  std::optional<std::string> odom_frame;  ///< none: scans carry no odometry
+  std::string map_frame;
+  double transform_timeout = 2.0;   ///< [s] that a scan may wait for its transforms
+  std::size_t max_waiting = 10000;  ///< scans
+  ros::Duration scan_time_offset;   ///< added to the stamps of scans
+  bool stop_at_time_jump = false;   ///< else start anew
+  int lasers = 1;                   ///< whose scans are merged
+  double max_lag = 0.0;             ///< [s] after its arrival a scan is given up; 0: never
+};
+
+/// Scans and transforms go in as they arrive, scans ready to be processed come out in the order of
+/// their stamps. A scan is ready when tf covers its first beam and its last; its transforms are
+/// looked up at that moment. What comes out depends on the messages and not on how scans and
+/// transforms interleave, so a replayed bag gives what reading it gives. No scan is lost uncounted.
+///
+/// Scans of several lasers come out merged by their stamps: a scan waits until every other laser
+/// that is alive has sent one as late, but not for long.
+///
+/// "Now" is the clock by which messages arrive: the time at which a bag recorded them, or the
+/// node's ros::Time. When the base frame is the scan's own, no transform to the base is needed.
+class ScanQueue {
+ public:
+  using Item = std::variant<ReadyScan, TimeJump>;
+
+  explicit ScanQueue(ScanQueueSettings settings);
+
+  /// @param laser  which one of the robot's, from 0.
+  void add_scan(const sensor_msgs::LaserScan& message, const ros::Time& now, int laser = 0);
+  void add_transforms(const tf2_msgs::TFMessage& message, bool is_static, const ros::Time& now);
+
+  /// The next scan, when it is ready. None: wait for more messages.
+  [[nodiscard]] std::optional<Item> next();
+
+  /// Added to the stamps of scans that come from now on.
+  void set_scan_time_offset(const ros::Duration& offset) { settings_.scan_time_offset = offset; }
+  void set_max_lag(double seconds) { settings_.max_lag = seconds; }
+
+  /// Scans that come while paused are skipped; transforms are taken as ever.
+  void set_paused(bool paused) { paused_ = paused; }
+
+  /// Whether scans are skipped since a time jump at which to stop.
+  [[nodiscard]] bool stopped() const { return stopped_; }
+
+  /// Takes scans again after such a time jump.
+  void start_again() { stopped_ = false; }
+
+  /// Counts what was delivered so far as skipped: its map is given up.
+  void discard_delivered();
+
+  /// No more messages come: scans that are not ready are skipped, ready ones stay for `next`.
+  void finish();
+
+  /// Those skipped since the last call, oldest first.
+  [[nodiscard]] std::vector<SkippedScan> take_skipped();
+
+  [[nodiscard]] const ScanAccount& account() const { return account_; }
+  /// Scans that were neither delivered nor skipped yet.
+  [[nodiscard]] std::size_t waiting() const { return waiting_.size() + ready_scans_; }
+  [[nodiscard]] const TransformStore& transforms() const { return transforms_; }
+  [[nodiscard]] const ScanQueueSettings& settings() const { return settings_; }
+
+ private:
+  struct WaitingScan {
+    ros::Time arrival;
+    std::string frame;
+    LaserScan scan;
+  };
+  /// The order in which scans come out: by stamp, then by laser.
+  struct Turn {
+    ros::Time stamp;
+    int laser = 0;
+
+    [[nodiscard]] bool operator<(const Turn& other) const {
+      return stamp < other.stamp || (stamp == other.stamp && laser < other.laser);
+    }
+  };
+  using Waiting = std::map<Turn, WaitingScan>;
+
+  void advance(const ros::Time& now);
+  void jump_back(double seconds);
+  void add_valid_scan(const sensor_msgs::LaserScan& message, const Turn& turn);
+  [[nodiscard]] bool was_clock_set_back(const ros::Time& stamp);
+  [[nodiscard]] bool leaps_ahead(const ros::Time& stamp);
+  void collect_ready(bool wait_for_more);
+  void deliver(const Turn& turn, ReadyScan&& scan);
+  void limit_waiting();
+  void give_up_late();
+  void note_newest(const Turn& turn);
+  void drop_oldest_ready(SkipReason reason, const std::string& why);
+  [[nodiscard]] bool is_its_turn(const Turn& turn, const WaitingScan& scan) const;
+  void skip(const ros::Time& stamp, SkipReason reason, const std::string& why);
+  [[nodiscard]] bool is_ready(const ros::Time& stamp, const WaitingScan& scan) const;
+  [[nodiscard]] ReadyScan make_ready(const Turn& turn, WaitingScan&& scan) const;
+  [[nodiscard]] std::string missing_transform(const ros::Time& stamp,
+                                              const WaitingScan& scan) const;
+
+  ScanQueueSettings settings_;
+  TransformStore transforms_;
+  Waiting waiting_;
+  std::optional<ros::Time> now_;
+  std::deque<Item> ready_;
+  std::size_t ready_scans_ = 0;  ///< of the items in `ready_`
+  std::optional<Turn> last_ready_;
+  std::vector<ros::Time> newest_;      ///< stamp, by laser; empty until a scan comes
+  std::optional<ros::Time> last_old_;  ///< of scans in a row that are older than time can be
+  int old_in_a_row_ = 0;
+  std::optional<double> lead_;  ///< [s] of the newest scan's stamp before its arrival
+  int leaps_in_a_row_ = 0;
+  bool stopped_ = false;
+  bool paused_ = false;
+  ScanAccount account_;
+  std::vector<SkippedScan> skipped_;
+};
+
+}  // namespace matchbox_slam

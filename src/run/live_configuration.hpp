@@ -1,0 +1,34 @@
+#pragma once
+
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "run/matcher_catalog.hpp"
+#include "run/slam_setup.hpp"
+
+namespace matchbox_slam {
+
+/// A configuration of which parts may change while the mapping goes on: the matcher, everything
+/// about matchers, and what the engine does with the next scan. Frames, clocks and what the map was
+/// made with may not.
+class LiveConfiguration {
+ public:
+  /// Throws as make_slam_setup does. @param catalog  outlives this object.
+  LiveConfiguration(Parameters parameters, const MatcherCatalog& catalog);
+
+  [[nodiscard]] const SlamSetup& setup() const { return setup_; }
+
+  /// The options that may change, with their present values; those of all matchers.
+  [[nodiscard]] std::vector<OptionDescription> options() const;
+
+  /// What the configuration would be with these values. Throws ConfigurationError when one is not
+  /// allowed or may not change.
+  [[nodiscard]] LiveConfiguration with(const Parameters& changes) const;
+
+ private:
+  Parameters parameters_;  ///< as given
+  const MatcherCatalog* catalog_;
+  SlamSetup setup_;
+};
+
+}  // namespace matchbox_slam

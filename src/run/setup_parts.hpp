@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/common/parameters.hpp"
+#include "matchbox_slam/matching/scan_matcher.hpp"
+#include "run/matcher_catalog.hpp"
+
+namespace matchbox_slam {
+
+// What reading a node's configuration consists of, for all nodes.
+
+template <typename Options>
+[[nodiscard]] std::vector<std::string> option_names() {
+  std::vector<std::string> names;
+  for (const OptionDescription& row : describe_options(Options{})) {
+    names.push_back(row.name);
+  }
+  return names;
+}
+
+/// The values of the given names; those of others are left out.
+[[nodiscard]] Parameters only(const Parameters& parameters, const std::vector<std::string>& names);
+
+/// Looks at the first part of every key, which has to be one of `options` or a section: one of
+/// `sections` or a matcher's. Throws ConfigurationError for any other.
+void reject_unknown_names(const Parameters& parameters, const std::vector<std::string>& options,
+                          std::vector<std::string> sections, const MatcherCatalog& catalog);
+
+/// The matcher of that lookup name, configured by its section. The sections of other matchers are
+/// checked too, so that a slip there is told now and not on the day they are chosen.
+/// Throws ConfigurationError.
+[[nodiscard]] std::shared_ptr<const ScanMatcher> make_matcher(const Parameters& parameters,
+                                                              const MatcherCatalog& catalog,
+                                                              const std::string& lookup_name);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,91 @@
+#include "run/slam_setup.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "run/frames.hpp"
+#include "run/setup_parts.hpp"
+
+namespace matchbox_slam {
+
+namespace {
+
+/// The names outside of sections.
+std::vector<std::string> plain_names() {
+  std::vector<std::string> names = option_names<RunOptions>();
+  for (const std::string& name : option_names<SlamNodeOptions>()) {
+    names.push_back(name);
+  }
+  return names;
+}
+
+/// YAML types an offset such as 82.2 as a number, but it may be the word 'auto' too.
+Parameters with_offset_as_text(Parameters parameters) {
+  const ParameterValue* offset = parameters.find("scan_time_offset");
+  if (offset != nullptr && !std::holds_alternative<std::string>(*offset)) {
+    parameters.set("scan_time_offset", to_string(*offset));
+  }
+  return parameters;
+}
+
+void check_scan_time_offset(const RunOptions& options) {
+  constexpr double kLargestOffset = 1e6;  // s
+  const std::optional<double> offset = fixed_scan_time_offset(options);
+  const bool is_in_range = offset && std::abs(*offset) <= kLargestOffset;  // nan is not
+  if (options.scan_time_offset != "auto" && !is_in_range) {
+    throw ConfigurationError("scan_time_offset: " + options.scan_time_offset +
+                             " is not allowed; allowed: a number of seconds from -1000000 to "
+                             "1000000, auto");
+  }
+}
+
+/// Frames as tf2 wants them.
+void strip_leading_slashes(RunOptions& options) {
+  for (std::string* frame : {&options.base_frame, &options.odom_frame, &options.map_frame}) {
+    *frame = without_leading_slash(*frame);
+  }
+}
+
+}  // namespace
+
+std::optional<double> fixed_scan_time_offset(const RunOptions& options) {
+  const ParameterValue value = parse_parameter_value(options.scan_time_offset);
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+    return static_cast<double>(*whole);
+  }
+  if (const auto* real = std::get_if<double>(&value)) {
+    return *real;
+  }
+  return std::nullopt;
+}
+
+SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& catalog) {
+  reject_unknown_names(parameters, plain_names(), {"slam", "scan", "map", "field", "motion"},
+                       catalog);
+  SlamSetup setup;
+  setup.run = read_options<RunOptions>(
+      with_offset_as_text(only(parameters, option_names<RunOptions>())), "");
+  check_scan_time_offset(setup.run);
+  strip_leading_slashes(setup.run);
+  setup.node = read_options<SlamNodeOptions>(only(parameters, option_names<SlamNodeOptions>()), "");
+  setup.engine = read_engine_options(parameters);
+  setup.matcher_name = catalog.find(setup.run.matcher);
+  setup.matcher = make_matcher(parameters, catalog, setup.matcher_name);
+  setup.hough = read_options<HoughOptions>(parameters.section("hough"), "hough");
+  return setup;
+}
+
+std::vector<OptionDescription> describe_setup(const SlamSetup& setup) {
+  std::vector<OptionDescription> rows = describe_options(setup.run);
+  for (OptionDescription& row : describe_engine_options(setup.engine)) {
+    rows.push_back(std::move(row));
+  }
+  const std::string section = matcher_short_name(setup.matcher_name);
+  for (OptionDescription& row : setup.matcher->options()) {
+    row.name = section + "/" + row.name;
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/sensor/laser_scan.hpp"
+#include "simulation/world.hpp"
+
+namespace matchbox_slam {
+
+/// A planar laser on the robot. The defaults are the base laser of the PR2 that drove through the
+/// MIT Stata Center: a Hokuyo UTM-30LX at 20 Hz.
+struct LaserOptions {
+  int beams = 1040;
+  double field_of_view = degrees_to_radians(260.0);
+  bool clockwise = false;
+  double range_min = 0.023;
+  double range_max = 30.0;
+  double range_noise = 0.01;
+  double dropout = 0.002;
+  std::string no_return = "infinite";
+  double scan_rate = 20.0;
+  double time_increment = 0.0;
+  double mount_x = 0.275;
+  double mount_y = 0.0;
+  double mount_z = 0.252;
+  double mount_roll = 0.0;
+  double mount_pitch = 0.0;
+  double mount_yaw = 0.0;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.beams, "beams", between(1, 1000000), "", "Readings of one scan.");
+    option(self.field_of_view, "field_of_view", between(1e-3, 2.0 * kPi), "rad",
+           "Angle that the beams share; the first is half of it off the laser's x axis.");
+    option(self.clockwise, "clockwise", any(), "",
+           "Whether the laser sweeps clockwise, with a negative angle_increment.");
+    option(self.range_min, "range_min", between(0.0, 1e3), "m", "Shorter distances read -inf.");
+    option(self.range_max, "range_max", between(1e-2, 1e3), "m", "Reach of the laser.");
+    option(self.range_noise, "range_noise", between(0.0, 1.0), "m",
+           "Standard deviation of a range, Gaussian.");
+    option(self.dropout, "dropout", between(0.0, 1.0), "",
+           "Probability that a reading is lost and reads NaN.");
+    option(self.no_return, "no_return", one_of({"infinite", "over_range"}), "",
+           "What a beam reads that meets nothing: +inf, or 1 m more than range_max.");
+    option(self.scan_rate, "scan_rate", between(0.1, 1e3), "Hz", "Scans a second.");
+    option(self.time_increment, "time_increment", between(0.0, 1.0), "s",
+           "Time from beam to beam; the robot moves meanwhile. 0: all beams at once.");
+    option(self.mount_x, "mount_x", between(-10.0, 10.0), "m", "Laser ahead of the base.");
+    option(self.mount_y, "mount_y", between(-10.0, 10.0), "m", "Laser to the left of the base.");
+    option(self.mount_z, "mount_z", between(-10.0, 10.0), "m", "Laser above the base.");
+    option(self.mount_roll, "mount_roll", between(-kPi, kPi), "rad",
+           "Turn of the laser about its x axis; pi is upside down.");
+    option(self.mount_pitch, "mount_pitch", between(-1.5, 1.5), "rad",
+           "Turn of the laser about its y axis, positive looks down.");
+    option(self.mount_yaw, "mount_yaw", between(-kPi, kPi), "rad",
+           "Turn of the laser about its z axis, positive to the left.");
+  }
+
+  /// Pose of the laser in the base: turned by roll, pitch, yaw about the fixed axes x, y, z.
+  [[nodiscard]] Eigen::Isometry3d base_from_laser() const;
+};
+
+/// What one beam met, before noise.
+struct BeamTruth {
+  double range = std::numeric_limits<double>::infinity();  ///< [m] along the beam, inf: nothing met
+  std::optional<std::size_t> segment;                      ///< index into World::segments()
+  Eigen::Vector2d normal = Eigen::Vector2d::Zero();  ///< unit, in the world, towards the laser
+  double cos_incidence = 0.0;  ///< cosine of the angle between beam and normal, 1 when head-on
+  Eigen::Vector2d end = Eigen::Vector2d::Zero();  ///< [m], in the world, where the surface was met
+};
+
+/// A scan with the truth behind each of its beams.
+struct SimulatedScan {
+  LaserScan scan;
+  std::vector<BeamTruth> truth;  ///< as many as ranges
+};
+
+/// Pose of the base in the world at a time [s].
+using PoseAtTime = std::function<Pose2(double)>;
+
+/// The options with neither noise nor dropouts.
+[[nodiscard]] LaserOptions without_noise(LaserOptions options);
+
+/// Throws ConfigurationError when options that are allowed one by one do not fit together: no range
+/// between range_min and range_max, or a sweep longer than the time from scan to scan.
+void check_laser_options(const LaserOptions& options);
+
+/// What each beam of a scan at `stamp` meets. Walls are upright and without end, so a tilted laser
+/// sees them farther away; there is no floor. The base moves while the beams are swept. Throws
+/// ConfigurationError as check_laser_options does.
+[[nodiscard]] std::vector<BeamTruth> trace_beams(const World& world, const LaserOptions& options,
+                                                 const PoseAtTime& world_from_base, double stamp);
+
+/// One scan as the laser measures it, and its truth. The same seed gives the same bits, and beam k
+/// gets the same noise whatever the world is.
+/// @param stamp  [s], time of the first beam.
+[[nodiscard]] SimulatedScan simulate_scan(const World& world, const LaserOptions& options,
+                                          const PoseAtTime& world_from_base, double stamp,
+                                          std::uint64_t seed);
+
+/// The scan of a robot at rest, without noise and dropouts.
+[[nodiscard]] LaserScan ideal_scan(const World& world, const LaserOptions& options,
+                                   const Pose2& world_from_base, double stamp = 0.0);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "simulation/world.hpp"
+
+namespace matchbox_slam {
+
+/// A building of about 22 m x 20 m: a corridor with furnished rooms on both sides, doors to the
+/// corridor and between some rooms. The route tours all rooms and ends where it started.
+[[nodiscard]] World make_rooms_world(std::uint64_t seed);
+
+/// Chaotic clutter of short segments and small polygons over 20 m x 20 m, ringed by denser clutter;
+/// no straight line is longer than 0.6 m. The route is a lap around the middle.
+[[nodiscard]] World make_random_world(std::uint64_t seed);
+
+/// A straight, featureless corridor of 120 m along the x axis. The route runs 50 m along its middle
+/// and keeps more than 30 m from both ends, so that a scan cannot tell where along the corridor it
+/// is.
+[[nodiscard]] World make_corridor_world(std::uint64_t seed);
+
+/// A square ring corridor, 100 m along its middle and 2.2 m wide, with doors, niches, pillars,
+/// cabinets and radiators at irregular places. The route is one lap and 16 m of the next.
+[[nodiscard]] World make_loop_world(std::uint64_t seed);
+
+/// The names that make_world knows.
+[[nodiscard]] std::vector<std::string> world_names();
+
+/// The world of that name; the same seed gives the same bits.
+/// Throws ConfigurationError for a name that is not among world_names().
+[[nodiscard]] World make_world(const std::string& name, std::uint64_t seed);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "simulation/laser.hpp"
+
+namespace matchbox_slam {
+
+/// Errors of the wheels' odometry. Noise is white over the distance: its variance grows in
+/// proportion to the way driven or turned, and the deviation given is that after 1 m or 1 rad. The
+/// defaults are a decent wheeled robot's; over 100 m they add up to metres.
+struct OdometryOptions {
+  double odometry_rate = 50.0;
+  double translation_noise = 0.02;
+  double rotation_noise = 0.03;
+  double heading_noise = 0.008;
+  double translation_bias = 0.01;
+  double rotation_bias = 0.01;
+  double heading_bias = 0.003;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.odometry_rate, "odometry_rate", between(1.0, 1e3), "Hz", "Readings a second.");
+    option(self.translation_noise, "translation_noise", between(0.0, 1.0), "m/sqrt(m)",
+           "Standard deviation of the distance after one metre.");
+    option(self.rotation_noise, "rotation_noise", between(0.0, 1.0), "rad/sqrt(rad)",
+           "Standard deviation of the heading after turning one radian.");
+    option(self.heading_noise, "heading_noise", between(0.0, 1.0), "rad/sqrt(m)",
+           "Standard deviation of the heading after driving one metre.");
+    option(self.translation_bias, "translation_bias", between(-0.5, 0.5), "m/m",
+           "Excess of every distance.");
+    option(self.rotation_bias, "rotation_bias", between(-0.5, 0.5), "rad/rad",
+           "Excess of every turn.");
+    option(self.heading_bias, "heading_bias", between(-0.5, 0.5), "rad/m",
+           "Turn that is reported for every metre driven straight on.");
+  }
+};
+
+/// The options with neither noise nor bias.
+[[nodiscard]] OdometryOptions without_noise(OdometryOptions options);
+
+/// Where the odometry believes the base to be.
+struct OdometryReading {
+  double stamp = 0.0;  ///< [s]
+  Pose2 odom_from_base;
+};
+
+/// Integrates the true motion between `stamps`, with errors, in the robot's own frame. The first
+/// reading is the origin of the odometry frame. The same seed gives the same bits.
+/// @param stamps  [s], ascending.
+[[nodiscard]] std::vector<OdometryReading> simulate_odometry(const PoseAtTime& world_from_base,
+                                                             const std::vector<double>& stamps,
+                                                             const OdometryOptions& options,
+                                                             std::uint64_t seed);
+
+/// The odometry at any time, interpolated between its readings as tf does. Before the first and
+/// after the last it is that one. Throws std::invalid_argument when there are no readings.
+[[nodiscard]] Pose2 interpolate_odometry(const std::vector<OdometryReading>& odometry,
+                                         double stamp);
+
+}  // namespace matchbox_slam

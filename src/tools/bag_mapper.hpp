@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bag/bag_scans.hpp"
+#include "run/run_dialog.hpp"
+
+namespace matchbox_slam {
+
+/// What map_bag is asked to do; what is not given keeps its default.
+struct MapBagRequest {
+  BagRequest recording;
+  std::string out;    ///< folder
+  std::string debug;  ///< folder for pictures of the first key scans; empty: none
+  std::vector<std::string> config_files;
+  std::optional<std::string> matcher;
+  std::vector<std::string> overrides;  ///< `key=value`
+  std::optional<int> seed;
+};
+
+/// Maps a bag from end to end: reads it in the order of its recording, runs the engine on every
+/// scan that tf covers, and writes trajectory.tum, odometry.tum, map.pgm, map.yaml, map.png and
+/// report.json into the folder. The same request gives the same bytes in all but the report, with
+/// any number of threads.
+///
+/// Throws ConfigurationError when the request makes no sense for the bag; FileError when results
+/// cannot be written, which is tried before the work; BagError when nothing can be read. Where a
+/// bag turns out damaged later, it writes the results of the part before and then throws BagError.
+/// Interrupted, it writes the results up to there, or throws Interrupted when there are none yet.
+void map_bag(const MapBagRequest& request, const RunDialog& dialog);
+
+}  // namespace matchbox_slam

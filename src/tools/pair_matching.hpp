@@ -1,0 +1,36 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bag/bag_scans.hpp"
+#include "evaluation/scan_pairs.hpp"
+
+namespace matchbox_slam {
+
+/// What match_pairs is asked to do; what is not given keeps its default.
+struct MatchPairsRequest {
+  BagRequest recording;
+  std::string truth;  ///< TUM file
+  std::string out;    ///< folder
+  std::string debug;  ///< folder for pictures of the pairs; empty: none
+  std::vector<std::string> matchers;
+  std::vector<std::string> config_files;
+  std::vector<std::string> overrides;  ///< `key=value`
+  PairOptions pairs;
+  std::optional<int> seed;  ///< of pairs, guesses and matchers
+  int threads = 1;
+};
+
+/// Measures scan matching alone: draws pairs of scans of a recording whose truth is known, lets
+/// every matcher match them from a guess that is wrong by a known amount, and writes pairs.csv (one
+/// line a matcher and pair), summary.json and summary.md (one row a matcher) into the folder. Of a
+/// simulated recording it also tells how near the matchers come to the Cramér-Rao bound.
+///
+/// All but the times is the same for any number of threads.
+/// Throws ConfigurationError when the request makes no sense, FileError when a file cannot be read
+/// or written, BagError and EvaluationError when there is nothing to match.
+void match_pairs(const MatchPairsRequest& request, const RunDialog& dialog);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,116 @@
+#include "tools/run_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <variant>
+
+#include "evaluation/error_statistics.hpp"
+#include "tools/provenance.hpp"
+
+namespace matchbox_slam {
+
+namespace {
+
+using nlohmann::json;
+
+/// To the microsecond; what is beyond is not measured.
+double rounded(double value) { return std::round(value * 1e6) / 1e6; }
+
+json milliseconds(const std::vector<float>& seconds) {
+  const ErrorStatistics durations = statistics_of(seconds);
+  return json::object({{"p50", rounded(1e3 * durations.median)},
+                       {"p95", rounded(1e3 * durations.p95)},
+                       {"max", rounded(1e3 * durations.max)}});
+}
+
+json scan_counts(const ScanAccount& account, const SlamRun& run) {
+  json skipped = json::object();
+  for (const auto& [reason, count] : account.skipped) {
+    skipped[to_string(reason)] = count;
+  }
+  json matches = json::object();
+  for (const auto& [status, count] : run.statuses()) {
+    matches[to_string(status)] = count;
+  }
+  return json::object({{"received", account.received},
+                       {"used", account.delivered},
+                       {"skipped_total", account.skipped_total()},
+                       {"skipped", skipped},
+                       {"inserted", run.inserted()},
+                       {"matches", matches}});
+}
+
+json frames(const RunOptions& options) {
+  return json::object({{"base", options.base_frame},
+                       {"odom", options.use_odometry ? json(options.odom_frame) : json(nullptr)},
+                       {"map", options.map_frame}});
+}
+
+json configuration(const SlamSetup& setup) {
+  json values = json::object();
+  for (const OptionDescription& row : describe_setup(setup)) {
+    std::visit([&](const auto& value) { values[row.name] = value; }, row.value);
+  }
+  return values;
+}
+
+json map_facts(const SlamMap& map) {
+  const CellBox box = map.occupancy.known_bounds();
+  const auto bytes = static_cast<double>(map.occupancy.bytes() + map.field.bytes());
+  return json::object({{"width", box.empty() ? 0 : box.width()},
+                       {"height", box.empty() ? 0 : box.height()},
+                       {"resolution", map.occupancy.geometry().resolution()},
+                       {"memory_mb", rounded(bytes / (1024.0 * 1024.0))}});
+}
+
+void add_cost(const RunFacts& facts, const SlamRun& run, json& report) {
+  const double wall = facts.used.wall_seconds;
+  report["match_ms"] = milliseconds(run.match_seconds());
+  report["scan_ms"] = milliseconds(run.scan_seconds());
+  report["bag_s"] = rounded(facts.bag.seconds);
+  report["wall_s"] = rounded(wall);
+  report["cpu_s"] = rounded(facts.used.cpu_seconds);
+  report["real_time_factor"] = wall > 0.0 ? rounded(facts.bag.seconds / wall) : 0.0;
+  report["peak_rss_mb"] = rounded(facts.used.peak_memory);
+}
+
+/// What was unusual about the bag and the run.
+void add_incidents(const RunFacts& facts, json& report) {
+  report["scan_time_offset_s"] = facts.bag.scan_time_offset;
+  report["estimated_clock_offset_s"] = facts.bag.estimated_clock_offset
+                                           ? json(rounded(*facts.bag.estimated_clock_offset))
+                                           : json(nullptr);
+  report["ignored_map_link"] =
+      facts.bag.ignored_map_link.empty() ? json(nullptr) : json(facts.bag.ignored_map_link);
+  report["invalid_transforms"] = facts.bag.invalid_transforms;
+  report["resets"] = facts.resets;
+  report["interrupted"] = facts.bag.interrupted;
+  report["damage"] = facts.bag.damage.empty() ? json(nullptr) : json(facts.bag.damage);
+}
+
+}  // namespace
+
+std::string to_json(const RunFacts& facts, const ScanAccount& account, const SlamRun& run,
+                    const SlamSetup& setup) {
+  json bags = json::array();
+  for (const std::string& bag : facts.bag.bags) {
+    bags.push_back(bag);
+  }
+  json report = json::object();
+  add_provenance(report);
+  report["bags"] = bags;
+  report["scan_topic"] = join(facts.bag.scan_topics);
+  report["frames"] = frames(setup.run);
+  report["matcher"] = setup.matcher_name;
+  report["seed"] = setup.run.seed;
+  report["threads"] = facts.bag.threads;
+  report["scans"] = scan_counts(account, run);
+  add_cost(facts, run, report);
+  report["map"] = map_facts(run.map());
+  add_incidents(facts, report);
+  report["configuration"] = configuration(setup);
+  return report.dump(2) + "\n";
+}
+
+}  // namespace matchbox_slam

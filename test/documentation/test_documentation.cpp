@@ -1,0 +1,176 @@
+// What the documentation says is what the code does: the README's table of parameters, its list of
+// matchers and of tests, and the code that doc/write_a_matcher.md quotes.
+//
+// After a change of options write the table anew:
+//   MATCHBOX_UPDATE_README=1 rosrun matchbox_slam test_documentation
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/error_text.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/slam/slam_engine.hpp"
+#include "ros/matcher_loader.hpp"
+#include "run/run_options.hpp"
+#include "run/scan_matcher_setup.hpp"
+#include "run/slam_node_options.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr std::string_view kTableBegins =
+    "<!-- parameters: generated, see test_documentation -->\n";
+constexpr std::string_view kTableEnds = "<!-- end of parameters -->\n";
+
+std::string in_package(const std::string& file) {
+  return std::string(MATCHBOX_SOURCE_DIR) + "/" + file;
+}
+
+std::vector<std::string> own_matchers() {
+  std::vector<std::string> names;
+  for (const std::string& name : MatcherLoader().lookup_names()) {
+    if (name.rfind("matchbox_slam/", 0) == 0) {
+      names.push_back(name);
+    }
+  }
+  return names;
+}
+
+/// Text between two markers, without them. Both have to be there.
+std::string between_markers(const std::string& text, std::string_view begin, std::string_view end) {
+  const std::size_t first = text.find(begin);
+  const std::size_t last = text.find(end, first);
+  if (first == std::string::npos || last == std::string::npos) {
+    return "(no " + std::string(begin) + ")";
+  }
+  return text.substr(first + begin.size(), last - first - begin.size());
+}
+
+std::string rows_of(const std::string& section, const std::vector<OptionDescription>& options) {
+  std::string text;
+  for (const OptionDescription& option : options) {
+    const std::string value = to_string(option.value);
+    text += "| `" + section + option.name + "` | " + (value.empty() ? "" : "`" + value + "`") +
+            " | " + option.unit + " | " + option.allowed + " | " + option.meaning + " |\n";
+  }
+  return text;
+}
+
+std::string table(const std::string& title, const std::string& rows) {
+  return "\n**" + title +
+         "**\n\n| parameter | default | unit | allowed | meaning |\n|---|---|---|---|---|\n" + rows;
+}
+
+std::string parameter_tables() {
+  std::string text = table("Run: node and `map_bag`", rows_of("", describe_options(RunOptions{})));
+  text += table("Node only", rows_of("", describe_options(SlamNodeOptions{})));
+  text += table("Engine", rows_of("", describe_engine_options(EngineOptions{})));
+  text += table("Laser odometry: `scan_matcher_node`",
+                rows_of("", describe_options(ScanMatcherNodeOptions{})) +
+                    rows_of("odometry/", describe_options(LaserOdometryOptions{})));
+  const MatcherLoader loader;
+  for (const std::string& name : own_matchers()) {
+    const std::string short_name = matcher_short_name(name);
+    const std::string rows = rows_of(short_name + "/", loader.create(name)->options());
+    if (!rows.empty()) {
+      text += table("Matcher `" + short_name + "`", rows);
+    }
+  }
+  return text + "\n";
+}
+
+TEST(Readme, HasTheParametersOfTheCode) {
+  const std::string readme = read_file(in_package("README.md"));
+  const std::string found = between_markers(readme, kTableBegins, kTableEnds);
+  const std::string expected = parameter_tables();
+  if (std::getenv("MATCHBOX_UPDATE_README") != nullptr && found != expected) {
+    std::string updated = readme;
+    updated.replace(updated.find(kTableBegins) + kTableBegins.size(), found.size(), expected);
+    replace_file(in_package("README.md"), updated);
+    GTEST_SKIP() << "README.md is updated";
+  }
+  EXPECT_EQ(found, expected)
+      << "to update: MATCHBOX_UPDATE_README=1 rosrun matchbox_slam test_documentation";
+}
+
+TEST(Readme, NamesEveryMatcher) {
+  const std::string readme = read_file(in_package("README.md"));
+  for (const std::string& name : own_matchers()) {
+    EXPECT_TRUE(contains(readme, "| `" + matcher_short_name(name) + "` |")) << name;
+  }
+}
+
+/// Names of all tests, as Suite.Name.
+std::set<std::string> names_of_tests() {
+  const std::regex definition(R"(TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\))");
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(in_package("test"))) {
+    if (entry.path().extension() != ".cpp") {
+      continue;
+    }
+    const std::string source = read_file(entry.path().string());
+    for (std::sregex_iterator at(source.begin(), source.end(), definition);
+         at != std::sregex_iterator(); ++at) {
+      names.insert(at->str(1) + "." + at->str(2));
+    }
+  }
+  return names;
+}
+
+TEST(Readme, NamesATestThatThereIsForEveryBadInput) {
+  const std::set<std::string> tests = names_of_tests();
+  const std::string readme = read_file(in_package("README.md"));
+  std::istringstream table(
+      between_markers(readme, "| what happens | test |\n|---|---|---|\n", "\n\n"));
+  const std::regex named(R"(`(\w+\.\w+)`)");
+  int rows = 0;
+  for (std::string row; std::getline(table, row); ++rows) {
+    const std::string last_cell = row.substr(row.rfind(" | ") + 1);
+    std::sregex_iterator name(last_cell.begin(), last_cell.end(), named);
+    EXPECT_TRUE(name != std::sregex_iterator()) << "no test is named: " << row;
+    for (; name != std::sregex_iterator(); ++name) {
+      EXPECT_EQ(tests.count(name->str(1)), 1U) << name->str(1);
+    }
+  }
+  EXPECT_GT(rows, 20);
+}
+
+struct Quotation {
+  std::string file;
+  std::string text;
+};
+
+/// Code blocks that follow a line `<!-- from FILE -->`.
+std::vector<Quotation> quotations(const std::string& document) {
+  const std::string begin = "<!-- from ";
+  std::vector<Quotation> found;
+  for (std::size_t at = document.find(begin); at != std::string::npos;
+       at = document.find(begin, at + 1)) {
+    const std::size_t name = at + begin.size();
+    const std::size_t block = document.find('\n', document.find("```", name)) + 1;
+    found.push_back({document.substr(name, document.find(" -->", name) - name),
+                     document.substr(block, document.find("```", block) - block)});
+  }
+  return found;
+}
+
+TEST(Guide, QuotesTheExampleAsItIs) {
+  const std::vector<Quotation> all = quotations(read_file(in_package("doc/write_a_matcher.md")));
+  EXPECT_GE(all.size(), 5U);
+  for (const auto& [file, text] : all) {
+    EXPECT_FALSE(text.empty()) << file;
+    EXPECT_TRUE(contains(read_file(in_package(file)), text)) << file << " does not contain:\n"
+                                                             << text;
+  }
+}
+
+}  // namespace
+}  // namespace matchbox_slam

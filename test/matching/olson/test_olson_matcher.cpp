@@ -1,0 +1,347 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "common/error_text.hpp"
+#include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
+#include "matching/match_scene.hpp"
+#include "simulation/make_world.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+const MatchScene& scene() {
+  static const MatchScene kRooms = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  return kRooms;
+}
+
+MatchResult match(const OlsonOptions& options, const Eigen::Vector3d& off,
+                  const Eigen::Matrix3d& prior) {
+  return OlsonMatcher(options).match(scene().problem(shifted(scene().map_from_base, off), prior));
+}
+
+Eigen::Vector3d error_of(const MatchResult& result) {
+  return shift_between(scene().map_from_base, result.map_from_base);
+}
+
+/// The search's own answer, which no refinement hides.
+OlsonOptions search_only() {
+  OlsonOptions options;
+  options.refinement.iterations = 0;
+  return options;
+}
+
+TEST(Olson, ProvesThatNothingInTheWindowIsBetter) {
+  const MatchResult result = match({}, {0.1, -0.08, 0.05}, prior_of(0.1, 0.06));
+  ASSERT_TRUE(result.accepted());
+  ASSERT_TRUE(result.proof);
+  EXPECT_EQ(result.proof->gap(), 0.0);
+  EXPECT_GT(result.proof->best_score, 0.5);
+  EXPECT_LT(error_of(result).head<2>().norm(), 0.003);
+  EXPECT_LT(std::abs(error_of(result).z()), 0.0005);
+}
+
+TEST(Olson, ComesWithinAStepBeforeItRefines) {
+  for (const char* likelihood : {"linear", "log"}) {
+    for (const char* weighting : {"walls", "beams"}) {
+      for (const double spacing : {0.0, 0.025}) {
+        OlsonOptions options = search_only();
+        options.likelihood = likelihood;
+        options.weighting = weighting;
+        options.point_spacing = spacing;
+        options.step_xy = 0.01;
+        const Eigen::Vector3d error =
+            error_of(match(options, {0.1, -0.08, 0.05}, prior_of(0.1, 0.06)));
+        // Half a cell of the field; 22 mm is the most that is measured.
+        EXPECT_LT(error.head<2>().norm(), 0.025) << likelihood << weighting << spacing;
+        EXPECT_LT(std::abs(error.z()), 0.0045) << likelihood << weighting << spacing;
+      }
+    }
+  }
+}
+
+TEST(Olson, WidensTheWindowWhoseEdgeIsBest) {
+  OlsonOptions options = search_only();
+  options.window_xy = 0.1;
+  options.window_theta = 0.02;
+  options.prior_weight = 0.001;
+  options.widenings = 0;
+  const Eigen::Vector3d off(0.3, 0.0, 0.05);
+  const Eigen::Matrix3d prior = prior_of(0.3, 0.1);
+  EXPECT_GT(error_of(match(options, off, prior)).norm(), 0.15);
+  options.widenings = 2;
+  EXPECT_LT(error_of(match(options, off, prior)).norm(), 0.04);
+  const Eigen::Vector3d turned(0.0, 0.0, 0.06);
+  EXPECT_LT(std::abs(error_of(match(options, turned, prior)).z()), 0.006);
+  options.widenings = 0;
+  EXPECT_GT(std::abs(error_of(match(options, turned, prior)).z()), 0.03);
+  options.widenings = 2;
+  options.max_window_xy = 0.15;
+  EXPECT_GT(error_of(match(options, off, prior)).norm(), 0.1);
+}
+
+TEST(Olson, FindsItsWayFromFar) {
+  Random random(3);
+  for (int i = 0; i < 20; ++i) {
+    const double x = random.uniform(-1.0, 1.0);
+    const double y = random.uniform(-1.0, 1.0);
+    const MatchResult result =
+        match({}, {x, y, random.uniform(-kPi / 4.0, kPi / 4.0)}, prior_of(0.58, 0.45));
+    EXPECT_LT(error_of(result).norm(), 0.004) << i;
+    EXPECT_EQ(result.proof->gap(), 0.0);
+  }
+}
+
+TEST(Olson, KeepsToItsDeadlineAndTellsTheGap) {
+  OlsonOptions options;
+  options.deadline = 1e-9;
+  options.min_score = 0.0;
+  options.window_xy = 2.0;
+  options.window_theta = 0.5;
+  const MatchResult result = match(options, {0.7, -0.4, 0.2}, prior_of(0.5, 0.3));
+  ASSERT_TRUE(result.proof);
+  EXPECT_GT(result.proof->gap(), 0.0);
+  EXPECT_GE(result.covariance(0, 0), 0.25) << "anything that the prior allows may be the truth";
+  options.deadline = 60.0;
+  const MatchResult in_time = match(options, {0.7, -0.4, 0.2}, prior_of(0.5, 0.3));
+  EXPECT_EQ(in_time.proof->gap(), 0.0);
+  EXPECT_LT(error_of(in_time).norm(), 0.004);
+}
+
+TEST(Olson, CanBeAskedAnythingWithoutHarm) {
+  const Pose2 predicted = shifted(scene().map_from_base, {0.05, 0.0, 0.0});
+  const OlsonMatcher matcher;
+  const Eigen::Vector3d line(1.0, 0.5, 0.3);
+  for (const Eigen::Matrix3d& prior :
+       {Eigen::Matrix3d(0.01 * line * line.transpose()), Eigen::Matrix3d(prior_of(1e100, 1e100)),
+        Eigen::Matrix3d(Eigen::Matrix3d::Zero())}) {
+    const MatchResult result = matcher.match(scene().problem(predicted, prior));
+    EXPECT_TRUE(result.covariance.allFinite());
+    EXPECT_GE(result.covariance.diagonal().minCoeff(), 0.0) << prior;
+    EXPECT_GE(result.proof->best_score, 0.0);
+  }
+  for (const double far : {1e7, 1e10}) {
+    const MatchResult result = matcher.match(scene().problem({far, far, 0.0}, prior_of(0.1, 0.06)));
+    EXPECT_FALSE(result.accepted());
+  }
+  MatchScene heavy = scene();
+  for (ScanPoint& point : heavy.scan.points) {
+    point.weight = 1e308;
+  }
+  EXPECT_FALSE(matcher.match(heavy.problem(predicted, prior_of(0.1, 0.06))).accepted());
+}
+
+/// A map that shows the same corner twice, and a scan of it taken between the two.
+MatchScene two_places(double apart) {
+  MatchScene scene;
+  std::vector<SurfaceHit> hits;
+  for (int i = 0; i < 80; ++i) {
+    const double along = 0.02 * i;
+    for (const auto& [point, normal] :
+         {std::pair{Eigen::Vector2d(along, 0.0), Eigen::Vector2d(0.0, 1.0)},
+          std::pair{Eigen::Vector2d(0.0, along), Eigen::Vector2d(1.0, 0.0)}}) {
+      for (const double side : {-0.5, 0.5}) {
+        hits.push_back({point + Eigen::Vector2d(side * apart, side * apart), normal});
+      }
+      scene.scan.points.push_back({point, {-1.0, -1.0}, normal, 0.02, false});
+    }
+  }
+  scene.map.field.update(hits, {});
+  return scene;
+}
+
+TEST(Olson, TellsARivalAndCoversIt) {
+  const MatchScene twice = two_places(0.8);
+  const MatchResult result =
+      OlsonMatcher().match(twice.problem({0.01, 0.01, 0.0}, prior_of(0.4, 0.05)));
+  ASSERT_TRUE(result.accepted());
+  EXPECT_GT(result.rival_share, 0.97);
+  EXPECT_NEAR(std::abs(result.map_from_base.x), 0.4, 0.01);
+  // Two places 0.8 m apart that are as likely have a standard deviation of 0.4 m along each axis.
+  EXPECT_NEAR(std::sqrt(result.covariance(0, 0)), 0.4, 0.05);
+  const MatchResult alone = match({}, {0.1, 0.1, 0.0}, prior_of(0.4, 0.05));
+  EXPECT_LT(alone.rival_share, 0.9);
+  EXPECT_LT(std::sqrt(alone.covariance(0, 0)), 0.003);
+}
+
+TEST(Olson, TellsThatItLeftOutTheRestOfAWindowThatIsTooWide) {
+  MatchScene fine = two_places(0.2);
+  LikelihoodFieldOptions field;
+  field.reach = 0.1;
+  fine.map = SlamMap(
+      [] {
+        MapOptions map;
+        map.resolution = 0.005;
+        return map;
+      }(),
+      field);
+  std::vector<SurfaceHit> hits;
+  for (const ScanPoint& point : fine.scan.points) {
+    hits.push_back({point.position, point.normal});
+  }
+  fine.map.field.update(hits, {});
+  OlsonOptions options;
+  options.window_xy = 100.0;
+  options.window_theta = 0.01;
+  const MatchResult result = OlsonMatcher(options).match(fine.problem({}, prior_of(0.1, 0.01)));
+  EXPECT_LT(result.map_from_base.translation().norm(), 0.01);
+  EXPECT_EQ(result.proof->remaining_bound, 1.0);
+}
+
+TEST(Olson, LooksForRivalsOnlyAboveTheLeastShare) {
+  const MatchScene twice = two_places(0.8);
+  OlsonOptions options;
+  options.least_rival = 1.0;
+  const MatchProblem problem = twice.problem({0.01, 0.01, 0.0}, prior_of(0.4, 0.05));
+  EXPECT_EQ(OlsonMatcher(options).match(problem).rival_share, 0.0);
+  options.least_rival = 0.3;
+  const MatchProblem alone =
+      scene().problem(shifted(scene().map_from_base, {0.1, 0.1, 0.0}), prior_of(0.4, 0.05));
+  const double share = OlsonMatcher(options).match(alone).rival_share;
+  EXPECT_GT(share, 0.3);
+  EXPECT_LT(share, 0.8);
+}
+
+TEST(Olson, ThePriorOutweighsASlightlyBetterFitFarAway) {
+  MatchScene twice = two_places(0.8);
+  // A fourth of the walls of the place at (0.4, 0.4) is gone.
+  std::vector<Cell> gone;
+  for (const Cell& cell : twice.map.field.surface_cells()) {
+    const Eigen::Vector2d at = twice.map.field.geometry().center(cell);
+    if (std::max(at.x(), at.y()) > 0.4 + 1.2) {
+      gone.push_back(cell);
+    }
+  }
+  twice.map.field.update({}, gone);
+  const MatchProblem problem = twice.problem({0.3, 0.3, 0.0}, prior_of(0.3, 0.05));
+  OlsonOptions options;
+  EXPECT_NEAR(OlsonMatcher(options).match(problem).map_from_base.x, 0.4, 0.01);
+  options.prior_weight = 0.0;
+  EXPECT_NEAR(OlsonMatcher(options).match(problem).map_from_base.x, -0.4, 0.01);
+}
+
+/// Few points at one place of the map and many at another, the few on longer walls.
+MatchScene few_and_many() {
+  MatchScene scene;
+  std::vector<SurfaceHit> hits;
+  const auto add = [&](int points, double weight, double shift) {
+    for (int i = 0; i < points; ++i) {
+      const Eigen::Vector2d point(2.0 * std::cos(2.4 * i + shift), 2.0 * std::sin(2.4 * i + shift));
+      scene.scan.points.push_back({point, {0.0, 0.0}, {0.0, 0.0}, weight, false});
+      hits.push_back({point + Eigen::Vector2d(shift, 0.0), {0.0, 0.0}});
+    }
+  };
+  add(8, 0.1, 0.3);
+  add(16, 0.00625, -0.3);
+  scene.map.field.update(hits, {});
+  return scene;
+}
+
+TEST(Olson, WeighsWallsOrBeams) {
+  const MatchScene scene = few_and_many();
+  OlsonOptions options = search_only();
+  options.min_score = 0.0;
+  const MatchProblem problem = scene.problem({0.0, 0.0, 0.0}, prior_of(0.3, 0.01));
+  EXPECT_NEAR(OlsonMatcher(options).match(problem).map_from_base.x, 0.3, 0.03);
+  options.weighting = "beams";
+  EXPECT_NEAR(OlsonMatcher(options).match(problem).map_from_base.x, -0.3, 0.03);
+}
+
+TEST(Olson, ALogarithmForgivesSmallMisfitsMore) {
+  OlsonOptions options = search_only();
+  options.min_score = 0.0;
+  options.window_xy = options.window_theta = 1e-6;
+  options.widenings = 0;
+  const Eigen::Vector3d off(0.03, 0.03, 0.0);
+  const double linear = match(options, off, prior_of(0.3, 0.1)).proof->best_score;
+  options.likelihood = "log";
+  EXPECT_GT(match(options, off, prior_of(0.3, 0.1)).proof->best_score, linear + 0.03);
+}
+
+TEST(Olson, ItsCovarianceIsTheSecondMomentOfThePosterior) {
+  // Ends of walls, where the robust kernel makes the posterior anything but a Gaussian.
+  MatchScene few;
+  std::vector<SurfaceHit> hits;
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector2d point(2.0 * std::cos(1.7 * i), 2.0 * std::sin(1.7 * i));
+    few.scan.points.push_back({point, {0.0, 0.0}, {0.0, 0.0}, 0.1, false});
+    hits.push_back({point, {0.0, 0.0}});
+  }
+  few.map.field.update(hits, {});
+  OlsonOptions options;
+  options.refinement.noise = 0.03;
+  const PosePrior prior{{}, prior_of(0.2, 0.1)};
+  const MatchResult result =
+      OlsonMatcher(options).match(few.problem(prior.map_from_base, prior.covariance));
+  ASSERT_TRUE(result.accepted());
+  const RefinedPose refined =
+      refine(few.scan.points, few.map.field, prior.map_from_base, prior, options.refinement);
+  const LocalPosterior posterior(few.scan.points, few.map.field, result.map_from_base, prior,
+                                 options.refinement);
+  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+  double total = 0.0;
+  for (int i = 0; i < 15 * 15 * 15; ++i) {
+    const Eigen::Vector3i at(i % 15 - 7, i / 15 % 15 - 7, i / 225 - 7);
+    const Eigen::Vector3d step =
+        0.35 * refined.covariance.diagonal().cwiseSqrt().cwiseProduct(at.cast<double>());
+    const double weight = std::exp(-posterior.cost(step));
+    moment += weight * step * step.transpose();
+    total += weight;
+  }
+  for (int k = 0; k < 3; ++k) {
+    const double sigma = std::sqrt(moment(k, k) / total);
+    EXPECT_NEAR(std::sqrt(result.covariance(k, k)), sigma, 0.05 * sigma) << k;
+    EXPECT_GT(std::abs(std::sqrt(refined.covariance(k, k)) - sigma), 0.1 * sigma) << k;
+  }
+}
+
+TEST(Olson, KeepsTheOdometryAlongACorridor) {
+  const World world = make_corridor_world(1);
+  Random random(5);
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    const MatchScene here =
+        make_match_scene(world, LaserOptions{}, 10.0 + 3.0 * static_cast<double>(i), i);
+    const Eigen::Vector3d off(random.uniform(-0.2, 0.2), random.uniform(-0.1, 0.1),
+                              random.uniform(-0.05, 0.05));
+    const MatchResult result =
+        OlsonMatcher().match(here.problem(shifted(here.map_from_base, off), prior_of(0.12, 0.05)));
+    const Eigen::Vector3d error = shift_between(here.map_from_base, result.map_from_base);
+    ASSERT_EQ(result.unconstrained_directions.size(), 1U);
+    EXPECT_GT(std::abs(result.unconstrained_directions[0].x()), 0.999);
+    EXPECT_NEAR(error.x(), off.x(), 0.005);
+    EXPECT_NEAR(std::sqrt(result.covariance(0, 0)), 0.12, 0.005);
+    EXPECT_LT(std::abs(error.y()), 0.005);
+    EXPECT_LT(std::abs(error.z()), 0.001);
+  }
+}
+
+TEST(Olson, RejectsWhatDoesNotFit) {
+  OlsonOptions strict;
+  strict.min_score = 1.0;
+  const Pose2 predicted = shifted(scene().map_from_base, {0.1, 0.1, 0.0});
+  const MatchResult result =
+      OlsonMatcher(strict).match(scene().problem(predicted, prior_of(0.1, 0.06)));
+  EXPECT_EQ(result.status, MatchStatus::kRejectedLowScore);
+  EXPECT_EQ(result.map_from_base, predicted);
+  EXPECT_EQ(result.covariance, prior_of(0.1, 0.06));
+  EXPECT_GT(result.score, 0.5);
+}
+
+TEST(Olson, ConfigurationErrorsNameTheOption) {
+  OlsonMatcher matcher;
+  Parameters parameters;
+  parameters.set("likelihood", "square");
+  std::string text = error_text<ConfigurationError>([&] { matcher.configure(parameters); });
+  EXPECT_TRUE(contains(text, "olson/likelihood")) << text;
+  parameters.set("likelihood", "log");
+  parameters.set("step", 0.1);
+  text = error_text<ConfigurationError>([&] { matcher.configure(parameters); });
+  EXPECT_TRUE(contains(text, "olson")) << text;
+}
+
+}  // namespace
+}  // namespace matchbox_slam

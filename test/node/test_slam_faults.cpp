@@ -1,0 +1,347 @@
+// The node when it is ended by a signal, when the disk is full, and when everybody wants something
+// of it at once. The last is what the thread sanitizer looks at; CONTRIBUTING.md says how.
+
+#include <dynamic_reconfigure/Reconfigure.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <gtest/gtest.h>
+#include <nav_msgs/GetMap.h>
+#include <nav_msgs/OccupancyGrid.h>
+#include <ros/ros.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/error_text.hpp"
+#include "io/temporary_folder.hpp"
+#include "io/tum.hpp"
+#include "matchbox_slam/LoadMap.h"
+#include "matchbox_slam/Relocalise.h"
+#include "matchbox_slam/io/file.hpp"
+#include "node/slam_node.hpp"
+#include "ros/messages.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// Looks again and again until it is so, or until it should long have been.
+bool wait_until(const std::function<bool()>& is_so) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (!is_so() && std::chrono::steady_clock::now() < end) {
+    ros::spinOnce();
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return is_so();
+}
+
+/// A robot that creeps through a room. Its time goes on by steps, however long they take.
+class Robot {
+ public:
+  Robot()
+      : scans_(node_.advertise<sensor_msgs::LaserScan>("/scan", 100)),
+        transforms_(node_.advertise<tf2_msgs::TFMessage>("/tf", 100)),
+        poses_(node_.subscribe("/pose", 100, &Robot::on_pose, this)) {}
+
+  [[nodiscard]] bool is_heard() const {
+    return scans_.getNumSubscribers() > 0 && transforms_.getNumSubscribers() > 0 &&
+           poses_.getNumPublishers() > 0;
+  }
+
+  /// One scan and the transforms around it.
+  void step() {
+    stamp_ += 0.05;
+    scans_.publish(make_scan(stamp_));
+    for (const double stamp : {stamp_ - 0.01, stamp_ + 0.01}) {
+      transforms_.publish(
+          make_transforms({make_transform(stamp, "odom", "base", 0.5 * (stamp - kBegin)),
+                           make_transform(stamp, "base", "laser", 0.2)}));
+    }
+  }
+
+  /// Steps until this many more poses came back.
+  bool drive(int poses) {
+    const int wanted = poses_heard_ + poses;
+    return wait_until([&] {
+      if (poses_heard_ < wanted) {
+        step();
+      }
+      return poses_heard_ >= wanted;
+    });
+  }
+
+ private:
+  static constexpr double kBegin = 1000.0;
+
+  void on_pose(const geometry_msgs::PoseWithCovarianceStamped& /*message*/) { ++poses_heard_; }
+
+  ros::NodeHandle node_;
+  ros::Publisher scans_;
+  ros::Publisher transforms_;
+  ros::Subscriber poses_;
+  double stamp_ = kBegin;
+  std::atomic<int> poses_heard_{0};
+};
+
+/// slam_node as a process of its own, in which no file can be too large but by `fill_disk`.
+class NodeProcess {
+ public:
+  NodeProcess(const std::string& name, const TemporaryFolder& folder) {
+    const std::vector<std::string> arguments = {MATCHBOX_SLAM_NODE,
+                                                "__name:=" + name,
+                                                "_base_frame:=base",
+                                                "_trajectory_file:=" + (folder / "node.tum"),
+                                                "_map_file:=" + (folder / "map"),
+                                                "_slam/insert_distance:=0"};
+    std::vector<char*> pointers;
+    for (const std::string& argument : arguments) {
+      pointers.push_back(const_cast<char*>(argument.c_str()));
+    }
+    pointers.push_back(nullptr);
+    pid_ = ::fork();
+    if (pid_ == 0) {
+      std::signal(SIGXFSZ, SIG_IGN);  // so that writing fails instead, as on a disk that is full
+      ::execv(pointers[0], pointers.data());
+      ::_exit(127);
+    }
+  }
+  NodeProcess(const NodeProcess&) = delete;
+  NodeProcess& operator=(const NodeProcess&) = delete;
+  ~NodeProcess() {
+    if (!status_) {
+      ::kill(pid_, SIGKILL);
+      ::waitpid(pid_, nullptr, 0);
+    }
+  }
+
+  void set_largest_file(rlim_t bytes) const {
+    const rlimit limit{bytes, RLIM_INFINITY};
+    ASSERT_EQ(::prlimit(pid_, RLIMIT_FSIZE, &limit, nullptr), 0);
+  }
+
+  /// What it exits with after a signal; -1 when it does not, or dies of it.
+  int exit_code_after(int signal) {
+    ::kill(pid_, signal);
+    wait_until([&] {
+      int status = 0;
+      if (!status_ && ::waitpid(pid_, &status, WNOHANG) == pid_) {
+        status_ = status;
+      }
+      return status_.has_value();
+    });
+    return status_ && WIFEXITED(*status_) ? WEXITSTATUS(*status_) : -1;
+  }
+
+ private:
+  pid_t pid_ = -1;
+  std::optional<int> status_;
+};
+
+TEST(SlamFaults, ASignalEndsItWithTheTrajectorySaved) {
+  Robot robot;
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const TemporaryFolder folder;
+    NodeProcess process("signalled", folder);
+    ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+    ASSERT_TRUE(robot.drive(20));
+    EXPECT_EQ(process.exit_code_after(signal), 0) << signal;
+    EXPECT_GE(read_tum(folder / "node.tum").size(), 20U) << signal;
+    EXPECT_EQ(folder.file_count(), 1U) << "nothing half written is left";
+    ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+  }
+}
+
+std_srvs::Trigger::Response save(const std::string& node) {
+  std_srvs::Trigger service;
+  EXPECT_TRUE(ros::service::call("/" + node + "/save_map", service));
+  return service.response;
+}
+
+TEST(SlamFaults, AFullDiskLeavesTheOldMapAndTheMapping) {
+  Robot robot;
+  const TemporaryFolder folder;
+  NodeProcess process("on_full_disk", folder);
+  ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+  ASSERT_TRUE(robot.drive(3));
+  ASSERT_TRUE(save("on_full_disk").success);
+  const std::vector<std::string> names = {"map.pgm", "map.yaml", "map.png", "node.tum", "map.slam"};
+  std::vector<std::string> old;
+  for (const std::string& name : names) {
+    old.push_back(read_file(folder / name));
+  }
+  ASSERT_TRUE(robot.drive(30));
+  process.set_largest_file(200);  // less than an image, more than the YAML
+  const std_srvs::Trigger::Response refused = save("on_full_disk");
+  EXPECT_FALSE(refused.success);
+  EXPECT_TRUE(
+      contains(refused.message, "cannot write '" + (folder / "map.pgm") + "': File too large"))
+      << refused.message;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    EXPECT_TRUE(read_file(folder / names[i]) == old[i]) << names[i];
+  }
+  EXPECT_EQ(folder.file_count(), names.size());
+  ASSERT_TRUE(robot.drive(3));
+  process.set_largest_file(RLIM_INFINITY);
+  EXPECT_TRUE(save("on_full_disk").success);
+  EXPECT_FALSE(read_file(folder / "node.tum") == old[3]);
+  EXPECT_EQ(process.exit_code_after(SIGINT), 0);
+  ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+}
+
+dynamic_reconfigure::Reconfigure choose(const std::string& matcher, double tolerance) {
+  dynamic_reconfigure::Reconfigure service;
+  service.request.config.strs.resize(1);
+  service.request.config.strs[0].name = "matcher";
+  service.request.config.strs[0].value = matcher;
+  service.request.config.doubles.resize(1);
+  service.request.config.doubles[0].name = "transform_tolerance";
+  service.request.config.doubles[0].value = tolerance;
+  return service;
+}
+
+/// Threads that all want something of the node, until they are told to stop.
+class Crowd {
+ public:
+  /// @param map  where ~save_map puts it, for ~load_map.
+  Crowd(const std::string& node, const std::string& map) {
+    call_again_and_again<std_srvs::Trigger>("/" + node + "/save_map", {});
+    call_again_and_again<std_srvs::Trigger>("/" + node + "/reset", {});
+    call_again_and_again<nav_msgs::GetMap>("/dynamic_map", {});
+    std_srvs::SetBool pause;
+    pause.request.data = 1;
+    call_again_and_again("/" + node + "/pause", pause);
+    pause.request.data = 0;
+    call_again_and_again("/" + node + "/pause", pause);
+    Relocalise relocalise;
+    relocalise.request.scan = make_scan(1.0);
+    call_again_and_again("/" + node + "/relocalise", relocalise);
+    call_again_and_again("/" + node + "/set_parameters", choose("hough", 0.0));
+    call_again_and_again("/" + node + "/set_parameters", choose("olson", 0.1));
+    LoadMap load;
+    load.request.path = map + ".slam";
+    call_again_and_again("/" + node + "/load_map", load);
+    threads_.emplace_back([this] { tell_poses(); });
+  }
+  Crowd(const Crowd&) = delete;
+  Crowd& operator=(const Crowd&) = delete;
+  ~Crowd() {
+    stop_ = true;
+    for (std::thread& thread : threads_) {
+      thread.join();
+    }
+  }
+
+  /// Calls that were answered by every service at least.
+  [[nodiscard]] int answered() const {
+    int least = answers_[0];
+    for (std::size_t i = 1; i < services_; ++i) {
+      least = std::min<int>(least, answers_[i]);
+    }
+    return least;
+  }
+
+  /// The answers of each, for people.
+  [[nodiscard]] std::string account() const {
+    std::string text;
+    for (std::size_t i = 0; i < services_; ++i) {
+      text += names_[i] + ": " + std::to_string(answers_[i]) + " answers\n";
+    }
+    return text;
+  }
+
+ private:
+  template <typename Service>
+  void call_again_and_again(const std::string& name, const Service& service) {
+    names_[services_] = name;
+    threads_.emplace_back([this, name, service, &answers = answers_[services_++]] {
+      while (!stop_) {
+        Service call = service;
+        answers += ros::service::call(name, call) ? 1 : 0;
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      }
+    });
+  }
+
+  void tell_poses() {
+    ros::NodeHandle node;
+    ros::Publisher poses =
+        node.advertise<geometry_msgs::PoseWithCovarianceStamped>("/initialpose", 10);
+    geometry_msgs::PoseWithCovarianceStamped message;
+    message.header.frame_id = "map";
+    message.pose.pose.orientation.w = 1.0;
+    while (!stop_) {
+      poses.publish(message);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+
+  std::atomic<bool> stop_{false};
+  std::array<std::string, 9> names_;
+  std::array<std::atomic<int>, 9> answers_{};
+  std::size_t services_ = 0;
+  std::vector<std::thread> threads_;
+};
+
+/// How often the crowd is served before the node goes: a little in every test run.
+int stress_rounds() {
+  const char* text = std::getenv("MATCHBOX_STRESS_ROUNDS");
+  return text != nullptr ? std::atoi(text) : 10;
+}
+
+TEST(SlamFaults, ServesACrowdAndMapsOn) {
+  const TemporaryFolder folder;
+  ros::param::set("/crowded/base_frame", "base");
+  ros::param::set("/crowded/map_file", folder / "map");
+  ros::param::set("/crowded/trajectory_file", folder / "node.tum");
+  ros::param::set("/crowded/map_update_interval", 0.05);
+  ros::param::set("/crowded/slam/insert_distance", 0.0);
+  Robot robot;
+  std::atomic<int> maps{0};
+  ros::NodeHandle node;
+  const ros::Subscriber subscriber = node.subscribe<nav_msgs::OccupancyGrid>(
+      "/map", 1, [&](const nav_msgs::OccupancyGridConstPtr& /*map*/) { ++maps; });
+  ros::AsyncSpinner spinner(3);  // as in a manager: callbacks of one node at the same time
+  spinner.start();
+  for (int life = 0; life < 2; ++life) {
+    auto slam = std::make_unique<SlamNode>(ros::NodeHandle(), ros::NodeHandle("/crowded"));
+    std::optional<Crowd> crowd(std::in_place, "crowded", folder / "map");
+    ASSERT_TRUE(wait_until([&] {
+      robot.step();
+      return crowd->answered() >= stress_rounds();
+    })) << "a service does not answer:\n"
+        << crowd->account();
+    if (life == 0) {
+      slam.reset();  // while they all still call
+    }
+    crowd.reset();
+    if (slam != nullptr) {
+      std_srvs::SetBool go_on;
+      ASSERT_TRUE(ros::service::call("/crowded/pause", go_on));
+      EXPECT_TRUE(robot.drive(5)) << "it does not map any more";
+    }
+  }
+  EXPECT_GT(maps, 0);
+  EXPECT_GT(read_tum(folder / "node.tum").size(), 0U);
+}
+
+}  // namespace
+}  // namespace matchbox_slam
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_slam_faults");
+  const ros::NodeHandle keeps_ros_alive;
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,170 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "common/error_text.hpp"
+#include "matchbox_slam/io/yaml_parameters.hpp"
+#include "run/slam_setup.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+SlamSetup setup_of(const std::string& yaml) {
+  return make_slam_setup(parse_yaml_parameters(yaml, "test"), MatcherLoader());
+}
+
+std::string refusal_of(const std::string& yaml) {
+  return error_text<ConfigurationError>([&] { (void)setup_of(yaml); });
+}
+
+TEST(MatcherLoader, NamesMatchersInTwoWays) {
+  EXPECT_EQ(matcher_short_name("matchbox_slam/MonteCarlo"), "monte_carlo");
+  EXPECT_EQ(matcher_short_name("my_package/ICPMatcher2"), "icp_matcher2");
+  EXPECT_EQ(matcher_short_name("Plain"), "plain");
+  const MatcherLoader loader;
+  EXPECT_EQ(loader.find("monte_carlo"), "matchbox_slam/MonteCarlo");
+  EXPECT_EQ(loader.find("matchbox_slam/OdometryOnly"), "matchbox_slam/OdometryOnly");
+}
+
+TEST(MatcherLoader, AnUnknownNameListsTheKnown) {
+  const std::string text =
+      error_text<ConfigurationError>([] { (void)MatcherLoader().find("carlo"); });
+  EXPECT_TRUE(contains(text, "no matcher 'carlo'")) << text;
+  EXPECT_TRUE(contains(text, "monte_carlo, ")) << text;
+  EXPECT_TRUE(contains(text, "matchbox_slam/MonteCarlo")) << text;
+}
+
+TEST(MatcherLoader, MatchersOutliveTheLoader) {
+  std::shared_ptr<ScanMatcher> matcher;
+  {
+    const MatcherLoader loader;
+    matcher = loader.create("matchbox_slam/MonteCarlo");
+  }
+  EXPECT_FALSE(matcher->options().empty());
+}
+
+TEST(SlamSetup, DefaultsAreComplete) {
+  const SlamSetup setup = setup_of("");
+  EXPECT_EQ(setup.matcher_name, "matchbox_slam/Olson");
+  EXPECT_NE(setup.matcher, nullptr);
+}
+
+TEST(SlamSetup, ReadsEverySection) {
+  const SlamSetup setup = setup_of(
+      "matcher: odometry_only\nseed: 7\npublish_tf: false\nscan_time_offset: 82.2\n"
+      "slam: {insert_distance: 0.7}\nscan/max_range: 12\nmap: {resolution: 0.1}\n"
+      "motion: {rotation_per_metre: 0.01}\nfield: {reach: 0.3}\nmonte_carlo: {max_tries: 3}\n");
+  EXPECT_EQ(setup.matcher_name, "matchbox_slam/OdometryOnly");
+  EXPECT_EQ(setup.run.seed, 7);
+  EXPECT_EQ(setup.run.scan_time_offset, "82.2");
+  EXPECT_FALSE(setup.node.publish_tf);
+  EXPECT_DOUBLE_EQ(setup.engine.slam.insert_distance, 0.7);
+  EXPECT_DOUBLE_EQ(setup.engine.scan.max_range, 12.0);
+  EXPECT_DOUBLE_EQ(setup.engine.map.resolution, 0.1);
+  EXPECT_DOUBLE_EQ(setup.engine.motion.rotation_per_metre, 0.01);
+  EXPECT_DOUBLE_EQ(setup.engine.field.reach, 0.3);
+}
+
+TEST(SlamSetup, KeepsTheHoughOptionsWhateverTheMatcher) {
+  EXPECT_EQ(setup_of("matcher: olson").hough.alignment.peaks, HoughOptions{}.alignment.peaks);
+  for (const std::string matcher : {"olson", "hough"}) {
+    const SlamSetup setup =
+        setup_of("{matcher: " + matcher + ", hough: {peaks: 5, refine_iterations: 3}}");
+    EXPECT_EQ(setup.hough.alignment.peaks, 5) << matcher;
+    EXPECT_EQ(setup.hough.refinement.iterations, 3) << matcher;
+  }
+}
+
+TEST(SlamSetup, TheDescriptionReadsBackAsTheSame) {
+  const SlamSetup setup =
+      setup_of("matcher: monte_carlo\nmonte_carlo: {max_tries: 321}\nmap: {resolution: 0.1}\n");
+  Parameters described;
+  for (const OptionDescription& row : describe_setup(setup)) {
+    described.set(row.name, row.value);
+  }
+  EXPECT_EQ(std::get<std::int64_t>(*described.find("monte_carlo/max_tries")), 321);
+  const SlamSetup again = make_slam_setup(described, MatcherLoader());
+  EXPECT_DOUBLE_EQ(again.engine.map.resolution, 0.1);
+}
+
+TEST(SlamSetup, RefusesWhatItDoesNotKnow) {
+  EXPECT_TRUE(contains(refusal_of("base_fram: x"), "did you mean 'base_frame'"));
+  EXPECT_TRUE(contains(refusal_of("monte_carl: {max_tries: 3}"), "did you mean 'monte_carlo'"));
+  EXPECT_TRUE(contains(refusal_of("monte_carlo: {max_trys: 3}"), "did you mean 'max_tries'"));
+  EXPECT_TRUE(contains(refusal_of("slam: {insert_distanc: 3}"), "'insert_distance'"));
+  EXPECT_TRUE(contains(refusal_of("matcher: olsen"), "no matcher 'olsen'"));
+  EXPECT_TRUE(contains(refusal_of("seed: -1"), "seed: -1 is not allowed; allowed: at least 0"));
+  EXPECT_TRUE(contains(refusal_of("time_jump: panic"), "one of reset, stop"));
+  for (const std::string offset : {"soon", "-1e7", ".inf", ".nan", "nan"}) {
+    const std::string text = refusal_of("scan_time_offset: " + offset);
+    EXPECT_TRUE(contains(text, "scan_time_offset: ")) << text;
+    EXPECT_TRUE(contains(text, "allowed: a number of seconds from -1000000 to 1000000, auto"))
+        << text;
+  }
+}
+
+TEST(SlamSetup, StripsTheLeadingSlashOfFrames) {
+  const SlamSetup setup = setup_of("base_frame: /base\nodom_frame: /odom2\nmap_frame: /world\n");
+  EXPECT_EQ(setup.run.base_frame, "base");
+  EXPECT_EQ(setup.run.odom_frame, "odom2");
+  EXPECT_EQ(setup.run.map_frame, "world");
+}
+
+TEST(SlamSetup, FramesHaveToDiffer) {
+  const auto refusal = [](const std::string& yaml) {
+    const SlamSetup setup = setup_of(yaml);
+    return error_text<ConfigurationError>([&] { check_frames(setup.run); });
+  };
+  EXPECT_EQ(refusal("base_frame: /odom"),
+            "odom_frame: 'odom' is not allowed; allowed: a frame other than base_frame");
+  EXPECT_EQ(refusal("map_frame: base_link"),
+            "base_frame: 'base_link' is not allowed; allowed: a frame other than map_frame");
+  EXPECT_EQ(refusal("map_frame: odom"),
+            "odom_frame: 'odom' is not allowed; allowed: a frame other than map_frame");
+  EXPECT_NO_THROW(check_frames(setup_of("map_frame: odom\nuse_odometry: false").run));
+}
+
+TEST(ShippedConfig, EveryFileIsReadAndNamesAMatcher) {
+  std::size_t files = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(MATCHBOX_SOURCE_DIR) + "/config")) {
+    const Parameters parameters = read_yaml_parameters({entry.path().string()});
+    const SlamSetup setup = make_slam_setup(parameters, MatcherLoader());
+    EXPECT_EQ(matcher_short_name(setup.matcher_name), entry.path().stem().string());
+    ++files;
+  }
+  EXPECT_GE(files, 3U);
+}
+
+TEST(ShippedConfig, HoldsTheDefaults) {
+  const std::string folder = std::string(MATCHBOX_SOURCE_DIR) + "/config/";
+  for (const std::string name : {"monte_carlo", "olson", "odometry_only"}) {
+    Parameters matcher;
+    matcher.set("matcher", name);
+    Parameters defaults;
+    for (const OptionDescription& row : describe_setup(make_slam_setup(matcher, MatcherLoader()))) {
+      defaults.set(row.name, row.value);
+    }
+    const Parameters shipped = read_yaml_parameters({folder + name + ".yaml"});
+    for (const auto& [key, value] : shipped.values()) {
+      const ParameterValue* expected = defaults.find(key);
+      ASSERT_NE(expected, nullptr) << key;
+      EXPECT_EQ(value, *expected) << name << ".yaml: " << key << " is " << to_string(value)
+                                  << ", the default is " << to_string(*expected);
+    }
+  }
+}
+
+TEST(ShippedConfig, EveryMatcherHasOne) {
+  for (const std::string& name : MatcherLoader().lookup_names()) {
+    if (name.rfind("matchbox_slam/", 0) != 0) {
+      continue;  // of another package in the workspace
+    }
+    EXPECT_TRUE(std::filesystem::exists(std::string(MATCHBOX_SOURCE_DIR) + "/config/" +
+                                        matcher_short_name(name) + ".yaml"))
+        << name;
+  }
+}
+
+}  // namespace
+}  // namespace matchbox_slam

@@ -1,0 +1,159 @@
+// The rooms of the house lie one above the other (doc/architecture.md): a file includes headers of
+// its own room and of those below. The core builds without ROS, so none of its files may know a
+// header of ROS or of pluginlib.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace matchbox_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Room {
+  std::set<std::string> below;      ///< rooms whose headers it may include
+  std::set<std::string> libraries;  ///< folders of libraries' headers that it may include
+  bool knows_ros = false;           ///< then it may include any library
+};
+
+const std::set<std::string> kCore = {"geometry", "common", "sensor", "map", "matching", "slam"};
+
+std::set<std::string> operator+(std::set<std::string> a, const std::set<std::string>& b) {
+  a.insert(b.begin(), b.end());
+  return a;
+}
+
+const std::map<std::string, Room>& rooms() {
+  static const std::set<std::string> files = kCore + std::set<std::string>{"evaluation", "io"};
+  static const std::set<std::string> ros = files + std::set<std::string>{"run", "ros"};
+  static const std::map<std::string, Room> all = {
+      {"geometry", {{}, {"Eigen"}}},
+      {"common", {{"geometry"}, {"Eigen"}}},
+      {"sensor", {{"geometry", "common"}, {"Eigen"}}},
+      {"map", {{"geometry", "common", "sensor"}, {"Eigen"}}},
+      {"matching", {{"geometry", "common", "sensor", "map"}, {"Eigen"}}},
+      {"slam", {{"geometry", "common", "sensor", "map", "matching"}, {"Eigen"}}},
+      {"simulation", {{"geometry", "common", "sensor"}, {"Eigen"}}},
+      {"evaluation", {kCore, {"Eigen", "opencv2"}}},
+      {"io", {kCore + std::set<std::string>{"evaluation"}, {"Eigen", "yaml-cpp", "sys"}}},
+      {"run", {files, {"Eigen", "sys"}}},
+      {"ros", {files + std::set<std::string>{"run"}, {}, true}},
+      {"bag", {ros + std::set<std::string>{"simulation"}, {}, true}},
+      {"node", {ros, {}, true}},
+      {"tools", {ros + std::set<std::string>{"simulation", "bag"}, {}, true}},
+  };
+  return all;
+}
+
+/// Of a header, the room that its name begins with; none: it is no header of this package.
+std::optional<std::string> room_of(std::string header) {
+  const std::string ours = "matchbox_slam/";
+  const bool is_public = header.rfind(ours, 0) == 0;
+  header = is_public ? header.substr(ours.size()) : header;
+  const std::string first = header.substr(0, header.find('/'));
+  // ROS has headers in a folder `ros`, too: those are its own, all in <>, and end in .h.
+  const bool is_ours = rooms().count(first) != 0 && header.find('/') != std::string::npos &&
+                       header.substr(header.rfind('.')) == ".hpp";
+  return is_ours ? std::optional(first) : std::nullopt;
+}
+
+bool may_include(const std::string& name, const std::string& header) {
+  const Room& room = rooms().at(name);
+  if (const std::optional<std::string> other = room_of(header)) {
+    return *other == name || room.below.count(*other) != 0;
+  }
+  const std::size_t slash = header.find('/');
+  return room.knows_ros || slash == std::string::npos ||
+         room.libraries.count(header.substr(0, slash)) != 0;
+}
+
+std::vector<std::string> headers_included_by(const fs::path& file) {
+  const std::regex include(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])");
+  std::vector<std::string> headers;
+  std::ifstream stream(file);
+  std::string line;
+  for (std::smatch match; std::getline(stream, line);) {
+    if (std::regex_search(line, match, include)) {
+      headers.push_back(match[1]);
+    }
+  }
+  return headers;
+}
+
+/// Calls `look(room, file)` for every source of the package.
+template <typename Look>
+void for_each_source(const Look& look) {
+  for (const std::string top : {"include/matchbox_slam", "src"}) {
+    for (const auto& entry :
+         fs::recursive_directory_iterator(fs::path(MATCHBOX_SOURCE_DIR) / top)) {
+      const std::string kind = entry.path().extension().string();
+      if (kind == ".hpp" || kind == ".cpp") {
+        const fs::path place = fs::relative(entry.path(), fs::path(MATCHBOX_SOURCE_DIR) / top);
+        look(place.begin()->string(), entry.path());
+      }
+    }
+  }
+}
+
+TEST(Rooms, IncludeOnlyWhatLiesBelow) {
+  int files = 0;
+  for_each_source([&](const std::string& room, const fs::path& file) {
+    ASSERT_EQ(rooms().count(room), 1U) << file << " lies in no room that this test knows";
+    ++files;
+    for (const std::string& header : headers_included_by(file)) {
+      EXPECT_TRUE(may_include(room, header)) << file << " includes " << header;
+    }
+  });
+  EXPECT_GE(files, 150) << "the sources are elsewhere";
+}
+
+TEST(Rooms, LieOneAboveTheOther) {
+  for (const auto& [name, room] : rooms()) {
+    for (const std::string& below : room.below) {
+      EXPECT_EQ(rooms().at(below).below.count(name), 0U) << name << " and " << below;
+      for (const std::string& further : rooms().at(below).below) {
+        EXPECT_EQ(room.below.count(further), 1U)
+            << name << " stands on " << below << " and so on " << further;
+      }
+    }
+  }
+}
+
+TEST(Rooms, PublicHeadersIncludeNoPrivateOnes) {
+  for_each_source([&](const std::string& /*room*/, const fs::path& file) {
+    if (file.string().find("include/matchbox_slam") == std::string::npos) {
+      return;
+    }
+    for (const std::string& header : headers_included_by(file)) {
+      EXPECT_FALSE(room_of(header) && header.rfind("matchbox_slam/", 0) != 0)
+          << file << " includes " << header << ", which is not installed";
+    }
+  });
+}
+
+TEST(Rooms, TheCheckKnowsWhatItMayNotInclude) {
+  for (const char* header :
+       {"ros/ros.h", "pluginlib/class_list_macros.hpp", "tf2/buffer_core.h",
+        "sensor_msgs/LaserScan.h", "ros/scan_queue.hpp", "matchbox_slam/MatchInfo.h",
+        "run/slam_run.hpp", "matchbox_slam/slam/slam_engine.hpp", "yaml-cpp/yaml.h"}) {
+    EXPECT_FALSE(may_include("matching", header)) << header;
+  }
+  for (const char* header : {"vector", "Eigen/Core", "matchbox_slam/map/tiled_grid.hpp",
+                             "matching/olson/window_sums.hpp", "sensor/straight_walls.hpp"}) {
+    EXPECT_TRUE(may_include("matching", header)) << header;
+  }
+  EXPECT_FALSE(may_include("ros", "node/slam_node.hpp"));
+  EXPECT_TRUE(may_include("ros", "ros/ros.h"));
+}
+
+}  // namespace
+}  // namespace matchbox_slam

@@ -1,0 +1,159 @@
+// Maps the real recordings that lie beside the project, where they are there.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "evaluation/absolute_trajectory_error.hpp"
+#include "evaluation/relation_error.hpp"
+#include "io/relations_file.hpp"
+#include "io/temporary_folder.hpp"
+#include "io/tum.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "tools/run_command.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+std::string data_folder() {
+  const char* given = std::getenv("MATCHBOX_DATA");
+  return given != nullptr ? given : std::string(MATCHBOX_SOURCE_DIR) + "/../shared/data";
+}
+
+class RealBag : public testing::Test {
+ protected:
+  /// Maps a bag and reads the report.
+  void map(const std::string& bag, const std::string& arguments = "") {
+    const std::string path = data_folder() + "/" + bag;
+    if (!std::filesystem::exists(path)) {
+      GTEST_SKIP() << "SKIPPED: there is no " << path
+                   << "; set MATCHBOX_DATA to the folder with the real recordings";
+    }
+    const Outcome outcome =
+        run_command(MATCHBOX_MAP_BAG, path + " --out " + folder_.path() + " " + arguments);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+    trajectory_ = read_tum(folder_ / "trajectory.tum");
+    scans_ = nlohmann::json::parse(read_file(folder_ / "report.json")).at("scans");
+  }
+
+  void expect_scans(int received, int used) {
+    EXPECT_EQ(scans_.at("received"), received);
+    EXPECT_EQ(scans_.at("used"), used);
+    EXPECT_EQ(scans_.at("skipped_total"), received - used) << scans_;
+    EXPECT_EQ(trajectory_.size(), static_cast<std::size_t>(used));
+  }
+
+  /// Of the map of intel.bag.
+  [[nodiscard]] RelationError intel_error() const {
+    return relation_error(trajectory_, read_relations(data_folder() + "/intel.relations"),
+                          read_tum(data_folder() + "/intel.odom.tum"));
+  }
+
+  TemporaryFolder folder_;
+  Trajectory trajectory_;
+  nlohmann::json scans_;
+};
+
+TEST_F(RealBag, JarvisIsNoWorseThanItsGoodOdometry) {
+  map("jarvis_circular.bag", "--scan-topic /driver_laser_security/laser_scan");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(213, 213);
+  const Trajectory truth = read_tum(data_folder() + "/jarvis_circular.truth.tum");
+  EXPECT_LE(absolute_trajectory_error(trajectory_, truth).translation.rmse, 0.022);
+}
+
+/// A laser that turns all the time, without odometry: the motion that is taken out of its scans
+/// comes from the matches themselves. Its stamps are a sweep late.
+TEST_F(RealBag, ALaserThatTurnsAllTheTimeKeepsToTheLapAlone) {
+  for (const std::string matcher : {"olson", "hough", "monte_carlo"}) {
+    map("jarvis_circular.bag",
+        "--scan-topic /driver_laser_navigation/laser_scan --set scan_time_offset=-0.12 --no-odom "
+        "--matcher " +
+            matcher);
+    if (IsSkipped() || HasFatalFailure()) {
+      return;
+    }
+    const Trajectory truth = read_tum(data_folder() + "/jarvis_circular.truth.tum");
+    // 0.011 m is measured; 0.08, 6.6 and 0.08 m with matches as they are.
+    EXPECT_LE(absolute_trajectory_error(trajectory_, truth).translation.rmse, 0.016) << matcher;
+  }
+}
+
+TEST_F(RealBag, GuardianLosesNoScanButTheOneThatTransformsDoNotReach) {
+  map("guardian.bag", "--scan-topic /scan");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(1036, 1035);
+}
+
+TEST_F(RealBag, IntelBecomesOneBuilding) {
+  map("intel.bag", "--matcher monte_carlo");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(910, 910);
+  const RelationError error = intel_error();
+  EXPECT_EQ(error.differences.size(), 2907U);
+  EXPECT_LE(error.translation.mean, 0.12);  // 0.069 m is measured
+  EXPECT_LE(error.rotation.mean, degrees_to_radians(3.2));
+}
+
+TEST_F(RealBag, IntelIsExactWithOlson) {
+  map("intel.bag", "--matcher olson");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(910, 910);
+  const RelationError error = intel_error();
+  EXPECT_LE(error.translation.mean, 0.080);  // 0.067 m is measured
+}
+
+TEST_F(RealBag, HoughKeepsToTheLapFromScanToScan) {
+  map("jarvis_circular.bag", "--scan-topic /driver_laser_security/laser_scan --matcher hough");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(213, 213);
+  const Trajectory truth = read_tum(data_folder() + "/jarvis_circular.truth.tum");
+  EXPECT_LE(absolute_trajectory_error(trajectory_, truth).translation.rmse, 0.03);
+}
+
+TEST_F(RealBag, IntelComesTogetherWithHoughAndAllKeyScans) {
+  map("intel.bag", "--matcher hough --set slam/key_scans=1000");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(910, 910);
+  const RelationError error = intel_error();
+  EXPECT_LE(error.translation.mean, 0.11);  // 0.075 m is measured
+}
+
+TEST_F(RealBag, AHandheldLaserNeedsNoOdometry) {
+  map("hokuyo_handheld.bag", "--no-odom");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(360, 360);
+}
+
+TEST_F(RealBag, ARobotAtRestStaysWhereItIs) {
+  map("inverted_laser.bag");
+  if (IsSkipped() || HasFatalFailure()) {
+    return;
+  }
+  expect_scans(136, 136);
+  for (const StampedPose2& pose : trajectory_.poses()) {
+    EXPECT_LT(std::hypot(pose.pose.x, pose.pose.y), 0.01);
+    EXPECT_LT(std::abs(pose.pose.theta), degrees_to_radians(0.5));
+  }
+}
+
+}  // namespace
+}  // namespace matchbox_slam
