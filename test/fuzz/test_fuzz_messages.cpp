@@ -12,8 +12,11 @@
 #include "fuzz/fuzz.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
+#include "ros/matcher_loader.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/messages.hpp"
+#include "ros/queue_settings.hpp"
+#include "ros/scan_queue.hpp"
 #include "run/slam_run.hpp"
 
 namespace matchbox_slam {

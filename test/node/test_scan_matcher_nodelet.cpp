@@ -24,6 +24,7 @@
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
 #include "node/slam_listener.hpp"
+#include "ros/matcher_loader.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/messages.hpp"
 #include "run/scan_matcher_setup.hpp"

@@ -4,6 +4,7 @@
 
 #include "common/error_text.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
+#include "ros/matcher_loader.hpp"
 #include "run/live_configuration.hpp"
 
 namespace matchbox_slam {

@@ -4,6 +4,8 @@
 
 #include "common/error_text.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
+#include "ros/matcher_loader.hpp"
+#include "run/frames.hpp"
 #include "run/slam_setup.hpp"
 
 namespace matchbox_slam {

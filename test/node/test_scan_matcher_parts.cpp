@@ -14,6 +14,7 @@
 #include "ros/imu_heading.hpp"
 #include "ros/messages.hpp"
 #include "ros/odometry_message.hpp"
+#include "ros/queue_settings.hpp"
 #include "run/scan_matcher_setup.hpp"
 
 namespace matchbox_slam {
