@@ -9,7 +9,7 @@
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/sensor/laser_scan.hpp"
-#include "matchbox_slam/slam/slam_engine.hpp"
+#include "matchbox_slam/sensor/scan_input.hpp"
 #include "simulation/laser.hpp"
 #include "simulation/odometry.hpp"
 #include "simulation/robot.hpp"
