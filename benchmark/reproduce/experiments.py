@@ -1,5 +1,5 @@
-"""What is measured: the matchers, the paper's tests and figures, and the sizes of a run. Everything else
-takes it from here."""
+"""What is measured: the matchers, tests and figures of the paper ("The Scan Matchers Research and Comparison:
+Monte-Carlo, Olson and Hough"), and the sizes of a run. Everything else takes it from here."""
 
 import collections
 import os

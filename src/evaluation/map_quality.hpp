@@ -29,7 +29,7 @@ struct MapQuality {
     return static_cast<double>(occupied_cells) / static_cast<double>(known_cells());
   }
 
-  /// Occupied cells over free ones: the paper's proportion.
+  /// Occupied cells over free ones: the proportion of Filatov et al.
   [[nodiscard]] double occupied_of_free() const {
     return static_cast<double>(occupied_cells) / static_cast<double>(free_cells);
   }

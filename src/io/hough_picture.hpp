@@ -10,10 +10,11 @@
 
 namespace matchbox_slam {
 
-/// Two scans as the Hough matcher compares them, as in the paper's figure 5: the Hough domain of
-/// the reference and of the scan (theta to the right over the half circle, rho up, dark where many
-/// points vote), their spectra over the same theta (the scan's dashed), and below the spectra's
-/// correlation over the rotation from -90 to 90 degrees.
+/// Two scans as the Hough matcher compares them, as in figure 5 of "The Scan Matchers Research and
+/// Comparison: Monte-Carlo, Olson and Hough": the Hough domain of the reference and of the scan
+/// (theta to the right over the half circle, rho up, dark where many points vote), their spectra
+/// over the same theta (the scan's dashed), and below the spectra's correlation over the rotation
+/// from -90 to 90 degrees.
 [[nodiscard]] Picture draw_hough_domains(const PointScan& reference, const PointScan& scan,
                                          const HoughAlignmentOptions& options);
 

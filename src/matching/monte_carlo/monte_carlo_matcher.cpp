@@ -211,7 +211,7 @@ struct Found {
   int tries = 0;
 };
 
-/// The paper's algorithm 1, from the prediction on.
+/// Algorithm 1 of "The Scan Matchers Research and Comparison", from the prediction on.
 Found random_search(const MatchProblem& problem, const MonteCarloOptions& options,
                     const SearchScore& score, const Eigen::Matrix3d& spread, int most_tries,
                     Random& random) {

@@ -99,8 +99,8 @@ TEST(HoughColumn, IsMirroredHalfACircleOn) {
   }
 }
 
-// The paper's equation 4, and what makes the translation visible: HT_ref(theta, rho) =
-// HT_cur(theta - phi, rho - t n(theta)).
+// Equation 4 of "The Scan Matchers Research and Comparison: Monte-Carlo, Olson and Hough", and what
+// makes the translation visible: HT_ref(theta, rho) = HT_cur(theta - phi, rho - t n(theta)).
 TEST(HoughColumn, ShiftsByTheMotionAlongItsNormal) {
   const HoughPoints scan = hough_points(rooms_points(), kSpacing);
   const double phi = 0.37;

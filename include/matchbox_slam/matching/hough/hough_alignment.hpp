@@ -34,8 +34,8 @@ struct HoughAlignmentOptions {
     option(self.point_spacing, "point_spacing", between(0.0, 1.0), "m",
            "Neighbouring points closer than this vote as one; 0: every point for itself.");
     option(self.spectrum, "spectrum", one_of({"energy", "maximum"}), "",
-           "What of each column the rotation is found by: the sum of its squares, as in the paper, "
-           "or its strongest cell.");
+           "What of each column the rotation is found by: the sum of its squares, as in 'The Scan "
+           "Matchers Research and Comparison', or its strongest cell.");
     option(self.window_sigmas, "window_sigmas", between(0.1, 10.0), "",
            "Rotations and translations are looked for up to this many of the prior's standard "
            "deviations.");
@@ -78,9 +78,9 @@ struct HoughAlignment {
 /// Grisetti, "Scan matching in the Hough domain", ICRA 2005), most votes first for each rotation:
 /// the rotation shifts the spectrum, the translation (x, y) shifts the column of
 /// theta by x cos theta + y sin theta.
-/// Deviations from the paper: the columns compared are voted for anew at the exact rotation, and
-/// what varies slowly in them is taken out. Cost: columns times points, then rotations times
-/// directions times lags times cells.
+/// Deviations from Censi, Iocchi and Grisetti: the columns compared are voted for anew at the exact
+/// rotation, and what varies slowly in them is taken out. Cost: columns times points, then
+/// rotations times directions times lags times cells.
 [[nodiscard]] std::vector<HoughAlignment> align_in_hough_domain(
     const HoughPoints& reference, const HoughPoints& scan, const MotionGuess& guess,
     const HoughAlignmentOptions& options);

@@ -44,7 +44,9 @@ struct HoughPoints {
 
 /// What a spectrum takes of each column. Neither changes when the scan is moved without turning.
 enum class SpectrumKind {
-  kEnergy,   ///< the sum of squares over rho: equation 3 of the paper
+  /// the sum of squares over rho: equation 3 of "The Scan Matchers Research and Comparison:
+  /// Monte-Carlo, Olson and Hough"
+  kEnergy,
   kMaximum,  ///< the strongest cell
 };
 

@@ -26,7 +26,8 @@ struct MonteCarloOptions {
     option(self.max_failed_tries, "max_failed_tries", between(1, 10000000), "",
            "A search ends after this many tries in a row that were no better.");
     option(self.reset_on_success, "reset_on_success", any(), "",
-           "A better pose starts the count of failed tries anew, as the paper's text says; false: "
+           "A better pose starts the count of failed tries anew, as the text of 'The Scan Matchers "
+           "Research and Comparison' says; false: "
            "failed tries count from the beginning, as in its listing.");
     option(self.restart, "restart", any(), "",
            "While tries are left, the search starts again from the prediction; the best of all "
@@ -55,9 +56,10 @@ struct MonteCarloOptions {
   }
 };
 
-/// The paper's Monte-Carlo matcher, after tinySLAM (Steux and El Hamzaoui 2010): poses are drawn at
-/// random around the best one so far; a better one becomes the new centre, resets the count of
-/// failed tries and narrows the area. A search ends after `max_failed_tries` in a row, all
+/// The Monte-Carlo matcher of "The Scan Matchers Research and Comparison: Monte-Carlo, Olson and
+/// Hough", after tinySLAM (Steux and El Hamzaoui 2010): poses are drawn at random around the best
+/// one so far; a better one becomes the new centre, resets the count of failed tries and narrows
+/// the area. A search ends after `max_failed_tries` in a row, all
 /// searching after `max_tries`. Deviations: the cost of a pose is read from the likelihood field
 /// (how far from a wall each point falls) instead of from the cells' occupancy; tries that are left
 /// go into searches from the prediction anew (`restart`); a sub-cell refinement ends it. Cost:

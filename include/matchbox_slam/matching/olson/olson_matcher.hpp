@@ -45,7 +45,7 @@ struct OlsonOptions {
            "How often the window is doubled while the best pose lies on its edge.");
     option(self.likelihood, "likelihood", one_of({"linear", "log"}), "",
            "linear: the mean likelihood of the points, robust; log: the product of their "
-           "likelihoods, as in the paper.");
+           "likelihoods, as in Olson (2009).");
     option(
         self.outliers, "outliers", between(1e-4, 0.9), "",
         "With log: share of points that may fall anywhere, so that one alone rules nothing out.");
@@ -75,7 +75,7 @@ struct OlsonOptions {
 /// rival, the covariance covers both. Cost: rotations times points times the window's width in
 /// cells, plus a little for what the bounds leave open.
 ///
-/// Deviations from the paper: the reference is the map's likelihood field, which is kept up to date
+/// Deviations from Olson: the reference is the map's likelihood field, which is kept up to date
 /// and not rendered for each scan; likelihoods are added by default and not multiplied, which
 /// forgives points that fit nothing; near points are merged.
 class OlsonMatcher : public ScanMatcher {
