@@ -1,11 +1,14 @@
-// What the documentation says is what the code does: the README's table of parameters, its list of
-// matchers and of tests, and the code that doc/write_a_matcher.md quotes.
+// What the documentation says is what the code does: the tables of doc/parameters.md, the list of
+// matchers, the tests that doc/bad_input.md names, the code that doc/write_a_matcher.md quotes, and
+// where links lead.
 //
-// After a change of options write the table anew:
+// After a change of options write the tables anew:
 //   MATCHBOX_UPDATE_README=1 rosrun matchbox_slam test_documentation
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <regex>
@@ -44,6 +47,17 @@ std::vector<std::string> own_matchers() {
   return names;
 }
 
+/// README.md, CONTRIBUTING.md and the pages of doc/, as paths in the package.
+std::vector<std::string> pages() {
+  std::vector<std::string> files = {"README.md", "CONTRIBUTING.md"};
+  for (const auto& entry : std::filesystem::directory_iterator(in_package("doc"))) {
+    if (entry.path().extension() == ".md") {
+      files.push_back("doc/" + entry.path().filename().string());
+    }
+  }
+  return files;
+}
+
 /// Text between two markers, without them. Both have to be there.
 std::string between_markers(const std::string& text, std::string_view begin, std::string_view end) {
   const std::size_t first = text.find(begin);
@@ -65,8 +79,8 @@ std::string rows_of(const std::string& section, const std::vector<OptionDescript
 }
 
 std::string table(const std::string& title, const std::string& rows) {
-  return "\n**" + title +
-         "**\n\n| parameter | default | unit | allowed | meaning |\n|---|---|---|---|---|\n" + rows;
+  return "\n## " + title +
+         "\n\n| parameter | default | unit | allowed | meaning |\n|---|---|---|---|---|\n" + rows;
 }
 
 std::string parameter_tables() {
@@ -87,15 +101,16 @@ std::string parameter_tables() {
   return text + "\n";
 }
 
-TEST(Readme, HasTheParametersOfTheCode) {
-  const std::string readme = read_file(in_package("README.md"));
-  const std::string found = between_markers(readme, kTableBegins, kTableEnds);
+TEST(Parameters, AreThoseOfTheCode) {
+  const std::string file = in_package("doc/parameters.md");
+  const std::string page = read_file(file);
+  const std::string found = between_markers(page, kTableBegins, kTableEnds);
   const std::string expected = parameter_tables();
   if (std::getenv("MATCHBOX_UPDATE_README") != nullptr && found != expected) {
-    std::string updated = readme;
+    std::string updated = page;
     updated.replace(updated.find(kTableBegins) + kTableBegins.size(), found.size(), expected);
-    replace_file(in_package("README.md"), updated);
-    GTEST_SKIP() << "README.md is updated";
+    replace_file(file, updated);
+    GTEST_SKIP() << file << " is updated";
   }
   EXPECT_EQ(found, expected)
       << "to update: MATCHBOX_UPDATE_README=1 rosrun matchbox_slam test_documentation";
@@ -104,8 +119,86 @@ TEST(Readme, HasTheParametersOfTheCode) {
 TEST(Readme, NamesEveryMatcher) {
   const std::string readme = read_file(in_package("README.md"));
   for (const std::string& name : own_matchers()) {
-    EXPECT_TRUE(contains(readme, "| `" + matcher_short_name(name) + "` |")) << name;
+    EXPECT_TRUE(contains(readme, "\n| `" + matcher_short_name(name) + "`")) << name;
   }
+}
+
+TEST(Readme, IsShort) {
+  const std::string readme = read_file(in_package("README.md"));
+  EXPECT_LE(std::count(readme.begin(), readme.end(), '\n'), 200)
+      << "what is not needed first belongs on a page in doc/";
+}
+
+TEST(Readme, LeadsToEveryPage) {
+  const std::string readme = read_file(in_package("README.md"));
+  for (const std::string& page : pages()) {
+    EXPECT_TRUE(page == "README.md" || contains(readme, "](" + page + ")")) << page;
+  }
+}
+
+TEST(Pages, NameWhatIsShipped) {
+  std::string text;
+  for (const std::string& page : pages()) {
+    text += read_file(in_package(page));
+  }
+  for (const std::string folder : {"launch", "msg", "srv"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(in_package(folder))) {
+      const std::filesystem::path& file = entry.path();
+      const std::string name =
+          folder == "launch" ? file.filename().string() : "matchbox_slam/" + file.stem().string();
+      EXPECT_TRUE(contains(text, name)) << file << " is on no page";
+    }
+  }
+}
+
+/// A page without its code, in which brackets are no links.
+std::string without_code(const std::string& page) {
+  return std::regex_replace(page, std::regex(R"(```[^]*?```|`[^`\n]*`)"), "");
+}
+
+/// The names by which links reach the headings of a page: lower case, `-` for blanks, without
+/// punctuation.
+std::set<std::string> anchors(const std::string& page) {
+  std::set<std::string> names;
+  const std::regex heading(R"(^#+ (.+)$)", std::regex::multiline);
+  const std::string text = std::regex_replace(page, std::regex(R"(```[^]*?```)"), "");
+  for (std::sregex_iterator at(text.begin(), text.end(), heading); at != std::sregex_iterator();
+       ++at) {
+    std::string name;
+    for (const char letter : at->str(1)) {
+      const auto code = static_cast<unsigned char>(letter);
+      if (letter == ' ') {
+        name += '-';
+      } else if (std::isalnum(code) != 0 || letter == '-' || letter == '_' || code >= 0x80) {
+        name += static_cast<char>(std::tolower(code));
+      }
+    }
+    names.insert(name);
+  }
+  return names;
+}
+
+TEST(Pages, HaveLinksThatLeadSomewhere) {
+  int links = 0;
+  for (const std::string& page : pages()) {
+    const std::string text = without_code(read_file(in_package(page)));
+    const std::regex link(R"(\]\(([^)#\s]*)(?:#([^)\s]*))?\))");
+    for (std::sregex_iterator at(text.begin(), text.end(), link); at != std::sregex_iterator();
+         ++at, ++links) {
+      const std::string path = at->str(1);
+      if (path.rfind("http", 0) == 0) {
+        continue;
+      }
+      const std::filesystem::path here = in_package(page);
+      const std::filesystem::path file = path.empty() ? here : here.parent_path() / path;
+      ASSERT_TRUE(std::filesystem::exists(file)) << page << " leads to " << at->str();
+      if ((*at)[2].matched) {
+        EXPECT_EQ(anchors(read_file(file.string())).count(at->str(2)), 1U)
+            << page << " leads to " << at->str();
+      }
+    }
+  }
+  EXPECT_GT(links, 60);
 }
 
 /// Names of all tests, as Suite.Name.
@@ -125,11 +218,11 @@ std::set<std::string> names_of_tests() {
   return names;
 }
 
-TEST(Readme, NamesATestThatThereIsForEveryBadInput) {
+TEST(BadInput, NamesATestThatThereIsInEveryRow) {
   const std::set<std::string> tests = names_of_tests();
-  const std::string readme = read_file(in_package("README.md"));
+  const std::string page = read_file(in_package("doc/bad_input.md"));
   std::istringstream table(
-      between_markers(readme, "| what happens | test |\n|---|---|---|\n", "\n\n"));
+      between_markers(page, "| what happens | test |\n|---|---|---|\n", "\n\n"));
   const std::regex named(R"(`(\w+\.\w+)`)");
   int rows = 0;
   for (std::string row; std::getline(table, row); ++rows) {

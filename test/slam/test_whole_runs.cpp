@@ -1,4 +1,4 @@
-// Whole drives through simulated worlds with noise: the accuracy that the README promises.
+// Whole drives through simulated worlds with noise: the accuracy that doc/results.md promises.
 
 #include <gtest/gtest.h>
 

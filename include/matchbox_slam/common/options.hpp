@@ -62,7 +62,7 @@ struct OptionDescription {
 //     ...
 //   }
 //
-// From that single list come the reader below, the README's table and the configuration in reports.
+// From that list come the reader below, doc/parameters.md and the configuration in reports.
 // Fields may be bool, int, double, std::string, std::vector<double> or std::vector<std::string>.
 
 /// Reads `field` from the value of `name` in `parameters`, if it is there. Whole numbers are good
