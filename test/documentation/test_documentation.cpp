@@ -182,7 +182,7 @@ TEST(Pages, HaveLinksThatLeadSomewhere) {
   int links = 0;
   for (const std::string& page : pages()) {
     const std::string text = without_code(read_file(in_package(page)));
-    const std::regex link(R"(\]\(([^)#\s]*)(?:#([^)\s]*))?\))");
+    const std::regex link(R"re((?:\]\(|src=")([^)#\s"]*)(?:#([^)\s"]*))?[)"])re");
     for (std::sregex_iterator at(text.begin(), text.end(), link); at != std::sregex_iterator();
          ++at, ++links) {
       const std::string path = at->str(1);
