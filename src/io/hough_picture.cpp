@@ -19,7 +19,7 @@ constexpr int kDomainHeight = 360;  ///< [pixels]
 constexpr int kCurveHeight = 160;   ///< [pixels]
 constexpr int kMargin = 12;         ///< [pixels]
 constexpr int kTitleHeight = 26;    ///< [pixels]
-constexpr int kTextScale = 2;       ///< pixels a dot of the font
+constexpr double kFontSize = 18.0;  ///< [pixels]
 
 /// A part of the picture, below its title.
 struct Panel {
@@ -28,7 +28,7 @@ struct Panel {
 };
 
 Panel add_panel(int& top, int height, const std::string& title, Picture& picture) {
-  picture.draw_text(kMargin, top, title, kTextScale, kTextColor);
+  picture.draw_text(kMargin, top + 0.4 * kTitleHeight, title, kFontSize, kTextColor);
   const Panel panel{top + kTitleHeight, height};
   picture.fill(kMargin - 1, panel.top - 1, kMargin + kWidth + 1, panel.top + height + 1,
                kFrameColor);
@@ -104,9 +104,9 @@ Picture draw_hough_domains(const PointScan& reference, const PointScan& scan,
   const int half_cells = std::max(hough_half_cells(reference_points, grid.rho_cell),
                                   hough_half_cells(scan_points, grid.rho_cell));
   draw_domain(reference_points, options, half_cells,
-              add_panel(top, kDomainHeight, "hough domain of the reference", picture), picture);
+              add_panel(top, kDomainHeight, "Hough domain of the reference", picture), picture);
   draw_domain(scan_points, options, half_cells,
-              add_panel(top, kDomainHeight, "hough domain of the scan", picture), picture);
+              add_panel(top, kDomainHeight, "Hough domain of the scan", picture), picture);
   const Panel spectra = add_panel(top, kCurveHeight, "spectra - the scan is dashed", picture);
   draw_curve(reference_spectrum, 0.0, top_of(reference_spectrum), spectra, kReferenceStroke,
              picture);
@@ -121,7 +121,7 @@ FileContents hough_picture_file(const std::string& folder, std::size_t number,
                                 const PointScan& reference, const PointScan& scan,
                                 const HoughAlignmentOptions& options) {
   return {folder + "/hough_" + std::to_string(number) + ".png",
-          encode_png(draw_hough_domains(reference, scan, options))};
+          draw_hough_domains(reference, scan, options).to_png()};
 }
 
 }  // namespace matchbox_slam

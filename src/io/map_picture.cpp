@@ -26,8 +26,8 @@ constexpr int kLargestSize = 4000;       ///< [pixels]
 constexpr int kLargestCell = 12;         ///< [pixels]
 constexpr int kNarrowest = 760;          ///< [pixels], so that the legend fits
 constexpr int kMargin = 12;              ///< around the map [pixels]
-constexpr int kFooter = 28;              ///< for scale bar and legend [dots of the font]
-constexpr int kMiddleRow = 4;            ///< of the font's nine rows the one at half height
+constexpr int kFooter = 28;              ///< for scale bar and legend [dots]
+constexpr int kFontSize = 10;            ///< [dots]
 constexpr double kScaleBarShare = 0.18;  ///< of the picture's width, at most
 
 /// Which part of the map is shown, and where its cells and metres are in the picture.
@@ -53,7 +53,7 @@ class View {
   /// How much thicker than usual to draw: who looks at a large picture looks at it from afar.
   [[nodiscard]] double ink() const { return ink_; }
 
-  /// Size of a dot of the font [pixels].
+  /// What the footer is measured in [pixels].
   [[nodiscard]] int dot() const { return static_cast<int>(std::lround(2.0 * ink_)); }
 
   [[nodiscard]] Stroke scaled(const Stroke& stroke) const {
@@ -194,8 +194,7 @@ void draw_scale_bar(const View& view, int middle, Picture& picture) {
   picture.fill(left, middle - dot / 2, right, middle + dot - dot / 2, kTextColor);
   picture.fill(left, middle - 3 * dot, left + dot, middle + 3 * dot, kTextColor);
   picture.fill(right - dot, middle - 3 * dot, right, middle + 3 * dot, kTextColor);
-  picture.draw_text(right + 5 * dot, middle - kMiddleRow * dot, length_text(metres), dot,
-                    kTextColor);
+  picture.draw_text(right + 5 * dot, middle, length_text(metres), kFontSize * dot, kTextColor);
 }
 
 /// Draws the legend's entries from right to left, so that they end at the picture's edge.
@@ -221,8 +220,9 @@ class Legend {
   /// Returns where the symbol before the text begins.
   int add_text(const std::string& text, int symbol_width) {
     const int dot = view_.dot();
-    const int text_left = right_ - Picture::text_width(text, dot);
-    picture_.draw_text(text_left, middle_ - kMiddleRow * dot, text, dot, kTextColor);
+    const int size = kFontSize * dot;
+    const int text_left = right_ - static_cast<int>(std::lround(Picture::text_width(text, size)));
+    picture_.draw_text(text_left, middle_, text, size, kTextColor);
     const int symbol_left = text_left - 5 * dot - symbol_width;
     right_ = symbol_left - 12 * dot;
     return symbol_left;

@@ -1,231 +1,124 @@
 #include "io/picture.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <optional>
-#include <utility>
-
-#include "io/bitmap_font.hpp"
+#include <stdexcept>
 
 namespace matchbox_slam {
 namespace {
 
-constexpr int kChannels = 3;
-constexpr double kFarthest = 1e9;  ///< [pixels], farther away steps of a pixel drown in rounding
-constexpr int kGlyphAdvance = kGlyphWidth + 1;
+/// Cairo counts in 24 bits before the point, where lines through farther points would wrap around.
+constexpr double kFarthest = 1e6;  ///< [pixels]
 
-struct Segment {
-  Eigen::Vector2d from;
-  Eigen::Vector2d to;
-};
-
-double distance_to(const Segment& segment, const Eigen::Vector2d& point) {
-  const Eigen::Vector2d along = segment.to - segment.from;
-  const double squared_length = along.squaredNorm();
-  const double fraction =
-      squared_length > 0.0
-          ? std::clamp((point - segment.from).dot(along) / squared_length, 0.0, 1.0)
-          : 0.0;
-  return (segment.from + fraction * along - point).norm();
+void require_success(cairo_status_t status, const std::string& work) {
+  if (status != CAIRO_STATUS_SUCCESS) {
+    throw std::runtime_error("cannot " + work + ": " + cairo_status_to_string(status));
+  }
 }
 
-/// How much of each pixel a line covers. Gathered for the whole line before it is blended, so that
-/// joints and crossings are not darker than the rest.
-class Coverage {
- public:
-  Coverage(int width, int height)
-      : width_(width),
-        height_(height),
-        values_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
-
-  /// Adds a short piece with round ends.
-  void add(const Segment& piece, double half_width) {
-    const double reach = half_width + 1.0;
-    const int left = std::max(0, floor_to_int(std::min(piece.from.x(), piece.to.x()) - reach));
-    const int right =
-        std::min(width_ - 1, floor_to_int(std::max(piece.from.x(), piece.to.x()) + reach));
-    const int top = std::max(0, floor_to_int(std::min(piece.from.y(), piece.to.y()) - reach));
-    const int bottom =
-        std::min(height_ - 1, floor_to_int(std::max(piece.from.y(), piece.to.y()) + reach));
-    for (int y = top; y <= bottom; ++y) {
-      for (int x = left; x <= right; ++x) {
-        const double distance = distance_to(piece, {x + 0.5, y + 0.5});
-        const double covered = std::clamp(half_width + 0.5 - distance, 0.0, 1.0);
-        std::uint8_t& value = values_[index(x, y)];
-        value = std::max(value, static_cast<std::uint8_t>(std::lround(255.0 * covered)));
-      }
-    }
-  }
-
-  [[nodiscard]] double at(int x, int y) const { return values_[index(x, y)] / 255.0; }
-
- private:
-  static int floor_to_int(double value) { return static_cast<int>(std::floor(value)); }
-
-  [[nodiscard]] std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-           static_cast<std::size_t>(x);
-  }
-
-  int width_;
-  int height_;
-  std::vector<std::uint8_t> values_;
-};
-
-/// The fractions of the segment between which it is inside the box from 0 to `size`, widened by
-/// `margin`, by Liang and Barsky (1984). A trajectory may run off much farther than one can draw.
-std::optional<std::pair<double, double>> clip(const Segment& segment, const Eigen::Vector2d& size,
-                                              double margin) {
-  double enter = 0.0;
-  double leave = 1.0;
-  const Eigen::Vector2d along = segment.to - segment.from;
-  for (int axis = 0; axis < 2; ++axis) {
-    const double low = -margin - segment.from[axis];
-    const double high = size[axis] + margin - segment.from[axis];
-    if (along[axis] == 0.0) {
-      if (low > 0.0 || high < 0.0) {
-        return std::nullopt;
-      }
-      continue;
-    }
-    const auto [first, last] = std::minmax({low / along[axis], high / along[axis]});
-    enter = std::max(enter, first);
-    leave = std::min(leave, last);
-  }
-  if (enter > leave) {
-    return std::nullopt;
-  }
-  return std::make_pair(enter, leave);
+std::uint32_t* row_of(cairo_surface_t* pixels, int y) {
+  unsigned char* row = cairo_image_surface_get_data(pixels) +
+                       static_cast<std::ptrdiff_t>(y) * cairo_image_surface_get_stride(pixels);
+  return reinterpret_cast<std::uint32_t*>(row);  // as CAIRO_FORMAT_RGB24 is defined
 }
 
-/// Draws one segment of a line in short pieces.
-/// @param start  length of the line before the segment [pixels], which decides where dashes are.
-void add_segment(const Segment& segment, double start, const Stroke& stroke,
-                 const Eigen::Vector2d& size, Coverage& coverage) {
-  const auto inside = clip(segment, size, stroke.width + 2.0);
-  if (!inside) {
-    return;
-  }
-  const double length = (segment.to - segment.from).norm();
-  const double period = 2.0 * stroke.dash;
-  const double longest_piece = 8.0;
-  double at = inside->first * length;
-  const double end = inside->second * length;
-  do {
-    double next = std::min(end, at + longest_piece);
-    bool is_drawn = true;
-    if (stroke.dash > 0.0) {
-      const double phase = std::fmod(start + at, period);
-      is_drawn = phase < stroke.dash;
-      const double until = is_drawn ? stroke.dash - phase : period - phase;
-      next = std::min(next, at + std::max(until, 1e-3));
-    }
-    if (is_drawn) {
-      const auto point = [&](double distance) -> Eigen::Vector2d {
-        return segment.from +
-               (length > 0.0 ? distance / length : 0.0) * (segment.to - segment.from);
-      };
-      coverage.add({point(at), point(next)}, 0.5 * stroke.width);
-    }
-    at = next;
-  } while (at < end);
-}
-
-std::uint8_t mix(std::uint8_t under, std::uint8_t over, double opacity) {
-  return static_cast<std::uint8_t>(std::lround(under + opacity * (over - under)));
+std::string ascii(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return text;
 }
 
 }  // namespace
 
+void Picture::Destroy::operator()(cairo_surface_t* surface) const {
+  cairo_surface_destroy(surface);
+}
+
+void Picture::Destroy::operator()(cairo_t* context) const { cairo_destroy(context); }
+
 Picture::Picture(int width, int height, Color background)
-    : width_(width),
-      height_(height),
-      bytes_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * kChannels) {
+    : pixels_(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height)),
+      context_(cairo_create(pixels_.get())) {
+  require_success(cairo_status(context_.get()), "draw a picture of " + std::to_string(width) +
+                                                    " x " + std::to_string(height) + " pixels");
+  cairo_select_font_face(context_.get(), "@cairo:", CAIRO_FONT_SLANT_NORMAL,
+                         CAIRO_FONT_WEIGHT_NORMAL);
+  cairo_set_line_cap(context_.get(), CAIRO_LINE_CAP_ROUND);
+  cairo_set_line_join(context_.get(), CAIRO_LINE_JOIN_ROUND);
   fill(0, 0, width, height, background);
 }
 
+int Picture::width() const { return cairo_image_surface_get_width(pixels_.get()); }
+
+int Picture::height() const { return cairo_image_surface_get_height(pixels_.get()); }
+
 Color Picture::color_at(int x, int y) const {
-  const std::size_t at = (static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-                          static_cast<std::size_t>(x)) *
-                         kChannels;
-  return {bytes_[at], bytes_[at + 1], bytes_[at + 2]};
+  cairo_surface_flush(pixels_.get());
+  const std::uint32_t pixel = row_of(pixels_.get(), y)[x];
+  return {static_cast<std::uint8_t>(pixel >> 16), static_cast<std::uint8_t>(pixel >> 8),
+          static_cast<std::uint8_t>(pixel)};
 }
 
 void Picture::fill(int left, int top, int right, int bottom, Color color) {
-  for (int y = std::max(0, top); y < std::min(height_, bottom); ++y) {
-    for (int x = std::max(0, left); x < std::min(width_, right); ++x) {
-      blend(x, y, color, 1.0);
-    }
+  // Not by Cairo, which takes far longer where every pixel of a map is filled by itself.
+  left = std::max(0, left);
+  right = std::max(left, std::min(width(), right));
+  const std::uint32_t pixel = static_cast<std::uint32_t>(color.red) << 16 |
+                              static_cast<std::uint32_t>(color.green) << 8 | color.blue;
+  cairo_surface_flush(pixels_.get());
+  for (int y = std::max(0, top); y < std::min(height(), bottom); ++y) {
+    std::uint32_t* row = row_of(pixels_.get(), y);
+    std::fill(row + left, row + right, pixel);
   }
+  cairo_surface_mark_dirty(pixels_.get());
 }
 
 void Picture::draw_line(const std::vector<Eigen::Vector2d>& points, const Stroke& stroke) {
-  Coverage coverage(width_, height_);
-  const Eigen::Vector2d size(width_, height_);
-  std::optional<Eigen::Vector2d> last;
-  double length = 0.0;
   for (const Eigen::Vector2d& point : points) {
-    if (!(point.array().abs() <= kFarthest).all()) {  // NaN too
-      continue;
-    }
-    if (last) {
-      add_segment({*last, point}, length, stroke, size, coverage);
-      length += (point - *last).norm();
-    }
-    last = point;
-  }
-  for (int y = 0; y < height_; ++y) {
-    for (int x = 0; x < width_; ++x) {
-      blend(x, y, stroke.color, coverage.at(x, y));
+    if ((point.array().abs() <= kFarthest).all()) {  // never for NaN
+      cairo_line_to(context_.get(), point.x(), point.y());
     }
   }
+  use_color(stroke.color);
+  cairo_set_line_width(context_.get(), stroke.width);
+  cairo_set_dash(context_.get(), &stroke.dash, stroke.dash > 0.0 ? 1 : 0, 0.0);
+  cairo_stroke(context_.get());
 }
 
 void Picture::draw_disc(const Eigen::Vector2d& center, double radius, Color color) {
-  const auto floor_to_int = [](double value) { return static_cast<int>(std::floor(value)); };
-  const int left = std::max(0, floor_to_int(center.x() - radius - 1.0));
-  const int right = std::min(width_ - 1, floor_to_int(center.x() + radius + 1.0));
-  const int top = std::max(0, floor_to_int(center.y() - radius - 1.0));
-  const int bottom = std::min(height_ - 1, floor_to_int(center.y() + radius + 1.0));
-  for (int y = top; y <= bottom; ++y) {
-    for (int x = left; x <= right; ++x) {
-      const double distance = (Eigen::Vector2d(x + 0.5, y + 0.5) - center).norm();
-      blend(x, y, color, std::clamp(radius + 0.5 - distance, 0.0, 1.0));
-    }
-  }
+  draw_line({center, center}, {color, 2.0 * radius, 0.0});
 }
 
-void Picture::draw_text(int left, int top, const std::string& text, int scale, Color color) {
-  for (const char character : text) {
-    const Glyph& glyph = glyph_of(character);
-    for (int row = 0; row < kGlyphHeight; ++row) {
-      for (int column = 0; column < kGlyphWidth; ++column) {
-        const int bit = kGlyphWidth - 1 - column;
-        if ((glyph[static_cast<std::size_t>(row)] >> bit & 1) != 0) {
-          const int x = left + column * scale;
-          const int y = top + row * scale;
-          fill(x, y, x + scale, y + scale, color);
-        }
-      }
-    }
-    left += kGlyphAdvance * scale;
-  }
+void Picture::draw_text(double left, double middle, const std::string& text, double size,
+                        Color color) {
+  use_color(color);
+  cairo_set_font_size(context_.get(), size);
+  cairo_text_extents_t letter;
+  cairo_text_extents(context_.get(), "x", &letter);
+  cairo_move_to(context_.get(), left, middle - letter.y_bearing - 0.5 * letter.height);
+  cairo_show_text(context_.get(), ascii(text).c_str());
+  cairo_new_path(context_.get());
 }
 
-int Picture::text_width(const std::string& text, int scale) {
-  return text.empty() ? 0 : (static_cast<int>(text.size()) * kGlyphAdvance - 1) * scale;
+double Picture::text_width(const std::string& text, double size) {
+  const Picture scratch(1, 1, {});
+  cairo_set_font_size(scratch.context_.get(), size);
+  cairo_text_extents_t extents;
+  cairo_text_extents(scratch.context_.get(), ascii(text).c_str(), &extents);
+  return extents.x_advance;
 }
 
-void Picture::blend(int x, int y, Color color, double opacity) {
-  if (opacity <= 0.0) {
-    return;
-  }
-  std::uint8_t* pixel = &bytes_[(static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-                                 static_cast<std::size_t>(x)) *
-                                kChannels];
-  pixel[0] = mix(pixel[0], color.red, opacity);
-  pixel[1] = mix(pixel[1], color.green, opacity);
-  pixel[2] = mix(pixel[2], color.blue, opacity);
+std::string Picture::to_png() const {
+  std::string png;
+  const auto append = [](void* to, const unsigned char* bytes, unsigned int count) {
+    static_cast<std::string*>(to)->append(reinterpret_cast<const char*>(bytes), count);
+    return CAIRO_STATUS_SUCCESS;
+  };
+  require_success(cairo_surface_write_to_png_stream(pixels_.get(), append, &png), "encode a PNG");
+  return png;
+}
+
+void Picture::use_color(Color color) {
+  cairo_set_source_rgb(context_.get(), color.red / 255.0, color.green / 255.0, color.blue / 255.0);
 }
 
 }  // namespace matchbox_slam

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cairo.h>
+
 #include <Eigen/Core>
-#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,18 +23,15 @@ struct Stroke {
   double dash = 0.0;   ///< [pixels]
 };
 
-/// Pixels in RGB, and antialiased drawing on them. Coordinates are in pixels, x to the right, y
-/// down; pixel (i, j) covers [i, i+1) x [j, j+1). Whatever lies outside is left out.
+/// Pixels in RGB, and antialiased drawing on them by Cairo. Coordinates are in pixels, x to the
+/// right, y down; pixel (i, j) covers [i, i+1) x [j, j+1). Whatever lies outside is left out.
 class Picture {
  public:
-  /// @param width, height  [pixels], > 0.
+  /// @param width, height  [pixels], from 1 to 32767. Throws std::runtime_error for more.
   Picture(int width, int height, Color background);
 
-  [[nodiscard]] int width() const { return width_; }
-  [[nodiscard]] int height() const { return height_; }
-
-  /// Three bytes a pixel, row by row from the top.
-  [[nodiscard]] const std::vector<std::uint8_t>& bytes() const { return bytes_; }
+  [[nodiscard]] int width() const;
+  [[nodiscard]] int height() const;
 
   /// Unchecked.
   [[nodiscard]] Color color_at(int x, int y) const;
@@ -41,28 +40,32 @@ class Picture {
   void fill(int left, int top, int right, int bottom, Color color);
 
   /// A line through `points`, everywhere of the same strength, also where it crosses itself. Points
-  /// that are not finite, or more than 1e9 pixels away, are left out.
+  /// that are not finite, or more than 1e6 pixels away, are left out.
   void draw_line(const std::vector<Eigen::Vector2d>& points, const Stroke& stroke);
 
   void draw_disc(const Eigen::Vector2d& center, double radius, Color color);
 
-  /// Text in a built-in font of a-z, 0-9, '.' and '-'; other characters are blank.
-  /// @param top_left  corner of the first character's cell [pixels].
-  /// @param scale     pixels a dot of the font.
-  void draw_text(int left, int top, const std::string& text, int scale, Color color);
+  /// Text in a font that Cairo brings along, the same on every machine. It has the characters of
+  /// ASCII; any other is drawn as '?'.
+  /// @param middle  half the height of the small letters [pixels].
+  /// @param size    of the font [pixels].
+  void draw_text(double left, double middle, const std::string& text, double size, Color color);
 
   /// [pixels]
-  [[nodiscard]] static int text_width(const std::string& text, int scale);
+  [[nodiscard]] static double text_width(const std::string& text, double size);
+
+  /// As a PNG file's bytes. Throws std::runtime_error when it fails.
+  [[nodiscard]] std::string to_png() const;
 
  private:
-  void blend(int x, int y, Color color, double opacity);
+  void use_color(Color color);
 
-  int width_;
-  int height_;
-  std::vector<std::uint8_t> bytes_;
+  struct Destroy {
+    void operator()(cairo_surface_t* surface) const;
+    void operator()(cairo_t* context) const;
+  };
+  std::unique_ptr<cairo_surface_t, Destroy> pixels_;
+  std::unique_ptr<cairo_t, Destroy> context_;
 };
-
-/// The picture as a PNG file's bytes. Throws std::runtime_error when libpng fails.
-[[nodiscard]] std::string encode_png(const Picture& picture);
 
 }  // namespace matchbox_slam

@@ -221,10 +221,10 @@ MapStart SlamNode::map_to_go_on_with() {
 
 void SlamNode::save_map_files(const MapStart& map, const MapSnapshot& snapshot,
                               const std::string& path) const {
-  const std::string picture = encode_png(
-      draw_map(map.map.occupancy, Trajectory(snapshot.path), Trajectory(snapshot.odometry_path)));
+  const Picture picture =
+      draw_map(map.map.occupancy, Trajectory(snapshot.path), Trajectory(snapshot.odometry_path));
   std::vector<FileContents> files = map_files(path, make_map_image(map.map.occupancy));
-  files.push_back({path + ".png", picture});
+  files.push_back({path + ".png", picture.to_png()});
   files.push_back({path + ".slam", to_saved_map(map)});
   replace_files(files);
 }

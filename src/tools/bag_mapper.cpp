@@ -169,7 +169,7 @@ void BagMapping::write() {
   const Trajectory odometry(run_->odometry());
   const SlamMap& map = run_->map();
   const ScanAccount& account = scans_.account();
-  const std::string picture = encode_png(draw_map(map.occupancy, trajectory, odometry));
+  const std::string picture = draw_map(map.occupancy, trajectory, odometry).to_png();
   const ResourceUsage now = resource_usage();
   const RunFacts facts{scans_.facts(),
                        resets_,

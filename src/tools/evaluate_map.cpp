@@ -79,7 +79,7 @@ void run(const MapCommand& command) {
   require_plot_file(command.plot);
   const std::vector<MeasuredMap> results = measure(command);
   if (!command.plot.empty()) {
-    replace_file(command.plot, encode_png(draw_map_qualities(results)));
+    replace_file(command.plot, draw_map_qualities(results).to_png());
   }
   if (command.json) {
     std::cout << json_text(json_of(results)) << std::endl;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
+#include <cmath>
 #include <cstddef>
 
 namespace matchbox_slam {
@@ -22,9 +22,9 @@ constexpr std::array<Color, 6> kAreaColors = {{{166, 206, 227},
                                                {255, 255, 153},
                                                {141, 211, 199}}};
 
-constexpr int kMargin = 8;       ///< [pixels]
-constexpr int kTextScale = 2;    ///< pixels a dot of the font
-constexpr int kLineHeight = 24;  ///< [pixels]
+constexpr int kMargin = 8;          ///< [pixels]
+constexpr double kFontSize = 18.0;  ///< [pixels]
+constexpr int kLineHeight = 24;     ///< [pixels]
 constexpr int kFooterHeight = 2 * kLineHeight + kMargin;
 constexpr int kWantedHeight = 800;  ///< [pixels] of the highest map; small ones are enlarged to it
 constexpr double kCornerRadius = 3.5;  ///< [pixels]
@@ -59,18 +59,9 @@ struct Frame {
   }
 };
 
-/// The built-in font has small letters only.
-std::string small_letters(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char character) {
-    return static_cast<char>(std::tolower(character));
-  });
-  return text;
-}
-
 std::vector<std::string> caption_of(const MeasuredMap& measured) {
-  return {small_letters(measured.name),
-          "corners " + std::to_string(measured.quality.corners.size()) + "  areas " +
-              std::to_string(measured.quality.enclosed_areas.size())};
+  return {measured.name, "corners " + std::to_string(measured.quality.corners.size()) + "  areas " +
+                             std::to_string(measured.quality.enclosed_areas.size())};
 }
 
 void draw_cells(const MeasuredMap& measured, const Frame& frame, Picture& picture) {
@@ -96,7 +87,7 @@ void draw(const MeasuredMap& measured, const Frame& frame, int caption_top, Pict
     picture.draw_disc(frame.to_picture(corner), kCornerRadius, kCornerColor);
   }
   for (const std::string& line : caption_of(measured)) {
-    picture.draw_text(frame.left, caption_top, line, kTextScale, kTextColor);
+    picture.draw_text(frame.left, caption_top + 0.4 * kLineHeight, line, kFontSize, kTextColor);
     caption_top += kLineHeight;
   }
 }
@@ -105,7 +96,7 @@ void draw(const MeasuredMap& measured, const Frame& frame, int caption_top, Pict
 int column_width(const MeasuredMap& measured, int scale) {
   int width = measured.map.width * scale;
   for (const std::string& line : caption_of(measured)) {
-    width = std::max(width, Picture::text_width(line, kTextScale));
+    width = std::max(width, static_cast<int>(std::ceil(Picture::text_width(line, kFontSize))));
   }
   return width;
 }
