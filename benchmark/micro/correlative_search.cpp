@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "benchmark_scene.hpp"
-#include "field_window.hpp"
-#include "window_sums.hpp"
+#include "matching/olson/field_window.hpp"
+#include "matching/olson/window_sums.hpp"
 
 namespace matchbox_slam {
 namespace {

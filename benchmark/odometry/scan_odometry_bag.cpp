@@ -7,14 +7,16 @@
 #include <nlohmann/json.hpp>
 
 #include "bag/bag_scans.hpp"
-#include "bag_flags.hpp"
+#include "evaluation/error_statistics.hpp"
 #include "io/tum.hpp"
-#include "json_text.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
 #include "node/scan_matcher_diagnostics.hpp"
+#include "ros/matcher_loader.hpp"
 #include "run/scan_matcher_setup.hpp"
-#include "run_program.hpp"
+#include "tools/bag_flags.hpp"
+#include "tools/json_text.hpp"
+#include "tools/run_program.hpp"
 #include "tools/run_report.hpp"
 #include "tools/terminal.hpp"
 
