@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "matchbox_slam/common/random.hpp"
@@ -15,22 +13,6 @@ namespace {
 // The first pose is known by definition; but a covariance that cannot be inverted would stop
 // filters.
 constexpr double kOriginVariance = 1e-8;  // 0.1 mm, 0.1 mrad
-
-void require_sound(const ScanInput& input, const std::optional<double>& last_stamp) {
-  const std::string scan = "scan at " + std::to_string(input.scan.stamp) + " s";
-  if (last_stamp && !(input.scan.stamp > *last_stamp)) {
-    throw std::invalid_argument(scan + " is not later than the one before, at " +
-                                std::to_string(*last_stamp) + " s; process scans in order");
-  }
-  if (input.odometry && !(input.odometry->odom_from_base.is_finite() &&
-                          input.odometry->odom_from_base_last_beam.is_finite())) {
-    throw std::invalid_argument("the odometry of the " + scan +
-                                " is no number; leave it out to go on without odometry");
-  }
-  if (!input.base_from_laser.matrix().allFinite()) {
-    throw std::invalid_argument("the laser's pose for the " + scan + " is no number");
-  }
-}
 
 /// Covariance of `a_from_b` from those of two poses in one frame that are independent, first order.
 Eigen::Matrix3d between_covariance(const Pose2& map_from_a, const Eigen::Matrix3d& covariance_a,
@@ -56,8 +38,6 @@ Eigen::Matrix3d velocity_from_motion(double theta, double interval) {
   return matrix / interval;
 }
 
-double square(double value) { return value * value; }
-
 /// Rounding leaves products that ought to be symmetric not quite so.
 Eigen::Matrix3d symmetric(const Eigen::Matrix3d& matrix) {
   return 0.5 * (matrix + matrix.transpose());
@@ -76,67 +56,30 @@ LaserOdometry::LaserOdometry(const LaserOdometrySettings& settings,
                              std::uint64_t seed)
     : settings_(settings),
       matcher_(std::move(matcher)),
-      guess_(guess),
       seed_(seed),
+      tracker_(settings.motion, guess, settings.odometry.heading_floor),
       reference_(empty_map()),
       next_(empty_map()),
       key_errors_(Pose2{}, kOriginVariance * Eigen::Matrix3d::Identity()) {}
 
 LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
-  require_sound(input, last_ ? std::optional(last_->stamp) : std::nullopt);
+  const MotionPrediction guess = tracker_.predict(input);
   PointScan scan =
-      project_scan(input.scan, input.base_from_laser, motion_during_scan(input), settings_.scan);
+      project_scan(input.scan, input.base_from_laser, guess.during_scan, settings_.scan);
 
-  // Guess.
-  const MotionEstimate guess = guess_motion(input);
+  // A rejected match carries the guess, which stands then.
   LaserOdometryOutcome outcome;
+  outcome.match = match(scan, guess);
+  const MatchedMotion matched = tracker_.after_match(input, guess, outcome.match);
   outcome.stamp = input.scan.stamp;
-  outcome.guessed_odom_from_base =
-      last_ ? last_->odom_from_base * guess.previous_from_current : Pose2{};
-  const Eigen::Matrix3d prior =
-      last_ ? compose_covariance(last_->odom_from_base, last_->local_covariance,
-                                 guess.previous_from_current, guess.covariance)
-            : Eigen::Matrix3d::Zero();
-
-  // Match: a rejected one carries the guess, which stands then.
-  outcome.match = match(scan, outcome.guessed_odom_from_base, prior);
-  outcome.odom_from_base = outcome.match.map_from_base;
-  const double sweep = outcome.match.accepted() ? predicted_sweep(input) : 0.0;
-  if (sweep > 0.0) {
-    const bool has_heading = guess_ == GuessSource::kHeading && input.odometry;
-    outcome.odom_from_base =
-        without_overshoot(outcome.guessed_odom_from_base, outcome.match.map_from_base, sweep);
-    Pose2 motion =
-        interpolate(Pose2{}, last_fix_->odom_from_base.inverse() * outcome.odom_from_base, sweep);
-    if (has_heading) {  // the turn was measured, so that nothing went too far in it
-      outcome.odom_from_base.theta = outcome.match.map_from_base.theta;
-      motion.theta = wrap_angle(input.odometry->odom_from_base_last_beam.theta -
-                                input.odometry->odom_from_base.theta);
-    }
-    scan = project_scan(input.scan, input.base_from_laser, motion, settings_.scan);
-  }
+  outcome.odom_from_base = matched.fixed_from_base;
+  outcome.guessed_odom_from_base = guess.fixed_from_base;
+  key_errors_.follow(outcome.odom_from_base, guess.covariance, outcome.match.covariance);
+  outcome.covariance = symmetric(key_errors_.covariance());
+  set_velocity(guess.motion, outcome);
   ++scan_count_;
   count_failures(outcome.match.status);
 
-  key_errors_.follow(outcome.odom_from_base, prior, outcome.match.covariance);
-  outcome.covariance = symmetric(key_errors_.covariance());
-  set_velocity(guess, outcome);
-
-  State now;
-  now.stamp = outcome.stamp;
-  now.odom_from_base = outcome.odom_from_base;
-  now.local_covariance = outcome.match.covariance;
-  if (input.odometry) {
-    now.sensed_odom_from_base = input.odometry->odom_from_base;
-  }
-  set_motion(outcome, now);
-
-  keep(scan, outcome, now);
-  last_ = now;
-  return outcome;
-}
-
-void LaserOdometry::keep(const PointScan& scan, LaserOdometryOutcome& outcome, State& now) {
   outcome.restarted = misfits_ >= settings_.odometry.lost_after;
   if (outcome.restarted) {
     reference_ = empty_map();
@@ -145,28 +88,38 @@ void LaserOdometry::keep(const PointScan& scan, LaserOdometryOutcome& outcome, S
   }
   const bool starts_map =
       reference_.key_scans.empty() && outcome.match.status != MatchStatus::kRejectedTooFewPoints;
-  if (starts_map || (outcome.match.accepted() && is_key_scan(outcome))) {
-    if (starts_map) {
-      key_errors_ = KeyErrors(outcome.odom_from_base, outcome.covariance);
-    } else {
-      key_errors_.add();
+  outcome.is_key_scan = starts_map || (outcome.match.accepted() && is_key_scan(outcome));
+  if (outcome.is_key_scan) {
+    if (matched.during_scan != guess.during_scan) {
+      scan = project_scan(input.scan, input.base_from_laser, matched.during_scan, settings_.scan);
     }
-    add_key_scan(scan, outcome.odom_from_base);
-    key_errors_.keep_newest(reference_.key_scans.size());
-    now.local_covariance.setZero();
-    outcome.is_key_scan = true;
+    add_key_scan(scan, outcome);
   }
-  if (starts_map) {
-    last_fix_ = Fix{outcome.stamp, outcome.odom_from_base, Eigen::Matrix3d::Zero()};
-  } else if (outcome.match.accepted()) {
-    last_fix_ = Fix{outcome.stamp, outcome.odom_from_base, outcome.match.covariance};
+  remember(input, outcome, starts_map);
+  return outcome;
+}
+
+void LaserOdometry::remember(const ScanInput& input, const LaserOdometryOutcome& outcome,
+                             bool starts_map) {
+  const Eigen::Matrix3d nothing = Eigen::Matrix3d::Zero();
+  const bool is_fix = starts_map || outcome.match.accepted();
+  tracker_.remember(input, outcome.odom_from_base,
+                    outcome.is_key_scan ? nothing : outcome.match.covariance, is_fix);
+  if (is_fix) {
+    fix_covariance_ = starts_map ? nothing : outcome.match.covariance;
+  }
+  if (scans_without_match_ >= settings_.odometry.lost_after) {
+    tracker_.forget_motion();
   }
 }
 
-MatchResult LaserOdometry::match(const PointScan& scan, const Pose2& guess,
-                                 const Eigen::Matrix3d& prior) const {
-  const MatchProblem problem{
-      scan, guess, prior, reference_.map.field, reference_.key_scans, mix_seed(seed_, scan_count_)};
+MatchResult LaserOdometry::match(const PointScan& scan, const MotionPrediction& guess) const {
+  const MatchProblem problem{scan,
+                             guess.fixed_from_base,
+                             guess.covariance,
+                             reference_.map.field,
+                             reference_.key_scans,
+                             mix_seed(seed_, scan_count_)};
   if (scan.points.size() < static_cast<std::size_t>(settings_.odometry.min_points)) {
     return rejected(problem, MatchStatus::kRejectedTooFewPoints);
   }
@@ -185,47 +138,6 @@ void LaserOdometry::count_failures(MatchStatus status) {
   misfits_ += status == MatchStatus::kRejectedTooFewPoints ? 0 : 1;
 }
 
-MotionEstimate LaserOdometry::guess_motion(const ScanInput& input) const {
-  if (!last_) {
-    return {};
-  }
-  const bool is_sensed = input.odometry && last_->sensed_odom_from_base;
-  if (guess_ == GuessSource::kOdometry && is_sensed) {
-    return motion_from_odometry(*last_->sensed_odom_from_base, input.odometry->odom_from_base,
-                                settings_.motion);
-  }
-  MotionEstimate guess = motion_at_constant_velocity(
-      last_->motion, last_->interval, input.scan.stamp - last_->stamp, settings_.motion);
-  if (guess_ == GuessSource::kHeading && is_sensed) {
-    guess.previous_from_current.theta =
-        wrap_angle(input.odometry->odom_from_base.theta - last_->sensed_odom_from_base->theta);
-    guess.covariance(2, 2) = square(settings_.odometry.heading_floor);
-  }
-  return guess;
-}
-
-Pose2 LaserOdometry::motion_during_scan(const ScanInput& input) const {
-  if (guess_ == GuessSource::kOdometry && input.odometry) {
-    return input.odometry->odom_from_base.inverse() * input.odometry->odom_from_base_last_beam;
-  }
-  Pose2 motion;
-  if (last_ && last_->interval > 0.0) {
-    motion = interpolate(Pose2{}, last_->motion, input.scan.duration() / last_->interval);
-  }
-  if (guess_ == GuessSource::kHeading && input.odometry) {
-    motion.theta = wrap_angle(input.odometry->odom_from_base_last_beam.theta -
-                              input.odometry->odom_from_base.theta);
-  }
-  return motion;
-}
-
-/// As SlamEngine::predicted_sweep.
-double LaserOdometry::predicted_sweep(const ScanInput& input) const {
-  const bool is_measured = guess_ == GuessSource::kOdometry && input.odometry;
-  const double passed = last_fix_ && !is_measured ? input.scan.stamp - last_fix_->stamp : 0.0;
-  return passed > 0.0 ? std::max(0.0, input.scan.duration() / passed) : 0.0;
-}
-
 bool LaserOdometry::is_key_scan(const LaserOdometryOutcome& outcome) const {
   constexpr double kEnoughWithLittleOverlap = 1.0 / 3.0;
   const LaserOdometryOptions& options = settings_.odometry;
@@ -239,11 +151,16 @@ bool LaserOdometry::is_key_scan(const LaserOdometryOutcome& outcome) const {
          (moved >= kEnoughWithLittleOverlap && outcome.match.score < options.key_overlap);
 }
 
-void LaserOdometry::add_key_scan(const PointScan& scan, const Pose2& odom_from_base) {
+void LaserOdometry::add_key_scan(const PointScan& scan, const LaserOdometryOutcome& outcome) {
+  if (reference_.key_scans.empty()) {
+    key_errors_ = KeyErrors(outcome.odom_from_base, outcome.covariance);
+  } else {
+    key_errors_.add();
+  }
   const auto full = static_cast<std::size_t>(settings_.odometry.key_scans);
-  const auto key = std::make_shared<const KeyScan>(scan, odom_from_base);
+  const auto key = std::make_shared<const KeyScan>(scan, outcome.odom_from_base);
   const auto add = [&](LocalMap& local) {
-    insert_scan(scan, odom_from_base, settings_.map, local.map);
+    insert_scan(scan, outcome.odom_from_base, settings_.map, local.map);
     local.key_scans.push_back(key);
   };
   const bool overlaps = reference_.key_scans.size() >= full;
@@ -254,37 +171,30 @@ void LaserOdometry::add_key_scan(const PointScan& scan, const Pose2& odom_from_b
   if (next_.key_scans.size() >= full) {
     reference_ = std::exchange(next_, empty_map());
   }
+  key_errors_.keep_newest(reference_.key_scans.size());
 }
 
 void LaserOdometry::set_velocity(const MotionEstimate& guess, LaserOdometryOutcome& outcome) const {
-  if (!last_) {
+  const MotionState& before = tracker_.state();
+  if (!before.stamp || outcome.stamp == *before.stamp) {
     outcome.velocity_covariance = kUnknownVariance * Eigen::Matrix3d::Identity();
     return;
   }
   MotionEstimate motion = guess;
-  double interval = outcome.stamp - last_->stamp;
-  if (outcome.match.accepted() && last_fix_) {
+  double interval = outcome.stamp - *before.stamp;
+  if (outcome.match.accepted() && before.fix) {
     // From fix to fix: what errors the guesses in between added up is no motion.
-    motion.previous_from_current = last_fix_->odom_from_base.inverse() * outcome.odom_from_base;
-    motion.covariance = between_covariance(last_fix_->odom_from_base, last_fix_->covariance,
-                                           outcome.odom_from_base, outcome.match.covariance);
-    interval = outcome.stamp - last_fix_->stamp;
+    const Pose2& fix = before.fix->fixed_from_base;
+    motion.previous_from_current = fix.inverse() * outcome.odom_from_base;
+    motion.covariance =
+        between_covariance(fix, fix_covariance_, outcome.odom_from_base, outcome.match.covariance);
+    interval = outcome.stamp - before.fix->stamp;
   }
   const Pose2& moved = motion.previous_from_current;
   const Eigen::Matrix3d to_velocity = velocity_from_motion(moved.theta, interval);
   outcome.velocity = to_velocity * Eigen::Vector3d(moved.x, moved.y, moved.theta);
   outcome.velocity_covariance =
       symmetric(to_velocity * motion.covariance * to_velocity.transpose());
-}
-
-void LaserOdometry::set_motion(const LaserOdometryOutcome& outcome, State& now) const {
-  if (outcome.match.accepted() && last_fix_) {
-    now.motion = last_fix_->odom_from_base.inverse() * outcome.odom_from_base;
-    now.interval = outcome.stamp - last_fix_->stamp;
-  } else if (last_ && scans_without_match_ < settings_.odometry.lost_after) {
-    now.motion = last_->motion;
-    now.interval = last_->interval;
-  }
 }
 
 LaserOdometry::LocalMap LaserOdometry::empty_map() const {

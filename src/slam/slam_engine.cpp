@@ -1,8 +1,6 @@
 #include "matchbox_slam/slam/slam_engine.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 
 #include "matchbox_slam/common/random.hpp"
@@ -31,61 +29,31 @@ SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanM
     : options_(options),
       matcher_(std::move(matcher)),
       seed_(seed),
-      start_(start),
-      map_(options.map, options.field) {}
-
-void SlamEngine::check_input(const ScanInput& input) const {
-  const std::string stamp = std::to_string(input.scan.stamp);
-  const bool is_later = !last_ || input.scan.stamp > last_->stamp ||
-                        (input.scan.stamp == last_->stamp && input.laser != last_->laser);
-  if (!is_later) {
-    throw std::invalid_argument("scan at " + stamp + " s is not later than the one before, at " +
-                                std::to_string(last_->stamp) + " s; process scans in order");
-  }
-  if (input.odometry && !(input.odometry->odom_from_base.is_finite() &&
-                          input.odometry->odom_from_base_last_beam.is_finite())) {
-    throw std::invalid_argument("the odometry of the scan at " + stamp +
-                                " s is no number; leave it out to go on without odometry");
-  }
-  if (!input.base_from_laser.matrix().allFinite()) {
-    throw std::invalid_argument("the laser's pose for the scan at " + stamp + " s is no number");
-  }
+      tracker_(options.motion),
+      map_(options.map, options.field) {
+  tracker_.set_pose(start, Eigen::Matrix3d::Zero());
 }
 
 ScanOutcome SlamEngine::process(const ScanInput& input) {
-  check_input(input);
+  const MotionPrediction predicted = tracker_.predict(input);
   PointScan scan =
-      project_scan(input.scan, input.base_from_laser, motion_during_scan(input), options_.scan);
+      project_scan(input.scan, input.base_from_laser, predicted.during_scan, options_.scan);
 
-  // Predict.
-  const MotionEstimate motion = predict_motion(input);
-  const Pose2 predicted = last_ ? last_->map_from_base * motion.previous_from_current : start_;
-  const Eigen::Matrix3d prior =
-      last_ ? compose_covariance(last_->map_from_base, last_->covariance,
-                                 motion.previous_from_current, motion.covariance)
-            : start_covariance_;
-
+  // A rejected match carries the prediction, which stands then.
   ScanOutcome outcome;
-  outcome.match = match(scan, predicted, prior);
-
-  // Decide: a rejected match carries the prediction, which stands then.
+  outcome.match = match(scan, predicted);
+  const MatchedMotion matched = tracker_.after_match(input, predicted, outcome.match);
   outcome.stamp = input.scan.stamp;
-  outcome.map_from_base = outcome.match.map_from_base;
-  const double sweep = outcome.match.accepted() ? predicted_sweep(input) : 0.0;
-  if (sweep > 0.0) {
-    outcome.map_from_base = without_overshoot(predicted, outcome.match.map_from_base, sweep);
-  }
+  outcome.map_from_base = matched.fixed_from_base;
   outcome.covariance = outcome.match.covariance;
-  outcome.predicted_map_from_base = predicted;
+  outcome.predicted_map_from_base = predicted.fixed_from_base;
   if (input.odometry) {
     outcome.odom_from_base = input.odometry->odom_from_base;
   }
 
   if (is_to_be_inserted(outcome, input.laser)) {
-    if (sweep > 0.0) {  // by the motion as it is known now
-      const Pose2 moved = last_->fix->map_from_base.inverse() * outcome.map_from_base;
-      scan = project_scan(input.scan, input.base_from_laser, interpolate(Pose2{}, moved, sweep),
-                          options_.scan);
+    if (matched.during_scan != predicted.during_scan) {
+      scan = project_scan(input.scan, input.base_from_laser, matched.during_scan, options_.scan);
     }
     outcome.inserted = has_room(scan, outcome.map_from_base, options_.map, map_);
     outcome.left_out = !outcome.inserted;
@@ -93,14 +61,16 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
       insert(scan, outcome.map_from_base, input.laser);
     }
   }
-  remember(input, outcome);
+  tracker_.remember(input, outcome.map_from_base, outcome.covariance,
+                    outcome.match.accepted() || outcome.inserted);
+  ++scan_count_;
   return outcome;
 }
 
-MatchResult SlamEngine::match(const PointScan& scan, const Pose2& predicted,
-                              const Eigen::Matrix3d& prior) const {
-  const MatchProblem problem{scan,       predicted,  prior,
-                             map_.field, key_scans_, mix_seed(seed_, scan_count_)};
+MatchResult SlamEngine::match(const PointScan& scan, const MotionPrediction& predicted) const {
+  const MatchProblem problem{
+      scan,       predicted.fixed_from_base,   predicted.covariance, map_.field,
+      key_scans_, mix_seed(seed_, scan_count_)};
   if (map_.field.empty()) {
     return rejected(problem, MatchStatus::kRejectedNoReference);
   }
@@ -110,91 +80,23 @@ MatchResult SlamEngine::match(const PointScan& scan, const Pose2& predicted,
   return matcher_->match(problem);
 }
 
-void SlamEngine::remember(const ScanInput& input, const ScanOutcome& outcome) {
-  State state;
-  state.stamp = input.scan.stamp;
-  state.map_from_base = outcome.map_from_base;
-  state.covariance = outcome.covariance;
-  state.odom_from_base = outcome.odom_from_base;
-  state.laser = input.laser;
-  state.matched = outcome.match.accepted() || outcome.inserted;
-  if (last_) {
-    state.motion = last_->motion;
-    state.interval = last_->interval;
-    state.fix = last_->fix;
-  }
-  if (state.matched) {
-    // From fix to fix: what a wrong prediction was corrected by is no motion.
-    if (state.fix && state.stamp > state.fix->stamp) {
-      state.motion = state.fix->map_from_base.inverse() * outcome.map_from_base;
-      state.interval = state.stamp - state.fix->stamp;
-    }
-    state.fix = Fix{state.stamp, outcome.map_from_base};
-  }
-  last_ = state;
-  ++scan_count_;
-}
-
 void SlamEngine::set_options(const EngineOptions& options) {
   check_map(map_, options);
   options_ = options;
+  tracker_.set_options(options.motion);
 }
 
 void SlamEngine::start_from(MapStart start) {
   check_map(start.map, options_);
   map_ = std::move(start.map);
   key_scans_ = std::move(start.key_scans);
-  start_ = start.map_from_base;
-  start_covariance_ = start.covariance;
-  last_.reset();
+  tracker_.set_state({});
+  tracker_.set_pose(start.map_from_base, start.covariance);
   last_inserted_.clear();
 }
 
 MapStart SlamEngine::snapshot() const {
-  return {map_, key_scans_, last_ ? last_->map_from_base : start_,
-          last_ ? last_->covariance : start_covariance_};
-}
-
-void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
-  if (!last_) {
-    start_ = map_from_base;
-    start_covariance_ = covariance;
-    return;
-  }
-  last_->map_from_base = map_from_base;
-  last_->covariance = covariance;
-  last_->motion = {};
-  last_->fix.reset();
-}
-
-MotionEstimate SlamEngine::predict_motion(const ScanInput& input) const {
-  if (!last_) {
-    return {};
-  }
-  if (input.odometry && last_->odom_from_base) {
-    return motion_from_odometry(*last_->odom_from_base, input.odometry->odom_from_base,
-                                options_.motion);
-  }
-  return motion_at_constant_velocity(last_->motion, last_->interval,
-                                     input.scan.stamp - last_->stamp, options_.motion);
-}
-
-Pose2 SlamEngine::motion_during_scan(const ScanInput& input) const {
-  if (input.odometry) {
-    return input.odometry->odom_from_base.inverse() * input.odometry->odom_from_base_last_beam;
-  }
-  if (last_ && last_->interval > 0.0) {
-    return interpolate(Pose2{}, last_->motion, input.scan.duration() / last_->interval);
-  }
-  return {};
-}
-
-/// Duration of the scan over the time since the last match, where the motion in that time was
-/// predicted from earlier matches; else 0.
-double SlamEngine::predicted_sweep(const ScanInput& input) const {
-  const bool is_predicted = last_ && last_->fix && !input.odometry;
-  const double passed = is_predicted ? input.scan.stamp - last_->fix->stamp : 0.0;
-  return passed > 0.0 ? std::max(0.0, input.scan.duration() / passed) : 0.0;
+  return {map_, key_scans_, tracker_.state().fixed_from_base, tracker_.state().covariance};
 }
 
 /// Only what was matched goes into the map, except for what starts it. A further laser's first scan
@@ -208,7 +110,7 @@ bool SlamEngine::is_to_be_inserted(const ScanOutcome& outcome, int laser) const 
     return is_worth_inserting(outcome, laser);
   }
   return map_.field.empty() ||
-         (match.status == MatchStatus::kRejectedLowScore && last_ && last_->matched &&
+         (match.status == MatchStatus::kRejectedLowScore && tracker_.state().matched &&
           !last_inserted_.empty() && last_inserted_.count(laser) == 0);
 }
 

@@ -11,9 +11,9 @@
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
+#include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/key_errors.hpp"
-#include "matchbox_slam/slam/motion_prior.hpp"
-#include "matchbox_slam/slam/slam_engine.hpp"
+#include "matchbox_slam/slam/motion_tracker.hpp"
 
 namespace matchbox_slam {
 
@@ -63,13 +63,6 @@ struct LaserOdometrySettings {
 /// Throws ConfigurationError for unknown keys within the sections and for bad values.
 [[nodiscard]] LaserOdometrySettings read_laser_odometry_settings(const Parameters& parameters);
 
-/// What the motion from scan to scan is guessed from.
-enum class GuessSource {
-  kVelocity,  ///< the last motion goes on
-  kOdometry,  ///< of wheels, say
-  kHeading,   ///< the turn from the input's odometry, an IMU's; the way from the last motion
-};
-
 /// What became of one scan.
 struct LaserOdometryOutcome {
   double stamp = 0.0;                                    ///< [s]
@@ -104,9 +97,8 @@ class LaserOdometry {
   LaserOdometry(const LaserOdometrySettings& settings, std::shared_ptr<const ScanMatcher> matcher,
                 GuessSource guess, std::uint64_t seed);
 
-  /// Processes the next scan; the first one is the origin. Scans come in order of their stamps.
-  /// Throws std::invalid_argument when a stamp is not later than the one before, or odometry or the
-  /// laser's pose is no number; then nothing has changed.
+  /// Processes the next scan; the first one is the origin. Throws as MotionTracker::predict; then
+  /// nothing has changed.
   LaserOdometryOutcome process(const ScanInput& input);
 
   /// Key scans that the next scan is matched against, oldest first.
@@ -120,45 +112,24 @@ class LaserOdometry {
     SlamMap map;
     KeyScans key_scans;
   };
-  /// A scan whose pose in the local map is known.
-  struct Fix {
-    double stamp = 0.0;
-    Pose2 odom_from_base;
-    Eigen::Matrix3d covariance;  ///< in the local map, over (x, y, theta) in the odom frame
-  };
-  /// The newest scan's pose and what the next guess needs.
-  struct State {
-    double stamp = 0.0;
-    Pose2 odom_from_base;
-    Eigen::Matrix3d local_covariance;            ///< as in Fix, but from the newest key scan on
-    std::optional<Pose2> sensed_odom_from_base;  ///< the input's odometry
-    Pose2 motion;           ///< between the last two fixes, by the earlier one's base frame
-    double interval = 0.0;  ///< [s] that this motion took; 0: none is known
-  };
 
-  [[nodiscard]] MotionEstimate guess_motion(const ScanInput& input) const;
-  [[nodiscard]] Pose2 motion_during_scan(const ScanInput& input) const;
-  [[nodiscard]] double predicted_sweep(const ScanInput& input) const;
-  [[nodiscard]] MatchResult match(const PointScan& scan, const Pose2& guess,
-                                  const Eigen::Matrix3d& prior) const;
+  [[nodiscard]] MatchResult match(const PointScan& scan, const MotionPrediction& guess) const;
   [[nodiscard]] bool is_key_scan(const LaserOdometryOutcome& outcome) const;
   [[nodiscard]] LocalMap empty_map() const;
   void count_failures(MatchStatus status);
-  /// Keeps what fits and shows something new or, when nothing has fitted for long, what there is.
-  void keep(const PointScan& scan, LaserOdometryOutcome& outcome, State& now);
-  void add_key_scan(const PointScan& scan, const Pose2& odom_from_base);
+  void add_key_scan(const PointScan& scan, const LaserOdometryOutcome& outcome);
   void set_velocity(const MotionEstimate& guess, LaserOdometryOutcome& outcome) const;
-  void set_motion(const LaserOdometryOutcome& outcome, State& now) const;
+  void remember(const ScanInput& input, const LaserOdometryOutcome& outcome, bool starts_map);
 
   LaserOdometrySettings settings_;
   std::shared_ptr<const ScanMatcher> matcher_;
-  GuessSource guess_;
   std::uint64_t seed_;
   std::uint64_t scan_count_ = 0;
-  std::optional<State> last_;
-  std::optional<Fix> last_fix_;
-  LocalMap reference_;           ///< that scans are matched against
-  LocalMap next_;                ///< that takes over when it is full
+  /// Its covariance is that in the local map, counted from the newest key scan on.
+  MotionTracker tracker_;
+  Eigen::Matrix3d fix_covariance_ = Eigen::Matrix3d::Zero();  ///< in the local map
+  LocalMap reference_;                                        ///< that scans are matched against
+  LocalMap next_;                                             ///< that takes over when it is full
   KeyErrors key_errors_;         ///< of the reference's key scans, or of where the base was before
   int scans_without_match_ = 0;  ///< in a row
   int misfits_ = 0;              ///< those of them that had enough points

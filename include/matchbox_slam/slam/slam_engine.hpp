@@ -13,7 +13,7 @@
 #include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
-#include "matchbox_slam/slam/motion_prior.hpp"
+#include "matchbox_slam/slam/motion_tracker.hpp"
 
 namespace matchbox_slam {
 
@@ -68,7 +68,9 @@ class SlamEngine {
 
   /// Says where the base was at the newest scan, or will be at the first one; the map stays.
   /// @param covariance  over (x, y, theta) in the map frame.
-  void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
+  void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
+    tracker_.set_pose(map_from_base, covariance);
+  }
 
   /// Goes on with another map: the next scan is matched where `start` says that the base is. Throws
   /// ConfigurationError when that map was made with another resolution or likelihood field.
@@ -78,42 +80,16 @@ class SlamEngine {
   [[nodiscard]] MapStart snapshot() const;
 
  private:
-  /// A scan that was matched, or that started the map.
-  struct Fix {
-    double stamp = 0.0;
-    Pose2 map_from_base;
-  };
-  /// The newest scan's pose and what the next prediction needs.
-  struct State {
-    double stamp = 0.0;
-    Pose2 map_from_base;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-    std::optional<Pose2> odom_from_base;
-    Pose2 motion;           ///< between the last two fixes, by the earlier one's base frame
-    double interval = 0.0;  ///< [s] that this motion took; 0: none is known
-    std::optional<Fix> fix;
-    int laser = 0;
-    bool matched = false;
-  };
-
-  [[nodiscard]] MotionEstimate predict_motion(const ScanInput& input) const;
-  [[nodiscard]] MatchResult match(const PointScan& scan, const Pose2& predicted_map_from_base,
-                                  const Eigen::Matrix3d& prior) const;
-  [[nodiscard]] Pose2 motion_during_scan(const ScanInput& input) const;
-  [[nodiscard]] double predicted_sweep(const ScanInput& input) const;
-  void check_input(const ScanInput& input) const;
+  [[nodiscard]] MatchResult match(const PointScan& scan, const MotionPrediction& predicted) const;
   [[nodiscard]] bool is_to_be_inserted(const ScanOutcome& outcome, int laser) const;
   [[nodiscard]] bool is_worth_inserting(const ScanOutcome& outcome, int laser) const;
   void insert(const PointScan& scan, const Pose2& map_from_base, int laser);
-  void remember(const ScanInput& input, const ScanOutcome& outcome);
 
   EngineOptions options_;
   std::shared_ptr<const ScanMatcher> matcher_;
   std::uint64_t seed_;
-  Pose2 start_;
-  Eigen::Matrix3d start_covariance_ = Eigen::Matrix3d::Zero();
   std::uint64_t scan_count_ = 0;
-  std::optional<State> last_;
+  MotionTracker tracker_;
   std::map<int, Pose2> last_inserted_;  ///< map_from_base, by laser
   KeyScans key_scans_;
   SlamMap map_;

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/matching/scan_matcher.hpp"
+#include "matchbox_slam/sensor/scan_input.hpp"
+#include "matchbox_slam/slam/motion_prior.hpp"
+
+namespace matchbox_slam {
+
+/// What the motion from scan to scan is predicted from.
+enum class GuessSource {
+  kVelocity,  ///< the last motion goes on
+  kOdometry,  ///< of wheels, say; the last motion for scans without
+  kHeading,   ///< the turn from the input's odometry, an IMU's; the way from the last motion
+};
+
+/// All that a motion tracker knows: a value, to be copied and saved. Poses are those of the base in
+/// one fixed frame, the map's or that of an odometry.
+struct MotionState {
+  /// A scan that was matched, or that started a map.
+  struct Fix {
+    double stamp = 0.0;  ///< [s]
+    Pose2 fixed_from_base;
+  };
+  Pose2 fixed_from_base;  ///< at the newest scan; before there is one, at the first
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the fixed frame
+  std::optional<double> stamp;                           ///< [s] of the newest scan
+  int laser = 0;                                         ///< of the newest scan
+  bool matched = false;                                  ///< whether the newest scan is a fix
+  std::optional<Pose2> odom_from_base;                   ///< by the newest scan's odometry
+  std::optional<Fix> fix;                                ///< the newest one
+  Pose2 motion;           ///< between the last two fixes, by the earlier one's base frame
+  double interval = 0.0;  ///< [s] that this motion took; 0: none is known
+};
+
+/// What is known of a scan before it is matched.
+struct MotionPrediction {
+  Pose2 fixed_from_base;                                 ///< at the scan's stamp
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the fixed frame
+  MotionEstimate motion;                                 ///< since the newest scan
+  Pose2 during_scan;  ///< pose of the base at the last beam in the base at the first
+};
+
+/// What is known of it afterwards.
+struct MatchedMotion {
+  Pose2 fixed_from_base;  ///< at the scan's stamp; see without_overshoot
+  Pose2 during_scan;      ///< as in MotionPrediction, by the motion as it is known now
+};
+
+/// Follows the base from scan to scan: predicts where it is and how it moves during the scan, and
+/// learns from what became of the match.
+class MotionTracker {
+ public:
+  /// @param heading_sigma  [rad] standard deviation of a turn from scan to scan by kHeading.
+  explicit MotionTracker(const MotionPriorOptions& options,
+                         GuessSource source = GuessSource::kOdometry, double heading_sigma = 0.0)
+      : options_(options), source_(source), heading_sigma_(heading_sigma) {}
+
+  /// Predicts the next scan. Scans come in order of their stamps; those of different lasers may
+  /// have the same one.
+  /// Throws std::invalid_argument when a stamp is not later than the one before, or odometry or the
+  /// laser's pose is no number.
+  [[nodiscard]] MotionPrediction predict(const ScanInput& input) const;
+
+  /// What a match, accepted or not, says of the scan that was predicted so.
+  [[nodiscard]] MatchedMotion after_match(const ScanInput& input, const MotionPrediction& predicted,
+                                          const MatchResult& match) const;
+
+  /// Takes a scan as the newest one.
+  /// @param covariance  of its pose, that the next prediction's starts with.
+  /// @param matched     whether the pose comes from a map, or starts one.
+  void remember(const ScanInput& input, const Pose2& fixed_from_base,
+                const Eigen::Matrix3d& covariance, bool matched);
+
+  /// Says where the base was at the newest scan, or will be at the first one.
+  void set_pose(const Pose2& fixed_from_base, const Eigen::Matrix3d& covariance);
+
+  /// Without odometry the base counts as at rest, until the next two fixes.
+  void forget_motion();
+
+  [[nodiscard]] const MotionState& state() const { return state_; }
+  void set_state(const MotionState& state) { state_ = state; }
+  void set_options(const MotionPriorOptions& options) { options_ = options; }
+
+ private:
+  void check(const ScanInput& input) const;
+  [[nodiscard]] MotionEstimate motion_since_newest(const ScanInput& input) const;
+  /// @param moved  motion of the base in `interval` seconds, which is that of the scan too where
+  ///               none was measured.
+  [[nodiscard]] Pose2 motion_during_scan(const ScanInput& input, const Pose2& moved,
+                                         double interval) const;
+  [[nodiscard]] bool has_odometry(const ScanInput& input) const {
+    return source_ == GuessSource::kOdometry && input.odometry;
+  }
+  [[nodiscard]] bool has_heading(const ScanInput& input) const {
+    return source_ == GuessSource::kHeading && input.odometry;
+  }
+
+  MotionPriorOptions options_;
+  GuessSource source_;
+  double heading_sigma_;
+  MotionState state_;
+};
+
+}  // namespace matchbox_slam

@@ -1,0 +1,121 @@
+#include "matchbox_slam/slam/motion_tracker.hpp"
+
+#include <stdexcept>
+#include <string>
+
+namespace matchbox_slam {
+
+void MotionTracker::check(const ScanInput& input) const {
+  const std::string scan = "scan at " + std::to_string(input.scan.stamp) + " s";
+  const bool is_later = !state_.stamp || input.scan.stamp > *state_.stamp ||
+                        (input.scan.stamp == *state_.stamp && input.laser != state_.laser);
+  if (!is_later) {
+    throw std::invalid_argument(scan + " is not later than the one before, at " +
+                                std::to_string(*state_.stamp) + " s; process scans in order");
+  }
+  if (input.odometry && !(input.odometry->odom_from_base.is_finite() &&
+                          input.odometry->odom_from_base_last_beam.is_finite())) {
+    throw std::invalid_argument("the odometry of the " + scan +
+                                " is no number; leave it out to go on without odometry");
+  }
+  if (!input.base_from_laser.matrix().allFinite()) {
+    throw std::invalid_argument("the laser's pose for the " + scan + " is no number");
+  }
+}
+
+MotionPrediction MotionTracker::predict(const ScanInput& input) const {
+  check(input);
+  MotionPrediction predicted{state_.fixed_from_base, state_.covariance, {}, {}};
+  if (state_.stamp) {
+    predicted.motion = motion_since_newest(input);
+    predicted.fixed_from_base = state_.fixed_from_base * predicted.motion.previous_from_current;
+    predicted.covariance =
+        compose_covariance(state_.fixed_from_base, state_.covariance,
+                           predicted.motion.previous_from_current, predicted.motion.covariance);
+  }
+  predicted.during_scan = motion_during_scan(input, state_.motion, state_.interval);
+  return predicted;
+}
+
+MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const {
+  const bool is_sensed = input.odometry && state_.odom_from_base;
+  if (is_sensed && source_ == GuessSource::kOdometry) {
+    return motion_from_odometry(*state_.odom_from_base, input.odometry->odom_from_base, options_);
+  }
+  MotionEstimate motion = motion_at_constant_velocity(state_.motion, state_.interval,
+                                                      input.scan.stamp - *state_.stamp, options_);
+  if (is_sensed && source_ == GuessSource::kHeading) {
+    motion.previous_from_current.theta =
+        wrap_angle(input.odometry->odom_from_base.theta - state_.odom_from_base->theta);
+    motion.covariance(2, 2) = heading_sigma_ * heading_sigma_;
+  }
+  return motion;
+}
+
+Pose2 MotionTracker::motion_during_scan(const ScanInput& input, const Pose2& moved,
+                                        double interval) const {
+  if (has_odometry(input)) {
+    return input.odometry->odom_from_base.inverse() * input.odometry->odom_from_base_last_beam;
+  }
+  Pose2 motion;
+  if (interval > 0.0) {
+    motion = interpolate(Pose2{}, moved, input.scan.duration() / interval);
+  }
+  if (has_heading(input)) {
+    motion.theta = wrap_angle(input.odometry->odom_from_base_last_beam.theta -
+                              input.odometry->odom_from_base.theta);
+  }
+  return motion;
+}
+
+MatchedMotion MotionTracker::after_match(const ScanInput& input, const MotionPrediction& predicted,
+                                         const MatchResult& match) const {
+  MatchedMotion matched{match.map_from_base, predicted.during_scan};
+  const double passed = state_.fix ? input.scan.stamp - state_.fix->stamp : 0.0;
+  if (!match.accepted() || has_odometry(input) || !(passed > 0.0 && input.scan.duration() > 0.0)) {
+    return matched;
+  }
+  matched.fixed_from_base = without_overshoot(predicted.fixed_from_base, match.map_from_base,
+                                              input.scan.duration() / passed);
+  if (has_heading(input)) {  // the turn was measured, so that nothing went too far in it
+    matched.fixed_from_base.theta = match.map_from_base.theta;
+  }
+  const Pose2 moved = state_.fix->fixed_from_base.inverse() * matched.fixed_from_base;
+  matched.during_scan = motion_during_scan(input, moved, passed);
+  return matched;
+}
+
+void MotionTracker::remember(const ScanInput& input, const Pose2& fixed_from_base,
+                             const Eigen::Matrix3d& covariance, bool matched) {
+  if (matched) {
+    // From fix to fix: what a wrong prediction was corrected by is no motion.
+    if (state_.fix && input.scan.stamp > state_.fix->stamp) {
+      state_.motion = state_.fix->fixed_from_base.inverse() * fixed_from_base;
+      state_.interval = input.scan.stamp - state_.fix->stamp;
+    }
+    state_.fix = MotionState::Fix{input.scan.stamp, fixed_from_base};
+  }
+  state_.fixed_from_base = fixed_from_base;
+  state_.covariance = covariance;
+  state_.stamp = input.scan.stamp;
+  state_.laser = input.laser;
+  state_.matched = matched;
+  state_.odom_from_base.reset();
+  if (input.odometry) {
+    state_.odom_from_base = input.odometry->odom_from_base;
+  }
+}
+
+void MotionTracker::set_pose(const Pose2& fixed_from_base, const Eigen::Matrix3d& covariance) {
+  state_.fixed_from_base = fixed_from_base;
+  state_.covariance = covariance;
+  state_.fix.reset();
+  forget_motion();
+}
+
+void MotionTracker::forget_motion() {
+  state_.motion = {};
+  state_.interval = 0.0;
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,218 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "common/error_text.hpp"
+#include "matchbox_slam/slam/motion_tracker.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr std::size_t kBeams = 101;
+
+/// A scan that takes `duration` seconds.
+ScanInput scan_at(double stamp, double duration = 0.0) {
+  ScanInput input;
+  input.scan.stamp = stamp;
+  input.scan.ranges.assign(kBeams, 3.0F);
+  input.scan.time_increment = duration / static_cast<double>(kBeams - 1);
+  return input;
+}
+
+ScanInput scan_with_odometry(double stamp, const Pose2& odom_from_base,
+                             const Pose2& odom_from_base_last_beam) {
+  ScanInput input = scan_at(stamp, 0.04);
+  input.odometry = ScanOdometry{odom_from_base, odom_from_base_last_beam};
+  return input;
+}
+
+MatchResult match_at(const Pose2& pose, MatchStatus status = MatchStatus::kAccepted) {
+  MatchResult match;
+  match.map_from_base = pose;
+  match.status = status;
+  return match;
+}
+
+void expect_near(const Pose2& actual, const Pose2& expected, double tolerance = 1e-12) {
+  EXPECT_NEAR(actual.x, expected.x, tolerance);
+  EXPECT_NEAR(actual.y, expected.y, tolerance);
+  EXPECT_NEAR(actual.theta, expected.theta, tolerance);
+}
+
+const Eigen::Matrix3d kNone = Eigen::Matrix3d::Zero();
+
+// --- input ---
+
+TEST(MotionTracker, RefusesScansOutOfOrder) {
+  MotionTracker tracker({});
+  EXPECT_NO_THROW((void)tracker.predict(scan_at(-7.0))) << "the first one may have any stamp";
+  tracker.remember(scan_at(5.0), {}, kNone, true);
+  EXPECT_NO_THROW((void)tracker.predict(scan_at(5.001)));
+  for (const double stamp : {5.0, 4.999, std::numeric_limits<double>::quiet_NaN()}) {
+    const std::string text =
+        error_text<std::invalid_argument>([&] { (void)tracker.predict(scan_at(stamp)); });
+    EXPECT_TRUE(contains(text, "is not later than the one before, at 5.000000 s")) << text;
+  }
+  ScanInput of_another_laser = scan_at(5.0);
+  of_another_laser.laser = 1;
+  EXPECT_NO_THROW((void)tracker.predict(of_another_laser));
+  of_another_laser.scan.stamp = 4.999;
+  EXPECT_THROW((void)tracker.predict(of_another_laser), std::invalid_argument);
+}
+
+TEST(MotionTracker, RefusesWhatIsNoNumber) {
+  const MotionTracker tracker({});
+  const auto refused = [&](const ScanInput& input, const std::string& words) {
+    const std::string text =
+        error_text<std::invalid_argument>([&] { (void)tracker.predict(input); });
+    EXPECT_TRUE(contains(text, words)) << text;
+  };
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  refused(scan_with_odometry(1.0, {kNan, 0.0, 0.0}, {}), "is no number; leave it out");
+  refused(scan_with_odometry(1.0, {}, {0.0, 0.0, kNan}), "is no number; leave it out");
+  ScanInput input = scan_at(1.0);
+  input.base_from_laser.translation().x() = std::numeric_limits<double>::infinity();
+  refused(input, "the laser's pose for the scan at 1.000000 s is no number");
+}
+
+// --- predictions ---
+
+TEST(MotionTracker, StartsWhereItIsTold) {
+  MotionTracker tracker({});
+  const Eigen::Matrix3d covariance = Eigen::Vector3d(1.0, 2.0, 3.0).asDiagonal();
+  tracker.set_pose({10.0, -20.0, 3.0}, covariance);
+  const MotionPrediction predicted = tracker.predict(scan_at(1.0, 0.1));
+  EXPECT_EQ(predicted.fixed_from_base, (Pose2{10.0, -20.0, 3.0}));
+  EXPECT_EQ(predicted.covariance, covariance);
+  EXPECT_EQ(predicted.during_scan, Pose2{});
+}
+
+/// Defect of another implementation: the odometry's increment was added to the pose unrotated.
+TEST(MotionTracker, OdometryMovesAlongTheHeadingInTheFixedFrame) {
+  MotionTracker tracker({});
+  tracker.remember(scan_with_odometry(1.0, {7.0, 8.0, 0.0}, {}), {0.0, 0.0, 0.5 * kPi}, kNone,
+                   false);
+  const MotionPrediction predicted =
+      tracker.predict(scan_with_odometry(2.0, {8.0, 8.0, 0.0}, {8.1, 8.0, 0.0}));
+  expect_near(predicted.fixed_from_base, {0.0, 1.0, 0.5 * kPi});
+  expect_near(predicted.during_scan, {0.1, 0.0, 0.0});
+}
+
+TEST(MotionTracker, WithoutOdometryTheMotionFromFixToFixGoesOn) {
+  for (const GuessSource source : {GuessSource::kOdometry, GuessSource::kVelocity}) {
+    MotionTracker tracker({}, source);
+    tracker.remember(scan_at(1.0), {2.0, 0.0, 0.5 * kPi}, kNone, true);
+    tracker.remember(scan_at(1.5), {9.0, 9.0, 9.0}, kNone, false);  // an error, and no fix
+    tracker.remember(scan_at(2.0), {2.0, 0.4, 0.5 * kPi}, kNone, true);
+    // 0.4 m a second ahead.
+    const MotionPrediction predicted = tracker.predict(scan_at(2.5, 0.25));
+    expect_near(predicted.fixed_from_base, {2.0, 0.6, 0.5 * kPi});
+    expect_near(predicted.during_scan, {0.1, 0.0, 0.0});
+    tracker.forget_motion();
+    EXPECT_EQ(tracker.predict(scan_at(2.5, 0.25)).during_scan, Pose2{});
+    expect_near(tracker.predict(scan_at(2.5)).fixed_from_base, {2.0, 0.4, 0.5 * kPi});
+  }
+}
+
+TEST(MotionTracker, OnlyKOdometryBelievesTheWheels) {
+  for (const GuessSource source : {GuessSource::kVelocity, GuessSource::kHeading}) {
+    MotionTracker tracker({}, source, 0.005);
+    tracker.remember(scan_with_odometry(1.0, {0.0, 0.0, 3.0}, {}), {}, kNone, true);
+    const MotionPrediction predicted =
+        tracker.predict(scan_with_odometry(2.0, {5.0, 6.0, -3.0}, {7.0, 8.0, -2.9}));
+    const bool by_heading = source == GuessSource::kHeading;
+    expect_near(predicted.fixed_from_base, {0.0, 0.0, by_heading ? 2.0 * kPi - 6.0 : 0.0});
+    expect_near(predicted.during_scan, {0.0, 0.0, by_heading ? 0.1 : 0.0});
+    if (by_heading) {
+      EXPECT_NEAR(predicted.covariance(2, 2), 0.005 * 0.005, 1e-15);
+    }
+  }
+}
+
+TEST(MotionTracker, UncertaintyGoesOnFromThatOfTheNewestScan) {
+  MotionPriorOptions options;
+  MotionTracker tracker(options);
+  const Eigen::Matrix3d before = Eigen::Vector3d(0.01, 0.02, 0.04).asDiagonal();
+  tracker.remember(scan_with_odometry(1.0, {}, {}), {}, before, true);
+  const MotionPrediction predicted = tracker.predict(scan_with_odometry(2.0, {1.0, 0.0, 0.0}, {}));
+  const Eigen::Matrix3d step =
+      motion_from_odometry(Pose2{}, Pose2{1.0, 0.0, 0.0}, options).covariance;
+  EXPECT_NEAR(predicted.covariance(0, 0), 0.01 + step(0, 0), 1e-12);
+  EXPECT_NEAR(predicted.covariance(1, 1), 0.02 + 0.04 + step(1, 1), 1e-12) << "by the heading's";
+}
+
+// --- what a match says ---
+
+TEST(MotionTracker, AMatchGoesTooFarWhereTheMotionInTheScanWasPredicted) {
+  MotionTracker tracker({});
+  tracker.remember(scan_at(0.9), {}, kNone, true);
+  tracker.remember(scan_at(1.0), {}, kNone, true);
+  const ScanInput input = scan_at(1.1, 0.1);  // sweeps all the time
+  const MotionPrediction predicted = tracker.predict(input);
+  EXPECT_EQ(predicted.during_scan, Pose2{}) << "it was at rest";
+  const MatchedMotion matched = tracker.after_match(input, predicted, match_at({0.3, -0.6, 0.15}));
+  expect_near(matched.fixed_from_base, {0.2, -0.4, 0.1});
+  expect_near(matched.during_scan, {0.2, -0.4, 0.1});
+  // Told by odometry, by nothing or all at once, it stays as it is.
+  const MatchedMotion rejected = tracker.after_match(
+      input, predicted, match_at({0.3, -0.6, 0.15}, MatchStatus::kRejectedLowScore));
+  EXPECT_EQ(rejected.fixed_from_base, (Pose2{0.3, -0.6, 0.15}));
+  EXPECT_EQ(rejected.during_scan, Pose2{});
+  MotionPrediction far_off = predicted;
+  far_off.fixed_from_base = {0.7, 0.7, 0.7};
+  EXPECT_EQ(tracker.after_match(scan_at(1.1), far_off, match_at({0.1, 0.1, 0.1})).fixed_from_base,
+            (Pose2{0.1, 0.1, 0.1}));
+  const ScanInput measured = scan_with_odometry(1.1, {}, {0.1, 0.0, 0.0});
+  const MotionPrediction by_odometry = tracker.predict(measured);
+  const MatchedMotion stays =
+      tracker.after_match(measured, by_odometry, match_at({0.3, -0.6, 0.15}));
+  EXPECT_EQ(stays.fixed_from_base, (Pose2{0.3, -0.6, 0.15}));
+  EXPECT_EQ(stays.during_scan, by_odometry.during_scan);
+}
+
+TEST(MotionTracker, AHeadingThatWasMeasuredDidNotGoTooFar) {
+  MotionTracker tracker({}, GuessSource::kHeading, 0.005);
+  tracker.remember(scan_at(1.0), {}, kNone, true);
+  ScanInput input = scan_at(1.1, 0.1);
+  input.odometry = ScanOdometry{{0.0, 0.0, 1.0}, {0.0, 0.0, 1.2}};
+  const MatchedMotion matched =
+      tracker.after_match(input, tracker.predict(input), match_at({0.3, -0.6, 0.15}));
+  expect_near(matched.fixed_from_base, {0.2, -0.4, 0.15});
+  expect_near(matched.during_scan, {0.2, -0.4, 0.2});
+}
+
+// --- its state ---
+
+TEST(MotionTracker, APoseThatIsToldIsNoMotion) {
+  MotionTracker tracker({});
+  tracker.remember(scan_at(1.0), {}, kNone, true);
+  tracker.remember(scan_at(2.0), {0.1, 0.0, 0.0}, kNone, true);
+  tracker.set_pose({50.0, 60.0, 1.0}, kNone);
+  expect_near(tracker.predict(scan_at(3.0)).fixed_from_base, {50.0, 60.0, 1.0});
+  tracker.remember(scan_at(3.0), {50.0, 60.0, 1.0}, kNone, true);
+  expect_near(tracker.predict(scan_at(4.0)).fixed_from_base, {50.0, 60.0, 1.0});
+}
+
+TEST(MotionTracker, ItsStateIsAllThatItKnows) {
+  MotionTracker tracker({});
+  tracker.remember(scan_with_odometry(1.0, {}, {}), {}, kNone, true);
+  tracker.remember(scan_with_odometry(2.0, {}, {}), {0.1, 0.0, 0.2}, kNone, true);
+  MotionTracker other({});
+  other.set_state(tracker.state());
+  for (const ScanInput& input :
+       {scan_at(2.5, 0.1), scan_with_odometry(2.5, {0.1, 0.0, 0.0}, {0.2, 0.0, 0.0})}) {
+    const MotionPrediction a = tracker.predict(input);
+    const MotionPrediction b = other.predict(input);
+    EXPECT_EQ(a.fixed_from_base, b.fixed_from_base);
+    EXPECT_EQ(a.covariance, b.covariance);
+    EXPECT_EQ(a.during_scan, b.during_scan);
+    EXPECT_EQ(tracker.after_match(input, a, match_at({})).fixed_from_base,
+              other.after_match(input, b, match_at({})).fixed_from_base);
+  }
+}
+
+}  // namespace
+}  // namespace matchbox_slam
