@@ -57,11 +57,11 @@ struct RunOptions {
     option(self.time_jump, "time_jump", one_of({"reset", "stop"}), "",
            "When time jumps back by more than 1 s: start a new map, or stop.");
     option(self.start_x, "start_x", between(-1e8, 1e8), "m",
-           "Pose of the base in the map at the first scan.");
+           "x of the base in the map at the first scan.");
     option(self.start_y, "start_y", between(-1e8, 1e8), "m",
-           "Pose of the base in the map at the first scan.");
+           "y of the base in the map at the first scan.");
     option(self.start_theta, "start_theta", any(), "rad",
-           "Pose of the base in the map at the first scan.");
+           "Heading of the base in the map at the first scan.");
   }
 };
 

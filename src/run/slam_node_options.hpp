@@ -21,9 +21,9 @@ struct SlamNodeOptions {
     option(self.publish_tf, "publish_tf", any(), "",
            "Whether to publish the transform map -> odom (map -> base without odometry).");
     option(self.transform_publish_period, "transform_publish_period", between(0.001, 10.0), "s",
-           "Time between two such transforms, by the ROS clock.");
+           "Time from one published transform to the next, by the ROS clock.");
     option(self.transform_tolerance, "transform_tolerance", between(0.0, 10.0), "s",
-           "The transforms are stamped this far ahead, so that listeners need not wait.");
+           "Published transforms are stamped this far ahead, so that listeners need not wait.");
     option(self.map_update_interval, "map_update_interval", between(0.05, 3600.0), "s",
            "Shortest time between two maps that are published, by the wall clock.");
     option(self.initial_map, "initial_map", any(), "",

@@ -31,9 +31,9 @@ struct OdometryOptions {
     option(self.heading_noise, "heading_noise", between(0.0, 1.0), "rad/sqrt(m)",
            "Standard deviation of the heading after driving one metre.");
     option(self.translation_bias, "translation_bias", between(-0.5, 0.5), "m/m",
-           "Excess of every distance.");
+           "Share by which every distance is reported too long.");
     option(self.rotation_bias, "rotation_bias", between(-0.5, 0.5), "rad/rad",
-           "Excess of every turn.");
+           "Share by which every turn is reported too large.");
     option(self.heading_bias, "heading_bias", between(-0.5, 0.5), "rad/m",
            "Turn that is reported for every metre driven straight on.");
   }

@@ -19,9 +19,10 @@ struct LikelihoodFieldOptions {
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
     option(self.sigma, "sigma", between(1e-3, 1.0), "m",
-           "Width of the Gaussian around each surface, in which a scan point counts as explained.");
-    option(self.reach, "reach", between(0.05, 5.0), "m",
-           "Up to here the distance to the nearest surface is kept.");
+           "Standard deviation of the likelihood of a scan point by its distance to a surface.");
+    option(
+        self.reach, "reach", between(0.05, 5.0), "m",
+        "The distance to the nearest surface is kept up to here; beyond, a cell is far from all.");
   }
 };
 
@@ -31,7 +32,7 @@ struct Surface {
   /// (cos 2a, sin 2a) of the direction a of the wall's normal, so that a normal and its opposite
   /// are the same. Its length is 1 when the hits agree on a line and 0 when they tell no direction.
   Eigen::Vector2d double_angle;
-  int hits;  ///< that the average was taken over, up to 64 of them
+  int hits;  ///< that the average was taken over, at most 64
 };
 
 /// A hit in the map frame, to be taken into the field.

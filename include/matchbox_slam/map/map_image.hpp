@@ -28,8 +28,8 @@ struct MapImage {
   double resolution = 0.05;          ///< [m] a pixel
   Pose2 origin;         ///< lower left corner of the lower left pixel, in the map frame
   bool negate = false;  ///< bright pixels are the occupied ones
-  double occupied_threshold = 0.65;  ///< of (255 - pixel) / 255
-  double free_threshold = 0.196;
+  double occupied_threshold = 0.65;  ///< of (255 - pixel) / 255; as map_saver writes it
+  double free_threshold = 0.196;     ///< likewise
 
   /// The pixel of a cell, counted from the lower left one, which is (0, 0); unchecked.
   [[nodiscard]] std::uint8_t pixel(const Cell& cell) const {

@@ -12,7 +12,7 @@ namespace matchbox_slam {
 
 /// How likely each cell is occupied, in an unbounded grid that grows by tiles.
 /// The cell model is tinySLAM's (Steux and El Hamzaoui 2010): a cell starts in the middle and each
-/// observation is blended in with a quality, so that it can always change its mind.
+/// observation is blended in with a quality, so that it never saturates and follows changes.
 class OccupancyGrid {
  public:
   /// Stored form of a probability: 0 says that the cell was never observed, 1...65535 is 0...1.

@@ -23,8 +23,10 @@ struct MapOptions {
     option(self.resolution, "resolution", between(0.005, 1.0), "m", "Edge of a cell.");
     option(self.quality, "quality", between(0.001, 1.0), "",
            "Weight of a new observation when it is blended into a cell.");
-    option(self.no_return_quality, "no_return_quality", between(0.0, 1.0), "",
-           "The same for beams without return, which dark or shiny surfaces cause too.");
+    option(
+        self.no_return_quality, "no_return_quality", between(0.0, 1.0), "",
+        "Weight of a beam without return when it is blended into a cell; less than quality, since "
+        "dark and shiny surfaces return nothing either.");
     option(self.hole_width, "hole_width", between(0.0, 5.0), "m",
            "Length of the obstacle that a hit draws along its beam, the hit in its middle.");
     option(

@@ -13,32 +13,36 @@ namespace matchbox_slam {
 /// What points are matched to: one field, or several, of whose surfaces the nearest counts.
 using LikelihoodFields = std::vector<const LikelihoodField*>;
 
-/// What the scan says about the pose, to second order, if a point's noise had unit variance.
+/// The scan's part of the normal equations of least squares, for points with noise of unit
+/// variance.
 struct NormalEquations {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the map frame
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
 };
 
-/// How far points, as they were measured, are off their walls.
+/// Weighted sums over the points, as they were measured: `squares / measurements` estimates the
+/// variance of a point's noise [m^2].
 struct ResidualSum {
-  double squares = 0.0;       ///< of the residuals, by the points' information [m^2]
-  double measurements = 0.0;  ///< how many independent ones with a point's noise that stands for
+  double squares = 0.0;       ///< of squared residuals [m^2]
+  double measurements = 0.0;  ///< of the variances expected for a point's noise of 1 m^2
 };
 
-/// The points of a scan at one pose, each with the piece of wall next to it. A point's residual is
-/// its distance to the line through that wall, or to its middle where the wall tells no direction.
+/// The points of a scan at one pose, each with the surface that is nearest to it. A point's
+/// residual is its distance to the line along that surface, or to its mean position where it has no
+/// direction.
 ///
 /// The robust kernel is Geman and McClure's (1985): a residual r has the closeness k^2 / (k^2 +
 /// r^2), 1 on the wall and 1/2 at the kernel's width k. It is shaped like a Gaussian, but made of
 /// basic arithmetic, so that it is fast and yields the same bits everywhere.
 ///
-/// A residual has the noise of its point, which is its own, and the error of its surface, which all
-/// points next to that surface share. So n points at one surface of h hits count 1 / (1 + n (1 / h
-/// + e)) each, e being a surface's error that no number of hits takes away: a far point counts
-/// nearly in full, and a thousand points on a near wall not more than the wall is known.
+/// A residual has two errors: its point's noise, which is its own, and its surface's error, which
+/// it shares with all points next to that surface. In units of the noise's variance the surface's
+/// is 1 / h + e, with h its hits and e what no number of hits averages out. So each of n points at
+/// one surface has the information 1 / (1 + n (1 / h + e)): a lone far point counts nearly in full,
+/// and a thousand points on a near wall no more than the wall is known.
 class Correspondences {
  public:
-  /// Points without a wall in reach take part with closeness 0. Cost: one look-up a point.
+  /// Points without a surface in reach take part with closeness 0. Cost: one look-up a point.
   /// @param points  in the order in which they were measured: neighbours may share a surface.
   /// @param fields  must outlive this, and stay as they are.
   Correspondences(const std::vector<ScanPoint>& points, const LikelihoodFields& fields,
@@ -54,17 +58,16 @@ class Correspondences {
   /// The sum of squared residuals under the kernel, linearised for Gauss-Newton.
   [[nodiscard]] NormalEquations linearise(double kernel) const;
 
-  /// What a step adds to half the sum of squared residuals under the kernel, with the same meaning
-  /// as in `closeness` [m^2].
+  /// Half the sum of squared residuals under the kernel after a small step as in `closeness` [m^2].
   [[nodiscard]] double cost(double kernel, const Eigen::Vector3d& step) const;
 
-  /// The residuals under the kernel, of the points as they were measured (ScanPoint::moved), where
-  /// everything else takes them as they are now: their sum over the measurements is the variance of
-  /// a point's noise, as far as the scan tells.
+  /// The residuals under the kernel of the points as they were measured, before straighten_walls
+  /// moved them (ScanPoint::moved): unlike all else here, which takes the points as they are.
   [[nodiscard]] ResidualSum residuals(double kernel) const;
 
-  /// Mean closeness, weighted by the walls' lengths, after a small step of the pose that leaves
-  /// each point at its wall; `step` is (x, y, theta) in the map frame.
+  /// Mean closeness, weighted by the points' lengths of wall, after a small step of the pose at
+  /// which each point keeps its surface.
+  /// @param step  (x [m], y [m], theta [rad]) in the map frame.
   [[nodiscard]] double closeness(double kernel, const Eigen::Vector3d& step) const;
 
  private:
@@ -73,8 +76,8 @@ class Correspondences {
     Eigen::Vector2d position;                ///< [m], base frame
     Eigen::Vector2d moved;                   ///< from where it was measured [m]
     double weight = 0.0;                     ///< length of wall [m]
-    const LikelihoodField* field = nullptr;  ///< that was looked up last, ...
-    Cell cell;                               ///< ... and where
+    const LikelihoodField* field = nullptr;  ///< that was looked up last
+    Cell cell;                               ///< of it that was looked up last
     bool has_surface = false;
     Surface surface;
   };

@@ -23,9 +23,11 @@ struct RefinementOptions {
     option(self.iterations, "refine_iterations", between(0, 100), "",
            "Gauss-Newton steps at most; 0 leaves the search's answer as it is.");
     option(self.first_kernel, "refine_first_kernel", between(1e-3, 1.0), "m",
-           "Width of the robust kernel at the first step, ...");
-    option(self.last_kernel, "refine_last_kernel", between(1e-3, 1.0), "m",
-           "... and at the last ones: points farther than this from a wall count little.");
+           "Width of the robust kernel at the first step; it narrows from step to step.");
+    option(
+        self.last_kernel, "refine_last_kernel", between(1e-3, 1.0), "m",
+        "Width of the robust kernel at the last steps: points farther than this from a wall count "
+        "little.");
     option(self.noise, "refine_noise", between(1e-4, 1.0), "m",
            "Standard deviation of a point's distance to its wall, before the scan shows its own.");
     option(self.weakest_direction, "weakest_direction", between(0.0, 1.0), "",
@@ -34,14 +36,14 @@ struct RefinementOptions {
   }
 };
 
-/// What motion alone says about the pose.
+/// The pose predicted from motion alone, and how well it is known.
 struct PosePrior {
   Pose2 map_from_base;
   Eigen::Matrix3d covariance;  ///< over (x, y, theta) in the map frame
 };
 
-/// Inverse of a prior's covariance. Directions that the prior holds much better than others, or not
-/// at all, get an information that is finite and leaves the matrix positive definite.
+/// Inverse of a prior's covariance, with the eigenvalues limited so that it is finite and positive
+/// definite for any covariance, that of a perfectly known pose included.
 [[nodiscard]] Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance);
 
 struct RefinedPose {
@@ -55,7 +57,7 @@ struct RefinedPose {
 /// of a cell: Gauss-Newton on the distances from the points to the walls next to them, under a
 /// robust kernel that narrows from step to step (point to line: Censi 2008). Directions that the
 /// scan does not constrain keep the prior's value and variance. The covariance is scaled by the
-/// residuals that are left, as in any adjustment of measurements of unknown precision. Cost: one
+/// variance of the residuals that are left, as in least squares of unknown precision. Cost: one
 /// look-up a point and step.
 [[nodiscard]] RefinedPose refine(const std::vector<ScanPoint>& points,
                                  const LikelihoodFields& fields, const Pose2& start_map_from_base,
@@ -67,7 +69,7 @@ struct RefinedPose {
   return refine(points, LikelihoodFields{&field}, start_map_from_base, prior, options);
 }
 
-/// Probability of poses next to one pose, given scan and prior.
+/// Probability of the poses around one pose, given scan and prior.
 class LocalPosterior {
  public:
   LocalPosterior(const std::vector<ScanPoint>& points, const LikelihoodField& field,

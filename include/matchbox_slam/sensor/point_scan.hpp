@@ -13,21 +13,24 @@ namespace matchbox_slam {
 
 /// A beam that hit something.
 struct ScanPoint {
-  Eigen::Vector2d position;  ///< [m], where the beam ended, or on its straight wall
+  Eigen::Vector2d position;                          ///< [m], where the beam ended
   Eigen::Vector2d origin = Eigen::Vector2d::Zero();  ///< [m], where the beam left the laser
-  /// Unit normal of the surface at the hit, towards the laser; zero where the neighbours tell none.
+  /// Unit normal of the surface at the hit, towards the laser; zero where the neighbouring points
+  /// form no line.
   Eigen::Vector2d normal = Eigen::Vector2d::Zero();
   /// Length of wall that the point stands for [m], capped: equal weights would let a near wall with
   /// a thousand returns outvote everything far away.
   double weight = 0.0;
-  bool joined_to_next = false;  ///< the wall goes on straight to the next point of the scan
-  double moved = 0.0;  ///< along its beam onto its straight wall [m]; saved maps do not keep it
+  bool joined_to_next = false;  ///< one straight wall reaches from this point to the next one
+  /// How far `straighten_walls` moved the point along its beam, away from the laser [m]; saved maps
+  /// do not keep it.
+  double moved = 0.0;
 };
 
 /// A beam that met nothing on its way to `end`.
 struct FreeRay {
-  Eigen::Vector2d origin;
-  Eigen::Vector2d end;
+  Eigen::Vector2d origin;  ///< [m]
+  Eigen::Vector2d end;     ///< [m]
 };
 
 /// One scan as points in the frame of the robot's base at the scan's stamp, in the order in which
@@ -61,15 +64,16 @@ struct ProjectionOptions {
     option(self.max_point_weight, "max_point_weight", between(1e-3, 1e3), "m",
            "Cap of the length of wall that one point stands for when a scan is matched.");
     option(self.surface_radius, "surface_radius", between(1e-3, 10.0), "m",
-           "Neighbours within this distance tell a point's surface normal.");
+           "A point's surface normal comes from its neighbours within this distance.");
     option(self.max_wall_gap, "max_wall_gap", between(0.0, 100.0), "m",
            "Neighbouring hits on one straight line are joined to a wall up to this distance.");
     option(self.masked_angles, "masked_angles", between(-2.0 * kPi, 2.0 * kPi), "rad",
            "Sectors in which readings are ignored, such as behind the robot's own mast: [from, to, "
            "from, to, ...], each counter-clockwise and less than a turn, by the angles of every "
            "laser.");
-    option(self.straighten_walls, "straighten_walls", any(), "",
-           "Takes the noise out of hits that a straight wall explains, as their ranges show it.");
+    option(
+        self.straighten_walls, "straighten_walls", any(), "",
+        "Moves hits that agree with a straight wall, but for the noise of their ranges, onto it.");
   }
 };
 
@@ -78,12 +82,12 @@ void check_projection_options(const ProjectionOptions& options);
 
 /// Turns measured ranges into points, by REP-117: NaN, -inf, 0 and anything below the minimum range
 /// is ignored, and so are masked angles; +inf and anything from the maximum range on is a ray
-/// without return; the rest hits.
+/// without return; the rest hits. Where `straighten_walls` is on, hits that agree with a straight
+/// wall are moved onto it along their beams, whose range noise is estimated from the scan.
 /// @param base_from_laser  pose of the laser in the base, in full 3-D: tilted, upside down,
 /// anywhere.
 /// @param motion  pose of the base at the last beam in the base at the first; beams in between are
 ///                placed by interpolation. Identity for a robot at rest or an instantaneous scan.
-/// Hits that straight walls explain are moved onto them (straighten_walls), unless that is off.
 /// Cost: beams times the neighbours within the surface radius.
 [[nodiscard]] PointScan project_scan(const LaserScan& scan,
                                      const Eigen::Isometry3d& base_from_laser, const Pose2& motion,

@@ -22,9 +22,12 @@ struct SlamOptions {
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
     option(self.insert_distance, "insert_distance", between(0.0, 100.0), "m",
-           "A scan is inserted into the map after this much motion, or ...");
-    option(self.insert_angle, "insert_angle", between(0.0, 3.2), "rad",
-           "... this much turning, since the last one inserted. 0 and 0: every scan.");
+           "A scan is inserted into the map after this much motion since the last one inserted; 0: "
+           "every scan.");
+    option(
+        self.insert_angle, "insert_angle", between(0.0, 3.2), "rad",
+        "A scan is inserted into the map after this much turning since the last one inserted; 0: "
+        "every scan.");
     option(self.insert_overlap, "insert_overlap", between(0.0, 1.0), "",
            "A scan that was matched is inserted also when less than this share of it has the map "
            "near; 0: by motion alone.");

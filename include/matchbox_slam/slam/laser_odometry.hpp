@@ -28,13 +28,18 @@ struct LaserOdometryOptions {
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
-    option(self.key_distance, "key_distance", between(0.01, 100.0), "m",
-           "A scan becomes a key scan when none of the local map's is nearer than this ...");
-    option(self.key_angle, "key_angle", between(0.01, 3.2), "rad",
-           "... and turned by less than this.");
-    option(self.key_overlap, "key_overlap", between(0.0, 1.0), "",
-           "A third of that motion is enough when less than this share of the scan has the local "
-           "map near; 0: never.");
+    option(
+        self.key_distance, "key_distance", between(0.01, 100.0), "m",
+        "A scan becomes a key scan when every key scan of the local map is at least this far away "
+        "or turned by key_angle.");
+    option(
+        self.key_angle, "key_angle", between(0.01, 3.2), "rad",
+        "A scan becomes a key scan when every key scan of the local map is turned by at least this "
+        "or key_distance away.");
+    option(
+        self.key_overlap, "key_overlap", between(0.0, 1.0), "",
+        "A third of key_distance and key_angle is enough when less than this share of the scan has "
+        "the local map near; 0: never.");
     option(self.key_scans, "key_scans", between(1, 200), "",
            "The local map is made of the last so many key scans, or up to twice as many.");
     option(self.min_points, "min_points", between(1, 100000), "",

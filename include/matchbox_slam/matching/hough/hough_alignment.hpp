@@ -40,22 +40,26 @@ struct HoughAlignmentOptions {
            "Rotations and translations are looked for up to this many of the prior's standard "
            "deviations.");
     option(self.max_window_xy, "max_window_xy", between(0.05, 100.0), "m",
-           "... but translations not farther from the prediction than this.");
+           "Translations are looked for at most this far from the prediction, however wide the "
+           "prior is.");
     option(self.rotation_prior_weight, "rotation_prior_weight", between(0.0, 10.0), "",
-           "Twice the correlation lost by a rotation one standard deviation of the prior away.");
+           "A rotation s standard deviations of the prior away loses half of this times s^2 in "
+           "correlation.");
     option(self.rotations, "rotations", between(1, 100), "",
-           "Peaks of the spectra's correlation that are followed.");
+           "Peaks of the spectra's correlation that are tried as rotations, at most.");
     option(self.directions, "directions", between(3, 5), "",
-           "Columns that each rotation's translation is found from.");
+           "Columns that each rotation's translation is found from, at most.");
     option(self.direction_spacing, "direction_spacing", between(0.01, 0.7), "rad",
-           "Columns closer than this say the same.");
-    option(self.peaks, "peaks", between(1, 6), "", "Shifts of each column that are tried.");
+           "Least difference in direction of the columns that a translation is found from.");
+    option(self.peaks, "peaks", between(1, 6), "",
+           "Shifts of each column that are tried, at most.");
     option(self.residual_cells, "residual_cells", between(0.1, 10.0), "cells",
-           "Shifts of several columns that disagree by more are no translation.");
-    option(self.weakest_column, "weakest_column", between(0.0, 1.0), "",
-           "Columns that agree with less than this share of the best one's strength hold nothing.");
+           "Shifts of several columns make a translation when each agrees with it within this.");
+    option(
+        self.weakest_column, "weakest_column", between(0.0, 1.0), "",
+        "Columns whose correlation is less than this share of the strongest one's are left out.");
     option(self.translations, "translations", between(1, 100), "",
-           "Translations of each rotation that are scored.");
+           "Translations of each rotation that are scored, at most.");
   }
 };
 

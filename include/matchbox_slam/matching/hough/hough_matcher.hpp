@@ -21,9 +21,9 @@ struct HoughOptions {
     option(self.prior_weight, "prior_weight", between(0.0, 10.0), "",
            "Score lost by a pose one standard deviation of the prior away from the prediction.");
     option(self.enough_score, "enough_score", between(0.0, 1.0), "",
-           "While the best pose scores less, the next key scan is searched too, ...");
+           "The next key scan is searched too while the best pose scores less than this.");
     option(self.searched_key_scans, "searched_key_scans", between(1, 100), "",
-           "... up to this many.");
+           "Key scans that are searched at most.");
     option(self.key_scans, "key_scans", between(1, 100), "",
            "Nearest key scans that the answer is refined against.");
     option(self.min_score, "min_score", between(0.0, 1.0), "",

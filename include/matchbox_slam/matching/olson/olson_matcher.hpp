@@ -34,13 +34,13 @@ struct OlsonOptions {
     option(self.step_theta, "step_theta", between(0.0, 1.0), "rad",
            "Step of rotation; 0: the farthest useful point moves by one step of translation.");
     option(self.window_xy, "window_xy", between(0.0, 100.0), "m",
-           "Searched to each side of the prediction; 0: from the prior.");
+           "Half width of the search around the prediction; 0: window_sigmas of the prior.");
     option(self.window_theta, "window_theta", between(0.0, 3.15), "rad",
-           "Searched to each side of the predicted heading; 0: from the prior.");
+           "Half width of the search around the predicted heading; 0: window_sigmas of the prior.");
     option(self.window_sigmas, "window_sigmas", between(0.1, 10.0), "",
-           "A window from the prior reaches this many of its standard deviations.");
+           "Half width of a window from the prior, in the prior's standard deviations.");
     option(self.max_window_xy, "max_window_xy", between(0.05, 100.0), "m",
-           "A window from the prior is not wider to each side, nor a widened one.");
+           "Largest half width of a window from the prior, and of a widened one.");
     option(self.widenings, "widenings", between(0, 6), "",
            "How often the window is doubled while the best pose lies on its edge.");
     option(self.likelihood, "likelihood", one_of({"linear", "log"}), "",
