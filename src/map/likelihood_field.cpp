@@ -19,12 +19,17 @@ constexpr int kBlockSize = 1 << kBlockBits;
 static_assert(kBlockSize == MaximumPyramid::kBlockSize);
 constexpr std::size_t kBlockCells = std::size_t{kBlockSize} * kBlockSize;
 
+// Of the tables by squared distance. By default one is 0.4 cm^2 and changes the likelihood by at
+// most 1 %.
 constexpr int kSquareSteps = 4096;
 
-// A mean over at most this many hits, so that a surface can still move after any time.
+// A mean over at most this many hits, so that a surface can still move after any time. With 32 or
+// 128 the errors of pairs and the relations of intel stay within 1 %.
 constexpr int kMostHits = 64;
 
-// Normals that agree this well come from one line; what is missing to 1 is their noise.
+// Mean length of the double-angle vectors of normals from one straight wall, which their noise
+// makes shorter than 1: with normals off by s it is exp(-2 s^2), 0.85 for 0.28 rad. With half or
+// double of what is missing to 1 the median error of pairs stays within 1 %.
 constexpr double kLine = 0.85;
 
 struct BlockBuffer {

@@ -14,12 +14,14 @@ namespace {
 // same order by every instruction set.
 constexpr std::size_t kLanes = 8;
 
-// Variance of the error that a surface has however many hits it is the mean of, in units of a
-// point's: its direction comes from neighbours that lie next to it.
+// Variance of a surface's error that no number of hits averages out, in units of a point's: its
+// direction comes from neighbours that share their errors. Half or double of it changes the mean
+// NEES of pairs by +5 and -5 %, the median error by up to 2 %.
 constexpr double kSurfaceError = 0.25;
 
-// Variance, in the same units, of the distance to a surface without a direction, on top of the
-// point's: it lies somewhere between the hits.
+// Variance, in the same units and on top of the point's, of the distance to a surface without a
+// direction: that of two places anywhere in one cell of 5 cm, 2 (5 cm)^2 / 12, with the default
+// noise of 1 cm. Half or double of it changes the median error of pairs by up to 2 %.
 constexpr double kBluntness = 4.0;
 
 template <std::size_t kCount>
@@ -110,9 +112,9 @@ MATCHBOX_SIMD_CLONES void add_closeness(const View& view, double kernel_square, 
   }
 }
 
-/// Sums of squared residuals and of what they would be if a point's noise had unit variance. The
-/// points count as they were measured: on a straight wall their sum then says as much about the
-/// pose as that of the points on the wall, each of which has part of all the others' noise.
+/// Sums of squared residuals and of their variances for a point's noise of unit variance, of the
+/// points as they were measured: those moved onto one wall share their error, so that their
+/// residuals no longer show the noise.
 MATCHBOX_SIMD_CLONES void add_variance(const View& view, double kernel_square,
                                        double* __restrict__ lanes) {
   for (std::size_t i = 0; i < view.size; i += kLanes) {
@@ -121,8 +123,7 @@ MATCHBOX_SIMD_CLONES void add_variance(const View& view, double kernel_square,
       const double square = square_of(view, j, view.offset_x[j] - view.moved_x[j],
                                       view.offset_y[j] - view.moved_y[j]);
       const double closeness = kernel_square / (kernel_square + square);
-      // The distance to the middle of a surface without a direction says more of gaps than of
-      // noise.
+      // Surfaces without a direction do not count: there the distance is that between hits.
       const double directed = view.c[j] * view.c[j] + view.s[j] * view.s[j];
       const double w = directed * view.information[j] * closeness * closeness;
       lanes[0 * kLanes + k] += w * square;

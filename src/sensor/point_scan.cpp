@@ -110,9 +110,12 @@ std::vector<double> gaps_between(const std::vector<ScanPoint>& points) {
 
 Neighbourhood neighbourhood(const std::vector<ScanPoint>& points, const std::vector<double>& gaps,
                             std::size_t index, const ProjectionOptions& options) {
-  // On a wall the gaps grow slowly from beam to beam; at its end they jump.
+  // On a straight wall the gaps grow slowly from beam to beam, with beams 1 degree apart to 2.5
+  // times only beyond 87 degrees of incidence; at its end they jump. Half or double of it
+  // changes the median error of pairs by less than 1 %.
   constexpr double kJump = 2.5;
-  constexpr double kSparseReach = 3.5;
+  constexpr double kSparseReach =
+      3.5;  // gaps: three neighbours on either side, of which one may lack
   const double before = index > 0 ? gaps[index - 1] : options.max_wall_gap;
   const double after = index < gaps.size() ? gaps[index] : options.max_wall_gap;
   const double spacing = std::min({before, after, options.max_wall_gap});
@@ -141,8 +144,10 @@ Neighbourhood neighbourhood(const std::vector<ScanPoint>& points, const std::vec
 /// sharp.
 Eigen::Vector2d surface_normal(const RunningSums& sums, std::size_t index,
                                const Neighbourhood& around) {
-  constexpr double kStraight = 0.04;  // squared residual over squared extent: more is a blob
-  // Any three far-off points are nearly on a line, so that sparse ones must show more.
+  // Squared residual over squared extent of a line, that is one fifth as thick as long.
+  constexpr double kStraight = 0.04;
+  // [m], three times a usual noise of 1 cm: sparse points are so far apart that their extent alone
+  // would let nearly any three be a line.
   constexpr double kSparseResidual = 0.03;
   const std::size_t fewest = around.sparse ? 5 : 3;
   RunningSums::Spread best;
@@ -167,11 +172,13 @@ Eigen::Vector2d surface_normal(const RunningSums& sums, std::size_t index,
   return best.largest > 0.0 ? best.normal() : Eigen::Vector2d::Zero();
 }
 
-/// Whether the step from one point to the next runs along the surfaces of both.
+/// Whether the step from one point to the next runs along the surfaces of both. Half or double of
+/// any limit changes the hough matcher's errors of pairs by up to 1 %, its mean relation in intel
+/// by 3 to 10 %.
 bool on_one_wall(const ScanPoint& a, const ScanPoint& b, double gap) {
-  constexpr double kAcross = 0.05;  // sine of the angle between the step and the surface
-  constexpr double kAgree = 0.95;   // cosine of the angle between the two normals
-  constexpr double kNoise = 0.02;   // [m], measurement noise makes short steps point anywhere
+  constexpr double kAcross = 0.05;  // sine of the angle between step and surface, 3 degrees
+  constexpr double kAgree = 0.95;   // cosine of the angle between the normals, 18 degrees
+  constexpr double kNoise = 0.02;   // [m], two deviations of a usual noise of 1 cm
   const Eigen::Vector2d step = b.position - a.position;
   const double limit = kAcross * gap + kNoise;
   return a.normal.dot(b.normal) >= kAgree && std::abs(a.normal.dot(step)) <= limit &&
@@ -197,10 +204,10 @@ void add_surfaces(std::vector<ScanPoint>& points, const ProjectionOptions& optio
   }
 }
 
-/// Where there is noise, and not so much that it may be shape.
+/// Straightens walls where there is noise, but not so much that it may be shape.
 void take_noise_out(std::vector<ScanPoint>& points, const ProjectionOptions& options) {
-  constexpr double kLeast = 5e-4;  // [m]
-  constexpr double kMost = 0.05;   // [m]
+  constexpr double kLeast = 5e-4;  // [m]; ranges rounded to 1 mm alone have 0.3 mm
+  constexpr double kMost = 0.05;   // [m], a cell by default
   const double noise = range_noise(points, options.max_wall_gap);
   if (noise >= kLeast && noise <= kMost) {
     straighten_walls(points, noise, options.max_wall_gap);

@@ -8,7 +8,9 @@
 namespace matchbox_slam {
 namespace {
 
-// Beams along a wall tell its place the better, the more they graze it, but a real wall is rough.
+// Least cosine of incidence, 87 degrees. The range noise of a grazing beam moves its end along the
+// wall and hardly across, so that it would weigh ever more; but real walls are rough. Half or
+// double of it changes the median errors of pairs by up to 1 %.
 constexpr double kLeastCosine = 0.05;
 
 /// Points first...last, both included.
@@ -21,9 +23,11 @@ struct Run {
 
 /// Runs of points that follow each other without a gap, in which alone there are walls.
 std::vector<Run> unbroken_runs(const std::vector<ScanPoint>& points, double max_wall_gap) {
-  // On a wall the gaps grow slowly from beam to beam; at its end they jump.
+  // On a straight wall the gaps grow slowly from beam to beam, with beams 1 degree apart threefold
+  // only beyond 87 degrees of incidence; at its end they jump. Half or double of it changes
+  // the median error of pairs by up to 1 %.
   constexpr double kJump = 3.0;
-  constexpr double kDense = 0.15;  // [m]
+  constexpr double kDense = 0.15;  // [m], three cells by default: shorter gaps are no jump
   const auto gap = [&](std::size_t i) {
     return i + 1 < points.size() ? (points[i + 1].position - points[i].position).norm() : 0.0;
   };
@@ -125,12 +129,14 @@ class InverseRangeSums {
   std::vector<Sums> sums_;
 };
 
-/// Cuts runs into straight pieces.
-class Cutter {
+/// Splits runs into straight pieces, and merges those that were split too often (split and merge:
+/// Pavlidis and Horowitz, "Segmentation of plane curves", 1974).
+class SplitAndMerge {
  public:
-  Cutter(const InverseRangeSums& sums, double noise) : sums_(sums), variance_(noise * noise) {}
+  SplitAndMerge(const InverseRangeSums& sums, double noise)
+      : sums_(sums), variance_(noise * noise) {}
 
-  [[nodiscard]] std::vector<Run> cut(const Run& run) const {
+  [[nodiscard]] std::vector<Run> pieces_of(const Run& run) const {
     std::vector<Run> pieces;
     std::vector<Run> open{run};
     while (!open.empty()) {
@@ -148,8 +154,7 @@ class Cutter {
       open.push_back({split.at + 1, part.last});
       open.push_back({part.first, split.at});
     }
-    mend(pieces);
-    return pieces;
+    return merge(pieces);
   }
 
   [[nodiscard]] bool is_straight(const Run& part, const Fit& fit) const {
@@ -161,11 +166,15 @@ class Cutter {
   }
 
  private:
-  static constexpr std::size_t kFewest = 3;
-  // What a cut, of two more parameters, must take from the squares, in variances: by chance alone
-  // two take more than 12 in one of 400, and a wall has many places to be cut.
+  static constexpr std::size_t kFewest = 3;  // two points are always on a line
+  // By how much a split, of two more parameters, must reduce the sum of squares, in variances: by
+  // chance alone two reduce it by more than 12 once in 400 splits (chi-squared), and a wall has
+  // many places to be split. With 6 the median error of pairs in rooms is 7 % larger, with 24 as
+  // large.
   static constexpr double kGain = 12.0;
-  // A mean square up to this is noise still, which is estimated over the scan and not the wall.
+  // Mean square up to which a piece counts as straight, in variances: the noise is estimated over
+  // the scan, and some walls have more. With 0.75 the median error of pairs in rooms is 3 % larger
+  // and that of the heading 12 %, with 3 they stay within 2 %.
   static constexpr double kStraight = 1.5;
 
   struct Split {
@@ -179,7 +188,8 @@ class Cutter {
 
   /// Of the splits after from...to, the best of some, then the best of those around it.
   [[nodiscard]] Split best_split(const Run& part, std::size_t from, std::size_t to) const {
-    constexpr std::size_t kTried = 12;  // at first; the squares change slowly from place to place
+    // At first: the sum of squares changes slowly with the place, so that few show its valley.
+    constexpr std::size_t kTried = 12;
     Split best{from, squares_of(part, from)};
     std::size_t stride = std::max<std::size_t>(1, (to - from) / kTried);
     for (;;) {
@@ -201,29 +211,29 @@ class Cutter {
     return sums_.fit({part.first, at}).squares + sums_.fit({at + 1, part.last}).squares;
   }
 
-  /// The first cuts are made while there are other bends in the parts: what belongs together is
-  /// joined again, and cuts are moved to where they are best.
-  void mend(std::vector<Run>& pieces) const {
-    constexpr std::size_t kReach = 8;  // as far as a first cut is wrong at most times
-    std::vector<Run> mended;
+  /// The first splits are made while there are other bends in the parts, hence not quite where they
+  /// are best: each is moved there, or taken back where it gains nothing any more.
+  [[nodiscard]] std::vector<Run> merge(const std::vector<Run>& pieces) const {
+    constexpr std::size_t kReach = 8;  // points; with 4 or 16 the errors of pairs stay within 2 %
+    std::vector<Run> merged;
     for (Run piece : pieces) {
-      while (!mended.empty()) {
-        const Run both{mended.back().first, piece.last};
-        const std::size_t here = mended.back().last;
+      while (!merged.empty()) {
+        const Run both{merged.back().first, piece.last};
+        const std::size_t here = merged.back().last;
         const std::size_t from = here - std::min(here - both.first, kReach);
         const std::size_t to = std::min(here + kReach, both.last - 1);
         const Split split = best_split(both, from, to);
         if (is_worthwhile(split, sums_.fit(both).squares)) {
-          mended.back().last = split.at;
+          merged.back().last = split.at;
           piece.first = split.at + 1;
           break;
         }
-        mended.pop_back();
+        merged.pop_back();
         piece = both;
       }
-      mended.push_back(piece);
+      merged.push_back(piece);
     }
-    pieces = std::move(mended);
+    return merged;
   }
 
   const InverseRangeSums& sums_;
@@ -285,8 +295,9 @@ void move_onto(const Line& line, double far, ScanPoint& point) {
 }  // namespace
 
 double range_noise(const std::vector<ScanPoint>& points, double max_wall_gap) {
-  constexpr std::size_t kFewest = 20;
-  constexpr double kFar = 3.0;
+  constexpr std::size_t kFewest = 20;  // whose standard deviation is known to 1 / sqrt(40), 16 %
+  constexpr double kFar = 3.0;  // standard deviations; with 1.5 the median error of pairs is 8 to
+                                // 13 % larger, with 6 up to 3 %
   std::vector<double> squares;
   for (const Run& run : unbroken_runs(points, max_wall_gap)) {
     for (std::size_t i = run.first + 1; i < run.last; ++i) {
@@ -317,15 +328,19 @@ double range_noise(const std::vector<ScanPoint>& points, double max_wall_gap) {
 }
 
 void straighten_walls(std::vector<ScanPoint>& points, double noise, double max_wall_gap) {
-  constexpr double kFar = 3.5;  // in standard deviations: something else, in front of the wall
-  // Of a wall's direction [rad]; where it is known less well, neighbours tell it better.
+  // Standard deviations; farther off is something in front of the wall, or once in 2000 noise.
+  // With 1.75 the median error of pairs in clutter is 12 % larger, with 7 in rooms 3 %.
+  constexpr double kFar = 3.5;
+  // Largest standard deviation of a wall's direction [rad]; from less certain ones the normals of
+  // single points are as good. With 0.1 the median error of pairs in clutter is 10 % larger, with
+  // 0.4 4 % smaller.
   constexpr double kKnown = 0.2;
   for (const Run& run : unbroken_runs(points, max_wall_gap)) {
     const InverseRangeSums sums(points, run);
-    const Cutter cutter(sums, noise);
-    for (const Run& part : cutter.cut(run)) {
+    const SplitAndMerge pieces(sums, noise);
+    for (const Run& part : pieces.pieces_of(run)) {
       const Fit fit = sums.fit(part);
-      if (!cutter.is_straight(part, fit)) {
+      if (!pieces.is_straight(part, fit)) {
         continue;
       }
       Line line{sums.laser() + fit.q / fit.q.squaredNorm(), fit.q.normalized(), 0.0};

@@ -8,7 +8,7 @@ namespace {
 
 /// Anywhere around the key scan, in any heading.
 PosePrior anywhere_around(const KeyScan& key) {
-  constexpr double kSigma = 1e3;  // [m], [rad]
+  constexpr double kSigma = 1e3;  // [m], [rad]: any width that nothing is left of the prior
   return {key.map_from_base, kSigma * kSigma * Eigen::Matrix3d::Identity()};
 }
 

@@ -18,8 +18,8 @@ class ScanView {
   /// 0 where nothing was seen.
   [[nodiscard]] double depth(const Eigen::Vector2d& point) const;
 
-  /// The share of points, by the length of wall that they stand for, that would lie where the scan
-  /// saw nothing, 0...1. Cost: the points.
+  /// The share of points, by the length of wall that they stand for, that would lie in the space
+  /// that the scan saw to be free, 0...1. Cost: the points.
   [[nodiscard]] double contradicted(const HoughPoints& points, const Pose2& here_from_points) const;
 
  private:
