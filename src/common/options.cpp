@@ -87,6 +87,33 @@ std::string nearest_name(const std::string& key, const std::vector<std::string>&
   return nearest;
 }
 
+/// Reads a list; `kind` says what it has to be.
+template <typename Value>
+void read_list(const Parameters& parameters, const std::string& component, const std::string& name,
+               const Allowed& allowed, const char* kind, std::vector<Value>& field) {
+  const ParameterValue* value = parameters.find(name);
+  if (value == nullptr) {
+    return;
+  }
+  if (is_empty_list(*value)) {
+    field.clear();
+    return;
+  }
+  const auto* given = std::get_if<std::vector<Value>>(value);
+  if (given == nullptr) {
+    refuse_type(full_name(component, name), *value, kind, allowed);
+  }
+  for (std::size_t i = 0; i < given->size(); ++i) {
+    const std::string place = full_name(component, name) + "[" + std::to_string(i) + "]";
+    if constexpr (std::is_same_v<Value, double>) {
+      check(place, (*given)[i], (*given)[i], allowed);
+    } else {
+      check(place, (*given)[i], allowed);
+    }
+  }
+  field = *given;
+}
+
 }  // namespace
 
 std::string join(const std::vector<std::string>& words) {
@@ -182,43 +209,12 @@ void read_option(const Parameters& parameters, const std::string& component,
 
 void read_option(const Parameters& parameters, const std::string& component,
                  const std::string& name, const Allowed& allowed, std::vector<double>& field) {
-  const ParameterValue* value = parameters.find(name);
-  if (value == nullptr) {
-    return;
-  }
-  if (is_empty_list(*value)) {
-    field.clear();
-    return;
-  }
-  const auto* given = std::get_if<std::vector<double>>(value);
-  if (given == nullptr) {
-    refuse_type(full_name(component, name), *value, "a list of numbers", allowed);
-  }
-  for (std::size_t i = 0; i < given->size(); ++i) {
-    check(full_name(component, name) + "[" + std::to_string(i) + "]", (*given)[i], (*given)[i],
-          allowed);
-  }
-  field = *given;
+  read_list(parameters, component, name, allowed, "a list of numbers", field);
 }
 
 void read_option(const Parameters& parameters, const std::string& component,
                  const std::string& name, const Allowed& allowed, std::vector<std::string>& field) {
-  const ParameterValue* value = parameters.find(name);
-  if (value == nullptr) {
-    return;
-  }
-  if (is_empty_list(*value)) {
-    field.clear();
-    return;
-  }
-  const auto* given = std::get_if<std::vector<std::string>>(value);
-  if (given == nullptr) {
-    refuse_type(full_name(component, name), *value, "a list of texts", allowed);
-  }
-  for (std::size_t i = 0; i < given->size(); ++i) {
-    check(full_name(component, name) + "[" + std::to_string(i) + "]", (*given)[i], allowed);
-  }
-  field = *given;
+  read_list(parameters, component, name, allowed, "a list of texts", field);
 }
 
 void reject_unknown_keys(const Parameters& parameters, const std::string& component,

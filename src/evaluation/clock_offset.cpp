@@ -19,9 +19,10 @@ constexpr double kFineStep = 0.01;
 constexpr std::size_t kMostPoses = 2000;
 constexpr std::size_t kFewestPoses = 3;    // two positions and their distance fit too easily
 constexpr std::size_t kRefinedMinima = 5;  // the fine grid may reorder what the coarse one ranks
+// An offset away from the best one is a rival when its error is at most this much larger.
 constexpr double kAboutAsGoodFactor = 1.25;
 constexpr double kAboutAsGoodExtra = 0.005;  // [m], below this errors are noise
-constexpr double kSameMinimum = 3.0;         // [s]
+constexpr double kSameMinimum = 3.0;         // [s]; nearer ones belong to one valley of the curve
 // What a right offset leaves: positions within a share of the path's extent, and headings, which
 // took no part in the search, within a share of their own spread and a little noise.
 constexpr double kMostOfExtent = 0.1;

@@ -15,12 +15,7 @@ double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// The error of a pose over (x, y, theta) along the axes in which both are given.
-Eigen::Vector3d error_of(const Pose2& pose, const Pose2& truth) {
-  return {pose.x - truth.x, pose.y - truth.y, wrap_angle(pose.theta - truth.theta)};
-}
-
-/// The same along the axes of the true pose.
+/// An error over (x, y, theta) along the axes of the true pose.
 Eigen::Vector3d turned_to_base(const Eigen::Vector3d& error, const Pose2& truth) {
   const Eigen::Vector2d along = Pose2{0.0, 0.0, -truth.theta} * Eigen::Vector2d(error.head<2>());
   return {along.x(), along.y(), error.z()};
@@ -104,7 +99,7 @@ PairStatistics summarize_pairs(const std::vector<ScanPair>& pairs,
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Pose2& truth = pairs[i].reference_from_base;
     const MatchResult& result = matches[i].result;
-    const Eigen::Vector3d error = error_of(result.map_from_base, truth);
+    const Eigen::Vector3d error = difference(result.map_from_base, truth);
     translations.push_back(error.head<2>().norm());
     headings.push_back(std::abs(error.z()));
     seconds.push_back(matches[i].seconds);

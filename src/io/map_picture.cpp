@@ -100,12 +100,7 @@ CellBox shown_cells(const OccupancyGrid& map, const Trajectory& trajectory) {
     if (std::max(std::abs(stamped.pose.x), std::abs(stamped.pose.y)) > kFarthest) {
       continue;
     }
-    const Cell cell = map.geometry().cell_at(stamped.pose.translation());
-    if (box.empty()) {
-      box = {cell, {cell.x + 1, cell.y + 1}};
-    }
-    box.min = {std::min(box.min.x, cell.x), std::min(box.min.y, cell.y)};
-    box.max = {std::max(box.max.x, cell.x + 1), std::max(box.max.y, cell.y + 1)};
+    box.include(map.geometry().cell_at(stamped.pose.translation()));
   }
   return box.empty() ? CellBox{{0, 0}, {1, 1}} : box;
 }
@@ -135,11 +130,6 @@ Color color_of(const OccupancyGrid& map, const CellBox& cells) {
   const double darkness =
       std::clamp((highest - kSurelyFree) / (kSurelyOccupied - kSurelyFree), 0.0, 1.0);
   return is_known ? mix(kFreeColor, kOccupiedColor, darkness) : kUnknownColor;
-}
-
-CellBox intersection(const CellBox& a, const CellBox& b) {
-  return {{std::max(a.min.x, b.min.x), std::max(a.min.y, b.min.y)},
-          {std::min(a.max.x, b.max.x), std::min(a.max.y, b.max.y)}};
 }
 
 void draw_cells(const OccupancyGrid& map, const View& view, Picture& picture) {

@@ -33,14 +33,8 @@ CellBox OccupancyGrid::known_bounds() const {
         if ((*tile)[i] == kUnknown) {
           continue;
         }
-        const Cell cell{tx * kSize + static_cast<int>(i) % kSize,
-                        ty * kSize + static_cast<int>(i) / kSize};
-        if (bounds.empty()) {
-          bounds = {cell, {cell.x + 1, cell.y + 1}};
-        } else {
-          bounds.min = {std::min(bounds.min.x, cell.x), std::min(bounds.min.y, cell.y)};
-          bounds.max = {std::max(bounds.max.x, cell.x + 1), std::max(bounds.max.y, cell.y + 1)};
-        }
+        bounds.include(
+            {tx * kSize + static_cast<int>(i) % kSize, ty * kSize + static_cast<int>(i) / kSize});
       }
     }
   }

@@ -9,18 +9,17 @@
 namespace matchbox_slam {
 namespace {
 
-Eigen::Vector3d difference(const Pose2& pose, const Pose2& from) {
-  return {pose.x - from.x, pose.y - from.y, wrap_angle(pose.theta - from.theta)};
-}
-
-/// Information of a measurement with a point's noise, as the residuals show it.
+/// Information of one measurement with a point's noise [1/m^2], estimated from the residuals.
 double shown_information(const Correspondences& pairs, const RefinementOptions& options) {
-  // Few points may agree by chance: so many that agree with the option are thought with them.
+  // The configured noise counts as much as this many residuals, since few points may agree by
+  // chance. Half or double of it changes the mean NEES of pairs by 1 to 3 %.
   constexpr double kBelieved = 10.0;
-  // Nobody is better than this share of the option, as a standard deviation: also where the beams
-  // have no noise, the map has an error.
+  // Least standard deviation, as a share of the configured noise: 2 mm by default, for the error of
+  // the map, which even beams without noise have.
   constexpr double kLeast = 0.2;
-  // Seen through the last kernel, residuals would seem smaller than they are.
+  // Widths of the last kernel to look through, since a narrow one hides large residuals. The mean
+  // NEES of pairs, 3 if honest, is 3.8 and 3.5 (rooms, random) for 1, 3.0 and 2.6 for 2, and 2.7
+  // and 1.9 for 4.
   constexpr double kKernel = 2.0;
   const double expected = options.noise * options.noise;
   const ResidualSum seen = pairs.residuals(kKernel * options.last_kernel);
@@ -28,7 +27,7 @@ double shown_information(const Correspondences& pairs, const RefinementOptions& 
   return 1.0 / std::max(shown, kLeast * kLeast * expected);
 }
 
-/// Directions of translation that the scan says little about, with the heading left free to follow.
+/// Directions of translation that the scan hardly constrains once the heading is marginalised out.
 std::vector<Eigen::Vector2d> weak_directions(const Eigen::Matrix3d& information, double weakest) {
   const double turn = information(2, 2);
   Eigen::Matrix2d translation = information.topLeftCorner<2, 2>();
@@ -48,8 +47,8 @@ std::vector<Eigen::Vector2d> weak_directions(const Eigen::Matrix3d& information,
   return weak;
 }
 
-/// The motion of the base along a weak direction that the scan notices least: the heading follows,
-/// as in a round room, where nobody can tell going round from turning.
+/// The motion (x, y, theta) along a weak direction that changes the residuals least: in a round
+/// room going round its middle with a turn.
 Eigen::Vector3d least_noticed(const Eigen::Matrix3d& information,
                               const Eigen::Vector2d& direction) {
   const double turn = information(2, 2);
@@ -57,10 +56,9 @@ Eigen::Vector3d least_noticed(const Eigen::Matrix3d& information,
   return {direction.x(), direction.y(), turn > 0.0 ? -coupling / turn : 0.0};
 }
 
-/// Takes out what the scan claims to know about motions along its weak directions. A direction
-/// being an eigenvector of the translation's information with the heading free to follow, its
-/// motion is noticed in that direction alone; there a map of straight walls says nothing, but for
-/// rounding, which may make it less than nothing.
+/// Takes the information along the weak directions out of the equations. Since a direction is an
+/// eigenvector of the marginal information, its least noticed motion m has information along that
+/// direction alone: m^T I m, in theory 0 or more along straight walls, by rounding also less.
 NormalEquations without_weak_directions(NormalEquations scan, double weakest) {
   for (const Eigen::Vector2d& direction : weak_directions(scan.information, weakest)) {
     const Eigen::Vector3d motion = least_noticed(scan.information, direction);
@@ -85,17 +83,18 @@ bool advance(const Eigen::Vector3d& step, Pose2& pose) {
   if (!step.allFinite()) {
     return false;
   }
-  pose = {pose.x + step.x(), pose.y + step.y(), wrap_angle(pose.theta + step.z())};
-  return step.head<2>().norm() >= 1e-5 || std::abs(step.z()) >= 1e-5;
+  pose = displaced(pose, step);
+  constexpr double kConverged = 1e-5;  // [m], [rad]: a hundredth of what a scan tells
+  return step.head<2>().norm() >= kConverged || std::abs(step.z()) >= kConverged;
 }
 
 }  // namespace
 
 Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance) {
-  // Beyond what any scan knows, and less than anybody can be ignorant of.
+  // 1 um or urad, which no scan resolves, and 1000 km, as good as unknown.
   constexpr double kLeastVariance = 1e-12;
   constexpr double kMostVariance = 1e12;
-  // More than this between the largest and the smallest, and rounding would make it indefinite.
+  // Of the largest eigenvalue; rounding could make a wider range indefinite.
   constexpr double kLeastShare = 1e-9;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
   const double largest = std::min(kMostVariance, solver.eigenvalues().maxCoeff());

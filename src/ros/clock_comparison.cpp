@@ -1,9 +1,8 @@
 #include "ros/clock_comparison.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
 
+#include "evaluation/error_statistics.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/transform_store.hpp"
 
@@ -13,15 +12,6 @@ namespace {
 
 // Beyond 2^31 s no ros::Duration goes, and no clock is that wrong; stamps may be.
 constexpr double kLargestOffset = 2e9;
-
-std::optional<double> median(std::vector<double> values) {
-  if (values.empty()) {
-    return std::nullopt;
-  }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -58,12 +48,10 @@ std::optional<double> ClockComparison::offset() const {
       moving.insert(moving.end(), link.leads.begin(), link.leads.end());
     }
   }
-  const std::optional<double> transforms = median(moving.empty() ? all : moving);
-  const std::optional<double> scans = median(scans_);
-  if (!transforms || !scans) {
+  if (all.empty() || scans_.empty()) {
     return std::nullopt;
   }
-  const double offset = *transforms - *scans;
+  const double offset = quantile(moving.empty() ? all : moving, 0.5) - quantile(scans_, 0.5);
   return std::abs(offset) < kLargestOffset ? std::optional<double>(offset) : std::nullopt;
 }
 

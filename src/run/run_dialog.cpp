@@ -1,16 +1,9 @@
 #include "run/run_dialog.hpp"
 
-#include <iomanip>
-#include <locale>
-#include <sstream>
+#include "common/number_text.hpp"
 
 namespace matchbox_slam {
 
-std::string seconds_text(double seconds) {
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  text << std::fixed << std::setprecision(1) << seconds << " s";
-  return text.str();
-}
+std::string seconds_text(double seconds) { return fixed_text(seconds, 1) + " s"; }
 
 }  // namespace matchbox_slam

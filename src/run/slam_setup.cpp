@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/number_text.hpp"
 #include "run/frames.hpp"
 #include "run/setup_parts.hpp"
 
@@ -31,7 +32,7 @@ Parameters with_offset_as_text(Parameters parameters) {
 void check_scan_time_offset(const RunOptions& options) {
   constexpr double kLargestOffset = 1e6;  // s
   const std::optional<double> offset = fixed_scan_time_offset(options);
-  const bool is_in_range = offset && std::abs(*offset) <= kLargestOffset;  // nan is not
+  const bool is_in_range = offset && std::abs(*offset) <= kLargestOffset;
   if (options.scan_time_offset != "auto" && !is_in_range) {
     throw ConfigurationError("scan_time_offset: " + options.scan_time_offset +
                              " is not allowed; allowed: a number of seconds from -1000000 to "
@@ -49,14 +50,7 @@ void strip_leading_slashes(RunOptions& options) {
 }  // namespace
 
 std::optional<double> fixed_scan_time_offset(const RunOptions& options) {
-  const ParameterValue value = parse_parameter_value(options.scan_time_offset);
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
-    return static_cast<double>(*whole);
-  }
-  if (const auto* real = std::get_if<double>(&value)) {
-    return *real;
-  }
-  return std::nullopt;
+  return finite_number(options.scan_time_offset);
 }
 
 SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& catalog) {

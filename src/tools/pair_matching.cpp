@@ -9,6 +9,7 @@
 
 #include "bag/simulation_record.hpp"
 #include "common/interrupted.hpp"
+#include "evaluation/error_statistics.hpp"
 #include "evaluation/pair_statistics.hpp"
 #include "io/hough_picture.hpp"
 #include "io/tum.hpp"
@@ -23,8 +24,6 @@
 
 namespace matchbox_slam {
 namespace {
-
-constexpr double kMaxTruthGap = 0.5;  // s
 
 /// The configuration once for each matcher; without names, the configured one.
 std::vector<SlamSetup> make_setups(const MatchPairsRequest& request, const Parameters& parameters) {
@@ -64,7 +63,7 @@ class TruthAtScans {
       : truth_(std::move(truth)), offset_(scan_time_offset) {}
 
   [[nodiscard]] std::optional<Pose2> at(double stamp) const {
-    return truth_.at(stamp - offset_, kMaxTruthGap);
+    return truth_.at(stamp - offset_, kDefaultMaxGap);
   }
 
  private:
@@ -222,30 +221,23 @@ PairInformation information_of(const std::vector<LocatedScan>& scans,
   return information;
 }
 
-template <typename Value>
-Value median_of(std::vector<Value> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Tells what the pairs are like.
 void describe_pairs(const std::vector<LocatedScan>& scans, const std::vector<ScanPair>& pairs,
                     const EngineOptions& options, PairFacts& facts) {
   std::vector<double> gaps;
-  std::vector<std::size_t> beams;
+  std::vector<double> beams;
   std::vector<double> reaches;
   for (const ScanPair& pair : pairs) {
     const LocatedScan& located = scans[pair.scan];
     gaps.push_back(located.scan.stamp - scans[pair.reference].scan.stamp);
-    beams.push_back(located.scan.ranges.size());
+    beams.push_back(static_cast<double>(located.scan.ranges.size()));
     const PointScan projected =
         project_scan(located.scan, located.base_from_laser, located.motion, options.scan);
     reaches.push_back(hough_points(projected.points, 0.0).reach);
   }
-  facts.gap_seconds = median_of(gaps);
-  facts.beams = median_of(beams);
-  facts.reach = median_of(reaches);
+  facts.gap_seconds = quantile(gaps, 0.5);
+  facts.beams = static_cast<std::size_t>(quantile(beams, 0.5));
+  facts.reach = quantile(reaches, 0.5);
 }
 
 /// What the Hough matcher sees of the first pairs, one picture each.

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <variant>
 
+#include "common/number_text.hpp"
 #include "tools/provenance.hpp"
 
 namespace matchbox_slam {
@@ -16,13 +17,6 @@ using nlohmann::json;
 
 constexpr double kMilli = 1e3;
 constexpr double kMicro = 1e6;
-
-std::string fixed(double value, int decimals) {
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  text << std::fixed << std::setprecision(decimals) << value;
-  return text.str();
-}
 
 void write_pose(std::ostream& text, const Pose2& pose) {
   text << ',' << pose.x << ',' << pose.y << ',' << pose.theta;
@@ -74,18 +68,18 @@ json json_of(const MatcherOnPairs& matcher) {
 }
 
 std::string ratio_of(const std::optional<BoundStatistics>& bound) {
-  return bound && bound->ratio ? fixed(*bound->ratio, 2) : "–";
+  return bound && bound->ratio ? fixed_text(*bound->ratio, 2) : "–";
 }
 
 std::string row_of(const MatcherOnPairs& matcher) {
   const PairStatistics& s = matcher.statistics;
   const auto both = [](const ErrorStatistics& statistics, int decimals) {
-    return fixed(statistics.median * kMilli, decimals) + " / " +
-           fixed(statistics.p95 * kMilli, decimals);
+    return fixed_text(statistics.median * kMilli, decimals) + " / " +
+           fixed_text(statistics.p95 * kMilli, decimals);
   };
-  return "| " + matcher.name + " | " + fixed(100.0 * s.success_rate(), 1) + " | " +
+  return "| " + matcher.name + " | " + fixed_text(100.0 * s.success_rate(), 1) + " | " +
          both(s.translation, 2) + " | " + both(s.heading, 3) + " | " + both(s.seconds, 3) + " | " +
-         (s.covariance ? fixed(s.covariance->mean_nees, 2) : "–") + " | " +
+         (s.covariance ? fixed_text(s.covariance->mean_nees, 2) : "–") + " | " +
          ratio_of(s.known_world_bound) + " | " + ratio_of(s.unknown_walls_bound) + " |\n";
 }
 
@@ -149,10 +143,10 @@ std::string pairs_json(const PairTask& task, const std::vector<MatcherOnPairs>& 
 std::string pairs_markdown(const PairTask& task, const std::vector<MatcherOnPairs>& matchers) {
   std::string text =
       std::to_string(task.options.pairs) + " pairs of scans " + std::to_string(task.options.gap) +
-      " apart, guess off by up to " + fixed(task.options.error_xy, 3) + " m and " +
-      fixed(task.options.error_theta, 3) + " rad, seed " + std::to_string(task.seed) +
-      ". Success: within " + fixed(task.limits.xy * kMilli, 0) + " mm and " +
-      fixed(task.limits.theta * kMilli, 0) +
+      " apart, guess off by up to " + fixed_text(task.options.error_xy, 3) + " m and " +
+      fixed_text(task.options.error_theta, 3) + " rad, seed " + std::to_string(task.seed) +
+      ". Success: within " + fixed_text(task.limits.xy * kMilli, 0) + " mm and " +
+      fixed_text(task.limits.theta * kMilli, 0) +
       " mrad of the truth. NEES: 3 is an honest covariance. Error / bound: "
       "1 is the least that the noise of the scan allows (Cramér–Rao) in a world that is known, and "
       "in one whose straight walls only the other scan tells.\n\n";

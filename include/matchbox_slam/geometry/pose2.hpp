@@ -47,6 +47,17 @@ struct Pose2 {
 }
 [[nodiscard]] inline bool operator!=(const Pose2& a, const Pose2& b) { return !(a == b); }
 
+/// By how much x [m], y [m] and theta [rad] of a pose differ from those of another one.
+[[nodiscard]] inline Eigen::Vector3d difference(const Pose2& pose, const Pose2& from) {
+  return {pose.x - from.x, pose.y - from.y, wrap_angle(pose.theta - from.theta)};
+}
+
+/// The pose that differs by so much from another one: `difference(displaced(from, by), from) == by`
+/// but for rounding and whole turns.
+[[nodiscard]] inline Pose2 displaced(const Pose2& from, const Eigen::Vector3d& by) {
+  return {from.x + by.x(), from.y + by.y(), wrap_angle(from.theta + by.z())};
+}
+
 /// The pose a `fraction` of the way from `a` to `b` at constant speed: the position on the straight
 /// line, the heading along the shorter arc. Fractions outside [0, 1] extrapolate.
 [[nodiscard]] inline Pose2 interpolate(const Pose2& a, const Pose2& b, double fraction) {

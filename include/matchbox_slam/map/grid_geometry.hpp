@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 
 namespace matchbox_slam {
 
@@ -27,7 +28,20 @@ struct CellBox {
   [[nodiscard]] bool contains(const Cell& cell) const {
     return cell.x >= min.x && cell.x < max.x && cell.y >= min.y && cell.y < max.y;
   }
+
+  /// Grows the box so that the cell lies in it.
+  void include(const Cell& cell) {
+    const CellBox before = empty() ? CellBox{cell, cell} : *this;
+    min = {std::min(before.min.x, cell.x), std::min(before.min.y, cell.y)};
+    max = {std::max(before.max.x, cell.x + 1), std::max(before.max.y, cell.y + 1)};
+  }
 };
+
+/// The cells that lie in both boxes.
+[[nodiscard]] inline CellBox intersection(const CellBox& a, const CellBox& b) {
+  return {{std::max(a.min.x, b.min.x), std::max(a.min.y, b.min.y)},
+          {std::min(a.max.x, b.max.x), std::min(a.max.y, b.max.y)}};
+}
 
 /// The only place where metres of the map frame become cells and back.
 class GridGeometry {
@@ -37,8 +51,8 @@ class GridGeometry {
 
   [[nodiscard]] double resolution() const { return resolution_; }
 
-  /// The cell that a point lies in. What is no number or farther than 2^28 cells from the origin
-  /// counts as that far.
+  /// The cell that a point [m] lies in. Coordinates beyond 2^28 cells from the origin are taken as
+  /// that far, NaN as the lower end.
   [[nodiscard]] Cell cell_at(const Eigen::Vector2d& point) const {
     return {index_at(point.x()), index_at(point.y())};
   }

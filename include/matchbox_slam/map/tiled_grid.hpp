@@ -83,15 +83,11 @@ class TiledGrid {
     if (bounds_.contains(tile)) {
       return;
     }
-    CellBox grown{tile, {tile.x + 1, tile.y + 1}};
-    if (!bounds_.empty()) {
-      grown.min = {std::min(tile.x, bounds_.min.x), std::min(tile.y, bounds_.min.y)};
-      grown.max = {std::max(tile.x + 1, bounds_.max.x), std::max(tile.y + 1, bounds_.max.y)};
-    }
     TiledGrid bigger;
-    bigger.bounds_ = grown;
-    bigger.width_ = static_cast<unsigned>(grown.width());
-    bigger.height_ = static_cast<unsigned>(grown.height());
+    bigger.bounds_ = bounds_;
+    bigger.bounds_.include(tile);
+    bigger.width_ = static_cast<unsigned>(bigger.bounds_.width());
+    bigger.height_ = static_cast<unsigned>(bigger.bounds_.height());
     bigger.tiles_.resize(static_cast<std::size_t>(bigger.width_) * bigger.height_);
     for (int y = bounds_.min.y; y < bounds_.max.y; ++y) {
       for (int x = bounds_.min.x; x < bounds_.max.x; ++x) {

@@ -23,10 +23,6 @@ Eigen::Vector3d gaussian_vector(Random& random) {
   return {x, y, random.gaussian()};
 }
 
-Pose2 moved(const Pose2& pose, const Eigen::Vector3d& by) {
-  return {pose.x + by.x(), pose.y + by.y(), wrap_angle(pose.theta + by.z())};
-}
-
 /// About `count` of the points, one for each equal length of wall, shuffled by a fixed stride so
 /// that the first few already speak for all.
 std::vector<Eigen::Vector2f> spread_along_walls(const std::vector<ScanPoint>& points, int count) {
@@ -113,8 +109,8 @@ class TilesAround {
 
 /// Cells that the points can fall into while the pose stays within a few standard deviations.
 CellBox cells_in_reach(const MatchProblem& problem, const std::vector<Eigen::Vector2f>& points) {
-  constexpr double kSigmas = 4.0;
-  constexpr double kMost = 200.0;  // [m], a prior may be as wide as it likes
+  constexpr double kSigmas = 4.0;  // what falls outside counts as far from every wall
+  constexpr double kMost = 200.0;  // [m], for any width of the prior; twice what lasers reach
   float farthest = 0.0F;
   for (const Eigen::Vector2f& point : points) {
     farthest = std::max(farthest, point.squaredNorm());
@@ -222,8 +218,9 @@ Found random_search(const MatchProblem& problem, const MonteCarloOptions& option
   while (best.tries < most_tries && failed < options.max_failed_tries) {
     ++best.tries;
     const Eigen::Vector3d candidate = best.steps + area * gaussian_vector(random);
-    const double candidate_score = score(moved(problem.predicted_map_from_base, spread * candidate),
-                                         candidate.squaredNorm(), best.score);
+    const double candidate_score =
+        score(displaced(problem.predicted_map_from_base, spread * candidate),
+              candidate.squaredNorm(), best.score);
     if (candidate_score > best.score) {
       best.steps = candidate;
       best.score = candidate_score;
@@ -264,6 +261,7 @@ Found repeated_search(const MatchProblem& problem, const MonteCarloOptions& opti
 /// draw.
 Eigen::Matrix3d sampled_covariance(const MatchProblem& problem, const RefinedPose& center,
                                    const MonteCarloOptions& options, Random& random) {
+  // Wider than the posterior, so that no draw has a weight that rules the sum.
   constexpr double kWider = 2.0;
   const LocalPosterior posterior(problem.scan.points, problem.field, center.map_from_base,
                                  {problem.predicted_map_from_base, problem.prior_covariance},
@@ -302,7 +300,7 @@ MatchResult MonteCarloMatcher::match(const MatchProblem& problem) const {
   const Found found = repeated_search(problem, options_, random);
   const auto tries = static_cast<std::size_t>(found.tries);
   const RefinedPose refined = refine(
-      problem.scan.points, problem.field, moved(problem.predicted_map_from_base, found.steps),
+      problem.scan.points, problem.field, displaced(problem.predicted_map_from_base, found.steps),
       {problem.predicted_map_from_base, problem.prior_covariance}, options_.refinement);
   if (!(refined.score >= options_.min_score)) {
     MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);

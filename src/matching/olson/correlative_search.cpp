@@ -56,11 +56,6 @@ CellBox cells_in_reach(const PointArrays& points, const SearchLattice& lattice,
   return {{first.x - 1, first.y - 1}, {last.x + 2, last.y + 2}};
 }
 
-CellBox intersection(const CellBox& a, const CellBox& b) {
-  return {{std::max(a.min.x, b.min.x), std::max(a.min.y, b.min.y)},
-          {std::min(a.max.x, b.max.x), std::min(a.max.y, b.max.y)}};
-}
-
 CellBox grown(const CellBox& box, int by) {
   return {{box.min.x - by, box.min.y - by}, {box.max.x + by, box.max.y + by}};
 }

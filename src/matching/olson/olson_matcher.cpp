@@ -213,7 +213,7 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
        ++widening) {
     SearchResult wider = search_lattice(points, problem.field, lattice, scoring, rivals, deadline);
     found.candidates += wider.candidates;
-    if (wider.score < result.score) {  // it was late
+    if (wider.score < result.score) {  // the deadline ended the wider search early
       wider.best = result.best;
       wider.score = result.score;
     }
@@ -242,7 +242,8 @@ Eigen::Matrix3d volume_covariance(const MatchProblem& problem, const RefinedPose
   const Eigen::Matrix3d spread = center.covariance.llt().matrixL();
   Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
   double total = 0.0;
-  constexpr double kSpacing = 1.1;  // standard deviations
+  // Standard deviations; the grid's moment of a Gaussian is then 0.96 of its variance.
+  constexpr double kSpacing = 1.1;
   for (int x = -2; x <= 2; ++x) {
     for (int y = -2; y <= 2; ++y) {
       for (int theta = -2; theta <= 2; ++theta) {
@@ -256,15 +257,15 @@ Eigen::Matrix3d volume_covariance(const MatchProblem& problem, const RefinedPose
   return total > 0.0 ? Eigen::Matrix3d(moment / total) : center.covariance;
 }
 
-/// The covariance with that of two places: the answer's and its rival's, which is as likely when it
-/// scores the same and soon less likely when it does not.
+/// The covariance of a pose that is at the answer or at its rival, which are as likely when they
+/// score the same; the rival soon becomes less likely when it scores less.
 Eigen::Matrix3d with_rival(const Eigen::Matrix3d& covariance, const Pose2& answer,
                            const Pose2& rival, double score_difference) {
-  constexpr double kDecay = 0.01;  // of the highest score, by which a rival is e times less likely
+  // Difference in score, as a share of the highest one, by which a rival is e times less likely.
+  constexpr double kDecay = 0.01;
   const double odds = std::exp(-std::max(0.0, score_difference) / kDecay);
   const double share = odds / (1.0 + odds);
-  const Eigen::Vector3d apart(rival.x - answer.x, rival.y - answer.y,
-                              wrap_angle(rival.theta - answer.theta));
+  const Eigen::Vector3d apart = difference(rival, answer);
   return covariance + share * (1.0 - share) * apart * apart.transpose();
 }
 
