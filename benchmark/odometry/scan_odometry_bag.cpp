@@ -97,7 +97,7 @@ void run(const Request& request, const RunDialog& dialog) {
   const Parameters frames = frame_parameters(request.recording);
   RunOptions options = read_options<RunOptions>(frames, "");
   options.scan_time_offset = to_string(setup.node.scan_time_offset);
-  scans.prepare(frames, options);
+  options = scans.prepare(frames, options);
 
   LaserOdometry odometry(setup.odometry, setup.matcher, setup.guess,
                          static_cast<std::uint64_t>(setup.node.seed));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "common/interrupted.hpp"
@@ -54,7 +55,7 @@ BagScans::BagScans(const BagRequest& request, const RunDialog& dialog)
   facts_.threads = request.threads;
 }
 
-void BagScans::prepare(const Parameters& parameters, RunOptions& options) {
+RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   check_asked_frames(parameters, options);
   facts_.scan_topics = choose_scan_topics(
       reader_, request_.scan_topic ? std::vector{*request_.scan_topic} : options.scan_topics);
@@ -82,6 +83,7 @@ void BagScans::prepare(const Parameters& parameters, RunOptions& options) {
   if (request_.threads > 1) {
     stream_ = read_ahead(std::move(stream_), kReadAhead);
   }
+  return options;
 }
 
 void BagScans::choose_clock(const BagSurvey& survey, const RunOptions& options) {
@@ -102,19 +104,42 @@ void BagScans::choose_clock(const BagSurvey& survey, const RunOptions& options) 
 
 std::optional<ScanQueue::Item> BagScans::next() {
   while (true) {
-    std::optional<ScanQueue::Item> item = queue_->next();
-    if (item || stream_ == nullptr) {
-      return item;
+    if (!facts_.interrupted && dialog_.is_interrupted()) {
+      facts_.interrupted = true;
+      queue_->interrupt();
+      stop();
+    }
+    if (const ScanQueue::Item* next = queue_->peek()) {
+      if (is_event_due(*next)) {
+        RunEvent event = std::move(events_.front().event);
+        events_.pop_front();
+        return event;
+      }
+      time_jumps_ += std::holds_alternative<TimeJump>(*next) ? 1 : 0;
+      return queue_->next();
+    }
+    if (stream_ == nullptr) {
+      return std::nullopt;
     }
     read_message();
   }
 }
 
+void BagScans::schedule(std::vector<TimedEvent> events) {
+  events_.assign(std::make_move_iterator(events.begin()), std::make_move_iterator(events.end()));
+}
+
+bool BagScans::is_event_due(const ScanQueue::Item& next) const {
+  const auto* scan = std::get_if<ReadyScan>(&next);
+  return scan != nullptr && !events_.empty() &&
+         !(ScanMoment{time_jumps_, scan->input.scan.stamp, scan->input.laser} <
+           events_.front().scan);
+}
+
 void BagScans::read_message() {
-  facts_.interrupted = dialog_.is_interrupted();
   std::optional<BagMessage> message;
   try {
-    message = facts_.interrupted ? std::nullopt : stream_->next();
+    message = stream_->next();
   } catch (const BagError& error) {
     facts_.damage = error.what();
   }

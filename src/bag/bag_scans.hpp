@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <set>
@@ -56,15 +57,19 @@ class BagScans {
   /// @param request, dialog  outlive this object.
   BagScans(const BagRequest& request, const RunDialog& dialog);
 
-  /// Finds topic, frames and the offset between the clocks; to be called once, before `next`.
+  /// Finds topics, frames and the offset between the clocks; to be called once, before `next`.
+  /// Returns the options with the topics and frames in use.
   /// @param parameters  those given; a frame that is not among them is chosen.
-  /// @param options     read from the parameters; gets the frames in use.
+  /// @param options     read from the parameters.
   /// Throws ConfigurationError when there is no answer or more than one, and BagError when the
   /// period has no scans; Interrupted when the user does not wait for that.
-  void prepare(const Parameters& parameters, RunOptions& options);
+  [[nodiscard]] RunOptions prepare(const Parameters& parameters, RunOptions options);
 
-  /// The next scan or time jump. None: the bag is at its end, damaged from here on, or the user has
-  /// interrupted it, as the facts tell.
+  /// Events that come before certain scans, in their order.
+  void schedule(std::vector<TimedEvent> events);
+
+  /// The next scan, time jump or event. None: the bag is at its end, damaged from here on, or the
+  /// user has interrupted it, as the facts tell.
   [[nodiscard]] std::optional<ScanQueue::Item> next();
 
   /// Reads no further.
@@ -72,6 +77,13 @@ class BagScans {
 
   /// Counts the scans delivered so far as skipped: what came of them is given up.
   void discard_delivered() { queue_->discard_delivered(); }
+
+  /// As ScanQueue::leave_out and set_max_lag.
+  void leave_out(const ReadyScan& scan) { queue_->leave_out(scan); }
+  void set_max_lag(double seconds) { queue_->set_max_lag(seconds); }
+
+  /// Events that no scan has come after yet.
+  [[nodiscard]] std::size_t events_left() const { return events_.size(); }
 
   [[nodiscard]] const BagFacts& facts() const { return facts_; }
   [[nodiscard]] const ScanAccount& account() const { return queue_->account(); }
@@ -81,6 +93,7 @@ class BagScans {
 
  private:
   void choose_clock(const BagSurvey& survey, const RunOptions& options);
+  [[nodiscard]] bool is_event_due(const ScanQueue::Item& next) const;
   void read_message();
   void take(const BagMessage& message);
   void warn_of_skipped();
@@ -98,6 +111,8 @@ class BagScans {
   std::string first_skip_;
   bool told_of_map_link_ = false;
   std::optional<ros::Time> first_time_;
+  std::deque<TimedEvent> events_;
+  int time_jumps_ = 0;
 };
 
 }  // namespace matchbox_slam

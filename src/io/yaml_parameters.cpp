@@ -142,6 +142,14 @@ YAML::Node load_document(const std::string& text, const YamlReader& reader) {
   }
 }
 
+std::string read_configuration(const std::string& path) {
+  try {
+    return read_file(path);
+  } catch (const FileError& error) {
+    throw ConfigurationError(error.what());
+  }
+}
+
 /// Values by the parts of their names.
 struct Section {
   std::optional<ParameterValue> value;
@@ -181,15 +189,27 @@ Parameters parse_yaml_parameters(const std::string& text, const std::string& sou
 Parameters read_yaml_parameters(const std::vector<std::string>& paths) {
   Parameters parameters;
   for (const std::string& path : paths) {
-    std::string text;
-    try {
-      text = read_file(path);
-    } catch (const FileError& error) {
-      throw ConfigurationError(error.what());
-    }
-    parameters.merge(parse_yaml_parameters(text, path));
+    parameters.merge(parse_yaml_parameters(read_configuration(path), path));
   }
   return parameters;
+}
+
+std::vector<ParameterEntry> read_yaml_list(const std::string& path) {
+  const YamlReader reader(path);
+  const YAML::Node document = load_document(read_configuration(path), reader);
+  if (!document.IsSequence() && !document.IsNull()) {
+    reader.fail(document, "has to be a list, each entry after a '-'");
+  }
+  std::vector<ParameterEntry> entries;
+  for (const YAML::Node& entry : document) {
+    if (!entry.IsMap()) {
+      reader.fail(entry, "has to be a map of names to values");
+    }
+    YamlReader entry_reader(path);
+    entry_reader.read_map(entry, "", 0);
+    entries.push_back({entry.Mark().line + 1, entry_reader.parameters()});
+  }
+  return entries;
 }
 
 Parameters parse_overrides(const std::vector<std::string>& assignments) {

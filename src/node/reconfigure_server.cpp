@@ -165,7 +165,7 @@ bool ReconfigureServer::answer(dynamic_reconfigure::Reconfigure::Request& reques
     values_ = values_of(change_(to_parameters(request.config)));
     keep_on_parameter_server(request.config);
     updates_.publish(values_);
-  } catch (const ConfigurationError& error) {
+  } catch (const std::exception& error) {
     ROS_ERROR_STREAM("not changed: " << error.what());
   }
   response.config = values_;

@@ -18,8 +18,8 @@ namespace matchbox_slam {
 /// time, and could not know those of matchers from other packages.
 class ReconfigureServer {
  public:
-  /// Takes the values that are to change. Throws ConfigurationError to refuse them, all of them;
-  /// returns the options as they are then.
+  /// Takes the values that are to change. Throws to refuse them, all of them; returns the options
+  /// as they are then.
   using Change = std::function<std::vector<OptionDescription>(const Parameters&)>;
 
   /// @param private_node  where the topics and the service go; its queue calls `change`.

@@ -42,7 +42,8 @@ ScanMatcherNode::ScanMatcherNode(const ros::NodeHandle& node, const ros::NodeHan
       private_node_(private_node),
       setup_(make_scan_matcher_setup(read_ros_parameters(private_node_), loader_)),
       matcher_(std::make_shared<TimedMatcher>(setup_.matcher)),
-      queue_(queue_settings(setup_)),
+      worker_("matching", queue_settings(setup_),
+              [this](const ScanQueue::Item& item) { handle(item); }),
       odometry_publisher_(node_.advertise<nav_msgs::Odometry>("scan_odom", 50)),
       diagnostic_updater_(node_, private_node_, private_node_.getNamespace()) {
   start_anew();
@@ -53,7 +54,7 @@ ScanMatcherNode::ScanMatcherNode(const ros::NodeHandle& node, const ros::NodeHan
                   << ", guess by " << setup_.node.guess << ", " << setup_.node.odom_frame << " -> "
                   << setup_.node.base_frame << " on " << odometry_publisher_.getTopic()
                   << (setup_.node.publish_tf ? " and in tf" : ""));
-  matching_thread_ = std::thread([this] { run_matching(); });
+  worker_.start();
 }
 
 ScanMatcherNode::~ScanMatcherNode() {
@@ -63,12 +64,7 @@ ScanMatcherNode::~ScanMatcherNode() {
   static_transform_subscriber_.shutdown();
   diagnostic_spinner_->stop();
   diagnostic_timer_.stop();
-  {
-    const std::lock_guard<std::mutex> lock(queue_mutex_);
-    stop_ = true;
-  }
-  queue_changed_.notify_all();
-  matching_thread_.join();
+  worker_.stop();
 }
 
 // --- messages in ---
@@ -98,35 +94,27 @@ void ScanMatcherNode::subscribe() {
 }
 
 void ScanMatcherNode::on_scan(const ros::MessageEvent<const sensor_msgs::LaserScan>& event) {
-  {
-    const std::lock_guard<std::mutex> lock(queue_mutex_);
-    queue_.add_scan(*event.getConstMessage(), event.getReceiptTime());
-    skip_warnings_.tell(queue_);
-  }
-  queue_changed_.notify_one();
+  worker_.use_queue(
+      [&](ScanQueue& queue) { queue.add_scan(*event.getConstMessage(), event.getReceiptTime()); });
 }
 
 void ScanMatcherNode::on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event,
                                     bool is_static) {
-  {
-    const std::lock_guard<std::mutex> lock(queue_mutex_);
-    queue_.add_transforms(*event.getConstMessage(), is_static, event.getReceiptTime());
-    look_for_rival(event);
-    skip_warnings_.tell(queue_);
-  }
-  queue_changed_.notify_one();
+  worker_.use_queue([&](ScanQueue& queue) {
+    queue.add_transforms(*event.getConstMessage(), is_static, event.getReceiptTime());
+  });
+  look_for_rival(event);
 }
 
 void ScanMatcherNode::on_imu(const ros::MessageEvent<const sensor_msgs::Imu>& event) {
   const sensor_msgs::Imu& message = *event.getConstMessage();
   const std::string frame = without_leading_slash(message.header.frame_id);
   const std::string& base = setup_.node.base_frame;
-  {
-    const std::lock_guard<std::mutex> lock(queue_mutex_);
+  worker_.use_queue([&](ScanQueue& queue) {
     std::string defect = find_defect(message);
     std::optional<Eigen::Isometry3d> imu_from_base = Eigen::Isometry3d::Identity();
     if (defect.empty() && frame != base) {
-      imu_from_base = queue_.transforms().lookup(frame, base, ros::Time());
+      imu_from_base = queue.transforms().lookup(frame, base, ros::Time());
       defect = imu_from_base ? "" : "tf does not say how '" + frame + "' lies in '" + base + "'";
     }
     if (!defect.empty()) {
@@ -135,13 +123,12 @@ void ScanMatcherNode::on_imu(const ros::MessageEvent<const sensor_msgs::Imu>& ev
     }
     tf2_msgs::TFMessage heading;
     heading.transforms.push_back(heading_link(message, *imu_from_base, base));
-    queue_.add_transforms(heading, false, event.getReceiptTime());
-    skip_warnings_.tell(queue_);
-  }
-  queue_changed_.notify_one();
+    queue.add_transforms(heading, false, event.getReceiptTime());
+  });
 }
 
 void ScanMatcherNode::look_for_rival(const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
+  const std::lock_guard<std::mutex> lock(mutex_);
   if (!setup_.node.publish_tf || !tf_conflict_.empty()) {
     return;
   }
@@ -162,42 +149,21 @@ void ScanMatcherNode::look_for_rival(const ros::MessageEvent<const tf2_msgs::TFM
 
 // --- matching ---
 
-void ScanMatcherNode::run_matching() {
-  while (true) {
-    std::optional<ScanQueue::Item> item;
-    {
-      std::unique_lock<std::mutex> lock(queue_mutex_);
-      queue_changed_.wait(lock, [&] {
-        item = queue_.next();
-        return item || stop_;
-      });
-    }
-    if (!item) {
-      return;
-    }
-    try {
-      handle(*item);
-    } catch (const std::exception& error) {  // the next scan may be better
-      ROS_ERROR_STREAM_THROTTLE(kWarningInterval, "matching: " << error.what());
-    }
-  }
-}
-
 void ScanMatcherNode::handle(const ScanQueue::Item& item) {
   if (const auto* scan = std::get_if<ReadyScan>(&item)) {
     match_scan(*scan);
-    return;
+  } else if (const auto* jump = std::get_if<TimeJump>(&item)) {
+    ROS_WARN_STREAM("time has jumped back by " << jump->seconds
+                                               << " s; the odometry starts anew, at its origin");
+    start_anew();
   }
-  ROS_WARN_STREAM("time has jumped back by " << std::get<TimeJump>(item).seconds
-                                             << " s; the odometry starts anew, at its origin");
-  start_anew();
 }
 
 void ScanMatcherNode::match_scan(const ReadyScan& scan) {
   const LaserOdometryOutcome outcome = odometry_->process(scan.input);
   bool with_tf = setup_.node.publish_tf;
   {
-    const std::lock_guard<std::mutex> lock(queue_mutex_);
+    const std::lock_guard<std::mutex> lock(mutex_);
     matches_.add(outcome, matcher_->take_seconds());
     with_tf = with_tf && tf_conflict_.empty();
   }
@@ -260,11 +226,12 @@ void ScanMatcherNode::start_diagnostics() {
 void ScanMatcherNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& status) {
   ScanMatcherHealth health;
   health.matcher = setup_.matcher_name;
+  const QueueHealth queue = worker_.health();
+  health.account = queue.account;
+  health.waiting = queue.waiting;
+  health.last_skip = queue.last_skip;
   {
-    const std::lock_guard<std::mutex> lock(queue_mutex_);
-    health.account = queue_.account();
-    health.waiting = queue_.waiting();
-    health.last_skip = skip_warnings_.latest();
+    const std::lock_guard<std::mutex> lock(mutex_);
     health.matches = matches_;
     health.tf_conflict = tf_conflict_;
   }

@@ -8,17 +8,14 @@
 #include <tf2_msgs/TFMessage.h>
 #include <tf2_ros/transform_broadcaster.h>
 
-#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 
 #include "matchbox_slam/slam/laser_odometry.hpp"
 #include "node/scan_matcher_diagnostics.hpp"
-#include "node/skip_warnings.hpp"
+#include "node/scan_worker.hpp"
 #include "ros/matcher_loader.hpp"
-#include "ros/scan_queue.hpp"
 #include "run/scan_matcher_setup.hpp"
 #include "run/timed_matcher.hpp"
 
@@ -30,8 +27,8 @@ namespace matchbox_slam {
                                           const std::string& child, const std::string& own_parent,
                                           bool from_others);
 
-/// The laser odometry node: scans in, odometry out, no map. Callbacks only fill the queue; a thread
-/// of its own does the matching.
+/// The laser odometry node: scans in, odometry out, no map. Callbacks only fill the queue; the
+/// worker's thread does the matching.
 class ScanMatcherNode {
  public:
   /// Starts at once. Throws ConfigurationError for private parameters that are unknown or not
@@ -49,7 +46,6 @@ class ScanMatcherNode {
   void on_imu(const ros::MessageEvent<const sensor_msgs::Imu>& event);
   void look_for_rival(const ros::MessageEvent<const tf2_msgs::TFMessage>& event);
 
-  void run_matching();
   void handle(const ScanQueue::Item& item);
   void match_scan(const ReadyScan& scan);
   void warn_of_failure(const LaserOdometryOutcome& outcome) const;
@@ -65,15 +61,12 @@ class ScanMatcherNode {
   std::shared_ptr<TimedMatcher> matcher_;
   ros::CallbackQueue diagnostic_queue_;  ///< before all that puts callbacks in it
 
-  std::mutex queue_mutex_;  ///< guards what follows, up to the matching thread's own
-  std::condition_variable queue_changed_;
-  ScanQueue queue_;
-  SkipWarnings skip_warnings_;
+  ScanWorker worker_;
+  std::mutex mutex_;         ///< guards the next two
   std::string tf_conflict_;  ///< why no tf is published; empty: it is, or is not wanted
   MatchRecord matches_;
-  bool stop_ = false;
 
-  std::unique_ptr<LaserOdometry> odometry_;  ///< of the matching thread, as what follows
+  std::unique_ptr<LaserOdometry> odometry_;  ///< of the worker's thread, as what follows
   tf2_ros::TransformBroadcaster broadcaster_;
   ros::Publisher odometry_publisher_;
 
@@ -85,7 +78,6 @@ class ScanMatcherNode {
   ros::Subscriber transform_subscriber_;
   ros::Subscriber static_transform_subscriber_;
   std::unique_ptr<ros::AsyncSpinner> diagnostic_spinner_;
-  std::thread matching_thread_;
 };
 
 }  // namespace matchbox_slam

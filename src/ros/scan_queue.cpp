@@ -79,6 +79,8 @@ const char* to_string(SkipReason reason) {
       return "paused";
     case SkipReason::kBeforeReset:
       return "before_reset";
+    case SkipReason::kInterrupted:
+      return "interrupted";
   }
   return "unknown";
 }
@@ -89,6 +91,17 @@ std::size_t ScanAccount::skipped_total() const {
     total += count;
   }
   return total;
+}
+
+std::string to_string(const ScanAccount& account) {
+  std::string reasons;
+  for (const auto& [reason, count] : account.skipped) {
+    reasons += (reasons.empty() ? " (" : ", ") + std::string(to_string(reason)) + ": " +
+               std::to_string(count);
+  }
+  return std::to_string(account.received) + " scans received, " +
+         std::to_string(account.delivered) + " used, " + std::to_string(account.skipped_total()) +
+         " skipped" + (reasons.empty() ? "" : reasons + ")");
 }
 
 ScanQueue::ScanQueue(ScanQueueSettings settings)
@@ -119,9 +132,7 @@ void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const Turn
     jump_back(seconds_between(stamp, last_ready_->stamp));
   }
   note_newest(turn);
-  if (paused_) {
-    skip(stamp, SkipReason::kPaused, "the mapping is paused");
-  } else if (stopped_) {
+  if (stopped_) {
     skip(stamp, SkipReason::kStopped, "time has jumped back, and time_jump is 'stop'");
   } else if (waiting_.count(turn) != 0 ||
              (last_ready_ && last_ready_->stamp == stamp && last_ready_->laser == turn.laser)) {
@@ -253,6 +264,12 @@ void ScanQueue::drop_oldest_ready(SkipReason reason, const std::string& why) {
   --ready_scans_;
 }
 
+void ScanQueue::drop_all_ready(SkipReason reason, const std::string& why) {
+  while (ready_scans_ > 0) {
+    drop_oldest_ready(reason, why);
+  }
+}
+
 /// Whoever is too slow is served best with what is newest: that one always stays.
 void ScanQueue::give_up_late() {
   if (settings_.max_lag <= 0.0) {
@@ -297,6 +314,18 @@ std::optional<ScanQueue::Item> ScanQueue::next() {
   return item;
 }
 
+void ScanQueue::add_event(RunEvent event) {
+  if (gives_up_map(event)) {
+    drop_all_ready(SkipReason::kBeforeReset, "it was waiting when its map was given up");
+  }
+  ready_.emplace_back(std::move(event));
+}
+
+void ScanQueue::leave_out(const ReadyScan& scan) {
+  --account_.delivered;
+  skip(scan.stamp, SkipReason::kPaused, "the mapping is paused");
+}
+
 void ScanQueue::discard_delivered() {
   if (account_.delivered > 0) {
     account_.skipped[SkipReason::kBeforeReset] += std::exchange(account_.delivered, 0);
@@ -304,6 +333,16 @@ void ScanQueue::discard_delivered() {
 }
 
 void ScanQueue::finish() { collect_ready(false); }
+
+void ScanQueue::interrupt() {
+  const std::string why = "it was waiting when the run was ended";
+  drop_all_ready(SkipReason::kInterrupted, why);
+  for (const auto& [turn, scan] : waiting_) {
+    skip(turn.stamp, SkipReason::kInterrupted, why);
+  }
+  waiting_.clear();
+  ready_.clear();
+}
 
 std::vector<SkippedScan> ScanQueue::take_skipped() { return std::exchange(skipped_, {}); }
 

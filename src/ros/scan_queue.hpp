@@ -15,6 +15,7 @@
 
 #include "matchbox_slam/slam/slam_engine.hpp"
 #include "ros/transform_store.hpp"
+#include "run/run_event.hpp"
 
 namespace matchbox_slam {
 
@@ -29,8 +30,9 @@ enum class SkipReason {
   kTooLate,         ///< it had waited too long when its turn came
   kTimeJump,        ///< it was waiting when time jumped back
   kStopped,         ///< it came after a time jump at which to stop
-  kPaused,          ///< it came while its user had paused the mapping
-  kBeforeReset,     ///< it was used, but for a map that was given up since
+  kPaused,          ///< its turn came while its user had paused the mapping
+  kBeforeReset,     ///< it was used, or waiting, for a map that was given up since
+  kInterrupted,     ///< it was waiting when its user ended the run
 };
 
 /// A word for reports, such as "no_transform".
@@ -50,6 +52,9 @@ struct ScanAccount {
 
   [[nodiscard]] std::size_t skipped_total() const;
 };
+
+/// For people: "3000 scans received, 120 used, 2880 skipped (interrupted: 2880)".
+[[nodiscard]] std::string to_string(const ScanAccount& account);
 
 /// A scan with all that the engine needs.
 struct ReadyScan {
@@ -80,9 +85,10 @@ struct ScanQueueSettings {
 };
 
 /// Scans and transforms go in as they arrive, scans ready to be processed come out in the order of
-/// their stamps. A scan is ready when tf covers its first beam and its last; its transforms are
-/// looked up at that moment. What comes out depends on the messages and not on how scans and
-/// transforms interleave, so a replayed bag gives what reading it gives. No scan is lost uncounted.
+/// their stamps, and events between them. A scan is ready when tf covers its first beam and its
+/// last; its transforms are looked up at that moment. What comes out depends on the messages and
+/// not on how scans and transforms interleave, so a replayed bag gives what reading it gives. No
+/// scan is lost uncounted.
 ///
 /// Scans of several lasers come out merged by their stamps: a scan waits until every other laser
 /// that is alive has sent one as late, but not for long.
@@ -91,7 +97,7 @@ struct ScanQueueSettings {
 /// node's ros::Time. When the base frame is the scan's own, no transform to the base is needed.
 class ScanQueue {
  public:
-  using Item = std::variant<ReadyScan, TimeJump>;
+  using Item = std::variant<ReadyScan, TimeJump, RunEvent>;
 
   explicit ScanQueue(ScanQueueSettings settings);
 
@@ -99,15 +105,20 @@ class ScanQueue {
   void add_scan(const sensor_msgs::LaserScan& message, const ros::Time& now, int laser = 0);
   void add_transforms(const tf2_msgs::TFMessage& message, bool is_static, const ros::Time& now);
 
-  /// The next scan, when it is ready. None: wait for more messages.
+  /// The event comes out after all that is ready now; scans that still wait for their transforms
+  /// come after it, since nobody knows for how long. Where it gives up the map, scans that are
+  /// ready are skipped, so that it comes next.
+  void add_event(RunEvent event);
+
+  /// The next scan, when it is ready, or event. None: wait for more messages.
   [[nodiscard]] std::optional<Item> next();
+
+  /// What `next` will give; null: nothing.
+  [[nodiscard]] const Item* peek() const { return ready_.empty() ? nullptr : &ready_.front(); }
 
   /// Added to the stamps of scans that come from now on.
   void set_scan_time_offset(const ros::Duration& offset) { settings_.scan_time_offset = offset; }
   void set_max_lag(double seconds) { settings_.max_lag = seconds; }
-
-  /// Scans that come while paused are skipped; transforms are taken as ever.
-  void set_paused(bool paused) { paused_ = paused; }
 
   /// Whether scans are skipped since a time jump at which to stop.
   [[nodiscard]] bool stopped() const { return stopped_; }
@@ -118,8 +129,14 @@ class ScanQueue {
   /// Counts what was delivered so far as skipped: its map is given up.
   void discard_delivered();
 
+  /// Counts a scan that `next` has given as skipped after all: the run is paused.
+  void leave_out(const ReadyScan& scan);
+
   /// No more messages come: scans that are not ready are skipped, ready ones stay for `next`.
   void finish();
+
+  /// The user has ended the run: all that waits is skipped, and nothing is left for `next`.
+  void interrupt();
 
   /// Those skipped since the last call, oldest first.
   [[nodiscard]] std::vector<SkippedScan> take_skipped();
@@ -158,6 +175,7 @@ class ScanQueue {
   void give_up_late();
   void note_newest(const Turn& turn);
   void drop_oldest_ready(SkipReason reason, const std::string& why);
+  void drop_all_ready(SkipReason reason, const std::string& why);
   [[nodiscard]] bool is_its_turn(const Turn& turn, const WaitingScan& scan) const;
   void skip(const ros::Time& stamp, SkipReason reason, const std::string& why);
   [[nodiscard]] bool is_ready(const ros::Time& stamp, const WaitingScan& scan) const;
@@ -178,7 +196,6 @@ class ScanQueue {
   std::optional<double> lead_;  ///< [s] of the newest scan's stamp before its arrival
   int leaps_in_a_row_ = 0;
   bool stopped_ = false;
-  bool paused_ = false;
   ScanAccount account_;
   std::vector<SkippedScan> skipped_;
 };

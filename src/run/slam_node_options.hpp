@@ -15,6 +15,7 @@ struct SlamNodeOptions {
   std::string initial_map;
   std::string map_file = "map";
   std::string trajectory_file;
+  std::string events_file;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -33,6 +34,9 @@ struct SlamNodeOptions {
            "~save_map writes this path + .pgm, .yaml, .png and .slam.");
     option(self.trajectory_file, "trajectory_file", any(), "",
            "~save_map and the end of the node write the trajectory here (TUM); empty: nowhere.");
+    option(self.events_file, "events_file", any(), "",
+           "They write here what happened between the scans, such as poses told and resets, for "
+           "map_bag --events to repeat; empty: nowhere.");
   }
 };
 

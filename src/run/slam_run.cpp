@@ -2,19 +2,27 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <stdexcept>
 #include <utility>
+#include <variant>
 
+#include "common/number_text.hpp"
 #include "common/thread_time.hpp"
 
 namespace matchbox_slam {
 
 namespace {
 
+// How well a scan is placed among key scans: [m], [rad].
+constexpr double kFoundPosition = 0.1;
+constexpr double kFoundHeading = 0.05;
+
 /// Drops the older half of what has grown too long.
-void keep_recent(std::vector<float>& seconds) {
+template <typename Value>
+void keep_recent(std::vector<Value>& values) {
   constexpr std::ptrdiff_t kRecent = 1000;
-  if (seconds.size() >= 2 * kRecent) {
-    seconds.erase(seconds.begin(), seconds.end() - kRecent);
+  if (values.size() >= 2 * kRecent) {
+    values.erase(values.begin(), values.end() - kRecent);
   }
 }
 
@@ -29,17 +37,22 @@ void add_pose(const StampedPose2& pose, std::vector<StampedPose2>& poses) {
 
 }  // namespace
 
-SlamRun::SlamRun(const SlamSetup& setup, RunRecords records)
+SlamRun::SlamRun(LiveConfiguration configuration, RunRecords records)
     : records_(records),
-      options_(setup.engine),
-      matcher_(std::make_shared<TimedMatcher>(setup.matcher)),
-      seed_(static_cast<std::uint64_t>(setup.run.seed)),
-      start_{setup.run.start_x, setup.run.start_y, wrap_angle(setup.run.start_theta)} {
-  reset();
+      configuration_(std::move(configuration)),
+      matcher_(std::make_shared<TimedMatcher>(setup().matcher)),
+      engine_(make_engine()) {}
+
+std::unique_ptr<SlamEngine> SlamRun::make_engine() const {
+  const RunOptions& options = setup().run;
+  return std::make_unique<SlamEngine>(
+      setup().engine, matcher_, static_cast<std::uint64_t>(options.seed),
+      Pose2{options.start_x, options.start_y, wrap_angle(options.start_theta)});
 }
 
-void SlamRun::reset() {
-  engine_ = std::make_unique<SlamEngine>(options_, matcher_, seed_, start_);
+void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
+  engine_ = std::move(engine);
+  ++resets_;
   scans_ = 0;
   path_ = ThinnedPath();
   odometry_path_ = ThinnedPath();
@@ -51,21 +64,78 @@ void SlamRun::reset() {
   inserted_ = 0;
 }
 
-void SlamRun::start_from(MapStart start) {
-  auto engine = std::make_unique<SlamEngine>(options_, matcher_, seed_, start_);
-  engine->start_from(std::move(start));
-  reset();
-  engine_ = std::move(engine);
+// --- events ---
+
+void SlamRun::apply(const RunEvent& event) {
+  std::visit([this](const auto& one) { take_effect(one); }, event);
+  if (records_ == RunRecords::kAll) {
+    events_.push_back({{}, event});
+    if (auto* load = std::get_if<LoadMapFile>(&events_.back().event)) {
+      load->map.reset();  // its path is enough to remember it by
+    }
+  }
 }
 
-void SlamRun::reconfigure(const SlamSetup& setup) {
-  engine_->set_options(setup.engine);
-  options_ = setup.engine;
-  matcher_ = std::make_shared<TimedMatcher>(setup.matcher);
+void SlamRun::take_effect(const SetPose& event) {
+  engine_->set_pose(event.map_from_base, event.covariance);
+}
+
+void SlamRun::take_effect(const CorrectPose& event) {
+  const auto then =
+      std::find_if(trajectory_.rbegin(), trajectory_.rend(),
+                   [&](const StampedPose2& pose) { return pose.stamp == event.stamp; });
+  if (then == trajectory_.rend()) {
+    throw std::runtime_error("no scan of " + fixed_text(event.stamp, 6) +
+                             " s was used for this map, or too many have come after it");
+  }
+  const Pose2 motion = then->pose.inverse() * trajectory_.back().pose;
+  engine_->set_pose(event.map_from_base * motion,
+                    Eigen::Vector3d(kFoundPosition * kFoundPosition,
+                                    kFoundPosition * kFoundPosition, kFoundHeading * kFoundHeading)
+                        .asDiagonal());
+}
+
+void SlamRun::take_effect(const Reset& /*event*/) { start_with(make_engine()); }
+
+void SlamRun::take_effect(const LoadMapFile& event) {
+  auto engine = make_engine();
+  engine->start_from(*event.map);
+  start_with(std::move(engine));
+}
+
+void SlamRun::take_effect(const Pause& event) { paused_ = event.paused; }
+
+void SlamRun::take_effect(const Reconfigure& event) {
+  LiveConfiguration changed = configuration_.with(event.changes);
+  engine_->set_options(changed.setup().engine);
+  matcher_ = std::make_shared<TimedMatcher>(changed.setup().matcher);
   engine_->set_matcher(matcher_);
+  configuration_ = std::move(changed);
 }
 
-ScanOutcome SlamRun::process(const ScanInput& input) {
+void SlamRun::jump_back() {
+  ++time_jumps_;
+  start_with(make_engine());
+}
+
+std::vector<TimedEvent> SlamRun::events() const {
+  return {events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(timed_events_)};
+}
+
+/// The events before a scan get their place by it.
+void SlamRun::note_scan(const ScanInput& input) {
+  for (; timed_events_ < events_.size(); ++timed_events_) {
+    events_[timed_events_].scan = {time_jumps_, input.scan.stamp, input.laser};
+  }
+}
+
+// --- scans ---
+
+std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
+  note_scan(input);
+  if (paused_) {
+    return std::nullopt;
+  }
   const double begin = thread_seconds();
   ScanOutcome outcome = engine_->process(input);
 
@@ -77,6 +147,8 @@ ScanOutcome SlamRun::process(const ScanInput& input) {
   if (records_ == RunRecords::kRecent) {
     keep_recent(scan_seconds_);
     keep_recent(match_seconds_);
+    keep_recent(trajectory_);
+    keep_recent(odometry_);
   }
   record(outcome);
   return outcome;
@@ -89,13 +161,9 @@ void SlamRun::record(const ScanOutcome& outcome) {
   path_.add({outcome.stamp, outcome.map_from_base});
   if (outcome.odom_from_base) {
     odometry_path_.add({outcome.stamp, *outcome.odom_from_base});
+    add_pose({outcome.stamp, *outcome.odom_from_base}, odometry_);
   }
-  if (records_ == RunRecords::kAll) {
-    add_pose({outcome.stamp, outcome.map_from_base}, trajectory_);
-    if (outcome.odom_from_base) {
-      add_pose({outcome.stamp, *outcome.odom_from_base}, odometry_);
-    }
-  }
+  add_pose({outcome.stamp, outcome.map_from_base}, trajectory_);
 }
 
 }  // namespace matchbox_slam

@@ -11,7 +11,8 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
-#include "run/slam_setup.hpp"
+#include "run/live_configuration.hpp"
+#include "run/run_event.hpp"
 #include "run/timed_matcher.hpp"
 
 namespace matchbox_slam {
@@ -25,28 +26,23 @@ constexpr const char* kLeftOut =
 enum class RunRecords { kAll, kRecent };
 
 /// The engine at work, and a record of what it did since its start or last reset. The node and
-/// map_bag both run this, so that they yield the same.
+/// map_bag both run this, so that the same scans with the same events between them yield the same.
 class SlamRun {
  public:
-  explicit SlamRun(const SlamSetup& setup, RunRecords records = RunRecords::kAll);
+  explicit SlamRun(LiveConfiguration configuration, RunRecords records = RunRecords::kAll);
 
-  /// Processes the next scan of the queue.
-  ScanOutcome process(const ScanInput& input);
+  /// Processes the next scan of the queue. None: the run is paused, and the scan is left out.
+  std::optional<ScanOutcome> process(const ScanInput& input);
 
-  /// Tells where the base is in the map, for the next scan; as SlamEngine::set_pose.
-  void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
-    engine_->set_pose(map_from_base, covariance);
-  }
+  /// Takes effect for the next scan. Throws ConfigurationError or std::runtime_error when the event
+  /// is not possible, telling why; then nothing has changed.
+  void apply(const RunEvent& event);
 
-  /// Forgets map, poses and records, as if just made.
-  void reset();
+  /// Time has jumped back: map and poses are forgotten, and stamps begin anew.
+  void jump_back();
 
-  /// Forgets them, and goes on with another map; as SlamEngine::start_from.
-  void start_from(MapStart start);
-
-  /// Matcher and engine options of another configuration take effect from the next scan on; map and
-  /// pose stay. Throws ConfigurationError as SlamEngine::set_options; then nothing has changed.
-  void reconfigure(const SlamSetup& setup);
+  [[nodiscard]] const SlamSetup& setup() const { return configuration_.setup(); }
+  [[nodiscard]] const LiveConfiguration& configuration() const { return configuration_; }
 
   /// As SlamEngine::snapshot.
   [[nodiscard]] MapStart snapshot() const { return engine_->snapshot(); }
@@ -64,9 +60,9 @@ class SlamRun {
   [[nodiscard]] const ThinnedPath& path() const { return path_; }
   [[nodiscard]] const ThinnedPath& odometry_path() const { return odometry_path_; }
 
-  /// Poses of the base in the map, one a stamp; empty where only recent things are kept.
+  /// Poses of the base in the map, one a stamp, or the latest ones.
   [[nodiscard]] const std::vector<StampedPose2>& trajectory() const { return trajectory_; }
-  /// Raw odometry at the same stamps; empty when there is none.
+  /// Raw odometry at the same stamps, or the latest ones; empty when there is none.
   [[nodiscard]] const std::vector<StampedPose2>& odometry() const { return odometry_; }
 
   /// Seconds that each match took, or the latest ones; scans that were not matched have no entry.
@@ -77,15 +73,34 @@ class SlamRun {
   [[nodiscard]] const std::map<MatchStatus, std::size_t>& statuses() const { return statuses_; }
   [[nodiscard]] std::size_t inserted() const { return inserted_; }
 
+  /// Times that map and poses were forgotten.
+  [[nodiscard]] std::size_t resets() const { return resets_; }
+
+  /// Events since the start, resets or not, that a scan came after; empty where only recent things
+  /// are kept.
+  [[nodiscard]] std::vector<TimedEvent> events() const;
+
  private:
+  void take_effect(const SetPose& event);
+  void take_effect(const CorrectPose& event);
+  void take_effect(const Reset& event);
+  void take_effect(const LoadMapFile& event);
+  void take_effect(const Pause& event);
+  void take_effect(const Reconfigure& event);
+  [[nodiscard]] std::unique_ptr<SlamEngine> make_engine() const;
+  void start_with(std::unique_ptr<SlamEngine> engine);
+  void note_scan(const ScanInput& input);
   void record(const ScanOutcome& outcome);
 
   RunRecords records_;
-  EngineOptions options_;
+  LiveConfiguration configuration_;
   std::shared_ptr<TimedMatcher> matcher_;
-  std::uint64_t seed_;
-  Pose2 start_;
   std::unique_ptr<SlamEngine> engine_;
+  bool paused_ = false;
+  int time_jumps_ = 0;
+  std::size_t resets_ = 0;
+  std::vector<TimedEvent> events_;
+  std::size_t timed_events_ = 0;  ///< of these, as many as a scan came after
   std::size_t scans_ = 0;
   ThinnedPath path_;
   ThinnedPath odometry_path_;

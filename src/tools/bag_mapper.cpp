@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "io/hough_picture.hpp"
@@ -12,8 +13,8 @@
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
 #include "ros/matcher_loader.hpp"
+#include "run/events_file.hpp"
 #include "run/slam_run.hpp"
-#include "run/slam_setup.hpp"
 #include "tools/run_report.hpp"
 
 namespace matchbox_slam {
@@ -95,8 +96,11 @@ class BagMapping {
         dialog_(dialog),
         started_(resource_usage()),
         parameters_(gather_parameters(request)),
-        setup_(make_slam_setup(parameters_, loader_)),
+        configuration_(parameters_, loader_),
         scans_(request.recording, dialog) {
+    if (!request.events.empty()) {
+      scans_.schedule(read_events_file(request.events, configuration_));
+    }
     require_writable_folder(out_);
     if (!debug_.empty()) {
       require_writable_folder(debug_);
@@ -107,8 +111,10 @@ class BagMapping {
   void write();
 
  private:
-  void map(const ReadyScan& scan);
-  void jump(const TimeJump& jump);
+  void handle(const ReadyScan& scan);
+  void handle(const TimeJump& jump);
+  void handle(const RunEvent& event);
+  void forget_map();
 
   const std::string& out_;
   const std::string& debug_;
@@ -116,48 +122,63 @@ class BagMapping {
   ResourceUsage started_;
   MatcherLoader loader_;
   Parameters parameters_;
-  SlamSetup setup_;
+  LiveConfiguration configuration_;  ///< that the run starts with
   BagScans scans_;
   std::optional<SlamRun> run_;
   FirstKeyScans first_key_scans_;
-  std::size_t resets_ = 0;
   bool told_of_left_out_ = false;
 };
 
 void BagMapping::map() {
-  scans_.prepare(parameters_, setup_.run);
-  run_.emplace(setup_);
+  const RunOptions found = scans_.prepare(parameters_, configuration_.setup().run);
+  parameters_.set("base_frame", found.base_frame);
+  parameters_.set("odom_frame", found.odom_frame);
+  parameters_.set("scan_topics", found.scan_topics);
+  run_.emplace(LiveConfiguration(parameters_, loader_));
   while (const std::optional<ScanQueue::Item> item = scans_.next()) {
-    if (const auto* scan = std::get_if<ReadyScan>(&*item)) {
-      map(*scan);
-    } else {
-      jump(std::get<TimeJump>(*item));
-    }
+    std::visit([this](const auto& one) { handle(one); }, *item);
   }
 }
 
-void BagMapping::map(const ReadyScan& scan) {
-  const ScanOutcome outcome = run_->process(scan.input);
-  if (outcome.inserted && !debug_.empty()) {
+void BagMapping::handle(const ReadyScan& scan) {
+  const std::optional<ScanOutcome> outcome = run_->process(scan.input);
+  if (!outcome) {
+    scans_.leave_out(scan);
+    return;
+  }
+  if (outcome->inserted && !debug_.empty()) {
     first_key_scans_.add(run_->key_scans().back());
   }
-  if (outcome.left_out && !told_of_left_out_) {
+  if (outcome->left_out && !told_of_left_out_) {
     dialog_.warn(kLeftOut);
     told_of_left_out_ = true;
   }
 }
 
-void BagMapping::jump(const TimeJump& jump) {
+void BagMapping::handle(const RunEvent& event) {
+  run_->apply(event);
+  if (gives_up_map(event)) {
+    forget_map();
+  } else if (std::holds_alternative<Reconfigure>(event)) {
+    scans_.set_max_lag(run_->setup().run.max_lag);
+  }
+}
+
+/// What is kept of it beside the run.
+void BagMapping::forget_map() {
+  first_key_scans_.clear();
+  scans_.discard_delivered();
+}
+
+void BagMapping::handle(const TimeJump& jump) {
   const std::string jumped = text_of(jump, run_->trajectory().size());
   if (jump.stopped) {
     dialog_.warn(jumped + "stopping there, as time_jump is 'stop'");
     scans_.stop();
   } else {
     dialog_.warn(jumped + "starting a new map, as time_jump is 'reset'");
-    run_->reset();
-    first_key_scans_.clear();
-    scans_.discard_delivered();
-    ++resets_;
+    run_->jump_back();
+    forget_map();
   }
 }
 
@@ -172,17 +193,17 @@ void BagMapping::write() {
   const std::string picture = draw_map(map.occupancy, trajectory, odometry).to_png();
   const ResourceUsage now = resource_usage();
   const RunFacts facts{scans_.facts(),
-                       resets_,
+                       run_->resets(),
                        {now.wall_seconds - started_.wall_seconds,
                         now.cpu_seconds - started_.cpu_seconds, now.peak_memory}};
   std::vector<FileContents> files = map_files(out_ + "/map", make_map_image(map.occupancy));
   files.insert(files.end(), {{out_ + "/trajectory.tum", to_tum(trajectory)},
                              {out_ + "/odometry.tum", to_tum(odometry)},
                              {out_ + "/map.png", picture},
-                             {out_ + "/report.json", to_json(facts, account, *run_, setup_)}});
+                             {out_ + "/report.json", to_json(facts, account, *run_)}});
   replace_files(files);
   if (!debug_.empty()) {
-    replace_files(first_key_scans_.draw(debug_, setup_.hough.alignment));
+    replace_files(first_key_scans_.draw(debug_, run_->setup().hough.alignment));
   }
   dialog_.inform(std::to_string(account.delivered) + " of " + std::to_string(account.received) +
                  " scans used, " + std::to_string(count_of(MatchStatus::kAccepted, *run_)) +
@@ -190,6 +211,10 @@ void BagMapping::write() {
                  seconds_text(facts.bag.seconds) + " of bag; results in " + out_);
   if (const std::string few = text_of_few_matches(*run_); !few.empty()) {
     dialog_.warn(few);
+  }
+  if (scans_.events_left() > 0) {
+    dialog_.warn(std::to_string(scans_.events_left()) +
+                 " events have no scan after them and took no effect");
   }
   if (facts.bag.interrupted) {
     dialog_.warn("interrupted: the results cover the bag up to there");

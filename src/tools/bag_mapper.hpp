@@ -18,6 +18,7 @@ struct MapBagRequest {
   std::optional<std::string> matcher;
   std::vector<std::string> overrides;  ///< `key=value`
   std::optional<int> seed;
+  std::string events;  ///< file; empty: nothing happens between the scans
 };
 
 /// Maps a bag from end to end: reads it in the order of its recording, runs the engine on every

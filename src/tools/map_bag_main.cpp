@@ -22,6 +22,10 @@ void declare_options(CLI::App& app, MapBagRequest& request, bool& quiet) {
   add_bag_flags(app, request.recording);
   add_optional(app, "--seed", request.seed, "Of the random numbers", "N")
       ->check(CLI::Range(0, 2147483647));
+  app.add_option("--events", request.events,
+                 "YAML with what happens between scans: poses told, resets, pauses, changes of "
+                 "options; the node writes such a file as events_file")
+      ->type_name("FILE");
   app.add_option("--threads", request.recording.threads,
                  "From 2 on, the bag is read by a thread of its own")
       ->check(CLI::Range(1, 1024))

@@ -127,10 +127,10 @@ LocatedScans read_recording(const MatchPairsRequest& request, const Parameters& 
                             const Trajectory& truth, std::vector<SlamSetup>& setups,
                             const RunDialog& dialog) {
   BagScans scans(request.recording, dialog);
-  scans.prepare(parameters, setups.front().run);
+  const RunOptions found = scans.prepare(parameters, setups.front().run);
   for (SlamSetup& setup : setups) {
-    setup.run.base_frame = setups.front().run.base_frame;
-    setup.run.odom_frame = setups.front().run.odom_frame;
+    setup.run.base_frame = found.base_frame;
+    setup.run.odom_frame = found.odom_frame;
   }
   const double offset = scans.facts().scan_time_offset;
   LocatedScans located;

@@ -91,8 +91,8 @@ void add_incidents(const RunFacts& facts, json& report) {
 
 }  // namespace
 
-std::string to_json(const RunFacts& facts, const ScanAccount& account, const SlamRun& run,
-                    const SlamSetup& setup) {
+std::string to_json(const RunFacts& facts, const ScanAccount& account, const SlamRun& run) {
+  const SlamSetup& setup = run.setup();
   json bags = json::array();
   for (const std::string& bag : facts.bag.bags) {
     bags.push_back(bag);

@@ -15,12 +15,12 @@ namespace matchbox_slam {
 /// What a run on a bag used and yielded, besides the engine's own record.
 struct RunFacts {
   BagFacts bag;
-  std::size_t resets = 0;  ///< times that time jumped back and the map started anew
+  std::size_t resets = 0;  ///< times that the map was given up
   ResourceUsage used;      ///< by this run
 };
 
 /// The report as JSON, for programs and people.
 [[nodiscard]] std::string to_json(const RunFacts& facts, const ScanAccount& account,
-                                  const SlamRun& run, const SlamSetup& setup);
+                                  const SlamRun& run);
 
 }  // namespace matchbox_slam

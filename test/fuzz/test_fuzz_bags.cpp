@@ -51,8 +51,7 @@ class FuzzBags : public testing::Test {
       BagRequest request;
       request.bags = {path_};
       BagScans scans(request, dialog_);
-      RunOptions options;
-      scans.prepare({}, options);
+      (void)scans.prepare({}, {});
       while (scans.next()) {
       }
       if (!scans.facts().damage.empty()) {

@@ -113,12 +113,12 @@ std::vector<std::string> sound_configurations(const MatcherLoader& loader) {
 }
 
 /// A few scans, too small for any configuration to take long over them.
-void map_with(const SlamSetup& setup, const std::string& input) {
-  SlamRun run(setup);
+void map_with(const LiveConfiguration& configuration, const std::string& input) {
+  SlamRun run(configuration);
   for (const double stamp : {10.0, 10.1, 10.2}) {
     ScanInput scan;
     scan.scan = to_laser_scan(make_scan(stamp, "laser", 12));
-    const ScanOutcome outcome = run.process(scan);
+    const ScanOutcome outcome = run.process(scan).value();
     ASSERT_TRUE(outcome.map_from_base.is_finite()) << input;
     ASSERT_TRUE(outcome.covariance.allFinite()) << input;
   }
@@ -136,9 +136,9 @@ TEST(FuzzConfiguration, MutatedYamlIsRefusedOrWorks) {
     const std::string text = mutated(one_of(sound, random), words(), random);
     accepted += accepts(text, [&] {
       const Parameters parameters = parse_yaml_parameters(text, "fuzz");
-      const SlamSetup setup = make_slam_setup(parameters, loader);
-      check_frames(setup.run);
-      map_with(setup, text);
+      const LiveConfiguration configuration(parameters, loader);
+      check_frames(configuration.setup().run);
+      map_with(configuration, text);
       const std::string again = to_yaml(parameters);
       EXPECT_EQ(to_yaml(parse_yaml_parameters(again, "again")), again) << text;
     });
@@ -162,7 +162,7 @@ TEST(FuzzConfiguration, MutatedOptionsOfTheCommandLineAreRefusedOrWork) {
       const std::string& option = one_of(sound, random);
       text = option.substr(0, option.find('=') + 1) + to_string(odd_number(random));
     }
-    accepts(text, [&] { map_with(make_slam_setup(parse_overrides({text}), loader), text); });
+    accepts(text, [&] { map_with({parse_overrides({text}), loader}, text); });
   }
 }
 
@@ -201,7 +201,7 @@ TEST(FuzzConfiguration, MutatedParametersOfRosAreRefusedOrWork) {
     XmlRpc::XmlRpcValue tree;
     int offset = 0;
     if (tree.fromXml(text, &offset)) {
-      accepts(text, [&] { map_with(make_slam_setup(to_parameters(tree), loader), text); });
+      accepts(text, [&] { map_with({to_parameters(tree), loader}, text); });
     }
   }
 }

@@ -138,8 +138,10 @@ void damage(geometry_msgs::TransformStamped& link, Random& random) {
 /// One robot with its queue and engine, and what is sent to it.
 class Fuzzed {
  public:
-  Fuzzed(const SlamSetup& setup, std::uint64_t number)
-      : random_(mix_seed(21, number)), run_(setup), queue_(queue_settings(setup.run, 0.0)) {}
+  Fuzzed(const LiveConfiguration& configuration, std::uint64_t number)
+      : random_(mix_seed(21, number)),
+        run_(configuration),
+        queue_(queue_settings(configuration.setup().run, 0.0)) {}
 
   void send_messages() {
     for (std::uint64_t k = 0; k < kMessagesPerRun; ++k) {
@@ -202,20 +204,22 @@ class Fuzzed {
       entry = happens(0.5, random_) ? odd_number(random_) : 0.0;
     }
     if (find_defect(message).empty()) {
-      run_.set_pose(to_pose2(message.pose), plane_covariance(message));
+      queue_.add_event(SetPose{to_pose2(message.pose), plane_covariance(message)});
     }
   }
 
   void process_ready() {
     while (const std::optional<ScanQueue::Item> item = queue_.next()) {
       if (const auto* scan = std::get_if<ReadyScan>(&*item)) {
-        const ScanOutcome outcome = run_.process(scan->input);
+        const ScanOutcome outcome = run_.process(scan->input).value();
         ASSERT_TRUE(outcome.map_from_base.is_finite());
         ASSERT_TRUE(outcome.covariance.allFinite());
         ASSERT_GE(outcome.covariance.diagonal().minCoeff(), 0.0);
         ASSERT_LE(run_.map().occupancy.bytes() + run_.map().field.bytes(), kMostBytes);
+      } else if (const auto* event = std::get_if<RunEvent>(&*item)) {
+        run_.apply(*event);
       } else {
-        run_.reset();
+        run_.jump_back();
       }
     }
     for (const SkippedScan& skipped : queue_.take_skipped()) {
@@ -244,15 +248,16 @@ class Fuzzed {
 class FuzzMessages : public testing::TestWithParam<const char*> {};
 
 TEST_P(FuzzMessages, NeverBreakTheMapping) {
-  const SlamSetup with_odometry = make_slam_setup(
+  const MatcherLoader loader;
+  Parameters parameters =
       parse_yaml_parameters(std::string("base_frame: base\nqueue_size: 20\nmap/resolution: 0.1\n"
                                         "slam/insert_distance: 0\nmatcher: ") +
                                 GetParam(),
-                            "fuzz"),
-      MatcherLoader());
-  SlamSetup laser_alone = with_odometry;
-  laser_alone.run.use_odometry = false;
-  laser_alone.run.base_frame = "laser";
+                            "fuzz");
+  const LiveConfiguration with_odometry(parameters, loader);
+  parameters.set("use_odometry", false);
+  parameters.set("base_frame", "laser");
+  const LiveConfiguration laser_alone(parameters, loader);
   const std::uint64_t first = first_fuzz_input() / kMessagesPerRun;
   const std::uint64_t runs = std::max<std::uint64_t>(1, fuzz_inputs(1000) / kMessagesPerRun);
   for (std::uint64_t number = first; number < first + runs; ++number) {

@@ -162,8 +162,7 @@ std::vector<Pose2> odometry_of_bag(const std::string& bag, const std::string& ya
                          [](double, const std::string&) {}, [] { return false; }};
   BagScans scans(request, dialog);
   const Parameters frames = frame_parameters(request);
-  RunOptions options = read_options<RunOptions>(frames, "");
-  scans.prepare(frames, options);
+  (void)scans.prepare(frames, read_options<RunOptions>(frames, ""));
   std::vector<Pose2> poses;
   while (const std::optional<ScanQueue::Item> item = scans.next()) {
     poses.push_back(odometry.process(std::get<ReadyScan>(*item).input).odom_from_base);

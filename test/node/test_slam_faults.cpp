@@ -1,12 +1,14 @@
 // The node when it is ended by a signal, when the disk is full, and when everybody wants something
 // of it at once. The last is what the thread sanitizer looks at; CONTRIBUTING.md says how.
 
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <gtest/gtest.h>
 #include <nav_msgs/GetMap.h>
 #include <nav_msgs/OccupancyGrid.h>
 #include <ros/ros.h>
+#include <rosgraph_msgs/Log.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 #include <sys/resource.h>
@@ -51,8 +53,8 @@ bool wait_until(const std::function<bool()>& is_so) {
 class Robot {
  public:
   Robot()
-      : scans_(node_.advertise<sensor_msgs::LaserScan>("/scan", 100)),
-        transforms_(node_.advertise<tf2_msgs::TFMessage>("/tf", 100)),
+      : scans_(node_.advertise<sensor_msgs::LaserScan>("/scan", 10000)),
+        transforms_(node_.advertise<tf2_msgs::TFMessage>("/tf", 10000)),
         poses_(node_.subscribe("/pose", 100, &Robot::on_pose, this)) {}
 
   [[nodiscard]] bool is_heard() const {
@@ -61,9 +63,9 @@ class Robot {
   }
 
   /// One scan and the transforms around it.
-  void step() {
+  void step(std::size_t beams = 90) {
     stamp_ += 0.05;
-    scans_.publish(make_scan(stamp_));
+    scans_.publish(make_scan(stamp_, "laser", beams));
     for (const double stamp : {stamp_ - 0.01, stamp_ + 0.01}) {
       transforms_.publish(
           make_transforms({make_transform(stamp, "odom", "base", 0.5 * (stamp - kBegin)),
@@ -98,13 +100,15 @@ class Robot {
 /// slam_node as a process of its own, in which no file can be too large but by `fill_disk`.
 class NodeProcess {
  public:
-  NodeProcess(const std::string& name, const TemporaryFolder& folder) {
-    const std::vector<std::string> arguments = {MATCHBOX_SLAM_NODE,
-                                                "__name:=" + name,
-                                                "_base_frame:=base",
-                                                "_trajectory_file:=" + (folder / "node.tum"),
-                                                "_map_file:=" + (folder / "map"),
-                                                "_slam/insert_distance:=0"};
+  NodeProcess(const std::string& name, const TemporaryFolder& folder,
+              const std::vector<std::string>& more_arguments = {}) {
+    std::vector<std::string> arguments = {MATCHBOX_SLAM_NODE,
+                                          "__name:=" + name,
+                                          "_base_frame:=base",
+                                          "_trajectory_file:=" + (folder / "node.tum"),
+                                          "_map_file:=" + (folder / "map"),
+                                          "_slam/insert_distance:=0"};
+    arguments.insert(arguments.end(), more_arguments.begin(), more_arguments.end());
     std::vector<char*> pointers;
     for (const std::string& argument : arguments) {
       pointers.push_back(const_cast<char*>(argument.c_str()));
@@ -161,6 +165,78 @@ TEST(SlamFaults, ASignalEndsItWithTheTrajectorySaved) {
     EXPECT_EQ(folder.file_count(), 1U) << "nothing half written is left";
     ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
   }
+}
+
+/// The last of the log lines that hold these words; empty while there is none.
+class LogWatch {
+ public:
+  explicit LogWatch(std::string words) : words_(std::move(words)) {}
+
+  [[nodiscard]] std::string line() const { return line_; }
+
+ private:
+  void on_log(const rosgraph_msgs::Log& log) {
+    if (contains(log.msg, words_)) {
+      line_ = log.msg;
+    }
+  }
+
+  ros::NodeHandle node_;
+  std::string words_;
+  std::string line_;
+  ros::Subscriber log_ = node_.subscribe("/rosout", 1000, &LogWatch::on_log, this);
+};
+
+/// Scans that the node says it has received.
+class Received {
+ public:
+  [[nodiscard]] int count() const { return count_; }
+
+ private:
+  void on_diagnostics(const diagnostic_msgs::DiagnosticArray& array) {
+    for (const auto& status : array.status) {
+      for (const auto& value : status.values) {
+        count_ = value.key == "Scans received" ? std::stoi(value.value) : count_;
+      }
+    }
+  }
+
+  ros::NodeHandle node_;
+  int count_ = 0;
+  ros::Subscriber diagnostics_ =
+      node_.subscribe("/diagnostics", 10, &Received::on_diagnostics, this);
+};
+
+TEST(SlamFaults, ASignalWaitsForNoScanThatIsQueuedAndAllAreCounted) {
+  constexpr int kScans = 3000;
+  Robot robot;
+  const LogWatch log("mapping has ended: ");
+  const Received received;
+  const TemporaryFolder folder;
+  NodeProcess process(
+      "backlogged", folder,
+      {"_queue_size:=10000", "_matcher:=monte_carlo", "_monte_carlo/max_tries:=200000",
+       "_monte_carlo/max_failed_tries:=200000"});  // some 300 ms a match
+  ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+  for (int k = 0; k < kScans; ++k) {
+    robot.step(1040);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  ASSERT_TRUE(wait_until([&] { return received.count() >= kScans; })) << received.count();
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(process.exit_code_after(SIGINT), 0);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  EXPECT_LT(took.count(), 5.0) << "2 s are asked for; this machine may be busy";
+  ::testing::Test::RecordProperty("seconds", std::to_string(took.count()));
+  const std::size_t used = read_tum(folder / "node.tum").size();
+  EXPECT_GT(used, 0U);
+  EXPECT_LT(used, kScans / 2U) << "there was no backlog";
+  const std::size_t left_out = kScans - used;
+  ASSERT_TRUE(wait_until([&] { return !log.line().empty(); }));
+  EXPECT_EQ(log.line(), "mapping has ended: " + std::to_string(kScans) + " scans received, " +
+                            std::to_string(used) + " used, " + std::to_string(left_out) +
+                            " skipped (interrupted: " + std::to_string(left_out) + ")");
+  ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
 }
 
 std_srvs::Trigger::Response save(const std::string& node) {

@@ -325,17 +325,81 @@ TEST(ScanQueue, CountsWhatAResetDiscards) {
   feed.expect_all_accounted_for();
 }
 
-TEST(ScanQueue, SkipsScansWhilePaused) {
+TEST(ScanQueue, CountsAScanThatIsLeftOutWhilePaused) {
   Feed feed(settings());
   feed.laser();
   feed.odometry(100.0);
   feed.odometry(101.0);
-  feed.queue.set_paused(true);
   feed.scan_at(100.1, 101.0);
-  feed.queue.set_paused(false);
   feed.scan_at(100.2, 101.0);
+  const auto first = feed.queue.next();
+  ASSERT_TRUE(first);
+  feed.queue.leave_out(std::get<ReadyScan>(*first));
   EXPECT_EQ(feed.ready(), Stamps{100.2});
   EXPECT_EQ(feed.skipped(SkipReason::kPaused), 1U);
+  EXPECT_EQ(feed.queue.account().delivered, 1U);
+  feed.expect_all_accounted_for();
+}
+
+/// For each item, its stamp, or the place of its kind among RunEvent's with a minus sign.
+std::vector<double> order_of_items(ScanQueue& queue) {
+  std::vector<double> order;
+  while (const auto item = queue.next()) {
+    if (const auto* scan = std::get_if<ReadyScan>(&*item)) {
+      order.push_back(scan->stamp.toSec());
+    } else {
+      order.push_back(-static_cast<double>(std::get<RunEvent>(*item).index()));
+    }
+  }
+  return order;
+}
+
+TEST(ScanQueue, AnEventComesAfterTheScansThatWereReady) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry(100.25);
+  feed.scan_at(100.1, 100.3);
+  feed.scan_at(100.2, 100.3);
+  feed.scan_at(100.3, 100.3);  // its transforms come after the event
+  feed.queue.add_event(Pause{true});
+  feed.odometry_at(101.0, 100.4);
+  EXPECT_EQ(order_of_items(feed.queue), (std::vector<double>{100.1, 100.2, -4.0, 100.3}));
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, AnEventThatGivesUpTheMapWaitsForNoScan) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry(101.0);
+  feed.scan_at(100.1, 101.0);
+  feed.queue.add_event(Pause{true});
+  feed.scan_at(100.2, 101.0);
+  feed.queue.add_event(Reset{});
+  feed.scan_at(100.3, 101.0);
+  EXPECT_EQ(order_of_items(feed.queue), (std::vector<double>{-4.0, -2.0, 100.3}));
+  EXPECT_EQ(feed.skipped(SkipReason::kBeforeReset), 2U);
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, AnInterruptLeavesNothingAndCountsAll) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry(100.25);
+  feed.scan_at(100.1, 100.3);
+  feed.scan_at(100.2, 100.3);
+  feed.scan_at(100.3, 100.3);  // without transforms
+  ASSERT_TRUE(feed.queue.next());
+  feed.queue.add_event(Pause{true});
+  feed.queue.interrupt();
+  EXPECT_FALSE(feed.queue.next());
+  EXPECT_EQ(feed.queue.waiting(), 0U);
+  EXPECT_EQ(feed.skipped(SkipReason::kInterrupted), 2U);
+  EXPECT_EQ(feed.queue.account().delivered, 1U);
+  EXPECT_EQ(to_string(feed.queue.account()),
+            "3 scans received, 1 used, 2 skipped (interrupted: 2)");
   feed.expect_all_accounted_for();
 }
 

@@ -492,6 +492,43 @@ TEST_F(MapBag, RefusesWrongUsage) {
   }
 }
 
+TEST_F(MapBag, EventsComeBetweenTheScansThatTheyName) {
+  write_small_bag(bag_, {});
+  ASSERT_EQ(run("").exit_code, 0);
+  const Trajectory plain = read_tum(out_ + "/trajectory.tum");
+  const auto stamp = [&](std::size_t number) {
+    return std::to_string(plain.poses().at(number).stamp - 1e-4);
+  };
+  const std::string events = folder_ / "events.yaml";
+  replace_file(events, "- {scan: " + stamp(5) + ", reset: true}\n" + "- {scan: " + stamp(10) +
+                           ", pause: true}\n" + "- {scan: " + stamp(13) + ", pause: false}\n" +
+                           "- {scan: " + stamp(20) + ", reconfigure: {matcher: odometry_only}}\n" +
+                           "- {scan: 1e10, reset: true}\n");
+  const Outcome outcome = run("--events " + events);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "1 events have no scan after them and took no effect"))
+      << outcome.output;
+  EXPECT_EQ(report("scans/skipped/before_reset"), 5.0);
+  EXPECT_EQ(report("scans/skipped/paused"), 3.0);
+  EXPECT_EQ(report("scans/used"), 42.0);
+  EXPECT_EQ(report("resets"), 1.0);
+  const Trajectory trajectory = read_tum(out_ + "/trajectory.tum");
+  ASSERT_EQ(trajectory.size(), 42U);
+  EXPECT_EQ(trajectory.poses()[0].stamp, plain.poses()[5].stamp);
+  EXPECT_EQ(trajectory.poses()[0].pose.x, 0.0);
+  EXPECT_EQ(trajectory.poses()[5].stamp, plain.poses()[13].stamp);
+  EXPECT_EQ(nlohmann::json::parse(read_file(out_ + "/report.json")).at("matcher"),
+            "matchbox_slam/OdometryOnly");
+}
+
+TEST_F(MapBag, RefusesEventsThatMakeNoSense) {
+  write_small_bag(bag_, {});
+  const std::string events = folder_ / "events.yaml";
+  replace_file(events, "- {scan: 1.0, reset: true}\n- {scan: 2.0, paus: true}\n");
+  expect_one_line(run("--events " + events), 2, events + ":2: unknown parameter 'paus'");
+  expect_one_line(run("--events " + (folder_ / "nowhere.yaml")), 2, "nowhere.yaml");
+}
+
 TEST_F(MapBag, AnInterruptEndsItInGoodOrder) {
   SmallBag recipe;
   recipe.scans = 20000;

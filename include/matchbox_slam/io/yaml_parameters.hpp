@@ -20,6 +20,16 @@ namespace matchbox_slam {
 /// Throws ConfigurationError also when a file cannot be read.
 [[nodiscard]] Parameters read_yaml_parameters(const std::vector<std::string>& paths);
 
+/// One map of a YAML list.
+struct ParameterEntry {
+  int line = 0;  ///< where it begins
+  Parameters parameters;
+};
+
+/// Reads a YAML file that is a list of maps, each as parse_yaml_parameters does; an empty file is
+/// an empty list. Throws ConfigurationError with file and line.
+[[nodiscard]] std::vector<ParameterEntry> read_yaml_list(const std::string& path);
+
 /// Reads assignments from a command line, `monte_carlo/max_tries=500` each; the value is typed as
 /// in YAML, lists as `[1, 2]`. The later of two for the same name counts. Throws ConfigurationError
 /// naming the assignment.

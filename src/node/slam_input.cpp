@@ -1,12 +1,13 @@
-// What the SLAM node does with messages as they come in.
+#include "node/slam_input.hpp"
 
 #include <ros/master.h>
 #include <ros/message_traits.h>
+#include <ros/this_node.h>
 
 #include <cmath>
 
-#include "node/slam_node.hpp"
 #include "ros/message_conversion.hpp"
+#include "run/slam_setup.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -15,7 +16,8 @@ namespace {
 constexpr std::uint32_t kScanMessages = 1000;
 constexpr std::uint32_t kTransformMessages = 10000;
 
-// From one warning that no scan comes to the next [s].
+// After so long without a scan, the log says so, and again after so long [s].
+constexpr double kPatience = 5.0;
 constexpr double kReminder = 60.0;
 
 std::vector<std::string> topics_with_scans() {
@@ -32,11 +34,23 @@ std::vector<std::string> topics_with_scans() {
 
 }  // namespace
 
-void SlamNode::subscribe() {
-  using TransformEvent = ros::MessageEvent<const tf2_msgs::TFMessage>;
+SlamInput::SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const RunOptions& options,
+                     ScanWorker& worker)
+    : options_(options),
+      worker_(worker),
+      clock_watch_(options.map_frame),
+      holds_scans_(!fixed_scan_time_offset(options)) {
+  subscribe(node);
+  // By the wall clock, so that it goes on when simulated time stands still.
+  silence_timer_ = timer_node.createWallTimer(
+      ros::WallDuration(kPatience),
+      [this](const ros::WallTimerEvent& /*event*/) { warn_of_silence(); });
+}
+
+void SlamInput::subscribe(ros::NodeHandle& node) {
   const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
   const auto subscribe_to_transforms = [&](const std::string& topic, bool is_static) {
-    return node_.subscribe<tf2_msgs::TFMessage>(
+    return node.subscribe<tf2_msgs::TFMessage>(
         topic, kTransformMessages,
         [this, is_static](const TransformEvent& event) { on_transforms(event, is_static); },
         ros::VoidConstPtr(), hints);
@@ -45,57 +59,72 @@ void SlamNode::subscribe() {
   transform_subscriber_ = subscribe_to_transforms("/tf", false);
   const std::vector<std::string> topics =
       options_.scan_topics.empty() ? std::vector<std::string>{"scan"} : options_.scan_topics;
-  std::vector<std::string> resolved;
   for (int laser = 0; laser < static_cast<int>(topics.size()); ++laser) {
-    scan_subscribers_.push_back(node_.subscribe<sensor_msgs::LaserScan>(
+    scan_subscribers_.push_back(node.subscribe<sensor_msgs::LaserScan>(
         topics[static_cast<std::size_t>(laser)], kScanMessages,
         [this, laser](const ScanEvent& event) { on_scan(event, laser); }, ros::VoidConstPtr(),
         hints));
-    resolved.push_back(scan_subscribers_.back().getTopic());
   }
-  initial_pose_subscriber_ =
-      node_.subscribe("initialpose", 10, &SlamNode::on_initial_pose, this, hints);
-  ROS_INFO_STREAM("mapping with " << configuration_.setup().matcher_name << ": scans from "
-                                  << join(resolved) << ", frames " << options_.map_frame << ", "
-                                  << (options_.use_odometry ? options_.odom_frame + ", " : "")
-                                  << options_.base_frame);
 }
 
-void SlamNode::on_scan(const ScanEvent& event, int laser) {
-  {
-    const std::lock_guard<std::mutex> lock(queue_mutex_);
+std::vector<std::string> SlamInput::topics() const {
+  std::vector<std::string> topics;
+  for (const ros::Subscriber& subscriber : scan_subscribers_) {
+    topics.push_back(subscriber.getTopic());
+  }
+  return topics;
+}
+
+void SlamInput::stop() {
+  for (ros::Subscriber& subscriber : scan_subscribers_) {
+    subscriber.shutdown();
+  }
+  transform_subscriber_.shutdown();
+  static_transform_subscriber_.shutdown();
+  silence_timer_.stop();
+  worker_.use_queue([&](ScanQueue& queue) { release_scans(ros::Time::now(), queue); });
+}
+
+std::size_t SlamInput::held_scans() {
+  std::size_t held = 0;
+  worker_.use_queue([&](ScanQueue& /*queue*/) { held = held_scans_.size(); });
+  return held;
+}
+
+double SlamInput::untold_clock_offset() {
+  double offset = 0.0;
+  worker_.use_queue([&](ScanQueue& /*queue*/) { offset = untold_clock_offset_; });
+  return offset;
+}
+
+void SlamInput::on_scan(const ScanEvent& event, int laser) {
+  worker_.use_queue([&](ScanQueue& queue) {
     const sensor_msgs::LaserScan& scan = *event.getConstMessage();
     heard_lasers_.insert(laser);
     clock_watch_.add_scan(scan.header.stamp, event.getReceiptTime());
-    settle_clocks(event.getReceiptTime());
+    settle_clocks(event.getReceiptTime(), queue);
     if (holds_scans_) {
       held_scans_.emplace_back(event, laser);
     } else {
-      queue_.add_scan(scan, event.getReceiptTime(), laser);
+      queue.add_scan(scan, event.getReceiptTime(), laser);
     }
-    skip_warnings_.tell(queue_);
-  }
-  queue_changed_.notify_one();
+  });
 }
 
-void SlamNode::on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event,
-                             bool is_static) {
-  {
-    const std::lock_guard<std::mutex> lock(queue_mutex_);
+void SlamInput::on_transforms(const TransformEvent& event, bool is_static) {
+  worker_.use_queue([&](ScanQueue& queue) {
     if (!is_static) {
       clock_watch_.add_transforms(*event.getConstMessage(), event.getReceiptTime());
     }
-    settle_clocks(event.getReceiptTime());
-    queue_.add_transforms(*event.getConstMessage(), is_static, event.getReceiptTime());
+    settle_clocks(event.getReceiptTime(), queue);
+    queue.add_transforms(*event.getConstMessage(), is_static, event.getReceiptTime());
     warn_of_map_link(event);
-    skip_warnings_.tell(queue_);
-  }
-  queue_changed_.notify_one();
+  });
 }
 
 /// Tells once whether the clocks of scans and tf differ; with 'auto' the scans held back go on
 /// then.
-void SlamNode::settle_clocks(const ros::Time& now) {
+void SlamInput::settle_clocks(const ros::Time& now, ScanQueue& queue) {
   const std::optional<double> offset = clock_watch_.conclude(now);
   if (!offset) {
     return;
@@ -110,41 +139,29 @@ void SlamNode::settle_clocks(const ros::Time& now) {
     ROS_INFO_STREAM("stamps of scans are moved by " << applied << " s to the clock of tf");
   }
   if (holds_scans_) {
-    queue_.set_scan_time_offset(ros::Duration(applied));
-    for (const auto& [event, laser] : held_scans_) {
-      queue_.add_scan(*event.getConstMessage(), now, laser);
-    }
-    held_scans_.clear();
-    holds_scans_ = false;
+    queue.set_scan_time_offset(ros::Duration(applied));
+    release_scans(now, queue);
   }
 }
 
-void SlamNode::on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& message) {
-  const std::string frame = without_leading_slash(message.header.frame_id);
-  if (frame != options_.map_frame) {
-    ROS_WARN_STREAM("initialpose in frame '" << frame << "' is ignored; it has to be in '"
-                                             << options_.map_frame << "'");
-    return;
+void SlamInput::release_scans(const ros::Time& now, ScanQueue& queue) {
+  for (const auto& [event, laser] : held_scans_) {
+    queue.add_scan(*event.getConstMessage(), now, laser);
   }
-  if (const std::string defect = find_defect(message.pose); !defect.empty()) {
-    ROS_WARN_STREAM("initialpose is ignored: " << defect);
-    return;
-  }
-  const std::lock_guard<std::mutex> lock(run_mutex_);
-  run_.set_pose(to_pose2(message.pose.pose), plane_covariance(message.pose));
+  held_scans_.clear();
+  holds_scans_ = false;
 }
 
 /// A wrong name of a topic would show by nothing else.
-void SlamNode::warn_of_silence() {
+void SlamInput::warn_of_silence() {
   std::vector<std::string> silent;
-  {
-    const std::lock_guard<std::mutex> lock(queue_mutex_);
+  worker_.use_queue([&](ScanQueue& /*queue*/) {
     for (std::size_t laser = 0; laser < scan_subscribers_.size(); ++laser) {
       if (heard_lasers_.count(static_cast<int>(laser)) == 0) {
         silent.push_back(scan_subscribers_[laser].getTopic());
       }
     }
-  }
+  });
   if (silent.empty()) {
     silence_timer_.stop();
     return;
@@ -157,7 +174,7 @@ void SlamNode::warn_of_silence() {
   silence_timer_.setPeriod(ros::WallDuration(kReminder));
 }
 
-void SlamNode::warn_of_map_link(const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
+void SlamInput::warn_of_map_link(const TransformEvent& event) {
   // What we publish comes back to us; within a process roscpp does not name the publisher.
   const std::string& publisher = event.getPublisherName();
   if (told_of_map_link_ || publisher == ros::this_node::getName() ||

@@ -1,0 +1,119 @@
+#include "node/pose_publisher.hpp"
+
+#include <geometry_msgs/Pose2D.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+
+#include "matchbox_slam/MatchInfo.h"
+#include "ros/message_conversion.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+geometry_msgs::Pose2D to_pose_2d(const Pose2& pose) {
+  geometry_msgs::Pose2D message;
+  message.x = pose.x;
+  message.y = pose.y;
+  message.theta = pose.theta;
+  return message;
+}
+
+}  // namespace
+
+PosePublisher::PosePublisher(ros::NodeHandle& node, const SlamSetup& setup)
+    : options_(setup.run),
+      pose_(node.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10)),
+      match_info_(node.advertise<MatchInfo>("match_info", 10)) {
+  set_options(setup.node);
+  timer_ = node.createTimer(ros::Duration(setup.node.transform_publish_period),
+                            [this](const ros::TimerEvent&) { publish_transform(); });
+}
+
+void PosePublisher::set_options(const SlamNodeOptions& options) {
+  publish_tf_ = options.publish_tf;
+  transform_tolerance_ = options.transform_tolerance;
+}
+
+void PosePublisher::publish(const ReadyScan& scan, const ScanOutcome& outcome, double match_seconds,
+                            const std::string& matcher) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    map_transform_ = map_transform(scan, outcome);
+  }
+  publish_pose(scan, outcome);
+  publish_match_info(scan, outcome, match_seconds, matcher);
+}
+
+void PosePublisher::forget() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  map_transform_.reset();
+}
+
+void PosePublisher::publish_pose(const ReadyScan& scan, const ScanOutcome& outcome) {
+  geometry_msgs::PoseWithCovarianceStamped message;
+  message.header.frame_id = options_.map_frame;
+  message.header.stamp = scan.stamp;
+  message.pose = to_pose_message(outcome.map_from_base, outcome.covariance);
+  pose_.publish(message);
+}
+
+void PosePublisher::publish_match_info(const ReadyScan& scan, const ScanOutcome& outcome,
+                                       double match_seconds, const std::string& matcher) {
+  if (match_info_.getNumSubscribers() == 0) {
+    return;
+  }
+  MatchInfo message;
+  message.header.frame_id = options_.map_frame;
+  message.header.stamp = scan.stamp;
+  message.scan_frame = scan.frame;
+  message.status = to_string(outcome.match.status);
+  message.score = outcome.match.score;
+  message.rival_share = outcome.match.rival_share;
+  message.predicted = to_pose_2d(outcome.predicted_map_from_base);
+  message.pose = to_pose_2d(outcome.map_from_base);
+  for (const Eigen::Vector2d& direction : outcome.match.unconstrained_directions) {
+    geometry_msgs::Vector3 vector;
+    vector.x = direction.x();
+    vector.y = direction.y();
+    message.unconstrained_directions.push_back(vector);
+  }
+  message.candidates = outcome.match.candidates;
+  message.proven =
+      static_cast<std::uint8_t>(outcome.match.proof && outcome.match.proof->gap() == 0.0);
+  message.gap = outcome.match.proof ? outcome.match.proof->gap() : 0.0;
+  message.match_time = match_seconds;
+  message.inserted = static_cast<std::uint8_t>(outcome.inserted);
+  message.matcher = matcher;
+  match_info_.publish(message);
+}
+
+geometry_msgs::TransformStamped PosePublisher::map_transform(const ReadyScan& scan,
+                                                             const ScanOutcome& outcome) const {
+  geometry_msgs::TransformStamped transform;
+  transform.header.frame_id = options_.map_frame;
+  transform.header.stamp = scan.stamp;
+  transform.child_frame_id = outcome.odom_from_base ? options_.odom_frame : options_.base_frame;
+  transform.transform = to_transform_message(
+      outcome.odom_from_base ? outcome.map_from_base * outcome.odom_from_base->inverse()
+                             : outcome.map_from_base);
+  return transform;
+}
+
+void PosePublisher::publish_transform() {
+  // Simulated time goes in steps: within one, tf would complain of repeated data.
+  const ros::Time now = ros::Time::now();
+  if (!publish_tf_ || now.isZero() || now == last_transform_time_) {
+    return;
+  }
+  last_transform_time_ = now;
+  std::optional<geometry_msgs::TransformStamped> transform;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    transform = map_transform_;
+  }
+  if (transform) {
+    transform->header.stamp = now + ros::Duration(transform_tolerance_);
+    broadcaster_.sendTransform(*transform);
+  }
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <geometry_msgs/TransformStamped.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <ros/timer.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <atomic>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "matchbox_slam/slam/slam_engine.hpp"
+#include "ros/scan_queue.hpp"
+#include "run/slam_setup.hpp"
+
+namespace matchbox_slam {
+
+/// Publishes what became of each scan, as pose and match_info, and by a timer the transform from
+/// the map to the odometry, or to the base where there is none.
+class PosePublisher {
+ public:
+  PosePublisher(ros::NodeHandle& node, const SlamSetup& setup);
+
+  /// @param matcher  lookup name of the one that was used.
+  void publish(const ReadyScan& scan, const ScanOutcome& outcome, double match_seconds,
+               const std::string& matcher);
+
+  /// The map is given up: no transform until the next scan.
+  void forget();
+
+  /// Options that may change: publish_tf, transform_tolerance.
+  void set_options(const SlamNodeOptions& options);
+
+  /// No more transforms.
+  void stop() { timer_.stop(); }
+
+ private:
+  void publish_pose(const ReadyScan& scan, const ScanOutcome& outcome);
+  void publish_match_info(const ReadyScan& scan, const ScanOutcome& outcome, double match_seconds,
+                          const std::string& matcher);
+  [[nodiscard]] geometry_msgs::TransformStamped map_transform(const ReadyScan& scan,
+                                                              const ScanOutcome& outcome) const;
+  void publish_transform();
+
+  const RunOptions options_;
+  std::atomic<bool> publish_tf_;
+  std::atomic<double> transform_tolerance_;  ///< [s]
+  std::mutex mutex_;                         ///< guards the next one
+  std::optional<geometry_msgs::TransformStamped> map_transform_;
+  ros::Time last_transform_time_;  ///< used by the timer alone
+  tf2_ros::TransformBroadcaster broadcaster_;
+  ros::Publisher pose_;
+  ros::Publisher match_info_;
+  ros::Timer timer_;
+};
+
+}  // namespace matchbox_slam

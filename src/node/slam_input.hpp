@@ -1,0 +1,67 @@
+#pragma once
+
+#include <ros/node_handle.h>
+#include <ros/subscriber.h>
+#include <ros/wall_timer.h>
+#include <sensor_msgs/LaserScan.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <deque>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "node/scan_worker.hpp"
+#include "ros/clock_watch.hpp"
+#include "run/run_options.hpp"
+
+namespace matchbox_slam {
+
+/// Puts the scans and transforms that come in into the worker's queue, and tells in the log when
+/// something is odd about them: clocks that differ, silence, tf that touches the map frame.
+class SlamInput {
+ public:
+  /// Subscribes at once. @param timer_node  whose callback queue watches for silence.
+  SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const RunOptions& options,
+            ScanWorker& worker);
+
+  /// Of the scans, with what they are remapped to.
+  [[nodiscard]] std::vector<std::string> topics() const;
+
+  /// No more messages come; all scans that came are in the queue.
+  void stop();
+
+  /// Scans that are not in the queue yet.
+  [[nodiscard]] std::size_t held_scans();
+  /// [s] that scans should be moved by and are not.
+  [[nodiscard]] double untold_clock_offset();
+
+ private:
+  using ScanEvent = ros::MessageEvent<const sensor_msgs::LaserScan>;
+  using TransformEvent = ros::MessageEvent<const tf2_msgs::TFMessage>;
+
+  void subscribe(ros::NodeHandle& node);
+  void on_scan(const ScanEvent& event, int laser);
+  void on_transforms(const TransformEvent& event, bool is_static);
+  void settle_clocks(const ros::Time& now, ScanQueue& queue);
+  void release_scans(const ros::Time& now, ScanQueue& queue);
+  void warn_of_silence();
+  void warn_of_map_link(const TransformEvent& event);
+
+  const RunOptions options_;
+  ScanWorker& worker_;
+  ClockWatch clock_watch_;  ///< as what follows, used only while the queue is
+  bool holds_scans_;        ///< until the offset of their clock is known
+  std::deque<std::pair<ScanEvent, int>> held_scans_;
+  double untold_clock_offset_ = 0.0;
+  std::set<int> heard_lasers_;
+  bool told_of_map_link_ = false;
+
+  std::vector<ros::Subscriber> scan_subscribers_;
+  ros::Subscriber transform_subscriber_;
+  ros::Subscriber static_transform_subscriber_;
+  ros::WallTimer silence_timer_;
+};
+
+}  // namespace matchbox_slam

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <variant>
+
+#include "matchbox_slam/common/parameters.hpp"
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/slam/slam_engine.hpp"
+
+namespace matchbox_slam {
+
+/// Somebody says where the base was at the newest scan, or will be at the first one.
+struct SetPose {
+  Pose2 map_from_base;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the map frame
+};
+
+/// The base was found at a pose for an earlier scan; since then it has moved as it was seen to.
+struct CorrectPose {
+  double stamp = 0.0;  ///< of that scan [s], which was used since the map was begun
+  Pose2 map_from_base;
+};
+
+/// Map and poses are forgotten.
+struct Reset {};
+
+/// They are forgotten, and it goes on with a saved map.
+struct LoadMapFile {
+  std::string path;
+  std::shared_ptr<const MapStart> map;  ///< what the file holds
+};
+
+/// Scans are skipped, or used again.
+struct Pause {
+  bool paused = true;
+};
+
+/// Options take other values; see LiveConfiguration for which ones may.
+struct Reconfigure {
+  Parameters changes;
+};
+
+/// What happens to a run between two scans, but for time jumps.
+using RunEvent = std::variant<SetPose, CorrectPose, Reset, LoadMapFile, Pause, Reconfigure>;
+
+/// Whether scans that were to come before the event are wasted on a map that it gives up.
+[[nodiscard]] inline bool gives_up_map(const RunEvent& event) {
+  return std::holds_alternative<Reset>(event) || std::holds_alternative<LoadMapFile>(event);
+}
+
+/// The place of a scan in its run.
+struct ScanMoment {
+  int time_jumps = 0;  ///< that came before
+  double stamp = 0.0;  ///< [s]
+  int laser = 0;
+
+  [[nodiscard]] bool operator<(const ScanMoment& other) const {
+    return std::tie(time_jumps, stamp, laser) <
+           std::tie(other.time_jumps, other.stamp, other.laser);
+  }
+};
+
+struct TimedEvent {
+  ScanMoment scan;  ///< before which it takes effect
+  RunEvent event;
+};
+
+}  // namespace matchbox_slam

@@ -1,0 +1,130 @@
+#include <gtest/gtest.h>
+
+#include "common/error_text.hpp"
+#include "matchbox_slam/io/yaml_parameters.hpp"
+#include "ros/matcher_loader.hpp"
+#include "ros/message_conversion.hpp"
+#include "ros/messages.hpp"
+#include "run/slam_run.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// A run in a room, with a robot that is at rest.
+class Run : public testing::Test {
+ protected:
+  static ScanInput scan(double stamp, int laser = 0) {
+    ScanInput input;
+    input.scan = to_laser_scan(make_scan(stamp));
+    input.laser = laser;
+    return input;
+  }
+
+  static Parameters change(const std::string& name, const ParameterValue& value) {
+    Parameters parameters;
+    parameters.set(name, value);
+    return parameters;
+  }
+
+  MatcherLoader loader_;
+  SlamRun run_{LiveConfiguration(parse_yaml_parameters("matcher: odometry_only", "test"), loader_)};
+};
+
+TEST_F(Run, LeavesScansOutWhilePaused) {
+  ASSERT_TRUE(run_.process(scan(1.0)));
+  run_.apply(Pause{true});
+  EXPECT_FALSE(run_.process(scan(2.0)));
+  run_.apply(Pause{false});
+  EXPECT_TRUE(run_.process(scan(3.0)));
+  ASSERT_EQ(run_.trajectory().size(), 2U);
+  EXPECT_EQ(run_.trajectory().back().stamp, 3.0);
+}
+
+TEST_F(Run, TellsOfEachEventTheScanThatCameAfterIt) {
+  run_.apply(SetPose{{1.0, 0.0, 0.0}, Eigen::Matrix3d::Zero()});
+  (void)run_.process(scan(1.0));
+  run_.apply(Pause{true});
+  (void)run_.process(scan(2.0));
+  run_.apply(Pause{false});
+  run_.apply(Reset{});
+  (void)run_.process(scan(3.0, 1));
+  run_.jump_back();
+  run_.apply(Reset{});
+  (void)run_.process(scan(1.5));
+  run_.apply(Reset{});  // no scan after it
+  const std::vector<TimedEvent> events = run_.events();
+  const std::vector<ScanMoment> moments = {
+      {0, 1.0, 0}, {0, 2.0, 0}, {0, 3.0, 1}, {0, 3.0, 1}, {1, 1.5, 0}};
+  ASSERT_EQ(events.size(), moments.size());
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    EXPECT_FALSE(events[i].scan < moments[i] || moments[i] < events[i].scan) << i;
+  }
+  EXPECT_TRUE(std::get<Pause>(events[1].event).paused);
+  EXPECT_EQ(run_.resets(), 4U);
+}
+
+TEST_F(Run, KeepsNoEventsWhereOnlyRecentThingsAreKept) {
+  SlamRun recent(run_.configuration(), RunRecords::kRecent);
+  recent.apply(Pause{false});
+  (void)recent.process(scan(1.0));
+  EXPECT_TRUE(recent.events().empty());
+}
+
+TEST_F(Run, ACorrectedPoseKeepsTheMotionSince) {
+  ScanInput moving = scan(1.0);
+  moving.odometry = ScanOdometry{};
+  (void)run_.process(moving);
+  moving = scan(2.0);
+  moving.odometry = ScanOdometry{{0.5, 0.0, 0.0}, {0.5, 0.0, 0.0}};
+  (void)run_.process(moving);
+  run_.apply(CorrectPose{1.0, {10.0, 5.0, 1.5707963267948966}});
+  moving = scan(3.0);
+  moving.odometry = ScanOdometry{{0.5, 0.0, 0.0}, {0.5, 0.0, 0.0}};
+  const std::optional<ScanOutcome> outcome = run_.process(moving);
+  ASSERT_TRUE(outcome);
+  EXPECT_NEAR(outcome->map_from_base.x, 10.0, 1e-9);
+  EXPECT_NEAR(outcome->map_from_base.y, 5.5, 1e-9);
+}
+
+TEST_F(Run, ACorrectionOfAPoseInAMapThatWasGivenUpIsRefused) {
+  (void)run_.process(scan(1.0));
+  run_.apply(Reset{});
+  (void)run_.process(scan(2.0));
+  const std::string text = error_text<std::runtime_error>([&] {
+    run_.apply(CorrectPose{1.0, {10.0, 5.0, 0.0}});
+  });
+  EXPECT_TRUE(contains(text, "no scan of 1.000000 s was used for this map")) << text;
+  EXPECT_LT(run_.process(scan(3.0))->map_from_base.x, 1.0);
+}
+
+TEST_F(Run, ReconfiguresWhatMayChangeAndKeepsThat) {
+  (void)run_.process(scan(1.0));
+  run_.apply(Reconfigure{change("matcher", std::string("hough"))});
+  EXPECT_EQ(run_.setup().matcher_name, "matchbox_slam/Hough");
+  run_.apply(Reset{});
+  EXPECT_EQ(run_.setup().matcher_name, "matchbox_slam/Hough");
+  EXPECT_TRUE(contains(error_text<ConfigurationError>([&] {
+                         run_.apply(Reconfigure{change("base_frame", std::string("x"))});
+                       }),
+                       "base_frame: cannot be changed while running"));
+  (void)run_.process(scan(2.0));
+  EXPECT_EQ(run_.events().size(), 2U) << "what was refused is no event";
+}
+
+TEST_F(Run, GoesOnWithALoadedMap) {
+  for (const double stamp : {1.0, 2.0}) {
+    (void)run_.process(scan(stamp));
+  }
+  MapStart saved = run_.snapshot();
+  saved.map_from_base = {0.5, 0.25, 0.0};
+  run_.apply(LoadMapFile{"office.slam", std::make_shared<const MapStart>(saved)});
+  EXPECT_TRUE(run_.trajectory().empty());
+  EXPECT_EQ(run_.key_scans().size(), saved.key_scans.size());
+  const std::optional<ScanOutcome> outcome = run_.process(scan(3.0));
+  EXPECT_NEAR(outcome->map_from_base.x, 0.5, 1e-9);
+  EXPECT_EQ(std::get<LoadMapFile>(run_.events().front().event).map, nullptr)
+      << "the record would hold its memory";
+}
+
+}  // namespace
+}  // namespace matchbox_slam
