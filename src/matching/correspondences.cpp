@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "common/simd.hpp"
 
@@ -172,30 +173,11 @@ class SurfaceCounts {
   std::vector<Entry> entries_;
 };
 
-/// The field that has the surface nearest to a point; null when none has one in reach.
-const LikelihoodField* nearest_field(const LikelihoodFields& fields,
-                                     const Eigen::Vector2d& position) {
-  if (fields.size() == 1) {
-    return fields.front();
-  }
-  const LikelihoodField* nearest = nullptr;
-  double least = 0.0;
-  for (const LikelihoodField* field : fields) {
-    const std::uint8_t steps = field->distance(field->geometry().cell_at(position));
-    const double distance = field->options().reach * steps;
-    if (steps != LikelihoodField::kFar && (nearest == nullptr || distance < least)) {
-      nearest = field;
-      least = distance;
-    }
-  }
-  return nearest;
-}
-
 }  // namespace
 
-Correspondences::Correspondences(const std::vector<ScanPoint>& points,
-                                 const LikelihoodFields& fields, const Pose2& map_from_base)
-    : fields_(fields) {
+Correspondences::Correspondences(const std::vector<ScanPoint>& points, const PlacedFields& fields,
+                                 const Pose2& map_from_base)
+    : fields_(fields.begin(), fields.end()) {
   points_.reserve(points.size());
   for (const ScanPoint& point : points) {
     // What is no number would make the whole sum none.
@@ -216,19 +198,56 @@ Correspondences::Correspondences(const std::vector<ScanPoint>& points,
   move_to(map_from_base);
 }
 
-/// Finds the surface next to a point, unless it is the one that was found last.
+Correspondences::TurnedField::TurnedField(const PlacedField& placed)
+    : field(placed.field),
+      origin(placed.map_from_field.translation()),
+      cosine(std::cos(placed.map_from_field.theta)),
+      sine(std::sin(placed.map_from_field.theta)) {}
+
+Cell Correspondences::TurnedField::cell_at(const Eigen::Vector2d& map_position) const {
+  const Eigen::Vector2d from_origin = map_position - origin;
+  return field->geometry().cell_at({cosine * from_origin.x() + sine * from_origin.y(),
+                                    cosine * from_origin.y() - sine * from_origin.x()});
+}
+
+Surface Correspondences::TurnedField::to_map(const Surface& surface) const {
+  const auto turned = [](double c, double s, const Eigen::Vector2d& vector) {
+    return Eigen::Vector2d(c * vector.x() - s * vector.y(), s * vector.x() + c * vector.y());
+  };
+  return {origin + turned(cosine, sine, surface.position),
+          turned(cosine * cosine - sine * sine, 2.0 * cosine * sine, surface.double_angle),
+          surface.hits};
+}
+
+/// Finds the nearest of the surfaces next to a point, unless it is the one that was found last.
 void Correspondences::look_up(const Eigen::Vector2d& position, Point& point) const {
-  const LikelihoodField* field = nearest_field(fields_, position);
-  if (field == nullptr) {
-    point.field = nullptr;
-    point.has_surface = false;
-    return;
+  std::size_t nearest = 0;
+  Cell cell = fields_.front().cell_at(position);
+  if (fields_.size() > 1) {  // a single one need not be compared
+    nearest = fields_.size();
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < fields_.size(); ++i) {
+      const LikelihoodField& field = *fields_[i].field;
+      const Cell here = fields_[i].cell_at(position);
+      const std::uint8_t steps = field.distance(here);
+      const double distance = field.options().reach * steps;
+      if (steps != LikelihoodField::kFar && distance < least) {
+        nearest = i;
+        cell = here;
+        least = distance;
+      }
+    }
   }
-  const Cell cell = field->geometry().cell_at(position);
-  if (field != point.field || cell != point.cell) {
-    point.field = field;
+  if (nearest == fields_.size()) {
+    point.field = nearest;
+    point.has_surface = false;
+  } else if (nearest != point.field || cell != point.cell) {
+    point.field = nearest;
     point.cell = cell;
-    point.has_surface = field->nearest_surface(cell, point.surface);
+    point.has_surface = fields_[nearest].field->nearest_surface(cell, point.surface);
+    if (point.has_surface) {
+      point.surface = fields_[nearest].to_map(point.surface);
+    }
   }
 }
 

@@ -46,8 +46,8 @@ KeyScan::KeyScan(PointScan a_scan, const Pose2& a_map_from_base)
 const LikelihoodField& KeyScan::field() const {
   std::call_once(field_->made, [this] {
     const PointScan points = measured(scan);
-    std::vector<SurfaceHit> hits = surfaces_between_hits(points, map_from_base, kResolution);
-    const std::vector<SurfaceHit> own = surfaces_at_hits(points, map_from_base);
+    std::vector<SurfaceHit> hits = surfaces_between_hits(points, Pose2{}, kResolution);
+    const std::vector<SurfaceHit> own = surfaces_at_hits(points, Pose2{});
     hits.insert(hits.end(), own.begin(), own.end());
     field_->field.update(hits, {});
   });

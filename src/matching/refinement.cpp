@@ -104,7 +104,7 @@ Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance) {
          solver.eigenvectors().transpose();
 }
 
-RefinedPose refine(const std::vector<ScanPoint>& points, const LikelihoodFields& fields,
+RefinedPose refine(const std::vector<ScanPoint>& points, const PlacedFields& fields,
                    const Pose2& start_map_from_base, const PosePrior& prior,
                    const RefinementOptions& options) {
   const Eigen::Matrix3d prior_part = prior_information(prior.covariance);

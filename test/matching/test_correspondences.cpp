@@ -100,8 +100,9 @@ TEST(Correspondences, MovingThereIsStartingThere) {
   const Clutter clutter(4);
   LikelihoodField other(0.05, LikelihoodFieldOptions{});
   other.update({{{0.5, 0.5}, {1.0, 0.0}}, {{-1.0, 0.7}, {0.0, 1.0}}}, {});
-  for (const LikelihoodFields& fields :
-       {LikelihoodFields{&clutter.field}, LikelihoodFields{&clutter.field, &other}}) {
+  for (const PlacedFields& fields :
+       {PlacedFields{{&clutter.field, {}}},
+        PlacedFields{{&clutter.field, {}}, {&other, {0.1, 0.2, 0.3}}}}) {
     Correspondences moved(clutter.points, fields, clutter.map_from_base);
     // Within cells, to other cells, to where nothing is, and back.
     for (const Pose2& pose : {Pose2{0.401, -0.3, 0.5}, Pose2{0.45, -0.26, 0.52},
@@ -114,6 +115,20 @@ TEST(Correspondences, MovingThereIsStartingThere) {
       EXPECT_EQ(moved.closeness(0.05, {0.0, 0.0, 0.0}), started.closeness(0.05, {0.0, 0.0, 0.0}));
     }
   }
+}
+
+TEST(Correspondences, AFieldMayLieAnywhere) {
+  const Clutter clutter(5);
+  const Pose2 there{3.0, -1.0, 2.0};
+  const Correspondences here(clutter.points, clutter.field, clutter.map_from_base);
+  const Correspondences moved(clutter.points, PlacedFields{{&clutter.field, there}},
+                              there * clutter.map_from_base);
+  EXPECT_NEAR(moved.closeness(0.05, {0.0, 0.0, 0.0}), here.closeness(0.05, {0.0, 0.0, 0.0}), 1e-9);
+  const Eigen::Vector3d gradient = here.linearise(0.05).gradient;
+  const Eigen::Vector2d turned = Pose2{0.0, 0.0, there.theta} * Eigen::Vector2d(gradient.head<2>());
+  EXPECT_TRUE(moved.linearise(0.05).gradient.isApprox(
+      Eigen::Vector3d(turned.x(), turned.y(), gradient.z()), 1e-9));
+  EXPECT_NEAR(moved.residuals(0.05).squares, here.residuals(0.05).squares, 1e-9);
 }
 
 TEST(Correspondences, PointsWithoutAWallCountAsUnexplained) {

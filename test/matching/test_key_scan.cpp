@@ -20,11 +20,11 @@ TEST(KeyScan, HasAFieldOfItsPointsAndTheWallsBetweenThem) {
     point.joined_to_next = i == 0;
     scan.points.push_back(point);
   }
-  const KeyScan key(scan, {1.0, 0.0, kPi / 2.0});  // the wall is at y = 2 in the map
+  const KeyScan key(scan, {1.0, 0.0, kPi / 2.0});
   const LikelihoodField& field = key.field();
-  for (const double x : {0.02, 0.5, 0.98}) {
-    EXPECT_GT(field.likelihood(field.geometry().cell_at({x, 2.0})), 150) << x;
-    EXPECT_EQ(field.likelihood(field.geometry().cell_at({x, 1.0})), 0) << x;
+  for (const double y : {0.02, 0.5, 0.98}) {
+    EXPECT_GT(field.likelihood(field.geometry().cell_at({2.0, y})), 150) << y;
+    EXPECT_EQ(field.likelihood(field.geometry().cell_at({1.0, y})), 0) << y;
   }
   const KeyScan copy = key;  // NOLINT(performance-unnecessary-copy-initialization): under test
   EXPECT_EQ(&copy.field(), &field);

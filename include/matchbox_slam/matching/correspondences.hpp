@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
@@ -10,8 +11,14 @@
 
 namespace matchbox_slam {
 
+/// A likelihood field, and where its frame lies in the map.
+struct PlacedField {
+  const LikelihoodField* field = nullptr;
+  Pose2 map_from_field;
+};
+
 /// What points are matched to: one field, or several, of whose surfaces the nearest counts.
-using LikelihoodFields = std::vector<const LikelihoodField*>;
+using PlacedFields = std::vector<PlacedField>;
 
 /// The scan's part of the normal equations of least squares, for points with noise of unit
 /// variance.
@@ -44,12 +51,12 @@ class Correspondences {
  public:
   /// Points without a surface in reach take part with closeness 0. Cost: one look-up a point.
   /// @param points  in the order in which they were measured: neighbours may share a surface.
-  /// @param fields  must outlive this, and stay as they are.
-  Correspondences(const std::vector<ScanPoint>& points, const LikelihoodFields& fields,
+  /// @param fields  one or more; they must outlive this, and stay as they are.
+  Correspondences(const std::vector<ScanPoint>& points, const PlacedFields& fields,
                   const Pose2& map_from_base);
   Correspondences(const std::vector<ScanPoint>& points, const LikelihoodField& field,
                   const Pose2& map_from_base)
-      : Correspondences(points, LikelihoodFields{&field}, map_from_base) {}
+      : Correspondences(points, PlacedFields{{&field, Pose2{}}}, map_from_base) {}
 
   /// The same points at another pose, as if made anew. Cost: look-ups for the points that get into
   /// another cell.
@@ -73,13 +80,25 @@ class Correspondences {
  private:
   /// A point of the scan, and what lies next to it.
   struct Point {
-    Eigen::Vector2d position;                ///< [m], base frame
-    Eigen::Vector2d moved;                   ///< from where it was measured [m]
-    double weight = 0.0;                     ///< length of wall [m]
-    const LikelihoodField* field = nullptr;  ///< that was looked up last
-    Cell cell;                               ///< of it that was looked up last
+    Eigen::Vector2d position;  ///< [m], base frame
+    Eigen::Vector2d moved;     ///< from where it was measured [m]
+    double weight = 0.0;       ///< length of wall [m]
+    /// Number of the field that was looked up last; none yet.
+    std::size_t field = std::numeric_limits<std::size_t>::max();
+    Cell cell;  ///< in that field
     bool has_surface = false;
-    Surface surface;
+    Surface surface;  ///< in the map frame
+  };
+
+  /// A field with its pose as numbers.
+  struct TurnedField {
+    explicit TurnedField(const PlacedField& placed);
+    [[nodiscard]] Cell cell_at(const Eigen::Vector2d& map_position) const;
+    [[nodiscard]] Surface to_map(const Surface& surface) const;
+
+    const LikelihoodField* field;
+    Eigen::Vector2d origin;  ///< in the map
+    double cosine, sine;     ///< of its heading there
   };
 
   void look_up(const Eigen::Vector2d& position, Point& point) const;
@@ -97,7 +116,7 @@ class Correspondences {
     std::vector<double> information;  ///< that the point adds, in units of a point's alone
   };
 
-  LikelihoodFields fields_;
+  std::vector<TurnedField> fields_;
   std::vector<Point> points_;
   Arrays arrays_;
   double total_weight_ = 0.0;

@@ -17,8 +17,8 @@ class KeyScan {
   const PointScan scan;
   const Pose2 map_from_base;
 
-  /// The likelihood field of this scan alone, in the map frame, for matchers of scan to scan. Made
-  /// when it is first asked for, from whichever thread, and kept: about 1 MB in a room. Points
+  /// The likelihood field of this scan alone, in its own base frame, for matchers of scan to scan.
+  /// Made when it is first asked for, from whichever thread, and kept: about 1 MB in a room. Points
   /// farther than 100 m from the base are left out, and it has no `bounds`. Cost then: as of a
   /// likelihood field's update.
   [[nodiscard]] const LikelihoodField& field() const;

@@ -59,14 +59,14 @@ struct RefinedPose {
 /// scan does not constrain keep the prior's value and variance. The covariance is scaled by the
 /// variance of the residuals that are left, as in least squares of unknown precision. Cost: one
 /// look-up a point and step.
-[[nodiscard]] RefinedPose refine(const std::vector<ScanPoint>& points,
-                                 const LikelihoodFields& fields, const Pose2& start_map_from_base,
-                                 const PosePrior& prior, const RefinementOptions& options);
+[[nodiscard]] RefinedPose refine(const std::vector<ScanPoint>& points, const PlacedFields& fields,
+                                 const Pose2& start_map_from_base, const PosePrior& prior,
+                                 const RefinementOptions& options);
 [[nodiscard]] inline RefinedPose refine(const std::vector<ScanPoint>& points,
                                         const LikelihoodField& field,
                                         const Pose2& start_map_from_base, const PosePrior& prior,
                                         const RefinementOptions& options) {
-  return refine(points, LikelihoodFields{&field}, start_map_from_base, prior, options);
+  return refine(points, PlacedFields{{&field, Pose2{}}}, start_map_from_base, prior, options);
 }
 
 /// Probability of the poses around one pose, given scan and prior.

@@ -25,13 +25,13 @@ KeyScans nearest_key_scans(const KeyScans& key_scans, const Pose2& pose) {
   return sorted;
 }
 
-LikelihoodFields fields_of(const KeyScans& key_scans, int most) {
-  LikelihoodFields fields;
+PlacedFields fields_of(const KeyScans& key_scans, int most) {
+  PlacedFields fields;
   for (const auto& key : key_scans) {
     if (fields.size() == static_cast<std::size_t>(most)) {
       break;
     }
-    fields.push_back(&key->field());
+    fields.push_back({&key->field(), key->map_from_base});
   }
   return fields;
 }

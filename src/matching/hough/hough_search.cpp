@@ -74,18 +74,18 @@ void add_peaks(const std::vector<RankedPose>& row, std::vector<RankedPose>& pose
 }  // namespace
 
 double mean_likelihood(const HoughPoints& points, const LikelihoodField& field,
-                       const Pose2& map_from_base) {
+                       const Pose2& field_from_points) {
   constexpr double kTop = 255.0;
-  const double cosine = std::cos(map_from_base.theta);
-  const double sine = std::sin(map_from_base.theta);
+  const double cosine = std::cos(field_from_points.theta);
+  const double sine = std::sin(field_from_points.theta);
   double sum = 0.0;
   double total = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto x = static_cast<double>(points.x[i]);
     const auto y = static_cast<double>(points.y[i]);
     const auto weight = static_cast<double>(points.weight[i]);
-    const Eigen::Vector2d position(map_from_base.x + cosine * x - sine * y,
-                                   map_from_base.y + sine * x + cosine * y);
+    const Eigen::Vector2d position(field_from_points.x + cosine * x - sine * y,
+                                   field_from_points.y + sine * x + cosine * y);
     sum += weight * field.likelihood(field.geometry().cell_at(position));
     total += weight;
   }
@@ -117,8 +117,8 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan&
     for (const Pose2& key_from_base : poses_along(alignment, guess, options)) {
       const Pose2 pose = key.map_from_base * key_from_base;
       const Eigen::Vector3d off = difference(pose, prior.map_from_base);
-      along.push_back(
-          {pose, mean_likelihood(scan.points, key.field(), pose) - off.dot(penalty * off)});
+      along.push_back({pose, mean_likelihood(scan.points, key.field(), key_from_base) -
+                                 off.dot(penalty * off)});
     }
     add_peaks(along, poses);
   }

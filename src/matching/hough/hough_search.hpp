@@ -19,7 +19,7 @@ struct RankedPose {
 
 /// The mean likelihood of points at a pose, by the length of wall that they stand for, 0...1.
 [[nodiscard]] double mean_likelihood(const HoughPoints& points, const LikelihoodField& field,
-                                     const Pose2& map_from_base);
+                                     const Pose2& field_from_points);
 
 /// A scan as the search sees it.
 struct SearchedScan {

@@ -64,8 +64,8 @@ Relocalisation relocalise(const PointScan& scan, const KeyScans& key_scans,
       break;
     }
     const RefinedPose refined =
-        refine(scan.points, candidate.key->field(), candidate.pose.map_from_base,
-               anywhere_around(*candidate.key), options.refinement);
+        refine(scan.points, PlacedFields{{&candidate.key->field(), candidate.key->map_from_base}},
+               candidate.pose.map_from_base, anywhere_around(*candidate.key), options.refinement);
     if (is_near_any({refined.map_from_base, 0.0}, result.poses)) {
       continue;
     }
