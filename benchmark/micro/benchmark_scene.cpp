@@ -42,9 +42,9 @@ LaserScan benchmark_scan(int beams) {
   return simulate_scan(benchmark_world(), laser_of(beams), at_rest, 0.0, kSeed).scan;
 }
 
-std::vector<KeyScan> scans_along_route(int beams, double duration, int count) {
+std::vector<LocatedPoints> scans_along_route(int beams, double duration, int count) {
   const RobotMotion motion = drive(benchmark_world().route(), {});
-  std::vector<KeyScan> scans;
+  std::vector<LocatedPoints> scans;
   for (int i = 0; i < count; ++i) {
     const Pose2 pose = motion.pose(duration * i / count);
     const std::uint64_t seed = mix_seed(kSeed, static_cast<std::uint64_t>(i));

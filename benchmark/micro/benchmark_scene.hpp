@@ -21,9 +21,15 @@ namespace matchbox_slam {
 /// That scan as the laser measured it.
 [[nodiscard]] LaserScan benchmark_scan(int beams);
 
+/// A scan and where it was taken.
+struct LocatedPoints {
+  PointScan scan;
+  Pose2 map_from_base;
+};
+
 /// Scans from poses spread evenly over the first part of the route.
 /// @param duration  of that part [s].
-[[nodiscard]] std::vector<KeyScan> scans_along_route(int beams, double duration, int count);
+[[nodiscard]] std::vector<LocatedPoints> scans_along_route(int beams, double duration, int count);
 
 /// Numbers of beams from a small safety laser to more than any planar laser has.
 inline constexpr int kFewestBeams = 100;

@@ -226,7 +226,7 @@ BENCHMARK(search_pruned_by_window)
 /// By the scans that the map is made of, along the route.
 void search_pruned_by_map(benchmark::State& state) {
   MatchScene scene = benchmark_scene(kCommonBeams);
-  for (const KeyScan& key :
+  for (const LocatedPoints& key :
        scans_along_route(kCommonBeams, 200.0, static_cast<int>(state.range(0)))) {
     insert_scan(key.scan, key.map_from_base, {}, scene.map);
   }

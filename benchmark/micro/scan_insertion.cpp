@@ -22,7 +22,7 @@ void scan_insertion_into_map(benchmark::State& state) {
   const int scans = static_cast<int>(state.range(0));
   constexpr double kSecondsPerScan = 0.6;  // a key scan every 0.3 m
   SlamMap map{MapOptions{}, LikelihoodFieldOptions{}};
-  for (const KeyScan& key : scans_along_route(kCommonBeams, kSecondsPerScan * scans, scans)) {
+  for (const LocatedPoints& key : scans_along_route(kCommonBeams, kSecondsPerScan * scans, scans)) {
     insert_scan(key.scan, key.map_from_base, {}, map);
   }
   const MatchScene& scene = benchmark_scene(kCommonBeams);

@@ -131,12 +131,12 @@ class PairWork {
   void match(std::size_t index) {
     const ScanPair& pair = pairs_[index];
     const PointScan scan = project(scans_[pair.scan], options_);
-    const KeyScans key_scans = {std::make_shared<const KeyScan>(
-        KeyScan{project(scans_[pair.reference], options_), Pose2{}})};
+    const auto key = std::make_shared<const KeyScan>(project(scans_[pair.reference], options_));
+    const PlacedScans key_scans = {{key, Pose2{}}};
     SlamMap map(options_.map, options_.field);
-    insert_scan(key_scans.front()->scan, Pose2{}, options_.map, map);
+    insert_scan(*key->points(), Pose2{}, options_.map, map);
     // Made once for many matches, as the map's field is, and so before the time is taken.
-    (void)key_scans.front()->field();
+    (void)key->field();
     const MatchProblem problem{scan,      pair.guess, pair.guess_covariance,
                                map.field, key_scans,  pair.seed};
     for (std::size_t m = 0; m < matchers_.size(); ++m) {

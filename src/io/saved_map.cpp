@@ -30,8 +30,7 @@ constexpr double kLongestNormal = 1.0 + 1e-6;  // rounded
 // Stamps [s] and covariances [m^2].
 constexpr double kLargest = kFarthest * kFarthest;
 
-constexpr double kMostReachCells = 120.0;      // as LikelihoodField allows
-constexpr std::size_t kMostKeyScans = 10'000;  // as slam/key_scans allows
+constexpr double kMostReachCells = 120.0;  // as LikelihoodField allows
 
 /// Numbers in the order of their bytes, the lowest first, on every machine.
 class Writer {
@@ -258,11 +257,12 @@ SlamMap read_grids(Reader& reader) {
   return map;
 }
 
-void write_key_scan(const KeyScan& key, Writer& writer) {
+void write_key_scan(const PlacedScan& key, Writer& writer) {
+  const std::shared_ptr<const PointScan> scan = key.scan->points();
   writer.pose(key.map_from_base);
-  writer.number(key.scan.stamp);
-  writer.integer(std::uint64_t{key.scan.points.size()});
-  for (const ScanPoint& point : key.scan.points) {
+  writer.number(scan->stamp);
+  writer.integer(std::uint64_t{scan->points.size()});
+  for (const ScanPoint& point : scan->points) {
     writer.numbers(point.position);
     writer.numbers(point.origin);
     writer.numbers(point.normal);
@@ -271,7 +271,7 @@ void write_key_scan(const KeyScan& key, Writer& writer) {
   }
 }
 
-std::shared_ptr<const KeyScan> read_key_scan(Reader& reader) {
+void read_key_scan(Reader& reader, KeyScans& key_scans) {
   const Pose2 map_from_base = reader.pose();
   PointScan scan;
   scan.stamp = reader.number(kLargest);
@@ -286,7 +286,7 @@ std::shared_ptr<const KeyScan> read_key_scan(Reader& reader) {
     }
     point.joined_to_next = reader.integer<std::uint8_t>() != 0;
   }
-  return std::make_shared<const KeyScan>(std::move(scan), map_from_base);
+  key_scans.add(std::move(scan), 0, map_from_base);
 }
 
 }  // namespace
@@ -296,8 +296,8 @@ std::string to_saved_map(const MapStart& map) {
   writer.bytes = kHead;
   write_grids(map.map, writer);
   writer.integer(std::uint64_t{map.key_scans.size()});
-  for (const std::shared_ptr<const KeyScan>& key : map.key_scans) {
-    write_key_scan(*key, writer);
+  for (const PlacedScan& key : map.key_scans.all()) {
+    write_key_scan(key, writer);
   }
   writer.pose(map.map_from_base);
   for (Eigen::Index i = 0; i < 9; ++i) {
@@ -315,8 +315,8 @@ MapStart read_saved_map(const std::string& path, double max_cells) {
   }
   reader.skip(kHead.size());
   MapStart start{read_grids(reader), {}, {}};
-  for (std::size_t left = reader.count(40, kMostKeyScans, "key scans"); left > 0; --left) {
-    start.key_scans.push_back(read_key_scan(reader));
+  for (std::size_t left = reader.count(40); left > 0; --left) {
+    read_key_scan(reader, start.key_scans);
   }
   start.map_from_base = reader.pose();
   for (Eigen::Index i = 0; i < 9; ++i) {

@@ -1,8 +1,10 @@
 #include "matchbox_slam/matching/key_scan.hpp"
 
-#include <mutex>
+#include <atomic>
+#include <cstddef>
 #include <utility>
 
+#include "common/lru_cache.hpp"
 #include "map/scan_surfaces.hpp"
 
 namespace matchbox_slam {
@@ -18,7 +20,7 @@ bool is_measured(const ScanPoint& point) {
 }
 
 /// The scan without points that are no measurements, nor the walls to them.
-PointScan measured(const PointScan& scan) {
+PointScan without_outliers(const PointScan& scan) {
   PointScan result;
   for (const ScanPoint& point : scan.points) {
     if (is_measured(point)) {
@@ -30,28 +32,56 @@ PointScan measured(const PointScan& scan) {
   return result;
 }
 
+LikelihoodField field_of(const PointScan& scan) {
+  const PointScan points = without_outliers(scan);
+  std::vector<SurfaceHit> hits = surfaces_between_hits(points, Pose2{}, kResolution);
+  const std::vector<SurfaceHit> own = surfaces_at_hits(points, Pose2{});
+  hits.insert(hits.end(), own.begin(), own.end());
+  LikelihoodField field(kResolution, kOptions, false);  // nothing searches it with bounds
+  field.update(hits, {});
+  return field;
+}
+
+std::size_t bytes_of(const PointScan& scan) {
+  return sizeof scan + scan.points.capacity() * sizeof(ScanPoint) +
+         scan.free_rays.capacity() * sizeof(FreeRay);
+}
+
 }  // namespace
 
-struct KeyScan::LazyField {
-  std::once_flag made;
-  // Nothing searches it with bounds.
-  LikelihoodField field{kResolution, kOptions, false};
+struct KeyScanCache {
+  LruCache<PointScan> points{std::size_t{8} << 20U, bytes_of};
+  LruCache<LikelihoodField> fields{std::size_t{64} << 20U,
+                                   [](const LikelihoodField& field) { return field.bytes(); }};
+  std::atomic<std::uint64_t> next_key{0};
 };
 
-KeyScan::KeyScan(PointScan a_scan, const Pose2& a_map_from_base)
-    : scan(std::move(a_scan)),
-      map_from_base(a_map_from_base),
-      field_(std::make_shared<LazyField>()) {}
+std::shared_ptr<KeyScanCache> make_key_scan_cache() { return std::make_shared<KeyScanCache>(); }
 
-const LikelihoodField& KeyScan::field() const {
-  std::call_once(field_->made, [this] {
-    const PointScan points = measured(scan);
-    std::vector<SurfaceHit> hits = surfaces_between_hits(points, Pose2{}, kResolution);
-    const std::vector<SurfaceHit> own = surfaces_at_hits(points, Pose2{});
-    hits.insert(hits.end(), own.begin(), own.end());
-    field_->field.update(hits, {});
-  });
-  return field_->field;
+KeyScan::KeyScan(MeasuredScan measured, std::uint64_t id, int laser,
+                 std::shared_ptr<KeyScanCache> cache)
+    : id_(id),
+      laser_(laser),
+      seen_(std::move(measured)),
+      cache_(std::move(cache)),
+      cache_key_(cache_->next_key++) {}
+
+KeyScan::KeyScan(PointScan points, std::uint64_t id, int laser, std::shared_ptr<KeyScanCache> cache)
+    : id_(id),
+      laser_(laser),
+      seen_(std::make_shared<const PointScan>(std::move(points))),
+      cache_(std::move(cache)),
+      cache_key_(cache_->next_key++) {}
+
+std::shared_ptr<const PointScan> KeyScan::points() const {
+  if (const auto* points = std::get_if<std::shared_ptr<const PointScan>>(&seen_)) {
+    return *points;
+  }
+  return cache_->points.get(cache_key_, [this] { return project_scan(*measured()); });
+}
+
+std::shared_ptr<const LikelihoodField> KeyScan::field() const {
+  return cache_->fields.get(cache_key_, [this] { return field_of(*points()); });
 }
 
 }  // namespace matchbox_slam

@@ -67,7 +67,7 @@ std::optional<MatchResult> reject_unmatchable(const MatchProblem& problem) {
 }
 
 std::optional<MatchResult> reject_unmatchable_to_scans(const MatchProblem& problem) {
-  return reject_without(!problem.key_scans.empty(), problem);
+  return reject_without(!problem.recent_scans.empty(), problem);
 }
 
 }  // namespace matchbox_slam

@@ -138,11 +138,11 @@ bool SlamNode::answer_pause(std_srvs::SetBool::Request& request,
 }
 
 bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Response& response) {
-  KeyScans key_scans;
+  PlacedScans key_scans;
   std::optional<ReadyScan> newest;
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
-    key_scans = run_.key_scans();
+    key_scans = run_.key_scans().all();
     newest = newest_scan_;
   }
   const bool is_newest = request.scan.ranges.empty();

@@ -64,8 +64,8 @@ LaserOdometry::LaserOdometry(const LaserOdometrySettings& settings,
 
 LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
   const MotionPrediction guess = tracker_.predict(input);
-  PointScan scan =
-      project_scan(input.scan, input.base_from_laser, guess.during_scan, settings_.scan);
+  MeasuredScan measured{input.scan, input.base_from_laser, guess.during_scan, settings_.scan};
+  PointScan scan = project_scan(measured);
 
   // A rejected match carries the guess, which stands then.
   LaserOdometryOutcome outcome;
@@ -91,9 +91,10 @@ LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
   outcome.is_key_scan = starts_map || (outcome.match.accepted() && is_key_scan(outcome));
   if (outcome.is_key_scan) {
     if (matched.during_scan != guess.during_scan) {
-      scan = project_scan(input.scan, input.base_from_laser, matched.during_scan, settings_.scan);
+      measured.motion = matched.during_scan;
+      scan = project_scan(measured);
     }
-    add_key_scan(scan, outcome);
+    add_key_scan(scan, std::move(measured), input.laser, outcome);
   }
   remember(input, outcome, starts_map);
   return outcome;
@@ -142,8 +143,8 @@ bool LaserOdometry::is_key_scan(const LaserOdometryOutcome& outcome) const {
   constexpr double kEnoughWithLittleOverlap = 1.0 / 3.0;
   const LaserOdometryOptions& options = settings_.odometry;
   double moved = std::numeric_limits<double>::infinity();  // from the nearest, 1: enough
-  for (const auto& key : reference_.key_scans) {
-    const Pose2 key_from_base = key->map_from_base.inverse() * outcome.odom_from_base;
+  for (const PlacedScan& key : reference_.key_scans) {
+    const Pose2 key_from_base = key.map_from_base.inverse() * outcome.odom_from_base;
     moved = std::min(moved, std::max(key_from_base.translation().norm() / options.key_distance,
                                      std::abs(key_from_base.theta) / options.key_angle));
   }
@@ -151,14 +152,17 @@ bool LaserOdometry::is_key_scan(const LaserOdometryOutcome& outcome) const {
          (moved >= kEnoughWithLittleOverlap && outcome.match.score < options.key_overlap);
 }
 
-void LaserOdometry::add_key_scan(const PointScan& scan, const LaserOdometryOutcome& outcome) {
+void LaserOdometry::add_key_scan(const PointScan& scan, MeasuredScan measured, int laser,
+                                 const LaserOdometryOutcome& outcome) {
   if (reference_.key_scans.empty()) {
     key_errors_ = KeyErrors(outcome.odom_from_base, outcome.covariance);
   } else {
     key_errors_.add();
   }
-  const auto full = static_cast<std::size_t>(settings_.odometry.key_scans);
-  const auto key = std::make_shared<const KeyScan>(scan, outcome.odom_from_base);
+  const auto full = static_cast<std::size_t>(settings_.odometry.local_map_scans);
+  const PlacedScan key{
+      std::make_shared<const KeyScan>(std::move(measured), key_scan_count_++, laser, cache_),
+      outcome.odom_from_base};
   const auto add = [&](LocalMap& local) {
     insert_scan(scan, outcome.odom_from_base, settings_.map, local.map);
     local.key_scans.push_back(key);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "matchbox_slam/common/random.hpp"
 
@@ -36,8 +37,8 @@ SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanM
 
 ScanOutcome SlamEngine::process(const ScanInput& input) {
   const MotionPrediction predicted = tracker_.predict(input);
-  PointScan scan =
-      project_scan(input.scan, input.base_from_laser, predicted.during_scan, options_.scan);
+  MeasuredScan measured{input.scan, input.base_from_laser, predicted.during_scan, options_.scan};
+  PointScan scan = project_scan(measured);
 
   // A rejected match carries the prediction, which stands then.
   ScanOutcome outcome;
@@ -53,12 +54,13 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
 
   if (is_to_be_inserted(outcome, input.laser)) {
     if (matched.during_scan != predicted.during_scan) {
-      scan = project_scan(input.scan, input.base_from_laser, matched.during_scan, options_.scan);
+      measured.motion = matched.during_scan;
+      scan = project_scan(measured);
     }
     outcome.inserted = has_room(scan, outcome.map_from_base, options_.map, map_);
     outcome.left_out = !outcome.inserted;
     if (outcome.inserted) {
-      insert(scan, outcome.map_from_base, input.laser);
+      insert(scan, std::move(measured), outcome.map_from_base, input.laser);
     }
   }
   tracker_.remember(input, outcome.map_from_base, outcome.covariance,
@@ -68,9 +70,10 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
 }
 
 MatchResult SlamEngine::match(const PointScan& scan, const MotionPrediction& predicted) const {
-  const MatchProblem problem{
-      scan,       predicted.fixed_from_base,   predicted.covariance, map_.field,
-      key_scans_, mix_seed(seed_, scan_count_)};
+  const PlacedScans recent =
+      key_scans_.newest(static_cast<std::size_t>(options_.slam.recent_scans));
+  const MatchProblem problem{scan,   predicted.fixed_from_base,   predicted.covariance, map_.field,
+                             recent, mix_seed(seed_, scan_count_)};
   if (map_.field.empty()) {
     return rejected(problem, MatchStatus::kRejectedNoReference);
   }
@@ -125,13 +128,11 @@ bool SlamEngine::is_worth_inserting(const ScanOutcome& outcome, int laser) const
          outcome.match.score < options_.slam.insert_overlap;
 }
 
-void SlamEngine::insert(const PointScan& scan, const Pose2& map_from_base, int laser) {
+void SlamEngine::insert(const PointScan& scan, MeasuredScan measured, const Pose2& map_from_base,
+                        int laser) {
   insert_scan(scan, map_from_base, options_.map, map_);
   last_inserted_[laser] = map_from_base;
-  key_scans_.push_back(std::make_shared<const KeyScan>(KeyScan{scan, map_from_base}));
-  while (key_scans_.size() > static_cast<std::size_t>(options_.slam.key_scans)) {
-    key_scans_.pop_front();
-  }
+  key_scans_.add(std::move(measured), laser, map_from_base);
 }
 
 }  // namespace matchbox_slam

@@ -49,8 +49,8 @@ class FirstKeyScans {
                                                const HoughAlignmentOptions& options) const {
     std::vector<FileContents> files;
     for (std::size_t i = 1; i < key_scans_.size(); ++i) {
-      files.push_back(
-          hough_picture_file(folder, i - 1, key_scans_[i - 1]->scan, key_scans_[i]->scan, options));
+      files.push_back(hough_picture_file(folder, i - 1, *key_scans_[i - 1]->points(),
+                                         *key_scans_[i]->points(), options));
     }
     return files;
   }
@@ -147,7 +147,7 @@ void BagMapping::handle(const ReadyScan& scan) {
     return;
   }
   if (outcome->inserted && !debug_.empty()) {
-    first_key_scans_.add(run_->key_scans().back());
+    first_key_scans_.add(run_->key_scans().all().back().scan);
   }
   if (outcome->left_out && !told_of_left_out_) {
     dialog_.warn(kLeftOut);

@@ -183,16 +183,6 @@ TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   EXPECT_EQ(error_with(1.0, pose), "(no error)");
 }
 
-TEST_F(SavedMap, RefusesMoreKeyScansThanAnOptionAllows) {
-  std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t count_at = bytes.size() - 13 * 8;
-  const std::uint64_t count = 1000000;
-  std::memcpy(bytes.data() + count_at, &count, sizeof count);
-  bytes.insert(count_at + 8, 40 * count, '\0');
-  write(compress(bytes));
-  EXPECT_TRUE(contains(error(), "it has 1000000 key scans; allowed: up to 10000")) << error();
-}
-
 // --- images ---
 
 /// A loaded image has no more than half a cell to say where a wall is; the line through its pixels

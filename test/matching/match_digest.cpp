@@ -17,7 +17,7 @@ using namespace matchbox_slam;
 struct Scene {
   LikelihoodField field{0.05, {}};
   PointScan scan;
-  KeyScans key_scans;
+  PlacedScans key_scans;
 };
 
 void add_wall(const Eigen::Vector2d& start, const Eigen::Vector2d& step, Random& random,
@@ -48,7 +48,7 @@ Scene make_scene(std::uint64_t seed) {
   for (const SurfaceHit& hit : hits) {
     key.points.push_back({hit.position, {0.0, 0.0}, hit.normal, 0.03, false});
   }
-  scene.key_scans.push_back(std::make_shared<const KeyScan>(key, Pose2{}));
+  scene.key_scans.push_back({std::make_shared<const KeyScan>(key), Pose2{}});
   return scene;
 }
 

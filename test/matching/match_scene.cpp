@@ -1,7 +1,6 @@
 #include "matching/match_scene.hpp"
 
 #include <Eigen/LU>
-#include <memory>
 
 #include "matchbox_slam/common/random.hpp"
 #include "simulation/robot.hpp"
@@ -24,9 +23,10 @@ MatchScene make_match_scene(const World& world, const LaserOptions& laser, doubl
   MatchScene scene;
   for (int i = 0; i < 8; ++i) {
     const double stamp = time - 2.0 + 0.5 * i + (i < 4 ? 0.0 : 0.5);  // not at `time` itself
-    const KeyScan key{look(stamp, static_cast<std::uint64_t>(i) + 1), motion.pose(stamp)};
-    insert_scan(key.scan, key.map_from_base, MapOptions{}, scene.map);
-    scene.key_scans.push_back(std::make_shared<const KeyScan>(key));
+    scene.key_scans.push_back(
+        placed(look(stamp, static_cast<std::uint64_t>(i) + 1), motion.pose(stamp)));
+    const PlacedScan& key = scene.key_scans.back();
+    insert_scan(*key.scan->points(), key.map_from_base, MapOptions{}, scene.map);
   }
   scene.scan = look(time, 0);
   scene.map_from_base = motion.pose(time);

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
+#include <utility>
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
@@ -16,7 +18,7 @@ namespace matchbox_slam {
 /// that is not in the map. Owns what a MatchProblem refers to.
 struct MatchScene {
   SlamMap map{MapOptions{}, LikelihoodFieldOptions{}};
-  KeyScans key_scans;
+  PlacedScans key_scans;
   PointScan scan;
   Pose2 map_from_base;  ///< the truth
 
@@ -25,6 +27,11 @@ struct MatchScene {
     return {scan, predicted, covariance, map.field, key_scans, seed};
   }
 };
+
+/// A key scan of these points.
+[[nodiscard]] inline PlacedScan placed(PointScan points, const Pose2& map_from_base) {
+  return {std::make_shared<const KeyScan>(std::move(points)), map_from_base};
+}
 
 /// The points that a laser sees from a pose.
 /// @param seed  of its noise.

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <thread>
+#include <memory>
 
 #include "matchbox_slam/matching/key_scan.hpp"
 #include "matching/match_scene.hpp"
@@ -20,43 +20,52 @@ TEST(KeyScan, HasAFieldOfItsPointsAndTheWallsBetweenThem) {
     point.joined_to_next = i == 0;
     scan.points.push_back(point);
   }
-  const KeyScan key(scan, {1.0, 0.0, kPi / 2.0});
-  const LikelihoodField& field = key.field();
+  const KeyScan key(scan);
+  const std::shared_ptr<const LikelihoodField> field = key.field();
   for (const double y : {0.02, 0.5, 0.98}) {
-    EXPECT_GT(field.likelihood(field.geometry().cell_at({2.0, y})), 150) << y;
-    EXPECT_EQ(field.likelihood(field.geometry().cell_at({1.0, y})), 0) << y;
+    EXPECT_GT(field->likelihood(field->geometry().cell_at({2.0, y})), 150) << y;
+    EXPECT_EQ(field->likelihood(field->geometry().cell_at({1.0, y})), 0) << y;
   }
-  const KeyScan copy = key;  // NOLINT(performance-unnecessary-copy-initialization): under test
-  EXPECT_EQ(&copy.field(), &field);
+  EXPECT_EQ(key.field(), field) << "kept";
 }
 
-TEST(KeyScan, MakesItsFieldOnceForAllThreads) {
+TEST(KeyScan, MakesItsPointsOfWhatWasMeasured) {
+  const World world = make_rooms_world(7);
+  const LaserOptions laser;
+  const PoseAtTime at_rest = [](double /*stamp*/) { return Pose2{}; };
+  MeasuredScan measured{simulate_scan(world, laser, at_rest, 3.0, 1).scan,
+                        laser.base_from_laser(),
+                        {0.1, 0.0, 0.05},
+                        {}};
+  measured.options.free_range = 2.0;
+  const KeyScan key(measured, 5, 1);
+  const PointScan expected =
+      project_scan(measured.scan, measured.base_from_laser, measured.motion, measured.options);
+  const std::shared_ptr<const PointScan> points = key.points();
+  EXPECT_EQ(points->stamp, 3.0);
+  ASSERT_EQ(points->points.size(), expected.points.size());
+  for (std::size_t i = 0; i < expected.points.size(); ++i) {
+    ASSERT_EQ(points->points[i].position, expected.points[i].position);
+    ASSERT_EQ(points->points[i].normal, expected.points[i].normal);
+  }
+  EXPECT_EQ(key.points(), points) << "kept";
+  EXPECT_EQ(key.id(), 5U);
+  EXPECT_EQ(key.laser(), 1);
+}
+
+TEST(KeyScan, SharesItsCacheWithOthersButNotWhatIsInIt) {
   const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
-  const KeyScan key(scene.scan, scene.map_from_base);
-  std::vector<std::size_t> surfaces(4);
-  std::vector<std::thread> threads;
-  for (std::size_t& count : surfaces) {
-    threads.emplace_back([&] { count = key.field().surface_cells().size(); });
-  }
-  for (std::thread& thread : threads) {
-    thread.join();
-  }
-  EXPECT_GT(surfaces[0], 100U);
-  EXPECT_EQ(surfaces, std::vector<std::size_t>(4, surfaces[0]));
-  // Made twice, it would have every hit twice.
-  const KeyScan alone(scene.scan, scene.map_from_base);
-  for (const Cell& cell : key.field().surface_cells()) {
-    Surface surface;
-    Surface expected;
-    ASSERT_TRUE(key.field().nearest_surface(cell, surface));
-    ASSERT_TRUE(alone.field().nearest_surface(cell, expected));
-    ASSERT_EQ(surface.hits, expected.hits);
-  }
+  const std::shared_ptr<KeyScanCache> cache = make_key_scan_cache();
+  PointScan half = scene.scan;
+  half.points.resize(half.points.size() / 2);
+  const KeyScan whole(scene.scan, 0, 0, cache);
+  const KeyScan part(half, 0, 0, cache);  // with the same id
+  EXPECT_GT(whole.field()->surface_cells().size(), part.field()->surface_cells().size() + 50);
 }
 
 TEST(KeyScan, LeavesOutWhatNoLaserMeasures) {
   const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
-  const KeyScan key(scene.scan, scene.map_from_base);
+  const KeyScan key(scene.scan);
   for (const double bad : {std::nan(""), 1e6, 1e30, 1e308}) {
     PointScan scan = scene.scan;
     ScanPoint point = scan.points.front();
@@ -64,9 +73,9 @@ TEST(KeyScan, LeavesOutWhatNoLaserMeasures) {
     point.joined_to_next = true;
     scan.points.front().joined_to_next = true;
     scan.points.insert(scan.points.begin() + 1, point);
-    const KeyScan other(scan, scene.map_from_base);
-    EXPECT_LE(other.field().surface_cells().size(), key.field().surface_cells().size());
-    EXPECT_GE(other.field().surface_cells().size() + 30, key.field().surface_cells().size());
+    const KeyScan other(scan);
+    EXPECT_LE(other.field()->surface_cells().size(), key.field()->surface_cells().size());
+    EXPECT_GE(other.field()->surface_cells().size() + 30, key.field()->surface_cells().size());
   }
 }
 

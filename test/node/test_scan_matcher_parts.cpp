@@ -85,9 +85,9 @@ TEST(ScanMatcherSetup, RefusesWhatDoesNotFitTogether) {
   refused("{guess_frame: odom}", "guess_frame: 'odom' is not allowed with guess 'velocity'");
   refused("{guess: wheels}", "guess: wheels is not allowed");
   refused("{map_frame: map}", "unknown parameter 'map_frame'");
-  refused("{odometri/key_scans: 3}", "did you mean 'odometry'?");
-  refused("{odometry/key_scan: 3}", "did you mean 'key_scans'?");
-  refused("{slam/key_scan: 3}", "did you mean 'key_scans'?");
+  refused("{odometri/key_angle: 3}", "did you mean 'odometry'?");
+  refused("{odometry/local_map_scan: 3}", "did you mean 'local_map_scans'?");
+  refused("{slam/recent_scan: 3}", "did you mean 'recent_scans'?");
   refused("{hough/angles: 1}", "hough/angles");
   refused("{matcher: olsen}", "there is no matcher 'olsen'");
 }

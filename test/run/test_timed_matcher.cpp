@@ -27,7 +27,7 @@ class InterruptedMatcher : public ScanMatcher {
 TEST(TimedMatcher, CountsTheTimeOnAProcessorAlone) {
   TimedMatcher timed(std::make_shared<InterruptedMatcher>());
   const LikelihoodField field(0.05, LikelihoodFieldOptions{});
-  (void)timed.match({PointScan{}, Pose2{}, Eigen::Matrix3d::Identity(), field, KeyScans{}, 1});
+  (void)timed.match({PointScan{}, Pose2{}, Eigen::Matrix3d::Identity(), field, PlacedScans{}, 1});
   const double seconds = timed.take_seconds();
   EXPECT_GE(seconds, 0.005);
   EXPECT_LT(seconds, 0.05);

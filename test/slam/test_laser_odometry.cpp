@@ -280,7 +280,7 @@ TEST(LaserOdometry, TurningOnTheSpotTakesKeyScansOnce) {
 
 TEST(LaserOdometry, MemoryStaysBounded) {
   LaserOdometrySettings settings;
-  settings.odometry.key_scans = 5;
+  settings.odometry.local_map_scans = 5;
   const SimulatedRun run = drive_through("loop", 100.0);
   LaserOdometry odometry(settings, kOlson, kOdometry, 1);
   std::size_t most_early = 0;
@@ -466,14 +466,14 @@ TEST(LaserOdometry, AScanThatIsRefusedChangesNothing) {
 
 TEST(LaserOdometrySettingsReader, ReadsItsSectionsAndChecksTheEngines) {
   Parameters parameters;
-  parameters.set("odometry/key_scans", 7);
+  parameters.set("odometry/local_map_scans", 7);
   parameters.set("map/resolution", 0.1);
   parameters.set("scan/max_range", 12);
   parameters.set("field/sigma", 0.08);
   parameters.set("motion/rotation_floor", 0.5);
-  parameters.set("slam/key_scans", 300);
+  parameters.set("slam/recent_scans", 300);
   const LaserOdometrySettings settings = read_laser_odometry_settings(parameters);
-  EXPECT_EQ(settings.odometry.key_scans, 7);
+  EXPECT_EQ(settings.odometry.local_map_scans, 7);
   EXPECT_EQ(settings.map.resolution, 0.1);
   EXPECT_EQ(settings.scan.max_range, 12.0);
   EXPECT_EQ(settings.field.sigma, 0.08);

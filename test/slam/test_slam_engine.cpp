@@ -248,7 +248,6 @@ TEST(SlamEngine, InsertsAfterEnoughMotionOnly) {
   EngineOptions options;
   options.slam.insert_distance = 0.5;
   options.slam.insert_angle = 0.4;
-  options.slam.key_scans = 4;
   const SimulatedRun run = drive_through("rooms", 20.0, 3);
   SlamEngine engine = make_engine(run, monte_carlo(), options);
   Pose2 last_inserted = run.world_from_base.front();
@@ -261,8 +260,49 @@ TEST(SlamEngine, InsertsAfterEnoughMotionOnly) {
     last_inserted = outcome.inserted ? outcome.map_from_base : last_inserted;
   }
   EXPECT_GE(inserted, 6);
-  ASSERT_EQ(engine.key_scans().size(), 4U);
-  EXPECT_EQ(engine.key_scans().back()->map_from_base, last_inserted) << "oldest first";
+  ASSERT_EQ(engine.key_scans().size(), static_cast<std::size_t>(inserted)) << "all are kept";
+  EXPECT_EQ(engine.key_scans().all().back().map_from_base, last_inserted) << "oldest first";
+}
+
+/// Remembers what it was given.
+class RecordingMatcher : public OdometryOnlyMatcher {
+ public:
+  [[nodiscard]] MatchResult match(const MatchProblem& problem) const override {
+    recent = problem.recent_scans;
+    return OdometryOnlyMatcher::match(problem);
+  }
+  mutable PlacedScans recent;
+};
+
+TEST(SlamEngine, GivesTheNewestKeyScansToTheMatcherWithTheirPointsToTheBit) {
+  EngineOptions options;
+  options.slam.recent_scans = 3;
+  options.slam.insert_distance = 0.0;
+  options.slam.insert_angle = 0.0;
+  const auto matcher = std::make_shared<RecordingMatcher>();
+  const SimulatedRun run = drive_through("rooms", 1.0, 3);
+  SlamEngine engine = make_engine(run, matcher, options);
+  const std::vector<ScanOutcome> outcomes = process(run, engine);
+  const std::size_t last = outcomes.size() - 1;
+  ASSERT_EQ(matcher->recent.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const PlacedScan& placed = matcher->recent[i];
+    EXPECT_EQ(placed.scan->id(), last - 3 + i);
+    EXPECT_EQ(placed.map_from_base, outcomes[last - 3 + i].map_from_base);
+    EXPECT_EQ(placed.scan->points()->stamp, outcomes[last - 3 + i].stamp);
+  }
+  const ScanInput input = run.scan_input(last - 1);
+  const PointScan expected = project_scan(
+      input.scan, input.base_from_laser,
+      input.odometry->odom_from_base.inverse() * input.odometry->odom_from_base_last_beam,
+      options.scan);
+  const std::shared_ptr<const PointScan> points = matcher->recent.back().scan->points();
+  ASSERT_EQ(points->points.size(), expected.points.size());
+  for (std::size_t k = 0; k < expected.points.size(); ++k) {
+    ASSERT_EQ(points->points[k].position, expected.points[k].position);
+    ASSERT_EQ(points->points[k].moved, expected.points[k].moved);
+  }
+  EXPECT_EQ(points->free_rays.size(), expected.free_rays.size());
 }
 
 TEST(SlamEngine, InsertsWhatOverlapsTooLittleToo) {
@@ -572,7 +612,7 @@ TEST(SlamEngine, BeamCountAndMountMayChangeFromScanToScan) {
 TEST(EngineOptionsReader, ReadsItsSectionsAndLeavesOthersAlone) {
   Parameters parameters;
   parameters.set("map/resolution", 0.1);
-  parameters.set("slam/key_scans", 7);
+  parameters.set("slam/recent_scans", 7);
   parameters.set("scan/max_range", 12);
   parameters.set("field/sigma", 0.08);
   parameters.set("motion/rotation_floor", 0.5);
@@ -580,7 +620,7 @@ TEST(EngineOptionsReader, ReadsItsSectionsAndLeavesOthersAlone) {
   parameters.set("matcher", "olson");
   const EngineOptions options = read_engine_options(parameters);
   EXPECT_EQ(options.map.resolution, 0.1);
-  EXPECT_EQ(options.slam.key_scans, 7);
+  EXPECT_EQ(options.slam.recent_scans, 7);
   EXPECT_EQ(options.scan.max_range, 12.0);
   EXPECT_EQ(options.field.sigma, 0.08);
   EXPECT_EQ(options.motion.rotation_floor, 0.5);

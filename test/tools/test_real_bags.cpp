@@ -126,7 +126,7 @@ TEST_F(RealBag, HoughKeepsToTheLapFromScanToScan) {
 }
 
 TEST_F(RealBag, IntelComesTogetherWithHoughAndAllKeyScans) {
-  map("intel.bag", "--matcher hough --set slam/key_scans=1000");
+  map("intel.bag", "--matcher hough --set slam/recent_scans=1000");
   if (IsSkipped() || HasFatalFailure()) {
     return;
   }

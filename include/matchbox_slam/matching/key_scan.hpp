@@ -1,7 +1,9 @@
 #pragma once
 
-#include <deque>
+#include <cstdint>
 #include <memory>
+#include <variant>
+#include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/likelihood_field.hpp"
@@ -9,26 +11,55 @@
 
 namespace matchbox_slam {
 
-/// An earlier scan that was inserted into the map, and where.
+/// What was derived from key scans last, so that it need not be made again at once: their points up
+/// to 8 MB and their fields up to 64 MB, of some hundred scans in rooms. A match looks at a dozen.
+/// Shared by the key scans of a run; results do not depend on what it holds.
+struct KeyScanCache;
+
+[[nodiscard]] std::shared_ptr<KeyScanCache> make_key_scan_cache();
+
+/// A scan that was inserted into the map: what was seen, not where. It never changes, and takes 4
+/// bytes a beam and half a kilobyte; where it was taken lies beside it, in a PlacedScan.
 class KeyScan {
  public:
-  KeyScan(PointScan a_scan, const Pose2& a_map_from_base);
+  /// @param id     number within its run.
+  /// @param laser  which of the robot's.
+  explicit KeyScan(MeasuredScan measured, std::uint64_t id = 0, int laser = 0,
+                   std::shared_ptr<KeyScanCache> cache = make_key_scan_cache());
 
-  const PointScan scan;
-  const Pose2 map_from_base;
+  /// Of points alone, where it is not known how they were measured.
+  explicit KeyScan(PointScan points, std::uint64_t id = 0, int laser = 0,
+                   std::shared_ptr<KeyScanCache> cache = make_key_scan_cache());
 
-  /// The likelihood field of this scan alone, in its own base frame, for matchers of scan to scan.
-  /// Made when it is first asked for, from whichever thread, and kept: about 1 MB in a room. Points
-  /// farther than 100 m from the base are left out, and it has no `bounds`. Cost then: as of a
-  /// likelihood field's update.
-  [[nodiscard]] const LikelihoodField& field() const;
+  [[nodiscard]] std::uint64_t id() const { return id_; }
+  [[nodiscard]] int laser() const { return laser_; }
+
+  /// Null for one that was made of points.
+  [[nodiscard]] const MeasuredScan* measured() const { return std::get_if<MeasuredScan>(&seen_); }
+
+  /// In the base frame. Cost: as of `project_scan`, unless they were asked for lately.
+  [[nodiscard]] std::shared_ptr<const PointScan> points() const;
+
+  /// The likelihood field of this scan alone, in its own base frame, for matchers of scan to scan:
+  /// about 1 MB in a room. Points farther than 100 m from the base are left out, and it has no
+  /// `bounds`. Cost: as of a likelihood field's update, unless it was asked for lately.
+  [[nodiscard]] std::shared_ptr<const LikelihoodField> field() const;
 
  private:
-  struct LazyField;
-  std::shared_ptr<LazyField> field_;  ///< shared by copies, which are of the same scan
+  std::uint64_t id_;
+  int laser_;
+  std::variant<MeasuredScan, std::shared_ptr<const PointScan>> seen_;
+  std::shared_ptr<KeyScanCache> cache_;
+  std::uint64_t cache_key_;
 };
 
-/// Key scans, oldest first. Shared, never changed once made.
-using KeyScans = std::deque<std::shared_ptr<const KeyScan>>;
+/// A key scan where it was taken, as far as that is known now.
+struct PlacedScan {
+  std::shared_ptr<const KeyScan> scan;
+  Pose2 map_from_base;
+};
+
+/// Key scans, oldest first.
+using PlacedScans = std::vector<PlacedScan>;
 
 }  // namespace matchbox_slam

@@ -21,7 +21,7 @@ struct MatchProblem {
   Pose2 predicted_map_from_base;     ///< where motion alone puts the base
   Eigen::Matrix3d prior_covariance;  ///< of the prediction, over (x, y, theta) in the map frame
   const LikelihoodField& field;      ///< the map so far, for matchers of scan to map
-  const KeyScans& key_scans;         ///< recent scans and their poses, for matchers of scan to scan
+  const PlacedScans& recent_scans;   ///< the map's last ones, for matchers of scan to scan
   std::uint64_t seed;                ///< the only source of randomness
 };
 

@@ -93,4 +93,16 @@ void check_projection_options(const ProjectionOptions& options);
                                      const Eigen::Isometry3d& base_from_laser, const Pose2& motion,
                                      const ProjectionOptions& options);
 
+/// A scan as it was measured, and what it takes to make the same points of it again.
+struct MeasuredScan {
+  LaserScan scan;
+  Eigen::Isometry3d base_from_laser = Eigen::Isometry3d::Identity();
+  Pose2 motion;  ///< of the base from the first beam to the last
+  ProjectionOptions options;
+};
+
+[[nodiscard]] inline PointScan project_scan(const MeasuredScan& measured) {
+  return project_scan(measured.scan, measured.base_from_laser, measured.motion, measured.options);
+}
+
 }  // namespace matchbox_slam

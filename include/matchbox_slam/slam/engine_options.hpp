@@ -15,7 +15,7 @@ struct SlamOptions {
   double insert_distance = 0.3;
   double insert_angle = 0.2;
   double insert_overlap = 0.0;
-  int key_scans = 30;
+  int recent_scans = 30;
   int min_points = 10;
   bool update_map = true;
 
@@ -31,8 +31,9 @@ struct SlamOptions {
     option(self.insert_overlap, "insert_overlap", between(0.0, 1.0), "",
            "A scan that was matched is inserted also when less than this share of it has the map "
            "near; 0: by motion alone.");
-    option(self.key_scans, "key_scans", between(1, 10000), "",
-           "Recent inserted scans kept for matchers of scan to scan.");
+    option(self.recent_scans, "recent_scans", between(1, 10000), "",
+           "The newest inserted scans, so many, are what matchers of scan to scan look at; all are "
+           "kept.");
     option(self.min_points, "min_points", between(1, 100000), "",
            "Scans with fewer hits are not matched; the prediction stands.");
     option(self.update_map, "update_map", any(), "",

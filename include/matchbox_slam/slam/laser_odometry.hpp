@@ -21,7 +21,7 @@ struct LaserOdometryOptions {
   double key_distance = 0.3;
   double key_angle = 0.2;
   double key_overlap = 0.5;
-  int key_scans = 20;
+  int local_map_scans = 20;
   int min_points = 10;
   int lost_after = 10;
   double heading_floor = 0.005;
@@ -40,7 +40,7 @@ struct LaserOdometryOptions {
         self.key_overlap, "key_overlap", between(0.0, 1.0), "",
         "A third of key_distance and key_angle is enough when less than this share of the scan has "
         "the local map near; 0: never.");
-    option(self.key_scans, "key_scans", between(1, 200), "",
+    option(self.local_map_scans, "local_map_scans", between(1, 200), "",
            "The local map is made of the last so many key scans, or up to twice as many.");
     option(self.min_points, "min_points", between(1, 100000), "",
            "Scans with fewer hits are not matched; the guess stands.");
@@ -107,7 +107,7 @@ class LaserOdometry {
   LaserOdometryOutcome process(const ScanInput& input);
 
   /// Key scans that the next scan is matched against, oldest first.
-  [[nodiscard]] const KeyScans& key_scans() const { return reference_.key_scans; }
+  [[nodiscard]] const PlacedScans& key_scans() const { return reference_.key_scans; }
 
   /// Memory of both local maps and of the covariances, without the key scans.
   [[nodiscard]] std::size_t bytes() const;
@@ -115,14 +115,15 @@ class LaserOdometry {
  private:
   struct LocalMap {
     SlamMap map;
-    KeyScans key_scans;
+    PlacedScans key_scans;
   };
 
   [[nodiscard]] MatchResult match(const PointScan& scan, const MotionPrediction& guess) const;
   [[nodiscard]] bool is_key_scan(const LaserOdometryOutcome& outcome) const;
   [[nodiscard]] LocalMap empty_map() const;
   void count_failures(MatchStatus status);
-  void add_key_scan(const PointScan& scan, const LaserOdometryOutcome& outcome);
+  void add_key_scan(const PointScan& scan, MeasuredScan measured, int laser,
+                    const LaserOdometryOutcome& outcome);
   void set_velocity(const MotionEstimate& guess, LaserOdometryOutcome& outcome) const;
   void remember(const ScanInput& input, const LaserOdometryOutcome& outcome, bool starts_map);
 
@@ -133,8 +134,10 @@ class LaserOdometry {
   /// Its covariance is that in the local map, counted from the newest key scan on.
   MotionTracker tracker_;
   Eigen::Matrix3d fix_covariance_ = Eigen::Matrix3d::Zero();  ///< in the local map
-  LocalMap reference_;                                        ///< that scans are matched against
-  LocalMap next_;                                             ///< that takes over when it is full
+  std::shared_ptr<KeyScanCache> cache_ = make_key_scan_cache();
+  std::uint64_t key_scan_count_ = 0;
+  LocalMap reference_;           ///< that scans are matched against
+  LocalMap next_;                ///< that takes over when it is full
   KeyErrors key_errors_;         ///< of the reference's key scans, or of where the base was before
   int scans_without_match_ = 0;  ///< in a row
   int misfits_ = 0;              ///< those of them that had enough points

@@ -13,6 +13,7 @@
 #include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
+#include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/motion_tracker.hpp"
 
 namespace matchbox_slam {
@@ -83,7 +84,7 @@ class SlamEngine {
   [[nodiscard]] MatchResult match(const PointScan& scan, const MotionPrediction& predicted) const;
   [[nodiscard]] bool is_to_be_inserted(const ScanOutcome& outcome, int laser) const;
   [[nodiscard]] bool is_worth_inserting(const ScanOutcome& outcome, int laser) const;
-  void insert(const PointScan& scan, const Pose2& map_from_base, int laser);
+  void insert(const PointScan& scan, MeasuredScan measured, const Pose2& map_from_base, int laser);
 
   EngineOptions options_;
   std::shared_ptr<const ScanMatcher> matcher_;

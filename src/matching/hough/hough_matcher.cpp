@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <vector>
 
 #include "matching/hough/hough_search.hpp"
 
@@ -17,23 +19,26 @@ double apart(const Pose2& a, const Pose2& b) {
 }
 
 /// Key scans by their distance from a pose, nearest first; of equals the newest first.
-KeyScans nearest_key_scans(const KeyScans& key_scans, const Pose2& pose) {
-  KeyScans sorted(key_scans.rbegin(), key_scans.rend());
+PlacedScans nearest(const PlacedScans& key_scans, const Pose2& pose) {
+  PlacedScans sorted(key_scans.rbegin(), key_scans.rend());
   std::stable_sort(sorted.begin(), sorted.end(), [&](const auto& a, const auto& b) {
-    return apart(a->map_from_base, pose) < apart(b->map_from_base, pose);
+    return apart(a.map_from_base, pose) < apart(b.map_from_base, pose);
   });
   return sorted;
 }
 
-PlacedFields fields_of(const KeyScans& key_scans, int most) {
-  PlacedFields fields;
-  for (const auto& key : key_scans) {
-    if (fields.size() == static_cast<std::size_t>(most)) {
-      break;
-    }
-    fields.push_back({&key->field(), key->map_from_base});
+/// Refines a pose against the key scans nearest to it.
+RefinedPose refine_against_nearest(const MatchProblem& problem, const Pose2& map_from_base,
+                                   const PosePrior& prior, const HoughOptions& options) {
+  PlacedScans key_scans = nearest(problem.recent_scans, map_from_base);
+  key_scans.resize(std::min(key_scans.size(), static_cast<std::size_t>(options.refine_key_scans)));
+  std::vector<std::shared_ptr<const LikelihoodField>> fields;
+  PlacedFields placed;
+  for (const PlacedScan& key : key_scans) {
+    fields.push_back(key.scan->field());
+    placed.push_back({fields.back().get(), key.map_from_base});
   }
-  return fields;
+  return refine(problem.scan.points, placed, map_from_base, prior, options.refinement);
 }
 
 }  // namespace
@@ -53,13 +58,13 @@ MatchResult HoughMatcher::match(const MatchProblem& problem) const {
   if (scan.points.empty()) {
     return rejected(problem, MatchStatus::kRejectedTooFewPoints);
   }
-  const KeyScans near = nearest_key_scans(problem.key_scans, prior.map_from_base);
+  const PlacedScans near = nearest(problem.recent_scans, prior.map_from_base);
   MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);
   std::vector<RankedPose> poses;
   for (std::size_t i = 0;
        i < std::min(near.size(), static_cast<std::size_t>(options_.searched_key_scans)); ++i) {
     const std::vector<RankedPose> more =
-        search_key_scan(scan, *near[i], prior, options_.prior_weight, options_.alignment);
+        search_key_scan(scan, near[i], prior, options_.prior_weight, options_.alignment);
     poses.insert(poses.end(), more.begin(), more.end());
     result.candidates += more.size();
     sort_and_thin(poses);
@@ -70,11 +75,8 @@ MatchResult HoughMatcher::match(const MatchProblem& problem) const {
   if (poses.empty()) {
     return result;
   }
-  const Pose2& best = poses.front().map_from_base;
   const RefinedPose refined =
-      refine(problem.scan.points,
-             fields_of(nearest_key_scans(problem.key_scans, best), options_.key_scans), best, prior,
-             options_.refinement);
+      refine_against_nearest(problem, poses.front().map_from_base, prior, options_);
   if (!std::isfinite(refined.score) || !refined.map_from_base.is_finite() ||
       !refined.covariance.allFinite()) {
     return result;

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 
 namespace matchbox_slam {
@@ -97,7 +98,7 @@ double contradiction(const SearchedScan& a, const SearchedScan& b, const Pose2& 
                 b.view.contradicted(a.points, a_from_b.inverse()));
 }
 
-std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan& key,
+std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const PlacedScan& key,
                                         const PosePrior& prior, double prior_weight,
                                         const HoughAlignmentOptions& options, std::size_t most) {
   if (!((prior.map_from_base.translation() - key.map_from_base.translation()).norm() <
@@ -108,7 +109,8 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan&
   const Eigen::Matrix3d penalty =
       prior_weight *
       prior_information(prior.covariance + kLeastVariance * Eigen::Matrix3d::Identity());
-  const SearchedScan reference(key.scan, options.point_spacing);
+  const SearchedScan reference(*key.scan->points(), options.point_spacing);
+  const std::shared_ptr<const LikelihoodField> field = key.scan->field();
   const MotionGuess guess = guess_of(prior, key.map_from_base);
   std::vector<RankedPose> poses;
   for (const HoughAlignment& alignment :
@@ -117,8 +119,8 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan&
     for (const Pose2& key_from_base : poses_along(alignment, guess, options)) {
       const Pose2 pose = key.map_from_base * key_from_base;
       const Eigen::Vector3d off = difference(pose, prior.map_from_base);
-      along.push_back({pose, mean_likelihood(scan.points, key.field(), key_from_base) -
-                                 off.dot(penalty * off)});
+      along.push_back(
+          {pose, mean_likelihood(scan.points, *field, key_from_base) - off.dot(penalty * off)});
     }
     add_peaks(along, poses);
   }

@@ -43,8 +43,9 @@ constexpr std::size_t kRankedPoses = 32;
 /// @param prior_weight  score lost by a pose one standard deviation of the prior away.
 /// @param most  poses returned; what each of the scans saw to be free is looked at for these alone.
 /// Cost: as of the alignment, then alignments times points.
-[[nodiscard]] std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const KeyScan& key,
-                                                      const PosePrior& prior, double prior_weight,
+[[nodiscard]] std::vector<RankedPose> search_key_scan(const SearchedScan& scan,
+                                                      const PlacedScan& key, const PosePrior& prior,
+                                                      double prior_weight,
                                                       const HoughAlignmentOptions& options,
                                                       std::size_t most = kRankedPoses);
 

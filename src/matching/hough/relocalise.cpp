@@ -1,13 +1,15 @@
 #include "matching/hough/relocalise.hpp"
 
 #include <algorithm>
-#include <cstddef>
+#include <cmath>
+#include <memory>
+#include <optional>
 
 namespace matchbox_slam {
 namespace {
 
 /// Anywhere around the key scan, in any heading.
-PosePrior anywhere_around(const KeyScan& key) {
+PosePrior anywhere_around(const PlacedScan& key) {
   constexpr double kSigma = 1e3;  // [m], [rad]: any width that nothing is left of the prior
   return {key.map_from_base, kSigma * kSigma * Eigen::Matrix3d::Identity()};
 }
@@ -25,18 +27,24 @@ HoughAlignmentOptions without_prior(HoughAlignmentOptions options) {
 /// A pose and the key scan that it comes from.
 struct Candidate {
   RankedPose pose;
-  const KeyScan* key;
+  PlacedScan key;
 };
 
-std::vector<Candidate> search_all(const SearchedScan& scan, const KeyScans& key_scans,
-                                  const HoughOptions& options) {
+/// None when it is interrupted.
+std::optional<std::vector<Candidate>> search_all(const SearchedScan& scan,
+                                                 const PlacedScans& key_scans,
+                                                 const HoughOptions& options,
+                                                 const std::function<bool()>& is_interrupted) {
   constexpr std::size_t kRanked = 3 * kRankedPoses;
   const HoughAlignmentOptions alignment = without_prior(options.alignment);
   std::vector<Candidate> candidates;
-  for (const auto& key : key_scans) {
-    for (const RankedPose& pose : search_key_scan(scan, *key, anywhere_around(*key),
+  for (const PlacedScan& key : key_scans) {
+    if (is_interrupted()) {
+      return std::nullopt;
+    }
+    for (const RankedPose& pose : search_key_scan(scan, key, anywhere_around(key),
                                                   options.prior_weight, alignment, kRanked)) {
-      candidates.push_back({pose, key.get()});
+      candidates.push_back({pose, key});
     }
   }
   std::stable_sort(
@@ -47,13 +55,33 @@ std::vector<Candidate> search_all(const SearchedScan& scan, const KeyScans& key_
 
 }  // namespace
 
-Relocalisation relocalise(const PointScan& scan, const KeyScans& key_scans,
-                          const HoughOptions& options, std::size_t most) {
+PlacedScans spread_out(const PlacedScans& key_scans) {
+  constexpr double kNear = 1.0;           // [m]
+  constexpr double kTurned = 0.25 * kPi;  // [rad]
+  PlacedScans chosen;
+  for (auto key = key_scans.rbegin(); key != key_scans.rend(); ++key) {
+    const bool is_new = std::none_of(chosen.begin(), chosen.end(), [&](const PlacedScan& other) {
+      const Pose2 apart = other.map_from_base.inverse() * key->map_from_base;
+      return apart.translation().norm() < kNear && std::abs(apart.theta) < kTurned;
+    });
+    if (is_new) {
+      chosen.push_back(*key);
+    }
+  }
+  return chosen;
+}
+
+Relocalisation relocalise(const PointScan& scan, const PlacedScans& key_scans,
+                          const HoughOptions& options, const std::function<bool()>& is_interrupted,
+                          std::size_t most) {
   const SearchedScan searched(scan, options.alignment.point_spacing);
   Relocalisation result;
   constexpr std::size_t kTries = 3;  // for each pose wanted: several may be refined to one place
   std::size_t tries = 0;
-  for (const Candidate& candidate : search_all(searched, key_scans, options)) {
+  const std::optional<std::vector<Candidate>> candidates =
+      search_all(searched, spread_out(key_scans), options, is_interrupted);
+  result.interrupted = !candidates;
+  for (const Candidate& candidate : candidates.value_or(std::vector<Candidate>{})) {
     if (result.poses.size() == most) {
       break;
     }
@@ -63,15 +91,17 @@ Relocalisation relocalise(const PointScan& scan, const KeyScans& key_scans,
     if (tries++ == kTries * most) {
       break;
     }
+    const PlacedScan& key = candidate.key;
+    const std::shared_ptr<const LikelihoodField> field = key.scan->field();
     const RefinedPose refined =
-        refine(scan.points, PlacedFields{{&candidate.key->field(), candidate.key->map_from_base}},
-               candidate.pose.map_from_base, anywhere_around(*candidate.key), options.refinement);
+        refine(scan.points, PlacedFields{{field.get(), key.map_from_base}},
+               candidate.pose.map_from_base, anywhere_around(key), options.refinement);
     if (is_near_any({refined.map_from_base, 0.0}, result.poses)) {
       continue;
     }
     const double against =
-        contradiction(SearchedScan(candidate.key->scan, options.alignment.point_spacing), searched,
-                      candidate.key->map_from_base.inverse() * refined.map_from_base);
+        contradiction(SearchedScan(*key.scan->points(), options.alignment.point_spacing), searched,
+                      key.map_from_base.inverse() * refined.map_from_base);
     result.poses.push_back({refined.map_from_base, std::clamp(refined.score - against, 0.0, 1.0)});
   }
   sort_and_thin(result.poses);

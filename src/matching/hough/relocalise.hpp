@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "matchbox_slam/matching/hough/hough_matcher.hpp"
@@ -15,15 +17,22 @@ struct Relocalisation {
   /// Score of the best pose over that of the second: near 1 the scan fits two places alike.
   /// 0: there are not two.
   double ratio = 0.0;
+  bool interrupted = false;  ///< then there are no poses
 };
 
 /// Finds a scan among key scans with no idea of where it was taken: the Hough matcher's search with
 /// a prior that is flat in the heading and in the translation up to `alignment.max_window_xy` from
 /// each key scan, the best poses then refined against the key scan that they come from.
+/// Of key scans that see the same, within 1 m and 45 degrees of each other, only the newest is
+/// searched. More shifts and translations are followed than while tracking: at least 8 and 16.
+/// @param is_interrupted  asked before each key scan; true ends the search.
 /// @param most  poses that are refined and returned at most.
-/// More shifts and translations are followed than while tracking: at least 8 and 16.
-/// Cost: key scans times some ten milliseconds.
-[[nodiscard]] Relocalisation relocalise(const PointScan& scan, const KeyScans& key_scans,
-                                        const HoughOptions& options, std::size_t most = 8);
+/// Cost: key scans that are searched times some ten milliseconds.
+[[nodiscard]] Relocalisation relocalise(
+    const PointScan& scan, const PlacedScans& key_scans, const HoughOptions& options,
+    const std::function<bool()>& is_interrupted = [] { return false; }, std::size_t most = 8);
+
+/// The key scans that `relocalise` searches, newest first.
+[[nodiscard]] PlacedScans spread_out(const PlacedScans& key_scans);
 
 }  // namespace matchbox_slam

@@ -21,7 +21,7 @@ const LikelihoodField& no_map() {
 /// A scan and one key scan, apart by a motion.
 struct Pair {
   PointScan scan;
-  KeyScans key_scans;
+  PlacedScans key_scans;
   Pose2 truth;
 
   [[nodiscard]] MatchResult match(const Pose2& predicted, const Eigen::Matrix3d& prior,
@@ -33,7 +33,7 @@ struct Pair {
 Pair make_pair_of(const World& world, const LaserOptions& laser, const Pose2& first,
                   const Pose2& second, std::uint64_t seed) {
   return {look_around(world, laser, second, seed),
-          {std::make_shared<const KeyScan>(look_around(world, laser, first, seed + 1000), first)},
+          {placed(look_around(world, laser, first, seed + 1000), first)},
           second};
 }
 
@@ -133,9 +133,8 @@ TEST(Hough, SwappingTheScansInvertsTheAnswer) {
   for (std::uint64_t i = 0; i < 20; ++i) {
     const double time = random.uniform(2.0, 60.0);
     const Pair pair = along_route(world, {}, time, i);
-    const KeyScan& key = *pair.key_scans.front();
-    const Pair swapped{
-        key.scan, {std::make_shared<const KeyScan>(pair.scan, pair.truth)}, key.map_from_base};
+    const PlacedScan& key = pair.key_scans.front();
+    const Pair swapped{*key.scan->points(), {placed(pair.scan, pair.truth)}, key.map_from_base};
     const MatchResult forth = pair.match(shifted(pair.truth, random_error(random)), kPrior);
     const MatchResult inverse = swapped.match(shifted(swapped.truth, random_error(random)), kPrior);
     ASSERT_TRUE(forth.accepted() && inverse.accepted());
@@ -161,16 +160,16 @@ TEST(Hough, SearchesTheWholeCircleWithoutAPrior) {
 
 TEST(Hough, AsksFurtherKeyScansWhenTheNearestSaysTooLittle) {
   const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
-  KeyScans key_scans = scene.key_scans;
+  PlacedScans key_scans = scene.key_scans;
   // At the very place, but it saw only a bit of wall.
   PointScan little = scene.scan;
   little.points.resize(15);
-  key_scans.push_back(std::make_shared<const KeyScan>(little, scene.map_from_base));
+  key_scans.push_back(placed(little, scene.map_from_base));
   const Pose2 predicted = shifted(scene.map_from_base, {0.1, 0.1, 0.1});
   const MatchProblem problem{scene.scan, predicted, kPrior, no_map(), key_scans, 1};
   HoughOptions one;
   one.searched_key_scans = 1;
-  one.key_scans = 1;
+  one.refine_key_scans = 1;
   EXPECT_FALSE(HoughMatcher(one).match(problem).accepted());
   const MatchResult result = HoughMatcher().match(problem);
   ASSERT_TRUE(result.accepted());
@@ -199,7 +198,7 @@ PointScan rectangle() {
 }
 
 TEST(Hough, ThePriorDecidesBetweenPosesThatFitAlike) {
-  const Pair room{rectangle(), {std::make_shared<const KeyScan>(rectangle(), Pose2{})}, {}};
+  const Pair room{rectangle(), {placed(rectangle(), Pose2{})}, {}};
   for (const double heading : {0.3, kPi - 0.3}) {
     const MatchResult result = room.match({0.05, 0.05, heading}, prior_of(0.3, 1.0));
     ASSERT_TRUE(result.accepted());

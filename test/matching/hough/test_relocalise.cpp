@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "matchbox_slam/common/random.hpp"
@@ -45,8 +46,8 @@ TEST(Relocalise, FindsTheRightPoseWithoutAPrior) {
     for (std::uint64_t i = 0; i < 40; ++i, ++tried) {
       const double time = random.uniform(3.0, 100.0);
       const Pose2 truth = pose_around(motion, time, random);
-      const KeyScans key_scans = {std::make_shared<const KeyScan>(
-          look_around(world, {}, motion.pose(time), i), motion.pose(time))};
+      const PlacedScans key_scans = {
+          placed(look_around(world, {}, motion.pose(time), i), motion.pose(time))};
       const PointScan scan = look_around(world, {}, truth, i + 100);
       const std::size_t rank = rank_of(truth, relocalise(scan, key_scans, options));
       first += rank == 0 ? 1 : 0;
@@ -68,7 +69,43 @@ TEST(Relocalise, RanksPosesAndTellsHowClearTheBestIs) {
   }
   EXPECT_DOUBLE_EQ(found.ratio, found.poses[0].score / found.poses[1].score);
   EXPECT_GT(found.ratio, 1.2);
-  EXPECT_EQ(relocalise(scene.scan, scene.key_scans, {}, 1).poses.size(), 1U);
+  EXPECT_EQ(relocalise(
+                scene.scan, scene.key_scans, {}, [] { return false; }, 1)
+                .poses.size(),
+            1U);
+}
+
+TEST(Relocalise, SearchesAmongKeyScansThatSeeTheSameOnlyTheNewest) {
+  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  PlacedScans many;
+  for (int i = 0; i < 40; ++i) {  // two laps of 10 m with 0.5 m between scans
+    many.push_back(scene.key_scans.front());
+    many.back().map_from_base = {0.5 * (i % 20), 0.01 * i, 0.0};
+  }
+  const PlacedScans chosen = spread_out(many);
+  ASSERT_EQ(chosen.size(), 10U);
+  EXPECT_EQ(chosen.front().map_from_base, many.back().map_from_base);
+  for (const PlacedScan& one : many) {
+    EXPECT_TRUE(std::any_of(chosen.begin(), chosen.end(), [&](const PlacedScan& other) {
+      return (one.map_from_base.translation() - other.map_from_base.translation()).norm() < 1.0;
+    }));
+  }
+  many.back().map_from_base.theta = 1.0;
+  EXPECT_EQ(spread_out(many).size(), 11U) << "turned, it sees something else";
+}
+
+TEST(Relocalise, EndsWhenItIsInterrupted) {
+  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  PlacedScans far_apart = scene.key_scans;
+  for (std::size_t i = 0; i < far_apart.size(); ++i) {
+    far_apart[i].map_from_base.x += 10.0 * static_cast<double>(i);
+  }
+  int asked = 0;
+  const Relocalisation found = relocalise(scene.scan, far_apart, {}, [&] { return ++asked == 3; });
+  EXPECT_EQ(asked, 3);
+  EXPECT_TRUE(found.interrupted);
+  EXPECT_TRUE(found.poses.empty());
+  EXPECT_FALSE(relocalise(scene.scan, scene.key_scans, {}).interrupted);
 }
 
 TEST(Relocalise, FindsNothingInNothing) {

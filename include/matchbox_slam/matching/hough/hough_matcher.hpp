@@ -11,7 +11,7 @@ struct HoughOptions {
   double prior_weight = 0.03;
   double enough_score = 0.5;
   int searched_key_scans = 6;
-  int key_scans = 5;
+  int refine_key_scans = 5;
   double min_score = 0.15;
   RefinementOptions refinement = {5};
 
@@ -24,7 +24,7 @@ struct HoughOptions {
            "The next key scan is searched too while the best pose scores less than this.");
     option(self.searched_key_scans, "searched_key_scans", between(1, 100), "",
            "Key scans that are searched at most.");
-    option(self.key_scans, "key_scans", between(1, 100), "",
+    option(self.refine_key_scans, "refine_key_scans", between(1, 100), "",
            "Nearest key scans that the answer is refined against.");
     option(self.min_score, "min_score", between(0.0, 1.0), "",
            "Matches that explain less of the scan than this are rejected.");

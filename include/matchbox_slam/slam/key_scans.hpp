@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/matching/key_scan.hpp"
+#include "matchbox_slam/sensor/point_scan.hpp"
+
+namespace matchbox_slam {
+
+/// All key scans of a map, oldest first, each with its number as id, and where they were taken.
+/// Copies share the scans, and not where they were taken.
+class KeyScans {
+ public:
+  void add(MeasuredScan measured, int laser, const Pose2& map_from_base);
+  /// Of points alone, as old saved maps have them.
+  void add(PointScan points, int laser, const Pose2& map_from_base);
+
+  /// Says anew where a key scan was taken. Throws std::out_of_range for an id that there is not.
+  void move(std::uint64_t id, const Pose2& map_from_base);
+
+  [[nodiscard]] const PlacedScans& all() const { return scans_; }
+  [[nodiscard]] bool empty() const { return scans_.empty(); }
+  [[nodiscard]] std::size_t size() const { return scans_.size(); }
+
+  /// The last ones, up to so many, oldest first.
+  [[nodiscard]] PlacedScans newest(std::size_t most) const;
+
+ private:
+  PlacedScans scans_;
+  std::shared_ptr<KeyScanCache> cache_ = make_key_scan_cache();
+};
+
+}  // namespace matchbox_slam

@@ -1,0 +1,28 @@
+#include "matchbox_slam/slam/key_scans.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace matchbox_slam {
+
+void KeyScans::add(MeasuredScan measured, int laser, const Pose2& map_from_base) {
+  scans_.push_back(
+      {std::make_shared<const KeyScan>(std::move(measured), scans_.size(), laser, cache_),
+       map_from_base});
+}
+
+void KeyScans::add(PointScan points, int laser, const Pose2& map_from_base) {
+  scans_.push_back(
+      {std::make_shared<const KeyScan>(std::move(points), scans_.size(), laser, cache_),
+       map_from_base});
+}
+
+void KeyScans::move(std::uint64_t id, const Pose2& map_from_base) {
+  scans_.at(id).map_from_base = map_from_base;
+}
+
+PlacedScans KeyScans::newest(std::size_t most) const {
+  return {scans_.end() - static_cast<std::ptrdiff_t>(std::min(most, scans_.size())), scans_.end()};
+}
+
+}  // namespace matchbox_slam
