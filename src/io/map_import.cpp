@@ -84,7 +84,7 @@ MapStart map_from_image(const MapImage& image, const std::string& path,
                     " cells; allowed: " + to_string(map_options.max_cells) +
                     " in all; if it is as large as that, set map/max_cells higher");
   }
-  MapStart start{SlamMap(map_options, field_options), {}, {}};
+  MapStart start{SlamMap(map_options, field_options), {}, {}, {}, 0};
   const auto to_map = [&](const Eigen::Vector2d& pixels) -> Eigen::Vector2d {
     return image.origin.translation() + map_options.resolution * pixels;
   };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <type_traits>
 #include <utility>
@@ -16,7 +17,9 @@
 namespace matchbox_slam {
 namespace {
 
-const std::string kHead = "matchbox_slam map, version 1\n";
+const std::string kHead = "matchbox_slam map, version ";
+const std::string kVersion1 = kHead + "1\n";
+const std::string kVersion2 = kHead + "2\n";
 
 // A cell farther away than any scan of a robot: the file is damaged.
 constexpr std::int32_t kFarthestCell = 1 << 24;
@@ -30,7 +33,11 @@ constexpr double kLongestNormal = 1.0 + 1e-6;  // rounded
 // Stamps [s] and covariances [m^2].
 constexpr double kLargest = kFarthest * kFarthest;
 
-constexpr double kMostReachCells = 120.0;  // as LikelihoodField allows
+constexpr double kMostReachCells = 120.0;         // as LikelihoodField allows
+constexpr std::size_t kMostKeyScans = 1'000'000;  // of 300 km
+constexpr std::size_t kMostAngles = 10'000;       // that bound masked sectors
+constexpr std::size_t kMostLasers = 1000;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Numbers in the order of their bytes, the lowest first, on every machine.
 class Writer {
@@ -55,10 +62,20 @@ class Writer {
     number(values.y());
   }
 
+  void flag(bool value) { integer(std::uint8_t{value}); }
+
+  void count(std::size_t items) { integer(std::uint64_t{items}); }
+
   void pose(const Pose2& pose) {
     number(pose.x);
     number(pose.y);
     number(pose.theta);
+  }
+
+  void matrix(const Eigen::Matrix3d& matrix) {
+    for (Eigen::Index i = 0; i < matrix.size(); ++i) {
+      number(matrix(i));
+    }
   }
 
   std::string bytes;
@@ -110,6 +127,19 @@ class Reader {
     const double x = number();
     const double y = number();
     return {x, y, number()};
+  }
+
+  bool flag() { return integer<std::uint8_t>() != 0; }
+
+  Eigen::Matrix3d covariance() {
+    Eigen::Matrix3d matrix;
+    for (Eigen::Index i = 0; i < matrix.size(); ++i) {
+      matrix(i) = number(kLargest);
+    }
+    if (!is_covariance(matrix)) {
+      fail("is damaged: the covariance of its pose is none");
+    }
+    return matrix;
   }
 
   Cell cell() {
@@ -173,14 +203,18 @@ class Reader {
 };
 
 /// What the options of a map may be holds for a file, too.
+void check_limits(double value, const char* name, const Allowed& allowed, const Reader& reader) {
+  if (!(value >= allowed.low && value <= allowed.high)) {
+    reader.fail(std::string("is damaged: its ") + name + " is " + to_string(value) +
+                "; allowed: " + allowed.text());
+  }
+}
+
 template <typename Options>
 void check_limits(const Options& options, const Reader& reader) {
   Options::visit(options, [&reader](double value, const char* name, const Allowed& allowed,
                                     const char* /*unit*/, const char* /*meaning*/) {
-    if (!(value >= allowed.low && value <= allowed.high)) {
-      reader.fail(std::string("is damaged: its ") + name + " is " + to_string(value) +
-                  "; allowed: " + allowed.text());
-    }
+    check_limits(value, name, allowed, reader);
   });
 }
 
@@ -257,25 +291,124 @@ SlamMap read_grids(Reader& reader) {
   return map;
 }
 
-void write_key_scan(const PlacedScan& key, Writer& writer) {
-  const std::shared_ptr<const PointScan> scan = key.scan->points();
-  writer.pose(key.map_from_base);
-  writer.number(scan->stamp);
-  writer.integer(std::uint64_t{scan->points.size()});
-  for (const ScanPoint& point : scan->points) {
+// --- key scans ---
+
+/// Writes options one after another, in the order of their rows.
+class OptionWriter {
+ public:
+  explicit OptionWriter(Writer& writer) : writer_(writer) {}
+
+  void operator()(double value, const char* /*name*/, const Allowed& /*allowed*/,
+                  const char* /*unit*/, const char* /*meaning*/) {
+    writer_.number(value);
+  }
+  void operator()(bool value, const char* /*name*/, const Allowed& /*allowed*/,
+                  const char* /*unit*/, const char* /*meaning*/) {
+    writer_.flag(value);
+  }
+  void operator()(const std::vector<double>& values, const char* /*name*/,
+                  const Allowed& /*allowed*/, const char* /*unit*/, const char* /*meaning*/) {
+    writer_.count(values.size());
+    for (const double value : values) {
+      writer_.number(value);
+    }
+  }
+
+ private:
+  Writer& writer_;
+};
+
+/// Reads them again, and holds them to what is allowed.
+class OptionReader {
+ public:
+  explicit OptionReader(Reader& reader) : reader_(reader) {}
+
+  void operator()(double& value, const char* name, const Allowed& allowed, const char* /*unit*/,
+                  const char* /*meaning*/) {
+    value = reader_.number();
+    check_limits(value, name, allowed, reader_);
+  }
+  void operator()(bool& value, const char* /*name*/, const Allowed& /*allowed*/,
+                  const char* /*unit*/, const char* /*meaning*/) {
+    value = reader_.flag();
+  }
+  void operator()(std::vector<double>& values, const char* name, const Allowed& allowed,
+                  const char* unit, const char* meaning) {
+    values.resize(reader_.count(8, kMostAngles, name));
+    for (double& value : values) {
+      (*this)(value, name, allowed, unit, meaning);
+    }
+  }
+
+ private:
+  Reader& reader_;
+};
+
+void write_measured(const MeasuredScan& measured, Writer& writer) {
+  const LaserScan& scan = measured.scan;
+  for (const double value : {scan.stamp, scan.angle_min, scan.angle_increment, scan.time_increment,
+                             scan.range_min, scan.range_max}) {
+    writer.number(value);
+  }
+  writer.count(scan.ranges.size());
+  for (const float range : scan.ranges) {
+    std::uint32_t image = 0;
+    std::memcpy(&image, &range, sizeof image);
+    writer.integer(image);
+  }
+  for (Eigen::Index i = 0; i < 12; ++i) {
+    writer.number(measured.base_from_laser.matrix()(i % 3, i / 3));
+  }
+  writer.pose(measured.motion);
+  ProjectionOptions::visit(measured.options, OptionWriter(writer));
+}
+
+MeasuredScan read_measured(Reader& reader) {
+  constexpr double kLargestFloat = 3.5e38;
+  MeasuredScan measured;
+  LaserScan& scan = measured.scan;
+  scan.stamp = reader.number(kLargest);
+  for (double* value : {&scan.angle_min, &scan.angle_increment, &scan.time_increment}) {
+    *value = reader.number(kLargestFloat);
+  }
+  scan.range_min = reader.number(kInfinity);
+  scan.range_max = reader.number(kInfinity);
+  scan.ranges.resize(reader.count(4, kMostPoints, "ranges in a key scan"));
+  for (float& range : scan.ranges) {  // of any bits, as a laser sends them
+    const auto image = reader.integer<std::uint32_t>();
+    std::memcpy(&range, &image, sizeof range);
+  }
+  for (Eigen::Index i = 0; i < 12; ++i) {
+    measured.base_from_laser.matrix()(i % 3, i / 3) = reader.number();
+  }
+  measured.motion = reader.pose();
+  ProjectionOptions::visit(measured.options, OptionReader(reader));
+  return measured;
+}
+
+void write_points(const PointScan& scan, Writer& writer) {
+  writer.number(scan.stamp);
+  writer.count(scan.points.size());
+  for (const ScanPoint& point : scan.points) {
     writer.numbers(point.position);
     writer.numbers(point.origin);
     writer.numbers(point.normal);
     writer.number(point.weight);
-    writer.integer(std::uint8_t{point.joined_to_next});
+    writer.flag(point.joined_to_next);
+    writer.number(point.moved);
+  }
+  writer.count(scan.free_rays.size());
+  for (const FreeRay& ray : scan.free_rays) {
+    writer.numbers(ray.origin);
+    writer.numbers(ray.end);
   }
 }
 
-void read_key_scan(Reader& reader, KeyScans& key_scans) {
-  const Pose2 map_from_base = reader.pose();
+/// Version 1 has no `moved` and no free rays.
+PointScan read_points(bool version_1, Reader& reader) {
   PointScan scan;
   scan.stamp = reader.number(kLargest);
-  scan.points.resize(reader.count(57, kMostPoints, "points in a key scan"));
+  scan.points.resize(reader.count(version_1 ? 57 : 65, kMostPoints, "points in a key scan"));
   for (ScanPoint& point : scan.points) {
     point.position = reader.numbers();
     point.origin = reader.numbers();
@@ -284,46 +417,133 @@ void read_key_scan(Reader& reader, KeyScans& key_scans) {
     if (point.weight < 0.0) {
       reader.fail("is damaged: a point weighs " + to_string(point.weight));
     }
-    point.joined_to_next = reader.integer<std::uint8_t>() != 0;
+    point.joined_to_next = reader.flag();
+    point.moved = version_1 ? 0.0 : reader.number();
   }
-  key_scans.add(std::move(scan), 0, map_from_base);
+  scan.free_rays.resize(version_1 ? 0 : reader.count(32, kMostPoints, "free rays in a key scan"));
+  for (FreeRay& ray : scan.free_rays) {
+    ray.origin = reader.numbers();
+    ray.end = reader.numbers();
+  }
+  return scan;
+}
+
+void write_key_scans(const KeyScans& key_scans, Writer& writer) {
+  writer.count(key_scans.size());
+  for (const PlacedScan& key : key_scans.all()) {
+    writer.pose(key.map_from_base);
+    writer.integer(std::int32_t{key.scan->laser()});
+    const MeasuredScan* measured = key.scan->measured();
+    writer.flag(measured != nullptr);
+    if (measured != nullptr) {
+      write_measured(*measured, writer);
+    } else {
+      write_points(*key.scan->points(), writer);
+    }
+  }
+}
+
+KeyScans read_key_scans(bool version_1, Reader& reader) {
+  KeyScans key_scans;
+  for (std::size_t left = reader.count(40, kMostKeyScans, "key scans"); left > 0; --left) {
+    const Pose2 map_from_base = reader.pose();
+    const int laser = version_1 ? 0 : reader.integer<std::int32_t>();
+    if (!version_1 && reader.flag()) {
+      key_scans.add(read_measured(reader), laser, map_from_base);
+    } else {
+      key_scans.add(read_points(version_1, reader), laser, map_from_base);
+    }
+  }
+  return key_scans;
+}
+
+// --- the engine's motion ---
+
+void write_motion(const MotionState& motion, Writer& writer) {
+  writer.pose(motion.fixed_from_base);
+  writer.matrix(motion.covariance);
+  writer.flag(motion.stamp.has_value());
+  writer.number(motion.stamp.value_or(0.0));
+  writer.integer(std::int32_t{motion.laser});
+  writer.flag(motion.matched);
+  writer.flag(motion.odom_from_base.has_value());
+  writer.pose(motion.odom_from_base.value_or(Pose2{}));
+  writer.flag(motion.fix.has_value());
+  const MotionState::Fix fix = motion.fix.value_or(MotionState::Fix{});
+  writer.number(fix.stamp);
+  writer.pose(fix.fixed_from_base);
+  writer.pose(motion.motion);
+  writer.number(motion.interval);
+}
+
+MotionState read_motion(Reader& reader) {
+  MotionState motion;
+  motion.fixed_from_base = reader.pose();
+  motion.covariance = reader.covariance();
+  const bool has_stamp = reader.flag();
+  motion.stamp = reader.number(kLargest);
+  motion.laser = reader.integer<std::int32_t>();
+  motion.matched = reader.flag();
+  const bool has_odometry = reader.flag();
+  motion.odom_from_base = reader.pose();
+  const bool has_fix = reader.flag();
+  const double fix_stamp = reader.number(kLargest);
+  motion.fix = MotionState::Fix{fix_stamp, reader.pose()};
+  motion.motion = reader.pose();
+  motion.interval = reader.number();
+  if (!has_stamp) {
+    motion.stamp.reset();
+  }
+  if (!has_odometry) {
+    motion.odom_from_base.reset();
+  }
+  if (!has_fix) {
+    motion.fix.reset();
+  }
+  if (motion.interval < 0.0) {
+    reader.fail("is damaged: its last motion took " + to_string(motion.interval) + " s");
+  }
+  return motion;
 }
 
 }  // namespace
 
 std::string to_saved_map(const MapStart& map) {
   Writer writer;
-  writer.bytes = kHead;
+  writer.bytes = kVersion2;
   write_grids(map.map, writer);
-  writer.integer(std::uint64_t{map.key_scans.size()});
-  for (const PlacedScan& key : map.key_scans.all()) {
-    write_key_scan(key, writer);
+  write_key_scans(map.key_scans, writer);
+  write_motion(map.motion, writer);
+  writer.count(map.last_inserted.size());
+  for (const auto& [laser, map_from_base] : map.last_inserted) {
+    writer.integer(std::int32_t{laser});
+    writer.pose(map_from_base);
   }
-  writer.pose(map.map_from_base);
-  for (Eigen::Index i = 0; i < 9; ++i) {
-    writer.number(map.covariance(i));
-  }
+  writer.integer(map.scan_count);
   return compress(writer.bytes);
 }
 
 MapStart read_saved_map(const std::string& path, double max_cells) {
   const std::string bytes = decompress(read_file(path), path);
   Reader reader(bytes, path, max_cells);
-  if (bytes.compare(0, kHead.size(), kHead) != 0) {
-    reader.fail("is no saved map that this version reads; it should begin with '" +
-                kHead.substr(0, kHead.size() - 1) + "'");
+  const bool version_1 = bytes.compare(0, kVersion1.size(), kVersion1) == 0;
+  if (!version_1 && bytes.compare(0, kVersion2.size(), kVersion2) != 0) {
+    reader.fail("is no saved map that this version reads; it should begin with '" + kHead +
+                "1' or '" + kHead + "2'");
   }
-  reader.skip(kHead.size());
-  MapStart start{read_grids(reader), {}, {}};
-  for (std::size_t left = reader.count(40); left > 0; --left) {
-    read_key_scan(reader, start.key_scans);
-  }
-  start.map_from_base = reader.pose();
-  for (Eigen::Index i = 0; i < 9; ++i) {
-    start.covariance(i) = reader.number(kLargest);
-  }
-  if (!is_covariance(start.covariance)) {
-    reader.fail("is damaged: the covariance of its pose is none");
+  reader.skip(kVersion2.size());
+  MapStart start{read_grids(reader), {}, {}, {}, 0};
+  start.key_scans = read_key_scans(version_1, reader);
+  if (version_1) {
+    start.motion.fixed_from_base = reader.pose();
+    start.motion.covariance = reader.covariance();
+  } else {
+    start.motion = read_motion(reader);
+    for (std::size_t left = reader.count(28, kMostLasers, "lasers"); left > 0; --left) {
+      const auto laser = reader.integer<std::int32_t>();
+      start.last_inserted[laser] = reader.pose();
+    }
+    start.scan_count = reader.integer<std::uint64_t>();
   }
   if (!reader.at_end()) {
     reader.fail("is damaged: it goes on after its end");

@@ -38,6 +38,9 @@ class SlamRun {
   /// is not possible, telling why; then nothing has changed.
   void apply(const RunEvent& event);
 
+  /// Before the first scan: goes on from there, as SlamEngine::start_from.
+  void start_from(MapStart start) { engine_->start_from(std::move(start)); }
+
   /// Time has jumped back: map and poses are forgotten, and stamps begin anew.
   void jump_back();
 

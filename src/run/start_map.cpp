@@ -5,16 +5,26 @@
 namespace matchbox_slam {
 
 MapStart read_start_map(const std::string& path, const SlamSetup& setup) {
+  MapStart start = read_map_start(path, setup.engine);
+  put_on_mark(setup.run, start);
+  return start;
+}
+
+void put_on_mark(const RunOptions& options, MapStart& start) {
   constexpr double kPosition = 0.3;  // [m]
   constexpr double kHeading = 0.2;   // [rad]
-  MapStart start = read_map_start(path, setup.engine);
-  if (start.key_scans.empty()) {
-    start.map_from_base = {setup.run.start_x, setup.run.start_y, wrap_angle(setup.run.start_theta)};
-  }
-  start.covariance +=
+  const Pose2 configured{options.start_x, options.start_y, wrap_angle(options.start_theta)};
+  const Eigen::Matrix3d mark =
       Eigen::Vector3d(kPosition * kPosition, kPosition * kPosition, kHeading * kHeading)
           .asDiagonal();
-  return start;
+  start.begin_anew(start.key_scans.empty() ? configured : start.motion.fixed_from_base,
+                   start.motion.covariance + mark);
+}
+
+bool is_followed_by(const MapStart& start, double stamp) {
+  constexpr double kSameDrive = 10.0;  // [s]
+  return start.motion.stamp && stamp > *start.motion.stamp &&
+         stamp <= *start.motion.stamp + kSameDrive;
 }
 
 }  // namespace matchbox_slam

@@ -12,4 +12,11 @@ namespace matchbox_slam {
 /// read_map_start.
 [[nodiscard]] MapStart read_start_map(const std::string& path, const SlamSetup& setup);
 
+/// The same of a map that was read.
+void put_on_mark(const RunOptions& options, MapStart& start);
+
+/// Whether a scan of this stamp [s] comes within 10 s after the map's last one, so that it is of
+/// the same drive: odometry goes on, too.
+[[nodiscard]] bool is_followed_by(const MapStart& start, double stamp);
+
 }  // namespace matchbox_slam

@@ -25,6 +25,13 @@ void check_map(const SlamMap& map, const EngineOptions& options) {
 
 }  // namespace
 
+void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
+  motion = {};
+  motion.fixed_from_base = map_from_base;
+  motion.covariance = covariance;
+  last_inserted.clear();
+}
+
 SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
                        std::uint64_t seed, const Pose2& start)
     : options_(options),
@@ -93,13 +100,13 @@ void SlamEngine::start_from(MapStart start) {
   check_map(start.map, options_);
   map_ = std::move(start.map);
   key_scans_ = std::move(start.key_scans);
-  tracker_.set_state({});
-  tracker_.set_pose(start.map_from_base, start.covariance);
-  last_inserted_.clear();
+  tracker_.set_state(start.motion);
+  last_inserted_ = std::move(start.last_inserted);
+  scan_count_ = start.scan_count;
 }
 
 MapStart SlamEngine::snapshot() const {
-  return {map_, key_scans_, tracker_.state().fixed_from_base, tracker_.state().covariance};
+  return {map_, key_scans_, tracker_.state(), last_inserted_, scan_count_};
 }
 
 /// Only what was matched goes into the map, except for what starts it. A further laser's first scan

@@ -1,5 +1,6 @@
 #include "tools/bag_mapper.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
@@ -11,10 +12,12 @@
 #include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
+#include "matchbox_slam/io/saved_map.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
 #include "ros/matcher_loader.hpp"
 #include "run/events_file.hpp"
 #include "run/slam_run.hpp"
+#include "run/start_map.hpp"
 #include "tools/run_report.hpp"
 
 namespace matchbox_slam {
@@ -67,7 +70,9 @@ std::size_t count_of(MatchStatus status, const SlamRun& run) {
 /// What to tell people when fewer than half of the scans matched; else nothing.
 std::string text_of_few_matches(const SlamRun& run) {
   const std::size_t matched = count_of(MatchStatus::kAccepted, run);
-  const std::size_t tried = run.scans() - 1;  // the first one starts the map
+  const std::size_t without_map = count_of(MatchStatus::kRejectedNoReference, run);
+  const std::size_t starting = std::min<std::size_t>(1, without_map);  // the first starts the map
+  const std::size_t tried = run.scans() - starting;
   if (2 * matched >= tried) {
     return "";
   }
@@ -82,8 +87,7 @@ std::string text_of_few_matches(const SlamRun& run) {
       "have too few hits: see slam/min_points and what scan/* leaves out");
   add(count_of(MatchStatus::kRejectedLowScore, run),
       "fit nowhere near the prediction: see motion/* and the matcher's window");
-  add(count_of(MatchStatus::kRejectedNoReference, run) - 1,
-      "met no map: see slam/update_map and what scan/* leaves out");
+  add(without_map - starting, "met no map: see slam/update_map and what scan/* leaves out");
   return text;
 }
 
@@ -92,6 +96,7 @@ class BagMapping {
  public:
   BagMapping(const MapBagRequest& request, const RunDialog& dialog)
       : out_(request.out),
+        map_file_(request.map),
         debug_(request.debug),
         dialog_(dialog),
         started_(resource_usage()),
@@ -100,6 +105,9 @@ class BagMapping {
         scans_(request.recording, dialog) {
     if (!request.events.empty()) {
       scans_.schedule(read_events_file(request.events, configuration_));
+    }
+    if (!map_file_.empty()) {
+      saved_ = read_map_start(map_file_, configuration_.setup().engine);
     }
     require_writable_folder(out_);
     if (!debug_.empty()) {
@@ -115,8 +123,10 @@ class BagMapping {
   void handle(const TimeJump& jump);
   void handle(const RunEvent& event);
   void forget_map();
+  void go_on_with_saved_map(double stamp);
 
   const std::string& out_;
+  const std::string& map_file_;
   const std::string& debug_;
   const RunDialog& dialog_;
   ResourceUsage started_;
@@ -125,6 +135,7 @@ class BagMapping {
   LiveConfiguration configuration_;  ///< that the run starts with
   BagScans scans_;
   std::optional<SlamRun> run_;
+  std::optional<MapStart> saved_;  ///< until the first scan comes
   FirstKeyScans first_key_scans_;
   bool told_of_left_out_ = false;
 };
@@ -140,7 +151,24 @@ void BagMapping::map() {
   }
 }
 
+/// As if nothing had been between, where the first scan is of the same drive.
+void BagMapping::go_on_with_saved_map(double stamp) {
+  const bool same_drive = is_followed_by(*saved_, stamp);
+  if (!same_drive) {
+    put_on_mark(run_->setup().run, *saved_);
+  }
+  run_->start_from(std::move(*saved_));
+  saved_.reset();
+  dialog_.inform("going on with " + map_file_ +
+                 (same_drive ? ", whose drive goes on"
+                             : "; where the robot is in it is known to 0.3 m and 0.2 rad, as this "
+                               "is another drive"));
+}
+
 void BagMapping::handle(const ReadyScan& scan) {
+  if (saved_) {
+    go_on_with_saved_map(scan.input.scan.stamp);
+  }
   const std::optional<ScanOutcome> outcome = run_->process(scan.input);
   if (!outcome) {
     scans_.leave_out(scan);
@@ -200,6 +228,7 @@ void BagMapping::write() {
   files.insert(files.end(), {{out_ + "/trajectory.tum", to_tum(trajectory)},
                              {out_ + "/odometry.tum", to_tum(odometry)},
                              {out_ + "/map.png", picture},
+                             {out_ + "/map.slam", to_saved_map(run_->snapshot())},
                              {out_ + "/report.json", to_json(facts, account, *run_)}});
   replace_files(files);
   if (!debug_.empty()) {

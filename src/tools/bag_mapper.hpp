@@ -13,6 +13,7 @@ namespace matchbox_slam {
 struct MapBagRequest {
   BagRequest recording;
   std::string out;    ///< folder
+  std::string map;    ///< file to go on with; empty: a new map
   std::string debug;  ///< folder for pictures of the first key scans; empty: none
   std::vector<std::string> config_files;
   std::optional<std::string> matcher;
@@ -22,9 +23,9 @@ struct MapBagRequest {
 };
 
 /// Maps a bag from end to end: reads it in the order of its recording, runs the engine on every
-/// scan that tf covers, and writes trajectory.tum, odometry.tum, map.pgm, map.yaml, map.png and
-/// report.json into the folder. The same request gives the same bytes in all but the report, with
-/// any number of threads.
+/// scan that tf covers, and writes trajectory.tum, odometry.tum, map.pgm, map.yaml, map.png,
+/// map.slam and report.json into the folder. The same request gives the same bytes in all but the
+/// report, with any number of threads.
 ///
 /// Throws ConfigurationError when the request makes no sense for the bag; FileError when results
 /// cannot be written, which is tried before the work; BagError when nothing can be read. Where a

@@ -16,6 +16,10 @@ void declare_options(CLI::App& app, MapBagRequest& request, bool& quiet) {
   app.add_option("--out", request.out, "Folder for the results; made if need be")
       ->required()
       ->type_name("DIR");
+  app.add_option(
+         "--map", request.map,
+         "Map to go on with: a map.slam of map_bag or of ~save_map, or the .yaml of an image")
+      ->type_name("FILE");
   add_repeated(app, "--config", request.config_files, "YAML with parameters", "FILE");
   add_optional(app, "--matcher", request.matcher, "Scan matcher, such as olson", "NAME");
   add_repeated(app, "--set", request.overrides, "A parameter", "KEY=VALUE");

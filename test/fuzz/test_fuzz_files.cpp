@@ -196,7 +196,7 @@ std::string small_map() {
 class SavedFields {
  public:
   explicit SavedFields(const std::string& bytes)
-      : bytes_(bytes), at_(std::string("matchbox_slam map, version 1\n").size()) {
+      : bytes_(bytes), at_(std::string("matchbox_slam map, version 2\n").size()) {
     add(3, 8, numbers);
     for (std::uint64_t cells = count(); cells > 0; --cells) {
       add(2, 4, coordinates);
@@ -207,17 +207,32 @@ class SavedFields {
       add(7, 2, rest);
     }
     for (std::uint64_t key_scans = count(); key_scans > 0; --key_scans) {
-      add(4, 8, numbers);
-      for (std::uint64_t points = count(); points > 0; --points) {
-        add(7, 8, numbers);
-        add(1, 1, rest);
-      }
+      add(3, 8, numbers);
+      add(1, 4, rest);
+      add(1, 1, rest);  // measured
+      add(6, 8, numbers);
+      add(count(), 4, rest);
+      add(12 + 3 + 6, 8, numbers);
+      EXPECT_EQ(count(), 0U) << "no masked angles";
+      add(1, 1, rest);
     }
-    add(12, 8, numbers);
+    add(12, 8, state);
+    add(1, 1, rest);
+    add(1, 8, state);
+    add(1, 4, rest);
+    add(2, 1, rest);
+    add(3, 8, state);
+    add(1, 1, rest);
+    add(8, 8, state);
+    for (std::uint64_t lasers = count(); lasers > 0; --lasers) {
+      add(1, 4, rest);
+      add(3, 8, state);
+    }
+    add(1, 8, rest);
     EXPECT_EQ(at_, bytes.size()) << "the format has changed";
   }
 
-  std::vector<std::size_t> counts, numbers, coordinates, rest;
+  std::vector<std::size_t> counts, numbers, coordinates, state, rest;
 
  private:
   void add(std::size_t count, std::size_t size, std::vector<std::size_t>& fields) {
@@ -273,11 +288,9 @@ void damage_fields(const SavedFields& fields, std::string& bytes, Random& random
       case 4:
         put(odd_number(random), one_of(fields.numbers, random), bytes);
         break;
-      default: {  // one of the last: how far away the robot is, and how sure of that
-        const std::size_t from_end = 1 + below(12, random);
-        put(odd_number(random), bytes.size() - from_end * sizeof(double), bytes);
+      default:  // where the robot is, how sure that is, and how it moves
+        put(odd_number(random), one_of(fields.state, random), bytes);
         break;
-      }
     }
   }
 }
@@ -294,8 +307,8 @@ std::string damaged_map(const std::string& sound, const SavedFields& fields, Ran
   return kind < 0.85 ? bytes : mutated(bytes, words(), random);
 }
 
-/// What the node does with a map that it was told to go on with.
-void go_on_with(const MapStart& start, bool hough) {
+/// What map_bag does with a map that it was told to go on with.
+void go_on_with(MapStart start, bool hough) {
   ASSERT_LE(start.map.occupancy.bytes() + start.map.field.bytes(), kMostBytes);
   ASSERT_LE(make_map_image(start.map.occupancy).pixels.size(), kMostCells);
   std::shared_ptr<const ScanMatcher> matcher = std::make_shared<OlsonMatcher>();
@@ -303,6 +316,9 @@ void go_on_with(const MapStart& start, bool hough) {
     matcher = std::make_shared<HoughMatcher>();
   }
   SlamEngine engine(small_options(), matcher, 1);
+  if (!start.motion.stamp || *start.motion.stamp >= 2.0) {  // of another drive
+    start.begin_anew(start.motion.fixed_from_base, start.motion.covariance);
+  }
   engine.start_from(start);
   const ScanOutcome outcome = engine.process(small_scan(2.0));
   ASSERT_TRUE(outcome.map_from_base.is_finite() && outcome.covariance.allFinite());

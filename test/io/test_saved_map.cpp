@@ -7,12 +7,15 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/error_text.hpp"
 #include "io/gzip.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
+#include "matchbox_slam/matching/hough/hough_matcher.hpp"
+#include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
@@ -36,7 +39,7 @@ SlamEngine make_engine() {
   return {EngineOptions{}, std::make_shared<OlsonMatcher>(), 1, drive().world_from_base.front()};
 }
 
-/// The map of the first part of the drive.
+/// What the engine knows after the first part of the drive.
 MapStart mapped() {
   SlamEngine engine = make_engine();
   for (std::size_t i = 0; i < kMapped; ++i) {
@@ -63,8 +66,6 @@ TEST_F(SavedMap, ComesBackBitByBit) {
   write(bytes);
   const MapStart again = read_saved_map(path_);
   EXPECT_TRUE(to_saved_map(again) == bytes);
-  EXPECT_EQ(again.map_from_base, map.map_from_base);
-  EXPECT_EQ(again.covariance, map.covariance);
   ASSERT_EQ(again.key_scans.size(), map.key_scans.size());
   ASSERT_GT(map.map.field.surface_cells().size(), 500U);
   const CellBox box = map.map.occupancy.known_bounds();
@@ -78,24 +79,82 @@ TEST_F(SavedMap, ComesBackBitByBit) {
   }
 }
 
-TEST_F(SavedMap, MappingGoesOnAsIfItHadNeverStopped) {
-  const MapStart map = mapped();
-  write(to_saved_map(map));
-  SlamEngine from_memory = make_engine();
-  from_memory.start_from(map);
-  SlamEngine from_file = make_engine();
-  from_file.start_from(read_saved_map(path_));
-  for (std::size_t i = kMapped; i < drive().scans.size(); ++i) {
-    const ScanOutcome a = from_memory.process(drive().scan_input(i));
-    const ScanOutcome b = from_file.process(drive().scan_input(i));
-    ASSERT_EQ(a.map_from_base, b.map_from_base) << i;
-    ASSERT_EQ(a.covariance, b.covariance) << i;
+/// The drive in several ways: with or without odometry, by one laser or two that take turns.
+struct Drive {
+  bool odometry;
+  int lasers;
+
+  [[nodiscard]] ScanInput scan(std::size_t i) const {
+    ScanInput input = drive().scan_input(i);
+    input.laser = static_cast<int>(i) % lasers;
+    if (!odometry) {
+      input.odometry.reset();
+    }
+    return input;
   }
-  EXPECT_TRUE(to_saved_map(from_memory.snapshot()) == to_saved_map(from_file.snapshot()));
-  EXPECT_LT((from_file.snapshot().map_from_base.translation() -
-             drive().world_from_base.back().translation())
-                .norm(),
-            0.01);
+};
+
+TEST_F(SavedMap, MappingGoesOnToTheBitAsIfItHadNeverStopped) {
+  const std::vector<std::shared_ptr<const ScanMatcher>> matchers = {
+      std::make_shared<OlsonMatcher>(), std::make_shared<HoughMatcher>(),
+      std::make_shared<MonteCarloMatcher>()};
+  for (std::size_t m = 0; m < matchers.size(); ++m) {
+    for (const Drive& way : {Drive{true, 1}, Drive{false, 1}, Drive{true, 2}, Drive{false, 2}}) {
+      SCOPED_TRACE("matcher " + std::to_string(m) + (way.odometry ? ", odometry, " : ", ") +
+                   std::to_string(way.lasers) + " lasers");
+      const auto make_engine = [&] {
+        return SlamEngine({}, matchers[m], 1, drive().world_from_base.front());
+      };
+      SlamEngine uninterrupted = make_engine();
+      for (std::size_t i = 0; i < kMapped; ++i) {
+        uninterrupted.process(way.scan(i));
+      }
+      write(to_saved_map(uninterrupted.snapshot()));
+      SlamEngine from_file = make_engine();
+      from_file.start_from(read_saved_map(path_));
+      for (std::size_t i = kMapped; i < drive().scans.size(); ++i) {
+        const ScanOutcome a = uninterrupted.process(way.scan(i));
+        const ScanOutcome b = from_file.process(way.scan(i));
+        ASSERT_EQ(a.map_from_base, b.map_from_base) << i;
+        ASSERT_EQ(a.covariance, b.covariance) << i;
+        ASSERT_EQ(a.inserted, b.inserted) << i;
+      }
+      EXPECT_TRUE(to_saved_map(uninterrupted.snapshot()) == to_saved_map(from_file.snapshot()));
+    }
+  }
+}
+
+TEST_F(SavedMap, KeepsKeyScansThatWereMadeOfPoints) {
+  MapStart map = mapped();
+  PointScan scan = *map.key_scans.all().front().scan->points();
+  scan.points.front().moved = 0.25;
+  scan.free_rays = {{{1.0, 2.0}, {3.0, 4.0}}};
+  map.key_scans.add(scan, 3, {0.1, 0.2, 0.3});
+  write(to_saved_map(map));
+  const MapStart again = read_saved_map(path_);
+  const PlacedScan& key = again.key_scans.all().back();
+  EXPECT_EQ(key.map_from_base, (Pose2{0.1, 0.2, 0.3}));
+  EXPECT_EQ(key.scan->laser(), 3);
+  EXPECT_EQ(key.scan->points()->points.front().moved, 0.25);
+  ASSERT_EQ(key.scan->points()->free_rays.size(), 1U);
+  EXPECT_EQ(key.scan->points()->free_rays.front().end, Eigen::Vector2d(3.0, 4.0));
+}
+
+/// Written by version 0.2.0 of the package, after two scans from (0.5, 0.25, 0.125).
+TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
+  const MapStart start =
+      read_saved_map(std::string(MATCHBOX_SOURCE_DIR) + "/test/io/version_1.slam");
+  EXPECT_EQ(start.motion.fixed_from_base.x, 0.50000013103241037);
+  EXPECT_EQ(start.motion.covariance(0, 0), 4.1639725997335951e-05);
+  EXPECT_FALSE(start.motion.stamp);
+  EXPECT_EQ(start.map.field.surface_cells().size(), 46U);
+  ASSERT_EQ(start.key_scans.size(), 2U);
+  const std::shared_ptr<const PointScan> points = start.key_scans.all().back().scan->points();
+  ASSERT_EQ(points->points.size(), 24U);
+  EXPECT_EQ(points->points[3].position.x(), -0.73786027155316258);
+  EXPECT_EQ(points->stamp, 1.1);
+  write(to_saved_map(start));
+  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 2";
 }
 
 TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
@@ -123,14 +182,17 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 
 // --- files that would take all memory, or that no map could have made ---
 
+/// Bytes of what follows the key scans when there are no lasers: see write_motion.
+constexpr std::size_t kStateBytes = (3 + 9 + 1 + 3 + 4 + 3 + 1) * 8 + 4 + 4 + 8 + 8;
+
 /// A map of two known cells and one wall, the last cells of both lists there; without compression.
 std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   SlamMap map(MapOptions{}, LikelihoodFieldOptions{});
   map.occupancy.restore({0, 0}, 1);
   map.occupancy.restore({1, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
-  std::string bytes = decompress(to_saved_map({map, {}, {}}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 1\n").size() + 4 * 8;
+  std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
+  const std::size_t first_cell = std::string("matchbox_slam map, version 2\n").size() + 4 * 8;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
@@ -163,7 +225,7 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t head = std::string("matchbox_slam map, version 1\n").size();
+  const std::size_t head = std::string("matchbox_slam map, version 2\n").size();
   const auto error_with = [&](double number, std::size_t at) {
     std::string sound(bytes, at, sizeof number);
     std::memcpy(bytes.data() + at, &number, sizeof number);
@@ -176,10 +238,11 @@ TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   const double reach = 5.0;
   std::memcpy(bytes.data() + head + 16, &reach, sizeof reach);
   EXPECT_TRUE(contains(error_with(0.01, head), "5.0 m with cells of 0.01 m; allowed: at most 120"));
-  const std::size_t pose = bytes.size() - 12 * sizeof(double);
+  const std::size_t pose = bytes.size() - kStateBytes;
   EXPECT_TRUE(contains(error_with(1e300, pose), "it holds the number 1e+300 where at most"));
   EXPECT_TRUE(contains(error_with(std::nan(""), pose), "it holds the number"));
   EXPECT_TRUE(contains(error_with(-1.0, pose + 3 * sizeof(double)), "covariance of its pose"));
+  EXPECT_TRUE(contains(error_with(-1.0, bytes.size() - 24), "its last motion took -1.0 s"));
   EXPECT_EQ(error_with(1.0, pose), "(no error)");
 }
 
@@ -195,8 +258,8 @@ TEST_F(SavedMap, ARobotFindsItselfInAnImage) {
   MapStart start = read_map_start(folder_ / "image.yaml", options);
   EXPECT_TRUE(start.key_scans.empty());
   SlamEngine engine(options, std::make_shared<OlsonMatcher>(), 1);
-  start.map_from_base = drive().world_from_base.front() * Pose2{0.2, 0.1, -0.1};
-  start.covariance = Eigen::Vector3d(0.1, 0.1, 0.03).asDiagonal();
+  start.begin_anew(drive().world_from_base.front() * Pose2{0.2, 0.1, -0.1},
+                   Eigen::Vector3d(0.1, 0.1, 0.03).asDiagonal());
   engine.start_from(start);
   double squares = 0.0;
   for (std::size_t i = 0; i < kMapped; ++i) {

@@ -149,7 +149,7 @@ TEST_F(SlamNodelet, GoesOnFromWhereItRelocalises) {
   ASSERT_TRUE(listener_->wait_until([&] { return told.getNumSubscribers() > 0; }, 10.0));
   const auto distance_from_truth = [] {
     EXPECT_TRUE(call("/slam/save_map").success);
-    const Pose2 believed = read_saved_map(folder_ + "/node_map.slam").map_from_base;
+    const Pose2 believed = read_saved_map(folder_ + "/node_map.slam").motion.fixed_from_base;
     return (believed.translation() - truth_.back().translation()).norm();
   };
   EXPECT_LT(distance_from_truth(), 0.05);

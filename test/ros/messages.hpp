@@ -59,6 +59,7 @@ inline tf2_msgs::TFMessage make_link(double stamp, const std::string& parent,
 /// How `write_small_bag` records.
 struct SmallBag {
   double begin = 1000.0;
+  int first_scan = 0;  ///< those before are left out
   int scans = 50;
   double scan_period = 0.1;
   std::string odom_frame = "odom";
@@ -92,8 +93,10 @@ inline void write_small_bag(const std::string& path, const SmallBag& recipe = {}
   const auto write_scans_until = [&](double time) {
     for (; scan < recipe.scans && recipe.begin + recipe.scan_period * scan < time; ++scan) {
       const double stamp = recipe.begin + recipe.scan_period * scan;
-      bag.write(recipe.scan_topic, ros::Time(stamp),
-                make_scan(stamp + recipe.scan_clock, recipe.laser_frame));
+      if (scan >= recipe.first_scan) {
+        bag.write(recipe.scan_topic, ros::Time(stamp),
+                  make_scan(stamp + recipe.scan_clock, recipe.laser_frame));
+      }
     }
   };
   for (int k = -2; recipe.with_transforms && recipe.begin + 0.05 * k < end + 0.2; ++k) {

@@ -7,8 +7,8 @@
 #include "ros/matcher_loader.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/messages.hpp"
-#include "run/slam_run.hpp"
 #include "run/events_file.hpp"
+#include "run/slam_run.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -38,7 +38,7 @@ TEST_F(EventsFile, ReadsBackWhatWasWritten) {
   scan.scan = to_laser_scan(make_scan(1.0));
   (void)run.process(scan);
   MapStart map = run.snapshot();
-  map.map_from_base = {1.0, 2.0, 0.5};
+  map.begin_anew({1.0, 2.0, 0.5}, map.motion.covariance);
   replace_file(folder_ / "a map.slam", to_saved_map(map));
   Eigen::Matrix3d covariance = Eigen::Vector3d(0.1, 0.2, 1.0 / 3.0).asDiagonal();
   covariance(0, 1) = covariance(1, 0) = 0.01;
@@ -73,7 +73,7 @@ TEST_F(EventsFile, ReadsBackWhatWasWritten) {
   EXPECT_TRUE(std::get<Pause>(back[2].event).paused);
   EXPECT_FALSE(std::get<Pause>(back[3].event).paused);
   EXPECT_EQ(std::get<Reconfigure>(back[4].event).changes.values(), changes.values());
-  EXPECT_EQ(std::get<LoadMapFile>(back[5].event).map->map_from_base.y, 2.0);
+  EXPECT_EQ(std::get<LoadMapFile>(back[5].event).map->motion.fixed_from_base.y, 2.0);
 }
 
 TEST_F(EventsFile, NoEventsAreAnEmptyList) { EXPECT_TRUE(read(to_events_file({})).empty()); }

@@ -116,7 +116,7 @@ TEST_F(Run, GoesOnWithALoadedMap) {
     (void)run_.process(scan(stamp));
   }
   MapStart saved = run_.snapshot();
-  saved.map_from_base = {0.5, 0.25, 0.0};
+  saved.begin_anew({0.5, 0.25, 0.0}, saved.motion.covariance);
   run_.apply(LoadMapFile{"office.slam", std::make_shared<const MapStart>(saved)});
   EXPECT_TRUE(run_.trajectory().empty());
   EXPECT_EQ(run_.key_scans().size(), saved.key_scans.size());

@@ -446,8 +446,8 @@ TEST(SlamEngine, BeforeTheFirstScanItTakesTheUncertaintyOfItsPoseToo) {
   // The robot is started 0.2 m from where it is told to be, in a map that is there already.
   SlamEngine engine = make_engine(run);
   MapStart start = mapped.snapshot();
-  start.map_from_base = run.world_from_base.front() * Pose2{0.2, -0.1, 0.1};
-  start.covariance = Eigen::Vector3d(0.04, 0.04, 0.01).asDiagonal();
+  const Pose2 told = run.world_from_base.front() * Pose2{0.2, -0.1, 0.1};
+  start.begin_anew(told, Eigen::Vector3d(0.04, 0.04, 0.01).asDiagonal());
   engine.start_from(start);
   const ScanOutcome outcome = engine.process(run.scan_input(0));
   EXPECT_LT(
@@ -455,9 +455,9 @@ TEST(SlamEngine, BeforeTheFirstScanItTakesTheUncertaintyOfItsPoseToo) {
       0.01);
   // Told with certainty, it stays there.
   SlamEngine certain = make_engine(run);
-  start.covariance.setZero();
+  start.begin_anew(told, Eigen::Matrix3d::Zero());
   certain.start_from(start);
-  EXPECT_EQ(certain.process(run.scan_input(0)).map_from_base, start.map_from_base);
+  EXPECT_EQ(certain.process(run.scan_input(0)).map_from_base, told);
 }
 
 TEST(SlamEngine, WithoutUpdatesTheMapOnlyTellsWhereTheRobotIs) {
@@ -468,7 +468,7 @@ TEST(SlamEngine, WithoutUpdatesTheMapOnlyTellsWhereTheRobotIs) {
   options.slam.update_map = false;
   SlamEngine engine = make_engine(run, monte_carlo(), options);
   MapStart start = mapped.snapshot();
-  start.map_from_base = run.world_from_base.front();
+  start.begin_anew(run.world_from_base.front(), start.motion.covariance);
   engine.start_from(start);
   const std::vector<ScanOutcome> outcomes = process(run, engine);
   EXPECT_TRUE(same_map(engine.map(), mapped.map()));
@@ -495,7 +495,7 @@ TEST(SlamEngine, OptionsAndMatcherMayChangeOnTheWay) {
             "map/resolution: 0.1 is not allowed with a map that was made with 0.05; allowed: the "
             "same, or a new map");
   EXPECT_EQ(engine.options().map.resolution, 0.05);
-  MapStart other{SlamMap(options.map, options.field), {}, {}};
+  MapStart other{SlamMap(options.map, options.field), {}, {}, {}, 0};
   EXPECT_THROW(engine.start_from(other), ConfigurationError);
 }
 

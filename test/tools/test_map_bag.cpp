@@ -132,6 +132,62 @@ TEST_F(MapBag, OneSeedGivesTheSameBytesWithAnyNumberOfThreads) {
   }
 }
 
+std::string last_lines(const std::string& text, std::size_t lines) {
+  std::size_t at = text.size();
+  for (; lines > 0; --lines) {
+    at = text.rfind('\n', at - 2) + 1;
+  }
+  return text.substr(at);
+}
+
+TEST_F(MapBag, GoesOnWithItsMapAsIfItHadNeverStopped) {
+  const std::string every = " --set slam/insert_distance=0 --set slam/insert_angle=0";
+  for (const std::string matcher : {"olson", "hough", "monte_carlo"}) {
+    for (const std::string odometry : {"", " --no-odom"}) {
+      const std::string options = "--matcher " + matcher + odometry + every;
+      ASSERT_EQ(run_small({}, options).exit_code, 0);
+      const std::string whole = read_file(out_ + "/trajectory.tum");
+      const std::string map = read_file(out_ + "/map.pgm");
+      const std::string saved = read_file(out_ + "/map.slam");
+      SmallBag half;
+      half.scans = 25;
+      ASSERT_EQ(run_small(half, options).exit_code, 0);
+      const std::string old = folder_ / "old.slam";
+      std::filesystem::copy_file(out_ + "/map.slam", old,
+                                 std::filesystem::copy_options::overwrite_existing);
+      SmallBag rest;
+      rest.first_scan = 25;
+      const Outcome outcome = run_small(rest, options + " --map " + old);
+      ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+      EXPECT_TRUE(contains(outcome.output, "whose drive goes on")) << outcome.output;
+      EXPECT_TRUE(contains(outcome.output, "25 of 25 scans used, 25 matched")) << outcome.output;
+      EXPECT_EQ(read_file(out_ + "/trajectory.tum"), last_lines(whole, 25)) << options;
+      EXPECT_TRUE(read_file(out_ + "/map.pgm") == map) << options;
+      EXPECT_TRUE(read_file(out_ + "/map.slam") == saved) << options;
+    }
+  }
+}
+
+TEST_F(MapBag, FindsItselfInAMapOfAnotherDrive) {
+  ASSERT_EQ(run_small({}).exit_code, 0);
+  const std::string old = folder_ / "old.slam";
+  std::filesystem::copy_file(out_ + "/map.slam", old);
+  const std::string map = read_file(out_ + "/map.pgm");
+  for (const double begin : {500.0, 2000.0}) {
+    SmallBag other;
+    other.begin = begin;
+    const Outcome outcome = run_small(other, "--set slam/update_map=false --map " + old);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "as this is another drive")) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "50 of 50 scans used, 50 matched")) << outcome.output;
+    EXPECT_TRUE(read_file(out_ + "/map.pgm") == map);
+    EXPECT_NEAR(read_tum(out_ + "/trajectory.tum").poses().back().pose.x, 0.0, 0.01);
+  }
+  std::filesystem::remove_all(out_);
+  expect_one_line(run("--map " + (folder_ / "none.slam")), 1, "none.slam");
+  expect_one_line(run("--quiet --map " + old + " --set map/resolution=0.1"), 2, "map/resolution");
+}
+
 TEST_F(MapBag, LaterConfigurationsReplaceEarlierOnes) {
   replace_file(folder_ / "a.yaml", "matcher: odometry_only\nseed: 3\nmap: {resolution: 0.1}\n");
   replace_file(folder_ / "b.yaml", "map: {resolution: 0.2}\nseed: 4\n");

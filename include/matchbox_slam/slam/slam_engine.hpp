@@ -31,12 +31,17 @@ struct ScanOutcome {
   bool left_out = false;  ///< the map would have become too large with it
 };
 
-/// A map to go on with, and where the base may be in it.
+/// All that an engine knows: what it takes to go on from there as if nothing had been between.
 struct MapStart {
   SlamMap map;
   KeyScans key_scans;
-  Pose2 map_from_base;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the map frame
+  MotionState motion;                  ///< in the map frame
+  std::map<int, Pose2> last_inserted;  ///< map_from_base, by laser
+  std::uint64_t scan_count = 0;
+
+  /// Keeps the map alone: the base may be here, and how it moves is not known.
+  /// @param covariance  over (x, y, theta) in the map frame.
+  void begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
 };
 
 /// The SLAM loop: predict, match, decide, insert. Single-threaded; the same scans, options and seed
@@ -73,11 +78,11 @@ class SlamEngine {
     tracker_.set_pose(map_from_base, covariance);
   }
 
-  /// Goes on with another map: the next scan is matched where `start` says that the base is. Throws
-  /// ConfigurationError when that map was made with another resolution or likelihood field.
+  /// Goes on from there. Throws ConfigurationError when that map was made with another resolution
+  /// or likelihood field.
   void start_from(MapStart start);
 
-  /// What it takes to go on from here: the map and where the base was at the newest scan.
+  /// What it takes to go on from here.
   [[nodiscard]] MapStart snapshot() const;
 
  private:
