@@ -167,7 +167,11 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
   const LaserScan scan = is_newest ? newest->input.scan : to_laser_scan(request.scan);
   const Relocalisation found =
       relocalise(project_scan(scan, newest->input.base_from_laser, {}, options.engine.scan),
-                 key_scans, options.hough);
+                 key_scans, options.hough, [this] { return worker_.is_ending(); });
+  if (found.interrupted) {
+    response.message = "the node is ending";
+    return true;
+  }
   for (const RankedPose& pose : found.poses) {
     response.poses.push_back(to_pose_message(pose.map_from_base));
     response.scores.push_back(pose.score);
