@@ -2,7 +2,7 @@
 # check_style.sh [--tidy [FILE.cpp]...]
 # Checks formatting (clang-format), the package (catkin_lint) and the scripts (shellcheck). With --tidy
 # also runs clang-tidy, over the given sources or all; this takes minutes and needs a built workspace.
-# clang-format, clang-tidy and shellcheck are not dependencies of the package: install them yourself.
+# Installs missing tools first, clang-tidy apart.
 set -euo pipefail
 # shellcheck source=scripts/workspace.sh
 source "$(dirname "${BASH_SOURCE[0]}")/workspace.sh"
@@ -22,6 +22,7 @@ case ${1:-} in
 esac
 
 use_system_ros
+install_missing catkin-lint clang-format shellcheck
 failed=()
 
 # check NAME COMMAND...: runs it, and goes on when it fails.

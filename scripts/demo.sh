@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # demo.sh [BAG [map_bag options]]
 # Maps a bag; without one, a bag that it simulates, and then says how far the result is from the truth.
-# Installs missing packages and builds first. Results go to .workspace/results/, or where --out says.
+# Installs missing packages and builds what it needs first. Results go to .workspace/results/, or where --out says.
 set -euo pipefail
 # shellcheck source=scripts/workspace.sh
 source "$(dirname "${BASH_SOURCE[0]}")/workspace.sh"
@@ -58,7 +58,7 @@ esac
 if (($# > 0)) && [[ ! -f $1 ]]; then
   fail "$1: there is no such file"
 fi
-prepare_workspace
+prepare_workspace programs
 if (($# > 0)); then
   demo_of_bag "$@"
 else

@@ -1,31 +1,40 @@
 #!/usr/bin/env bash
-# test.sh
+# test.sh [--style]
 # Builds the package and runs every test of it and of the example matcher. Installs missing packages
 # first. The last line says how many tests passed and failed; fails when one failed or none ran.
+# With --style, check_style.sh is one of them.
 # Tests on real recordings look for them in $MATCHBOX_DATA, else in ../shared/data beside the clone.
 set -euo pipefail
 # shellcheck source=scripts/workspace.sh
 source "$(dirname "${BASH_SOURCE[0]}")/workspace.sh"
 
+style=false
 case ${1:-} in
   "") ;;
+  --style) style=true ;;
   -h | --help)
-    sed -n '2,5s/^# //p' "${BASH_SOURCE[0]}"
+    sed -n '2,6s/^# //p' "${BASH_SOURCE[0]}"
     exit 0
     ;;
-  *) fail "takes no arguments; to run some tests, see CONTRIBUTING.md" ;;
+  *) fail "unknown option $1; to run some tests, see CONTRIBUTING.md" ;;
 esac
 
-prepare_workspace
+results=$workspace/build/test_results
+rm -rf "$results"
+prepare_workspace all
+if $style; then
+  outcome=""
+  "$clone/scripts/check_style.sh" || outcome='<failure message="see the output above"/>'
+  mkdir -p "$results"
+  echo "<testcase classname='scripts' name='check_style'>$outcome</testcase>" >"$results/style.xml"
+fi
 if [[ -z ${MATCHBOX_DATA:-} && -d $clone/../shared/data ]]; then
   MATCHBOX_DATA=$(cd "$clone/../shared/data" && pwd)
   export MATCHBOX_DATA
 fi
 say "Building the tests"
-build tests
+build -DCATKIN_ENABLE_TESTING=ON tests
 say "Running the tests"
-results=$workspace/build/test_results
-rm -rf "$results"
 # run_tests succeeds also when tests fail: the results tell. One at a time, since some measure time.
 catkin_make --directory "$workspace" -j1 run_tests </dev/null
 /usr/bin/python3 "$clone/scripts/count_tests.py" "$results"

@@ -96,11 +96,12 @@ prepare_rosdep() {
   output=$(local_rosdep update 2>&1) || fail "rosdep update: $output"
 }
 
-# The packages of the keys in the package.xml files. A key that rosdep does not know is a ROS package,
-# and those are named by one rule on Ubuntu.
+# resolve_packages SYSTEM [rosdep's options]: the packages of the keys in the package.xml files. A key
+# that rosdep does not know is a ROS package, and those are named by one rule on Ubuntu.
 resolve_packages() {
   local system=$1 folders=("$clone" "$clone/doc/example_matcher") keys unknown key
-  mapfile -t keys < <(local_rosdep keys --from-paths "${folders[@]}" | grep -v '^matchbox_slam$')
+  shift
+  mapfile -t keys < <(local_rosdep keys "$@" --from-paths "${folders[@]}" | grep -v '^matchbox_slam$')
   if ((${#keys[@]} == 0)); then
     fail "rosdep found no dependencies in package.xml"
   fi
@@ -116,8 +117,12 @@ resolve_packages() {
   done
 }
 
+# install_dependencies programs|all
 install_dependencies() {
-  local system rosdep list
+  local kind=$1 system rosdep list types=()
+  if [[ $kind == programs ]]; then
+    types=(-t buildtool -t build)
+  fi
   system=$(operating_system)
   case $system in
     debian-12) rosdep=python3-rosdep2 ;;
@@ -128,7 +133,7 @@ install_dependencies() {
       return
       ;;
   esac
-  list=$workspace/packages
+  list=$workspace/packages-$kind
   if [[ ! -s $list || -n $(find "$clone/package.xml" "$clone/doc/example_matcher/package.xml" \
     "$clone/scripts/rosdep.yaml" "$clone/scripts/workspace.sh" -newer "$list") ]]; then
     # Besides rosdep, what package.xml does not name by custom: a compiler and make.
@@ -136,7 +141,7 @@ install_dependencies() {
     mkdir -p "$workspace"
     prepare_rosdep
     local resolved
-    resolved=$(resolve_packages "$system")
+    resolved=$(resolve_packages "$system" "${types[@]}")
     { printf '%s\n' "$rosdep" build-essential cmake && sort -u <<<"$resolved"; } >"$list.new"
     mv "$list.new" "$list"
   fi
@@ -170,24 +175,35 @@ link_packages() {
   ln -sfn "$clone/doc/example_matcher" "$workspace/src/example_matcher"
 }
 
-# Targets are `all` and `tests`.
+# build [-DOPTION]... TARGET...
 build() {
-  local target=$1
+  local options=()
+  while [[ $1 == -D* ]]; do
+    options+=("$1")
+    shift
+  done
   if [[ $clone =~ [[:space:]] ]]; then
     fail "catkin cannot build below a folder with a space in its name: $clone"
   fi
   link_packages
   command -v catkin_make >/dev/null || fail "catkin_make is not installed"
   catkin_make --directory "$workspace" -j"$(job_count)" -DCMAKE_BUILD_TYPE=Release \
-    -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DPYTHON_EXECUTABLE=/usr/bin/python3 --make-args "$target"
+    -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DPYTHON_EXECUTABLE=/usr/bin/python3 "${options[@]}" \
+    --make-args "$@"
 }
 
-# Installs, builds and sources the workspace.
+# prepare_workspace programs|all: installs what it takes, builds and sources the workspace. `programs` are
+# those that map and evaluate simulated and recorded bags: no nodes, no tests.
 prepare_workspace() {
   use_system_ros
-  install_dependencies
+  install_dependencies "$1"
   use_system_ros  # ROS may be there only now
   say "Building in $workspace"
-  build all
+  case $1 in
+    programs)
+      build -DCATKIN_ENABLE_TESTING=OFF evaluate map_bag matchbox_slam_plugins simulate
+      ;;
+    all) build -DCATKIN_ENABLE_TESTING=ON all ;;
+  esac
   source_setup "$workspace/devel/setup.bash"
 }

@@ -1,0 +1,11 @@
+# What a program that embeds the core links: matchbox_slam::slam and the rooms below it, matchbox_slam::io.
+# Part of the catkin package's CMake configuration, and all of it where the core is built without ROS.
+include(CMakeFindDependencyMacro)
+find_dependency(Eigen3 NO_MODULE)
+find_dependency(Threads)
+find_dependency(yaml-cpp)
+find_dependency(ZLIB)
+# In the workspace that builds the package, its targets have these names already.
+if(NOT TARGET matchbox_slam::slam)
+  include("${CMAKE_CURRENT_LIST_DIR}/matchbox_slamTargets.cmake")
+endif()
