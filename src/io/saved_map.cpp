@@ -37,6 +37,7 @@ constexpr double kMostReachCells = 120.0;         // as LikelihoodField allows
 constexpr std::size_t kMostKeyScans = 1'000'000;  // of 300 km
 constexpr std::size_t kMostAngles = 10'000;       // that bound masked sectors
 constexpr std::size_t kMostLasers = 1000;
+constexpr double kLeastInterval = 1e-9;  // [s] between stamps of messages
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Numbers in the order of their bytes, the lowest first, on every machine.
@@ -500,7 +501,7 @@ MotionState read_motion(Reader& reader) {
   if (!has_fix) {
     motion.fix.reset();
   }
-  if (motion.interval < 0.0) {
+  if (motion.interval != 0.0 && !(motion.interval >= kLeastInterval)) {
     reader.fail("is damaged: its last motion took " + to_string(motion.interval) + " s");
   }
   return motion;

@@ -316,7 +316,8 @@ void go_on_with(MapStart start, bool hough) {
     matcher = std::make_shared<HoughMatcher>();
   }
   SlamEngine engine(small_options(), matcher, 1);
-  if (!start.motion.stamp || *start.motion.stamp >= 2.0) {  // of another drive
+  const double since = 2.0 - start.motion.stamp.value_or(2.0);
+  if (!(since > 0.0 && since <= 10.0)) {  // it is of another drive
     start.begin_anew(start.motion.fixed_from_base, start.motion.covariance);
   }
   engine.start_from(start);
