@@ -114,8 +114,9 @@ Neighbourhood neighbourhood(const std::vector<ScanPoint>& points, const std::vec
   // times only beyond 87 degrees of incidence; at its end they jump. Half or double of it
   // changes the median error of pairs by less than 1 %.
   constexpr double kJump = 2.5;
-  constexpr double kSparseReach =
-      3.5;  // gaps: three neighbours on either side, of which one may lack
+  // Gaps: three neighbours on either side, of which one may lack. Half or double of it changes the
+  // median error of pairs by up to 2 %, that of the heading by up to 7 %.
+  constexpr double kSparseReach = 3.5;
   const double before = index > 0 ? gaps[index - 1] : options.max_wall_gap;
   const double after = index < gaps.size() ? gaps[index] : options.max_wall_gap;
   const double spacing = std::min({before, after, options.max_wall_gap});
@@ -144,10 +145,11 @@ Neighbourhood neighbourhood(const std::vector<ScanPoint>& points, const std::vec
 /// sharp.
 Eigen::Vector2d surface_normal(const RunningSums& sums, std::size_t index,
                                const Neighbourhood& around) {
-  // Squared residual over squared extent of a line, that is one fifth as thick as long.
+  // Squared residual over squared extent of a line, that is one fifth as thick as long. Half or
+  // double of it changes the median error of pairs by up to 1 %, that of the heading by up to 4 %.
   constexpr double kStraight = 0.04;
   // [m], three times a usual noise of 1 cm: sparse points are so far apart that their extent alone
-  // would let nearly any three be a line.
+  // would let nearly any three be a line. Half or double: by up to 1 %, and 2 %.
   constexpr double kSparseResidual = 0.03;
   const std::size_t fewest = around.sparse ? 5 : 3;
   RunningSums::Spread best;

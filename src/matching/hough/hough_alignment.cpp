@@ -20,7 +20,9 @@ double parabola_top(double before, double middle, double after) {
 
 /// Takes out what varies slowly along a column: votes of walls that run across it.
 void sharpen(std::vector<float>& column, double rho_cell) {
-  constexpr double kBackground = 0.3;  // [m] to each side
+  // [m] to each side. The mean relation of hough in intel is 0.074 m; with half of this 0.088, with
+  // double the same.
+  constexpr double kBackground = 0.3;
   const auto half = static_cast<std::size_t>(std::max(2L, std::lround(kBackground / rho_cell)));
   std::vector<float> sums(column.size() + 1, 0.0F);
   for (std::size_t i = 0; i < column.size(); ++i) {

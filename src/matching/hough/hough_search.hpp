@@ -34,7 +34,8 @@ struct SearchedScan {
 [[nodiscard]] double contradiction(const SearchedScan& a, const SearchedScan& b,
                                    const Pose2& a_from_b);
 
-/// Poses of a key scan that are checked for contradiction when there is a prior.
+/// Poses of a key scan that are checked for contradiction when there is a prior. With half or
+/// double, pairs and intel are matched as well.
 constexpr std::size_t kRankedPoses = 32;
 
 /// The poses from which the scan may have been taken, judged by one key scan: the alignments of the

@@ -68,7 +68,9 @@ double ScanView::depth(const Eigen::Vector2d& point) const {
 }
 
 double ScanView::contradicted(const HoughPoints& points, const Pose2& here_from_points) const {
-  constexpr double kTolerance = 0.2;  // [m], four cells of error of pose and range
+  // [m], four cells of error of pose and range. The mean relation of hough in intel is 0.074 m;
+  // with half of this 0.090, with double 0.078.
+  constexpr double kTolerance = 0.2;
   double inside = 0.0;
   double total = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {

