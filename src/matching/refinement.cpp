@@ -15,7 +15,8 @@ double shown_information(const Correspondences& pairs, const RefinementOptions& 
   // chance. Half or double of it changes the mean NEES of pairs by 1 to 3 %.
   constexpr double kBelieved = 10.0;
   // Least standard deviation, as a share of the configured noise: 2 mm by default, for the error of
-  // the map, which even beams without noise have.
+  // the map, which even beams without noise have. With these the mean NEES of pairs in clutter is
+  // 1.5; with half of it the same, with double 0.7. With 1 cm of noise it has no effect.
   constexpr double kLeast = 0.2;
   // Widths of the last kernel to look through, since a narrow one hides large residuals. The mean
   // NEES of pairs, 3 if honest, is 3.8 and 3.5 (rooms, random) for 1, 3.0 and 2.6 for 2, and 2.7

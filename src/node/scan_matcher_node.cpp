@@ -14,10 +14,6 @@ namespace matchbox_slam {
 
 namespace {
 
-// Generous, since a message lost here is lost uncounted.
-constexpr std::uint32_t kScanMessages = 1000;
-constexpr std::uint32_t kTransformMessages = 10000;
-
 constexpr double kWarningInterval = 10.0;  // s
 
 // What roscpp calls the publisher of a message that did not leave the process, and some others.

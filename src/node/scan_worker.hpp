@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <future>
@@ -14,6 +15,10 @@
 #include "ros/scan_queue.hpp"
 
 namespace matchbox_slam {
+
+/// Messages that a subscriber's own buffer holds; generous, since one lost there is lost uncounted.
+constexpr std::uint32_t kScanMessages = 1000;
+constexpr std::uint32_t kTransformMessages = 10000;
 
 /// What a queue tells about itself.
 struct QueueHealth {

@@ -12,10 +12,6 @@
 namespace matchbox_slam {
 namespace {
 
-// Generous, since a message lost here is lost uncounted.
-constexpr std::uint32_t kScanMessages = 1000;
-constexpr std::uint32_t kTransformMessages = 10000;
-
 // After so long without a scan, the log says so, and again after so long [s].
 constexpr double kPatience = 5.0;
 constexpr double kReminder = 60.0;

@@ -209,7 +209,9 @@ void add_surfaces(std::vector<ScanPoint>& points, const ProjectionOptions& optio
 /// Straightens walls where there is noise, but not so much that it may be shape.
 void take_noise_out(std::vector<ScanPoint>& points, const ProjectionOptions& options) {
   constexpr double kLeast = 5e-4;  // [m]; ranges rounded to 1 mm alone have 0.3 mm
-  constexpr double kMost = 0.05;   // [m], a cell by default
+  // [m], a cell by default. With a range noise of 3 cm half of it makes the median error of pairs
+  // in rooms 3.5 mm instead of 2.4.
+  constexpr double kMost = 0.05;
   const double noise = range_noise(points, options.max_wall_gap);
   if (noise >= kLeast && noise <= kMost) {
     straighten_walls(points, noise, options.max_wall_gap);

@@ -261,7 +261,8 @@ Found repeated_search(const MatchProblem& problem, const MonteCarloOptions& opti
 /// draw.
 Eigen::Matrix3d sampled_covariance(const MatchProblem& problem, const RefinedPose& center,
                                    const MonteCarloOptions& options, Random& random) {
-  // Wider than the posterior, so that no draw has a weight that rules the sum.
+  // Wider than the posterior, so that no draw has a weight that rules the sum. The mean
+  // NEES of pairs in rooms, 3 if honest, is 3.6; with 1.2 it is 3.5, with 4 it is 12.
   constexpr double kWider = 2.0;
   const LocalPosterior posterior(problem.scan.points, problem.field, center.map_from_base,
                                  {problem.predicted_map_from_base, problem.prior_covariance},

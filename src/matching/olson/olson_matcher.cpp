@@ -263,6 +263,7 @@ Eigen::Matrix3d volume_covariance(const MatchProblem& problem, const RefinedPose
 Eigen::Matrix3d with_rival(const Eigen::Matrix3d& covariance, const Pose2& answer,
                            const Pose2& rival, double score_difference) {
   // Difference in score, as a share of the highest one, by which a rival is e times less likely.
+  // The pairs and intel have no rivals: half or double changes nothing there.
   constexpr double kDecay = 0.01;
   const double odds = std::exp(-std::max(0.0, score_difference) / kDecay);
   const double share = odds / (1.0 + odds);
