@@ -6,12 +6,15 @@
 
 #include "common/lru_cache.hpp"
 #include "map/scan_surfaces.hpp"
+#include "matchbox_slam/map/scan_inserter.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-constexpr double kResolution = 0.05;  // [m]
-constexpr LikelihoodFieldOptions kOptions{0.045, 0.25};
+// A map's defaults but for the reach, with whose square the memory grows: a point that far off has
+// 7 % of its weight under the first kernel of refinement.
+constexpr double kResolution = MapOptions{}.resolution;
+constexpr LikelihoodFieldOptions kOptions{LikelihoodFieldOptions{}.sigma, 0.25};
 
 /// Whether a point lies where a laser can measure; farther ones would make the field endless.
 bool is_measured(const ScanPoint& point) {
