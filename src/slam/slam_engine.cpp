@@ -26,9 +26,10 @@ void check_map(const SlamMap& map, const EngineOptions& options) {
 }  // namespace
 
 void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
-  motion = {};
-  motion.fixed_from_base = map_from_base;
-  motion.covariance = covariance;
+  MotionState at_rest;  // made first: the arguments may be the present motion's own
+  at_rest.fixed_from_base = map_from_base;
+  at_rest.covariance = covariance;
+  motion = at_rest;
   last_inserted.clear();
 }
 
