@@ -41,6 +41,13 @@ std::string to_yaml(const SimulationRecord& record) {
   for (const OptionDescription& row : describe_options(record.laser)) {
     parameters.set("laser/" + row.name, row.value);
   }
+  std::vector<std::string> faults;
+  for (const Fault& fault : record.faults) {
+    faults.push_back(to_string(fault));
+  }
+  if (!faults.empty()) {
+    parameters.set("faults", faults);
+  }
   return to_yaml(parameters);
 }
 
@@ -50,6 +57,15 @@ SimulationRecord parse_simulation_record(const std::string& yaml) {
   record.world = text_of(parameters, "world");
   record.seed = seed_of(text_of(parameters, "seed"));
   record.laser = read_options<LaserOptions>(parameters.section("laser"), kSimulationTopic);
+  if (const ParameterValue* faults = parameters.find("faults")) {
+    const auto* texts = std::get_if<std::vector<std::string>>(faults);
+    if (texts == nullptr) {
+      throw ConfigurationError(std::string(kSimulationTopic) + ": 'faults' is no list of texts");
+    }
+    for (const std::string& text : *texts) {
+      record.faults.push_back(parse_fault(text));
+    }
+  }
   return record;
 }
 

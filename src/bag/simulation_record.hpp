@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "simulation/fault.hpp"
 #include "simulation/laser.hpp"
 
 namespace matchbox_slam {
@@ -14,6 +15,7 @@ struct SimulationRecord {
   std::string world;
   std::uint64_t seed = 1;
   LaserOptions laser;
+  std::vector<Fault> faults;  ///< with their times
 };
 
 /// The topic of a simulated bag that carries its record, as a std_msgs/String.

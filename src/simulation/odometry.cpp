@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <stdexcept>
 
 #include "matchbox_slam/common/random.hpp"
@@ -21,6 +22,50 @@ Pose2 measure_motion(const Pose2& motion, const OdometryOptions& options, Random
   const double theta = motion.theta * (1.0 + options.rotation_bias) +
                        options.heading_bias * distance + turn_noise + heading_noise;
   return {scale * motion.x, scale * motion.y, wrap_angle(theta)};
+}
+
+bool is_any_on(FaultKind kind, double since_start, const std::vector<Fault>& faults) {
+  return std::any_of(faults.begin(), faults.end(), [&](const Fault& fault) {
+    return fault.kind == kind && fault.is_on(since_start);
+  });
+}
+
+/// What is told of a motion from `since_start` on.
+Pose2 with_slip(Pose2 motion, double since_start, const std::vector<Fault>& faults) {
+  for (const Fault& fault : faults) {
+    if (!fault.is_on(since_start)) {
+      continue;
+    }
+    if (fault.kind == FaultKind::kEncoders) {
+      return {};
+    }
+    const double share = 1.0 + fault.amount;
+    if (fault.kind == FaultKind::kHeadingSlip) {
+      motion.theta *= share;
+    } else if (fault.kind == FaultKind::kWaySlip) {
+      motion = {share * motion.x, share * motion.y, motion.theta};
+    }
+  }
+  return motion;
+}
+
+/// The jumps from one time on until just before another [s since the start].
+Pose2 jump_between(double from, double to, const std::vector<Fault>& faults, std::uint64_t seed) {
+  Pose2 jump;
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    const Fault& fault = faults[i];
+    if (fault.time < from || fault.time >= to) {
+      continue;
+    }
+    if (fault.kind == FaultKind::kJump) {
+      const double direction = Random(mix_seed(seed, i)).uniform(-kPi, kPi);
+      jump =
+          jump * Pose2{fault.amount * std::cos(direction), fault.amount * std::sin(direction), 0.0};
+    } else if (fault.kind == FaultKind::kTurnJump) {
+      jump = jump * Pose2{0.0, 0.0, fault.amount};
+    }
+  }
+  return jump;
 }
 
 }  // namespace
@@ -53,6 +98,28 @@ std::vector<OdometryReading> simulate_odometry(const PoseAtTime& world_from_base
     readings.push_back({stamp, odom_from_base});
   }
   return readings;
+}
+
+std::vector<OdometryReading> with_odometry_faults(const std::vector<OdometryReading>& readings,
+                                                  const std::vector<Fault>& faults, double start,
+                                                  std::uint64_t seed) {
+  if (faults.empty() || readings.empty()) {
+    return readings;
+  }
+  std::vector<OdometryReading> told = {readings.front()};
+  Pose2 odom_from_base = readings.front().odom_from_base;  // as it would be told without kFreeze
+  for (std::size_t i = 1; i < readings.size(); ++i) {
+    const OdometryReading& before = readings[i - 1];
+    const double from = before.stamp - start;
+    const double now = readings[i].stamp - start;
+    const Pose2 motion = before.odom_from_base.inverse() * readings[i].odom_from_base;
+    odom_from_base =
+        odom_from_base * with_slip(motion, from, faults) * jump_between(from, now, faults, seed);
+    told.push_back({readings[i].stamp, is_any_on(FaultKind::kFreeze, now, faults)
+                                           ? told.back().odom_from_base
+                                           : odom_from_base});
+  }
+  return told;
 }
 
 Pose2 interpolate_odometry(const std::vector<OdometryReading>& odometry, double stamp) {

@@ -5,6 +5,7 @@
 
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/geometry/pose2.hpp"
+#include "simulation/fault.hpp"
 #include "simulation/laser.hpp"
 
 namespace matchbox_slam {
@@ -55,6 +56,15 @@ struct OdometryReading {
                                                              const std::vector<double>& stamps,
                                                              const OdometryOptions& options,
                                                              std::uint64_t seed);
+
+/// The readings that are told instead when the odometry has faults: it stands still, slips or
+/// jumps.
+/// @param readings  without faults.
+/// @param start     stamp at which the faults' times begin [s].
+/// @param seed      of the directions of jumps.
+[[nodiscard]] std::vector<OdometryReading> with_odometry_faults(
+    const std::vector<OdometryReading>& readings, const std::vector<Fault>& faults, double start,
+    std::uint64_t seed);
 
 /// The odometry at any time, interpolated between its readings as tf does. Before the first and
 /// after the last it is that one. Throws std::invalid_argument when there are no readings.

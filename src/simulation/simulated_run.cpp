@@ -2,12 +2,21 @@
 
 #include "common/interrupted.hpp"
 #include "matchbox_slam/common/random.hpp"
+#include "simulation/kidnapped_motion.hpp"
+#include "simulation/scan_faults.hpp"
 
 namespace matchbox_slam {
 namespace {
 
 // Each source of chance has its own stream, so that changing one leaves the others as they were.
-enum Stream : std::uint64_t { kLaserStream = 1, kOdometryStream = 2 };
+enum Stream : std::uint64_t {
+  kLaserStream = 1,
+  kOdometryStream,
+  kFaultTimes,
+  kKidnaps,
+  kJumps,
+  kPeople
+};
 
 /// Stamps at a rate [Hz] from `start` on, the last at or after `end`.
 std::vector<double> stamps_at_rate(double start, double end, double rate) {
@@ -23,6 +32,7 @@ std::vector<double> stamps_at_rate(double start, double end, double rate) {
 SimulationOptions without_noise(SimulationOptions options) {
   options.laser = without_noise(options.laser);
   options.odometry = without_noise(options.odometry);
+  options.faults.clear();
   return options;
 }
 
@@ -44,27 +54,39 @@ SimulatedRun simulate_run(const World& world, const Route& route, const Simulati
   const RobotMotion motion = drive(route, options.drive);
   const double start = options.time.start_stamp;
   const double duration = options.time.duration > 0.0 ? options.time.duration : motion.duration();
-  const PoseAtTime world_from_base = [&](double stamp) { return motion.pose(stamp - start); };
-
   SimulatedRun run;
+  run.faults = with_drawn_times(options.faults, duration, mix_seed(seed, kFaultTimes));
+  const KidnappedMotion kidnapped(motion, run.faults, mix_seed(seed, kKidnaps));
+  const PoseAtTime world_from_base = [&](double stamp) { return kidnapped.pose(stamp - start); };
   run.base_from_laser = options.laser.base_from_laser();
   const std::vector<double> scan_stamps =
       stamps_at_rate(start, start + duration, options.laser.scan_rate);
   run.scans.reserve(scan_stamps.size());
   run.world_from_base.reserve(scan_stamps.size());
-  for (const double stamp : scan_stamps) {
+  for (std::size_t i = 0; i < scan_stamps.size(); ++i) {
     if (is_interrupted && is_interrupted()) {
       throw Interrupted("interrupted; nothing is written");
     }
-    const std::uint64_t scan_seed = mix_seed(mix_seed(seed, kLaserStream), run.scans.size());
+    const double stamp = scan_stamps[i];
+    if (is_lost(stamp - start, run.faults)) {
+      continue;
+    }
+    const std::uint64_t scan_seed = mix_seed(mix_seed(seed, kLaserStream), i);
     run.scans.push_back(
         simulate_scan(world, options.laser, world_from_base, stamp, scan_seed).scan);
+    add_scan_faults(stamp - start, run.faults, mix_seed(seed, kPeople), run.scans.back());
     run.world_from_base.push_back(world_from_base(stamp));
   }
-  const double last_beam = scan_stamps.back() + run.scans.back().duration();
-  run.odometry = simulate_odometry(world_from_base,
-                                   stamps_at_rate(start, last_beam, options.odometry.odometry_rate),
-                                   options.odometry, mix_seed(seed, kOdometryStream));
+  if (run.scans.empty()) {
+    throw ConfigurationError("the faults leave no scan of the run; give them less time");
+  }
+  const double sweep = run.scans.back().duration();
+  const std::vector<double> odometry_stamps =
+      stamps_at_rate(start, scan_stamps.back() + sweep, options.odometry.odometry_rate);
+  run.odometry = with_odometry_faults(
+      simulate_odometry([&](double stamp) { return kidnapped.pose_on_wheels(stamp - start); },
+                        odometry_stamps, options.odometry, mix_seed(seed, kOdometryStream)),
+      run.faults, start, mix_seed(seed, kJumps));
   return run;
 }
 

@@ -10,6 +10,7 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/sensor/laser_scan.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
+#include "simulation/fault.hpp"
 #include "simulation/laser.hpp"
 #include "simulation/odometry.hpp"
 #include "simulation/robot.hpp"
@@ -37,9 +38,10 @@ struct SimulationOptions {
   DriveOptions drive;
   OdometryOptions odometry;
   RunTimeOptions time;
+  std::vector<Fault> faults;  ///< those whose times are random get theirs by the seed
 };
 
-/// The options with perfect sensors: neither noise nor dropouts nor bias.
+/// The options with perfect sensors: neither noise nor dropouts nor bias nor faults.
 [[nodiscard]] SimulationOptions without_noise(SimulationOptions options);
 
 /// All that the sensors of a robot told on its way, and the truth.
@@ -48,6 +50,7 @@ struct SimulatedRun {
   std::vector<LaserScan> scans;
   std::vector<Pose2> world_from_base;     ///< truth at the stamp of each scan
   std::vector<OdometryReading> odometry;  ///< from the first scan's stamp to after the last beam
+  std::vector<Fault> faults;              ///< what went wrong, with its times
 
   /// One scan as the engine takes it.
   [[nodiscard]] ScanInput scan_input(std::size_t index, bool with_odometry = true) const;

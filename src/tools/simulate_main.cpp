@@ -35,6 +35,7 @@ struct Request {
   Parameters odometry;
   Parameters time;
   Parameters recording;
+  std::vector<std::string> faults;
 };
 
 void declare_options(CLI::App& app, Request& request) {
@@ -57,6 +58,13 @@ void declare_options(CLI::App& app, Request& request) {
   add_option_flags<OdometryOptions>(app, "Odometry", request.odometry);
   add_option_flags<RunTimeOptions>(app, "Time", request.time);
   add_option_flags<SimulatedBagOptions>(app, "Recording", request.recording);
+  app.add_option(
+         "--fault", request.faults,
+         "What goes wrong, KIND:TIME:DURATION:AMOUNT, such as freeze:20:1.5; TIME in seconds "
+         "from the start on, or 'random'; may be given again. " +
+             fault_help())
+      ->type_name("FAULT")
+      ->group("Faults");
 }
 
 SimulationOptions read_simulation_options(Request request) {
@@ -72,6 +80,9 @@ SimulationOptions read_simulation_options(Request request) {
   options.odometry = read_options<OdometryOptions>(request.odometry, "");
   options.time = read_options<RunTimeOptions>(request.time, "");
   check_laser_options(options.laser);
+  for (const std::string& text : request.faults) {
+    options.faults.push_back(parse_fault(text));
+  }
   return options;
 }
 
@@ -111,7 +122,7 @@ void simulate(const Request& request, const InterruptGuard& interrupt) {
   SimulatedBagWriter bag(request.bag, recording);
   const SimulatedRun run =
       simulate_run(world, world.route(), options, request.seed, is_interrupted);
-  bag.write(run, {request.world, request.seed, options.laser}, is_interrupted);
+  bag.write(run, {request.world, request.seed, options.laser, run.faults}, is_interrupted);
   write_tum(request.truth, truth_of(run, recording.clock_offset));
   std::cout << request.bag << ": " << run.scans.size() << " scans in "
             << run.scans.back().stamp - run.scans.front().stamp << " s\n"

@@ -27,7 +27,7 @@ LaserOptions inverted_laser() {
   return laser;
 }
 
-SimulationRecord how_it_was_made() { return {"rooms", 1, inverted_laser()}; }
+SimulationRecord how_it_was_made() { return {"rooms", 1, inverted_laser(), {}}; }
 
 SimulatedRun short_run() {
   SimulationOptions options;
@@ -87,13 +87,25 @@ TEST_F(SimulatedBag, TellsHowItWasMade) {
 }
 
 TEST(SimulationRecord, KeepsTheLargestSeedAndEveryOption) {
-  SimulationRecord record{"loop", std::numeric_limits<std::uint64_t>::max(), {}};
+  SimulationRecord record{"loop", std::numeric_limits<std::uint64_t>::max(), {}, {}};
   record.laser.range_noise = 0.0123456789012345678;
   record.laser.no_return = "over_range";
   const SimulationRecord read = parse_simulation_record(to_yaml(record));
   EXPECT_EQ(read.seed, record.seed);
   EXPECT_EQ(read.laser.range_noise, record.laser.range_noise);
   EXPECT_EQ(read.laser.no_return, "over_range");
+}
+
+TEST(SimulationRecord, NamesTheFaultsWithTheirTimes) {
+  SimulationRecord record{"rooms", 1, {}, {parse_fault("freeze:7:1.5"), parse_fault("jump:20")}};
+  const SimulationRecord read = parse_simulation_record(to_yaml(record));
+  ASSERT_EQ(read.faults.size(), 2U);
+  EXPECT_EQ(to_string(read.faults[0]), to_string(record.faults[0]));
+  EXPECT_EQ(to_string(read.faults[1]), to_string(record.faults[1]));
+  EXPECT_THROW((void)parse_simulation_record("world: rooms\nseed: '1'\nfaults: [slip]"),
+               ConfigurationError);
+  EXPECT_THROW((void)parse_simulation_record("world: rooms\nseed: '1'\nfaults: 3"),
+               ConfigurationError);
 }
 
 TEST(SimulationRecord, RefusesWhatIsNone) {

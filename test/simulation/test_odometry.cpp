@@ -123,5 +123,68 @@ TEST(Odometry, IsInterpolatedBetweenItsReadings) {
   EXPECT_THROW((void)interpolate_odometry({}, 1.0), std::invalid_argument);
 }
 
+class FaultyOdometry : public testing::Test {
+ protected:
+  /// A drive straight on at 1 m/s that turns by 0.1 rad/s, with these faults.
+  [[nodiscard]] static std::vector<OdometryReading> told(const std::vector<Fault>& faults) {
+    return with_odometry_faults(readings(), faults, kStart, 1);
+  }
+  [[nodiscard]] static std::vector<OdometryReading> readings() {
+    std::vector<double> stamps;
+    for (int i = 0; i <= 1000; ++i) {
+      stamps.push_back(kStart + 0.02 * i);
+    }
+    return simulate_odometry(
+        [](double stamp) {
+          return Pose2{stamp - kStart, 0.0, 0.0} * Pose2{0.0, 0.0, 0.1 * (stamp - kStart)};
+        },
+        stamps, without_noise(OdometryOptions{}), 1);
+  }
+  /// Motion that is told between two times.
+  [[nodiscard]] static Pose2 motion(const std::vector<OdometryReading>& odometry, double from,
+                                    double to) {
+    return interpolate_odometry(odometry, kStart + from).inverse() *
+           interpolate_odometry(odometry, kStart + to);
+  }
+  static constexpr double kStart = 1000.0;
+};
+
+TEST_F(FaultyOdometry, WithoutFaultsNothingChanges) {
+  const auto told_readings = told({parse_fault("people:5:5")});
+  for (std::size_t i = 0; i < told_readings.size(); ++i) {
+    EXPECT_LT(
+        (told_readings[i].odom_from_base.translation() - readings()[i].odom_from_base.translation())
+            .norm(),
+        1e-9);
+  }
+}
+
+TEST_F(FaultyOdometry, AFreezeStandsStillAndCatchesUp) {
+  const auto odometry = told({parse_fault("freeze:5:2")});
+  EXPECT_LT(motion(odometry, 5.02, 6.98).translation().norm(), 1e-9);
+  EXPECT_NEAR(motion(odometry, 4.9, 7.1).translation().norm(),
+              motion(readings(), 4.9, 7.1).translation().norm(), 1e-9);
+}
+
+TEST_F(FaultyOdometry, LostEncodersNeverTellWhatTheyMissed) {
+  const auto odometry = told({parse_fault("encoders:5:2")});
+  EXPECT_LT(motion(odometry, 4.98, 7.0).translation().norm(), 0.021);
+  EXPECT_NEAR(motion(odometry, 10.0, 11.0).translation().norm(),
+              motion(readings(), 10.0, 11.0).translation().norm(), 1e-9);
+}
+
+TEST_F(FaultyOdometry, SlipTellsAShareMoreOrLess) {
+  EXPECT_NEAR(motion(told({parse_fault("way_slip:5:2:0.5")}), 5.0, 7.0).translation().norm(),
+              1.5 * motion(readings(), 5.0, 7.0).translation().norm(), 0.01);
+  EXPECT_NEAR(motion(told({parse_fault("heading_slip:5:2:-0.5")}), 5.0, 7.0).theta, 0.1, 0.002);
+}
+
+TEST_F(FaultyOdometry, AJumpIsAsFarAsIsAskedForAndStays) {
+  const auto jumped = told({parse_fault("jump:5.01::0.5"), parse_fault("turn_jump:8.01::0.3")});
+  EXPECT_NEAR(motion(jumped, 5.0, 5.02).translation().norm(), 0.5, 0.021);
+  EXPECT_NEAR(motion(jumped, 8.0, 8.02).theta, 0.3 + 0.002, 1e-6);
+  EXPECT_NEAR(motion(jumped, 10.0, 12.0).theta, 0.2, 1e-6);
+}
+
 }  // namespace
 }  // namespace matchbox_slam

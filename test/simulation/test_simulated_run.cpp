@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "simulation/make_world.hpp"
@@ -76,6 +78,41 @@ TEST(SimulatedRun, WithoutADurationItLastsAsLongAsTheRoute) {
   const SimulatedRun run = simulate_run(world, world.route(), options, 7);
   const Eigen::Vector2d end = world.route().waypoints.back();
   EXPECT_LT((run.world_from_base.back().translation() - end).norm(), 0.05);
+}
+
+TEST(SimulatedRun, FaultsAreInTheSensorsAndTheTruthIsKnown) {
+  const World world = make_rooms_world(1);
+  SimulationOptions options = short_run();
+  options.time.duration = 12.0;
+  const SimulatedRun sound = simulate_run(world, world.route(), options, 7);
+  options.faults = {parse_fault("encoders:3:1"), parse_fault("dropout:5:1"),
+                    parse_fault("kidnap:7:1:2"), parse_fault("people:random:1")};
+  const SimulatedRun run = simulate_run(world, world.route(), options, 7);
+  ASSERT_EQ(run.faults.size(), 4U);
+  EXPECT_FALSE(std::isnan(run.faults[3].time));
+  EXPECT_EQ(run.scans.size(), sound.scans.size() - 20U);
+  ASSERT_EQ(run.world_from_base.size(), run.scans.size());
+  double farthest = 0.0;
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    const double time = run.scans[i].stamp - run.scans.front().stamp;
+    // A scan without a fault at its time has the readings that it has in a sound run.
+    const auto k = static_cast<std::size_t>(std::lround(20.0 * time));
+    if (time < 7.0 && !run.faults[3].is_on(time)) {
+      EXPECT_TRUE(are_same_ranges(run.scans[i], sound.scans[k])) << time;
+      EXPECT_EQ(run.world_from_base[i], sound.world_from_base[k]);
+    }
+    farthest = std::max(
+        farthest,
+        (run.world_from_base[i].translation() - sound.world_from_base[k].translation()).norm());
+  }
+  EXPECT_GT(farthest, 1.9);
+}
+
+TEST(SimulatedRun, FaultsThatLeaveNoScanAreRefused) {
+  const World world = make_corridor_world(1);
+  SimulationOptions options = short_run();
+  options.faults = {parse_fault("dropout:0:100")};
+  EXPECT_THROW((void)simulate_run(world, world.route(), options, 7), ConfigurationError);
 }
 
 }  // namespace

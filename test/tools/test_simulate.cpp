@@ -66,6 +66,14 @@ TEST_F(Simulate, TakesTheOptionsOfTheSimulation) {
   EXPECT_EQ(truth.poses().front().stamp, 1327500002.0);
 }
 
+TEST_F(Simulate, TakesFaults) {
+  const Outcome outcome =
+      run_simulate(arguments("run") + " --fault dropout:1:1 --fault freeze:random:0.5");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(read_tum(folder_ / "run.tum").size(), 41U);
+  expect_one_line(2, arguments("run") + " --fault slip:1", "heading_slip");
+}
+
 TEST_F(Simulate, HelpListsTheOptionsWithDefaultAndUnit) {
   const Outcome outcome = run_simulate("--help");
   EXPECT_EQ(outcome.exit_code, 0);
