@@ -132,11 +132,16 @@ class Reader {
 
   bool flag() { return integer<std::uint8_t>() != 0; }
 
-  Eigen::Matrix3d covariance() {
+  Eigen::Matrix3d matrix() {
     Eigen::Matrix3d matrix;
     for (Eigen::Index i = 0; i < matrix.size(); ++i) {
       matrix(i) = number(kLargest);
     }
+    return matrix;
+  }
+
+  Eigen::Matrix3d covariance() {
+    const Eigen::Matrix3d matrix = this->matrix();
     if (!is_covariance(matrix)) {
       fail("is damaged: the covariance of its pose is none");
     }
@@ -463,6 +468,7 @@ KeyScans read_key_scans(bool version_1, Reader& reader) {
 void write_motion(const MotionState& motion, Writer& writer) {
   writer.pose(motion.fixed_from_base);
   writer.matrix(motion.covariance);
+  writer.matrix(motion.by_velocity);
   writer.flag(motion.stamp.has_value());
   writer.number(motion.stamp.value_or(0.0));
   writer.integer(std::int32_t{motion.laser});
@@ -481,6 +487,7 @@ MotionState read_motion(Reader& reader) {
   MotionState motion;
   motion.fixed_from_base = reader.pose();
   motion.covariance = reader.covariance();
+  motion.by_velocity = reader.matrix();
   const bool has_stamp = reader.flag();
   motion.stamp = reader.number(kLargest);
   motion.laser = reader.integer<std::int32_t>();

@@ -1,10 +1,10 @@
 #include "matchbox_slam/slam/key_errors.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "matchbox_slam/slam/motion_prior.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -15,20 +15,6 @@ Eigen::Matrix3d moved_by(const Eigen::Vector2d& step) {
   matrix(0, 2) = -step.y();
   matrix(1, 2) = step.x();
   return matrix;
-}
-
-/// Share of the prior's error that a match leaves, as the two covariances tell: zero where the map
-/// says all, the identity where it says nothing.
-Eigen::Matrix3d left_by_match(const Eigen::Matrix3d& prior, const Eigen::Matrix3d& match) {
-  const Eigen::LLT<Eigen::Matrix3d> factor(prior);
-  if (factor.info() != Eigen::Success) {
-    return Eigen::Matrix3d::Identity();
-  }
-  const Eigen::Matrix3d root = factor.matrixL();
-  const Eigen::Matrix3d inverse = root.inverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inverse * match * inverse.transpose());
-  const Eigen::Vector3d left = axes.eigenvalues().array().max(0.0).min(1.0);
-  return root * axes.eigenvectors() * left.asDiagonal() * axes.eigenvectors().transpose() * inverse;
 }
 
 /// How much each key scan counts in the map around the base; 1 in all.

@@ -96,15 +96,15 @@ LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
     }
     add_key_scan(scan, std::move(measured), input.laser, outcome);
   }
-  remember(input, outcome, starts_map);
+  remember(input, guess, outcome, starts_map);
   return outcome;
 }
 
-void LaserOdometry::remember(const ScanInput& input, const LaserOdometryOutcome& outcome,
-                             bool starts_map) {
+void LaserOdometry::remember(const ScanInput& input, const MotionPrediction& guess,
+                             const LaserOdometryOutcome& outcome, bool starts_map) {
   const Eigen::Matrix3d nothing = Eigen::Matrix3d::Zero();
   const bool is_fix = starts_map || outcome.match.accepted();
-  tracker_.remember(input, outcome.odom_from_base,
+  tracker_.remember(input, guess, outcome.odom_from_base,
                     outcome.is_key_scan ? nothing : outcome.match.covariance, is_fix);
   if (is_fix) {
     fix_covariance_ = starts_map ? nothing : outcome.match.covariance;
@@ -185,6 +185,7 @@ void LaserOdometry::set_velocity(const MotionEstimate& guess, LaserOdometryOutco
     return;
   }
   MotionEstimate motion = guess;
+  motion.covariance += guess.floor;
   double interval = outcome.stamp - *before.stamp;
   if (outcome.match.accepted() && before.fix) {
     // From fix to fix: what errors the guesses in between added up is no motion.

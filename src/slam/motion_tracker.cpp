@@ -1,5 +1,6 @@
 #include "matchbox_slam/slam/motion_tracker.hpp"
 
+#include <Eigen/Geometry>
 #include <stdexcept>
 #include <string>
 
@@ -25,29 +26,52 @@ void MotionTracker::check(const ScanInput& input) const {
 
 MotionPrediction MotionTracker::predict(const ScanInput& input) const {
   check(input);
-  MotionPrediction predicted{state_.fixed_from_base, state_.covariance, {}, {}};
+  MotionPrediction predicted;
+  predicted.fixed_from_base = state_.fixed_from_base;
+  predicted.covariance = state_.covariance;
   if (state_.stamp) {
     predicted.motion = motion_since_newest(input);
     predicted.fixed_from_base = state_.fixed_from_base * predicted.motion.previous_from_current;
-    predicted.covariance =
-        compose_covariance(state_.fixed_from_base, state_.covariance,
-                           predicted.motion.previous_from_current, predicted.motion.covariance);
+    add_errors(predicted);
   }
   predicted.during_scan = motion_during_scan(input, state_.motion, state_.interval);
   return predicted;
 }
 
+/// An error of the velocity adds to what it did since the last match: that part of the variance
+/// grows with the square of the time, and by products of both.
+void MotionTracker::add_errors(MotionPrediction& predicted) const {
+  const MotionEstimate& motion = predicted.motion;
+  const Eigen::Vector2d way =
+      predicted.fixed_from_base.translation() - state_.fixed_from_base.translation();
+  Eigen::Matrix3d moved = Eigen::Matrix3d::Identity();
+  moved.topRightCorner<2, 1>() << -way.y(), way.x();
+  Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
+  turned.topLeftCorner<2, 2>() =
+      Eigen::Rotation2Dd(state_.fixed_from_base.theta).toRotationMatrix();
+  const Eigen::Matrix3d since_match = moved * state_.by_velocity;
+  const Eigen::Matrix3d added = turned * motion.by_velocity * turned.transpose();
+  const Eigen::Matrix3d both = since_match * added.transpose();
+  predicted.by_velocity = since_match + added;
+  predicted.covariance =
+      compose_covariance(state_.fixed_from_base, state_.covariance, motion.previous_from_current,
+                         motion.covariance + motion.floor) +
+      both + both.transpose();
+}
+
 MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const {
+  const double interval = input.scan.stamp - *state_.stamp;
   const bool is_sensed = input.odometry && state_.odom_from_base;
   if (is_sensed && source_ == GuessSource::kOdometry) {
-    return motion_from_odometry(*state_.odom_from_base, input.odometry->odom_from_base, options_);
+    return motion_from_odometry(*state_.odom_from_base, input.odometry->odom_from_base, interval,
+                                options_);
   }
-  MotionEstimate motion = motion_at_constant_velocity(state_.motion, state_.interval,
-                                                      input.scan.stamp - *state_.stamp, options_);
+  const MotionEstimate motion =
+      motion_at_constant_velocity(state_.motion, state_.interval, interval, options_);
   if (is_sensed && source_ == GuessSource::kHeading) {
-    motion.previous_from_current.theta =
-        wrap_angle(input.odometry->odom_from_base.theta - state_.odom_from_base->theta);
-    motion.covariance(2, 2) = heading_sigma_ * heading_sigma_;
+    return with_measured_turn(
+        motion, wrap_angle(input.odometry->odom_from_base.theta - state_.odom_from_base->theta),
+        heading_sigma_);
   }
   return motion;
 }
@@ -85,8 +109,9 @@ MatchedMotion MotionTracker::after_match(const ScanInput& input, const MotionPre
   return matched;
 }
 
-void MotionTracker::remember(const ScanInput& input, const Pose2& fixed_from_base,
-                             const Eigen::Matrix3d& covariance, bool matched) {
+void MotionTracker::remember(const ScanInput& input, const MotionPrediction& predicted,
+                             const Pose2& fixed_from_base, const Eigen::Matrix3d& covariance,
+                             bool matched) {
   if (matched) {
     // From fix to fix: what a wrong prediction was corrected by is no motion.
     if (state_.fix && input.scan.stamp > state_.fix->stamp) {
@@ -95,8 +120,11 @@ void MotionTracker::remember(const ScanInput& input, const Pose2& fixed_from_bas
     }
     state_.fix = MotionState::Fix{input.scan.stamp, fixed_from_base};
   }
+  // The next prediction has a floor of its own: what is left of this one's is none of its errors.
+  const Eigen::Matrix3d left = left_by_match(predicted.covariance, covariance);
+  state_.covariance = covariance - left * predicted.motion.floor * left.transpose();
+  state_.by_velocity = left * predicted.by_velocity;
   state_.fixed_from_base = fixed_from_base;
-  state_.covariance = covariance;
   state_.stamp = input.scan.stamp;
   state_.laser = input.laser;
   state_.matched = matched;
@@ -109,8 +137,11 @@ void MotionTracker::remember(const ScanInput& input, const Pose2& fixed_from_bas
 void MotionTracker::set_pose(const Pose2& fixed_from_base, const Eigen::Matrix3d& covariance) {
   state_.fixed_from_base = fixed_from_base;
   state_.covariance = covariance;
+  state_.by_velocity.setZero();
   state_.fix.reset();
-  forget_motion();
+  if (!state_.matched) {  // else the base goes on as it did
+    forget_motion();
+  }
 }
 
 void MotionTracker::forget_motion() {

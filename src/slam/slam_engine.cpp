@@ -71,7 +71,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
       insert(scan, std::move(measured), outcome.map_from_base, input.laser);
     }
   }
-  tracker_.remember(input, outcome.map_from_base, outcome.covariance,
+  tracker_.remember(input, predicted, outcome.map_from_base, outcome.covariance,
                     outcome.match.accepted() || outcome.inserted);
   ++scan_count_;
   return outcome;

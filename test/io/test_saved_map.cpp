@@ -183,7 +183,7 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 // --- files that would take all memory, or that no map could have made ---
 
 /// Bytes of what follows the key scans when there are no lasers: see write_motion.
-constexpr std::size_t kStateBytes = (3 + 9 + 1 + 3 + 4 + 3 + 1) * 8 + 4 + 4 + 8 + 8;
+constexpr std::size_t kStateBytes = (3 + 9 + 9 + 1 + 3 + 4 + 3 + 1) * 8 + 4 + 4 + 8 + 8;
 
 /// A map of two known cells and one wall, the last cells of both lists there; without compression.
 std::string map_with_cells_at(const Cell& known, const Cell& wall) {

@@ -55,7 +55,7 @@ TEST(SlamSetup, ReadsEverySection) {
   const SlamSetup setup = setup_of(
       "matcher: odometry_only\nseed: 7\npublish_tf: false\nscan_time_offset: 82.2\n"
       "slam: {insert_distance: 0.7}\nscan/max_range: 12\nmap: {resolution: 0.1}\n"
-      "motion: {rotation_per_metre: 0.01}\nfield: {reach: 0.3}\nmonte_carlo: {max_tries: 3}\n");
+      "motion: {rotation_by_way: 0.01}\nfield: {reach: 0.3}\nmonte_carlo: {max_tries: 3}\n");
   EXPECT_EQ(setup.matcher_name, "matchbox_slam/OdometryOnly");
   EXPECT_EQ(setup.run.seed, 7);
   EXPECT_EQ(setup.run.scan_time_offset, "82.2");
@@ -63,7 +63,7 @@ TEST(SlamSetup, ReadsEverySection) {
   EXPECT_DOUBLE_EQ(setup.engine.slam.insert_distance, 0.7);
   EXPECT_DOUBLE_EQ(setup.engine.scan.max_range, 12.0);
   EXPECT_DOUBLE_EQ(setup.engine.map.resolution, 0.1);
-  EXPECT_DOUBLE_EQ(setup.engine.motion.rotation_per_metre, 0.01);
+  EXPECT_DOUBLE_EQ(setup.engine.motion.rotation_by_way, 0.01);
   EXPECT_DOUBLE_EQ(setup.engine.field.reach, 0.3);
 }
 

@@ -44,12 +44,23 @@ void expect_near(const Pose2& actual, const Pose2& expected, double tolerance = 
 
 const Eigen::Matrix3d kNone = Eigen::Matrix3d::Zero();
 
+/// The scan was predicted, and found to be here, exactly.
+void fix(MotionTracker& tracker, const ScanInput& input, const Pose2& pose) {
+  tracker.remember(input, tracker.predict(input), pose, kNone, true);
+}
+
+/// Nothing was found, so that the prediction stands.
+void miss(MotionTracker& tracker, const ScanInput& input) {
+  const MotionPrediction predicted = tracker.predict(input);
+  tracker.remember(input, predicted, predicted.fixed_from_base, predicted.covariance, false);
+}
+
 // --- input ---
 
 TEST(MotionTracker, RefusesScansOutOfOrder) {
   MotionTracker tracker({});
   EXPECT_NO_THROW((void)tracker.predict(scan_at(-7.0))) << "the first one may have any stamp";
-  tracker.remember(scan_at(5.0), {}, kNone, true);
+  fix(tracker, scan_at(5.0), {});
   EXPECT_NO_THROW((void)tracker.predict(scan_at(5.001)));
   for (const double stamp : {5.0, 4.999, std::numeric_limits<double>::quiet_NaN()}) {
     const std::string text =
@@ -93,8 +104,7 @@ TEST(MotionTracker, StartsWhereItIsTold) {
 /// Defect of another implementation: the odometry's increment was added to the pose unrotated.
 TEST(MotionTracker, OdometryMovesAlongTheHeadingInTheFixedFrame) {
   MotionTracker tracker({});
-  tracker.remember(scan_with_odometry(1.0, {7.0, 8.0, 0.0}, {}), {0.0, 0.0, 0.5 * kPi}, kNone,
-                   false);
+  fix(tracker, scan_with_odometry(1.0, {7.0, 8.0, 0.0}, {}), {0.0, 0.0, 0.5 * kPi});
   const MotionPrediction predicted =
       tracker.predict(scan_with_odometry(2.0, {8.0, 8.0, 0.0}, {8.1, 8.0, 0.0}));
   expect_near(predicted.fixed_from_base, {0.0, 1.0, 0.5 * kPi});
@@ -104,9 +114,9 @@ TEST(MotionTracker, OdometryMovesAlongTheHeadingInTheFixedFrame) {
 TEST(MotionTracker, WithoutOdometryTheMotionFromFixToFixGoesOn) {
   for (const GuessSource source : {GuessSource::kOdometry, GuessSource::kVelocity}) {
     MotionTracker tracker({}, source);
-    tracker.remember(scan_at(1.0), {2.0, 0.0, 0.5 * kPi}, kNone, true);
-    tracker.remember(scan_at(1.5), {9.0, 9.0, 9.0}, kNone, false);  // an error, and no fix
-    tracker.remember(scan_at(2.0), {2.0, 0.4, 0.5 * kPi}, kNone, true);
+    fix(tracker, scan_at(1.0), {2.0, 0.0, 0.5 * kPi});
+    miss(tracker, scan_at(1.5));
+    fix(tracker, scan_at(2.0), {2.0, 0.4, 0.5 * kPi});
     // 0.4 m a second ahead.
     const MotionPrediction predicted = tracker.predict(scan_at(2.5, 0.25));
     expect_near(predicted.fixed_from_base, {2.0, 0.6, 0.5 * kPi});
@@ -120,7 +130,7 @@ TEST(MotionTracker, WithoutOdometryTheMotionFromFixToFixGoesOn) {
 TEST(MotionTracker, OnlyKOdometryBelievesTheWheels) {
   for (const GuessSource source : {GuessSource::kVelocity, GuessSource::kHeading}) {
     MotionTracker tracker({}, source, 0.005);
-    tracker.remember(scan_with_odometry(1.0, {0.0, 0.0, 3.0}, {}), {}, kNone, true);
+    fix(tracker, scan_with_odometry(1.0, {0.0, 0.0, 3.0}, {}), {});
     const MotionPrediction predicted =
         tracker.predict(scan_with_odometry(2.0, {5.0, 6.0, -3.0}, {7.0, 8.0, -2.9}));
     const bool by_heading = source == GuessSource::kHeading;
@@ -136,20 +146,112 @@ TEST(MotionTracker, UncertaintyGoesOnFromThatOfTheNewestScan) {
   MotionPriorOptions options;
   MotionTracker tracker(options);
   const Eigen::Matrix3d before = Eigen::Vector3d(0.01, 0.02, 0.04).asDiagonal();
-  tracker.remember(scan_with_odometry(1.0, {}, {}), {}, before, true);
+  const ScanInput first = scan_with_odometry(1.0, {}, {});
+  tracker.remember(first, tracker.predict(first), {}, before, true);
   const MotionPrediction predicted = tracker.predict(scan_with_odometry(2.0, {1.0, 0.0, 0.0}, {}));
-  const Eigen::Matrix3d step =
-      motion_from_odometry(Pose2{}, Pose2{1.0, 0.0, 0.0}, options).covariance;
-  EXPECT_NEAR(predicted.covariance(0, 0), 0.01 + step(0, 0), 1e-12);
-  EXPECT_NEAR(predicted.covariance(1, 1), 0.02 + 0.04 + step(1, 1), 1e-12) << "by the heading's";
+  const MotionEstimate step = motion_from_odometry(Pose2{}, Pose2{1.0, 0.0, 0.0}, 1.0, options);
+  const Eigen::Matrix3d added = step.covariance + step.floor;
+  EXPECT_NEAR(predicted.covariance(0, 0), 0.01 + added(0, 0), 1e-12);
+  EXPECT_NEAR(predicted.covariance(1, 1), 0.02 + 0.04 + added(1, 1), 1e-12) << "by the heading's";
+}
+
+// --- the same uncertainty at any rate ---
+
+/// Drives `speed` m/s ahead or `turn_rate` rad/s on the spot for two seconds, with so many scans a
+/// second, and predicts what comes another half a second later.
+/// @param process  what becomes of a scan: MotionTracker&, ScanInput.
+template <typename Process>
+Eigen::Matrix3d covariance_after_two_seconds(GuessSource source, double speed, double turn_rate,
+                                             int rate, bool with_odometry, Process process) {
+  MotionTracker tracker({}, source, 0.005);
+  const auto input_at = [&](double passed) {
+    ScanInput input = scan_at(10.0 + passed);
+    if (with_odometry) {
+      const Pose2 pose{speed * passed, 0.0, wrap_angle(turn_rate * passed)};
+      input.odometry = ScanOdometry{pose, pose};
+    }
+    return input;
+  };
+  fix(tracker, input_at(-1.0), {-speed, 0.0, -turn_rate});
+  fix(tracker, input_at(0.0), {});
+  for (int i = 1; i <= 2 * rate; ++i) {
+    process(tracker, input_at(static_cast<double>(i) / rate));
+  }
+  return tracker.predict(input_at(2.5)).covariance;
+}
+
+/// Walls to both sides: they tell where the base is across and its heading, and nothing along.
+void match_in_corridor(MotionTracker& tracker, const ScanInput& input) {
+  const MotionPrediction predicted = tracker.predict(input);
+  Eigen::Matrix3d covariance = predicted.covariance;
+  covariance.row(1).setZero();
+  covariance.col(1).setZero();
+  covariance.row(2).setZero();
+  covariance.col(2).setZero();
+  covariance.diagonal() += Eigen::Vector3d(0.0, 1e-6, 1e-8);
+  tracker.remember(input, predicted, predicted.fixed_from_base, covariance, true);
+}
+
+TEST(MotionTracker, UnmatchedScansInBetweenChangeNothing) {
+  for (const GuessSource source :
+       {GuessSource::kOdometry, GuessSource::kVelocity, GuessSource::kHeading}) {
+    for (const double turn_rate : {0.0, 0.7}) {
+      const double speed = turn_rate == 0.0 ? 0.8 : 0.0;
+      const auto at_rate = [&](int rate) {
+        return covariance_after_two_seconds(source, speed, turn_rate, rate, true, miss);
+      };
+      const Eigen::Matrix3d none = at_rate(0);
+      EXPECT_GT(none(0, 0), 0.01);
+      for (const int rate : {1, 5, 10, 40}) {
+        EXPECT_TRUE(at_rate(rate).isApprox(none, 1e-12)) << rate << " scans a second:\n"
+                                                         << at_rate(rate) << "\nwithout:\n"
+                                                         << none;
+      }
+    }
+  }
+}
+
+TEST(MotionTracker, WhatNoWallTellsIsAsUncertainAtAnyRate) {
+  for (const bool with_odometry : {true, false}) {
+    const auto along = [&](int rate) {
+      return covariance_after_two_seconds(GuessSource::kOdometry, 0.8, 0.0, rate, with_odometry,
+                                          match_in_corridor)(0, 0);
+    };
+    const double at_one = along(1);
+    EXPECT_GT(at_one, 0.1);
+    for (const int rate : {5, 10, 20, 40}) {
+      EXPECT_NEAR(along(rate), at_one, 1e-9 * at_one) << rate << " scans a second";
+    }
+  }
+}
+
+TEST(MotionTracker, WithoutOdometryTheUncertaintyGrowsWithTheTimeSinceTheMatch) {
+  const auto after = [](double passed) {
+    MotionTracker tracker({});
+    fix(tracker, scan_at(0.0), {});
+    fix(tracker, scan_at(1.0), {});
+    for (double stamp = 1.1; stamp < 0.95 + passed; stamp += 0.1) {
+      miss(tracker, scan_at(stamp));
+    }
+    return tracker.predict(scan_at(1.0 + passed)).covariance;
+  };
+  const MotionPriorOptions options;
+  for (const double passed : {0.1, 0.5, 2.0}) {
+    const double position = options.velocity_change * passed;
+    const double heading = options.turn_rate_change * passed;
+    const Eigen::Matrix3d covariance = after(passed);
+    EXPECT_NEAR(covariance(0, 0), position * position + std::pow(options.translation_floor, 2),
+                1e-9);
+    EXPECT_NEAR(covariance(2, 2), heading * heading + std::pow(options.rotation_floor, 2), 1e-9);
+  }
 }
 
 // --- what a match says ---
 
 TEST(MotionTracker, AMatchGoesTooFarWhereTheMotionInTheScanWasPredicted) {
   MotionTracker tracker({});
-  tracker.remember(scan_at(0.9), {}, kNone, true);
-  tracker.remember(scan_at(1.0), {}, kNone, true);
+  fix(tracker, scan_at(0.9), {});
+  fix(tracker, scan_at(1.0), {});
   const ScanInput input = scan_at(1.1, 0.1);  // sweeps all the time
   const MotionPrediction predicted = tracker.predict(input);
   EXPECT_EQ(predicted.during_scan, Pose2{}) << "it was at rest";
@@ -175,7 +277,7 @@ TEST(MotionTracker, AMatchGoesTooFarWhereTheMotionInTheScanWasPredicted) {
 
 TEST(MotionTracker, AHeadingThatWasMeasuredDidNotGoTooFar) {
   MotionTracker tracker({}, GuessSource::kHeading, 0.005);
-  tracker.remember(scan_at(1.0), {}, kNone, true);
+  fix(tracker, scan_at(1.0), {});
   ScanInput input = scan_at(1.1, 0.1);
   input.odometry = ScanOdometry{{0.0, 0.0, 1.0}, {0.0, 0.0, 1.2}};
   const MatchedMotion matched =
@@ -187,19 +289,25 @@ TEST(MotionTracker, AHeadingThatWasMeasuredDidNotGoTooFar) {
 // --- its state ---
 
 TEST(MotionTracker, APoseThatIsToldIsNoMotion) {
+  const Pose2 told{50.0, 60.0, 1.0};
+  const Pose2 step{0.1, 0.0, 0.0};
   MotionTracker tracker({});
-  tracker.remember(scan_at(1.0), {}, kNone, true);
-  tracker.remember(scan_at(2.0), {0.1, 0.0, 0.0}, kNone, true);
-  tracker.set_pose({50.0, 60.0, 1.0}, kNone);
-  expect_near(tracker.predict(scan_at(3.0)).fixed_from_base, {50.0, 60.0, 1.0});
-  tracker.remember(scan_at(3.0), {50.0, 60.0, 1.0}, kNone, true);
-  expect_near(tracker.predict(scan_at(4.0)).fixed_from_base, {50.0, 60.0, 1.0});
+  fix(tracker, scan_at(1.0), {});
+  fix(tracker, scan_at(2.0), step);
+  tracker.set_pose(told, kNone);
+  expect_near(tracker.predict(scan_at(3.0)).fixed_from_base, told * step);
+  fix(tracker, scan_at(3.0), told);
+  expect_near(tracker.predict(scan_at(4.0)).fixed_from_base, told * step);
+  // A base that was lost has no motion that is known.
+  miss(tracker, scan_at(4.0));
+  tracker.set_pose(told, kNone);
+  expect_near(tracker.predict(scan_at(5.0)).fixed_from_base, told);
 }
 
 TEST(MotionTracker, ItsStateIsAllThatItKnows) {
   MotionTracker tracker({});
-  tracker.remember(scan_with_odometry(1.0, {}, {}), {}, kNone, true);
-  tracker.remember(scan_with_odometry(2.0, {}, {}), {0.1, 0.0, 0.2}, kNone, true);
+  fix(tracker, scan_with_odometry(1.0, {}, {}), {});
+  fix(tracker, scan_with_odometry(2.0, {}, {}), {0.1, 0.0, 0.2});
   MotionTracker other({});
   other.set_state(tracker.state());
   for (const ScanInput& input :

@@ -125,7 +125,8 @@ class LaserOdometry {
   void add_key_scan(const PointScan& scan, MeasuredScan measured, int laser,
                     const LaserOdometryOutcome& outcome);
   void set_velocity(const MotionEstimate& guess, LaserOdometryOutcome& outcome) const;
-  void remember(const ScanInput& input, const LaserOdometryOutcome& outcome, bool starts_map);
+  void remember(const ScanInput& input, const MotionPrediction& guess,
+                const LaserOdometryOutcome& outcome, bool starts_map);
 
   LaserOdometrySettings settings_;
   std::shared_ptr<const ScanMatcher> matcher_;

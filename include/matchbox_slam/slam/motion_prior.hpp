@@ -8,47 +8,65 @@
 
 namespace matchbox_slam {
 
+/// How the uncertainty of a prediction grows since the last match. What odometry adds is a random
+/// walk: its variance grows in proportion to way, turn and time, however many scans cut them up.
 struct MotionPriorOptions {
-  double translation_per_metre = 0.3;
-  double translation_per_radian = 0.1;
-  double translation_floor = 0.03;
-  double rotation_per_radian = 0.3;
-  double rotation_per_metre = 0.15;
-  double rotation_floor = 0.01;
+  double translation_by_way = 0.25;
+  double translation_by_turn = 0.1;
+  double translation_by_time = 0.1;
+  double translation_floor = 0.02;
+  double rotation_by_turn = 0.18;
+  double rotation_by_way = 0.06;
+  double rotation_by_time = 0.06;
+  double rotation_floor = 0.005;
   double velocity_change = 1.0;
   double turn_rate_change = 2.0;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
-    option(self.translation_per_metre, "translation_per_metre", between(0.0, 10.0), "m/m",
-           "Standard deviation of the odometry's position per metre driven.");
-    option(self.translation_per_radian, "translation_per_radian", between(0.0, 10.0), "m/rad",
-           "Standard deviation of the odometry's position per radian turned.");
-    option(self.translation_floor, "translation_floor", between(0.0, 10.0), "m",
-           "Standard deviation of the position that every prediction has.");
-    option(self.rotation_per_radian, "rotation_per_radian", between(0.0, 10.0), "rad/rad",
-           "Standard deviation of the odometry's heading per radian turned.");
-    option(self.rotation_per_metre, "rotation_per_metre", between(0.0, 10.0), "rad/m",
-           "Standard deviation of the odometry's heading per metre driven.");
-    option(self.rotation_floor, "rotation_floor", between(0.0, 10.0), "rad",
-           "Standard deviation of the heading that every prediction has.");
+    option(self.translation_by_way, "translation_by_way", between(0.0, 10.0), "m/sqrt(m)",
+           "Standard deviation of the odometry's position after one metre driven; it grows with "
+           "the square root of the way.");
+    option(self.translation_by_turn, "translation_by_turn", between(0.0, 10.0), "m/sqrt(rad)",
+           "Standard deviation of the odometry's position after one radian turned.");
+    option(self.translation_by_time, "translation_by_time", between(0.0, 10.0), "m/sqrt(s)",
+           "Standard deviation of the odometry's position after one second, at rest too.");
+    option(self.translation_floor, "translation_floor", between(1e-6, 10.0), "m",
+           "Standard deviation of the position that a prediction has besides, once.");
+    option(self.rotation_by_turn, "rotation_by_turn", between(0.0, 10.0), "rad/sqrt(rad)",
+           "Standard deviation of the odometry's heading after one radian turned.");
+    option(self.rotation_by_way, "rotation_by_way", between(0.0, 10.0), "rad/sqrt(m)",
+           "Standard deviation of the odometry's heading after one metre driven.");
+    option(self.rotation_by_time, "rotation_by_time", between(0.0, 10.0), "rad/sqrt(s)",
+           "Standard deviation of the odometry's heading after one second, at rest too.");
+    option(self.rotation_floor, "rotation_floor", between(1e-6, 10.0), "rad",
+           "Standard deviation of the heading that a prediction has besides, once.");
     option(self.velocity_change, "velocity_change", between(0.0, 100.0), "m/s",
-           "Without odometry: how much the velocity may change from scan to scan.");
+           "Without odometry: standard deviation of the change of the velocity since the last "
+           "match.");
     option(self.turn_rate_change, "turn_rate_change", between(0.0, 100.0), "rad/s",
-           "Without odometry: how much the turn rate may change from scan to scan.");
+           "Without odometry: standard deviation of the change of the turn rate since the last "
+           "match.");
   }
 };
 
-/// How far the base moved between two scans, and how well that is known.
+/// How far the base moved between two scans, and how well that is known; matrices are over (x, y,
+/// theta) in the previous base frame.
 struct MotionEstimate {
   Pose2 previous_from_current;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< in the previous base frame
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< that this motion adds
+  /// Of a reading of odometry, say: has no part in the next motion's error, and does not add up.
+  Eigen::Matrix3d floor = Eigen::Matrix3d::Zero();
+  /// Error by that of the velocity, which is the same one until the next match, for changes of one
+  /// standard deviation; part of the covariance.
+  Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();
 };
 
 /// The motion between two readings of odometry, taken in the base frame: what the odometry's own
 /// heading was does not matter.
+/// @param interval  [s] between the readings.
 [[nodiscard]] MotionEstimate motion_from_odometry(const Pose2& odom_from_previous,
-                                                  const Pose2& odom_from_current,
+                                                  const Pose2& odom_from_current, double interval,
                                                   const MotionPriorOptions& options);
 
 /// Without odometry: the last motion goes on at the same speed.
@@ -57,6 +75,14 @@ struct MotionEstimate {
 [[nodiscard]] MotionEstimate motion_at_constant_velocity(const Pose2& last_motion,
                                                          double last_interval, double interval,
                                                          const MotionPriorOptions& options);
+
+/// The turn as a heading says that was measured, with this standard deviation [rad].
+[[nodiscard]] MotionEstimate with_measured_turn(MotionEstimate motion, double turn, double sigma);
+
+/// Share of the prior's error that a match leaves, as the two covariances tell: zero where the map
+/// says all, the identity where it says nothing or the prior has no inverse.
+[[nodiscard]] Eigen::Matrix3d left_by_match(const Eigen::Matrix3d& prior,
+                                            const Eigen::Matrix3d& match);
 
 /// The pose at a scan whose motion during the sweep was predicted from earlier matches, and so
 /// taken out wrongly where the prediction is wrong. With a prediction that is off by d since the

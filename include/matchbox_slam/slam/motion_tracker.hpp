@@ -26,12 +26,15 @@ struct MotionState {
     Pose2 fixed_from_base;
   };
   Pose2 fixed_from_base;  ///< at the newest scan; before there is one, at the first
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the fixed frame
-  std::optional<double> stamp;                           ///< [s] of the newest scan
-  int laser = 0;                                         ///< of the newest scan
-  bool matched = false;                                  ///< whether the newest scan is a fix
-  std::optional<Pose2> odom_from_base;                   ///< by the newest scan's odometry
-  std::optional<Fix> fix;                                ///< the newest one
+  /// Over (x, y, theta) in the fixed frame, without the floor of the prediction.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  /// The part of the error that the velocity's error made; see MotionPrediction.
+  Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();
+  std::optional<double> stamp;          ///< [s] of the newest scan
+  int laser = 0;                        ///< of the newest scan
+  bool matched = false;                 ///< whether the newest scan is a fix
+  std::optional<Pose2> odom_from_base;  ///< by the newest scan's odometry
+  std::optional<Fix> fix;               ///< the newest one
   Pose2 motion;           ///< between the last two fixes, by the earlier one's base frame
   double interval = 0.0;  ///< [s] that this motion took; 0: none is known
 };
@@ -41,6 +44,8 @@ struct MotionPrediction {
   Pose2 fixed_from_base;                                 ///< at the scan's stamp
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the fixed frame
   MotionEstimate motion;                                 ///< since the newest scan
+  /// What of the pose's error was made by the velocity's, in the fixed frame; see MotionEstimate.
+  Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();
   Pose2 during_scan;  ///< pose of the base at the last beam in the base at the first
 };
 
@@ -70,12 +75,14 @@ class MotionTracker {
                                           const MatchResult& match) const;
 
   /// Takes a scan as the newest one.
+  /// @param predicted   of this scan.
   /// @param covariance  of its pose, that the next prediction's starts with.
   /// @param matched     whether the pose comes from a map, or starts one.
-  void remember(const ScanInput& input, const Pose2& fixed_from_base,
-                const Eigen::Matrix3d& covariance, bool matched);
+  void remember(const ScanInput& input, const MotionPrediction& predicted,
+                const Pose2& fixed_from_base, const Eigen::Matrix3d& covariance, bool matched);
 
-  /// Says where the base was at the newest scan, or will be at the first one.
+  /// Says where the base was at the newest scan, or will be at the first one. Its motion goes on if
+  /// that scan was matched.
   void set_pose(const Pose2& fixed_from_base, const Eigen::Matrix3d& covariance);
 
   /// Without odometry the base counts as at rest, until the next two fixes.
@@ -87,6 +94,7 @@ class MotionTracker {
 
  private:
   void check(const ScanInput& input) const;
+  void add_errors(MotionPrediction& predicted) const;
   [[nodiscard]] MotionEstimate motion_since_newest(const ScanInput& input) const;
   /// @param moved  motion of the base in `interval` seconds, which is that of the scan too where
   ///               none was measured.
