@@ -13,7 +13,7 @@ namespace matchbox_slam {
 struct MotionPriorOptions {
   double translation_by_way = 0.25;
   double translation_by_turn = 0.1;
-  double translation_by_time = 0.1;
+  double translation_by_time = 0.14;
   double translation_floor = 0.02;
   double rotation_by_turn = 0.18;
   double rotation_by_way = 0.06;
