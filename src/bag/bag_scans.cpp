@@ -136,6 +136,10 @@ bool BagScans::is_event_due(const ScanQueue::Item& next) const {
            events_.front().scan);
 }
 
+double BagScans::stamp_after_event() const {
+  return std::get<ReadyScan>(*queue_->peek()).input.scan.stamp;
+}
+
 void BagScans::read_message() {
   std::optional<BagMessage> message;
   try {

@@ -72,6 +72,9 @@ class BagScans {
   /// user has interrupted it, as the facts tell.
   [[nodiscard]] std::optional<ScanQueue::Item> next();
 
+  /// Stamp [s] of the scan that comes next, after `next` has given an event.
+  [[nodiscard]] double stamp_after_event() const;
+
   /// Reads no further.
   void stop();
 

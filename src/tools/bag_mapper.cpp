@@ -135,7 +135,7 @@ class BagMapping {
   LiveConfiguration configuration_;  ///< that the run starts with
   BagScans scans_;
   std::optional<SlamRun> run_;
-  std::optional<MapStart> saved_;  ///< until the first scan comes
+  std::optional<MapStart> saved_;  ///< until the first scan comes, or an event before it
   FirstKeyScans first_key_scans_;
   bool told_of_left_out_ = false;
 };
@@ -184,6 +184,9 @@ void BagMapping::handle(const ReadyScan& scan) {
 }
 
 void BagMapping::handle(const RunEvent& event) {
+  if (saved_) {
+    go_on_with_saved_map(scans_.stamp_after_event());
+  }
   run_->apply(event);
   if (gives_up_map(event)) {
     forget_map();

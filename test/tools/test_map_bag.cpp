@@ -577,6 +577,21 @@ TEST_F(MapBag, EventsComeBetweenTheScansThatTheyName) {
             "matchbox_slam/OdometryOnly");
 }
 
+TEST_F(MapBag, EventsBeforeTheFirstScanComeAfterTheSavedMap) {
+  const std::string options = "--matcher odometry_only";
+  ASSERT_EQ(run_small({}, options).exit_code, 0);
+  const std::string old = folder_ / "old.slam";
+  std::filesystem::copy_file(out_ + "/map.slam", old);
+  const std::string events = folder_ / "events.yaml";
+  replace_file(events,
+               "- {scan: 1.0, set_pose: {x: 7.0, y: 2.0, theta: 0.0, "
+               "covariance: [0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1]}}\n");
+  const Outcome outcome = run(options + " --map " + old + " --events " + events);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "going on with")) << outcome.output;
+  EXPECT_EQ(read_tum(out_ + "/trajectory.tum").poses().front().pose.x, 7.0);
+}
+
 TEST_F(MapBag, RefusesEventsThatMakeNoSense) {
   write_small_bag(bag_, {});
   const std::string events = folder_ / "events.yaml";
