@@ -37,15 +37,14 @@ KidnappedMotion::KidnappedMotion(const RobotMotion& motion, const std::vector<Fa
   std::stable_sort(kidnaps.begin(), kidnaps.end(),
                    [](const Fault& a, const Fault& b) { return a.time < b.time; });
   Random random(seed);
+  Carried last{};  // as if it had been put down where the drive begins
   for (const Fault& fault : kidnaps) {
-    const Carried* before = last_before(fault.time);
-    const double begin = before == nullptr ? fault.time : std::max(fault.time, before->end);
-    const double route_from = before == nullptr ? begin : before->route_to + (begin - before->end);
+    const double begin = std::max(fault.time, last.end);
+    const double route_from = last.route_to + (begin - last.end);
     const double route_to = draw_place(motion, motion.pose(route_from), fault, random);
-    const Pose2 wheels_from_world = before == nullptr ? Pose2{} : before->wheels_from_world;
-    carried_.push_back(
-        {begin, begin + fault.duration, route_from, route_to,
-         wheels_from_world * motion.pose(route_from) * motion.pose(route_to).inverse()});
+    last = {begin, begin + fault.duration, route_from, route_to,
+            last.wheels_from_world * motion.pose(route_from) * motion.pose(route_to).inverse()};
+    carried_.push_back(last);
   }
 }
 

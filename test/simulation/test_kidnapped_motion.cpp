@@ -56,6 +56,18 @@ TEST_F(Kidnapped, WheelsFeelNothingOfIt) {
   }
 }
 
+TEST_F(Kidnapped, WhoIsTakenWhileBeingCarriedIsCarriedOn) {
+  const KidnappedMotion carried(
+      motion_, {parse_fault("kidnap:40:3"), parse_fault("kidnap:41:3"), parse_fault("kidnap:42:3")},
+      7);
+  for (const double begin : {40.0, 43.0, 46.0}) {
+    const Pose2 taken = carried.pose(begin);
+    EXPECT_LT((taken.translation() - carried.pose(begin - 1e-6).translation()).norm(), 1e-3);
+    EXPECT_GE((taken.translation() - carried.pose(begin + 3.0).translation()).norm(), 3.0) << begin;
+    EXPECT_LT(difference(carried.pose_on_wheels(begin), carried.pose_on_wheels(40.0)).norm(), 1e-9);
+  }
+}
+
 TEST_F(Kidnapped, APlaceThatIsTooFarIsRefused) {
   EXPECT_TRUE(contains(error_text<ConfigurationError>([&] {
                          (void)KidnappedMotion(motion_, {parse_fault("kidnap:40:3:500")}, 1);
