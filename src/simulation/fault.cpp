@@ -94,8 +94,10 @@ double number_in(const std::string& part, double left_out, double low, double hi
   const std::optional<double> number = finite_number(part);
   if (!number || *number < low || *number > high) {
     throw ConfigurationError("fault '" + text + "': the " + what + " '" + part +
-                             "' is not allowed; allowed: " + to_string(ParameterValue(low)) +
-                             " to " + to_string(ParameterValue(high)));
+                             "' is not allowed; " +
+                             (low < high ? "allowed: " + to_string(ParameterValue(low)) + " to " +
+                                               to_string(ParameterValue(high))
+                                         : "leave it out"));
   }
   return *number;
 }
@@ -144,6 +146,12 @@ std::vector<Fault> with_drawn_times(std::vector<Fault> faults, double run_durati
       const double room = std::max(0.0, run_duration - faults[i].duration);
       const double margin = std::min(kMargin, 0.25 * room);
       faults[i].time = Random(mix_seed(seed, i)).uniform(margin, room - margin);
+    }
+    if (faults[i].time >= run_duration) {
+      throw ConfigurationError("fault '" + to_string(faults[i]) +
+                               "' comes too late: the run lasts " +
+                               to_string(ParameterValue(run_duration)) +
+                               " s; allowed: an earlier time, or a longer run");
     }
   }
   return faults;

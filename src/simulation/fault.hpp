@@ -47,7 +47,7 @@ struct Fault {
 [[nodiscard]] std::string fault_help();
 
 /// Draws the times that are random: uniformly over the run, but for 10 s before and after each
-/// where the run is long enough.
+/// where the run is long enough. Throws ConfigurationError for a time after the end of the run.
 /// @param run_duration  [s]
 [[nodiscard]] std::vector<Fault> with_drawn_times(std::vector<Fault> faults, double run_duration,
                                                   std::uint64_t seed);

@@ -49,7 +49,7 @@ TEST(Fault, ABadTextIsRefusedWithWhatIsAllowed) {
   EXPECT_TRUE(contains(text("freeze:soon"), "time 'soon'"));
   EXPECT_TRUE(contains(text("freeze:-1"), "time '-1'"));
   EXPECT_TRUE(contains(text("freeze:1:nan"), "duration 'nan'"));
-  EXPECT_TRUE(contains(text("jump:1:2"), "duration '2'")) << "a jump takes no time";
+  EXPECT_TRUE(contains(text("jump:1:2"), "the duration '2' is not allowed; leave it out"));
   EXPECT_TRUE(contains(text("people:1:2:1.5"), "amount '1.5'"));
 }
 
@@ -74,6 +74,14 @@ TEST(Fault, AShortRunHasRoomForARandomTimeToo) {
   const Fault drawn = with_drawn_times({parse_fault("freeze:random:5")}, 6.0, 1).front();
   EXPECT_GE(drawn.time, 0.0);
   EXPECT_LE(drawn.time + drawn.duration, 6.0);
+}
+
+TEST(Fault, OneAfterTheEndOfTheRunIsRefused) {
+  EXPECT_EQ(error_text<ConfigurationError>([] {
+              (void)with_drawn_times({parse_fault("freeze:5"), parse_fault("freeze:60")}, 60.0, 1);
+            }),
+            "fault 'freeze:60.0:1.0:0.0' comes too late: the run lasts 60.0 s; allowed: an earlier "
+            "time, or a longer run");
 }
 
 }  // namespace
