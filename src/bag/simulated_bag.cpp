@@ -62,9 +62,11 @@ ros::Time to_time(double stamp) { return ros::Time().fromSec(stamp); }
 /// Makes messages in the frames of the recording.
 class MessageMaker {
  public:
-  explicit MessageMaker(SimulatedBagOptions options) : options_(std::move(options)) {}
+  /// @param scan_rate  of the laser [Hz].
+  MessageMaker(SimulatedBagOptions options, double scan_rate)
+      : options_(std::move(options)), scan_rate_(scan_rate) {}
 
-  [[nodiscard]] sensor_msgs::LaserScan scan(const LaserScan& scan, double period) const {
+  [[nodiscard]] sensor_msgs::LaserScan scan(const LaserScan& scan) const {
     sensor_msgs::LaserScan message;
     message.header.stamp = to_time(scan.stamp - options_.clock_offset);
     message.header.frame_id = frame(kLaserFrame);
@@ -73,7 +75,7 @@ class MessageMaker {
         scan.angle_min + scan.angle_increment * static_cast<double>(scan.ranges.size() - 1));
     message.angle_increment = static_cast<float>(scan.angle_increment);
     message.time_increment = static_cast<float>(scan.time_increment);
-    message.scan_time = static_cast<float>(period);
+    message.scan_time = static_cast<float>(1.0 / scan_rate_);
     message.range_min = static_cast<float>(scan.range_min);
     message.range_max = static_cast<float>(scan.range_max);
     message.ranges = scan.ranges;
@@ -126,6 +128,7 @@ class MessageMaker {
   }
 
   SimulatedBagOptions options_;
+  double scan_rate_;
 };
 
 rosbag::CompressionType compression_type(const std::string& name) {
@@ -151,10 +154,9 @@ void write_record(const SimulationRecord& record, double record_time, rosbag::Ba
   bag.write(kSimulationTopic, to_time(record_time), message);
 }
 
-void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options,
+void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options, double scan_rate,
                     const std::function<bool()>& is_interrupted, rosbag::Bag& bag) {
-  const MessageMaker make(options);
-  const double period = run.scans.size() > 1 ? run.scans[1].stamp - run.scans[0].stamp : 0.0;
+  const MessageMaker make(options, scan_rate);
   for (const Entry& entry : entries_in_time_order(run, !options.no_odometry)) {
     if (is_interrupted && is_interrupted()) {
       throw Interrupted("interrupted; nothing is written");
@@ -162,7 +164,7 @@ void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options,
     const ros::Time record_time = to_time(entry.record_time);
     switch (entry.kind) {
       case Kind::kScan:
-        bag.write("/base_scan", record_time, make.scan(run.scans[entry.index], period));
+        bag.write("/base_scan", record_time, make.scan(run.scans[entry.index]));
         break;
       case Kind::kOdometry:
         bag.write("/tf", record_time, make.odometry(run.odometry[entry.index]));
@@ -217,7 +219,7 @@ void SimulatedBagWriter::write(const SimulatedRun& run, const SimulationRecord& 
   check_stamps(run, options_.clock_offset);
   try {
     write_record(record, run.odometry.front().stamp + kLinksLatency, *bag_);
-    write_messages(run, options_, is_interrupted, *bag_);
+    write_messages(run, options_, record.laser.scan_rate, is_interrupted, *bag_);
     bag_->close();
     std::filesystem::rename(unfinished_path_, path_);
   } catch (const rosbag::BagException& error) {

@@ -131,6 +131,11 @@ TEST_F(SimulatedBag, HoldsTheScansAsTheyWere) {
   }
 }
 
+TEST_F(SimulatedBag, TimeFromScanToScanIsTheLasersAlsoAfterADropout) {
+  run_.scans.erase(run_.scans.begin() + 1);
+  EXPECT_NEAR(record({}).scans.front().scan_time, 0.05, 1e-6);
+}
+
 TEST_F(SimulatedBag, HoldsTheTransformsAroundEveryScan) {
   const Recording recording = record({});
   EXPECT_EQ(recording.transforms.size(), 3U);

@@ -185,7 +185,8 @@ void simulate_bag(const std::string& folder, const std::string& name, const std:
   options.time.duration = 15.0;
   const World world = make_world(world_name, seed);
   const SimulatedRun run = simulate_run(world, world.route(), options, seed);
-  SimulatedBagWriter(folder + "/plain.bag", {}).write(run, {world_name, seed, options.laser});
+  SimulatedBagWriter(folder + "/plain.bag", {})
+      .write(run, {world_name, seed, options.laser, run.faults});
   rename_bag(folder + "/plain.bag", folder + "/" + name + ".bag", name);
 }
 

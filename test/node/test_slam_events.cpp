@@ -97,7 +97,7 @@ void simulate(const std::string& bag) {
   options.time.duration = 20.0;
   const World world = make_world("rooms", 4);
   const SimulatedRun run = simulate_run(world, world.route(), options, 4);
-  SimulatedBagWriter(bag, {}).write(run, {"rooms", 4, options.laser});
+  SimulatedBagWriter(bag, {}).write(run, {"rooms", 4, options.laser, run.faults});
 }
 
 void pause(bool paused) {

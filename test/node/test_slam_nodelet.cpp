@@ -77,7 +77,8 @@ class SlamNodelet : public testing::Test {
     options.laser.time_increment = 2e-5;
     const World world = make_world("rooms", 4);
     const SimulatedRun run = simulate_run(world, world.route(), options, 4);
-    SimulatedBagWriter(folder_ + "/run.bag", {}).write(run, {"rooms", 4, options.laser});
+    SimulatedBagWriter(folder_ + "/run.bag", {})
+        .write(run, {"rooms", 4, options.laser, run.faults});
     for (const Pose2& pose : run.world_from_base) {
       truth_.push_back(run.world_from_base.front().inverse() * pose);
     }
