@@ -71,7 +71,7 @@ class SlamNode {
   [[nodiscard]] LoadMapFile read_load(const std::string& path);
   [[nodiscard]] MapRevision map_revision();
   [[nodiscard]] MapSnapshot map_snapshot();
-  void save_map_files(const std::string& path, const MapSnapshot& snapshot);
+  std::size_t save_map_files(const std::string& path);
   void save_records();
 
   ros::NodeHandle node_;

@@ -68,16 +68,12 @@ bool SlamNode::answer_dynamic_map(nav_msgs::GetMap::Request& /*request*/,
 bool SlamNode::answer_save_map(std_srvs::Trigger::Request& /*request*/,
                                std_srvs::Trigger::Response& response) {
   try {
-    const MapSnapshot snapshot = map_snapshot();
-    if (snapshot.revision.scans == 0) {
-      throw std::runtime_error("no scan was mapped yet; nothing is saved, so that no map is lost");
-    }
     const std::string path = std::filesystem::absolute(setup().node.map_file).string();
-    save_map_files(path, snapshot);
+    const std::size_t scans = save_map_files(path);
     save_records();
     response.success = 1;
-    response.message = "map of " + std::to_string(snapshot.revision.scans) + " scans saved as " +
-                       path + ".pgm, .yaml, .png and .slam";
+    response.message = "map of " + std::to_string(scans) + " scans saved as " + path +
+                       ".pgm, .yaml, .png and .slam";
   } catch (const std::exception& error) {
     response.success = 0;
     response.message = error.what();
@@ -155,8 +151,7 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
   if (!newest) {
     response.message =
         "no scan was used yet since the map was loaded or the node started, and one tells where "
-        "the "
-        "laser is on the robot; call again when there was one";
+        "the laser is on the robot; call again when there was one";
     return true;
   }
   if (const std::string defect = is_newest ? "" : find_defect(request.scan); !defect.empty()) {
@@ -202,17 +197,23 @@ std::string SlamNode::try_to_correct_pose(const Relocalisation& found, double st
   return "";
 }
 
-void SlamNode::save_map_files(const std::string& path, const MapSnapshot& snapshot) {
-  const MapStart map = [&] {
-    const std::lock_guard<std::mutex> lock(run_mutex_);
-    return run_.snapshot();
-  }();
-  const Picture picture =
-      draw_map(map.map.occupancy, Trajectory(snapshot.path), Trajectory(snapshot.odometry_path));
+/// Returns of how many scans the map is.
+std::size_t SlamNode::save_map_files(const std::string& path) {
+  std::unique_lock<std::mutex> lock(run_mutex_);
+  const std::size_t scans = run_.scans();
+  if (scans == 0) {
+    throw std::runtime_error("no scan was mapped yet; nothing is saved, so that no map is lost");
+  }
+  const MapStart map = run_.snapshot();
+  const Trajectory trajectory(run_.path().poses());
+  const Trajectory odometry(run_.odometry_path().poses());
+  lock.unlock();
+  const Picture picture = draw_map(map.map.occupancy, trajectory, odometry);
   std::vector<FileContents> files = map_files(path, make_map_image(map.map.occupancy));
   files.push_back({path + ".png", picture.to_png()});
   files.push_back({path + ".slam", to_saved_map(map)});
   replace_files(files);
+  return scans;
 }
 
 void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& status) {

@@ -11,8 +11,7 @@ MatcherLoader::MatcherLoader() {
   } catch (const pluginlib::PluginlibException&) {
     throw ConfigurationError(
         "the package matchbox_slam is not on ROS_PACKAGE_PATH, so its scan matchers cannot be "
-        "found; "
-        "source the setup.bash of its workspace first");
+        "found; source the setup.bash of its workspace first");
   }
 }
 
