@@ -17,16 +17,17 @@ volatile std::sig_atomic_t signalled = 0;  // a handler of signals reaches nothi
 
 int run_node(int argc, char** argv, const std::string& name, const MakeNode& make) {
   ros::init(argc, argv, name);
-  // While it waits for a master, roscpp's way of ending is the only one; it heeds SIGINT alone.
+  // While the node starts it may wait for a master, which only roscpp's own way of ending ends;
+  // that heeds SIGINT alone.
   std::signal(SIGTERM, [](int /*signal*/) { ros::requestShutdown(); });
   // These outlive the node: with the last handle gone, ROS would not log what went wrong any more.
   const ros::NodeHandle node_handle;
   const ros::NodeHandle private_handle("~");
-  for (const int signal : {SIGINT, SIGTERM}) {
-    std::signal(signal, [](int /*signal*/) { signalled = 1; });
-  }
   try {
     const std::shared_ptr<void> node = make(node_handle, private_handle);
+    for (const int signal : {SIGINT, SIGTERM}) {
+      std::signal(signal, [](int /*signal*/) { signalled = 1; });
+    }
     while (ros::ok() && signalled == 0) {
       ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.05));
     }

@@ -162,6 +162,9 @@ void SlamInput::warn_of_silence() {
     silence_timer_.stop();
     return;
   }
+  if (!ros::master::check()) {
+    return;  // to ask a master that is gone would take until ROS ends
+  }
   const std::vector<std::string> there = topics_with_scans();
   ROS_WARN_STREAM("no scan has come from "
                   << join(silent) << " yet; "

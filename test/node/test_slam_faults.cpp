@@ -14,6 +14,7 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <xmlrpcpp/XmlRpc.h>
 
 #include <array>
 #include <atomic>
@@ -97,18 +98,10 @@ class Robot {
   std::atomic<int> poses_heard_{0};
 };
 
-/// slam_node as a process of its own, in which no file can be too large but by `fill_disk`.
-class NodeProcess {
+/// A program, killed with this object at the latest.
+class Process {
  public:
-  NodeProcess(const std::string& name, const TemporaryFolder& folder,
-              const std::vector<std::string>& more_arguments = {}) {
-    std::vector<std::string> arguments = {MATCHBOX_SLAM_NODE,
-                                          "__name:=" + name,
-                                          "_base_frame:=base",
-                                          "_trajectory_file:=" + (folder / "node.tum"),
-                                          "_map_file:=" + (folder / "map"),
-                                          "_slam/insert_distance:=0"};
-    arguments.insert(arguments.end(), more_arguments.begin(), more_arguments.end());
+  explicit Process(const std::vector<std::string>& arguments) {
     std::vector<char*> pointers;
     for (const std::string& argument : arguments) {
       pointers.push_back(const_cast<char*>(argument.c_str()));
@@ -117,13 +110,13 @@ class NodeProcess {
     pid_ = ::fork();
     if (pid_ == 0) {
       std::signal(SIGXFSZ, SIG_IGN);  // so that writing fails instead, as on a disk that is full
-      ::execv(pointers[0], pointers.data());
+      ::execvp(pointers[0], pointers.data());
       ::_exit(127);
     }
   }
-  NodeProcess(const NodeProcess&) = delete;
-  NodeProcess& operator=(const NodeProcess&) = delete;
-  ~NodeProcess() {
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+  ~Process() {
     if (!status_) {
       ::kill(pid_, SIGKILL);
       ::waitpid(pid_, nullptr, 0);
@@ -153,6 +146,23 @@ class NodeProcess {
   std::optional<int> status_;
 };
 
+/// slam_node as a process of its own, in which no file can be too large but by `set_largest_file`.
+class NodeProcess : public Process {
+ public:
+  NodeProcess(const std::string& name, const TemporaryFolder& folder,
+              const std::vector<std::string>& more_arguments = {})
+      : Process([&] {
+          std::vector<std::string> arguments = {MATCHBOX_SLAM_NODE,
+                                                "__name:=" + name,
+                                                "_base_frame:=base",
+                                                "_trajectory_file:=" + (folder / "node.tum"),
+                                                "_map_file:=" + (folder / "map"),
+                                                "_slam/insert_distance:=0"};
+          arguments.insert(arguments.end(), more_arguments.begin(), more_arguments.end());
+          return arguments;
+        }()) {}
+};
+
 TEST(SlamFaults, ASignalEndsItWithTheTrajectorySaved) {
   Robot robot;
   for (const int signal : {SIGINT, SIGTERM}) {
@@ -164,6 +174,31 @@ TEST(SlamFaults, ASignalEndsItWithTheTrajectorySaved) {
     EXPECT_GE(read_tum(folder / "node.tum").size(), 20U) << signal;
     EXPECT_EQ(folder.file_count(), 1U) << "nothing half written is left";
     ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+  }
+}
+
+/// Whether a master of its own, at this port, knows the node.
+bool is_known(const std::string& node, int port) {
+  XmlRpc::XmlRpcClient master("127.0.0.1", port, "/");
+  XmlRpc::XmlRpcValue arguments;
+  arguments[0] = "/test";
+  arguments[1] = node;
+  XmlRpc::XmlRpcValue answer;
+  return master.execute("lookupNode", arguments, answer) && static_cast<int>(answer[0]) == 1;
+}
+
+TEST(SlamFaults, ASignalEndsItAlsoWhenTheMasterIsGone) {
+  const int port = 20000 + ::getpid() % 10000;
+  const TemporaryFolder folder;
+  // While it starts, and when it would tell that no scan has come, 5 s later.
+  for (const int seconds : {0, 3}) {
+    Process master({"rosmaster", "--core", "-p", std::to_string(port)});
+    NodeProcess process("orphan", folder, {"__master:=http://127.0.0.1:" + std::to_string(port)});
+    ASSERT_TRUE(wait_until([&] { return is_known("/orphan", port); }));
+    std::this_thread::sleep_for(std::chrono::seconds(seconds));
+    (void)master.exit_code_after(SIGKILL);
+    std::this_thread::sleep_for(std::chrono::seconds(4));
+    EXPECT_EQ(process.exit_code_after(SIGINT), 0) << seconds;
   }
 }
 
