@@ -42,6 +42,8 @@ struct PoseEntry {
   double theta = 0.0;
   std::vector<double> covariance;
 
+  [[nodiscard]] Pose2 pose() const { return {x, y, wrap_angle(theta)}; }
+
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
     option(self.scan, "scan", any(), "s", "");
@@ -79,10 +81,14 @@ PoseEntry read_pose(const Parameters& entry, const std::string& kind,
   return read_options<PoseEntry>(section, kind);
 }
 
-std::string kind_of(const Parameters& entry) {
+/// The one kind of event among the names of an entry.
+std::string kind_of(const Parameters& names) {
+  std::vector<std::string> known = {"scan", "laser", "time_jumps"};
+  known.insert(known.end(), kKinds.begin(), kKinds.end());
+  reject_unknown_keys(names, "", known);
   std::vector<std::string> given;
   for (const char* kind : kKinds) {
-    if (entry.find(kind) != nullptr || !entry.section(kind).empty()) {
+    if (names.find(kind) != nullptr) {
       given.emplace_back(kind);
     }
   }
@@ -93,15 +99,15 @@ std::string kind_of(const Parameters& entry) {
   return given.front();
 }
 
-RunEvent read_event(const Parameters& parameters, const Entry& entry, const SlamSetup& setup) {
-  const std::string kind = kind_of(parameters);
+RunEvent read_event(const std::string& kind, const Parameters& parameters, const Entry& entry,
+                    const SlamSetup& setup) {
   if (kind == "set_pose") {
-    const PoseEntry pose = read_pose(parameters, kind, {"x", "y", "theta", "covariance"});
-    return SetPose{{pose.x, pose.y, pose.theta}, to_covariance(pose.covariance)};
+    const PoseEntry told = read_pose(parameters, kind, {"x", "y", "theta", "covariance"});
+    return SetPose{told.pose(), to_covariance(told.covariance)};
   }
   if (kind == "correct_pose") {
-    const PoseEntry pose = read_pose(parameters, kind, {"scan", "x", "y", "theta"});
-    return CorrectPose{pose.scan, {pose.x, pose.y, pose.theta}};
+    const PoseEntry found = read_pose(parameters, kind, {"scan", "x", "y", "theta"});
+    return CorrectPose{found.scan, found.pose()};
   }
   if (kind == "load") {
     return LoadMapFile{entry.load,
@@ -120,9 +126,11 @@ RunEvent read_event(const Parameters& parameters, const Entry& entry, const Slam
 }
 
 TimedEvent read_timed_event(const Parameters& parameters, const SlamSetup& setup) {
+  Parameters names;
   Parameters plain;
   for (const auto& [name, value] : parameters.values()) {
     const std::string part = name.substr(0, name.find('/'));
+    names.set(part, value);
     const bool is_section = part == "set_pose" || part == "correct_pose" || part == "reconfigure";
     if (is_section && part == name) {
       throw ConfigurationError(name + ": has to be a map of names to values");
@@ -131,11 +139,12 @@ TimedEvent read_timed_event(const Parameters& parameters, const SlamSetup& setup
       plain.set(name, value);
     }
   }
+  const std::string kind = kind_of(names);
   const auto entry = read_options<Entry>(plain, "");
   if (plain.find("scan") == nullptr) {
     throw ConfigurationError("scan is missing: the stamp of the scan before which the event comes");
   }
-  return {{entry.time_jumps, entry.scan, entry.laser}, read_event(parameters, entry, setup)};
+  return {{entry.time_jumps, entry.scan, entry.laser}, read_event(kind, parameters, entry, setup)};
 }
 
 // --- writing ---

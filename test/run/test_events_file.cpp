@@ -76,6 +76,12 @@ TEST_F(EventsFile, ReadsBackWhatWasWritten) {
   EXPECT_EQ(std::get<LoadMapFile>(back[5].event).map->motion.fixed_from_base.y, 2.0);
 }
 
+TEST_F(EventsFile, AnAngleMayHaveWholeTurns) {
+  const std::vector<TimedEvent> events =
+      read("- {scan: 2.0, correct_pose: {scan: 1.0, x: 0, y: 0, theta: 6.5}}");
+  EXPECT_EQ(std::get<CorrectPose>(events.front().event).map_from_base.theta, wrap_angle(6.5));
+}
+
 TEST_F(EventsFile, NoEventsAreAnEmptyList) { EXPECT_TRUE(read(to_events_file({})).empty()); }
 
 TEST_F(EventsFile, SaysWhatIsWrongAndWhere) {
@@ -94,6 +100,10 @@ TEST_F(EventsFile, SaysWhatIsWrongAndWhere) {
       contains(refusal_of("- {scan: 1.0, reset: true, pause: true}"), "it gives reset, pause"));
   EXPECT_TRUE(contains(refusal_of("- {scan: .inf, reset: true}"), ":1: scan: "));
   EXPECT_TRUE(contains(refusal_of("- {scan: 1.0, reste: true}"), "did you mean 'reset'?"));
+  EXPECT_EQ(refusal_of("- {scan: 1.0, set_poze: {" + pose + "}}"),
+            ":1: unknown parameter 'set_poze'; did you mean 'set_pose'? Known: scan, laser, "
+            "time_jumps, set_pose, correct_pose, reset, load, pause, reconfigure.");
+  EXPECT_TRUE(contains(refusal_of("- {scan: 1.0, reset: {all: true}}"), "'reset/all'"));
   EXPECT_TRUE(contains(refusal_of("- {scan: 1.0, reset: false}"), ":1: reset: false"));
   EXPECT_TRUE(contains(refusal_of("- {scan: 1.0, pause: 2}"), ":1: pause: "));
   EXPECT_TRUE(contains(refusal_of("- {scan: 1.0, set_pose: 2}"),
