@@ -221,18 +221,17 @@ void BagMapping::write() {
   const Trajectory odometry(run_->odometry());
   const SlamMap& map = run_->map();
   const ScanAccount& account = scans_.account();
-  const std::string picture = draw_map(map.occupancy, trajectory, odometry).to_png();
+  std::vector<FileContents> files = map_files(out_ + "/map", make_map_image(map.occupancy));
+  files.push_back({out_ + "/trajectory.tum", to_tum(trajectory)});
+  files.push_back({out_ + "/odometry.tum", to_tum(odometry)});
+  files.push_back({out_ + "/map.png", draw_map(map.occupancy, trajectory, odometry).to_png()});
+  files.push_back({out_ + "/map.slam", to_saved_map(run_->snapshot())});
   const ResourceUsage now = resource_usage();
   const RunFacts facts{scans_.facts(),
                        run_->resets(),
                        {now.wall_seconds - started_.wall_seconds,
                         now.cpu_seconds - started_.cpu_seconds, now.peak_memory}};
-  std::vector<FileContents> files = map_files(out_ + "/map", make_map_image(map.occupancy));
-  files.insert(files.end(), {{out_ + "/trajectory.tum", to_tum(trajectory)},
-                             {out_ + "/odometry.tum", to_tum(odometry)},
-                             {out_ + "/map.png", picture},
-                             {out_ + "/map.slam", to_saved_map(run_->snapshot())},
-                             {out_ + "/report.json", to_json(facts, account, *run_)}});
+  files.push_back({out_ + "/report.json", to_json(facts, account, *run_)});
   replace_files(files);
   if (!debug_.empty()) {
     replace_files(first_key_scans_.draw(debug_, run_->setup().hough.alignment));
