@@ -51,7 +51,12 @@ std::vector<OptionDescription> LiveConfiguration::options() const {
   append_changeable(describe_engine_options(setup_.engine), rows);
   for (const std::string& lookup_name : catalog_->lookup_names()) {
     const std::string section = matcher_short_name(lookup_name);
-    const std::shared_ptr<ScanMatcher> matcher = catalog_->create(lookup_name);
+    std::shared_ptr<ScanMatcher> matcher;
+    try {
+      matcher = catalog_->create(lookup_name);
+    } catch (const ConfigurationError&) {
+      continue;  // whoever chooses it is told why it cannot be loaded
+    }
     matcher->configure(parameters_.section(section));
     for (OptionDescription& row : matcher->options()) {
       row.name = section + "/" + row.name;

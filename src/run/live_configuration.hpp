@@ -18,7 +18,7 @@ class LiveConfiguration {
 
   [[nodiscard]] const SlamSetup& setup() const { return setup_; }
 
-  /// The options that may change, with their present values; those of all matchers.
+  /// The options that may change, with their present values; those of all matchers that there are.
   [[nodiscard]] std::vector<OptionDescription> options() const;
 
   /// What the configuration would be with these values. Throws ConfigurationError when one is not

@@ -49,6 +49,32 @@ TEST_F(Live, ListsTheOptionsOfEveryMatcherWithTheirPresentValues) {
   }
 }
 
+/// The plugins, and one that was declared and not built.
+class WithBrokenPlugin : public MatcherCatalog {
+ public:
+  [[nodiscard]] std::vector<std::string> lookup_names() const override {
+    std::vector<std::string> names = loader_.lookup_names();
+    names.insert(names.begin(), "broken/Broken");
+    return names;
+  }
+  [[nodiscard]] std::shared_ptr<ScanMatcher> create(const std::string& name) const override {
+    return name == "broken/Broken" ? throw ConfigurationError("cannot be loaded")
+                                   : loader_.create(name);
+  }
+
+ private:
+  MatcherLoader loader_;
+};
+
+TEST_F(Live, AMatcherThatCannotBeLoadedStopsNobodyWhoHasChosenAnother) {
+  const WithBrokenPlugin catalog;
+  const LiveConfiguration live(parse_yaml_parameters("matcher: olson", "test"), catalog);
+  EXPECT_NE(find(live.options(), "hough/peaks"), nullptr);
+  EXPECT_EQ(error_text<ConfigurationError>(
+                [&] { (void)live.with(change("matcher", std::string("broken"))); }),
+            "cannot be loaded");
+}
+
 TEST_F(Live, ChangesTheMatcherAndKeepsWhatWasGiven) {
   const LiveConfiguration before =
       live("matcher: olson\nhough: {peaks: 5}\nmap: {resolution: 0.1}");
