@@ -61,8 +61,8 @@ PlacedScans spread_out(const PlacedScans& key_scans) {
   PlacedScans chosen;
   for (auto key = key_scans.rbegin(); key != key_scans.rend(); ++key) {
     const bool is_new = std::none_of(chosen.begin(), chosen.end(), [&](const PlacedScan& other) {
-      const Pose2 apart = other.map_from_base.inverse() * key->map_from_base;
-      return apart.translation().norm() < kNear && std::abs(apart.theta) < kTurned;
+      const Eigen::Vector3d apart = difference(key->map_from_base, other.map_from_base);
+      return apart.head<2>().norm() < kNear && std::abs(apart.z()) < kTurned;
     });
     if (is_new) {
       chosen.push_back(*key);
