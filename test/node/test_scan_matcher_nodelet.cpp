@@ -97,7 +97,7 @@ class ScanMatcherNodelet : public testing::Test {
     options.laser.time_increment = 2e-5;
     const World world = make_world("rooms", 4);
     const SimulatedRun run = simulate_run(world, world.route(), options, 4);
-    const SimulationRecord record{"rooms", 4, options.laser};
+    const SimulationRecord record{"rooms", 4, options.laser, run.faults};
     SimulatedBagWriter(folder_ + "/wheels.bag", {}).write(run, record);
     SimulatedBagOptions alone;
     alone.no_odometry = true;

@@ -22,6 +22,7 @@
 #include "bag/simulated_bag.hpp"
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
+#include "matchbox_slam/LoadMap.h"
 #include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/io/file.hpp"
 #include "node/slam_node.hpp"
@@ -119,6 +120,17 @@ void reset() {
   ASSERT_TRUE(ros::service::call("/repeated/reset", service));
 }
 
+/// Saves the map, and goes on with it as if it were an old one.
+void save_and_load(const std::string& map) {
+  std_srvs::Trigger save;
+  ASSERT_TRUE(ros::service::call("/repeated/save_map", save));
+  ASSERT_TRUE(save.response.success) << save.response.message;
+  LoadMap load;
+  load.request.path = map + ".slam";
+  ASSERT_TRUE(ros::service::call("/repeated/load_map", load));
+  ASSERT_TRUE(load.response.success) << load.response.message;
+}
+
 void relocalise() {
   Relocalise service;
   service.request.set_pose = 1;
@@ -140,10 +152,14 @@ void tell_pose(const Pose2& map_from_base) {
 }
 
 /// All that may happen, at some moments of a drive.
-void drive_with_events(Player& player) {
-  ASSERT_TRUE(player.drive(20));
+void drive_with_events(Player& player, const std::string& map) {
+  ASSERT_TRUE(player.drive(10));
   reset();
   tell_pose({3.0, 2.0, 1.0});  // where the new map begins
+  ASSERT_TRUE(player.drive(10));
+  save_and_load(map);
+  ASSERT_TRUE(player.drive(5));
+  tell_pose({3.01, 2.0, 1.0});
   ASSERT_TRUE(player.drive(60));
   pause(true);
   const int before = player.heard();
@@ -167,13 +183,14 @@ TEST(SlamEvents, MapBagRepeatsThemToTheByte) {
   ros::param::set("/repeated/odom_frame", "odom_combined");
   ros::param::set("/repeated/trajectory_file", folder / "node.tum");
   ros::param::set("/repeated/events_file", folder / "events.yaml");
+  ros::param::set("/repeated/map_file", folder / "map");
   ros::AsyncSpinner spinner(2);
   spinner.start();
   Player player(bag);
   {
     const SlamNode slam(ros::NodeHandle(), ros::NodeHandle("/repeated"));
     ASSERT_TRUE(wait_until([&] { return player.is_heard(); }));
-    drive_with_events(player);
+    drive_with_events(player, folder / "map");
   }
   ASSERT_FALSE(HasFatalFailure());
   const Outcome mapped =
@@ -192,10 +209,7 @@ TEST(SlamEvents, MapBagRepeatsThemToTheByte) {
        read_events_file(folder / "events.yaml", LiveConfiguration({}, loader))) {
     kinds.insert(event.event.index());
   }
-  EXPECT_EQ(kinds,
-            (std::set<std::size_t>{RunEvent(SetPose{}).index(), RunEvent(CorrectPose{}).index(),
-                                   RunEvent(Reset{}).index(), RunEvent(Pause{}).index(),
-                                   RunEvent(Reconfigure{}).index()}));
+  EXPECT_EQ(kinds.size(), std::variant_size_v<RunEvent>) << "not every kind";
 }
 
 }  // namespace
