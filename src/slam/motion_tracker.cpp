@@ -120,7 +120,7 @@ void MotionTracker::remember(const ScanInput& input, const MotionPrediction& pre
     }
     state_.fix = MotionState::Fix{input.scan.stamp, fixed_from_base};
   }
-  // The next prediction has a floor of its own: what is left of this one's is none of its errors.
+  // A floor counts once, and the next prediction adds its own: what the match left of it goes out.
   const Eigen::Matrix3d left = left_by_match(predicted.covariance, covariance);
   state_.covariance = covariance - left * predicted.motion.floor * left.transpose();
   state_.by_velocity = left * predicted.by_velocity;

@@ -55,10 +55,10 @@ struct MotionPriorOptions {
 struct MotionEstimate {
   Pose2 previous_from_current;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< that this motion adds
-  /// Of a reading of odometry, say: has no part in the next motion's error, and does not add up.
+  /// Of a single reading, as of odometry: no part of the next motion's error, which adds its own.
   Eigen::Matrix3d floor = Eigen::Matrix3d::Zero();
-  /// Error by that of the velocity, which is the same one until the next match, for changes of one
-  /// standard deviation; part of the covariance.
+  /// Column i: the error (x, y, theta) by a velocity that is off by one standard deviation in i. It
+  /// is off by the same until the next match, so these add up. Part of the covariance.
   Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();
 };
 
