@@ -5,7 +5,7 @@ find_dependency(Eigen3 NO_MODULE)
 find_dependency(Threads)
 find_dependency(yaml-cpp)
 find_dependency(ZLIB)
-# In the workspace that builds the package, its targets have these names already.
+# In a workspace that builds the package with others at once, its targets have these names already.
 if(NOT TARGET matchbox_slam::slam)
-  include("${CMAKE_CURRENT_LIST_DIR}/matchbox_slamTargets.cmake")
+  include("${matchbox_slam_DIR}/matchbox_slamTargets.cmake")
 endif()

@@ -1,5 +1,7 @@
 """What is installed serves who builds against it: a program that embeds the core, and a matcher of one's own.
-Environment: MATCHBOX_BUILD, the package's build folder, where all is built."""
+So does the workspace that it is built in.
+Environment: MATCHBOX_BUILD, the package's build folder, where all is built, and MATCHBOX_DEVEL, with ROS
+the workspace's devel space."""
 
 import math
 import os
@@ -29,11 +31,12 @@ class Install(unittest.TestCase):
         run('cmake', f'-DCMAKE_INSTALL_PREFIX={cls.prefix}',
             '-P', os.path.join(os.environ['MATCHBOX_BUILD'], 'cmake_install.cmake'))
 
-    def build(self, source):
-        """Returns the build folder. Nothing of the workspace that built the package is in sight."""
-        build = os.path.join(self.folder.name, source.name)
+    def build(self, source, prefix=None):
+        """Returns the build folder. Nothing but what lies below `prefix` is in sight."""
+        prefix = prefix or self.prefix
+        build = os.path.join(self.folder.name, 'build', prefix.name, source.name)
         environment = {'PATH': '/usr/bin:/bin'}
-        run('cmake', '-S', source, '-B', build, f'-DCMAKE_PREFIX_PATH={self.prefix};/usr',
+        run('cmake', '-S', source, '-B', build, f'-DCMAKE_PREFIX_PATH={prefix};/usr',
             '-DPYTHON_EXECUTABLE=/usr/bin/python3', env=environment)
         run('cmake', '--build', build, env=environment)
         return build
@@ -53,8 +56,9 @@ class Install(unittest.TestCase):
     def test_a_matcher_builds_against_it(self):
         if not (self.prefix / 'share/matchbox_slam/package.xml').exists():
             self.skipTest('built without ROS')
-        build = self.build(SOURCE / 'doc/example_matcher')
-        self.assertTrue(os.path.exists(os.path.join(build, 'devel/lib/libexample_matcher.so')))
+        for prefix in [self.prefix, pathlib.Path(os.environ['MATCHBOX_DEVEL'])]:
+            build = self.build(SOURCE / 'doc/example_matcher', prefix)
+            self.assertTrue(os.path.exists(os.path.join(build, 'devel/lib/libexample_matcher.so')))
 
 
 if __name__ == '__main__':
