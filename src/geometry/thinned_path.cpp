@@ -8,7 +8,8 @@ void ThinnedPath::add(const StampedPose2& pose) {
       count >= 2 &&
       (poses_[count - 1].pose.translation() - poses_[count - 2].pose.translation()).norm() <
           spacing_;
-  if (newest_is_near) {
+  const bool is_of_one_moment = count >= 1 && poses_.back().stamp == pose.stamp;
+  if (newest_is_near || is_of_one_moment) {
     poses_.back() = pose;
     return;
   }

@@ -19,7 +19,7 @@ class ThinnedPath {
 
   void add(const StampedPose2& pose);
 
-  /// In the order in which they came.
+  /// In the order in which they came; of those with one stamp, as of two lasers, the last.
   [[nodiscard]] const std::vector<StampedPose2>& poses() const { return poses_; }
 
  private:

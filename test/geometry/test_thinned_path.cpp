@@ -45,5 +45,16 @@ TEST(ThinnedPath, IsBoundedAndStillCoversTheWholeWay) {
   EXPECT_LT(longest, 0.05 * kPoses / 20);
 }
 
+TEST(ThinnedPath, HasOnePoseAStamp) {  // of two lasers at one moment
+  ThinnedPath path(0.1);
+  for (const double stamp : {1.0, 2.0, 3.0}) {
+    path.add({stamp, {stamp, 0.0, 0.0}});
+    path.add({stamp, {stamp, 0.01, 0.0}});
+  }
+  const Trajectory poses(path.poses());
+  ASSERT_EQ(poses.size(), 3U);
+  EXPECT_EQ(poses.poses()[1].pose.y, 0.01) << "the later one knows more";
+}
+
 }  // namespace
 }  // namespace matchbox_slam
