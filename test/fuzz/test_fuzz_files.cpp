@@ -11,6 +11,7 @@
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <typeinfo>
 #include <vector>
@@ -216,7 +217,7 @@ class SavedFields {
       EXPECT_EQ(count(), 0U) << "no masked angles";
       add(1, 1, rest);
     }
-    add(12, 8, state);
+    add(3 + 9 + 9, 8, state);
     add(1, 1, rest);
     add(1, 8, state);
     add(1, 4, rest);
@@ -237,6 +238,9 @@ class SavedFields {
  private:
   void add(std::size_t count, std::size_t size, std::vector<std::size_t>& fields) {
     for (; count > 0; --count, at_ += size) {
+      if (at_ + size > bytes_.size()) {
+        throw std::logic_error("the format has changed");
+      }
       fields.push_back(at_);
     }
   }
