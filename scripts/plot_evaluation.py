@@ -2,7 +2,7 @@
 """plot_evaluation: draws what `evaluate` measured. Reads the figure as JSON from stdin and writes it as
 PNG to stdout; `evaluate --plot` runs it and names the file.
 
-The member `metric` says which figure it is; `ate`, `rpe` and `relations` below say what else it has.
+The member `metric` says which figure it is; `ate`, `rpe`, `relations` and `maps` below say what else it has.
 Lengths are in metres, angles in radians, stamps in seconds."""
 
 import io
@@ -16,6 +16,12 @@ import sys
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 DASHES = ("-", "--", ":")
 TRUTH_COLOR = "#000000"
+CORNER_COLOR = "#D62728"
+# Of cells. Neighbouring areas are to differ: light, so that walls and corners stay clear.
+CELL_COLORS = {"#": (40, 44, 52), ".": (255, 255, 255), "?": (222, 224, 228), "a": (166, 206, 227),
+               "b": (178, 223, 138), "c": (253, 191, 111), "d": (202, 178, 214), "e": (255, 255, 153),
+               "f": (141, 211, 199)}
+DPI = 130
 
 
 def styles():
@@ -110,6 +116,31 @@ def relations(pyplot, data):
     return figure
 
 
+def maps(pyplot, data):
+    """`maps`: name, rows of cells from the top by the keys of CELL_COLORS, number of enclosed areas, and
+    corners in cells from the lower left one. All are drawn to one scale, a cell at least a dot."""
+    import numpy
+    colors = numpy.zeros((128, 3), dtype=numpy.uint8)
+    for key, color in CELL_COLORS.items():
+        colors[ord(key)] = color
+    highest = max(len(one["rows"]) for one in data["maps"])
+    widths = [len(one["rows"][0]) for one in data["maps"]]
+    inches = max(8.0 / highest, 1.0 / DPI)  # a cell
+    figure, panels = pyplot.subplots(
+        1, len(widths), figsize=(max(3.0 * len(widths), inches * sum(widths)), inches * highest + 1.0),
+        squeeze=False, gridspec_kw={"width_ratios": widths}, constrained_layout=True)
+    for axes, one, label in zip(panels[0], data["maps"], labels_of(data["maps"])):
+        cells = numpy.array([numpy.frombuffer(row.encode(), dtype=numpy.uint8) for row in one["rows"]])
+        height, width = cells.shape
+        axes.imshow(colors[cells], extent=(0, width, 0, height), interpolation="nearest")
+        axes.plot([x for x, _ in one["corners"]], [y for _, y in one["corners"]], "o",
+                  color=CORNER_COLOR, markersize=4)
+        axes.set_ylim(0, highest)
+        axes.set_title(f"{label}\ncorners {len(one['corners'])}  areas {one['areas']}")
+        axes.axis("off")
+    return figure
+
+
 def main():
     try:
         import matplotlib
@@ -120,9 +151,9 @@ def main():
     pyplot.rcParams.update({"font.size": 11, "axes.spines.top": False, "axes.spines.right": False,
                             "axes.formatter.useoffset": False})
     data = json.load(sys.stdin)
-    figure = {"ate": ate, "rpe": rpe, "relations": relations}[data["metric"]](pyplot, data)
+    figure = {"ate": ate, "rpe": rpe, "relations": relations, "map": maps}[data["metric"]](pyplot, data)
     png = io.BytesIO()
-    figure.savefig(png, format="png", dpi=130)
+    figure.savefig(png, format="png", dpi=DPI)
     sys.stdout.buffer.write(png.getvalue())
 
 

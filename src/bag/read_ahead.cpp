@@ -1,8 +1,7 @@
-#include <condition_variable>
+#include <algorithm>
 #include <deque>
 #include <exception>
-#include <mutex>
-#include <thread>
+#include <future>
 #include <utility>
 
 #include "bag/bag_reader.hpp"
@@ -11,69 +10,60 @@ namespace matchbox_slam {
 
 namespace {
 
-/// Hands messages from the reading thread to the caller, in their order.
+/// Hands out the messages of one batch while a thread reads the next.
 class ReadAheadStream : public BagStream {
  public:
   ReadAheadStream(std::unique_ptr<BagStream> source, std::size_t capacity)
-      : source_(std::move(source)), capacity_(capacity), thread_([this] { read(); }) {}
-
-  ~ReadAheadStream() override {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      stop_ = true;
-    }
-    changed_.notify_all();
-    thread_.join();
-  }
-  ReadAheadStream(const ReadAheadStream&) = delete;
-  ReadAheadStream& operator=(const ReadAheadStream&) = delete;
+      : source_(std::move(source)),
+        batch_size_(std::max<std::size_t>(1, capacity / 2)),
+        ahead_(read_ahead()) {}
 
   std::optional<BagMessage> next() override {
-    std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait(lock, [this] { return !messages_.empty() || ended_; });
-    if (messages_.empty()) {
-      if (failure_ != nullptr) {
-        std::rethrow_exception(failure_);
+    if (batch_.messages.empty() && batch_.failure == nullptr) {
+      batch_ = ahead_.get();
+      ahead_ = batch_.failure == nullptr ? read_ahead() : std::future<Batch>();
+    }
+    if (batch_.messages.empty()) {
+      if (batch_.failure != nullptr) {
+        std::rethrow_exception(batch_.failure);
       }
       return std::nullopt;
     }
-    BagMessage message = std::move(messages_.front());
-    messages_.pop_front();
-    lock.unlock();
-    changed_.notify_all();
+    std::optional<BagMessage> message = std::move(batch_.messages.front());
+    batch_.messages.pop_front();
     return message;
   }
 
  private:
-  void read() {
+  struct Batch {
+    std::deque<BagMessage> messages;
+    std::exception_ptr failure;  ///< of the message after them
+  };
+
+  [[nodiscard]] Batch read() const {
+    Batch batch;
     try {
-      while (std::optional<BagMessage> message = source_->next()) {
-        std::unique_lock<std::mutex> lock(mutex_);
-        changed_.wait(lock, [this] { return messages_.size() < capacity_ || stop_; });
-        if (stop_) {
+      while (batch.messages.size() < batch_size_) {
+        std::optional<BagMessage> message = source_->next();
+        if (!message) {
           break;
         }
-        messages_.push_back(std::move(*message));
-        lock.unlock();
-        changed_.notify_all();
+        batch.messages.push_back(std::move(*message));
       }
     } catch (...) {
-      failure_ = std::current_exception();
+      batch.failure = std::current_exception();
     }
-    const std::lock_guard<std::mutex> lock(mutex_);
-    ended_ = true;
-    changed_.notify_all();
+    return batch;
   }
 
-  std::unique_ptr<BagStream> source_;
-  std::size_t capacity_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<BagMessage> messages_;
-  bool stop_ = false;
-  bool ended_ = false;
-  std::exception_ptr failure_;
-  std::thread thread_;  ///< last: it uses all of the above
+  std::future<Batch> read_ahead() {
+    return std::async(std::launch::async, [this] { return read(); });
+  }
+
+  const std::unique_ptr<BagStream> source_;
+  const std::size_t batch_size_;
+  Batch batch_;
+  std::future<Batch> ahead_;  ///< last: its end waits for the thread, which uses all of the above
 };
 
 }  // namespace

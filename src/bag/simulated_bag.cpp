@@ -4,6 +4,7 @@
 #include <ros/time.h>
 #include <sensor_msgs/LaserScan.h>
 #include <std_msgs/String.h>
+#include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <Eigen/Geometry>
@@ -30,32 +31,6 @@ constexpr double kBaseHeight = 0.051;
 constexpr double kScanLatency = 0.012;
 constexpr double kOdometryLatency = 0.004;
 constexpr double kLinksLatency = 0.002;
-
-enum class Kind { kScan, kOdometry, kLinks };
-
-/// A message that is still to be made of the run.
-struct Entry {
-  double record_time;
-  Kind kind;
-  std::size_t index;
-};
-
-std::vector<Entry> entries_in_time_order(const SimulatedRun& run, bool with_odometry) {
-  std::vector<Entry> entries;
-  for (std::size_t i = 0; i < run.scans.size(); ++i) {
-    const double end = run.scans[i].stamp + run.scans[i].duration();
-    entries.push_back({end + kScanLatency, Kind::kScan, i});
-  }
-  for (std::size_t i = 0; i < run.odometry.size(); ++i) {
-    entries.push_back({run.odometry[i].stamp + kLinksLatency, Kind::kLinks, i});
-    if (with_odometry) {
-      entries.push_back({run.odometry[i].stamp + kOdometryLatency, Kind::kOdometry, i});
-    }
-  }
-  std::stable_sort(entries.begin(), entries.end(),
-                   [](const Entry& a, const Entry& b) { return a.record_time < b.record_time; });
-  return entries;
-}
 
 ros::Time to_time(double stamp) { return ros::Time().fromSec(stamp); }
 
@@ -84,10 +59,9 @@ class MessageMaker {
 
   [[nodiscard]] tf2_msgs::TFMessage odometry(const OdometryReading& reading) const {
     const Pose2& pose = reading.odom_from_base;
-    Eigen::Isometry3d odom_from_base = Eigen::Isometry3d::Identity();
-    odom_from_base.translation() = Eigen::Vector3d(pose.x, pose.y, 0.0);
-    odom_from_base.linear() =
-        Eigen::AngleAxisd(pose.theta, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const Eigen::Isometry3d odom_from_base =
+        Eigen::Translation3d(pose.x, pose.y, 0.0) *
+        Eigen::AngleAxisd(pose.theta, Eigen::Vector3d::UnitZ());
     tf2_msgs::TFMessage message;
     message.transforms = {
         transform(reading.stamp, kOdometryFrame, kFootprintFrame, odom_from_base)};
@@ -112,18 +86,10 @@ class MessageMaker {
   [[nodiscard]] geometry_msgs::TransformStamped transform(
       double stamp, const std::string& parent, const std::string& child,
       const Eigen::Isometry3d& parent_from_child) const {
-    const Eigen::Quaterniond rotation(parent_from_child.linear());
-    geometry_msgs::TransformStamped message;
+    geometry_msgs::TransformStamped message = tf2::eigenToTransform(parent_from_child);
     message.header.stamp = to_time(stamp);
     message.header.frame_id = frame(parent);
     message.child_frame_id = frame(child);
-    message.transform.translation.x = parent_from_child.translation().x();
-    message.transform.translation.y = parent_from_child.translation().y();
-    message.transform.translation.z = parent_from_child.translation().z();
-    message.transform.rotation.x = rotation.x();
-    message.transform.rotation.y = rotation.y();
-    message.transform.rotation.z = rotation.z();
-    message.transform.rotation.w = rotation.w();
     return message;
   }
 
@@ -157,23 +123,30 @@ void write_record(const SimulationRecord& record, double record_time, rosbag::Ba
 void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options, double scan_rate,
                     const std::function<bool()>& is_interrupted, rosbag::Bag& bag) {
   const MessageMaker make(options, scan_rate);
-  for (const Entry& entry : entries_in_time_order(run, !options.no_odometry)) {
+  // Messages are made only when it is their turn.
+  std::vector<std::pair<double, std::function<void(const ros::Time&)>>> writes;
+  for (const LaserScan& scan : run.scans) {
+    writes.emplace_back(scan.stamp + scan.duration() + kScanLatency, [&](const ros::Time& time) {
+      bag.write("/base_scan", time, make.scan(scan));
+    });
+  }
+  for (const OdometryReading& reading : run.odometry) {
+    writes.emplace_back(reading.stamp + kLinksLatency, [&](const ros::Time& time) {
+      bag.write("/tf", time, make.links(reading.stamp, run.base_from_laser));
+    });
+    if (!options.no_odometry) {
+      writes.emplace_back(reading.stamp + kOdometryLatency, [&](const ros::Time& time) {
+        bag.write("/tf", time, make.odometry(reading));
+      });
+    }
+  }
+  std::stable_sort(writes.begin(), writes.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (const auto& [record_time, write] : writes) {
     if (is_interrupted && is_interrupted()) {
       throw Interrupted("interrupted; nothing is written");
     }
-    const ros::Time record_time = to_time(entry.record_time);
-    switch (entry.kind) {
-      case Kind::kScan:
-        bag.write("/base_scan", record_time, make.scan(run.scans[entry.index]));
-        break;
-      case Kind::kOdometry:
-        bag.write("/tf", record_time, make.odometry(run.odometry[entry.index]));
-        break;
-      case Kind::kLinks:
-        bag.write("/tf", record_time,
-                  make.links(run.odometry[entry.index].stamp, run.base_from_laser));
-        break;
-    }
+    write(to_time(record_time));
   }
 }
 

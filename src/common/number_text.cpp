@@ -17,12 +17,8 @@ std::string fixed_text(double value, int decimals) {
 }
 
 std::optional<double> finite_number(const std::string& text) {
-  const ParameterValue value = parse_parameter_value(text);
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
-    return static_cast<double>(*whole);
-  }
-  const auto* real = std::get_if<double>(&value);
-  return real != nullptr && std::isfinite(*real) ? std::optional<double>(*real) : std::nullopt;
+  const std::optional<double> number = number_in(parse_parameter_value(text));
+  return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
 }  // namespace matchbox_slam

@@ -4,13 +4,11 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
+#include <optional>
+#include <sstream>
 
 namespace matchbox_slam {
 namespace {
-
-std::string full_name(const std::string& component, const std::string& name) {
-  return component.empty() ? name : component + "/" + name;
-}
 
 /// A limit without the point that marks a double: "at least 1", not "at least 1.0".
 std::string limit_text(double limit) {
@@ -43,11 +41,15 @@ void check(const std::string& name, double number, const ParameterValue& value,
   }
 }
 
-void check(const std::string& name, const std::string& word, const Allowed& allowed) {
-  const std::vector<std::string>& words = allowed.words;
-  if (!words.empty() && std::find(words.begin(), words.end(), word) == words.end()) {
-    refuse(name, to_string(word), "is not allowed" + text_of(allowed));
+/// The value of that type; `wanted` says which one it is.
+template <typename Value>
+const Value& get(const ParameterValue& value, const std::string& name, const Allowed& allowed,
+                 const char* wanted) {
+  const auto* given = std::get_if<Value>(&value);
+  if (given == nullptr) {
+    refuse_type(name, value, wanted, allowed);
   }
+  return *given;
 }
 
 /// Whether a list without elements was given, which has no type of its own.
@@ -87,31 +89,17 @@ std::string nearest_name(const std::string& key, const std::vector<std::string>&
   return nearest;
 }
 
-/// Reads a list; `kind` says what it has to be.
 template <typename Value>
-void read_list(const Parameters& parameters, const std::string& component, const std::string& name,
-               const Allowed& allowed, const char* kind, std::vector<Value>& field) {
-  const ParameterValue* value = parameters.find(name);
-  if (value == nullptr) {
+void read_list(const ParameterValue& value, const std::string& name, const Allowed& allowed,
+               const char* wanted, std::vector<Value>& field) {
+  field.clear();
+  if (is_empty_list(value)) {
     return;
   }
-  if (is_empty_list(*value)) {
-    field.clear();
-    return;
+  for (const Value& element : get<std::vector<Value>>(value, name, allowed, wanted)) {
+    const std::string place = name + "[" + std::to_string(field.size()) + "]";
+    read_value(element, place, allowed, field.emplace_back());
   }
-  const auto* given = std::get_if<std::vector<Value>>(value);
-  if (given == nullptr) {
-    refuse_type(full_name(component, name), *value, kind, allowed);
-  }
-  for (std::size_t i = 0; i < given->size(); ++i) {
-    const std::string place = full_name(component, name) + "[" + std::to_string(i) + "]";
-    if constexpr (std::is_same_v<Value, double>) {
-      check(place, (*given)[i], (*given)[i], allowed);
-    } else {
-      check(place, (*given)[i], allowed);
-    }
-  }
-  field = *given;
 }
 
 }  // namespace
@@ -122,6 +110,15 @@ std::string join(const std::vector<std::string>& words) {
     text += (text.empty() ? "" : ", ") + word;
   }
   return text;
+}
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::istringstream stream(text + separator);
+  std::vector<std::string> parts;
+  for (std::string part; std::getline(stream, part, separator);) {
+    parts.push_back(part);
+  }
+  return parts;
 }
 
 std::string Allowed::text() const {
@@ -139,82 +136,57 @@ std::string Allowed::text() const {
   return has_high ? "at most " + limit_text(high) : "";
 }
 
-void read_option(const Parameters& parameters, const std::string& component,
-                 const std::string& name, const Allowed& /*allowed*/, bool& field) {
-  const ParameterValue* value = parameters.find(name);
-  if (value == nullptr) {
-    return;
-  }
-  const auto* given = std::get_if<bool>(value);
+void read_value(const ParameterValue& value, const std::string& name, const Allowed& /*allowed*/,
+                bool& field) {
+  const auto* given = std::get_if<bool>(&value);
   if (given == nullptr) {
-    refuse(full_name(component, name), to_string(*value), "is not allowed; allowed: true, false");
+    refuse(name, to_string(value), "is not allowed; allowed: true, false");
   }
   field = *given;
 }
 
-void read_option(const Parameters& parameters, const std::string& component,
-                 const std::string& name, const Allowed& allowed, int& field) {
-  const ParameterValue* value = parameters.find(name);
-  if (value == nullptr) {
-    return;
-  }
-  const auto* given = std::get_if<std::int64_t>(value);
-  if (given == nullptr) {
-    refuse_type(full_name(component, name), *value, "a whole number", allowed);
-  }
+void read_value(const ParameterValue& value, const std::string& name, const Allowed& allowed,
+                int& field) {
+  const auto number =
+      static_cast<double>(get<std::int64_t>(value, name, allowed, "a whole number"));
   constexpr double kLowest = std::numeric_limits<int>::lowest();
   constexpr double kHighest = std::numeric_limits<int>::max();
   Allowed narrowed = allowed;
-  const auto number = static_cast<double>(*given);
   if (number < kLowest || number > kHighest) {  // only then do the limits of int interest anybody
     narrowed.low = std::max(allowed.low, kLowest);
     narrowed.high = std::min(allowed.high, kHighest);
   }
-  check(full_name(component, name), number, *value, narrowed);
-  field = static_cast<int>(*given);
+  check(name, number, value, narrowed);
+  field = static_cast<int>(number);
 }
 
-void read_option(const Parameters& parameters, const std::string& component,
-                 const std::string& name, const Allowed& allowed, double& field) {
-  const ParameterValue* value = parameters.find(name);
-  if (value == nullptr) {
-    return;
+void read_value(const ParameterValue& value, const std::string& name, const Allowed& allowed,
+                double& field) {
+  const std::optional<double> number = number_in(value);
+  if (!number) {
+    refuse_type(name, value, "a number", allowed);
   }
-  double number = 0.0;
-  if (const auto* whole = std::get_if<std::int64_t>(value)) {
-    number = static_cast<double>(*whole);
-  } else if (const auto* real = std::get_if<double>(value)) {
-    number = *real;
-  } else {
-    refuse_type(full_name(component, name), *value, "a number", allowed);
-  }
-  check(full_name(component, name), number, *value, allowed);
-  field = number;
+  field = *number;
+  check(name, field, value, allowed);
 }
 
-void read_option(const Parameters& parameters, const std::string& component,
-                 const std::string& name, const Allowed& allowed, std::string& field) {
-  const ParameterValue* value = parameters.find(name);
-  if (value == nullptr) {
-    return;
+void read_value(const ParameterValue& value, const std::string& name, const Allowed& allowed,
+                std::string& field) {
+  field = get<std::string>(value, name, allowed, "text (quote it if it is meant as text)");
+  const std::vector<std::string>& words = allowed.words;
+  if (!words.empty() && std::find(words.begin(), words.end(), field) == words.end()) {
+    refuse(name, to_string(value), "is not allowed" + text_of(allowed));
   }
-  const auto* given = std::get_if<std::string>(value);
-  if (given == nullptr) {
-    refuse_type(full_name(component, name), *value, "text (quote it if it is meant as text)",
-                allowed);
-  }
-  check(full_name(component, name), *given, allowed);
-  field = *given;
 }
 
-void read_option(const Parameters& parameters, const std::string& component,
-                 const std::string& name, const Allowed& allowed, std::vector<double>& field) {
-  read_list(parameters, component, name, allowed, "a list of numbers", field);
+void read_value(const ParameterValue& value, const std::string& name, const Allowed& allowed,
+                std::vector<double>& field) {
+  read_list(value, name, allowed, "a list of numbers", field);
 }
 
-void read_option(const Parameters& parameters, const std::string& component,
-                 const std::string& name, const Allowed& allowed, std::vector<std::string>& field) {
-  read_list(parameters, component, name, allowed, "a list of texts", field);
+void read_value(const ParameterValue& value, const std::string& name, const Allowed& allowed,
+                std::vector<std::string>& field) {
+  read_list(value, name, allowed, "a list of texts", field);
 }
 
 void reject_unknown_keys(const Parameters& parameters, const std::string& component,

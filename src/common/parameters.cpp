@@ -15,54 +15,18 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+/// What streams take in the classic locale is the YAML 1.2 core schema:
+/// [-+]? digits, and [-+]? (digits [. digits?] | . digits) ([eE] [-+]? digits)?
 template <typename Number>
 std::optional<Number> read_number(const std::string& text) {
   std::istringstream stream(text);
   stream.imbue(std::locale::classic());
   Number number{};
-  stream >> number;
+  stream >> std::noskipws >> number;
   if (stream.fail() || stream.peek() != std::istringstream::traits_type::eof()) {
     return std::nullopt;
   }
   return number;
-}
-
-std::size_t skip_digits(const std::string& text, std::size_t position) {
-  while (position < text.size() && std::isdigit(static_cast<unsigned char>(text[position])) != 0) {
-    ++position;
-  }
-  return position;
-}
-
-bool is_sign(char c) { return c == '+' || c == '-'; }
-
-enum class Shape { kText, kInteger, kReal };
-
-/// YAML 1.2 core schema: [-+]? (digits [. digits?] | . digits) ([eE] [-+]? digits)?
-Shape shape_of(const std::string& text) {
-  const std::size_t start = !text.empty() && is_sign(text[0]) ? 1 : 0;
-  std::size_t at = skip_digits(text, start);
-  const bool has_whole_part = at > start;
-  if (has_whole_part && at == text.size()) {
-    return Shape::kInteger;
-  }
-  bool has_fraction = false;
-  if (at < text.size() && text[at] == '.') {
-    const std::size_t end = skip_digits(text, at + 1);
-    has_fraction = end > at + 1;
-    at = end;
-  }
-  if (!has_whole_part && !has_fraction) {
-    return Shape::kText;
-  }
-  if (at < text.size() && (text[at] == 'e' || text[at] == 'E')) {
-    const std::size_t digits = at + 1 < text.size() && is_sign(text[at + 1]) ? at + 2 : at + 1;
-    at = skip_digits(text, digits);
-    if (at == digits) {
-      return Shape::kText;
-    }
-  }
-  return at == text.size() ? Shape::kReal : Shape::kText;
 }
 
 std::optional<double> parse_not_finite(const std::string& text) {
@@ -126,17 +90,10 @@ bool is_plain(const std::string& text) {
 }
 
 std::string escaped(unsigned char c) {
-  switch (c) {
-    case '"':
-      return "\\\"";
-    case '\\':
-      return "\\\\";
-    case '\n':
-      return "\\n";
-    case '\t':
-      return "\\t";
-    default:
-      break;
+  constexpr std::string_view kSpecial = "\"\\\n\t";
+  constexpr std::string_view kLetters = "\"\\nt";
+  if (const std::size_t at = kSpecial.find(static_cast<char>(c)); at != std::string_view::npos) {
+    return {'\\', kLetters[at]};
   }
   if (c >= 0x20U) {
     return {static_cast<char>(c)};
@@ -186,18 +143,21 @@ ParameterValue parse_parameter_value(const std::string& text) {
   if (const std::optional<double> number = parse_not_finite(text)) {
     return *number;
   }
-  const Shape shape = shape_of(text);
-  if (shape == Shape::kInteger) {
-    if (const std::optional<std::int64_t> number = read_number<std::int64_t>(text)) {
-      return *number;
-    }
+  if (const std::optional<std::int64_t> number = read_number<std::int64_t>(text)) {
+    return *number;
   }
-  if (shape != Shape::kText) {  // an integer beyond 64 bits is still a number
-    if (const std::optional<double> number = read_number<double>(text)) {
-      return *number;
-    }
+  if (const std::optional<double> number = read_number<double>(text)) {
+    return *number;  // also an integer beyond 64 bits
   }
   return text;
+}
+
+std::optional<double> number_in(const ParameterValue& value) {
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+    return static_cast<double>(*whole);
+  }
+  const auto* real = std::get_if<double>(&value);
+  return real != nullptr ? std::optional<double>(*real) : std::nullopt;
 }
 
 const ParameterValue* Parameters::find(const std::string& key) const {

@@ -60,29 +60,20 @@ Pose2 pose_at(const Trajectory& estimate, const Trajectory& odometry, double sta
                      (stamp - before->stamp) / (after->stamp - before->stamp));
 }
 
-ErrorSpread spread_of(const std::vector<double>& values) {
+template <typename ValueOf>
+ErrorSpread spread_of(const std::vector<RelationDifference>& differences, ValueOf&& value_of) {
   ErrorSpread spread;
-  const auto count = static_cast<double>(values.size());
-  for (const double value : values) {
-    spread.mean += value / count;
-    spread.max = std::max(spread.max, value);
+  const auto count = static_cast<double>(differences.size());
+  for (const RelationDifference& difference : differences) {
+    spread.mean += value_of(difference) / count;
+    spread.max = std::max(spread.max, value_of(difference));
   }
   double variance = 0.0;
-  for (const double value : values) {
-    variance += (value - spread.mean) * (value - spread.mean) / count;
+  for (const RelationDifference& difference : differences) {
+    variance += std::pow(value_of(difference) - spread.mean, 2) / count;
   }
   spread.deviation = std::sqrt(variance);
   return spread;
-}
-
-template <typename ValueOf>
-ErrorSpread spread_of(const std::vector<RelationDifference>& differences, ValueOf&& value_of) {
-  std::vector<double> values;
-  values.reserve(differences.size());
-  for (const RelationDifference& difference : differences) {
-    values.push_back(value_of(difference));
-  }
-  return spread_of(values);
 }
 
 void summarize(RelationError& error) {

@@ -45,14 +45,11 @@ Stations stations_of(const std::vector<PosePair>& pairs, const Trajectory& truth
 
 /// How far the second station is from the first, in the unit of the rule.
 double progress(const Station& first, const Station& second, PairRule::Unit unit) {
-  switch (unit) {
-    case PairRule::Unit::kMetre:
-      return second.path - first.path;
-    case PairRule::Unit::kRadian:
-      return second.turning - first.turning;
-    case PairRule::Unit::kSecond:
-    case PairRule::Unit::kScan:
-      break;
+  if (unit == PairRule::Unit::kMetre) {
+    return second.path - first.path;
+  }
+  if (unit == PairRule::Unit::kRadian) {
+    return second.turning - first.turning;
   }
   return second.poses.stamp - first.poses.stamp;
 }

@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <exception>
-#include <mutex>
+#include <future>
 #include <string>
 #include <system_error>
-#include <thread>
 
 #include "common/thread_time.hpp"
 #include "matchbox_slam/common/random.hpp"
@@ -55,106 +53,25 @@ PairMatch timed_match(const MatchProblem& problem, const ScanMatcher& matcher) {
   return match;
 }
 
-/// Threads that are joined in the end, whatever happens.
-class Helpers {
- public:
-  Helpers() = default;
-  Helpers(const Helpers&) = delete;
-  Helpers& operator=(const Helpers&) = delete;
-  ~Helpers() { join(); }
-
-  /// Starts up to `count` threads; fewer where the system gives no more.
-  void start(std::size_t count, const std::function<void()>& work) {
-    try {
-      while (threads_.size() < count) {
-        threads_.emplace_back(work);
-      }
-    } catch (const std::system_error&) {
-      // The work is done by those that there are, the calling one at least.
-    }
+/// What each matcher makes of a pair, one after the other.
+std::vector<PairMatch> match_pair(const ScanPair& pair, const std::vector<LocatedScan>& scans,
+                                  const std::vector<std::shared_ptr<const ScanMatcher>>& matchers,
+                                  const EngineOptions& options) {
+  const PointScan scan = project(scans[pair.scan], options);
+  const auto key = std::make_shared<const KeyScan>(project(scans[pair.reference], options));
+  const PlacedScans key_scans = {{key, Pose2{}}};
+  SlamMap map(options.map, options.field);
+  insert_scan(*key->points(), Pose2{}, options.map, map);
+  // Made once for many matches, as the map's field is, and so before the time is taken.
+  (void)key->field();
+  const MatchProblem problem{scan,      pair.guess, pair.guess_covariance,
+                             map.field, key_scans,  pair.seed};
+  std::vector<PairMatch> matches;
+  for (const auto& matcher : matchers) {
+    matches.push_back(timed_match(problem, *matcher));
   }
-
-  void join() {
-    for (std::thread& thread : threads_) {
-      thread.join();
-    }
-    threads_.clear();
-  }
-
- private:
-  std::vector<std::thread> threads_;
-};
-
-/// The work that threads share: pairs are taken one by one, results go to their places.
-class PairWork {
- public:
-  PairWork(const std::vector<LocatedScan>& scans, const std::vector<ScanPair>& pairs,
-           const std::vector<std::shared_ptr<const ScanMatcher>>& matchers,
-           const EngineOptions& options)
-      : scans_(scans),
-        pairs_(pairs),
-        matchers_(matchers),
-        options_(options),
-        matches_(matchers.size(), std::vector<PairMatch>(pairs.size())) {}
-
-  /// Works until nothing is left, or somebody is told to stop.
-  void work(const PairProgress& progress) {
-    while (!stopped_) {
-      const std::size_t index = next_++;
-      if (index >= pairs_.size()) {
-        break;
-      }
-      try {
-        match(index);
-      } catch (...) {
-        const std::lock_guard<std::mutex> lock(error_mutex_);
-        error_ = std::current_exception();
-        stopped_ = true;
-      }
-      if (const std::size_t done = ++done_; progress && !progress(done)) {
-        stopped_ = true;
-      }
-    }
-  }
-
-  [[nodiscard]] bool stopped() const { return stopped_; }
-
-  void rethrow() const {
-    if (error_) {
-      std::rethrow_exception(error_);
-    }
-  }
-
-  std::vector<std::vector<PairMatch>> take_matches() { return std::move(matches_); }
-
- private:
-  void match(std::size_t index) {
-    const ScanPair& pair = pairs_[index];
-    const PointScan scan = project(scans_[pair.scan], options_);
-    const auto key = std::make_shared<const KeyScan>(project(scans_[pair.reference], options_));
-    const PlacedScans key_scans = {{key, Pose2{}}};
-    SlamMap map(options_.map, options_.field);
-    insert_scan(*key->points(), Pose2{}, options_.map, map);
-    // Made once for many matches, as the map's field is, and so before the time is taken.
-    (void)key->field();
-    const MatchProblem problem{scan,      pair.guess, pair.guess_covariance,
-                               map.field, key_scans,  pair.seed};
-    for (std::size_t m = 0; m < matchers_.size(); ++m) {
-      matches_[m][index] = timed_match(problem, *matchers_[m]);
-    }
-  }
-
-  const std::vector<LocatedScan>& scans_;
-  const std::vector<ScanPair>& pairs_;
-  const std::vector<std::shared_ptr<const ScanMatcher>>& matchers_;
-  const EngineOptions& options_;
-  std::vector<std::vector<PairMatch>> matches_;
-  std::atomic<std::size_t> next_{0};
-  std::atomic<std::size_t> done_{0};
-  std::atomic<bool> stopped_{false};
-  std::mutex error_mutex_;
-  std::exception_ptr error_;
-};
+  return matches;
+}
 
 }  // namespace
 
@@ -193,14 +110,42 @@ std::vector<std::vector<PairMatch>> match_pairs(
     const std::vector<LocatedScan>& scans, const std::vector<ScanPair>& pairs,
     const std::vector<std::shared_ptr<const ScanMatcher>>& matchers, const EngineOptions& options,
     int threads, const PairProgress& progress) {
-  PairWork work(scans, pairs, matchers, options);
-  Helpers helpers;
+  std::vector<std::vector<PairMatch>> matches(matchers.size(),
+                                              std::vector<PairMatch>(pairs.size()));
+  std::atomic<std::size_t> next{0};
+  std::atomic<std::size_t> done{0};
+  std::atomic<bool> stopped{false};
+  // Takes pairs one by one until none is left, or somebody is told to stop.
+  const auto work = [&](const PairProgress& is_to_go_on) {
+    try {
+      for (std::size_t i = next++; i < pairs.size() && !stopped; i = next++) {
+        const std::vector<PairMatch> of_pair = match_pair(pairs[i], scans, matchers, options);
+        for (std::size_t m = 0; m < matchers.size(); ++m) {
+          matches[m][i] = of_pair[m];
+        }
+        if (const std::size_t count = ++done; is_to_go_on && !is_to_go_on(count)) {
+          stopped = true;
+        }
+      }
+    } catch (...) {
+      stopped = true;
+      throw;
+    }
+  };
   const std::size_t useful = std::min(static_cast<std::size_t>(std::max(1, threads)), pairs.size());
-  helpers.start(std::max<std::size_t>(useful, 1) - 1, [&work] { work.work({}); });
-  work.work(progress);
-  helpers.join();
-  work.rethrow();
-  return work.stopped() ? std::vector<std::vector<PairMatch>>{} : work.take_matches();
+  std::vector<std::future<void>> helpers;  // which wait for their threads, whatever happens
+  try {
+    while (helpers.size() + 1 < useful) {
+      helpers.push_back(std::async(std::launch::async, work, PairProgress{}));
+    }
+  } catch (const std::system_error&) {
+    // The work is done by those that there are, the calling one at least.
+  }
+  work(progress);
+  for (std::future<void>& helper : helpers) {
+    helper.get();
+  }
+  return stopped ? std::vector<std::vector<PairMatch>>{} : matches;
 }
 
 }  // namespace matchbox_slam

@@ -13,40 +13,35 @@ namespace {
 
 constexpr int kGzipWindow = 15 + 16;  // zlib's own numbers: the largest window, a gzip head
 constexpr int kMemoryLevel = 8;
-constexpr std::size_t kMostBytes = std::size_t{4} << 30;
+constexpr std::size_t kMostBytes = 4'000'000'000;  // zlib counts in 32 bit
 
 using Buffer = std::array<char, std::size_t{1} << 16>;
 
-/// zlib takes input in pieces of 32 bit; ours are far smaller.
-void give_input(const std::string& bytes, std::size_t& taken, z_stream& stream) {
-  const std::size_t size = std::min(bytes.size() - taken, std::size_t{1} << 30);
+/// All of it at once, which zlib counts in 32 bit.
+void give_input(const std::string& bytes, z_stream& stream) {
   // zlib does not write to its input, but older versions do not say so. NOLINTNEXTLINE
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data() + taken));
-  stream.avail_in = static_cast<uInt>(size);
-  taken += size;
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(std::min(bytes.size(), kMostBytes));
 }
 
 }  // namespace
 
 std::string compress(const std::string& bytes) {
+  if (bytes.size() > kMostBytes) {
+    throw std::runtime_error("cannot compress " + std::to_string(bytes.size()) +
+                             " bytes; allowed: up to 4 GB");
+  }
   z_stream stream{};
   if (deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kGzipWindow, kMemoryLevel,
                    Z_DEFAULT_STRATEGY) != Z_OK) {
     throw std::runtime_error("cannot compress: there is not enough memory");
   }
-  std::string result;
-  Buffer buffer;
-  std::size_t taken = 0;
-  int state = Z_OK;
-  while (state != Z_STREAM_END) {
-    if (stream.avail_in == 0) {
-      give_input(bytes, taken, stream);
-    }
-    stream.next_out = reinterpret_cast<Bytef*>(buffer.data());
-    stream.avail_out = static_cast<uInt>(buffer.size());
-    state = deflate(&stream, taken == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
-    result.append(buffer.data(), buffer.size() - stream.avail_out);
-  }
+  std::string result(deflateBound(&stream, bytes.size()), '\0');
+  give_input(bytes, stream);
+  stream.next_out = reinterpret_cast<Bytef*>(result.data());
+  stream.avail_out = static_cast<uInt>(result.size());
+  deflate(&stream, Z_FINISH);
+  result.resize(stream.total_out);
   deflateEnd(&stream);
   return result;
 }
@@ -58,12 +53,9 @@ std::string decompress(const std::string& compressed, const std::string& path) {
   }
   std::string result;
   Buffer buffer;
-  std::size_t taken = 0;
+  give_input(compressed, stream);
   int state = Z_OK;
   while (state == Z_OK && result.size() <= kMostBytes) {
-    if (stream.avail_in == 0) {
-      give_input(compressed, taken, stream);
-    }
     stream.next_out = reinterpret_cast<Bytef*>(buffer.data());
     stream.avail_out = static_cast<uInt>(buffer.size());
     state = inflate(&stream, Z_NO_FLUSH);

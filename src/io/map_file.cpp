@@ -3,11 +3,11 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <iomanip>
+#include <limits>
 #include <locale>
 #include <optional>
 #include <sstream>
@@ -46,77 +46,41 @@ std::string yaml_of(const MapImage& map, const std::string& image_name) {
   return text.str();
 }
 
-/// Reads the head of a PGM, token by token; comments go from '#' to the end of the line.
-class PgmHeader {
- public:
-  PgmHeader(const std::string& bytes, const std::string& path) : bytes_(bytes), path_(path) {
-    if (bytes_.compare(0, 2, "P5") != 0) {
-      fail("is not a binary PGM (it does not begin with P5)");
+/// Reads size and pixels. Comments in the head go from '#' to the end of the line.
+void read_pgm(const std::string& path, MapImage& map) {
+  const std::string bytes = read_file(path);
+  std::istringstream stream(bytes);
+  stream.imbue(std::locale::classic());
+  const auto require = [&path](bool condition, const std::string& text) {
+    if (!condition) {
+      throw FileError("'" + path + "' " + text);
     }
-    position_ = 2;
-    width_ = read_number("width", 1 << 20);
-    height_ = read_number("height", 1 << 20);
-    if (const int brightest = read_number("brightest value", 65535); brightest != 255) {
-      fail("has the brightest value " + std::to_string(brightest) + "; allowed: 255");
+  };
+  const auto read_number = [&](const std::string& name, int highest) {
+    while ((stream >> std::ws).peek() == '#') {
+      stream.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
     }
-    ++position_;  // the one white space that ends the head
-    if (bytes_.size() < position_ + pixel_count()) {
-      fail("is cut off: " + std::to_string(width_) + " x " + std::to_string(height_) +
-           " pixels are announced, " +
-           std::to_string(bytes_.size() - std::min(bytes_.size(), position_)) + " are there");
-    }
-  }
-
-  [[nodiscard]] int width() const { return width_; }
-  [[nodiscard]] int height() const { return height_; }
-
-  [[nodiscard]] std::vector<std::uint8_t> pixels() const {
-    const auto begin = bytes_.begin() + static_cast<std::ptrdiff_t>(position_);
-    return {begin, begin + static_cast<std::ptrdiff_t>(pixel_count())};
-  }
-
- private:
-  [[noreturn]] void fail(const std::string& text) const {
-    throw FileError("'" + path_ + "' " + text);
-  }
-
-  [[nodiscard]] std::size_t pixel_count() const {
-    return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
-  }
-
-  [[nodiscard]] bool at_digit() const {
-    return position_ < bytes_.size() &&
-           std::isdigit(static_cast<unsigned char>(bytes_[position_])) != 0;
-  }
-
-  void skip_space() {
-    while (position_ < bytes_.size() &&
-           (std::isspace(static_cast<unsigned char>(bytes_[position_])) != 0 ||
-            bytes_[position_] == '#')) {
-      position_ = bytes_[position_] == '#' ? std::min(bytes_.find('\n', position_), bytes_.size())
-                                           : position_ + 1;
-    }
-  }
-
-  int read_number(const char* name, int highest) {
-    skip_space();
     int number = 0;
-    while (at_digit() && number <= highest) {
-      number = 10 * number + (bytes_[position_++] - '0');
-    }
-    if (number < 1 || number > highest) {
-      fail(std::string("has no usable ") + name + " in its head; allowed: 1 to " +
-           std::to_string(highest));
-    }
+    stream >> number;
+    require(number >= 1 && number <= highest,
+            "has no usable " + name + " in its head; allowed: 1 to " + std::to_string(highest));
     return number;
-  }
-
-  const std::string& bytes_;
-  const std::string& path_;
-  std::size_t position_ = 0;
-  int width_ = 0;
-  int height_ = 0;
-};
+  };
+  require(bytes.compare(0, 2, "P5") == 0, "is not a binary PGM (it does not begin with P5)");
+  stream.ignore(2);
+  map.width = read_number("width", 1 << 20);
+  map.height = read_number("height", 1 << 20);
+  const int brightest = read_number("brightest value", 65535);
+  require(brightest == 255,
+          "has the brightest value " + std::to_string(brightest) + "; allowed: 255");
+  stream.ignore();  // the one white space that ends the head
+  const std::ptrdiff_t count = std::ptrdiff_t{map.width} * map.height;
+  const std::streamsize left = std::max<std::streamsize>(0, stream.rdbuf()->in_avail());
+  require(left >= count, "is cut off: " + std::to_string(map.width) + " x " +
+                             std::to_string(map.height) + " pixels are announced, " +
+                             std::to_string(left) + " are there");
+  map.pixels.assign(bytes.end() - left, bytes.end() - left + count);
+}
 
 /// The few values of a map's YAML file.
 class MapYaml {
@@ -194,12 +158,7 @@ MapImage read_map(const std::string& yaml_path) {
 
   // An absolute path of the image replaces the folder.
   const std::filesystem::path folder = std::filesystem::path(yaml_path).parent_path();
-  const std::string image_path = (folder / yaml.get<std::string>("image")).string();
-  const std::string bytes = read_file(image_path);
-  const PgmHeader image(bytes, image_path);
-  map.width = image.width();
-  map.height = image.height();
-  map.pixels = image.pixels();
+  read_pgm((folder / yaml.get<std::string>("image")).string(), map);
   return map;
 }
 

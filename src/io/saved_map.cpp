@@ -40,9 +40,14 @@ constexpr std::size_t kMostLasers = 1000;
 constexpr double kLeastInterval = 1e-9;  // [s] between stamps of messages
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// What is written and what is read are one function each, given a Writer and something constant or
+// a Reader and something to fill.
+
 /// Numbers in the order of their bytes, the lowest first, on every machine.
 class Writer {
  public:
+  static constexpr bool kReads = false;
+
   template <typename Integer>
   void integer(Integer value) {
     auto rest = static_cast<std::make_unsigned_t<Integer>>(value);
@@ -52,31 +57,26 @@ class Writer {
     }
   }
 
-  void number(double value) {
-    std::uint64_t image = 0;
+  /// The bits of a number.
+  template <typename Integer, typename Number>
+  void image(Number value) {
+    Integer image = 0;
     std::memcpy(&image, &value, sizeof image);
     integer(image);
   }
 
-  void numbers(const Eigen::Vector2d& values) {
-    number(values.x());
-    number(values.y());
-  }
-
+  void number(double value, double /*largest*/ = 0.0) { image<std::uint64_t>(value); }
   void flag(bool value) { integer(std::uint8_t{value}); }
 
-  void count(std::size_t items) { integer(std::uint64_t{items}); }
-
-  void pose(const Pose2& pose) {
-    number(pose.x);
-    number(pose.y);
-    number(pose.theta);
+  template <typename Items>
+  void size(const Items& items, std::size_t /*bytes_each*/, std::size_t /*most*/,
+            const std::string& /*name*/) {
+    integer(std::uint64_t{items.size()});
   }
 
-  void matrix(const Eigen::Matrix3d& matrix) {
-    for (Eigen::Index i = 0; i < matrix.size(); ++i) {
-      number(matrix(i));
-    }
+  void cell(const Cell& cell) {
+    integer(std::int32_t{cell.x});
+    integer(std::int32_t{cell.y});
   }
 
   std::string bytes;
@@ -84,6 +84,8 @@ class Writer {
 
 class Reader {
  public:
+  static constexpr bool kReads = true;
+
   Reader(const std::string& bytes, const std::string& path, double max_cells)
       : bytes_(bytes), path_(path), max_cells_(max_cells) {}
 
@@ -91,91 +93,72 @@ class Reader {
     throw FileError("'" + path_ + "' " + text);
   }
 
-  void skip(std::size_t count) {
-    require(count);
-    position_ += count;
+  [[nodiscard]] bool begins_with(const std::string& head) {
+    const bool does = bytes_.compare(position_, head.size(), head) == 0;
+    position_ += does ? head.size() : 0;
+    return does;
   }
 
   template <typename Integer>
-  Integer integer() {
+  void integer(Integer& value) {
     require(sizeof(Integer));
-    std::uint64_t value = 0;
+    std::uint64_t sum = 0;
     for (std::size_t i = 0; i < sizeof(Integer); ++i) {
-      value |= std::uint64_t{static_cast<unsigned char>(bytes_[position_ + i])} << 8U * i;
+      sum |= std::uint64_t{static_cast<unsigned char>(bytes_[position_ + i])} << 8U * i;
     }
     position_ += sizeof(Integer);
-    return static_cast<Integer>(value);
+    value = static_cast<Integer>(sum);
+  }
+
+  template <typename Integer, typename Number>
+  void image(Number& value) {
+    Integer image = 0;
+    integer(image);
+    std::memcpy(&value, &image, sizeof value);
   }
 
   /// One that is at most as large as this, with either sign.
-  double number(double largest = kFarthest) {
-    const auto image = integer<std::uint64_t>();
-    double value = 0.0;
-    std::memcpy(&value, &image, sizeof value);
+  void number(double& value, double largest = kFarthest) {
+    image<std::uint64_t>(value);
     if (!(std::abs(value) <= largest)) {
       fail("is damaged: it holds the number " + to_string(value) + " where at most " +
            to_string(largest) + " is allowed");
     }
-    return value;
   }
 
-  Eigen::Vector2d numbers(double largest = kFarthest) {
-    const double x = number(largest);
-    return {x, number(largest)};
+  void flag(bool& value) {
+    std::uint8_t byte = 0;
+    integer(byte);
+    value = byte != 0;
   }
 
-  Pose2 pose() {
-    const double x = number();
-    const double y = number();
-    return {x, y, number()};
-  }
-
-  bool flag() { return integer<std::uint8_t>() != 0; }
-
-  Eigen::Matrix3d matrix() {
-    Eigen::Matrix3d matrix;
-    for (Eigen::Index i = 0; i < matrix.size(); ++i) {
-      matrix(i) = number(kLargest);
-    }
-    return matrix;
-  }
-
-  Eigen::Matrix3d covariance() {
-    const Eigen::Matrix3d matrix = this->matrix();
-    if (!is_covariance(matrix)) {
-      fail("is damaged: the covariance of its pose is none");
-    }
-    return matrix;
-  }
-
-  Cell cell() {
-    const auto x = integer<std::int32_t>();
-    const auto y = integer<std::int32_t>();
+  void cell(Cell& cell) {
+    integer(cell.x);
+    integer(cell.y);
     // The lowest integer has no absolute value.
-    if (std::min(x, y) < -kFarthestCell || std::max(x, y) > kFarthestCell) {
-      fail("is damaged: a cell lies at " + std::to_string(x) + ", " + std::to_string(y));
+    if (std::min(cell.x, cell.y) < -kFarthestCell || std::max(cell.x, cell.y) > kFarthestCell) {
+      fail("is damaged: a cell lies at " + std::to_string(cell.x) + ", " + std::to_string(cell.y));
     }
-    include({x, y});
-    return {x, y};
+    include(cell);
   }
 
   /// How many items of at least `bytes_each` follow.
-  std::size_t count(std::size_t bytes_each) {
-    const auto number = integer<std::uint64_t>();
+  std::size_t count(std::size_t bytes_each, std::size_t most, const std::string& name) {
+    std::uint64_t number = 0;
+    integer(number);
     if (number > (bytes_.size() - position_) / bytes_each) {
       fail("is damaged: it announces more than it holds");
     }
-    return static_cast<std::size_t>(number);
-  }
-
-  /// The same, of which there are at most so many.
-  std::size_t count(std::size_t bytes_each, std::size_t most, const std::string& name) {
-    const std::size_t number = count(bytes_each);
     if (number > most) {
       fail("is damaged: it has " + std::to_string(number) + " " + name + "; allowed: up to " +
            std::to_string(most));
     }
-    return number;
+    return static_cast<std::size_t>(number);
+  }
+
+  template <typename Items>
+  void size(Items& items, std::size_t bytes_each, std::size_t most, const std::string& name) {
+    items.resize(count(bytes_each, most, name));
   }
 
   [[nodiscard]] bool at_end() const { return position_ == bytes_.size(); }
@@ -237,9 +220,46 @@ std::vector<Cell> known_cells(const OccupancyGrid& grid) {
   return cells;
 }
 
-void write_cell(const Cell& cell, Writer& writer) {
-  writer.integer(static_cast<std::int32_t>(cell.x));
-  writer.integer(static_cast<std::int32_t>(cell.y));
+template <typename Archive, typename Vector>
+void transfer_vector(Archive& archive, Vector& vector, double largest = kFarthest) {
+  archive.number(vector.x(), largest);
+  archive.number(vector.y(), largest);
+}
+
+template <typename Archive, typename Pose>
+void transfer_pose(Archive& archive, Pose& pose) {
+  archive.number(pose.x);
+  archive.number(pose.y);
+  archive.number(pose.theta);
+}
+
+template <typename Archive, typename Matrix>
+void transfer_matrix(Archive& archive, Matrix& matrix) {
+  for (Eigen::Index i = 0; i < matrix.size(); ++i) {
+    archive.number(matrix(i), kLargest);
+  }
+}
+
+template <typename Archive, typename Matrix>
+void transfer_covariance(Archive& archive, Matrix& matrix) {
+  transfer_matrix(archive, matrix);
+  if constexpr (Archive::kReads) {
+    if (!is_covariance(matrix)) {
+      archive.fail("is damaged: the covariance of its pose is none");
+    }
+  }
+}
+
+// --- grids ---
+
+template <typename Archive, typename Surface>
+void transfer_wall(Archive& archive, Surface& surface) {
+  archive.integer(surface.hits);
+  for (auto* value :
+       {&surface.offset_x, &surface.offset_y, &surface.mean_double_angle_x,
+        &surface.mean_double_angle_y, &surface.double_angle_x, &surface.double_angle_y}) {
+    archive.integer(*value);
+  }
 }
 
 void write_grids(const SlamMap& map, Writer& writer) {
@@ -249,29 +269,24 @@ void write_grids(const SlamMap& map, Writer& writer) {
   const std::vector<Cell> known = known_cells(map.occupancy);
   writer.integer(std::uint64_t{known.size()});
   for (const Cell& cell : known) {
-    write_cell(cell, writer);
+    writer.cell(cell);
     writer.integer(map.occupancy.stored(cell));
   }
   const std::vector<Cell> walls = map.field.surface_cells();
   writer.integer(std::uint64_t{walls.size()});
   for (const Cell& cell : walls) {
-    write_cell(cell, writer);
-    const LikelihoodField::StoredSurface& surface = map.field.stored_surface(cell);
-    writer.integer(surface.hits);
-    for (const std::int16_t value :
-         {surface.offset_x, surface.offset_y, surface.mean_double_angle_x,
-          surface.mean_double_angle_y, surface.double_angle_x, surface.double_angle_y}) {
-      writer.integer(value);
-    }
+    writer.cell(cell);
+    transfer_wall(writer, map.field.stored_surface(cell));
   }
 }
 
 SlamMap read_grids(Reader& reader) {
+  constexpr std::size_t kAnyCount = std::numeric_limits<std::size_t>::max();
   MapOptions map_options;
   LikelihoodFieldOptions field_options;
-  map_options.resolution = reader.number();
-  field_options.sigma = reader.number();
-  field_options.reach = reader.number();
+  for (double* value : {&map_options.resolution, &field_options.sigma, &field_options.reach}) {
+    reader.number(*value);
+  }
   check_limits(map_options, reader);
   check_limits(field_options, reader);
   if (field_options.reach / map_options.resolution > kMostReachCells) {
@@ -279,19 +294,18 @@ SlamMap read_grids(Reader& reader) {
                 to_string(map_options.resolution) + " m; allowed: at most 120 cells");
   }
   SlamMap map(map_options, field_options);
-  for (std::size_t left = reader.count(10); left > 0; --left) {
-    const Cell cell = reader.cell();
-    map.occupancy.restore(cell, reader.integer<OccupancyGrid::Stored>());
+  Cell cell;
+  for (std::size_t left = reader.count(10, kAnyCount, "cells"); left > 0; --left) {
+    reader.cell(cell);
+    OccupancyGrid::Stored stored{};
+    reader.integer(stored);
+    map.occupancy.restore(cell, stored);
   }
-  std::vector<std::pair<Cell, LikelihoodField::StoredSurface>> walls(reader.count(22));
-  for (auto& [cell, surface] : walls) {
-    cell = reader.cell();
-    surface.hits = reader.integer<std::uint16_t>();
-    for (std::int16_t* value :
-         {&surface.offset_x, &surface.offset_y, &surface.mean_double_angle_x,
-          &surface.mean_double_angle_y, &surface.double_angle_x, &surface.double_angle_y}) {
-      *value = reader.integer<std::int16_t>();
-    }
+  std::vector<std::pair<Cell, LikelihoodField::StoredSurface>> walls;
+  reader.size(walls, 22, kAnyCount, "walls");
+  for (auto& [wall, surface] : walls) {
+    reader.cell(wall);
+    transfer_wall(reader, surface);
   }
   map.field.restore(walls);
   return map;
@@ -299,152 +313,88 @@ SlamMap read_grids(Reader& reader) {
 
 // --- key scans ---
 
-/// Writes options one after another, in the order of their rows.
-class OptionWriter {
- public:
-  explicit OptionWriter(Writer& writer) : writer_(writer) {}
-
-  void operator()(double value, const char* /*name*/, const Allowed& /*allowed*/,
-                  const char* /*unit*/, const char* /*meaning*/) {
-    writer_.number(value);
-  }
-  void operator()(bool value, const char* /*name*/, const Allowed& /*allowed*/,
-                  const char* /*unit*/, const char* /*meaning*/) {
-    writer_.flag(value);
-  }
-  void operator()(const std::vector<double>& values, const char* /*name*/,
-                  const Allowed& /*allowed*/, const char* /*unit*/, const char* /*meaning*/) {
-    writer_.count(values.size());
-    for (const double value : values) {
-      writer_.number(value);
+/// An option, which is held to what is allowed.
+template <typename Archive, typename Value>
+void transfer_option(Archive& archive, Value& value, const char* name, const Allowed& allowed) {
+  if constexpr (std::is_same_v<std::decay_t<Value>, bool>) {
+    archive.flag(value);
+  } else if constexpr (std::is_same_v<std::decay_t<Value>, double>) {
+    archive.number(value);
+    if constexpr (Archive::kReads) {
+      check_limits(value, name, allowed, archive);
+    }
+  } else {
+    archive.size(value, 8, kMostAngles, name);
+    for (auto& element : value) {
+      transfer_option(archive, element, name, allowed);
     }
   }
-
- private:
-  Writer& writer_;
-};
-
-/// Reads them again, and holds them to what is allowed.
-class OptionReader {
- public:
-  explicit OptionReader(Reader& reader) : reader_(reader) {}
-
-  void operator()(double& value, const char* name, const Allowed& allowed, const char* /*unit*/,
-                  const char* /*meaning*/) {
-    value = reader_.number();
-    check_limits(value, name, allowed, reader_);
-  }
-  void operator()(bool& value, const char* /*name*/, const Allowed& /*allowed*/,
-                  const char* /*unit*/, const char* /*meaning*/) {
-    value = reader_.flag();
-  }
-  void operator()(std::vector<double>& values, const char* name, const Allowed& allowed,
-                  const char* unit, const char* meaning) {
-    values.resize(reader_.count(8, kMostAngles, name));
-    for (double& value : values) {
-      (*this)(value, name, allowed, unit, meaning);
-    }
-  }
-
- private:
-  Reader& reader_;
-};
-
-void write_measured(const MeasuredScan& measured, Writer& writer) {
-  const LaserScan& scan = measured.scan;
-  for (const double value : {scan.stamp, scan.angle_min, scan.angle_increment, scan.time_increment,
-                             scan.range_min, scan.range_max}) {
-    writer.number(value);
-  }
-  writer.count(scan.ranges.size());
-  for (const float range : scan.ranges) {
-    std::uint32_t image = 0;
-    std::memcpy(&image, &range, sizeof image);
-    writer.integer(image);
-  }
-  for (Eigen::Index i = 0; i < 12; ++i) {
-    writer.number(measured.base_from_laser.matrix()(i % 3, i / 3));
-  }
-  writer.pose(measured.motion);
-  ProjectionOptions::visit(measured.options, OptionWriter(writer));
 }
 
-MeasuredScan read_measured(Reader& reader) {
+template <typename Archive, typename Measured>
+void transfer_measured(Archive& archive, Measured& measured) {
   constexpr double kLargestFloat = 3.5e38;
-  MeasuredScan measured;
-  LaserScan& scan = measured.scan;
-  scan.stamp = reader.number(kLargest);
-  for (double* value : {&scan.angle_min, &scan.angle_increment, &scan.time_increment}) {
-    *value = reader.number(kLargestFloat);
+  auto& scan = measured.scan;
+  archive.number(scan.stamp, kLargest);
+  for (auto* value : {&scan.angle_min, &scan.angle_increment, &scan.time_increment}) {
+    archive.number(*value, kLargestFloat);
   }
-  scan.range_min = reader.number(kInfinity);
-  scan.range_max = reader.number(kInfinity);
-  scan.ranges.resize(reader.count(4, kMostPoints, "ranges in a key scan"));
-  for (float& range : scan.ranges) {  // of any bits, as a laser sends them
-    const auto image = reader.integer<std::uint32_t>();
-    std::memcpy(&range, &image, sizeof range);
+  archive.number(scan.range_min, kInfinity);
+  archive.number(scan.range_max, kInfinity);
+  archive.size(scan.ranges, 4, kMostPoints, "ranges in a key scan");
+  for (auto& range : scan.ranges) {  // of any bits, as a laser sends them
+    archive.template image<std::uint32_t>(range);
   }
   for (Eigen::Index i = 0; i < 12; ++i) {
-    measured.base_from_laser.matrix()(i % 3, i / 3) = reader.number();
+    archive.number(measured.base_from_laser.matrix()(i % 3, i / 3));
   }
-  measured.motion = reader.pose();
-  ProjectionOptions::visit(measured.options, OptionReader(reader));
-  return measured;
-}
-
-void write_points(const PointScan& scan, Writer& writer) {
-  writer.number(scan.stamp);
-  writer.count(scan.points.size());
-  for (const ScanPoint& point : scan.points) {
-    writer.numbers(point.position);
-    writer.numbers(point.origin);
-    writer.numbers(point.normal);
-    writer.number(point.weight);
-    writer.flag(point.joined_to_next);
-    writer.number(point.moved);
-  }
-  writer.count(scan.free_rays.size());
-  for (const FreeRay& ray : scan.free_rays) {
-    writer.numbers(ray.origin);
-    writer.numbers(ray.end);
-  }
+  transfer_pose(archive, measured.motion);
+  ProjectionOptions::visit(
+      measured.options,
+      [&](auto& value, const char* name, const Allowed& allowed, const char* /*unit*/,
+          const char* /*meaning*/) { transfer_option(archive, value, name, allowed); });
 }
 
 /// Version 1 has no `moved` and no free rays.
-PointScan read_points(bool version_1, Reader& reader) {
-  PointScan scan;
-  scan.stamp = reader.number(kLargest);
-  scan.points.resize(reader.count(version_1 ? 57 : 65, kMostPoints, "points in a key scan"));
-  for (ScanPoint& point : scan.points) {
-    point.position = reader.numbers();
-    point.origin = reader.numbers();
-    point.normal = reader.numbers(kLongestNormal);
-    point.weight = reader.number();
-    if (point.weight < 0.0) {
-      reader.fail("is damaged: a point weighs " + to_string(point.weight));
+template <typename Archive, typename Scan>
+void transfer_points(Archive& archive, bool version_1, Scan& scan) {
+  archive.number(scan.stamp, kLargest);
+  archive.size(scan.points, version_1 ? 57 : 65, kMostPoints, "points in a key scan");
+  for (auto& point : scan.points) {
+    transfer_vector(archive, point.position);
+    transfer_vector(archive, point.origin);
+    transfer_vector(archive, point.normal, kLongestNormal);
+    archive.number(point.weight);
+    if constexpr (Archive::kReads) {
+      if (point.weight < 0.0) {
+        archive.fail("is damaged: a point weighs " + to_string(point.weight));
+      }
     }
-    point.joined_to_next = reader.flag();
-    point.moved = version_1 ? 0.0 : reader.number();
+    archive.flag(point.joined_to_next);
+    if (!version_1) {
+      archive.number(point.moved);
+    }
   }
-  scan.free_rays.resize(version_1 ? 0 : reader.count(32, kMostPoints, "free rays in a key scan"));
-  for (FreeRay& ray : scan.free_rays) {
-    ray.origin = reader.numbers();
-    ray.end = reader.numbers();
+  if (!version_1) {
+    archive.size(scan.free_rays, 32, kMostPoints, "free rays in a key scan");
+    for (auto& ray : scan.free_rays) {
+      transfer_vector(archive, ray.origin);
+      transfer_vector(archive, ray.end);
+    }
   }
-  return scan;
 }
 
 void write_key_scans(const KeyScans& key_scans, Writer& writer) {
-  writer.count(key_scans.size());
+  writer.integer(std::uint64_t{key_scans.size()});
   for (const PlacedScan& key : key_scans.all()) {
-    writer.pose(key.map_from_base);
+    transfer_pose(writer, key.map_from_base);
     writer.integer(std::int32_t{key.scan->laser()});
     const MeasuredScan* measured = key.scan->measured();
     writer.flag(measured != nullptr);
     if (measured != nullptr) {
-      write_measured(*measured, writer);
+      transfer_measured(writer, *measured);
     } else {
-      write_points(*key.scan->points(), writer);
+      transfer_points(writer, false, *key.scan->points());
     }
   }
 }
@@ -452,12 +402,22 @@ void write_key_scans(const KeyScans& key_scans, Writer& writer) {
 KeyScans read_key_scans(bool version_1, Reader& reader) {
   KeyScans key_scans;
   for (std::size_t left = reader.count(40, kMostKeyScans, "key scans"); left > 0; --left) {
-    const Pose2 map_from_base = reader.pose();
-    const int laser = version_1 ? 0 : reader.integer<std::int32_t>();
-    if (!version_1 && reader.flag()) {
-      key_scans.add(read_measured(reader), laser, map_from_base);
+    Pose2 map_from_base;
+    std::int32_t laser = 0;
+    bool is_measured = false;
+    transfer_pose(reader, map_from_base);
+    if (!version_1) {
+      reader.integer(laser);
+      reader.flag(is_measured);
+    }
+    if (is_measured) {
+      MeasuredScan measured;
+      transfer_measured(reader, measured);
+      key_scans.add(std::move(measured), laser, map_from_base);
     } else {
-      key_scans.add(read_points(version_1, reader), laser, map_from_base);
+      PointScan points;
+      transfer_points(reader, version_1, points);
+      key_scans.add(std::move(points), laser, map_from_base);
     }
   }
   return key_scans;
@@ -465,53 +425,43 @@ KeyScans read_key_scans(bool version_1, Reader& reader) {
 
 // --- the engine's motion ---
 
-void write_motion(const MotionState& motion, Writer& writer) {
-  writer.pose(motion.fixed_from_base);
-  writer.matrix(motion.covariance);
-  writer.matrix(motion.by_velocity);
-  writer.flag(motion.stamp.has_value());
-  writer.number(motion.stamp.value_or(0.0));
-  writer.integer(std::int32_t{motion.laser});
-  writer.flag(motion.matched);
-  writer.flag(motion.odom_from_base.has_value());
-  writer.pose(motion.odom_from_base.value_or(Pose2{}));
-  writer.flag(motion.fix.has_value());
-  const MotionState::Fix fix = motion.fix.value_or(MotionState::Fix{});
-  writer.number(fix.stamp);
-  writer.pose(fix.fixed_from_base);
-  writer.pose(motion.motion);
-  writer.number(motion.interval);
+/// What may be missing: whether it is there, then its value or a default one.
+template <typename Archive, typename Optional, typename Transfer>
+void transfer_optional(Archive& archive, Optional& optional, const Transfer& transfer) {
+  bool has_value = optional.has_value();
+  auto value = optional.value_or(typename Optional::value_type{});
+  archive.flag(has_value);
+  transfer(archive, value);
+  if constexpr (Archive::kReads) {
+    optional.reset();
+    if (has_value) {
+      optional = value;
+    }
+  }
 }
 
-MotionState read_motion(Reader& reader) {
-  MotionState motion;
-  motion.fixed_from_base = reader.pose();
-  motion.covariance = reader.covariance();
-  motion.by_velocity = reader.matrix();
-  const bool has_stamp = reader.flag();
-  motion.stamp = reader.number(kLargest);
-  motion.laser = reader.integer<std::int32_t>();
-  motion.matched = reader.flag();
-  const bool has_odometry = reader.flag();
-  motion.odom_from_base = reader.pose();
-  const bool has_fix = reader.flag();
-  const double fix_stamp = reader.number(kLargest);
-  motion.fix = MotionState::Fix{fix_stamp, reader.pose()};
-  motion.motion = reader.pose();
-  motion.interval = reader.number();
-  if (!has_stamp) {
-    motion.stamp.reset();
+template <typename Archive, typename Motion>
+void transfer_motion(Archive& archive, Motion& motion) {
+  transfer_pose(archive, motion.fixed_from_base);
+  transfer_covariance(archive, motion.covariance);
+  transfer_matrix(archive, motion.by_velocity);
+  transfer_optional(archive, motion.stamp,
+                    [](Archive& to, double& stamp) { to.number(stamp, kLargest); });
+  archive.integer(motion.laser);
+  archive.flag(motion.matched);
+  transfer_optional(archive, motion.odom_from_base,
+                    [](Archive& to, Pose2& pose) { transfer_pose(to, pose); });
+  transfer_optional(archive, motion.fix, [](Archive& to, MotionState::Fix& fix) {
+    to.number(fix.stamp, kLargest);
+    transfer_pose(to, fix.fixed_from_base);
+  });
+  transfer_pose(archive, motion.motion);
+  archive.number(motion.interval);
+  if constexpr (Archive::kReads) {
+    if (motion.interval != 0.0 && !(motion.interval >= kLeastInterval)) {
+      archive.fail("is damaged: its last motion took " + to_string(motion.interval) + " s");
+    }
   }
-  if (!has_odometry) {
-    motion.odom_from_base.reset();
-  }
-  if (!has_fix) {
-    motion.fix.reset();
-  }
-  if (motion.interval != 0.0 && !(motion.interval >= kLeastInterval)) {
-    reader.fail("is damaged: its last motion took " + to_string(motion.interval) + " s");
-  }
-  return motion;
 }
 
 }  // namespace
@@ -521,11 +471,11 @@ std::string to_saved_map(const MapStart& map) {
   writer.bytes = kVersion2;
   write_grids(map.map, writer);
   write_key_scans(map.key_scans, writer);
-  write_motion(map.motion, writer);
-  writer.count(map.last_inserted.size());
+  transfer_motion(writer, map.motion);
+  writer.integer(std::uint64_t{map.last_inserted.size()});
   for (const auto& [laser, map_from_base] : map.last_inserted) {
     writer.integer(std::int32_t{laser});
-    writer.pose(map_from_base);
+    transfer_pose(writer, map_from_base);
   }
   writer.integer(map.scan_count);
   return compress(writer.bytes);
@@ -534,24 +484,24 @@ std::string to_saved_map(const MapStart& map) {
 MapStart read_saved_map(const std::string& path, double max_cells) {
   const std::string bytes = decompress(read_file(path), path);
   Reader reader(bytes, path, max_cells);
-  const bool version_1 = bytes.compare(0, kVersion1.size(), kVersion1) == 0;
-  if (!version_1 && bytes.compare(0, kVersion2.size(), kVersion2) != 0) {
+  const bool version_1 = reader.begins_with(kVersion1);
+  if (!version_1 && !reader.begins_with(kVersion2)) {
     reader.fail("is no saved map that this version reads; it should begin with '" + kHead +
                 "1' or '" + kHead + "2'");
   }
-  reader.skip(kVersion2.size());
   MapStart start{read_grids(reader), {}, {}, {}, 0};
   start.key_scans = read_key_scans(version_1, reader);
   if (version_1) {
-    start.motion.fixed_from_base = reader.pose();
-    start.motion.covariance = reader.covariance();
+    transfer_pose(reader, start.motion.fixed_from_base);
+    transfer_covariance(reader, start.motion.covariance);
   } else {
-    start.motion = read_motion(reader);
+    transfer_motion(reader, start.motion);
     for (std::size_t left = reader.count(28, kMostLasers, "lasers"); left > 0; --left) {
-      const auto laser = reader.integer<std::int32_t>();
-      start.last_inserted[laser] = reader.pose();
+      int laser = 0;
+      reader.integer(laser);
+      transfer_pose(reader, start.last_inserted[laser]);
     }
-    start.scan_count = reader.integer<std::uint64_t>();
+    reader.integer(start.scan_count);
   }
   if (!reader.at_end()) {
     reader.fail("is damaged: it goes on after its end");

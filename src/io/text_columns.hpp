@@ -1,10 +1,20 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "geometry/trajectory.hpp"
+
 namespace matchbox_slam {
+
+/// How the lines of a text file hold numbers.
+struct TextFormat {
+  std::vector<std::string> columns;  ///< their names
+  std::string text;                  ///< what follows "has 7 columns" where that is wrong
+  char separator = ' ';              ///< of the numbers; a blank is any white space
+};
 
 /// Where in which file of text, for errors.
 struct TextPlace {
@@ -15,12 +25,19 @@ struct TextPlace {
   [[noreturn]] void fail(const std::string& text) const;
 };
 
-/// The words of a line between white space, without what stands behind a '#'.
-[[nodiscard]] std::vector<std::string> words_of(const std::string& line);
+/// Calls `use` with the numbers of each line and its place. Empty lines are passed over, and so is
+/// what stands behind a '#'. Throws FileError for a line with other columns, and for what is no
+/// finite number, whatever the locale.
+/// @param source  names the text in errors, such as the file's path.
+void for_each_row(const std::string& text, const std::string& source, const TextFormat& format,
+                  const std::function<void(const std::vector<double>&, const TextPlace&)>& use);
 
-/// The number that `word` is, whatever the locale. Throws FileError naming place and column when it
-/// is none, or not finite.
-[[nodiscard]] double read_finite_number(const std::string& word, const std::string& column,
-                                        const TextPlace& place);
+/// The poses that `pose_of` makes of the rows. Throws FileError also for two poses of one stamp.
+[[nodiscard]] Trajectory read_trajectory(
+    const std::string& text, const std::string& source, const TextFormat& format,
+    const std::function<StampedPose2(const std::vector<double>&, const TextPlace&)>& pose_of);
+
+/// Whether the first line that holds anything but a comment has a separator in it.
+[[nodiscard]] bool has_separator(const std::string& text, char separator);
 
 }  // namespace matchbox_slam

@@ -1,11 +1,9 @@
 #include "io/tum.hpp"
 
-#include <array>
+#include <Eigen/Geometry>
 #include <cmath>
-#include <cstddef>
 #include <iomanip>
 #include <locale>
-#include <optional>
 #include <sstream>
 #include <vector>
 
@@ -15,58 +13,28 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kColumnCount = 8;
-constexpr std::array<const char*, kColumnCount> kColumns = {"stamp", "x",  "y",  "z",
-                                                            "qx",    "qy", "qz", "qw"};
-using Row = std::array<double, kColumnCount>;
+const TextFormat kFormat{{"stamp", "x", "y", "z", "qx", "qy", "qz", "qw"},
+                         "; a TUM trajectory has 8: stamp x y z qx qy qz qw"};
 
 /// How far from 1 the length of a quaternion may be: files with three decimals are still read.
 constexpr double kQuaternionTolerance = 0.02;
 
-StampedPose2 pose_of(const Row& row, const TextPlace& place) {
-  const auto& [stamp, x, y, z, qx, qy, qz, qw] = row;
-  const double length = std::sqrt(qx * qx + qy * qy + qz * qz + qw * qw);
-  if (std::abs(length - 1.0) > kQuaternionTolerance) {
+StampedPose2 pose_of(const std::vector<double>& row, const TextPlace& place) {
+  const Eigen::Quaterniond q(row[7], row[4], row[5], row[6]);
+  if (std::abs(q.norm() - 1.0) > kQuaternionTolerance) {
     std::ostringstream text;
-    text << "the quaternion (qx qy qz qw) has the length " << length << ", not 1";
+    text << "the quaternion (qx qy qz qw) has the length " << q.norm() << ", not 1";
     place.fail(text.str());
   }
-  const double yaw = std::atan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz);
-  return {stamp, {x, y, wrap_angle(yaw)}};
-}
-
-std::optional<StampedPose2> read_line(const std::string& line, const TextPlace& place) {
-  const std::vector<std::string> words = words_of(line);
-  if (words.empty()) {
-    return std::nullopt;
-  }
-  if (words.size() != kColumnCount) {
-    place.fail("has " + std::to_string(words.size()) +
-               " columns; a TUM trajectory has 8: stamp x y z qx qy qz qw");
-  }
-  Row row{};
-  for (std::size_t i = 0; i < kColumnCount; ++i) {
-    row[i] = read_finite_number(words[i], kColumns[i], place);
-  }
-  return pose_of(row, place);
+  const double yaw = std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()),
+                                q.w() * q.w() + q.x() * q.x() - q.y() * q.y() - q.z() * q.z());
+  return {row[0], {row[1], row[2], wrap_angle(yaw)}};
 }
 
 }  // namespace
 
 Trajectory parse_tum(const std::string& text, const std::string& source) {
-  std::vector<StampedPose2> poses;
-  std::istringstream stream(text);
-  std::size_t number = 0;
-  for (std::string line; std::getline(stream, line);) {
-    if (const std::optional<StampedPose2> pose = read_line(line, {source, ++number})) {
-      poses.push_back(*pose);
-    }
-  }
-  try {
-    return Trajectory(std::move(poses));
-  } catch (const EvaluationError& error) {
-    throw FileError(source + ": " + error.what());
-  }
+  return read_trajectory(text, source, kFormat, pose_of);
 }
 
 Trajectory read_tum(const std::string& path) { return parse_tum(read_file(path), path); }

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <map>
 #include <optional>
 #include <sstream>
 
@@ -85,11 +84,8 @@ class YamlReader {
       if (!element.IsScalar()) {
         fail(list, "'" + key + "' is a list of something else than numbers or texts");
       }
-      const ParameterValue value = scalar_value(element);
-      if (const auto* whole = std::get_if<std::int64_t>(&value)) {
-        numbers.push_back(static_cast<double>(*whole));
-      } else if (const auto* real = std::get_if<double>(&value)) {
-        numbers.push_back(*real);
+      if (const std::optional<double> number = number_in(scalar_value(element))) {
+        numbers.push_back(*number);
       }
       texts.push_back(element.Scalar());
     }
@@ -147,29 +143,6 @@ std::string read_configuration(const std::string& path) {
     return read_file(path);
   } catch (const FileError& error) {
     throw ConfigurationError(error.what());
-  }
-}
-
-/// Values by the parts of their names.
-struct Section {
-  std::optional<ParameterValue> value;
-  std::map<std::string, Section> children;
-};
-
-void write_section(const Section& section, const std::string& name, std::size_t depth,
-                   std::string& text) {
-  for (const auto& [key, child] : section.children) {
-    const std::string full_name = name.empty() ? key : name + "/" + key;
-    if (child.value.has_value() && !child.children.empty()) {
-      throw ConfigurationError("'" + full_name + "' is both a value and a section of others");
-    }
-    text += std::string(2 * depth, ' ') + to_string(ParameterValue(key)) + ":";
-    if (child.value.has_value()) {
-      text += " " + to_string(*child.value) + "\n";
-    } else {
-      text += "\n";
-      write_section(child, full_name, depth + 1, text);
-    }
   }
 }
 
@@ -245,18 +218,28 @@ Parameters parse_overrides(const std::vector<std::string>& assignments) {
 }
 
 std::string to_yaml(const Parameters& parameters) {
-  Section root;
-  for (const auto& [key, value] : parameters.values()) {
-    Section* section = &root;
-    std::size_t begin = 0;
-    for (std::size_t end = key.find('/'); end != std::string::npos; end = key.find('/', begin)) {
-      section = &section->children[key.substr(begin, end - begin)];
-      begin = end + 1;
-    }
-    section->children[key.substr(begin)].value = value;
-  }
   std::string text;
-  write_section(root, "", 0, text);
+  std::vector<std::string> before;
+  for (const auto& [key, value] : parameters.values()) {
+    const std::vector<std::string> parts = split(key, '/');
+    std::string section;
+    bool is_open = true;  // the section, by the value before
+    for (std::size_t depth = 0; depth < parts.size(); ++depth) {
+      const std::string name =
+          std::string(2 * depth, ' ') + to_string(ParameterValue(parts[depth]));
+      if (depth + 1 == parts.size()) {
+        text += name + ": " + to_string(value) + "\n";
+        break;
+      }
+      section += (depth == 0 ? "" : "/") + parts[depth];
+      if (parameters.find(section) != nullptr) {
+        throw ConfigurationError("'" + section + "' is both a value and a section of others");
+      }
+      is_open = is_open && depth + 1 < before.size() && parts[depth] == before[depth];
+      text += is_open ? "" : name + ":\n";
+    }
+    before = parts;
+  }
   return text;
 }
 

@@ -1,6 +1,7 @@
 #include "node/reconfigure_server.hpp"
 
 #include <dynamic_reconfigure/ConfigDescription.h>
+#include <dynamic_reconfigure/config_tools.h>
 #include <ros/console.h>
 
 #include <algorithm>
@@ -14,32 +15,24 @@ namespace matchbox_slam {
 
 namespace {
 
-template <typename Entry, typename Value>
-Entry make_entry(const std::string& name, const Value& value) {
-  Entry entry;
-  entry.name = name;
-  entry.value = value;
-  return entry;
-}
-
 /// Lists have no place among the types of dynamic_reconfigure.
 bool is_single_value(const ParameterValue& value) {
   return !std::holds_alternative<std::vector<double>>(value) &&
          !std::holds_alternative<std::vector<std::string>>(value);
 }
 
+/// Lists are left out.
 void add_value(const std::string& name, const ParameterValue& value,
                dynamic_reconfigure::Config& config) {
-  if (const auto* flag = std::get_if<bool>(&value)) {
-    config.bools.push_back(
-        make_entry<dynamic_reconfigure::BoolParameter>(name, static_cast<std::uint8_t>(*flag)));
-  } else if (const auto* whole = std::get_if<std::int64_t>(&value)) {
-    config.ints.push_back(
-        make_entry<dynamic_reconfigure::IntParameter>(name, static_cast<std::int32_t>(*whole)));
+  using dynamic_reconfigure::ConfigTools;
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+    ConfigTools::appendParameter(config, name, static_cast<int>(*whole));
+  } else if (const auto* flag = std::get_if<bool>(&value)) {
+    ConfigTools::appendParameter(config, name, *flag);
   } else if (const auto* real = std::get_if<double>(&value)) {
-    config.doubles.push_back(make_entry<dynamic_reconfigure::DoubleParameter>(name, *real));
+    ConfigTools::appendParameter(config, name, *real);
   } else if (const auto* text = std::get_if<std::string>(&value)) {
-    config.strs.push_back(make_entry<dynamic_reconfigure::StrParameter>(name, *text));
+    ConfigTools::appendParameter(config, name, *text);
   }
 }
 
@@ -175,17 +168,18 @@ bool ReconfigureServer::answer(dynamic_reconfigure::Reconfigure::Request& reques
 /// Whoever restarts the node then gets what was chosen. What was not touched is left alone:
 /// defaults on the parameter server would outlive the configuration file that they came from.
 void ReconfigureServer::keep_on_parameter_server(const dynamic_reconfigure::Config& config) {
-  for (const auto& entry : config.bools) {
-    private_node_.setParam(entry.name, entry.value != 0);
-  }
-  for (const auto& entry : config.ints) {
-    private_node_.setParam(entry.name, entry.value);
-  }
-  for (const auto& entry : config.doubles) {
-    private_node_.setParam(entry.name, entry.value);
-  }
-  for (const auto& entry : config.strs) {
-    private_node_.setParam(entry.name, entry.value);
+  const Parameters parameters = to_parameters(config);
+  for (const auto& [name, value] : parameters.values()) {
+    const std::string& key = name;  // what is bound by name no lambda captures
+    std::visit(
+        [&](const auto& single) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(single)>, std::int64_t>) {
+            private_node_.setParam(key, static_cast<int>(single));
+          } else {
+            private_node_.setParam(key, single);
+          }
+        },
+        value);
   }
 }
 

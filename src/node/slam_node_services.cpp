@@ -28,6 +28,19 @@ std::string doubt_about(const Relocalisation& found) {
   return has_rival ? "the second best fits nearly as well" : "";
 }
 
+/// Answers with what the work says of its success, or why it failed.
+template <typename Response, typename Work>
+bool answer(Response& response, const Work& work) {
+  try {
+    response.message = work();
+    response.success = 1;
+  } catch (const std::exception& error) {
+    response.success = 0;
+    response.message = error.what();
+  }
+  return true;
+}
+
 }  // namespace
 
 void SlamNode::start_services() {
@@ -67,18 +80,13 @@ bool SlamNode::answer_dynamic_map(nav_msgs::GetMap::Request& /*request*/,
 
 bool SlamNode::answer_save_map(std_srvs::Trigger::Request& /*request*/,
                                std_srvs::Trigger::Response& response) {
-  try {
+  return answer(response, [&] {
     const std::string path = std::filesystem::absolute(setup().node.map_file).string();
     const std::size_t scans = save_map_files(path);
     save_records();
-    response.success = 1;
-    response.message = "map of " + std::to_string(scans) + " scans saved as " + path +
-                       ".pgm, .yaml, .png and .slam";
-  } catch (const std::exception& error) {
-    response.success = 0;
-    response.message = error.what();
-  }
-  return true;
+    return "map of " + std::to_string(scans) + " scans saved as " + path +
+           ".pgm, .yaml, .png and .slam";
+  });
 }
 
 bool SlamNode::answer_reset(std_srvs::Trigger::Request& /*request*/,
@@ -99,20 +107,15 @@ LoadMapFile SlamNode::read_load(const std::string& path) {
 }
 
 bool SlamNode::answer_load_map(LoadMap::Request& request, LoadMap::Response& response) {
-  try {
+  return answer(response, [&] {
     LoadMapFile load = read_load(request.path);
     const bool has_key_scans = !load.map->key_scans.empty();
     worker_.carry_out(std::move(load));
-    response.success = 1;
-    response.message = "going on with '" + request.path +
-                       "'; where the robot is in it may be told by initialpose" +
-                       (has_key_scans ? ", or by ~relocalise with set_pose"
-                                      : "; not by ~relocalise, since it has no key scans");
-  } catch (const std::exception& error) {
-    response.success = 0;
-    response.message = error.what();
-  }
-  return true;
+    return "going on with '" + request.path +
+           "'; where the robot is in it may be told by initialpose" +
+           (has_key_scans ? ", or by ~relocalise with set_pose"
+                          : "; not by ~relocalise, since it has no key scans");
+  });
 }
 
 std::vector<OptionDescription> SlamNode::reconfigure(const Parameters& changes) {

@@ -1,5 +1,7 @@
 #include "ros/imu_heading.hpp"
 
+#include <tf2_eigen/tf2_eigen.h>
+
 #include <cmath>
 
 namespace matchbox_slam {
@@ -7,8 +9,9 @@ namespace matchbox_slam {
 namespace {
 
 Eigen::Quaterniond orientation_of(const sensor_msgs::Imu& message) {
-  const geometry_msgs::Quaternion& q = message.orientation;
-  return {q.w, q.x, q.y, q.z};
+  Eigen::Quaterniond orientation;
+  tf2::fromMsg(message.orientation, orientation);
+  return orientation;
 }
 
 }  // namespace
@@ -33,15 +36,11 @@ geometry_msgs::TransformStamped heading_link(const sensor_msgs::Imu& message,
                                              const std::string& base_frame) {
   const Eigen::Quaterniond heading_from_base =
       orientation_of(message).normalized() * Eigen::Quaterniond(imu_from_base.linear());
-  const Eigen::Quaterniond base_from_heading = heading_from_base.conjugate();
   geometry_msgs::TransformStamped link;
   link.header.stamp = message.header.stamp;
   link.header.frame_id = base_frame;
   link.child_frame_id = kImuHeadingFrame;
-  link.transform.rotation.w = base_from_heading.w();
-  link.transform.rotation.x = base_from_heading.x();
-  link.transform.rotation.y = base_from_heading.y();
-  link.transform.rotation.z = base_from_heading.z();
+  link.transform.rotation = tf2::toMsg(heading_from_base.conjugate());  // the base from it
   return link;
 }
 

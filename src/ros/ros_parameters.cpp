@@ -13,20 +13,8 @@ namespace {
 
 using XmlRpc::XmlRpcValue;
 
-std::optional<double> number_in(const XmlRpcValue& value) {
-  XmlRpcValue copy = value;  // conversions of older XmlRpc are not const
-  switch (copy.getType()) {
-    case XmlRpcValue::TypeInt:
-      return static_cast<double>(static_cast<int>(copy));
-    case XmlRpcValue::TypeDouble:
-      return static_cast<double>(copy);
-    default:
-      return std::nullopt;
-  }
-}
-
 ParameterValue to_scalar(const std::string& name, const XmlRpcValue& value) {
-  XmlRpcValue copy = value;
+  XmlRpcValue copy = value;  // conversions of older XmlRpc are not const
   switch (copy.getType()) {
     case XmlRpcValue::TypeBoolean:
       return static_cast<bool>(copy);
@@ -49,10 +37,10 @@ ParameterValue to_list(const std::string& name, const XmlRpcValue& value) {
   std::vector<std::string> texts;
   // The iterators of XmlRpcValue are those of structs. NOLINTNEXTLINE(modernize-loop-convert)
   for (int i = 0; i < list.size(); ++i) {
-    if (const std::optional<double> number = number_in(list[i])) {
+    const ParameterValue element = to_scalar(name, list[i]);
+    if (const std::optional<double> number = number_in(element)) {
       numbers.push_back(*number);
     }
-    const ParameterValue element = to_scalar(name, list[i]);
     const auto* text = std::get_if<std::string>(&element);
     texts.push_back(text != nullptr ? *text : to_string(element));
   }

@@ -1,6 +1,7 @@
 #include "ros/scan_queue.hpp"
 
 #include <algorithm>
+#include <array>
 #include <iomanip>
 #include <sstream>
 #include <utility>
@@ -56,33 +57,11 @@ ros::Time last_beam_stamp(const ros::Time& stamp, const LaserScan& scan) {
 }  // namespace
 
 const char* to_string(SkipReason reason) {
-  switch (reason) {
-    case SkipReason::kNoTransform:
-      return "no_transform";
-    case SkipReason::kDuplicateStamp:
-      return "duplicate_stamp";
-    case SkipReason::kOutOfOrder:
-      return "out_of_order";
-    case SkipReason::kInvalid:
-      return "invalid";
-    case SkipReason::kEmpty:
-      return "empty";
-    case SkipReason::kQueueFull:
-      return "queue_full";
-    case SkipReason::kTooLate:
-      return "too_late";
-    case SkipReason::kTimeJump:
-      return "time_jump";
-    case SkipReason::kStopped:
-      return "stopped";
-    case SkipReason::kPaused:
-      return "paused";
-    case SkipReason::kBeforeReset:
-      return "before_reset";
-    case SkipReason::kInterrupted:
-      return "interrupted";
-  }
-  return "unknown";
+  // In the order of SkipReason.
+  constexpr std::array kNames = {"no_transform", "duplicate_stamp", "out_of_order", "invalid",
+                                 "empty",        "queue_full",      "too_late",     "time_jump",
+                                 "stopped",      "paused",          "before_reset", "interrupted"};
+  return kNames.at(static_cast<std::size_t>(reason));
 }
 
 std::size_t ScanAccount::skipped_total() const {
@@ -214,13 +193,14 @@ void ScanQueue::collect_ready(bool wait_for_more) {
     if (last_ready_ && turn.laser == last_ready_->laser &&
         turn.stamp.toSec() <= last_ready_->stamp.toSec()) {
       skip(turn.stamp, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
-    } else if (is_ready(turn.stamp, oldest->second)) {
+    } else if (const auto missing = missing_transform(turn.stamp, oldest->second); !missing) {
       deliver(turn, make_ready(turn, std::move(oldest->second)));
     } else if (wait_for_more &&
                seconds_between(oldest->second.arrival, *now_) <= settings_.transform_timeout) {
       return;
     } else {
-      skip(turn.stamp, SkipReason::kNoTransform, missing_transform(turn.stamp, oldest->second));
+      skip(turn.stamp, SkipReason::kNoTransform,
+           transforms_.why_not(missing->target, missing->source, missing->stamp));
     }
     waiting_.erase(oldest);
   }
@@ -255,10 +235,13 @@ bool ScanQueue::is_its_turn(const Turn& turn, const WaitingScan& scan) const {
   });
 }
 
+std::deque<ScanQueue::Item>::const_iterator ScanQueue::oldest_ready_scan() const {
+  return std::find_if(ready_.begin(), ready_.end(),
+                      [](const Item& item) { return std::holds_alternative<ReadyScan>(item); });
+}
+
 void ScanQueue::drop_oldest_ready(SkipReason reason, const std::string& why) {
-  const auto oldest = std::find_if(ready_.begin(), ready_.end(), [](const Item& item) {
-    return std::holds_alternative<ReadyScan>(item);
-  });
+  const auto oldest = oldest_ready_scan();
   skip(std::get<ReadyScan>(*oldest).stamp, reason, why);
   ready_.erase(oldest);
   --ready_scans_;
@@ -276,10 +259,7 @@ void ScanQueue::give_up_late() {
     return;
   }
   while (ready_scans_ > 1) {
-    const auto oldest = std::find_if(ready_.begin(), ready_.end(), [](const Item& item) {
-      return std::holds_alternative<ReadyScan>(item);
-    });
-    const double lag = seconds_between(std::get<ReadyScan>(*oldest).arrival, *now_);
+    const double lag = seconds_between(std::get<ReadyScan>(*oldest_ready_scan()).arrival, *now_);
     if (lag <= settings_.max_lag) {
       return;
     }
@@ -354,15 +334,24 @@ void ScanQueue::skip(const ros::Time& stamp, SkipReason reason, const std::strin
   skipped_.push_back({stamp, reason, text.str()});
 }
 
-bool ScanQueue::is_ready(const ros::Time& stamp, const WaitingScan& scan) const {
-  if (scan.frame != settings_.base_frame &&
-      !transforms_.covers(settings_.base_frame, scan.frame, stamp)) {
-    return false;
+/// The first one; none: the scan is ready.
+std::optional<ScanQueue::Needed> ScanQueue::missing_transform(const ros::Time& stamp,
+                                                              const WaitingScan& scan) const {
+  const std::string& base = settings_.base_frame;
+  std::vector<Needed> needed;
+  if (scan.frame != base) {
+    needed.push_back({base, scan.frame, stamp});
   }
-  return !settings_.odom_frame ||
-         (transforms_.covers(*settings_.odom_frame, settings_.base_frame, stamp) &&
-          transforms_.covers(*settings_.odom_frame, settings_.base_frame,
-                             last_beam_stamp(stamp, scan.scan)));
+  if (settings_.odom_frame) {
+    needed.push_back({*settings_.odom_frame, base, stamp});
+    needed.push_back({*settings_.odom_frame, base, last_beam_stamp(stamp, scan.scan)});
+  }
+  for (const Needed& one : needed) {
+    if (!transforms_.covers(one.target, one.source, one.stamp)) {
+      return one;
+    }
+  }
+  return std::nullopt;
 }
 
 ReadyScan ScanQueue::make_ready(const Turn& turn, WaitingScan&& scan) const {
@@ -385,19 +374,6 @@ ReadyScan ScanQueue::make_ready(const Turn& turn, WaitingScan&& scan) const {
   }
   ready.input.scan = std::move(scan.scan);
   return ready;
-}
-
-std::string ScanQueue::missing_transform(const ros::Time& stamp, const WaitingScan& scan) const {
-  const std::string& base = settings_.base_frame;
-  if (scan.frame != base && !transforms_.covers(base, scan.frame, stamp)) {
-    return transforms_.why_not(base, scan.frame, stamp);
-  }
-  if (settings_.odom_frame && !transforms_.covers(*settings_.odom_frame, base, stamp)) {
-    return transforms_.why_not(*settings_.odom_frame, base, stamp);
-  }
-  return settings_.odom_frame
-             ? transforms_.why_not(*settings_.odom_frame, base, last_beam_stamp(stamp, scan.scan))
-             : "the next scan";
 }
 
 }  // namespace matchbox_slam

@@ -163,6 +163,12 @@ class ScanQueue {
     }
   };
   using Waiting = std::map<Turn, WaitingScan>;
+  /// A transform that a scan needs.
+  struct Needed {
+    const std::string& target;
+    const std::string& source;
+    ros::Time stamp;
+  };
 
   void advance(const ros::Time& now);
   void jump_back(double seconds);
@@ -174,14 +180,14 @@ class ScanQueue {
   void limit_waiting();
   void give_up_late();
   void note_newest(const Turn& turn);
+  [[nodiscard]] std::deque<Item>::const_iterator oldest_ready_scan() const;
   void drop_oldest_ready(SkipReason reason, const std::string& why);
   void drop_all_ready(SkipReason reason, const std::string& why);
   [[nodiscard]] bool is_its_turn(const Turn& turn, const WaitingScan& scan) const;
   void skip(const ros::Time& stamp, SkipReason reason, const std::string& why);
-  [[nodiscard]] bool is_ready(const ros::Time& stamp, const WaitingScan& scan) const;
+  [[nodiscard]] std::optional<Needed> missing_transform(const ros::Time& stamp,
+                                                        const WaitingScan& scan) const;
   [[nodiscard]] ReadyScan make_ready(const Turn& turn, WaitingScan&& scan) const;
-  [[nodiscard]] std::string missing_transform(const ros::Time& stamp,
-                                              const WaitingScan& scan) const;
 
   ScanQueueSettings settings_;
   TransformStore transforms_;

@@ -23,13 +23,6 @@ const ros::Duration kHoldBefore(10.0);
 // is.
 constexpr int kOutdatedInARow = 3;
 
-bool same(const geometry_msgs::Transform& a, const geometry_msgs::Transform& b) {
-  return a.translation.x == b.translation.x && a.translation.y == b.translation.y &&
-         a.translation.z == b.translation.z && a.rotation.x == b.rotation.x &&
-         a.rotation.y == b.rotation.y && a.rotation.z == b.rotation.z &&
-         a.rotation.w == b.rotation.w;
-}
-
 /// False when the transform is none. Rotations that are nearly of unit length are made exactly so.
 bool make_valid(geometry_msgs::TransformStamped& transform) {
   geometry_msgs::Quaternion& q = transform.transform.rotation;
@@ -126,7 +119,7 @@ void TransformStore::add_moving(const geometry_msgs::TransformStamped& transform
   link.outdated_in_a_row = 0;
   ++link.count;
   buffer_.setTransform(transform, "tf");
-  if (link.count == 2 && same(transform.transform, link.first) &&
+  if (link.count == 2 && transform.transform == link.first &&
       link.first_stamp.toSec() > kHoldBefore.toSec()) {
     geometry_msgs::TransformStamped before = transform;
     before.header.stamp = link.first_stamp - kHoldBefore;

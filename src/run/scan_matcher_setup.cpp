@@ -47,11 +47,11 @@ void check_frames(const ScanMatcherNodeOptions& options) {
 
 ScanMatcherSetup make_scan_matcher_setup(const Parameters& parameters,
                                          const MatcherCatalog& catalog) {
-  const std::vector<std::string> names = option_names<ScanMatcherNodeOptions>();
+  ScanMatcherSetup setup;
+  std::vector<std::string> names;
+  setup.node = read_options_among<ScanMatcherNodeOptions>(parameters, "", names);
   reject_unknown_names(parameters, names, {"odometry", "scan", "map", "field", "motion", "slam"},
                        catalog);
-  ScanMatcherSetup setup;
-  setup.node = read_options<ScanMatcherNodeOptions>(only(parameters, names), "");
   for (std::string* frame :
        {&setup.node.base_frame, &setup.node.odom_frame, &setup.node.guess_frame}) {
     *frame = without_leading_slash(*frame);

@@ -4,16 +4,6 @@
 
 namespace matchbox_slam {
 
-Parameters only(const Parameters& parameters, const std::vector<std::string>& names) {
-  Parameters selected;
-  for (const std::string& name : names) {
-    if (const ParameterValue* value = parameters.find(name)) {
-      selected.set(name, *value);
-    }
-  }
-  return selected;
-}
-
 void reject_unknown_names(const Parameters& parameters, const std::vector<std::string>& options,
                           std::vector<std::string> sections, const MatcherCatalog& catalog) {
   for (const std::string& lookup_name : catalog.lookup_names()) {

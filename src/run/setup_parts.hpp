@@ -13,18 +13,6 @@ namespace matchbox_slam {
 
 // What reading a node's configuration consists of, for all nodes.
 
-template <typename Options>
-[[nodiscard]] std::vector<std::string> option_names() {
-  std::vector<std::string> names;
-  for (const OptionDescription& row : describe_options(Options{})) {
-    names.push_back(row.name);
-  }
-  return names;
-}
-
-/// The values of the given names; those of others are left out.
-[[nodiscard]] Parameters only(const Parameters& parameters, const std::vector<std::string>& names);
-
 /// Looks at the first part of every key, which has to be one of `options` or a section: one of
 /// `sections` or a matcher's. Throws ConfigurationError for any other.
 void reject_unknown_names(const Parameters& parameters, const std::vector<std::string>& options,

@@ -11,15 +11,6 @@ namespace matchbox_slam {
 
 namespace {
 
-/// The names outside of sections.
-std::vector<std::string> plain_names() {
-  std::vector<std::string> names = option_names<RunOptions>();
-  for (const std::string& name : option_names<SlamNodeOptions>()) {
-    names.push_back(name);
-  }
-  return names;
-}
-
 /// YAML types an offset such as 82.2 as a number, but it may be the word 'auto' too.
 Parameters with_offset_as_text(Parameters parameters) {
   const ParameterValue* offset = parameters.find("scan_time_offset");
@@ -54,14 +45,13 @@ std::optional<double> fixed_scan_time_offset(const RunOptions& options) {
 }
 
 SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& catalog) {
-  reject_unknown_names(parameters, plain_names(), {"slam", "scan", "map", "field", "motion"},
-                       catalog);
   SlamSetup setup;
-  setup.run = read_options<RunOptions>(
-      with_offset_as_text(only(parameters, option_names<RunOptions>())), "");
+  std::vector<std::string> names;
+  setup.run = read_options_among<RunOptions>(with_offset_as_text(parameters), "", names);
+  setup.node = read_options_among<SlamNodeOptions>(parameters, "", names);
+  reject_unknown_names(parameters, names, {"slam", "scan", "map", "field", "motion"}, catalog);
   check_scan_time_offset(setup.run);
   strip_leading_slashes(setup.run);
-  setup.node = read_options<SlamNodeOptions>(only(parameters, option_names<SlamNodeOptions>()), "");
   setup.engine = read_engine_options(parameters);
   setup.matcher_name = catalog.find(setup.run.matcher);
   setup.matcher = make_matcher(parameters, catalog, setup.matcher_name);

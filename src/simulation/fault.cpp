@@ -74,19 +74,7 @@ const FaultKindRow& row_named(const std::string& name, const std::string& text) 
   return *found;
 }
 
-std::vector<std::string> parts_of(const std::string& text) {
-  std::vector<std::string> parts = {""};
-  for (const char c : text) {
-    if (c == ':') {
-      parts.emplace_back();
-    } else {
-      parts.back() += c;
-    }
-  }
-  return parts;
-}
-
-double number_in(const std::string& part, double left_out, double low, double high,
+double number_of(const std::string& part, double left_out, double low, double high,
                  const std::string& what, const std::string& text) {
   if (part.empty()) {
     return left_out;
@@ -104,8 +92,14 @@ double number_in(const std::string& part, double left_out, double low, double hi
 
 }  // namespace
 
+bool is_any_on(FaultKind kind, double since_start, const std::vector<Fault>& faults) {
+  return std::any_of(faults.begin(), faults.end(), [&](const Fault& fault) {
+    return fault.kind == kind && fault.is_on(since_start);
+  });
+}
+
 Fault parse_fault(const std::string& text) {
-  std::vector<std::string> parts = parts_of(text);
+  std::vector<std::string> parts = split(text, ':');
   if (parts.size() < 2 || parts.size() > 4 || parts[1].empty()) {
     throw ConfigurationError("fault '" + text +
                              "' is not allowed; allowed: KIND:TIME, KIND:TIME:DURATION or "
@@ -116,10 +110,10 @@ Fault parse_fault(const std::string& text) {
   Fault fault;
   fault.kind = row.kind;
   if (parts[1] != "random") {
-    fault.time = number_in(parts[1], 0.0, 0.0, kLongest, "time", text);
+    fault.time = number_of(parts[1], 0.0, 0.0, kLongest, "time", text);
   }
-  fault.duration = number_in(parts[2], row.duration, 0.0, row.longest, "duration", text);
-  fault.amount = number_in(parts[3], row.amount, row.least, row.most, "amount", text);
+  fault.duration = number_of(parts[2], row.duration, 0.0, row.longest, "duration", text);
+  fault.amount = number_of(parts[3], row.amount, row.least, row.most, "amount", text);
   return fault;
 }
 

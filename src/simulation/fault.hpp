@@ -35,6 +35,9 @@ struct Fault {
   }
 };
 
+/// Whether a fault of this kind is on.
+[[nodiscard]] bool is_any_on(FaultKind kind, double since_start, const std::vector<Fault>& faults);
+
 /// A fault from its text KIND:TIME:DURATION:AMOUNT, such as "freeze:20:1.5", "jump:30::0.5" or
 /// "heading_slip:random:2:-0.5". Duration and amount may be left out, and have a kind's defaults
 /// then. Throws ConfigurationError naming what is allowed.

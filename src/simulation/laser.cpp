@@ -67,12 +67,6 @@ Eigen::Isometry3d LaserOptions::base_from_laser() const {
   return transform;
 }
 
-LaserOptions without_noise(LaserOptions options) {
-  options.range_noise = 0.0;
-  options.dropout = 0.0;
-  return options;
-}
-
 void check_laser_options(const LaserOptions& options) {
   if (options.range_min >= options.range_max) {
     throw ConfigurationError("laser: range_min is " + std::to_string(options.range_min) +
@@ -128,12 +122,6 @@ SimulatedScan simulate_scan(const World& world, const LaserOptions& options,
     scan.ranges.push_back(static_cast<float>(range));
   }
   return result;
-}
-
-LaserScan ideal_scan(const World& world, const LaserOptions& options, const Pose2& world_from_base,
-                     double stamp) {
-  const PoseAtTime at_rest = [&](double /*time*/) { return world_from_base; };
-  return simulate_scan(world, without_noise(options), at_rest, stamp, 0).scan;
 }
 
 }  // namespace matchbox_slam

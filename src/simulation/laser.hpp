@@ -87,9 +87,6 @@ struct SimulatedScan {
 /// Pose of the base in the world at a time [s].
 using PoseAtTime = std::function<Pose2(double)>;
 
-/// The options with neither noise nor dropouts.
-[[nodiscard]] LaserOptions without_noise(LaserOptions options);
-
 /// Throws ConfigurationError when options that are allowed one by one do not fit together: no range
 /// between range_min and range_max, or a sweep longer than the time from scan to scan.
 void check_laser_options(const LaserOptions& options);
@@ -106,9 +103,5 @@ void check_laser_options(const LaserOptions& options);
 [[nodiscard]] SimulatedScan simulate_scan(const World& world, const LaserOptions& options,
                                           const PoseAtTime& world_from_base, double stamp,
                                           std::uint64_t seed);
-
-/// The scan of a robot at rest, without noise and dropouts.
-[[nodiscard]] LaserScan ideal_scan(const World& world, const LaserOptions& options,
-                                   const Pose2& world_from_base, double stamp = 0.0);
 
 }  // namespace matchbox_slam

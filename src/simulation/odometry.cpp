@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <stdexcept>
 
 #include "matchbox_slam/common/random.hpp"
 
@@ -22,12 +21,6 @@ Pose2 measure_motion(const Pose2& motion, const OdometryOptions& options, Random
   const double theta = motion.theta * (1.0 + options.rotation_bias) +
                        options.heading_bias * distance + turn_noise + heading_noise;
   return {scale * motion.x, scale * motion.y, wrap_angle(theta)};
-}
-
-bool is_any_on(FaultKind kind, double since_start, const std::vector<Fault>& faults) {
-  return std::any_of(faults.begin(), faults.end(), [&](const Fault& fault) {
-    return fault.kind == kind && fault.is_on(since_start);
-  });
 }
 
 /// What is told of a motion from `since_start` on.
@@ -70,16 +63,6 @@ Pose2 jump_between(double from, double to, const std::vector<Fault>& faults, std
 
 }  // namespace
 
-OdometryOptions without_noise(OdometryOptions options) {
-  options.translation_noise = 0.0;
-  options.rotation_noise = 0.0;
-  options.heading_noise = 0.0;
-  options.translation_bias = 0.0;
-  options.rotation_bias = 0.0;
-  options.heading_bias = 0.0;
-  return options;
-}
-
 std::vector<OdometryReading> simulate_odometry(const PoseAtTime& world_from_base,
                                                const std::vector<double>& stamps,
                                                const OdometryOptions& options, std::uint64_t seed) {
@@ -120,24 +103,6 @@ std::vector<OdometryReading> with_odometry_faults(const std::vector<OdometryRead
                                            : odom_from_base});
   }
   return told;
-}
-
-Pose2 interpolate_odometry(const std::vector<OdometryReading>& odometry, double stamp) {
-  if (odometry.empty()) {
-    throw std::invalid_argument("there are no odometry readings to interpolate");
-  }
-  const auto after = std::lower_bound(
-      odometry.begin(), odometry.end(), stamp,
-      [](const OdometryReading& reading, double time) { return reading.stamp < time; });
-  if (after == odometry.end()) {
-    return odometry.back().odom_from_base;
-  }
-  if (after == odometry.begin()) {
-    return odometry.front().odom_from_base;
-  }
-  const auto before = after - 1;
-  const double fraction = (stamp - before->stamp) / (after->stamp - before->stamp);
-  return interpolate(before->odom_from_base, after->odom_from_base, fraction);
 }
 
 }  // namespace matchbox_slam

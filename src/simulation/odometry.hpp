@@ -40,9 +40,6 @@ struct OdometryOptions {
   }
 };
 
-/// The options with neither noise nor bias.
-[[nodiscard]] OdometryOptions without_noise(OdometryOptions options);
-
 /// Where the odometry believes the base to be.
 struct OdometryReading {
   double stamp = 0.0;  ///< [s]
@@ -65,10 +62,5 @@ struct OdometryReading {
 [[nodiscard]] std::vector<OdometryReading> with_odometry_faults(
     const std::vector<OdometryReading>& readings, const std::vector<Fault>& faults, double start,
     std::uint64_t seed);
-
-/// The odometry at any time, interpolated between its readings as tf does. Before the first and
-/// after the last it is that one. Throws std::invalid_argument when there are no readings.
-[[nodiscard]] Pose2 interpolate_odometry(const std::vector<OdometryReading>& odometry,
-                                         double stamp);
 
 }  // namespace matchbox_slam

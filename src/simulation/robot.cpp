@@ -161,14 +161,6 @@ Pose2 RobotMotion::pose(double time) const {
 
 double RobotMotion::duration() const { return static_cast<double>(steps_.size()) * step_duration_; }
 
-double RobotMotion::length() const {
-  double sum = 0.0;
-  for (const Step& step : steps_) {
-    sum += std::abs(step.speed) * step_duration_;
-  }
-  return sum;
-}
-
 RobotMotion drive(const Route& route, const DriveOptions& options) {
   Driver driver(route, options);
   const Eigen::Vector2d& start = route.waypoints.front();

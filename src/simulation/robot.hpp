@@ -47,7 +47,6 @@ class RobotMotion {
 
   [[nodiscard]] const std::vector<Step>& steps() const { return steps_; }
   [[nodiscard]] double duration() const;  ///< [s]
-  [[nodiscard]] double length() const;    ///< [m] driven
 
  private:
   std::vector<Step> steps_;

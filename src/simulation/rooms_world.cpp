@@ -93,30 +93,22 @@ class RowTour {
   Corners& route_;
 };
 
-void tour_rightwards(const std::vector<Room>& row, RowTour& tour, Random& random) {
-  for (std::size_t i = 0; i < row.size(); ++i) {
-    if (i > 0 && row[i - 1].is_open_to_next) {
-      tour.pass(row[i - 1], true);
+/// From the first room to the last, or back.
+void tour_row(const std::vector<Room>& row, bool rightwards, RowTour& tour, Random& random) {
+  for (std::size_t k = 0; k < row.size(); ++k) {
+    const std::size_t i = rightwards ? k : row.size() - 1 - k;
+    // The rooms whose right walls have the doors to the rooms before and after this one.
+    const Room* left = i > 0 ? &row[i - 1] : nullptr;
+    const Room* before = rightwards ? left : &row[i];
+    const Room* after = rightwards ? &row[i] : left;
+    if (before != nullptr && before->is_open_to_next) {
+      tour.pass(*before, rightwards);
     } else {
       tour.enter(row[i]);
     }
-    tour.look_around(row[i], true, random);
-    if (!row[i].is_open_to_next) {
+    tour.look_around(row[i], rightwards, random);
+    if (after == nullptr || !after->is_open_to_next) {
       tour.leave(row[i]);
-    }
-  }
-}
-
-void tour_leftwards(const std::vector<Room>& row, RowTour& tour, Random& random) {
-  for (std::size_t k = row.size(); k-- > 0;) {
-    if (row[k].is_open_to_next) {
-      tour.pass(row[k], false);
-    } else {
-      tour.enter(row[k]);
-    }
-    tour.look_around(row[k], false, random);
-    if (k == 0 || !row[k - 1].is_open_to_next) {
-      tour.leave(row[k]);
     }
   }
 }
@@ -126,8 +118,8 @@ Route draw_route(const Building& building, Random& random) {
   const Eigen::Vector2d start(1.2, building.corridor_y);
   route.waypoints.push_back(start);
   RowTour tour(building.corridor_y, route.waypoints);
-  tour_rightwards(building.upper, tour, random);
-  tour_leftwards(building.lower, tour, random);
+  tour_row(building.upper, true, tour, random);
+  tour_row(building.lower, false, tour, random);
   route.waypoints.push_back(start);
   route.start_heading = random.uniform(-0.5, 0.5);
   return route;

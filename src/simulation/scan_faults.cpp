@@ -48,12 +48,6 @@ void add_people(double since_start, const Fault& fault, std::uint64_t seed, Lase
 
 }  // namespace
 
-bool is_lost(double since_start, const std::vector<Fault>& faults) {
-  return std::any_of(faults.begin(), faults.end(), [&](const Fault& fault) {
-    return fault.kind == FaultKind::kDropout && fault.is_on(since_start);
-  });
-}
-
 void add_scan_faults(double since_start, const std::vector<Fault>& faults, std::uint64_t seed,
                      LaserScan& scan) {
   for (std::size_t i = 0; i < faults.size(); ++i) {

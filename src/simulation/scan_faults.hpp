@@ -8,10 +8,6 @@
 
 namespace matchbox_slam {
 
-/// Whether a scan is lost (kDropout).
-/// @param since_start  of its stamp [s].
-[[nodiscard]] bool is_lost(double since_start, const std::vector<Fault>& faults);
-
 /// Draws covers and people (kCovered, kPeople) into a scan. Each person hides about a twentieth of
 /// the beams, at a share of its own of the distance to the wall, and wanders about the laser.
 /// @param since_start  of its stamp [s].

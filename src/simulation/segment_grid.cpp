@@ -32,28 +32,21 @@ Interval clip(double origin, double direction, double low, double high) {
 
 /// The walk of a ray along one axis of the grid.
 struct AxisWalk {
-  AxisWalk(double ray_origin, double ray_direction, double grid_low, double size, int first_cell)
-      : origin(ray_origin),
-        direction(ray_direction),
-        low(grid_low),
-        cell_size(size),
-        cell(first_cell),
-        step(ray_direction > 0.0 ? 1 : -1) {}
-
   /// Range at which the ray leaves the cell, from the cell's number so that no rounding adds up.
   [[nodiscard]] double exit_range() const {
     if (direction == 0.0) {
       return kInfinity;
     }
-    return (low + (cell + (step > 0 ? 1 : 0)) * cell_size - origin) / direction;
+    return (low + (cell + (step() > 0 ? 1 : 0)) * cell_size - origin) / direction;
   }
+
+  [[nodiscard]] int step() const { return direction > 0.0 ? 1 : -1; }
 
   double origin;
   double direction;
   double low;
   double cell_size;
   int cell;
-  int step;
 };
 
 }  // namespace
@@ -128,9 +121,9 @@ std::optional<SegmentGrid::Hit> SegmentGrid::first_hit(const std::vector<WallSeg
     return std::nullopt;
   }
   const Eigen::Vector2d start = origin + enter * direction;
-  AxisWalk x(origin.x(), direction.x(), low_.x(), cell_size_,
-             cell_of(start.x(), low_.x(), columns_));
-  AxisWalk y(origin.y(), direction.y(), low_.y(), cell_size_, cell_of(start.y(), low_.y(), rows_));
+  AxisWalk x{origin.x(), direction.x(), low_.x(), cell_size_,
+             cell_of(start.x(), low_.x(), columns_)};
+  AxisWalk y{origin.y(), direction.y(), low_.y(), cell_size_, cell_of(start.y(), low_.y(), rows_)};
 
   std::optional<Hit> best;
   while (x.cell >= 0 && x.cell < columns_ && y.cell >= 0 && y.cell < rows_) {
@@ -149,7 +142,7 @@ std::optional<SegmentGrid::Hit> SegmentGrid::first_hit(const std::vector<WallSeg
       break;
     }
     AxisWalk& axis = x.exit_range() <= y.exit_range() ? x : y;
-    axis.cell += axis.step;
+    axis.cell += axis.step();
   }
   return best;
 }

@@ -29,25 +29,6 @@ std::vector<double> stamps_at_rate(double start, double end, double rate) {
 
 }  // namespace
 
-SimulationOptions without_noise(SimulationOptions options) {
-  options.laser = without_noise(options.laser);
-  options.odometry = without_noise(options.odometry);
-  options.faults.clear();
-  return options;
-}
-
-ScanInput SimulatedRun::scan_input(std::size_t index, bool with_odometry) const {
-  ScanInput input;
-  input.scan = scans.at(index);
-  input.base_from_laser = base_from_laser;
-  if (with_odometry) {
-    const double stamp = input.scan.stamp;
-    input.odometry = ScanOdometry{interpolate_odometry(odometry, stamp),
-                                  interpolate_odometry(odometry, stamp + input.scan.duration())};
-  }
-  return input;
-}
-
 SimulatedRun simulate_run(const World& world, const Route& route, const SimulationOptions& options,
                           std::uint64_t seed, const std::function<bool()>& is_interrupted) {
   check_laser_options(options.laser);
@@ -68,7 +49,7 @@ SimulatedRun simulate_run(const World& world, const Route& route, const Simulati
       throw Interrupted("interrupted; nothing is written");
     }
     const double stamp = scan_stamps[i];
-    if (is_lost(stamp - start, run.faults)) {
+    if (is_any_on(FaultKind::kDropout, stamp - start, run.faults)) {
       continue;
     }
     const std::uint64_t scan_seed = mix_seed(mix_seed(seed, kLaserStream), i);

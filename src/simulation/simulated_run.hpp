@@ -9,7 +9,6 @@
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/sensor/laser_scan.hpp"
-#include "matchbox_slam/sensor/scan_input.hpp"
 #include "simulation/fault.hpp"
 #include "simulation/laser.hpp"
 #include "simulation/odometry.hpp"
@@ -41,9 +40,6 @@ struct SimulationOptions {
   std::vector<Fault> faults;  ///< those whose times are random get theirs by the seed
 };
 
-/// The options with perfect sensors: neither noise nor dropouts nor bias nor faults.
-[[nodiscard]] SimulationOptions without_noise(SimulationOptions options);
-
 /// All that the sensors of a robot told on its way, and the truth.
 struct SimulatedRun {
   Eigen::Isometry3d base_from_laser = Eigen::Isometry3d::Identity();
@@ -51,9 +47,6 @@ struct SimulatedRun {
   std::vector<Pose2> world_from_base;     ///< truth at the stamp of each scan
   std::vector<OdometryReading> odometry;  ///< from the first scan's stamp to after the last beam
   std::vector<Fault> faults;              ///< what went wrong, with its times
-
-  /// One scan as the engine takes it.
-  [[nodiscard]] ScanInput scan_input(std::size_t index, bool with_odometry = true) const;
 };
 
 /// Drives the route through the world. The same seed gives the same bits.

@@ -1,7 +1,5 @@
 #include "simulation/world.hpp"
 
-#include <algorithm>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -23,14 +21,6 @@ std::vector<WallSegment> checked(std::vector<WallSegment> segments) {
 
 }  // namespace
 
-double Route::length() const {
-  double sum = 0.0;
-  for (std::size_t i = 1; i < waypoints.size(); ++i) {
-    sum += (waypoints[i] - waypoints[i - 1]).norm();
-  }
-  return sum;
-}
-
 World::World(std::vector<WallSegment> segments, Route route)
     : segments_(checked(std::move(segments))), route_(std::move(route)), grid_(segments_) {}
 
@@ -43,14 +33,6 @@ std::optional<RayHit> World::cast_ray(const Eigen::Vector2d& origin,
   }
   const Eigen::Vector2d normal = segments_[hit->segment].normal();
   return RayHit{hit->range, hit->segment, normal.dot(direction) > 0.0 ? -normal : normal};
-}
-
-double World::clearance(const Eigen::Vector2d& point) const {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const WallSegment& segment : segments_) {
-    nearest = std::min(nearest, distance(segment, point));
-  }
-  return nearest;
 }
 
 }  // namespace matchbox_slam

@@ -14,9 +14,6 @@ namespace matchbox_slam {
 struct Route {
   double start_heading = 0.0;  ///< [rad], the robot's heading at rest on the first way-point
   std::vector<Eigen::Vector2d> waypoints;
-
-  /// Length of the lines from way-point to way-point [m].
-  [[nodiscard]] double length() const;
 };
 
 /// What a ray met first.
@@ -43,9 +40,6 @@ class World {
   [[nodiscard]] std::optional<RayHit> cast_ray(const Eigen::Vector2d& origin,
                                                const Eigen::Vector2d& direction,
                                                double max_range) const;
-
-  /// Distance from a point to the nearest wall [m]; infinite in an empty world. Cost: all segments.
-  [[nodiscard]] double clearance(const Eigen::Vector2d& point) const;
 
  private:
   std::vector<WallSegment> segments_;

@@ -1,26 +1,19 @@
 #include "tools/bag_flags.hpp"
 
-#include <sstream>
-
 namespace matchbox_slam {
 
-CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<std::string>& values,
-                          const std::string& help, const std::string& type_name) {
-  const auto split = [&values](const std::string& joined) {
-    std::istringstream stream(joined);
-    for (std::string line; std::getline(stream, line);) {
-      values.push_back(line);
-    }
-  };
-  return app.add_option_function<std::string>(name, split, help + "; may be given repeatedly")
-      ->multi_option_policy(CLI::MultiOptionPolicy::Join)
+void add_repeated(CLI::App& app, const std::string& name, std::vector<std::string>& values,
+                  const std::string& help, const std::string& type_name) {
+  app.add_option(name, values, help + "; may be given repeatedly")
+      ->allow_extra_args(false)
       ->type_name(type_name);
 }
 
 void add_bag_flags(CLI::App& app, BagRequest& request) {
-  add_optional(app, "--scan-topic", request.scan_topic, "Topic of the laser scans", "TOPIC");
-  add_optional(app, "--base-frame", request.base_frame, "Frame of the robot", "FRAME");
-  add_optional(app, "--odom-frame", request.odom_frame, "Frame of the odometry", "FRAME");
+  app.add_option("--scan-topic", request.scan_topic, "Topic of the laser scans")
+      ->type_name("TOPIC");
+  app.add_option("--base-frame", request.base_frame, "Frame of the robot")->type_name("FRAME");
+  app.add_option("--odom-frame", request.odom_frame, "Frame of the odometry")->type_name("FRAME");
   app.add_flag("--no-odom", request.no_odometry, "Leave odometry aside, or there is none");
   app.add_option("--start", request.period.start, "Begin this long after the bag begins")
       ->check(CLI::Range(0.0, 1e9))
@@ -28,6 +21,22 @@ void add_bag_flags(CLI::App& app, BagRequest& request) {
   app.add_option("--duration", request.period.duration, "Stop after this long")
       ->check(CLI::Range(0.0, 1e9))
       ->type_name("SECONDS");
+}
+
+void add_recording_flags(CLI::App& app, RecordingRequest& request, const std::string& seed_help,
+                         const std::string& debug_help) {
+  app.add_option("BAG", request.recording.bags, "Bag files of one recording")->required();
+  app.add_option("--out", request.out, "Folder for the results; made if need be")
+      ->required()
+      ->type_name("DIR");
+  add_repeated(app, "--config", request.config_files, "YAML with parameters", "FILE");
+  add_repeated(app, "--set", request.overrides, "A parameter", "KEY=VALUE");
+  add_bag_flags(app, request.recording);
+  app.add_option("--seed", request.seed, seed_help)
+      ->check(CLI::Range(0, 2147483647))
+      ->type_name("N");
+  app.add_option("--debug", request.debug, debug_help)->type_name("DIR");
+  app.add_flag("--quiet", request.quiet, "Only warnings and errors");
 }
 
 }  // namespace matchbox_slam

@@ -13,7 +13,6 @@
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
-#include "matchbox_slam/io/yaml_parameters.hpp"
 #include "ros/matcher_loader.hpp"
 #include "run/events_file.hpp"
 #include "run/slam_run.hpp"
@@ -22,45 +21,6 @@
 
 namespace matchbox_slam {
 namespace {
-
-/// Defaults of the structs < files < flags of their own < --set.
-Parameters gather_parameters(const MapBagRequest& request) {
-  Parameters parameters = read_yaml_parameters(request.config_files);
-  if (request.matcher) {
-    parameters.set("matcher", *request.matcher);
-  }
-  if (request.seed) {
-    parameters.set("seed", static_cast<std::int64_t>(*request.seed));
-  }
-  parameters.merge(frame_parameters(request.recording));
-  parameters.merge(parse_overrides(request.overrides));
-  return parameters;
-}
-
-/// The first key scans of a map.
-class FirstKeyScans {
- public:
-  void add(const std::shared_ptr<const KeyScan>& key) {
-    if (key_scans_.size() <= kMostHoughPictures) {
-      key_scans_.push_back(key);
-    }
-  }
-  void clear() { key_scans_.clear(); }
-
-  /// What the Hough matcher sees of each one and its predecessor, one picture each.
-  [[nodiscard]] std::vector<FileContents> draw(const std::string& folder,
-                                               const HoughAlignmentOptions& options) const {
-    std::vector<FileContents> files;
-    for (std::size_t i = 1; i < key_scans_.size(); ++i) {
-      files.push_back(hough_picture_file(folder, i - 1, *key_scans_[i - 1]->points(),
-                                         *key_scans_[i]->points(), options));
-    }
-    return files;
-  }
-
- private:
-  std::vector<std::shared_ptr<const KeyScan>> key_scans_;
-};
 
 std::size_t count_of(MatchStatus status, const SlamRun& run) {
   const auto found = run.statuses().find(status);
@@ -100,7 +60,7 @@ class BagMapping {
         debug_(request.debug),
         dialog_(dialog),
         started_(resource_usage()),
-        parameters_(gather_parameters(request)),
+        parameters_(gather_parameters(request, request.matcher)),
         configuration_(parameters_, loader_),
         scans_(request.recording, dialog) {
     if (!request.events.empty()) {
@@ -109,10 +69,7 @@ class BagMapping {
     if (!map_file_.empty()) {
       saved_ = read_map_start(map_file_, configuration_.setup().engine);
     }
-    require_writable_folder(out_);
-    if (!debug_.empty()) {
-      require_writable_folder(debug_);
-    }
+    require_writable_folders(request);
   }
 
   void map();
@@ -136,7 +93,7 @@ class BagMapping {
   BagScans scans_;
   std::optional<SlamRun> run_;
   std::optional<MapStart> saved_;  ///< until the first scan comes, or an event before it
-  FirstKeyScans first_key_scans_;
+  std::vector<std::shared_ptr<const KeyScan>> first_key_scans_;  ///< of the map
   bool told_of_left_out_ = false;
 };
 
@@ -174,8 +131,8 @@ void BagMapping::handle(const ReadyScan& scan) {
     scans_.leave_out(scan);
     return;
   }
-  if (outcome->inserted && !debug_.empty()) {
-    first_key_scans_.add(run_->key_scans().all().back().scan);
+  if (outcome->inserted && !debug_.empty() && first_key_scans_.size() <= kMostHoughPictures) {
+    first_key_scans_.push_back(run_->key_scans().all().back().scan);
   }
   if (outcome->left_out && !told_of_left_out_) {
     dialog_.warn(kLeftOut);
@@ -233,9 +190,14 @@ void BagMapping::write() {
                         now.cpu_seconds - started_.cpu_seconds, now.peak_memory}};
   files.push_back({out_ + "/report.json", to_json(facts, account, *run_)});
   replace_files(files);
-  if (!debug_.empty()) {
-    replace_files(first_key_scans_.draw(debug_, run_->setup().hough.alignment));
+  std::vector<FileContents>
+      pictures;  // what the Hough matcher sees of each one and its predecessor
+  for (std::size_t i = 1; i < first_key_scans_.size(); ++i) {
+    pictures.push_back(hough_picture_file(debug_, i - 1, *first_key_scans_[i - 1]->points(),
+                                          *first_key_scans_[i]->points(),
+                                          run_->setup().hough.alignment));
   }
+  replace_files(pictures);
   dialog_.inform(std::to_string(account.delivered) + " of " + std::to_string(account.received) +
                  " scans used, " + std::to_string(count_of(MatchStatus::kAccepted, *run_)) +
                  " matched, in " + seconds_text(facts.used.wall_seconds) + ", " +

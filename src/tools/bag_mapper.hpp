@@ -2,23 +2,16 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "bag/bag_scans.hpp"
 #include "run/run_dialog.hpp"
+#include "tools/recording_request.hpp"
 
 namespace matchbox_slam {
 
 /// What map_bag is asked to do; what is not given keeps its default.
-struct MapBagRequest {
-  BagRequest recording;
-  std::string out;    ///< folder
-  std::string map;    ///< file to go on with; empty: a new map
-  std::string debug;  ///< folder for pictures of the first key scans; empty: none
-  std::vector<std::string> config_files;
+struct MapBagRequest : RecordingRequest {
+  std::string map;  ///< file to go on with; empty: a new map
   std::optional<std::string> matcher;
-  std::vector<std::string> overrides;  ///< `key=value`
-  std::optional<int> seed;
   std::string events;  ///< file; empty: nothing happens between the scans
 };
 

@@ -14,8 +14,7 @@ namespace matchbox_slam {
 struct ComparisonOptions {
   std::vector<std::string> estimates;  ///< their files
   TruthOptions truth;
-  bool json = false;
-  std::string plot;  ///< empty: none
+  OutputOptions output;
 };
 
 inline void add_comparison_options(CLI::App& command, ComparisonOptions& options) {
@@ -23,8 +22,7 @@ inline void add_comparison_options(CLI::App& command, ComparisonOptions& options
       ->type_name("EST.tum")
       ->required();
   add_truth_options(command, options.truth);
-  command.add_flag("--json", options.json, "Print JSON instead of a table");
-  add_plot_option(command, options.plot);
+  add_output_options(command, options.output);
 }
 
 /// An estimate's file and its error.
@@ -34,17 +32,18 @@ struct Measured {
   Error error;
 };
 
-/// Measures the estimates one after the other: `measure` is given two trajectories, the estimate
-/// and the truth. An EvaluationError is thrown on with the names of both files.
+/// Measures the estimates one after the other. An EvaluationError is thrown on with the names of
+/// the estimate's file and of what it is compared with.
 template <typename Error, typename Measure>
 [[nodiscard]] std::vector<Measured<Error>> measure_each(const std::vector<Estimate>& estimates,
-                                                        const Truth& truth, Measure&& measure) {
+                                                        const std::string& against,
+                                                        Measure&& measure) {
   std::vector<Measured<Error>> results;
   for (const auto& [path, trajectory] : estimates) {
     try {
-      results.push_back({path, measure(trajectory, truth.trajectory)});
+      results.push_back({path, measure(trajectory)});
     } catch (const EvaluationError& error) {
-      throw EvaluationError(path + " against " + truth.options.path + ": " + error.what());
+      throw EvaluationError(path + " against " + against + ": " + error.what());
     }
   }
   return results;

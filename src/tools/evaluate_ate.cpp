@@ -1,7 +1,6 @@
 #include "tools/evaluate_ate.hpp"
 
 #include <cstddef>
-#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -10,7 +9,6 @@
 #include "common/number_text.hpp"
 #include "evaluation/absolute_trajectory_error.hpp"
 #include "tools/comparison.hpp"
-#include "tools/json_text.hpp"
 #include "tools/text_table.hpp"
 
 namespace matchbox_slam {
@@ -28,8 +26,8 @@ std::vector<Result> evaluate(const AteCommand& command, const std::vector<Estima
   options.alignment = command.alignment == "none" ? Alignment::kNone : Alignment::kSe2;
   options.max_gap = command.truth.max_gap;
   return measure_each<AbsoluteTrajectoryError>(
-      estimates, truth, [&](const Trajectory& estimate, const Trajectory& actual) {
-        return absolute_trajectory_error(estimate, actual, options);
+      estimates, truth.options.path, [&](const Trajectory& estimate) {
+        return absolute_trajectory_error(estimate, truth.trajectory, options);
       });
 }
 
@@ -105,18 +103,13 @@ nlohmann::json figure_of(const Truth& truth, const std::vector<Result>& results)
 }
 
 void run(const AteCommand& command) {
-  require_plot_file(command.plot);
+  require_plot_file(command.output.plot);
   const std::vector<Estimate> estimates = read_estimates(command.estimates);
   const Truth truth = read_truth(command.truth, estimates.front());
   const std::vector<Result> results = evaluate(command, estimates, truth);
-  if (!command.plot.empty()) {
-    write_plot(command.plot, figure_of(truth, results));
-  }
-  if (command.json) {
-    std::cout << json_text(json_of(command, truth, results)) << std::endl;
-  } else {
-    std::cout << heading_of(command, truth) << table_of(results) << std::flush;
-  }
+  present(command.output, json_of(command, truth, results),
+          heading_of(command, truth) + table_of(results),
+          [&] { return figure_of(truth, results); });
 }
 
 }  // namespace

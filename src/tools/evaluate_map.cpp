@@ -1,7 +1,6 @@
 #include "tools/evaluate_map.hpp"
 
 #include <cstddef>
-#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -10,11 +9,8 @@
 #include "common/number_text.hpp"
 #include "evaluation/map_quality.hpp"
 #include "geometry/trajectory.hpp"
-#include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "tools/evaluation_plot.hpp"
-#include "tools/json_text.hpp"
-#include "tools/map_quality_picture.hpp"
 #include "tools/text_table.hpp"
 
 namespace matchbox_slam {
@@ -22,8 +18,13 @@ namespace {
 
 struct MapCommand {
   std::vector<std::string> maps;
-  std::string plot;
-  bool json = false;
+  OutputOptions output;
+};
+
+struct MeasuredMap {
+  std::string name;
+  MapImage map;
+  MapQuality quality;
 };
 
 std::vector<MeasuredMap> measure(const MapCommand& command) {
@@ -75,20 +76,53 @@ nlohmann::json json_of(const std::vector<MeasuredMap>& results) {
   return nlohmann::json::object({{"metric", "map"}, {"maps", maps}});
 }
 
+/// Rows of cells from the top: '#' occupied, '.' free, '?' unknown; in an enclosed area 'a' to 'f'.
+std::vector<std::string> rows_of(const MeasuredMap& measured) {
+  const MapImage& map = measured.map;
+  std::vector<std::string> rows(static_cast<std::size_t>(map.height));
+  const auto row_of = [&](int y) -> std::string& {
+    return rows[static_cast<std::size_t>(map.height - 1 - y)];
+  };
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const CellState state = map.state({x, y});
+      row_of(y) += state == CellState::kOccupied ? '#' : state == CellState::kFree ? '.' : '?';
+    }
+  }
+  int number = 0;
+  for (const EnclosedArea& area : measured.quality.enclosed_areas) {
+    for (const Cell& cell : area) {
+      char& shown = row_of(cell.y)[static_cast<std::size_t>(cell.x)];
+      shown = shown == '#' ? shown : static_cast<char>('a' + number % 6);  // specks stay to be seen
+    }
+    ++number;
+  }
+  return rows;
+}
+
+nlohmann::json figure_of(const std::vector<MeasuredMap>& results) {
+  nlohmann::json figure = {{"metric", "map"}, {"maps", nlohmann::json::array()}};
+  for (const MeasuredMap& measured : results) {
+    nlohmann::json map = {{"name", measured.name},
+                          {"rows", rows_of(measured)},
+                          {"areas", measured.quality.enclosed_areas.size()},
+                          {"corners", nlohmann::json::array()}};
+    for (const Eigen::Vector2d& corner : measured.quality.corners) {
+      map["corners"].push_back({corner.x(), corner.y()});
+    }
+    figure["maps"].push_back(map);
+  }
+  return figure;
+}
+
 void run(const MapCommand& command) {
-  require_plot_file(command.plot);
+  require_plot_file(command.output.plot);
   const std::vector<MeasuredMap> results = measure(command);
-  if (!command.plot.empty()) {
-    replace_file(command.plot, draw_map_qualities(results).to_png());
-  }
-  if (command.json) {
-    std::cout << json_text(json_of(results)) << std::endl;
-  } else {
-    std::cout
-        << "Map quality without ground truth (Filatov et al. 2017)\n"
-           "Of maps of one place, one resolution and one extent, the sharper has less of each\n\n"
-        << table_of(results) << std::flush;
-  }
+  present(command.output, json_of(results),
+          "Map quality without ground truth (Filatov et al. 2017)\n"
+          "Of maps of one place, one resolution and one extent, the sharper has less of each\n\n" +
+              table_of(results),
+          [&] { return figure_of(results); });
 }
 
 }  // namespace
@@ -100,8 +134,7 @@ void add_map_command(CLI::App& app) {
   map->add_option("maps", command->maps, "Maps to measure, as map_server reads them")
       ->type_name("MAP.yaml")
       ->required();
-  add_plot_option(*map, command->plot);
-  map->add_flag("--json", command->json, "Print JSON instead of a table");
+  add_output_options(*map, command->output);
   map->callback([command] { run(*command); });
 }
 

@@ -1,7 +1,6 @@
 #include "tools/evaluate_relations.hpp"
 
 #include <cstddef>
-#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -12,8 +11,7 @@
 #include "evaluation/relation_error.hpp"
 #include "io/relations_file.hpp"
 #include "io/tum.hpp"
-#include "tools/evaluation_plot.hpp"
-#include "tools/json_text.hpp"
+#include "tools/comparison.hpp"
 #include "tools/text_table.hpp"
 
 namespace matchbox_slam {
@@ -23,32 +21,10 @@ struct RelationsCommand {
   std::vector<std::string> estimates;
   std::string relations;
   std::string odometry;  ///< empty: none
-  bool json = false;
-  std::string plot;
+  OutputOptions output;
 };
 
-struct Result {
-  std::string name;
-  RelationError error;
-};
-
-std::vector<Result> evaluate(const RelationsCommand& command,
-                             const std::vector<Relation>& relations) {
-  std::optional<Trajectory> odometry;
-  if (!command.odometry.empty()) {
-    odometry = read_tum(command.odometry);
-  }
-  std::vector<Result> results;
-  for (const std::string& path : command.estimates) {
-    const Trajectory estimate = read_tum(path);
-    try {
-      results.push_back({path, relation_error(estimate, relations, odometry)});
-    } catch (const EvaluationError& error) {
-      throw EvaluationError(path + " against " + command.relations + ": " + error.what());
-    }
-  }
-  return results;
-}
+using Result = Measured<RelationError>;
 
 std::string spread_text(const ErrorSpread& spread, double scale, int decimals) {
   return fixed_text(scale * spread.mean, decimals) + " ± " +
@@ -129,17 +105,18 @@ nlohmann::json figure_of(const std::vector<Result>& results) {
 }
 
 void run(const RelationsCommand& command) {
-  require_plot_file(command.plot);
+  require_plot_file(command.output.plot);
   const std::vector<Relation> relations = read_relations(command.relations);
-  const std::vector<Result> results = evaluate(command, relations);
-  if (!command.plot.empty()) {
-    write_plot(command.plot, figure_of(results));
+  std::optional<Trajectory> odometry;
+  if (!command.odometry.empty()) {
+    odometry = read_tum(command.odometry);
   }
-  if (command.json) {
-    std::cout << json_text(json_of(command, relations.size(), results)) << std::endl;
-  } else {
-    std::cout << heading_of(command, relations.size()) << table_of(results) << std::flush;
-  }
+  const auto results = measure_each<RelationError>(
+      read_estimates(command.estimates), command.relations,
+      [&](const Trajectory& estimate) { return relation_error(estimate, relations, odometry); });
+  present(command.output, json_of(command, relations.size(), results),
+          heading_of(command, relations.size()) + table_of(results),
+          [&] { return figure_of(results); });
 }
 
 }  // namespace
@@ -161,8 +138,7 @@ void add_relations_command(CLI::App& app) {
       ->add_option("--odometry", command->odometry,
                    "Raw odometry, which carries the estimates to stamps between their poses")
       ->type_name("TUM");
-  relations->add_flag("--json", command->json, "Print JSON instead of a table");
-  add_plot_option(*relations, command->plot);
+  add_output_options(*relations, command->output);
   relations->callback([command] { run(*command); });
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -20,28 +19,15 @@ namespace {
 
 using Result = Measured<RelativePoseError>;
 
-std::vector<Result> evaluate(const std::vector<Estimate>& estimates, const Truth& truth) {
-  RelativePoseErrorOptions options;
-  options.max_gap = truth.options.max_gap;
-  return measure_each<RelativePoseError>(estimates, truth,
-                                         [&](const Trajectory& estimate, const Trajectory& actual) {
-                                           return relative_pose_error(estimate, actual, options);
-                                         });
-}
-
 /// Such as "per scan", "per 5 m".
 std::string name_of(const PairRule& rule) {
-  switch (rule.unit) {
-    case PairRule::Unit::kSecond:
-      return "per " + fixed_text(rule.step, 0) + " s";
-    case PairRule::Unit::kMetre:
-      return "per " + fixed_text(rule.step, 0) + " m";
-    case PairRule::Unit::kRadian:
-      return "per " + fixed_text(rule.step, 0) + " rad";
-    case PairRule::Unit::kScan:
-      break;
+  if (rule.unit == PairRule::Unit::kScan) {
+    return "per scan";
   }
-  return "per scan";
+  const char* unit = rule.unit == PairRule::Unit::kSecond  ? " s"
+                     : rule.unit == PairRule::Unit::kMetre ? " m"
+                                                           : " rad";
+  return "per " + fixed_text(rule.step, 0) + unit;
 }
 
 /// Such as "per_scan", "per_5_m".
@@ -89,14 +75,6 @@ std::string heading_of(const Truth& truth) {
          describe(truth);
 }
 
-nlohmann::json statistics_to_json(const ErrorStatistics& statistics) {
-  return nlohmann::json::object({{"rmse", statistics.rmse},
-                                 {"mean", statistics.mean},
-                                 {"median", statistics.median},
-                                 {"p95", statistics.p95},
-                                 {"max", statistics.max}});
-}
-
 nlohmann::json json_of(const Truth& truth, const std::vector<Result>& results) {
   nlohmann::json estimates = nlohmann::json::array();
   for (const auto& [name, error] : results) {
@@ -105,8 +83,8 @@ nlohmann::json json_of(const Truth& truth, const std::vector<Result>& results) {
       nlohmann::json& entry = measures[key_of(measure.rule)];  // null without pairs
       if (measure.translation && measure.rotation) {
         entry = {{"pairs", measure.differences.size()},
-                 {"translation_m", statistics_to_json(*measure.translation)},
-                 {"rotation_rad", statistics_to_json(*measure.rotation)}};
+                 {"translation_m", to_json(*measure.translation)},
+                 {"rotation_rad", to_json(*measure.rotation)}};
       }
     }
     estimates.push_back(nlohmann::json::object(
@@ -141,18 +119,17 @@ nlohmann::json figure_of(const std::vector<Result>& results) {
 }
 
 void run(const ComparisonOptions& command) {
-  require_plot_file(command.plot);
+  require_plot_file(command.output.plot);
   const std::vector<Estimate> estimates = read_estimates(command.estimates);
   const Truth truth = read_truth(command.truth, estimates.front());
-  const std::vector<Result> results = evaluate(estimates, truth);
-  if (!command.plot.empty()) {
-    write_plot(command.plot, figure_of(results));
-  }
-  if (command.json) {
-    std::cout << json_text(json_of(truth, results)) << std::endl;
-  } else {
-    std::cout << heading_of(truth) << tables_of(results) << std::flush;
-  }
+  RelativePoseErrorOptions options;
+  options.max_gap = truth.options.max_gap;
+  const auto results = measure_each<RelativePoseError>(
+      estimates, truth.options.path, [&](const Trajectory& estimate) {
+        return relative_pose_error(estimate, truth.trajectory, options);
+      });
+  present(command.output, json_of(truth, results), heading_of(truth) + tables_of(results),
+          [&] { return figure_of(results); });
 }
 
 }  // namespace

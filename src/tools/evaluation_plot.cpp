@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
+#include <iostream>
 #include <memory>
 #include <system_error>
 
@@ -91,10 +92,21 @@ int run(const std::string& program, std::FILE* input, std::FILE* output, std::FI
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
+void draw(const std::string& path, const nlohmann::json& figure) {
+  const File input = temporary_file_with(json_text(figure, -1));
+  const File output = temporary_file();
+  const File errors = temporary_file();
+  if (run(plot_program(), input.get(), output.get(), errors.get()) != 0) {
+    throw FileError("cannot draw '" + path + "': " + last_line(contents_of(errors.get())));
+  }
+  replace_file(path, contents_of(output.get()));
+}
+
 }  // namespace
 
-void add_plot_option(CLI::App& command, std::string& path) {
-  command.add_option("--plot", path, "Also draw a picture")->type_name("FILE.png");
+void add_output_options(CLI::App& command, OutputOptions& options) {
+  command.add_flag("--json", options.json, "Print JSON instead of a table");
+  command.add_option("--plot", options.plot, "Also draw a picture")->type_name("FILE.png");
 }
 
 void require_plot_file(const std::string& path) {
@@ -107,14 +119,12 @@ void require_plot_file(const std::string& path) {
   require_writable_file(path);
 }
 
-void write_plot(const std::string& path, const nlohmann::json& figure) {
-  const File input = temporary_file_with(json_text(figure, -1));
-  const File output = temporary_file();
-  const File errors = temporary_file();
-  if (run(plot_program(), input.get(), output.get(), errors.get()) != 0) {
-    throw FileError("cannot draw '" + path + "': " + last_line(contents_of(errors.get())));
+void present(const OutputOptions& options, const nlohmann::json& json, const std::string& text,
+             const std::function<nlohmann::json()>& figure) {
+  if (!options.plot.empty()) {
+    draw(options.plot, figure());
   }
-  replace_file(path, contents_of(output.get()));
+  std::cout << (options.json ? json_text(json) + "\n" : text) << std::flush;
 }
 
 }  // namespace matchbox_slam

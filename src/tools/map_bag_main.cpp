@@ -11,21 +11,15 @@ namespace {
 
 using namespace matchbox_slam;
 
-void declare_options(CLI::App& app, MapBagRequest& request, bool& quiet) {
-  app.add_option("BAG", request.recording.bags, "Bag files of one recording")->required();
-  app.add_option("--out", request.out, "Folder for the results; made if need be")
-      ->required()
-      ->type_name("DIR");
+void declare_options(CLI::App& app, MapBagRequest& request) {
+  add_recording_flags(app, request, "Of the random numbers",
+                      "Folder for pictures of the first 20 key scans' Hough domains, spectra and "
+                      "correlation, each with its predecessor's");
   app.add_option(
          "--map", request.map,
          "Map to go on with: a map.slam of map_bag or of ~save_map, or the .yaml of an image")
       ->type_name("FILE");
-  add_repeated(app, "--config", request.config_files, "YAML with parameters", "FILE");
-  add_optional(app, "--matcher", request.matcher, "Scan matcher, such as olson", "NAME");
-  add_repeated(app, "--set", request.overrides, "A parameter", "KEY=VALUE");
-  add_bag_flags(app, request.recording);
-  add_optional(app, "--seed", request.seed, "Of the random numbers", "N")
-      ->check(CLI::Range(0, 2147483647));
+  app.add_option("--matcher", request.matcher, "Scan matcher, such as olson")->type_name("NAME");
   app.add_option("--events", request.events,
                  "YAML with what happens between scans: poses told, resets, pauses, changes of "
                  "options; the node writes such a file as events_file")
@@ -34,11 +28,6 @@ void declare_options(CLI::App& app, MapBagRequest& request, bool& quiet) {
                  "From 2 on, the bag is read by a thread of its own")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
-  app.add_option("--debug", request.debug,
-                 "Folder for pictures of the first 20 key scans' Hough domains, spectra and "
-                 "correlation, each with its predecessor's")
-      ->type_name("DIR");
-  app.add_flag("--quiet", quiet, "Only warnings and errors");
 }
 
 }  // namespace
@@ -46,12 +35,11 @@ void declare_options(CLI::App& app, MapBagRequest& request, bool& quiet) {
 int main(int argc, char** argv) {
   const InterruptGuard interrupt;
   MapBagRequest request;
-  bool quiet = false;
   return run_program(
       "map_bag", "Maps the laser scans of a bag and writes map, trajectory and a report.",
-      [&](CLI::App& app) { declare_options(app, request, quiet); }, argc, argv,
+      [&](CLI::App& app) { declare_options(app, request); }, argc, argv,
       [&] {
-        Terminal terminal(quiet);
+        Terminal terminal(request.quiet);
         map_bag(request, dialog_on(terminal, interrupt));
       });
 }

@@ -14,7 +14,6 @@
 #include "io/hough_picture.hpp"
 #include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/yaml_parameters.hpp"
 #include "matchbox_slam/matching/hough/hough_transform.hpp"
 #include "ros/matcher_loader.hpp"
 #include "run/slam_setup.hpp"
@@ -44,16 +43,6 @@ std::vector<SlamSetup> make_setups(const MatchPairsRequest& request, const Param
     }
   }
   return setups;
-}
-
-Parameters gather_parameters(const MatchPairsRequest& request) {
-  Parameters parameters = read_yaml_parameters(request.config_files);
-  if (request.seed) {
-    parameters.set("seed", static_cast<std::int64_t>(*request.seed));
-  }
-  parameters.merge(frame_parameters(request.recording));
-  parameters.merge(parse_overrides(request.overrides));
-  return parameters;
 }
 
 /// True poses by the clock that stamps of scans have after their correction.
@@ -285,10 +274,7 @@ void match_pairs(const MatchPairsRequest& request, const RunDialog& dialog) {
   if (truth.empty()) {
     throw EvaluationError(request.truth + " holds no poses");
   }
-  require_writable_folder(request.out);
-  if (!request.debug.empty()) {
-    require_writable_folder(request.debug);
-  }
+  require_writable_folders(request);
   LocatedScans located = read_recording(request, parameters, truth, setups, dialog);
   const std::optional<Simulation> simulation = simulation_of(request, dialog);
   const int seed = setups.front().run.seed;

@@ -1,25 +1,18 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "bag/bag_scans.hpp"
 #include "evaluation/scan_pairs.hpp"
+#include "tools/recording_request.hpp"
 
 namespace matchbox_slam {
 
 /// What match_pairs is asked to do; what is not given keeps its default.
-struct MatchPairsRequest {
-  BagRequest recording;
+struct MatchPairsRequest : RecordingRequest {
   std::string truth;  ///< TUM file
-  std::string out;    ///< folder
-  std::string debug;  ///< folder for pictures of the pairs; empty: none
   std::vector<std::string> matchers;
-  std::vector<std::string> config_files;
-  std::vector<std::string> overrides;  ///< `key=value`
   PairOptions pairs;
-  std::optional<int> seed;  ///< of pairs, guesses and matchers
   int threads = 1;
 };
 

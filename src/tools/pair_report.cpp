@@ -5,9 +5,9 @@
 #include <locale>
 #include <nlohmann/json.hpp>
 #include <sstream>
-#include <variant>
 
 #include "common/number_text.hpp"
+#include "tools/json_text.hpp"
 #include "tools/provenance.hpp"
 
 namespace matchbox_slam {
@@ -20,14 +20,6 @@ constexpr double kMicro = 1e6;
 
 void write_pose(std::ostream& text, const Pose2& pose) {
   text << ',' << pose.x << ',' << pose.y << ',' << pose.theta;
-}
-
-json quantiles(const ErrorStatistics& statistics, double unit) {
-  return json::object({{"median", statistics.median * unit},
-                       {"p95", statistics.p95 * unit},
-                       {"max", statistics.max * unit},
-                       {"mean", statistics.mean * unit},
-                       {"rmse", statistics.rmse * unit}});
 }
 
 /// A bound that does not exist is the word "infinite".
@@ -48,9 +40,9 @@ json json_of(const MatcherOnPairs& matcher) {
                              {"pairs", statistics.pairs},
                              {"accepted", statistics.accepted},
                              {"success_rate", statistics.success_rate()},
-                             {"translation_mm", quantiles(statistics.translation, kMilli)},
-                             {"heading_mrad", quantiles(statistics.heading, kMilli)},
-                             {"time_ms", quantiles(statistics.seconds, kMilli)},
+                             {"translation_mm", to_json(statistics.translation, kMilli)},
+                             {"heading_mrad", to_json(statistics.heading, kMilli)},
+                             {"time_ms", to_json(statistics.seconds, kMilli)},
                              {"nees_mean", nullptr},
                              {"nees_median", nullptr}});
   if (statistics.covariance) {
@@ -59,11 +51,7 @@ json json_of(const MatcherOnPairs& matcher) {
   }
   entry["cramer_rao"] = json_of(statistics.known_world_bound);
   entry["cramer_rao_unknown_walls"] = json_of(statistics.unknown_walls_bound);
-  json configuration = json::object();
-  for (const OptionDescription& row : matcher.configuration) {
-    std::visit([&](const auto& value) { configuration[row.name] = value; }, row.value);
-  }
-  entry["configuration"] = configuration;
+  entry["configuration"] = values_of(matcher.configuration);
   return entry;
 }
 
@@ -110,15 +98,11 @@ std::string pairs_csv(const std::vector<LocatedScan>& scans, const std::vector<S
 }
 
 std::string pairs_json(const PairTask& task, const std::vector<MatcherOnPairs>& matchers) {
-  json bags = json::array();
-  for (const std::string& bag : task.facts.bag.bags) {
-    bags.push_back(bag);
-  }
   json entries = json::array();
   for (const MatcherOnPairs& matcher : matchers) {
     entries.push_back(json_of(matcher));
   }
-  json summary = json::object({{"bags", bags},
+  json summary = json::object({{"bags", task.facts.bag.bags},
                                {"scan_topic", join(task.facts.bag.scan_topics)},
                                {"scan_time_offset_s", task.facts.bag.scan_time_offset},
                                {"truth", task.facts.truth},
@@ -137,7 +121,7 @@ std::string pairs_json(const PairTask& task, const std::vector<MatcherOnPairs>& 
                                {"threads", task.threads},
                                {"matchers", entries}});
   add_provenance(summary);
-  return summary.dump(2) + "\n";
+  return json_text(summary) + "\n";
 }
 
 std::string pairs_markdown(const PairTask& task, const std::vector<MatcherOnPairs>& matchers) {

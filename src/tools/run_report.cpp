@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <variant>
 
 #include "evaluation/error_statistics.hpp"
+#include "tools/json_text.hpp"
 #include "tools/provenance.hpp"
 
 namespace matchbox_slam {
@@ -47,14 +47,6 @@ json frames(const RunOptions& options) {
                        {"map", options.map_frame}});
 }
 
-json configuration(const SlamSetup& setup) {
-  json values = json::object();
-  for (const OptionDescription& row : describe_setup(setup)) {
-    std::visit([&](const auto& value) { values[row.name] = value; }, row.value);
-  }
-  return values;
-}
-
 json map_facts(const SlamMap& map) {
   const CellBox box = map.occupancy.known_bounds();
   const auto bytes = static_cast<double>(map.occupancy.bytes() + map.field.bytes());
@@ -93,13 +85,9 @@ void add_incidents(const RunFacts& facts, json& report) {
 
 std::string to_json(const RunFacts& facts, const ScanAccount& account, const SlamRun& run) {
   const SlamSetup& setup = run.setup();
-  json bags = json::array();
-  for (const std::string& bag : facts.bag.bags) {
-    bags.push_back(bag);
-  }
   json report = json::object();
   add_provenance(report);
-  report["bags"] = bags;
+  report["bags"] = facts.bag.bags;
   report["scan_topic"] = join(facts.bag.scan_topics);
   report["frames"] = frames(setup.run);
   report["matcher"] = setup.matcher_name;
@@ -109,8 +97,8 @@ std::string to_json(const RunFacts& facts, const ScanAccount& account, const Sla
   add_cost(facts, run, report);
   report["map"] = map_facts(run.map());
   add_incidents(facts, report);
-  report["configuration"] = configuration(setup);
-  return report.dump(2) + "\n";
+  report["configuration"] = values_of(describe_setup(setup));
+  return json_text(report) + "\n";
 }
 
 }  // namespace matchbox_slam

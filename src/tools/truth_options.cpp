@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <sstream>
+#include <map>
 #include <utility>
 
 #include "common/number_text.hpp"
@@ -28,8 +27,7 @@ Pose2 parse_lever_arm(const std::string& text) {
     return {};
   }
   std::vector<double> numbers;
-  std::istringstream stream(text + ',');
-  for (std::string word; std::getline(stream, word, ',');) {
+  for (const std::string& word : split(text, ',')) {
     const std::optional<double> number = finite_number(word);
     if (!number) {
       refuse_lever_arm(text);
@@ -93,26 +91,20 @@ ClockOffset search_offset(const Truth& truth, const Estimate& estimate) {
   }
 }
 
-/// Fits ever farther from the least error, both ways: the whole curve has thousands.
-std::vector<ClockOffsetFit> thinned(const ClockOffset& search) {
-  std::vector<double> offsets = {search.offset};
+/// Fits ever farther from the least error, both ways, by their offsets: the whole curve has
+/// thousands.
+std::map<double, ClockOffsetFit> thinned(const ClockOffset& search) {
+  std::map<double, ClockOffsetFit> kept;
   for (const double distance :
-       {0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0}) {
-    offsets.push_back(search.offset - distance);
-    offsets.push_back(search.offset + distance);
-  }
-  std::vector<ClockOffsetFit> kept;
-  for (const ClockOffsetFit& fit : search.curve) {
-    const auto is_nearest_to = [&](double offset) {
-      return std::none_of(search.curve.begin(), search.curve.end(), [&](const auto& other) {
-        return std::abs(other.offset - offset) < std::abs(fit.offset - offset);
-      });
-    };
-    const bool is_wanted = std::any_of(offsets.begin(), offsets.end(), [&](double offset) {
-      return std::abs(fit.offset - offset) < 0.5 && is_nearest_to(offset);
-    });
-    if (is_wanted) {
-      kept.push_back(fit);
+       {0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0}) {
+    for (const double wanted : {search.offset - distance, search.offset + distance}) {
+      const auto off = [&](const ClockOffsetFit& fit) { return std::abs(fit.offset - wanted); };
+      const ClockOffsetFit& nearest = *std::min_element(
+          search.curve.begin(), search.curve.end(),
+          [&](const ClockOffsetFit& a, const ClockOffsetFit& b) { return off(a) < off(b); });
+      if (off(nearest) < 0.5) {
+        kept.emplace(nearest.offset, nearest);
+      }
     }
   }
   return kept;
@@ -120,8 +112,8 @@ std::vector<ClockOffsetFit> thinned(const ClockOffset& search) {
 
 std::string describe_search(const Truth& truth) {
   std::vector<std::vector<std::string>> rows = {{"offset s", "rmse m", "poses"}};
-  for (const ClockOffsetFit& fit : thinned(*truth.search)) {
-    rows.push_back({fixed_text(fit.offset, 2), fixed_text(fit.rmse, 4), std::to_string(fit.poses)});
+  for (const auto& [offset, fit] : thinned(*truth.search)) {
+    rows.push_back({fixed_text(offset, 2), fixed_text(fit.rmse, 4), std::to_string(fit.poses)});
   }
   const std::vector<ClockOffsetFit>& curve = truth.search->curve;
   return "Clock offset found with " + truth.searched_with + ", best of " +

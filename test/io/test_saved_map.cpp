@@ -19,6 +19,7 @@
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
+#include "simulation/simulation_support.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -43,7 +44,7 @@ SlamEngine make_engine() {
 MapStart mapped() {
   SlamEngine engine = make_engine();
   for (std::size_t i = 0; i < kMapped; ++i) {
-    engine.process(drive().scan_input(i));
+    engine.process(scan_input(drive(), i));
   }
   return engine.snapshot();
 }
@@ -85,7 +86,7 @@ struct Drive {
   int lasers;
 
   [[nodiscard]] ScanInput scan(std::size_t i) const {
-    ScanInput input = drive().scan_input(i);
+    ScanInput input = scan_input(drive(), i);
     input.laser = static_cast<int>(i) % lasers;
     if (!odometry) {
       input.odometry.reset();
@@ -263,7 +264,7 @@ TEST_F(SavedMap, ARobotFindsItselfInAnImage) {
   engine.start_from(start);
   double squares = 0.0;
   for (std::size_t i = 0; i < kMapped; ++i) {
-    const ScanOutcome outcome = engine.process(drive().scan_input(i));
+    const ScanOutcome outcome = engine.process(scan_input(drive(), i));
     ASSERT_TRUE(outcome.match.accepted()) << i;
     squares += (outcome.map_from_base.translation() - drive().world_from_base[i].translation())
                    .squaredNorm();

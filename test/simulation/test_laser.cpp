@@ -7,6 +7,7 @@
 #include "matchbox_slam/common/options.hpp"
 #include "simulation/laser.hpp"
 #include "simulation/make_world.hpp"
+#include "simulation/simulation_support.hpp"
 
 namespace matchbox_slam {
 namespace {

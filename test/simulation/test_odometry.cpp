@@ -6,6 +6,7 @@
 #include "simulation/make_world.hpp"
 #include "simulation/odometry.hpp"
 #include "simulation/robot.hpp"
+#include "simulation/simulation_support.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -120,7 +121,6 @@ TEST(Odometry, IsInterpolatedBetweenItsReadings) {
   EXPECT_EQ(interpolate_odometry(odometry, 9.0), odometry.front().odom_from_base);
   EXPECT_EQ(interpolate_odometry(odometry, 12.0), odometry.back().odom_from_base);
   EXPECT_EQ(interpolate_odometry(odometry, 13.0), odometry.back().odom_from_base);
-  EXPECT_THROW((void)interpolate_odometry({}, 1.0), std::invalid_argument);
 }
 
 class FaultyOdometry : public testing::Test {

@@ -7,6 +7,7 @@
 
 #include "simulation/make_world.hpp"
 #include "simulation/robot.hpp"
+#include "simulation/simulation_support.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -27,7 +28,7 @@ TEST(Robot, RestsDrivesTheRouteAndRests) {
   EXPECT_LT(gap(end, {6.0, 7.0, 0.0}), 0.03);
   EXPECT_NEAR(end.theta, 0.5 * kPi, 0.05);
   EXPECT_EQ(motion.steps().back().speed, 0.0);
-  EXPECT_NEAR(motion.length(), 9.8, 0.2);  // a corner cut
+  EXPECT_NEAR(length_of(motion), 9.8, 0.2);  // a corner cut
 }
 
 TEST(Robot, KeepsItsLimits) {
@@ -67,7 +68,7 @@ TEST(Robot, TurnsOnTheSpotWhereTheRouteTurnsBack) {
   route.waypoints = {{0.0, 0.0}, {4.0, 0.0}, {0.0, 0.2}};
   const RobotMotion motion = drive(route, {});
   EXPECT_LT(gap(motion.pose(1e6), {0.0, 0.2, 0.0}), 0.05);
-  EXPECT_LT(motion.length(), 8.2);
+  EXPECT_LT(length_of(motion), 8.2);
 }
 
 TEST(Robot, ArrivesWithEveryAllowedExtreme) {

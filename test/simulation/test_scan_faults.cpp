@@ -22,11 +22,11 @@ std::ptrdiff_t count_changed(const LaserScan& scan, float range) {
 
 TEST(ScanFaults, AScanIsLostOnlyDuringADropout) {
   const std::vector<Fault> faults = {parse_fault("dropout:10:2"), parse_fault("covered:20:2")};
-  EXPECT_FALSE(is_lost(9.99, faults));
-  EXPECT_TRUE(is_lost(10.0, faults));
-  EXPECT_TRUE(is_lost(11.99, faults));
-  EXPECT_FALSE(is_lost(12.0, faults));
-  EXPECT_FALSE(is_lost(21.0, faults));
+  EXPECT_FALSE(is_any_on(FaultKind::kDropout, 9.99, faults));
+  EXPECT_TRUE(is_any_on(FaultKind::kDropout, 10.0, faults));
+  EXPECT_TRUE(is_any_on(FaultKind::kDropout, 11.99, faults));
+  EXPECT_FALSE(is_any_on(FaultKind::kDropout, 12.0, faults));
+  EXPECT_FALSE(is_any_on(FaultKind::kDropout, 21.0, faults));
 }
 
 TEST(ScanFaults, ACoverHidesItsShareSideBySide) {

@@ -6,6 +6,7 @@
 
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
+#include "simulation/simulation_support.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -44,12 +45,12 @@ TEST(SimulatedRun, WithoutNoiseEveryScanIsTheIdealOneAtTheTruePose) {
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     EXPECT_TRUE(
         are_same_ranges(run.scans[i], ideal_scan(world, options.laser, run.world_from_base[i])));
-    const ScanInput input = run.scan_input(i);
+    const ScanInput input = scan_input(run, i);
     ASSERT_TRUE(input.odometry);
     const Pose2 pose = run.world_from_base.front() * input.odometry->odom_from_base;
     // Between two readings the odometry goes straight on where the robot drove an arc.
     EXPECT_LT((pose.translation() - run.world_from_base[i].translation()).norm(), 1e-3);
-    EXPECT_FALSE(run.scan_input(i, false).odometry);
+    EXPECT_FALSE(scan_input(run, i, false).odometry);
   }
 }
 

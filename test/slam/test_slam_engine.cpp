@@ -17,6 +17,7 @@
 #include "matchbox_slam/slam/slam_engine.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
+#include "simulation/simulation_support.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -61,7 +62,7 @@ std::vector<ScanOutcome> process(const SimulatedRun& run, SlamEngine& engine,
                                  bool with_odometry = true) {
   std::vector<ScanOutcome> outcomes;
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
-    outcomes.push_back(engine.process(run.scan_input(i, with_odometry)));
+    outcomes.push_back(engine.process(scan_input(run, i, with_odometry)));
   }
   return outcomes;
 }
@@ -211,12 +212,12 @@ TEST(SlamEngine, TheSameRunGivesTheSameBits) {
 TEST(SlamEngine, ACopyOfTheMapStaysAsItWas) {
   const SimulatedRun run = drive_through("rooms", 12.0, 5);
   SlamEngine engine = make_engine(run);
-  engine.process(run.scan_input(0));
+  engine.process(scan_input(run, 0));
   const SlamMap snapshot = engine.map();
   SlamEngine only_one = make_engine(run);
-  only_one.process(run.scan_input(0));
+  only_one.process(scan_input(run, 0));
   for (std::size_t i = 1; i < run.scans.size(); ++i) {
-    engine.process(run.scan_input(i));
+    engine.process(scan_input(run, i));
   }
   EXPECT_TRUE(same_map(snapshot, only_one.map()));
   EXPECT_FALSE(same_map(snapshot, engine.map()));
@@ -229,7 +230,7 @@ TEST(SlamEngine, ARobotAtRestNeitherDriftsNorWearsItsMapOut) {
   options.laser.beams = 360;
   const SimulatedRun run = drive_through("rooms", 0.1, 3, options);
   SlamEngine engine = make_engine(run);
-  ScanInput input = run.scan_input(0);
+  ScanInput input = scan_input(run, 0);
   engine.process(input);
   const SlamMap after_first = engine.map();
   for (int i = 1; i <= 1000; ++i) {
@@ -291,7 +292,7 @@ TEST(SlamEngine, GivesTheNewestKeyScansToTheMatcherWithTheirPointsToTheBit) {
     EXPECT_EQ(placed.map_from_base, outcomes[last - 3 + i].map_from_base);
     EXPECT_EQ(placed.scan->points()->stamp, outcomes[last - 3 + i].stamp);
   }
-  const ScanInput input = run.scan_input(last - 1);
+  const ScanInput input = scan_input(run, last - 1);
   const PointScan expected = project_scan(
       input.scan, input.base_from_laser,
       input.odometry->odom_from_base.inverse() * input.odometry->odom_from_base_last_beam,
@@ -337,7 +338,7 @@ TEST(SlamEngine, InsertsWhatOverlapsTooLittleToo) {
 TEST(SlamEngine, StartsWhereItIsTold) {
   const SimulatedRun run = drive_through("rooms", 1.0, 3);
   SlamEngine engine({}, monte_carlo(), 1, {10.0, -20.0, 3.0});
-  const ScanOutcome first = engine.process(run.scan_input(0));
+  const ScanOutcome first = engine.process(scan_input(run, 0));
   EXPECT_EQ(first.map_from_base, (Pose2{10.0, -20.0, 3.0}));
   EXPECT_EQ(first.predicted_map_from_base, first.map_from_base);
   EXPECT_EQ(first.match.status, MatchStatus::kRejectedNoReference);
@@ -348,12 +349,12 @@ TEST(SlamEngine, StartsWhereItIsTold) {
 TEST(SlamEngine, ARejectedMatchFallsBackToOdometryAndLeavesTheMap) {
   const SimulatedRun run = drive_through("rooms", 10.0, 3);
   SlamEngine engine = make_engine(run, std::make_shared<RejectingMatcher>());
-  engine.process(run.scan_input(0));
+  engine.process(scan_input(run, 0));
   const SlamMap after_first = engine.map();
   const Pose2 map_from_odom =
-      run.world_from_base.front() * run.scan_input(0).odometry->odom_from_base.inverse();
+      run.world_from_base.front() * scan_input(run, 0).odometry->odom_from_base.inverse();
   for (std::size_t i = 1; i < run.scans.size(); ++i) {
-    const ScanOutcome outcome = engine.process(run.scan_input(i));
+    const ScanOutcome outcome = engine.process(scan_input(run, i));
     ASSERT_FALSE(outcome.inserted);
     ASSERT_EQ(outcome.map_from_base, outcome.predicted_map_from_base);
     const Pose2 expected = map_from_odom * *outcome.odom_from_base;
@@ -374,7 +375,7 @@ TEST(SlamEngine, RecoversAfterRejectedMatches) {
     } else if (i == 120) {
       engine.set_matcher(monte_carlo());
     }
-    last = engine.process(run.scan_input(i)).map_from_base;
+    last = engine.process(scan_input(run, i)).map_from_base;
   }
   EXPECT_LT((last.translation() - run.world_from_base.back().translation()).norm(), 0.02);
 }
@@ -385,17 +386,17 @@ TEST(SlamEngine, AScanThatIsRefusedChangesNothing) {
   const SimulatedRun run = drive_through("rooms", 1.0, 3);
   SlamEngine engine = make_engine(run);
   SlamEngine unspoilt = make_engine(run);
-  engine.process(run.scan_input(1));
-  unspoilt.process(run.scan_input(1));
-  ScanInput bad_odometry = run.scan_input(2);
+  engine.process(scan_input(run, 1));
+  unspoilt.process(scan_input(run, 1));
+  ScanInput bad_odometry = scan_input(run, 2);
   bad_odometry.odometry->odom_from_base.x = std::numeric_limits<double>::quiet_NaN();
-  for (const ScanInput& input : {run.scan_input(0), run.scan_input(1), bad_odometry}) {
+  for (const ScanInput& input : {scan_input(run, 0), scan_input(run, 1), bad_odometry}) {
     EXPECT_THROW(engine.process(input), std::invalid_argument);
   }
   EXPECT_TRUE(same_map(unspoilt.map(), engine.map()));
-  const ScanOutcome outcome = engine.process(run.scan_input(2));
+  const ScanOutcome outcome = engine.process(scan_input(run, 2));
   EXPECT_TRUE(outcome.match.accepted());
-  EXPECT_EQ(outcome.map_from_base, unspoilt.process(run.scan_input(2)).map_from_base);
+  EXPECT_EQ(outcome.map_from_base, unspoilt.process(scan_input(run, 2)).map_from_base);
 }
 
 TEST(SlamEngine, LeavesOutAScanForWhichTheMapHasNoRoom) {
@@ -404,9 +405,9 @@ TEST(SlamEngine, LeavesOutAScanForWhichTheMapHasNoRoom) {
   options.slam.insert_distance = 0.0;
   options.slam.insert_angle = 0.0;
   SlamEngine engine(options, odometry_only(), 1);
-  EXPECT_TRUE(engine.process(run.scan_input(0)).inserted);
+  EXPECT_TRUE(engine.process(scan_input(run, 0)).inserted);
   const std::size_t bytes = engine.map().occupancy.bytes() + engine.map().field.bytes();
-  ScanInput wild = run.scan_input(1);
+  ScanInput wild = scan_input(run, 1);
   for (Pose2* pose : {&wild.odometry->odom_from_base, &wild.odometry->odom_from_base_last_beam}) {
     pose->x += 1e7;
     pose->y -= 1e7;
@@ -415,16 +416,16 @@ TEST(SlamEngine, LeavesOutAScanForWhichTheMapHasNoRoom) {
   EXPECT_TRUE(outcome.left_out);
   EXPECT_FALSE(outcome.inserted);
   EXPECT_EQ(engine.map().occupancy.bytes() + engine.map().field.bytes(), bytes);
-  EXPECT_TRUE(engine.process(run.scan_input(2)).inserted);
+  EXPECT_TRUE(engine.process(scan_input(run, 2)).inserted);
 }
 
 TEST(SlamEngine, GoesOnFromThePoseThatItIsTold) {
   const SimulatedRun run = drive_through("rooms", 2.0, 3);
   SlamEngine engine = make_engine(run);
-  engine.process(run.scan_input(0));
+  engine.process(scan_input(run, 0));
   const Pose2 told = run.world_from_base[0] * Pose2{0.15, -0.1, 0.08};
   engine.set_pose(told, Eigen::Vector3d(0.01, 0.01, 0.01).asDiagonal());
-  const ScanOutcome outcome = engine.process(run.scan_input(1));
+  const ScanOutcome outcome = engine.process(scan_input(run, 1));
   // The robot still rests: the prediction is what was told, and the match mends it.
   EXPECT_LT((told.inverse() * outcome.predicted_map_from_base).translation().norm(), 1e-3);
   EXPECT_TRUE(outcome.match.accepted());
@@ -436,7 +437,7 @@ TEST(SlamEngine, StartsAtThePoseThatItIsToldBeforeTheFirstScan) {
   SlamEngine engine = make_engine(run);
   const Pose2 told{3.0, -2.0, 1.0};
   engine.set_pose(told, Eigen::Matrix3d::Zero());
-  EXPECT_EQ(engine.process(run.scan_input(0)).map_from_base, told);
+  EXPECT_EQ(engine.process(scan_input(run, 0)).map_from_base, told);
 }
 
 TEST(SlamEngine, BeforeTheFirstScanItTakesTheUncertaintyOfItsPoseToo) {
@@ -449,7 +450,7 @@ TEST(SlamEngine, BeforeTheFirstScanItTakesTheUncertaintyOfItsPoseToo) {
   const Pose2 told = run.world_from_base.front() * Pose2{0.2, -0.1, 0.1};
   start.begin_anew(told, Eigen::Vector3d(0.04, 0.04, 0.01).asDiagonal());
   engine.start_from(start);
-  const ScanOutcome outcome = engine.process(run.scan_input(0));
+  const ScanOutcome outcome = engine.process(scan_input(run, 0));
   EXPECT_LT(
       (outcome.map_from_base.translation() - run.world_from_base.front().translation()).norm(),
       0.01);
@@ -457,7 +458,7 @@ TEST(SlamEngine, BeforeTheFirstScanItTakesTheUncertaintyOfItsPoseToo) {
   SlamEngine certain = make_engine(run);
   start.begin_anew(told, Eigen::Matrix3d::Zero());
   certain.start_from(start);
-  EXPECT_EQ(certain.process(run.scan_input(0)).map_from_base, told);
+  EXPECT_EQ(certain.process(scan_input(run, 0)).map_from_base, told);
 }
 
 TEST(SlamEngine, WithoutUpdatesTheMapOnlyTellsWhereTheRobotIs) {
@@ -483,13 +484,13 @@ TEST(SlamEngine, WithoutUpdatesTheMapOnlyTellsWhereTheRobotIs) {
 TEST(SlamEngine, OptionsAndMatcherMayChangeOnTheWay) {
   const SimulatedRun run = drive_through("rooms", 12.0, 5);
   SlamEngine engine = make_engine(run);
-  engine.process(run.scan_input(0));
+  engine.process(scan_input(run, 0));
   EngineOptions options;
   options.slam.insert_distance = 0.0;
   options.slam.insert_angle = 0.0;
   engine.set_options(options);
   engine.set_matcher(odometry_only());
-  EXPECT_TRUE(engine.process(run.scan_input(1)).inserted);
+  EXPECT_TRUE(engine.process(scan_input(run, 1)).inserted);
   options.map.resolution = 0.1;
   EXPECT_EQ(error_text<ConfigurationError>([&] { engine.set_options(options); }),
             "map/resolution: 0.1 is not allowed with a map that was made with 0.05; allowed: the "
@@ -517,8 +518,8 @@ struct TwoLasers {
   std::vector<ScanOutcome> process_both(SlamEngine& engine) const {
     std::vector<ScanOutcome> outcomes;
     for (std::size_t i = 0; i < front.scans.size(); ++i) {
-      engine.process(front.scan_input(i));
-      ScanInput second = back.scan_input(i);
+      engine.process(scan_input(front, i));
+      ScanInput second = scan_input(back, i);
       second.laser = 1;
       outcomes.push_back(engine.process(second));
     }
@@ -537,10 +538,10 @@ TEST(SlamEngine, SeveralLasersMakeOneMap) {
   EXPECT_LT(rms_error(lasers.front, outcomes), 0.005);
   // What is behind is there from the first moment.
   SlamEngine one = make_engine(lasers.front);
-  one.process(lasers.front.scan_input(0));
+  one.process(scan_input(lasers.front, 0));
   SlamEngine both = make_engine(lasers.front);
-  both.process(lasers.front.scan_input(0));
-  ScanInput second = lasers.back.scan_input(0);
+  both.process(scan_input(lasers.front, 0));
+  ScanInput second = scan_input(lasers.back, 0);
   second.laser = 1;
   both.process(second);
   EXPECT_GT(both.map().field.surface_cells().size(),
@@ -550,7 +551,7 @@ TEST(SlamEngine, SeveralLasersMakeOneMap) {
 TEST(SlamEngine, WaitsForAScanThatStartsTheMap) {
   const SimulatedRun run = drive_through("rooms", 5.0, 3);
   SlamEngine engine = make_engine(run);
-  ScanInput input = run.scan_input(0);
+  ScanInput input = scan_input(run, 0);
   const double start = input.scan.stamp;
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   input.scan = lost_scan(0, start - 3.0, 0.0F);
@@ -597,7 +598,7 @@ TEST(SlamEngine, BeamCountAndMountMayChangeFromScanToScan) {
   SlamEngine engine = make_engine(run);
   std::vector<ScanOutcome> outcomes;
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
-    ScanInput input = run.scan_input(i);
+    ScanInput input = scan_input(run, i);
     if (i % 2 == 1) {
       input.scan = ideal_scan(world, upside_down, run.world_from_base[i], input.scan.stamp);
       input.base_from_laser = upside_down.base_from_laser();

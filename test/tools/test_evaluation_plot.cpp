@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <cstdlib>
 #include <string>
 
 #include "common/error_text.hpp"
@@ -11,10 +9,6 @@
 
 namespace matchbox_slam {
 namespace {
-
-bool has_matplotlib() {
-  return WEXITSTATUS(std::system("/usr/bin/python3 -c 'import matplotlib' 2>/dev/null")) == 0;
-}
 
 class EvaluationPlot : public ::testing::Test {
  protected:

@@ -44,6 +44,9 @@ struct Allowed {
 /// For people: "a, b, c".
 [[nodiscard]] std::string join(const std::vector<std::string>& words);
 
+/// What stands before, between and after the separators; at least one part, which may be empty.
+[[nodiscard]] std::vector<std::string> split(const std::string& text, char separator);
+
 /// One row of a parameter table.
 struct OptionDescription {
   std::string name;
@@ -65,22 +68,21 @@ struct OptionDescription {
 // From that list come the reader below, doc/parameters.md and the configuration in reports.
 // Fields may be bool, int, double, std::string, std::vector<double> or std::vector<std::string>.
 
-/// Reads `field` from the value of `name` in `parameters`, if it is there. Whole numbers are good
-/// for a double, but not the reverse; numbers have to be finite. `component` is where `parameters`
-/// hang, for error texts, and may be empty. Throws ConfigurationError when its type or value is not
+/// Reads `field` from the value of the option `name`. Whole numbers are good for a double, but not
+/// the reverse; numbers have to be finite. Throws ConfigurationError when its type or value is not
 /// allowed.
-void read_option(const Parameters& parameters, const std::string& component,
-                 const std::string& name, const Allowed& allowed, bool& field);
-void read_option(const Parameters& parameters, const std::string& component,
-                 const std::string& name, const Allowed& allowed, int& field);
-void read_option(const Parameters& parameters, const std::string& component,
-                 const std::string& name, const Allowed& allowed, double& field);
-void read_option(const Parameters& parameters, const std::string& component,
-                 const std::string& name, const Allowed& allowed, std::string& field);
-void read_option(const Parameters& parameters, const std::string& component,
-                 const std::string& name, const Allowed& allowed, std::vector<double>& field);
-void read_option(const Parameters& parameters, const std::string& component,
-                 const std::string& name, const Allowed& allowed, std::vector<std::string>& field);
+void read_value(const ParameterValue& value, const std::string& name, const Allowed& allowed,
+                bool& field);
+void read_value(const ParameterValue& value, const std::string& name, const Allowed& allowed,
+                int& field);
+void read_value(const ParameterValue& value, const std::string& name, const Allowed& allowed,
+                double& field);
+void read_value(const ParameterValue& value, const std::string& name, const Allowed& allowed,
+                std::string& field);
+void read_value(const ParameterValue& value, const std::string& name, const Allowed& allowed,
+                std::vector<double>& field);
+void read_value(const ParameterValue& value, const std::string& name, const Allowed& allowed,
+                std::vector<std::string>& field);
 
 /// Throws ConfigurationError for the first key of `parameters` that is not among `known`, and
 /// suggests the nearest known name.
@@ -106,17 +108,29 @@ template <typename Options>
   return rows;
 }
 
-/// Options with the defaults of the struct, replaced by what `parameters` names. `component` is for
-/// error texts. Throws ConfigurationError for unknown keys and values that are not allowed.
+/// Options with the defaults of the struct, replaced by what `parameters` names; there may be
+/// others among them. `component` is for error texts. Throws ConfigurationError for values that are
+/// not allowed.
+/// @param known  gets the names of the options.
 template <typename Options>
-[[nodiscard]] Options read_options(const Parameters& parameters, const std::string& component) {
+[[nodiscard]] Options read_options_among(const Parameters& parameters, const std::string& component,
+                                         std::vector<std::string>& known) {
   Options options;
-  std::vector<std::string> known;
   Options::visit(options, [&](auto& field, const char* name, const Allowed& allowed,
                               const char* /*unit*/, const char* /*meaning*/) {
     known.emplace_back(name);
-    read_option(parameters, component, name, allowed, field);
+    if (const ParameterValue* value = parameters.find(name)) {
+      read_value(*value, component.empty() ? name : component + "/" + name, allowed, field);
+    }
   });
+  return options;
+}
+
+/// The same without others. Throws ConfigurationError for unknown keys, too.
+template <typename Options>
+[[nodiscard]] Options read_options(const Parameters& parameters, const std::string& component) {
+  std::vector<std::string> known;
+  const auto options = read_options_among<Options>(parameters, component, known);
   reject_unknown_keys(parameters, component, known);
   return options;
 }

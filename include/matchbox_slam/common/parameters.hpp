@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -17,6 +18,9 @@ using ParameterValue = std::variant<bool, std::int64_t, double, std::string, std
 /// value, to the last bit of a double: numbers with a fraction keep their point, text that looks
 /// like something else is quoted.
 [[nodiscard]] std::string to_string(const ParameterValue& value);
+
+/// The number that a value is, whole or not; none when it is something else.
+[[nodiscard]] std::optional<double> number_in(const ParameterValue& value);
 
 /// Reads a value the way YAML 1.2 types a plain scalar: `true`, `12`, `0.5`, `.inf`, `.nan`,
 /// anything else is text, taken as it is. Does not depend on the locale. Never throws for its
