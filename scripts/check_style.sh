@@ -53,11 +53,15 @@ tidy_files() {
   if [[ ! -f $database ]]; then
     fail "clang-tidy needs $database; run scripts/test.sh first"
   fi
+  # Headers that GCC has precompiled clang cannot read.
+  mkdir -p "$workspace/tidy"
+  sed -E 's/ -Winvalid-pch//; s/ -include [^ ]*cmake_pch\.hxx//' "$database" \
+    >"$workspace/tidy/compile_commands.json"
   # The database knows the sources by their place in the workspace.
   realpath -z --relative-to="$clone" "$@" |
     sed -z "s|^|$workspace/src/matchbox_slam/|" |
     xargs -0 --max-procs="$(nproc)" --max-args=1 \
-      clang-tidy -p "$workspace/build" --quiet --extra-arg=-std=c++17  # which is GCC's default
+      clang-tidy -p "$workspace/tidy" --quiet --extra-arg=-std=c++17  # which is GCC's default
 }
 
 mapfile -t files < <(sources)
