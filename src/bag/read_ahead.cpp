@@ -29,12 +29,16 @@ class ReadAheadStream : public BagStream {
       }
       return std::nullopt;
     }
-    std::optional<BagMessage> message = std::move(batch_.messages.front());
+    return take_first();
+  }
+
+ private:
+  BagMessage take_first() {
+    BagMessage message = std::move(batch_.messages.front());
     batch_.messages.pop_front();
     return message;
   }
 
- private:
   struct Batch {
     std::deque<BagMessage> messages;
     std::exception_ptr failure;  ///< of the message after them
