@@ -464,6 +464,127 @@ void transfer_motion(Archive& archive, Motion& motion) {
   }
 }
 
+void write_last_inserted(const std::map<int, Pose2>& last_inserted, Writer& writer) {
+  writer.integer(std::uint64_t{last_inserted.size()});
+  for (const auto& [laser, map_from_base] : last_inserted) {
+    writer.integer(std::int32_t{laser});
+    transfer_pose(writer, map_from_base);
+  }
+}
+
+std::map<int, Pose2> read_last_inserted(Reader& reader) {
+  std::map<int, Pose2> last_inserted;
+  for (std::size_t left = reader.count(28, kMostLasers, "lasers"); left > 0; --left) {
+    int laser = 0;
+    reader.integer(laser);
+    transfer_pose(reader, last_inserted[laser]);
+  }
+  return last_inserted;
+}
+
+// --- where the robot is ---
+
+/// The number of a part of the map, of which there are so many.
+template <typename Archive, typename Part>
+void transfer_part(Archive& archive, Part& part, std::size_t parts) {
+  std::uint64_t number = part;
+  archive.integer(number);
+  if constexpr (Archive::kReads) {
+    if (number >= parts) {
+      archive.fail("is damaged: it names part " + std::to_string(number) + " of a map of " +
+                   std::to_string(parts));
+    }
+    part = static_cast<std::size_t>(number);
+  }
+}
+
+void write_waiting(const std::vector<WaitingScan>& waiting, Writer& writer) {
+  KeyScans scans;
+  for (const WaitingScan& scan : waiting) {
+    scans.add(scan.scan);
+  }
+  write_key_scans(scans, writer);
+  for (const WaitingScan& scan : waiting) {
+    transfer_part(writer, scan.part, 0);
+  }
+}
+
+std::vector<WaitingScan> read_waiting(std::size_t parts, Reader& reader) {
+  const KeyScans scans = read_key_scans(false, reader);
+  std::vector<WaitingScan> waiting;
+  for (const PlacedScan& scan : scans.all()) {
+    waiting.push_back({0, scan});
+    transfer_part(reader, waiting.back().part, parts);
+  }
+  return waiting;
+}
+
+template <typename Archive, typename Doubt>
+void transfer_doubt(Archive& archive, Doubt& doubt) {
+  archive.flag(doubt.doubts);
+  archive.flag(doubt.is_provisional);
+  archive.number(doubt.since, kLargest);
+  archive.number(doubt.way);
+  archive.integer(doubt.doubtful);
+  archive.integer(doubt.contradictions);
+  archive.integer(doubt.confirmations);
+  transfer_pose(archive, doubt.map_from_base);
+}
+
+template <typename Archive, typename Search>
+void transfer_search(Archive& archive, Search& search, std::size_t parts) {
+  constexpr std::size_t kMostHypotheses = 1000;
+  std::uint64_t next = search.next;
+  archive.integer(next);
+  archive.flag(search.complete);
+  archive.number(search.stamp, kLargest);
+  archive.size(search.hypotheses, 60, kMostHypotheses, "places where the robot may be");
+  for (auto& hypothesis : search.hypotheses) {
+    transfer_part(archive, hypothesis.part, parts);
+    transfer_pose(archive, hypothesis.part_from_apart);
+    archive.integer(hypothesis.confirmations);
+    transfer_pose(archive, hypothesis.apart_from_base);
+  }
+  if constexpr (Archive::kReads) {
+    search.next = static_cast<std::size_t>(next);
+  }
+}
+
+void write_whereabouts(const Whereabouts& whereabouts, Writer& writer) {
+  const std::size_t parts = whereabouts.apart.size() + 1;
+  writer.integer(std::uint64_t{whereabouts.apart.size()});
+  for (const MapPart& part : whereabouts.apart) {
+    write_grids(part.map, writer);
+    write_key_scans(part.key_scans, writer);
+    write_last_inserted(part.last_inserted, writer);
+    writer.number(part.begin);
+  }
+  transfer_part(writer, whereabouts.here, parts);
+  transfer_doubt(writer, whereabouts.doubt);
+  writer.number(whereabouts.usual_score);
+  write_waiting(whereabouts.held, writer);
+  write_waiting(whereabouts.pending, writer);
+  transfer_search(writer, whereabouts.search, parts);
+}
+
+Whereabouts read_whereabouts(Reader& reader) {
+  constexpr std::size_t kMostApart = 10'000;
+  Whereabouts whereabouts;
+  for (std::size_t left = reader.count(60, kMostApart, "maps apart"); left > 0; --left) {
+    MapPart part{read_grids(reader), read_key_scans(false, reader), read_last_inserted(reader), 0};
+    reader.number(part.begin, kLargest);
+    whereabouts.apart.push_back(std::move(part));
+  }
+  const std::size_t parts = whereabouts.apart.size() + 1;
+  transfer_part(reader, whereabouts.here, parts);
+  transfer_doubt(reader, whereabouts.doubt);
+  reader.number(whereabouts.usual_score);
+  whereabouts.held = read_waiting(parts, reader);
+  whereabouts.pending = read_waiting(parts, reader);
+  transfer_search(reader, whereabouts.search, parts);
+  return whereabouts;
+}
+
 }  // namespace
 
 std::string to_saved_map(const MapStart& map) {
@@ -472,12 +593,9 @@ std::string to_saved_map(const MapStart& map) {
   write_grids(map.map, writer);
   write_key_scans(map.key_scans, writer);
   transfer_motion(writer, map.motion);
-  writer.integer(std::uint64_t{map.last_inserted.size()});
-  for (const auto& [laser, map_from_base] : map.last_inserted) {
-    writer.integer(std::int32_t{laser});
-    transfer_pose(writer, map_from_base);
-  }
+  write_last_inserted(map.last_inserted, writer);
   writer.integer(map.scan_count);
+  write_whereabouts(map.whereabouts, writer);
   return compress(writer.bytes);
 }
 
@@ -496,12 +614,9 @@ MapStart read_saved_map(const std::string& path, double max_cells) {
     transfer_covariance(reader, start.motion.covariance);
   } else {
     transfer_motion(reader, start.motion);
-    for (std::size_t left = reader.count(28, kMostLasers, "lasers"); left > 0; --left) {
-      int laser = 0;
-      reader.integer(laser);
-      transfer_pose(reader, start.last_inserted[laser]);
-    }
+    start.last_inserted = read_last_inserted(reader);
     reader.integer(start.scan_count);
+    start.whereabouts = read_whereabouts(reader);
   }
   if (!reader.at_end()) {
     reader.fail("is damaged: it goes on after its end");

@@ -43,7 +43,11 @@ std::vector<float> match_seconds_of(const std::deque<ScanHealth>& scans) {
   return seconds;
 }
 
-bool is_lost(const std::deque<ScanHealth>& scans) {
+TrackingState state_of(const std::deque<ScanHealth>& scans) {
+  return scans.empty() ? TrackingState::kTracking : scans.back().state;
+}
+
+bool match_nowhere(const std::deque<ScanHealth>& scans) {
   return scans.size() >= kLost && std::all_of(scans.end() - kLost, scans.end(), is_rejected);
 }
 
@@ -60,11 +64,20 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
   const double p95 = statistics_of(match_seconds_of(health.recent)).p95;
   if (health.stopped) {
     status.summary(DiagnosticStatus::ERROR, "stopped, as time has jumped back");
-  } else if (is_lost(health.recent)) {
+  } else if (state_of(health.recent) == TrackingState::kLost) {
+    status.summary(DiagnosticStatus::ERROR,
+                   "lost: what is seen is mapped apart, and searched in the map; drive where the "
+                   "map is known, or tell where the robot is by initialpose or ~relocalise");
+  } else if (match_nowhere(health.recent)) {
     status.summary(DiagnosticStatus::ERROR,
                    "lost: the last " + std::to_string(kLost) +
                        " scans match nowhere near; tell where the robot is by initialpose or "
                        "~relocalise");
+  } else if (state_of(health.recent) == TrackingState::kDoubt ||
+             state_of(health.recent) == TrackingState::kProvisional) {
+    status.summary(DiagnosticStatus::WARN,
+                   "in doubt: the scans do not fit the map where the robot should be; nothing is "
+                   "inserted until they do");
   } else if (std::abs(health.estimated_clock_offset) > kClockOffsetWorthTelling) {
     status.summaryf(DiagnosticStatus::WARN,
                     "the clocks of scans and tf differ by %.1f s; set scan_time_offset",
@@ -100,7 +113,10 @@ void add_recent(const std::deque<ScanHealth>& scans, DiagnosticStatusWrapper& st
   status.addf("Lag [s]", "%.3f", newest.lag);
   status.addf("Score", "%.3f", newest.score);
   status.add("Match", to_string(newest.status));
+  status.add("State", to_string(newest.state));
   status.add("Unconstrained directions", newest.unconstrained_directions);
+  status.addf("Contradiction", "%.3f", newest.contradiction);
+  status.add("Certainty", to_string(newest.certainty));
   status.addf("Scans that match nowhere [%]", "%.1f", 100.0 * rejected_share(scans));
 }
 

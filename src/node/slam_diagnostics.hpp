@@ -20,6 +20,9 @@ struct ScanHealth {
   double score = 0.0;
   MatchStatus status = MatchStatus::kAccepted;
   std::size_t unconstrained_directions = 0;
+  Certainty certainty = Certainty::kSure;
+  double contradiction = 0.0;
+  TrackingState state = TrackingState::kTracking;
 };
 
 /// What /diagnostics tells about the mapping.

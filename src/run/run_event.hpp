@@ -18,7 +18,8 @@ struct SetPose {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the map frame
 };
 
-/// The base was found at a pose for an earlier scan; since then it has moved as it was seen to.
+/// The base was found at a pose for an earlier scan; since then it has moved as it was seen to, and
+/// nobody has said where it was.
 struct CorrectPose {
   double stamp = 0.0;  ///< of that scan [s], which was used since the map was begun
   Pose2 map_from_base;

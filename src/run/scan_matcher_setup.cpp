@@ -50,8 +50,10 @@ ScanMatcherSetup make_scan_matcher_setup(const Parameters& parameters,
   ScanMatcherSetup setup;
   std::vector<std::string> names;
   setup.node = read_options_among<ScanMatcherNodeOptions>(parameters, "", names);
-  reject_unknown_names(parameters, names, {"odometry", "scan", "map", "field", "motion", "slam"},
-                       catalog);
+  reject_unknown_names(
+      parameters, names,
+      {"odometry", "scan", "map", "field", "motion", "doubt", "tracking", "recovery", "slam"},
+      catalog);
   for (std::string* frame :
        {&setup.node.base_frame, &setup.node.odom_frame, &setup.node.guess_frame}) {
     *frame = without_leading_slash(*frame);

@@ -35,6 +35,13 @@ void add_pose(const StampedPose2& pose, std::vector<StampedPose2>& poses) {
   }
 }
 
+/// Poses of a map apart in the map that it was joined to.
+void put_right(const ScanOutcome::Joined& joined, std::vector<StampedPose2>& poses) {
+  for (auto pose = poses.rbegin(); pose != poses.rend() && pose->stamp >= joined.begin; ++pose) {
+    pose->pose = joined.map_from_apart * pose->pose;
+  }
+}
+
 }  // namespace
 
 SlamRun::SlamRun(LiveConfiguration configuration, RunRecords records)
@@ -57,10 +64,14 @@ void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   path_ = ThinnedPath();
   odometry_path_ = ThinnedPath();
   trajectory_.clear();
+  told_.reset();
   odometry_.clear();
   match_seconds_.clear();
   scan_seconds_.clear();
   statuses_.clear();
+  certainties_.clear();
+  states_.clear();
+  contradictions_.clear();
   inserted_ = 0;
 }
 
@@ -78,6 +89,9 @@ void SlamRun::apply(const RunEvent& event) {
 
 void SlamRun::take_effect(const SetPose& event) {
   engine_->set_pose(event.map_from_base, event.covariance);
+  if (!trajectory_.empty()) {
+    told_ = trajectory_.back().stamp;
+  }
 }
 
 void SlamRun::take_effect(const CorrectPose& event) {
@@ -88,11 +102,15 @@ void SlamRun::take_effect(const CorrectPose& event) {
     throw std::runtime_error("no scan of " + fixed_text(event.stamp, 6) +
                              " s was used for this map, or too many have come after it");
   }
+  if (told_ && event.stamp <= *told_) {
+    throw std::runtime_error("where it was has been told since the scan of " +
+                             fixed_text(event.stamp, 6) + " s");
+  }
   const Pose2 motion = then->pose.inverse() * trajectory_.back().pose;
-  engine_->set_pose(event.map_from_base * motion,
-                    Eigen::Vector3d(kFoundPosition * kFoundPosition,
-                                    kFoundPosition * kFoundPosition, kFoundHeading * kFoundHeading)
-                        .asDiagonal());
+  take_effect(SetPose{event.map_from_base * motion, Eigen::Vector3d(kFoundPosition * kFoundPosition,
+                                                                    kFoundPosition * kFoundPosition,
+                                                                    kFoundHeading * kFoundHeading)
+                                                        .asDiagonal()});
 }
 
 void SlamRun::take_effect(const Reset& /*event*/) { start_with(make_engine()); }
@@ -114,6 +132,14 @@ void SlamRun::take_effect(const Reconfigure& event) {
 }
 
 void SlamRun::jump_back() {
+  // What was told of the map that is given up would take effect on the next one when repeated.
+  const auto is_undone = [](const TimedEvent& event) {
+    return !std::holds_alternative<Pause>(event.event) &&
+           !std::holds_alternative<Reconfigure>(event.event);
+  };
+  events_.erase(std::remove_if(events_.begin() + static_cast<std::ptrdiff_t>(timed_events_),
+                               events_.end(), is_undone),
+                events_.end());
   ++time_jumps_;
   start_with(make_engine());
 }
@@ -143,10 +169,12 @@ std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
   last_match_seconds_ = matcher_->take_seconds();
   if (last_match_seconds_ > 0.0) {
     match_seconds_.push_back(static_cast<float>(last_match_seconds_));
+    contradictions_.push_back(static_cast<float>(outcome.match.contradiction));
   }
   if (records_ == RunRecords::kRecent) {
     keep_recent(scan_seconds_);
     keep_recent(match_seconds_);
+    keep_recent(contradictions_);
     keep_recent(trajectory_);
     keep_recent(odometry_);
   }
@@ -157,6 +185,11 @@ std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
 void SlamRun::record(const ScanOutcome& outcome) {
   ++scans_;
   ++statuses_[outcome.match.status];
+  ++certainties_[outcome.certainty];
+  ++states_[outcome.state];
+  if (outcome.joined) {
+    put_right(*outcome.joined, trajectory_);
+  }
   inserted_ += outcome.inserted ? 1 : 0;
   path_.add({outcome.stamp, outcome.map_from_base});
   if (outcome.odom_from_base) {

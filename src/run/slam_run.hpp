@@ -63,7 +63,8 @@ class SlamRun {
   [[nodiscard]] const ThinnedPath& path() const { return path_; }
   [[nodiscard]] const ThinnedPath& odometry_path() const { return odometry_path_; }
 
-  /// Poses of the base in the map, one a stamp, or the latest ones.
+  /// Poses of the base in the map, one a stamp, or the latest ones. Those of a lost robot are put
+  /// right when it is found.
   [[nodiscard]] const std::vector<StampedPose2>& trajectory() const { return trajectory_; }
   /// Raw odometry at the same stamps, or the latest ones; empty when there is none.
   [[nodiscard]] const std::vector<StampedPose2>& odometry() const { return odometry_; }
@@ -74,6 +75,14 @@ class SlamRun {
   [[nodiscard]] const std::vector<float>& scan_seconds() const { return scan_seconds_; }
 
   [[nodiscard]] const std::map<MatchStatus, std::size_t>& statuses() const { return statuses_; }
+  /// Scans by how much their match was to be believed.
+  [[nodiscard]] const std::map<Certainty, std::size_t>& certainties() const { return certainties_; }
+  /// Scans by how sure it was where the robot is.
+  [[nodiscard]] const std::map<TrackingState, std::size_t>& states() const { return states_; }
+  /// As of SlamEngine.
+  [[nodiscard]] std::size_t parts_apart() const { return engine_->parts_apart(); }
+  /// Of each match, or of the latest ones; see MatchResult.
+  [[nodiscard]] const std::vector<float>& contradictions() const { return contradictions_; }
   [[nodiscard]] std::size_t inserted() const { return inserted_; }
 
   /// Times that map and poses were forgotten.
@@ -108,10 +117,14 @@ class SlamRun {
   ThinnedPath path_;
   ThinnedPath odometry_path_;
   std::vector<StampedPose2> trajectory_;
+  std::optional<double> told_;  ///< stamp [s] of the newest scan when its pose was told last
   std::vector<StampedPose2> odometry_;
   std::vector<float> match_seconds_;
   std::vector<float> scan_seconds_;
   std::map<MatchStatus, std::size_t> statuses_;
+  std::map<Certainty, std::size_t> certainties_;
+  std::map<TrackingState, std::size_t> states_;
+  std::vector<float> contradictions_;
   std::size_t inserted_ = 0;
   double last_match_seconds_ = 0.0;
 };

@@ -25,6 +25,9 @@ EngineOptions read_engine_options(const Parameters& parameters) {
   options.map = read_options<MapOptions>(parameters.section("map"), "map");
   options.field = read_options<LikelihoodFieldOptions>(parameters.section("field"), "field");
   options.motion = read_options<MotionPriorOptions>(parameters.section("motion"), "motion");
+  options.doubt = read_options<DoubtOptions>(parameters.section("doubt"), "doubt");
+  options.tracking = read_options<TrackingOptions>(parameters.section("tracking"), "tracking");
+  options.recovery = read_options<RecoveryOptions>(parameters.section("recovery"), "recovery");
   const double after_first_hit = 0.5 + 0.5 * options.map.quality;
   if (options.map.occupied_threshold > after_first_hit) {
     throw ConfigurationError(
@@ -42,6 +45,9 @@ std::vector<OptionDescription> describe_engine_options(const EngineOptions& opti
   append_section("map", options.map, rows);
   append_section("field", options.field, rows);
   append_section("motion", options.motion, rows);
+  append_section("doubt", options.doubt, rows);
+  append_section("tracking", options.tracking, rows);
+  append_section("recovery", options.recovery, rows);
   return rows;
 }
 

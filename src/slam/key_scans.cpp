@@ -17,6 +17,15 @@ void KeyScans::add(PointScan points, int laser, const Pose2& map_from_base) {
        map_from_base});
 }
 
+void KeyScans::add(const PlacedScan& other) {
+  const KeyScan& scan = *other.scan;
+  if (scan.measured() != nullptr) {
+    add(*scan.measured(), scan.laser(), other.map_from_base);
+  } else {
+    add(*scan.points(), scan.laser(), other.map_from_base);
+  }
+}
+
 void KeyScans::move(std::uint64_t id, const Pose2& map_from_base) {
   scans_.at(id).map_from_base = map_from_base;
 }

@@ -144,6 +144,17 @@ void MotionTracker::set_pose(const Pose2& fixed_from_base, const Eigen::Matrix3d
   }
 }
 
+void MotionTracker::change_frame(const Pose2& new_from_fixed) {
+  Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
+  turned.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(new_from_fixed.theta).toRotationMatrix();
+  state_.fixed_from_base = new_from_fixed * state_.fixed_from_base;
+  state_.covariance = turned * state_.covariance * turned.transpose();
+  state_.by_velocity = turned * state_.by_velocity * turned.transpose();
+  if (state_.fix) {
+    state_.fix->fixed_from_base = new_from_fixed * state_.fix->fixed_from_base;
+  }
+}
+
 void MotionTracker::forget_motion() {
   state_.motion = {};
   state_.interval = 0.0;

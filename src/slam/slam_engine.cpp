@@ -1,6 +1,8 @@
 #include "matchbox_slam/slam/slam_engine.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -23,6 +25,29 @@ void check_map(const SlamMap& map, const EngineOptions& options) {
   require("field/reach", options.field.reach, map.field.options().reach);
 }
 
+MapPart empty_part(const EngineOptions& options, double begin) {
+  return {SlamMap(options.map, options.field), {}, {}, begin};
+}
+
+/// What waited is about where it is said to be; where the map holds it, that knows better.
+Pose2 placed_best(const PointScan& scan, const Pose2& map_from_base, const LikelihoodField& field,
+                  const DoubtOptions& options) {
+  constexpr double kXy = 0.1;      // [m]
+  constexpr double kTheta = 0.03;  // [rad]
+  const PlacedScans none;
+  const MatchResult match = search_exactly(
+      {scan, map_from_base, Eigen::Vector3d(kXy * kXy, kXy * kXy, kTheta * kTheta).asDiagonal(),
+       field, none, 0});
+  return is_convincing(match, options) ? match.map_from_base : map_from_base;
+}
+
+/// A lost robot may be anywhere in the map, in any heading.
+Eigen::Matrix3d anywhere_in(const SlamMap& map) {
+  const CellBox box = map.occupancy.known_bounds();
+  const double size = map.field.geometry().resolution() * std::hypot(box.width(), box.height());
+  return Eigen::Vector3d(size * size, size * size, kPi * kPi).asDiagonal();
+}
+
 }  // namespace
 
 void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
@@ -31,6 +56,10 @@ void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   at_rest.covariance = covariance;
   motion = at_rest;
   last_inserted.clear();
+  whereabouts.doubt = {};
+  whereabouts.usual_score = 0.0;
+  whereabouts.held.clear();
+  whereabouts.here = 0;
 }
 
 SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
@@ -39,7 +68,7 @@ SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanM
       matcher_(std::move(matcher)),
       seed_(seed),
       tracker_(options.motion),
-      map_(options.map, options.field) {
+      parts_{empty_part(options, 0.0)} {
   tracker_.set_pose(start, Eigen::Matrix3d::Zero());
 }
 
@@ -50,7 +79,9 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
 
   // A rejected match carries the prediction, which stands then.
   ScanOutcome outcome;
-  outcome.match = match(scan, predicted);
+  const WeighedMatch weighed = match(scan, predicted);
+  outcome.match = weighed.match;
+  outcome.certainty = weighed.certainty;
   const MatchedMotion matched = tracker_.after_match(input, predicted, outcome.match);
   outcome.stamp = input.scan.stamp;
   outcome.map_from_base = matched.fixed_from_base;
@@ -59,75 +90,213 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   if (input.odometry) {
     outcome.odom_from_base = input.odometry->odom_from_base;
   }
+  weigh_doubt(weighed, outcome, predicted.motion.previous_from_current.translation().norm());
 
   if (is_to_be_inserted(outcome, input.laser)) {
     if (matched.during_scan != predicted.during_scan) {
       measured.motion = matched.during_scan;
       scan = project_scan(measured);
     }
-    outcome.inserted = has_room(scan, outcome.map_from_base, options_.map, map_);
-    outcome.left_out = !outcome.inserted;
-    if (outcome.inserted) {
-      insert(scan, std::move(measured), outcome.map_from_base, input.laser);
-    }
+    insert_or_hold(scan, measured, input.laser, outcome);
   }
-  tracker_.remember(input, predicted, outcome.map_from_base, outcome.covariance,
+  // What covers a doubt is told, and does not grow from scan to scan.
+  const bool is_doubted = outcome.certainty == Certainty::kDoubtful;
+  tracker_.remember(input, predicted, outcome.map_from_base,
+                    is_doubted ? predicted.covariance : outcome.covariance,
                     outcome.match.accepted() || outcome.inserted);
   ++scan_count_;
+  insert_pending();
+  if (doubt_.is_lost(input.scan.stamp, options_.tracking)) {
+    map_apart();
+  } else if (is_lost() && outcome.match.accepted()) {
+    search_for_map(scan, outcome);
+  }
+  if (is_lost()) {
+    outcome.covariance += anywhere_in(map());
+  }
+  outcome.state = state();
   return outcome;
 }
 
-MatchResult SlamEngine::match(const PointScan& scan, const MotionPrediction& predicted) const {
+WeighedMatch SlamEngine::match(const PointScan& scan, const MotionPrediction& predicted) const {
+  const MapPart& part = here();
   const PlacedScans recent =
-      key_scans_.newest(static_cast<std::size_t>(options_.slam.recent_scans));
-  const MatchProblem problem{scan,   predicted.fixed_from_base,   predicted.covariance, map_.field,
-                             recent, mix_seed(seed_, scan_count_)};
-  if (map_.field.empty()) {
-    return rejected(problem, MatchStatus::kRejectedNoReference);
+      part.key_scans.newest(static_cast<std::size_t>(options_.slam.recent_scans));
+  const MatchProblem problem{
+      scan,   predicted.fixed_from_base,   predicted.covariance, part.map.field,
+      recent, mix_seed(seed_, scan_count_)};
+  if (part.map.field.empty()) {
+    return {rejected(problem, MatchStatus::kRejectedNoReference)};
   }
   if (scan.points.size() < static_cast<std::size_t>(options_.slam.min_points)) {
-    return rejected(problem, MatchStatus::kRejectedTooFewPoints);
+    return {rejected(problem, MatchStatus::kRejectedTooFewPoints)};
   }
-  return matcher_->match(problem);
+  return match_and_weigh(*matcher_, problem, part.map.occupancy, usual_score_, options_.doubt);
+}
+
+TrackingState SlamEngine::state() const {
+  if (is_lost()) {
+    return TrackingState::kLost;
+  }
+  if (doubt_.doubts) {
+    return doubt_.is_provisional ? TrackingState::kProvisional : TrackingState::kDoubt;
+  }
+  return pending_.empty() ? TrackingState::kTracking : TrackingState::kRecovered;
+}
+
+// --- doubt ---
+
+void SlamEngine::weigh_doubt(const WeighedMatch& match, const ScanOutcome& outcome, double way) {
+  constexpr double kNewest = 0.1;  // weight of the newest score among those of late
+  if (match.match.accepted()) {
+    usual_score_ += (usual_score_ > 0.0 ? kNewest : 1.0) * (match.match.score - usual_score_);
+  }
+  doubt_.follow(match, outcome.stamp, way, outcome.map_from_base, options_.doubt,
+                options_.tracking);
+  if (doubt_.is_provisional) {
+    return;
+  }
+  if (!doubt_.doubts) {
+    pending_.insert(pending_.end(), held_.begin(), held_.end());
+  } else if (!held_.empty()) {
+    here().last_inserted.clear();  // of scans that are dropped
+  }
+  held_.clear();
+}
+
+/// The robot may be anywhere. What it sees from now on is mapped apart.
+void SlamEngine::map_apart() {
+  constexpr std::size_t kWorthKeeping = 3;  // key scans
+  doubt_ = {};
+  held_.clear();
+  search_ = {};
+  if (is_lost() && here().key_scans.size() < kWorthKeeping) {
+    here() = empty_part(options_, *tracker_.state().stamp);
+  } else {
+    parts_.push_back(empty_part(options_, *tracker_.state().stamp));
+    here_ = parts_.size() - 1;
+  }
+  find_places_to_search();
+}
+
+void SlamEngine::find_places_to_search() {
+  places_.clear();
+  if (is_lost()) {
+    places_ = searched_places(parts_, here_);
+  }
+}
+
+void SlamEngine::search_for_map(const PointScan& scan, ScanOutcome& outcome) {
+  const std::optional<PlaceHypothesis> found =
+      search_places(scan, outcome.map_from_base, parts_, here_, places_, options_.doubt,
+                    options_.recovery, search_);
+  if (!found) {
+    return;
+  }
+  const double begin = here().begin;
+  join(*found);
+  outcome.joined = ScanOutcome::Joined{begin, found->part_from_apart};
+  outcome.map_from_base = tracker_.state().fixed_from_base;
+  outcome.covariance = tracker_.state().covariance;
+}
+
+/// Puts what was mapped apart where it belongs, a few key scans with each of the next scans.
+void SlamEngine::join(const PlaceHypothesis& found) {
+  const std::size_t apart = here_;
+  const auto part_without = [&](std::size_t part) { return part > apart ? part - 1 : part; };
+  for (WaitingScan& waiting : pending_) {
+    if (waiting.part == apart) {
+      waiting = {found.part,
+                 {waiting.scan.scan, found.part_from_apart * waiting.scan.map_from_base}};
+    }
+    waiting.part = part_without(waiting.part);
+  }
+  const std::size_t joined = part_without(found.part);
+  if (options_.slam.update_map) {
+    for (const PlacedScan& key : here().key_scans.all()) {
+      pending_.push_back({joined, {key.scan, found.part_from_apart * key.map_from_base}});
+    }
+  }
+  tracker_.change_frame(found.part_from_apart);
+  parts_.erase(parts_.begin() + static_cast<std::ptrdiff_t>(apart));
+  here_ = joined;
+  here().last_inserted.clear();
+  doubt_ = {};
+  held_.clear();
+  search_ = {};
+  find_places_to_search();
+}
+
+void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
+  tracker_.set_pose(map_from_base, covariance);
+  here_ = 0;
+  doubt_ = {};
+  held_.clear();
+  search_ = {};
+  places_.clear();
 }
 
 void SlamEngine::set_options(const EngineOptions& options) {
-  check_map(map_, options);
+  check_map(map(), options);
   options_ = options;
   tracker_.set_options(options.motion);
 }
 
 void SlamEngine::start_from(MapStart start) {
   check_map(start.map, options_);
-  map_ = std::move(start.map);
-  key_scans_ = std::move(start.key_scans);
+  for (const MapPart& part : start.whereabouts.apart) {
+    check_map(part.map, options_);
+  }
+  parts_.clear();
+  parts_.push_back(
+      {std::move(start.map), std::move(start.key_scans), std::move(start.last_inserted), 0.0});
+  Whereabouts& whereabouts = start.whereabouts;
+  std::move(whereabouts.apart.begin(), whereabouts.apart.end(), std::back_inserter(parts_));
+  here_ = whereabouts.here;
+  doubt_ = whereabouts.doubt;
+  usual_score_ = whereabouts.usual_score;
+  held_ = std::move(whereabouts.held);
+  pending_ = std::move(whereabouts.pending);
+  search_ = std::move(whereabouts.search);
+  find_places_to_search();
   tracker_.set_state(start.motion);
-  last_inserted_ = std::move(start.last_inserted);
   scan_count_ = start.scan_count;
 }
 
 MapStart SlamEngine::snapshot() const {
-  return {map_, key_scans_, tracker_.state(), last_inserted_, scan_count_};
+  const MapPart& part = parts_.front();
+  return {
+      part.map,
+      part.key_scans,
+      tracker_.state(),
+      part.last_inserted,
+      scan_count_,
+      {doubt_, usual_score_, held_, pending_, {parts_.begin() + 1, parts_.end()}, here_, search_}};
 }
 
-/// Only what was matched goes into the map, except for what starts it. A further laser's first scan
-/// may show what no other has seen yet: then it goes where the others have just put the base.
+// --- insertion ---
+
+/// Only what was matched without a doubt goes into the map, except for what starts it. A further
+/// laser's first scan may show what no other has seen yet: then it goes where the others have just
+/// put the base.
 bool SlamEngine::is_to_be_inserted(const ScanOutcome& outcome, int laser) const {
   const MatchResult& match = outcome.match;
-  if (!options_.slam.update_map) {
+  if (!options_.slam.update_map && !is_lost()) {
     return false;
   }
-  if (match.accepted()) {
+  if (match.accepted() || outcome.certainty == Certainty::kNewGround) {
     return is_worth_inserting(outcome, laser);
   }
-  return map_.field.empty() ||
+  const MapPart& part = here();
+  return part.map.field.empty() ||
          (match.status == MatchStatus::kRejectedLowScore && tracker_.state().matched &&
-          !last_inserted_.empty() && last_inserted_.count(laser) == 0);
+          !part.last_inserted.empty() && part.last_inserted.count(laser) == 0);
 }
 
 bool SlamEngine::is_worth_inserting(const ScanOutcome& outcome, int laser) const {
-  const auto before = last_inserted_.find(laser);
-  if (before == last_inserted_.end()) {
+  const std::map<int, Pose2>& last_inserted = here().last_inserted;
+  const auto before = last_inserted.find(laser);
+  if (before == last_inserted.end()) {
     return true;
   }
   const Pose2 moved = before->second.inverse() * outcome.map_from_base;
@@ -136,11 +305,44 @@ bool SlamEngine::is_worth_inserting(const ScanOutcome& outcome, int laser) const
          outcome.match.score < options_.slam.insert_overlap;
 }
 
-void SlamEngine::insert(const PointScan& scan, MeasuredScan measured, const Pose2& map_from_base,
-                        int laser) {
-  insert_scan(scan, map_from_base, options_.map, map_);
-  last_inserted_[laser] = map_from_base;
-  key_scans_.add(std::move(measured), laser, map_from_base);
+void SlamEngine::insert_or_hold(const PointScan& scan, const MeasuredScan& measured, int laser,
+                                ScanOutcome& outcome) {
+  const PlacedScan placed{std::make_shared<const KeyScan>(measured, 0, laser),
+                          outcome.map_from_base};
+  if (doubt_.doubts) {
+    held_.push_back({here_, placed});
+    here().last_inserted[laser] = outcome.map_from_base;
+    return;
+  }
+  outcome.inserted = insert(scan, placed, here());
+  outcome.left_out = !outcome.inserted;
+}
+
+/// False when the map has no room for it.
+bool SlamEngine::insert(const PointScan& scan, const PlacedScan& placed, MapPart& part) {
+  if (!has_room(scan, placed.map_from_base, options_.map, part.map)) {
+    return false;
+  }
+  insert_scan(scan, placed.map_from_base, options_.map, part.map);
+  part.key_scans.add(placed);
+  part.last_inserted[placed.scan->laser()] = placed.map_from_base;
+  return true;
+}
+
+void SlamEngine::insert_pending() {
+  constexpr std::size_t kAtATime = 2;  // so that no scan waits for all of them
+  const std::size_t count = std::min(kAtATime, pending_.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    MapPart& part = parts_[pending_[i].part];
+    const std::shared_ptr<const PointScan> points = pending_[i].scan.scan->points();
+    const PlacedScan placed{
+        pending_[i].scan.scan,
+        placed_best(*points, pending_[i].scan.map_from_base, part.map.field, options_.doubt)};
+    const std::map<int, Pose2> last_inserted = part.last_inserted;
+    static_cast<void>(insert(*points, placed, part));
+    part.last_inserted = last_inserted;
+  }
+  pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
 }  // namespace matchbox_slam

@@ -18,6 +18,7 @@
 #include "run/slam_run.hpp"
 #include "run/start_map.hpp"
 #include "tools/run_report.hpp"
+#include "tools/scan_table.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -94,6 +95,7 @@ class BagMapping {
   std::optional<SlamRun> run_;
   std::optional<MapStart> saved_;  ///< until the first scan comes, or an event before it
   std::vector<std::shared_ptr<const KeyScan>> first_key_scans_;  ///< of the map
+  ScanTable scan_table_;
   bool told_of_left_out_ = false;
 };
 
@@ -131,6 +133,7 @@ void BagMapping::handle(const ReadyScan& scan) {
     scans_.leave_out(scan);
     return;
   }
+  scan_table_.add(*outcome);
   if (outcome->inserted && !debug_.empty() && first_key_scans_.size() <= kMostHoughPictures) {
     first_key_scans_.push_back(run_->key_scans().all().back().scan);
   }
@@ -155,6 +158,7 @@ void BagMapping::handle(const RunEvent& event) {
 /// What is kept of it beside the run.
 void BagMapping::forget_map() {
   first_key_scans_.clear();
+  scan_table_.clear();
   scans_.discard_delivered();
 }
 
@@ -182,6 +186,8 @@ void BagMapping::write() {
   files.push_back({out_ + "/trajectory.tum", to_tum(trajectory)});
   files.push_back({out_ + "/odometry.tum", to_tum(odometry)});
   files.push_back({out_ + "/map.png", draw_map(map.occupancy, trajectory, odometry).to_png()});
+  files.push_back({out_ + "/key_scans.tum", to_tum(key_scan_trajectory(run_->key_scans()))});
+  files.push_back({out_ + "/scans.csv", scan_table_.text()});
   files.push_back({out_ + "/map.slam", to_saved_map(run_->snapshot())});
   const ResourceUsage now = resource_usage();
   const RunFacts facts{scans_.facts(),

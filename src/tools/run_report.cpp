@@ -33,12 +33,27 @@ json scan_counts(const ScanAccount& account, const SlamRun& run) {
   for (const auto& [status, count] : run.statuses()) {
     matches[to_string(status)] = count;
   }
+  json certainties = json::object();
+  for (const auto& [certainty, count] : run.certainties()) {
+    certainties[to_string(certainty)] = count;
+  }
+  json states = json::object();
+  for (const auto& [state, count] : run.states()) {
+    states[to_string(state)] = count;
+  }
+  const ErrorStatistics contradiction = statistics_of(run.contradictions());
   return json::object({{"received", account.received},
                        {"used", account.delivered},
                        {"skipped_total", account.skipped_total()},
                        {"skipped", skipped},
                        {"inserted", run.inserted()},
-                       {"matches", matches}});
+                       {"matches", matches},
+                       {"certainty", certainties},
+                       {"state", states},
+                       {"maps_apart", run.parts_apart()},
+                       {"contradiction", json::object({{"p50", rounded(contradiction.median)},
+                                                       {"p95", rounded(contradiction.p95)},
+                                                       {"max", rounded(contradiction.max)}})}});
 }
 
 json frames(const RunOptions& options) {

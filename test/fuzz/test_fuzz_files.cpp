@@ -230,6 +230,17 @@ class SavedFields {
       add(3, 8, state);
     }
     add(1, 8, rest);
+    EXPECT_EQ(count(), 0U) << "no maps apart";
+    add(1, 8, rest);
+    add(2, 1, rest);
+    add(2, 8, state);
+    add(3, 4, rest);
+    add(3 + 1, 8, state);
+    EXPECT_EQ(count() + count(), 0U) << "no scans that wait";
+    add(1, 8, rest);
+    add(1, 1, rest);
+    add(1, 8, state);
+    EXPECT_EQ(count(), 0U) << "no places where a lost robot may be";
     EXPECT_EQ(at_, bytes.size()) << "the format has changed";
   }
 

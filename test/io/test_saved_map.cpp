@@ -17,6 +17,7 @@
 #include "matchbox_slam/matching/hough/hough_matcher.hpp"
 #include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
+#include "simulation/fault.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
 #include "simulation/simulation_support.hpp"
@@ -125,6 +126,37 @@ TEST_F(SavedMap, MappingGoesOnToTheBitAsIfItHadNeverStopped) {
   }
 }
 
+TEST_F(SavedMap, ALostRobotGoesOnToTheBitAsIfItHadNeverStopped) {
+  SimulationOptions options;
+  options.laser.scan_rate = 10.0;
+  options.laser.beams = 260;
+  options.time.duration = 90.0;
+  options.faults = {parse_fault("kidnap:60:2:2")};
+  const World world = make_world("rooms", 3);
+  const SimulatedRun run = simulate_run(world, world.route(), options, 3);
+  const auto matcher = std::make_shared<OlsonMatcher>();
+  SlamEngine uninterrupted({}, matcher, 1, run.world_from_base.front());
+  std::size_t lost = 0;
+  std::size_t i = 0;
+  for (; i < run.scans.size() && lost < 60; ++i) {
+    lost += uninterrupted.process(scan_input(run, i)).state == TrackingState::kLost ? 1 : 0;
+  }
+  ASSERT_EQ(lost, 60U);
+  const MapStart saved = uninterrupted.snapshot();
+  ASSERT_EQ(saved.whereabouts.apart.size(), 1U);
+  ASSERT_GT(saved.whereabouts.apart.front().key_scans.size(), 1U);
+  write(to_saved_map(saved));
+  SlamEngine again({}, matcher, 1, run.world_from_base.front());
+  again.start_from(read_saved_map(path_));
+  for (; i < run.scans.size(); ++i) {
+    const ScanOutcome expected = uninterrupted.process(scan_input(run, i));
+    const ScanOutcome outcome = again.process(scan_input(run, i));
+    ASSERT_EQ(outcome.map_from_base, expected.map_from_base) << i;
+    ASSERT_EQ(outcome.state, expected.state) << i;
+  }
+  EXPECT_TRUE(to_saved_map(again.snapshot()) == to_saved_map(uninterrupted.snapshot()));
+}
+
 TEST_F(SavedMap, KeepsKeyScansThatWereMadeOfPoints) {
   MapStart map = mapped();
   PointScan scan = *map.key_scans.all().front().scan->points();
@@ -183,8 +215,11 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 
 // --- files that would take all memory, or that no map could have made ---
 
-/// Bytes of what follows the key scans when there are no lasers: see write_motion.
-constexpr std::size_t kStateBytes = (3 + 9 + 9 + 1 + 3 + 4 + 3 + 1) * 8 + 4 + 4 + 8 + 8;
+/// Bytes of what follows the motion and the lasers' number, and of what follows the key scans, when
+/// there are no lasers and nothing was ever in doubt: see write_whereabouts, transfer_motion.
+constexpr std::size_t kWhereaboutsBytes = (1 + 1 + 2 + 3 + 1 + 2 + 1 + 1 + 1) * 8 + 3 * 4 + 2 + 1;
+constexpr std::size_t kStateBytes =
+    (3 + 9 + 9 + 1 + 3 + 4 + 3 + 1) * 8 + 4 + 4 + 8 + 8 + kWhereaboutsBytes;
 
 /// A map of two known cells and one wall, the last cells of both lists there; without compression.
 std::string map_with_cells_at(const Cell& known, const Cell& wall) {
@@ -243,7 +278,8 @@ TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   EXPECT_TRUE(contains(error_with(1e300, pose), "it holds the number 1e+300 where at most"));
   EXPECT_TRUE(contains(error_with(std::nan(""), pose), "it holds the number"));
   EXPECT_TRUE(contains(error_with(-1.0, pose + 3 * sizeof(double)), "covariance of its pose"));
-  EXPECT_TRUE(contains(error_with(-1.0, bytes.size() - 24), "its last motion took -1.0 s"));
+  EXPECT_TRUE(contains(error_with(-1.0, bytes.size() - kWhereaboutsBytes - 24),
+                       "its last motion took -1.0 s"));
   EXPECT_EQ(error_with(1.0, pose), "(no error)");
 }
 

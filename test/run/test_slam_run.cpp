@@ -63,6 +63,18 @@ TEST_F(Run, TellsOfEachEventTheScanThatCameAfterIt) {
   EXPECT_EQ(run_.resets(), 4U);
 }
 
+TEST_F(Run, WhatATimeJumpUndidIsNoEventOfTheTimeAfterIt) {
+  (void)run_.process(scan(5.0));
+  run_.apply(SetPose{{7.0, 0.0, 0.0}, Eigen::Matrix3d::Zero()});
+  run_.apply(Pause{true});
+  run_.jump_back();
+  (void)run_.process(scan(1.0));
+  const std::vector<TimedEvent> events = run_.events();
+  ASSERT_EQ(events.size(), 1U) << "the pose was told of a map that is given up";
+  EXPECT_TRUE(std::holds_alternative<Pause>(events[0].event));
+  EXPECT_EQ(events[0].scan.time_jumps, 1);
+}
+
 TEST_F(Run, KeepsNoEventsWhereOnlyRecentThingsAreKept) {
   SlamRun recent(run_.configuration(), RunRecords::kRecent);
   recent.apply(Pause{false});
@@ -95,6 +107,22 @@ TEST_F(Run, ACorrectionOfAPoseInAMapThatWasGivenUpIsRefused) {
   });
   EXPECT_TRUE(contains(text, "no scan of 1.000000 s was used for this map")) << text;
   EXPECT_LT(run_.process(scan(3.0))->map_from_base.x, 1.0);
+}
+
+TEST_F(Run, ACorrectionOfAPoseBeforeOneThatWasToldIsRefused) {
+  (void)run_.process(scan(1.0));
+  (void)run_.process(scan(2.0));
+  run_.apply(SetPose{{50.0, 0.0, 0.0}, Eigen::Matrix3d::Zero()});
+  (void)run_.process(scan(3.0));
+  for (const double stamp : {1.0, 2.0}) {
+    EXPECT_TRUE(contains(error_text<std::runtime_error>([&] {
+                           run_.apply(CorrectPose{stamp, {10.0, 5.0, 0.0}});
+                         }),
+                         "where it was has been told since"))
+        << stamp;
+  }
+  run_.apply(CorrectPose{3.0, {10.0, 5.0, 0.0}});
+  EXPECT_EQ(run_.process(scan(4.0))->map_from_base.x, 10.0);
 }
 
 TEST_F(Run, ReconfiguresWhatMayChangeAndKeepsThat) {

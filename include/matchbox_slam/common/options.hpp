@@ -130,7 +130,7 @@ template <typename Options>
 template <typename Options>
 [[nodiscard]] Options read_options(const Parameters& parameters, const std::string& component) {
   std::vector<std::string> known;
-  const auto options = read_options_among<Options>(parameters, component, known);
+  auto options = read_options_among<Options>(parameters, component, known);
   reject_unknown_keys(parameters, component, known);
   return options;
 }

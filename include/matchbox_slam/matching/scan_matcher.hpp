@@ -27,10 +27,11 @@ struct MatchProblem {
 
 enum class MatchStatus {
   kAccepted,
-  kRejectedNoReference,   ///< nothing to match against yet
-  kRejectedTooFewPoints,  ///< the scan says too little
-  kRejectedLowScore,      ///< even the best pose explains too little of the scan
-  kRejectedInvalidPrior,  ///< the prediction or its covariance is not a number
+  kRejectedNoReference,    ///< nothing to match against yet
+  kRejectedTooFewPoints,   ///< the scan says too little
+  kRejectedLowScore,       ///< even the best pose explains too little of the scan
+  kRejectedContradiction,  ///< beams cross walls of the map there; the engine's verdict
+  kRejectedInvalidPrior,   ///< the prediction or its covariance is not a number
 };
 
 /// A word for logs, tables and reports, such as "accepted" or "rejected_low_score".
@@ -60,6 +61,9 @@ struct MatchResult {
   /// Score of the best pose far from the answer, as a share of the answer's: near 1 the scan fits
   /// two places alike. 0: none was found, or the matcher does not look for one.
   double rival_share = 0.0;
+  /// Share of the scan's beams that cross a wall of the map clearly before they end, 0...1; see
+  /// contradiction(). The engine weighs it: matchers leave it as it is.
+  double contradiction = 0.0;
 
   [[nodiscard]] bool accepted() const { return status == MatchStatus::kAccepted; }
 };

@@ -7,7 +7,10 @@
 #include "matchbox_slam/map/likelihood_field.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
+#include "matchbox_slam/slam/doubt.hpp"
 #include "matchbox_slam/slam/motion_prior.hpp"
+#include "matchbox_slam/slam/recovery.hpp"
+#include "matchbox_slam/slam/tracking_state.hpp"
 
 namespace matchbox_slam {
 
@@ -42,13 +45,17 @@ struct SlamOptions {
   }
 };
 
-/// All options of the engine, a section each: `slam/`, `scan/`, `map/`, `field/`, `motion/`.
+/// All options of the engine, a section each: `slam/`, `scan/`, `map/`, `field/`, `motion/`,
+/// `doubt/`, `tracking/`, `recovery/`.
 struct EngineOptions {
   SlamOptions slam;
   ProjectionOptions scan;
   MapOptions map;
   LikelihoodFieldOptions field;
   MotionPriorOptions motion;
+  DoubtOptions doubt;
+  TrackingOptions tracking;
+  RecoveryOptions recovery;
 };
 
 /// Reads the engine's sections from `parameters`; other keys are left to their owners.

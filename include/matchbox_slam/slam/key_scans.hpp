@@ -18,6 +18,9 @@ class KeyScans {
   /// Of points alone, as old saved maps have them.
   void add(PointScan points, int laser, const Pose2& map_from_base);
 
+  /// What another one saw, as a key scan of these.
+  void add(const PlacedScan& other);
+
   /// Says anew where a key scan was taken. Throws std::out_of_range for an id that there is not.
   void move(std::uint64_t id, const Pose2& map_from_base);
 

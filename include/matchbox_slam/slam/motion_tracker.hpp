@@ -85,6 +85,9 @@ class MotionTracker {
   /// that scan was matched.
   void set_pose(const Pose2& fixed_from_base, const Eigen::Matrix3d& covariance);
 
+  /// Goes on in another fixed frame.
+  void change_frame(const Pose2& new_from_fixed);
+
   /// Without odometry the base counts as at rest, until the next two fixes.
   void forget_motion();
 

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
@@ -14,7 +14,10 @@
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
+#include "matchbox_slam/slam/map_part.hpp"
 #include "matchbox_slam/slam/motion_tracker.hpp"
+#include "matchbox_slam/slam/recovery.hpp"
+#include "matchbox_slam/slam/tracking_state.hpp"
 
 namespace matchbox_slam {
 
@@ -26,9 +29,34 @@ struct ScanOutcome {
   Eigen::Matrix3d covariance;  ///< over (x, y, theta) in the map frame
   Pose2 predicted_map_from_base;
   std::optional<Pose2> odom_from_base;
-  MatchResult match;  ///< status kRejectedNoReference for the scan that starts the map
+  MatchResult match;  ///< status kRejectedNoReference for the scan that starts a map
+  Certainty certainty = Certainty::kSure;
+  TrackingState state = TrackingState::kTracking;  ///< after this scan
+  /// Set by the scan that finds a lost robot: poses since `begin` were of a map apart.
+  struct Joined {
+    double begin;  ///< [s]
+    Pose2 map_from_apart;
+  };
+  std::optional<Joined> joined;
   bool inserted = false;
   bool left_out = false;  ///< the map would have become too large with it
+};
+
+/// A scan that is to be inserted, not yet.
+struct WaitingScan {
+  std::size_t part = 0;  ///< of the map
+  PlacedScan scan;
+};
+
+/// Where the robot is, and how sure that is: doubts, and what waits until they are gone.
+struct Whereabouts {
+  TrackingDoubt doubt;
+  double usual_score = 0.0;          ///< of matches lately; 0: none is known
+  std::vector<WaitingScan> held;     ///< inserted once the place is confirmed, else dropped
+  std::vector<WaitingScan> pending;  ///< inserted a few with each scan, oldest first
+  std::vector<MapPart> apart;        ///< maps that the robot made while it was lost, not yet joined
+  std::size_t here = 0;              ///< the part that it is in: 0 the map, n apart[n - 1]
+  PlaceSearch search;
 };
 
 /// All that an engine knows: what it takes to go on from there as if nothing had been between.
@@ -38,6 +66,7 @@ struct MapStart {
   MotionState motion;                  ///< in the map frame
   std::map<int, Pose2> last_inserted;  ///< map_from_base, by laser
   std::uint64_t scan_count = 0;
+  Whereabouts whereabouts = {};
 
   /// Keeps the map alone: the base may be here, and how it moves is not known.
   /// @param covariance  over (x, y, theta) in the map frame.
@@ -60,9 +89,13 @@ class SlamEngine {
   /// laser's pose is no number; then nothing has changed.
   ScanOutcome process(const ScanInput& input);
 
-  /// The map so far; copy it for a snapshot.
-  [[nodiscard]] const SlamMap& map() const { return map_; }
-  [[nodiscard]] const KeyScans& key_scans() const { return key_scans_; }
+  /// The map so far, without what a lost robot maps apart; copy it for a snapshot.
+  [[nodiscard]] const SlamMap& map() const { return parts_.front().map; }
+  [[nodiscard]] const KeyScans& key_scans() const { return parts_.front().key_scans; }
+
+  /// Maps that the robot made while it was lost, and that were not joined.
+  [[nodiscard]] std::size_t parts_apart() const { return parts_.size() - 1; }
+  [[nodiscard]] TrackingState state() const;
   [[nodiscard]] const EngineOptions& options() const { return options_; }
 
   /// Matches from the next scan on are made by this matcher; map and pose stay.
@@ -72,11 +105,10 @@ class SlamEngine {
   /// another resolution or likelihood field, which the map was made with.
   void set_options(const EngineOptions& options);
 
-  /// Says where the base was at the newest scan, or will be at the first one; the map stays.
+  /// Says where the base was at the newest scan, or will be at the first one; the map stays. A lost
+  /// robot is found by it.
   /// @param covariance  over (x, y, theta) in the map frame.
-  void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
-    tracker_.set_pose(map_from_base, covariance);
-  }
+  void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
 
   /// Goes on from there. Throws ConfigurationError when that map was made with another resolution
   /// or likelihood field.
@@ -86,19 +118,36 @@ class SlamEngine {
   [[nodiscard]] MapStart snapshot() const;
 
  private:
-  [[nodiscard]] MatchResult match(const PointScan& scan, const MotionPrediction& predicted) const;
+  [[nodiscard]] WeighedMatch match(const PointScan& scan, const MotionPrediction& predicted) const;
   [[nodiscard]] bool is_to_be_inserted(const ScanOutcome& outcome, int laser) const;
   [[nodiscard]] bool is_worth_inserting(const ScanOutcome& outcome, int laser) const;
-  void insert(const PointScan& scan, MeasuredScan measured, const Pose2& map_from_base, int laser);
+  void insert_or_hold(const PointScan& scan, const MeasuredScan& measured, int laser,
+                      ScanOutcome& outcome);
+  [[nodiscard]] bool insert(const PointScan& scan, const PlacedScan& placed, MapPart& part);
+  void weigh_doubt(const WeighedMatch& match, const ScanOutcome& outcome, double way);
+  void map_apart();
+  void insert_pending();
+  void search_for_map(const PointScan& scan, ScanOutcome& outcome);
+  void join(const PlaceHypothesis& found);
+  void find_places_to_search();
+
+  [[nodiscard]] MapPart& here() { return parts_[here_]; }
+  [[nodiscard]] const MapPart& here() const { return parts_[here_]; }
+  [[nodiscard]] bool is_lost() const { return here_ > 0; }
 
   EngineOptions options_;
   std::shared_ptr<const ScanMatcher> matcher_;
   std::uint64_t seed_;
   std::uint64_t scan_count_ = 0;
   MotionTracker tracker_;
-  std::map<int, Pose2> last_inserted_;  ///< map_from_base, by laser
-  KeyScans key_scans_;
-  SlamMap map_;
+  std::vector<MapPart> parts_;  ///< the map, and what was mapped apart from it
+  std::size_t here_ = 0;        ///< the part that the robot is in
+  TrackingDoubt doubt_;
+  double usual_score_ = 0.0;
+  std::vector<WaitingScan> held_;
+  std::vector<WaitingScan> pending_;
+  PlaceSearch search_;
+  std::vector<SearchedPlace> places_;  ///< follows from the parts
 };
 
 }  // namespace matchbox_slam

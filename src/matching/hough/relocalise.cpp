@@ -36,14 +36,12 @@ std::optional<std::vector<Candidate>> search_all(const SearchedScan& scan,
                                                  const HoughOptions& options,
                                                  const std::function<bool()>& is_interrupted) {
   constexpr std::size_t kRanked = 3 * kRankedPoses;
-  const HoughAlignmentOptions alignment = without_prior(options.alignment);
   std::vector<Candidate> candidates;
   for (const PlacedScan& key : key_scans) {
     if (is_interrupted()) {
       return std::nullopt;
     }
-    for (const RankedPose& pose : search_key_scan(scan, key, anywhere_around(key),
-                                                  options.prior_weight, alignment, kRanked)) {
+    for (const RankedPose& pose : search_anywhere(scan, key, options, kRanked)) {
       candidates.push_back({pose, key});
     }
   }
@@ -54,6 +52,12 @@ std::optional<std::vector<Candidate>> search_all(const SearchedScan& scan,
 }
 
 }  // namespace
+
+std::vector<RankedPose> search_anywhere(const SearchedScan& scan, const PlacedScan& key,
+                                        const HoughOptions& options, std::size_t most) {
+  return search_key_scan(scan, key, anywhere_around(key), options.prior_weight,
+                         without_prior(options.alignment), most);
+}
 
 PlacedScans spread_out(const PlacedScans& key_scans) {
   constexpr double kNear = 1.0;           // [m]

@@ -32,6 +32,13 @@ struct Relocalisation {
     const PointScan& scan, const PlacedScans& key_scans, const HoughOptions& options,
     const std::function<bool()>& is_interrupted = [] { return false; }, std::size_t most = 8);
 
+/// The same for one key scan, without refinement: where around it the scan may have been taken, as
+/// of `search_key_scan`.
+[[nodiscard]] std::vector<RankedPose> search_anywhere(const SearchedScan& scan,
+                                                      const PlacedScan& key,
+                                                      const HoughOptions& options,
+                                                      std::size_t most);
+
 /// The key scans that `relocalise` searches, newest first.
 [[nodiscard]] PlacedScans spread_out(const PlacedScans& key_scans);
 

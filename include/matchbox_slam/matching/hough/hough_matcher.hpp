@@ -1,5 +1,7 @@
 #pragma once
 
+#include <utility>
+
 #include "matchbox_slam/matching/hough/hough_alignment.hpp"
 #include "matchbox_slam/matching/refinement.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
@@ -39,7 +41,7 @@ struct HoughOptions {
 class HoughMatcher : public ScanMatcher {
  public:
   HoughMatcher() = default;
-  explicit HoughMatcher(const HoughOptions& options) : options_(options) {}
+  explicit HoughMatcher(HoughOptions options) : options_(std::move(options)) {}
 
   void configure(const Parameters& parameters) override;
   [[nodiscard]] std::vector<OptionDescription> options() const override;

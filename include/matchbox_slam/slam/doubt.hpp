@@ -1,0 +1,83 @@
+#pragma once
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/map/occupancy_grid.hpp"
+#include "matchbox_slam/matching/scan_matcher.hpp"
+
+namespace matchbox_slam {
+
+struct DoubtOptions {
+  bool enabled = true;
+  double contradiction = 0.1;
+  double most_contradiction = 0.3;
+  double score_drop = 0.8;
+  double least_net = 0.1;
+  double look_xy = 0.5;
+  double look_theta = 1.0;
+  double least_score = 0.4;
+  double most_rival = 0.9;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.enabled, "enabled", any(), "",
+           "Whether matches are doubted, looked at again, and the robot may count as lost; false: "
+           "every match is believed.");
+    option(self.contradiction, "contradiction", between(0.0, 1.0), "",
+           "A match is looked at again when more of its beams than this share cross walls of the "
+           "map, or when its score is too low; what the second look finds contradicts less.");
+    option(
+        self.most_contradiction, "most_contradiction", between(0.0, 1.0), "",
+        "It is rejected when more than this share do, and the second look finds nothing better.");
+    option(self.score_drop, "score_drop", between(0.0, 1.0), "",
+           "A match is looked at again, too, when it scores less than this share of what is usual "
+           "lately, though what it sees is mapped.");
+    option(self.least_net, "least_net", between(-1.0, 1.0), "",
+           "It is rejected when its score less its contradiction is lower, and the second look "
+           "finds nothing better.");
+    option(self.look_xy, "look_xy", between(0.01, 2.0), "m",
+           "Standard deviation of the position that a second look adds to the prior's.");
+    option(self.look_theta, "look_theta", between(0.01, 3.2), "rad",
+           "Standard deviation of the heading that a second look adds to the prior's.");
+    option(self.least_score, "least_score", between(0.0, 1.0), "",
+           "What a second look finds is taken from this score on.");
+    option(self.most_rival, "most_rival", between(0.0, 1.0), "",
+           "What a second look finds is not taken when another place scores more than this share "
+           "of it.");
+  }
+};
+
+/// How much a match is to be believed.
+enum class Certainty {
+  kSure,        ///< as the first look found it
+  kSecondLook,  ///< doubtful at first, and found by a wider look
+  kNewGround,   ///< matches nowhere, as what it sees is not mapped yet; the prediction is believed
+  kDoubtful,    ///< doubtful, and the wider look found nothing better
+};
+
+/// A word for logs and reports, such as "second_look".
+[[nodiscard]] const char* to_string(Certainty certainty);
+
+/// A match, and how sure it is.
+struct WeighedMatch {
+  MatchResult match;
+  Certainty certainty = Certainty::kSure;
+};
+
+/// Matches, weighs the answer by its contradiction, and where it is doubtful looks again with a
+/// prior that may be wrong: by exact search (Olson 2009), whatever the matcher. A first look
+/// that the wider one does not better is believed, unless too much speaks against it. An answer
+/// that stays doubtful is rejected, with a covariance that covers that: the wide prior's. A matcher
+/// that looks at its prior alone believes it: nothing is weighed. Cost: of a match; in doubt of
+/// another one over a window of some 1.5 m and 170 degrees.
+[[nodiscard]] WeighedMatch match_and_weigh(const ScanMatcher& matcher, const MatchProblem& problem,
+                                           const OccupancyGrid& occupancy, double usual_score,
+                                           const DoubtOptions& options);
+
+/// Whether a match is one that is known to be right by itself: a good fit in one place alone, with
+/// hardly a beam through walls.
+[[nodiscard]] bool is_convincing(const MatchResult& match, const DoubtOptions& options);
+
+/// By exact search in the window of the prior, with the contradiction told.
+[[nodiscard]] MatchResult search_exactly(const MatchProblem& problem);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/sensor/point_scan.hpp"
+#include "matchbox_slam/slam/doubt.hpp"
+#include "matchbox_slam/slam/map_part.hpp"
+
+namespace matchbox_slam {
+
+struct RecoveryOptions {
+  double interval = 0.1;
+  int key_scans = 1;
+  int confirmations = 4;
+  int far_confirmations = 12;
+  double least_score = 0.5;
+  double distance = 0.3;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.interval, "interval", between(0.0, 60.0), "s",
+           "While the robot is lost, its scans are searched among key scans as often as this.");
+    option(self.key_scans, "key_scans", between(1, 1000), "",
+           "Key scans that a scan is searched in at a time; some ten milliseconds each.");
+    option(self.confirmations, "confirmations", between(1, 100), "",
+           "A lost robot counts as found at a place near where odometry says where so many scans "
+           "match well, and hardly one at another place.");
+    option(self.far_confirmations, "far_confirmations", between(1, 100), "",
+           "So many are wanted of a place elsewhere, since corridors and rooms may be alike.");
+    option(self.least_score, "least_score", between(0.0, 1.0), "",
+           "Scans that fit less than this do not confirm a place.");
+    option(self.distance, "distance", between(0.05, 10.0), "m",
+           "Way between scans that confirm a place; or as many radians.");
+  }
+};
+
+/// Where a lost robot may be.
+struct PlaceHypothesis {
+  std::size_t part = 0;  ///< of the map
+  Pose2 part_from_apart;
+  int confirmations = 1;
+  Pose2 apart_from_base;  ///< where it was looked at last
+};
+
+/// What is known of where a lost robot may be: a value, to be copied and saved. "Apart" is the
+/// frame of the map that the robot makes meanwhile.
+struct PlaceSearch {
+  std::size_t next = 0;   ///< of the key scans that are searched
+  bool complete = false;  ///< all of them have been
+  double stamp = 0.0;     ///< [s] of the scan that was searched last
+  std::vector<PlaceHypothesis> hypotheses;
+};
+
+/// Where key scans are that are searched.
+struct SearchedPlace {
+  std::size_t part;
+  PlacedScan key;
+};
+
+/// The key scans of all parts but one that are worth searching: those that see something else than
+/// the others.
+[[nodiscard]] std::vector<SearchedPlace> searched_places(const std::vector<MapPart>& parts,
+                                                         std::size_t apart);
+
+/// Looks for a lost robot with its newest scan. Each time a few key scans are searched, with no
+/// idea of where the scan was taken (Censi, Iocchi and Grisetti 2005); places where it fits become
+/// hypotheses, which the next scans confirm or refute by exact search (Olson 2009). The answer is
+/// the one place that is left: several scans matched there and hardly one elsewhere, and, unless it
+/// is near where odometry says, all key scans were searched.
+/// @param apart   part of the map that the robot makes meanwhile.
+/// @param places  as of `searched_places`.
+[[nodiscard]] std::optional<PlaceHypothesis> search_places(
+    const PointScan& scan, const Pose2& apart_from_base, const std::vector<MapPart>& parts,
+    std::size_t apart, const std::vector<SearchedPlace>& places, const DoubtOptions& doubt,
+    const RecoveryOptions& options, PlaceSearch& search);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,153 @@
+#include "matchbox_slam/slam/doubt.hpp"
+
+#include <cmath>
+
+#include "matchbox_slam/matching/contradiction.hpp"
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+MatchResult with_contradiction(MatchResult result, const MatchProblem& problem) {
+  result.contradiction = contradiction(problem.scan, result.map_from_base, problem.field);
+  return result;
+}
+
+/// Share of a scan, by the length of wall that it stands for, that lies where nothing is mapped,
+/// nor a wall is near: what is off by a little lies behind walls.
+double unknown_share(const PointScan& scan, const Pose2& map_from_base,
+                     const OccupancyGrid& occupancy, const LikelihoodField& field) {
+  double unknown = 0.0;
+  double all = 0.0;
+  for (const ScanPoint& point : scan.points) {
+    const Eigen::Vector2d place = map_from_base * point.position;
+    if (place.allFinite() && point.weight > 0.0) {
+      all += point.weight;
+      const Cell cell = occupancy.geometry().cell_at(place);
+      const bool is_new =
+          !occupancy.is_known(cell) && field.distance(cell) >= LikelihoodField::kFar;
+      unknown += is_new ? point.weight : 0.0;
+    }
+  }
+  return all > 0.0 ? unknown / all : 1.0;
+}
+
+/// Too little of the scan fits, or clearly less than usual though all is mapped, or what does not
+/// fit says that the pose is wrong.
+bool is_worth_a_look(const MatchResult& result, const MatchProblem& problem,
+                     const OccupancyGrid& occupancy, double usual_score,
+                     const DoubtOptions& options) {
+  constexpr double kHardlyNew = 0.3;
+  if (!result.accepted()) {
+    return result.status == MatchStatus::kRejectedLowScore;
+  }
+  return result.contradiction > options.contradiction ||
+         (result.score < options.score_drop * usual_score &&
+          unknown_share(problem.scan, result.map_from_base, occupancy, problem.field) < kHardlyNew);
+}
+
+MatchProblem with_wider_prior(const MatchProblem& problem, const DoubtOptions& options) {
+  MatchProblem wide = problem;
+  const double xy = options.look_xy * options.look_xy;
+  const double theta = options.look_theta * options.look_theta;
+  wide.prior_covariance += Eigen::Matrix3d(Eigen::Vector3d(xy, xy, theta).asDiagonal());
+  return wide;
+}
+
+bool is_same_place(const MatchResult& a, const MatchResult& b) {
+  constexpr double kDistance = 0.1;  // [m]
+  constexpr double kAngle = 0.05;    // [rad]
+  const Eigen::Vector3d apart = difference(a.map_from_base, b.map_from_base);
+  return apart.head<2>().norm() <= kDistance && std::abs(apart.z()) <= kAngle;
+}
+
+/// What speaks for a pose less what speaks against it.
+double net(const MatchResult& result) { return result.score - result.contradiction; }
+
+/// A first look that the wide one does not better stays: what contradicts it has changed since it
+/// was mapped, say, unless that is too much.
+bool is_upheld(const MatchResult& first, const MatchResult& second, const DoubtOptions& options) {
+  constexpr double kBetter = 0.1;
+  const bool is_bettered =
+      second.accepted() && !is_same_place(first, second) && net(second) > net(first) + kBetter;
+  return first.accepted() && !is_bettered && net(first) >= options.least_net &&
+         first.contradiction <= options.most_contradiction;
+}
+
+/// Whether what is seen lies where nothing was mapped yet, and nothing says that the prediction is
+/// wrong: behind a corner, say, with few scans on the way.
+bool is_new_ground(const MatchResult& result, const MatchProblem& problem,
+                   const OccupancyGrid& occupancy, const DoubtOptions& options) {
+  constexpr double kMostly = 0.5;
+  return result.status == MatchStatus::kRejectedLowScore &&
+         result.contradiction <= options.contradiction &&
+         unknown_share(problem.scan, problem.predicted_map_from_base, occupancy, problem.field) >
+             kMostly;
+}
+
+/// The prediction stands, and nobody knows how wrong it is.
+MatchResult doubted(const MatchResult& result, const MatchProblem& wide) {
+  MatchResult rejection =
+      rejected(wide, result.accepted() ? MatchStatus::kRejectedContradiction : result.status);
+  rejection.score = result.score;
+  rejection.contradiction = result.contradiction;
+  rejection.candidates = result.candidates;
+  return rejection;
+}
+
+}  // namespace
+
+const char* to_string(Certainty certainty) {
+  switch (certainty) {
+    case Certainty::kSure:
+      return "sure";
+    case Certainty::kSecondLook:
+      return "second_look";
+    case Certainty::kNewGround:
+      return "new_ground";
+    case Certainty::kDoubtful:
+      return "doubtful";
+  }
+  return "unknown";
+}
+
+bool is_convincing(const MatchResult& match, const DoubtOptions& options) {
+  return match.accepted() && match.score >= options.least_score &&
+         match.contradiction <= options.contradiction && match.rival_share <= options.most_rival;
+}
+
+MatchResult search_exactly(const MatchProblem& problem) {
+  OlsonOptions options;
+  options.step_xy = 0.05;  // the basin of the refinement is wider
+  options.window_sigmas = 2.0;
+  options.max_window_xy = 1.5;
+  options.widenings = 0;
+  return with_contradiction(OlsonMatcher(options).match(problem), problem);
+}
+
+WeighedMatch match_and_weigh(const ScanMatcher& matcher, const MatchProblem& problem,
+                             const OccupancyGrid& occupancy, double usual_score,
+                             const DoubtOptions& options) {
+  WeighedMatch first{with_contradiction(matcher.match(problem), problem)};
+  const bool is_blind = first.match.accepted() && first.match.candidates <= 1;
+  const bool is_certain = problem.prior_covariance.isZero(0.0);
+  if (!options.enabled || is_blind || is_certain ||
+      !is_worth_a_look(first.match, problem, occupancy, usual_score, options)) {
+    return first;
+  }
+  const MatchProblem wide = with_wider_prior(problem, options);
+  WeighedMatch second{search_exactly(wide), Certainty::kSecondLook};
+  if (is_upheld(first.match, second.match, options)) {
+    return first;
+  }
+  if (is_convincing(second.match, options)) {
+    return second;
+  }
+  if (is_new_ground(first.match, problem, occupancy, options)) {
+    first.certainty = Certainty::kNewGround;
+    return first;
+  }
+  return {doubted(first.match, wide), Certainty::kDoubtful};
+}
+
+}  // namespace matchbox_slam

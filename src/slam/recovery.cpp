@@ -1,0 +1,203 @@
+#include "matchbox_slam/slam/recovery.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "matchbox_slam/matching/contradiction.hpp"
+#include "matching/hough/hough_search.hpp"
+#include "matching/hough/relocalise.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+// How well a place is known before a scan is matched there: [m], [rad].
+constexpr double kPlaceXy = 0.15;
+constexpr double kPlaceTheta = 0.08;
+
+constexpr std::size_t kMostHypotheses = 24;
+constexpr std::size_t kChecksAtATime = 4;
+constexpr std::size_t kNearEach = 5;  // key scans searched
+
+bool is_near(const PlaceHypothesis& a, const PlaceHypothesis& b) {
+  constexpr double kDistance = 0.3;  // [m]
+  constexpr double kAngle = 0.15;    // [rad]
+  // Where both put the robot: the frames' origins may be far off.
+  const Pose2 apart =
+      (a.part_from_apart * a.apart_from_base).inverse() * b.part_from_apart * a.apart_from_base;
+  return a.part == b.part && apart.translation().norm() < kDistance &&
+         std::abs(apart.theta) < kAngle;
+}
+
+MatchResult match_at(const PointScan& scan, const Pose2& part_from_base, double xy, double theta,
+                     const MapPart& part) {
+  const Eigen::Matrix3d prior = Eigen::Vector3d(xy * xy, xy * xy, theta * theta).asDiagonal();
+  const PlacedScans none;
+  return search_exactly({scan, part_from_base, prior, part.map.field, none, 0});
+}
+
+/// A place is refuted where the scan clearly contradicts it; one where little is mapped says
+/// nothing.
+enum class Verdict { kConfirmed, kOpen, kRefuted };
+
+Verdict judge(const MatchResult& match, bool is_near, const DoubtOptions& doubt,
+              const RecoveryOptions& options) {
+  // What a corridor does not hold fits all along it: there odometry has to tell.
+  const bool is_held = is_near || match.unconstrained_directions.empty();
+  if (is_convincing(match, doubt) && is_held && (is_near || match.score >= options.least_score)) {
+    return Verdict::kConfirmed;
+  }
+  const bool is_refuted = match.contradiction > 1.5 * doubt.contradiction;
+  return is_refuted ? Verdict::kRefuted : Verdict::kOpen;
+}
+
+/// Robots are seldom carried away: what odometry says of the way through a doubt is about right.
+bool is_where_odometry_says(const PlaceHypothesis& place) {
+  constexpr double kDistance = 2.0;  // [m]
+  constexpr double kAngle = 0.6;     // [rad]
+  const Eigen::Vector3d off =
+      difference(place.part_from_apart * place.apart_from_base, place.apart_from_base);
+  return off.head<2>().norm() <= kDistance && std::abs(off.z()) <= kAngle;
+}
+
+void drop_copies(std::vector<PlaceHypothesis>& hypotheses) {
+  std::stable_sort(hypotheses.begin(), hypotheses.end(),
+                   [](const auto& a, const auto& b) { return a.confirmations > b.confirmations; });
+  std::vector<PlaceHypothesis> kept;
+  for (const PlaceHypothesis& hypothesis : hypotheses) {
+    const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const PlaceHypothesis& other) {
+      return is_near(other, hypothesis);
+    });
+    if (is_new && kept.size() < kMostHypotheses) {
+      kept.push_back(hypothesis);
+    }
+  }
+  hypotheses = std::move(kept);
+}
+
+/// Looks again at the hypotheses that were not looked at for some way, a few at a time.
+void check_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
+                      const std::vector<MapPart>& parts, const DoubtOptions& doubt,
+                      const RecoveryOptions& options, std::vector<PlaceHypothesis>& hypotheses) {
+  std::vector<PlaceHypothesis> kept;
+  std::size_t checks = 0;
+  for (PlaceHypothesis& hypothesis : hypotheses) {
+    const Pose2 moved = hypothesis.apart_from_base.inverse() * apart_from_base;
+    const bool is_due =
+        moved.translation().norm() >= options.distance || std::abs(moved.theta) >= options.distance;
+    if (is_due && checks < kChecksAtATime) {
+      ++checks;
+      const MatchResult match = match_at(scan, hypothesis.part_from_apart * apart_from_base,
+                                         kPlaceXy, kPlaceTheta, parts[hypothesis.part]);
+      const Verdict verdict = judge(match, is_where_odometry_says(hypothesis), doubt, options);
+      if (verdict == Verdict::kRefuted) {
+        continue;
+      }
+      hypothesis.apart_from_base = apart_from_base;
+      if (verdict == Verdict::kConfirmed) {
+        ++hypothesis.confirmations;
+        hypothesis.part_from_apart = match.map_from_base * apart_from_base.inverse();
+      }
+    }
+    kept.push_back(hypothesis);
+  }
+  hypotheses = std::move(kept);
+}
+
+/// The places around a key scan where the scan fits.
+std::vector<PlaceHypothesis> find_around(const PointScan& scan, const SearchedScan& searched,
+                                         const Pose2& apart_from_base, const SearchedPlace& place,
+                                         const MapPart& part, const DoubtOptions& doubt,
+                                         const RecoveryOptions& options) {
+  constexpr std::size_t kTries = 3;
+  std::vector<PlaceHypothesis> found;
+  for (const RankedPose& pose : search_anywhere(searched, place.key, HoughOptions{}, kTries)) {
+    // Cheap, and most are none: the walls of the part, which are more than the key scan's.
+    if (contradiction(scan, pose.map_from_base, part.map.field) > 1.5 * doubt.contradiction) {
+      continue;
+    }
+    const MatchResult match = match_at(scan, pose.map_from_base, kPlaceXy, kPlaceTheta, part);
+    const PlaceHypothesis hypothesis{place.part, match.map_from_base * apart_from_base.inverse(), 1,
+                                     apart_from_base};
+    if (judge(match, is_where_odometry_says(hypothesis), doubt, options) == Verdict::kConfirmed) {
+      found.push_back(hypothesis);
+    }
+  }
+  return found;
+}
+
+/// Looks where odometry says that the robot is.
+void look_near(const PointScan& scan, const Pose2& apart_from_base,
+               const std::vector<MapPart>& parts, std::size_t apart, const DoubtOptions& doubt,
+               const RecoveryOptions& options, PlaceSearch& search) {
+  constexpr double kTheta = 0.3;  // [rad]
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (i == apart) {
+      continue;
+    }
+    const MatchResult match = match_at(scan, apart_from_base, doubt.look_xy, kTheta, parts[i]);
+    if (judge(match, true, doubt, options) == Verdict::kConfirmed) {
+      search.hypotheses.push_back(
+          {i, match.map_from_base * apart_from_base.inverse(), 1, apart_from_base});
+    }
+  }
+}
+
+void add_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
+                    const std::vector<MapPart>& parts, const std::vector<SearchedPlace>& places,
+                    const DoubtOptions& doubt, const RecoveryOptions& options,
+                    PlaceSearch& search) {
+  const SearchedScan searched(scan, HoughOptions{}.alignment.point_spacing);
+  for (int i = 0; i < options.key_scans; ++i) {
+    if (search.next >= places.size()) {
+      search.next = 0;
+      search.complete = true;
+    }
+    const SearchedPlace& place = places[search.next++];
+    const std::vector<PlaceHypothesis> found =
+        find_around(scan, searched, apart_from_base, place, parts[place.part], doubt, options);
+    search.hypotheses.insert(search.hypotheses.end(), found.begin(), found.end());
+  }
+}
+
+}  // namespace
+
+std::vector<SearchedPlace> searched_places(const std::vector<MapPart>& parts, std::size_t apart) {
+  std::vector<SearchedPlace> places;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (i != apart) {
+      for (const PlacedScan& key : spread_out(parts[i].key_scans.all())) {
+        places.push_back({i, key});
+      }
+    }
+  }
+  return places;
+}
+
+std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2& apart_from_base,
+                                             const std::vector<MapPart>& parts, std::size_t apart,
+                                             const std::vector<SearchedPlace>& places,
+                                             const DoubtOptions& doubt,
+                                             const RecoveryOptions& options, PlaceSearch& search) {
+  if (places.empty() || scan.stamp - search.stamp < options.interval) {
+    return std::nullopt;
+  }
+  search.stamp = scan.stamp;
+  check_hypotheses(scan, apart_from_base, parts, doubt, options, search.hypotheses);
+  if (search.next % kNearEach == 0) {
+    look_near(scan, apart_from_base, parts, apart, doubt, options, search);
+  }
+  add_hypotheses(scan, apart_from_base, parts, places, doubt, options, search);
+  drop_copies(search.hypotheses);
+  if (search.hypotheses.empty()) {
+    return std::nullopt;
+  }
+  const PlaceHypothesis& best = search.hypotheses.front();
+  const int next = search.hypotheses.size() > 1 ? search.hypotheses[1].confirmations : 0;
+  const bool is_near = is_where_odometry_says(best);
+  const int wanted = is_near ? options.confirmations : options.far_confirmations;
+  const bool is_found = (is_near || search.complete) && best.confirmations >= wanted &&
+                        best.confirmations >= next + wanted - 1;
+  return is_found ? std::optional<PlaceHypothesis>(best) : std::nullopt;
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,73 @@
+#include "matchbox_slam/slam/tracking_state.hpp"
+
+#include <cmath>
+
+namespace matchbox_slam {
+namespace {
+
+constexpr double kDistance = 0.1;  // [m] of motion after which a scan says something new
+constexpr double kAngle = 0.1;     // [rad]
+
+bool has_moved(const Pose2& map_from_before, const Pose2& map_from_now) {
+  const Pose2 motion = map_from_before.inverse() * map_from_now;
+  return motion.translation().norm() >= kDistance || std::abs(motion.theta) >= kAngle;
+}
+
+}  // namespace
+
+const char* to_string(TrackingState state) {
+  switch (state) {
+    case TrackingState::kTracking:
+      return "tracking";
+    case TrackingState::kDoubt:
+      return "doubt";
+    case TrackingState::kProvisional:
+      return "provisional";
+    case TrackingState::kLost:
+      return "lost";
+    case TrackingState::kRecovered:
+      return "recovered";
+  }
+  return "unknown";
+}
+
+void TrackingDoubt::follow(const WeighedMatch& match, double stamp, double way_since,
+                           const Pose2& map_from_base_now, const DoubtOptions& doubt,
+                           const TrackingOptions& options) {
+  way += way_since;
+  if (match.certainty == Certainty::kDoubtful) {
+    if (!doubts) {
+      *this = {};
+      doubts = true;
+      since = stamp;
+    }
+    is_provisional = false;
+    ++doubtful;
+    contradictions += match.match.contradiction > doubt.contradiction ? 1 : 0;
+  } else if (match.certainty == Certainty::kSecondLook ||
+             (doubts && !is_provisional && is_convincing(match.match, doubt))) {
+    since = doubts ? since : stamp;
+    doubts = true;
+    is_provisional = true;
+    confirmations = 0;
+    map_from_base = map_from_base_now;
+  } else if (is_provisional && is_convincing(match.match, doubt) &&
+             has_moved(map_from_base, map_from_base_now)) {
+    map_from_base = map_from_base_now;
+    if (++confirmations >= options.confirmations) {
+      *this = {};
+    }
+  }
+}
+
+bool TrackingDoubt::is_lost(double stamp, const TrackingOptions& options) const {
+  constexpr int kLeastContradictions = 5;
+  constexpr int kLeastBlind = 10;
+  if (!doubts || is_provisional) {
+    return false;
+  }
+  return (contradictions >= kLeastContradictions && stamp - since >= options.lost_after) ||
+         (doubtful >= kLeastBlind && way >= options.lost_way);
+}
+
+}  // namespace matchbox_slam

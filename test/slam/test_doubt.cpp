@@ -1,0 +1,148 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
+#include "matchbox_slam/slam/doubt.hpp"
+#include "matching/match_scene.hpp"
+#include "simulation/make_world.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+MatchScene scene_in_rooms(double time) {
+  return make_match_scene(make_rooms_world(4), LaserOptions{}, time, 3);
+}
+
+double distance(const Pose2& a, const Pose2& b) {
+  return (a.translation() - b.translation()).norm();
+}
+
+/// Answers as it is told, whatever the problem.
+class ToldMatcher : public ScanMatcher {
+ public:
+  explicit ToldMatcher(MatchResult answer) : answer_(std::move(answer)) {}
+  void configure(const Parameters& /*parameters*/) override {}
+  [[nodiscard]] std::vector<OptionDescription> options() const override { return {}; }
+  [[nodiscard]] MatchResult match(const MatchProblem& /*problem*/) const override {
+    return answer_;
+  }
+
+ private:
+  MatchResult answer_;
+};
+
+MatchResult answer(const Pose2& map_from_base, double score, MatchStatus status) {
+  MatchResult result;
+  result.map_from_base = map_from_base;
+  result.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  result.score = score;
+  result.status = status;
+  result.candidates = 10;
+  return result;
+}
+
+TEST(Doubt, AGoodMatchIsSureAndAsTheMatcherFoundIt) {
+  const MatchScene scene = scene_in_rooms(30.0);
+  const MatchProblem problem =
+      scene.problem(shifted(scene.map_from_base, {0.03, -0.02, 0.01}), prior_of(0.05, 0.02));
+  const OlsonMatcher olson;
+  const WeighedMatch weighed = match_and_weigh(olson, problem, scene.map.occupancy, 0.0, {});
+  EXPECT_EQ(weighed.certainty, Certainty::kSure);
+  EXPECT_EQ(weighed.match.map_from_base, olson.match(problem).map_from_base);
+  EXPECT_LT(weighed.match.contradiction, 0.01);
+}
+
+TEST(Doubt, ATurnThatOdometryMissedIsFoundByASecondLook) {
+  // Odometry is off by 0.9 rad and 0.4 m and sure of 0.03 rad and 3 cm. Where a room is alike after
+  // a quarter of a turn, at 160 s and 180 s, one scan cannot tell.
+  for (double time = 20.0; time < 150.0; time += 20.0) {
+    const MatchScene scene = scene_in_rooms(time);
+    const MatchProblem problem =
+        scene.problem(shifted(scene.map_from_base, {0.3, -0.25, 0.9}), prior_of(0.03, 0.03));
+    const WeighedMatch weighed =
+        match_and_weigh(OlsonMatcher{}, problem, scene.map.occupancy, 0.0, {});
+    EXPECT_EQ(weighed.certainty, Certainty::kSecondLook) << time;
+    EXPECT_LT(distance(weighed.match.map_from_base, scene.map_from_base), 0.01) << time;
+    EXPECT_LT(std::abs(wrap_angle(weighed.match.map_from_base.theta - scene.map_from_base.theta)),
+              0.002)
+        << time;
+  }
+}
+
+TEST(Doubt, TurnedOffEveryMatchIsBelieved) {
+  const MatchScene scene = scene_in_rooms(30.0);
+  const MatchProblem problem =
+      scene.problem(shifted(scene.map_from_base, {0.3, -0.25, 0.9}), prior_of(0.03, 0.03));
+  DoubtOptions options;
+  options.enabled = false;
+  EXPECT_EQ(match_and_weigh(OlsonMatcher{}, problem, scene.map.occupancy, 0.0, options).certainty,
+            Certainty::kSure);
+}
+
+TEST(Doubt, AMatchThroughWallsIsRejectedWithACovarianceThatCoversTheLook) {
+  const MatchScene scene = scene_in_rooms(30.0);
+  const Pose2 wrong = shifted(scene.map_from_base, {2.5, -2.0, 2.5});  // out of sight of a look
+  const ToldMatcher matcher(answer(wrong, 0.3, MatchStatus::kAccepted));
+  const MatchProblem problem = scene.problem(wrong, prior_of(0.03, 0.03));
+  const WeighedMatch weighed = match_and_weigh(matcher, problem, scene.map.occupancy, 0.0, {});
+  EXPECT_EQ(weighed.certainty, Certainty::kDoubtful);
+  EXPECT_EQ(weighed.match.status, MatchStatus::kRejectedContradiction);
+  EXPECT_EQ(weighed.match.map_from_base, problem.predicted_map_from_base);
+  EXPECT_GT(weighed.match.contradiction, 0.2);
+  EXPECT_NEAR(weighed.match.covariance(0, 0), 0.03 * 0.03 + 0.5 * 0.5, 1e-12);
+  EXPECT_NEAR(weighed.match.covariance(2, 2), 0.03 * 0.03 + 1.0, 1e-12);
+}
+
+TEST(Doubt, ASecondLookHasToConvince) {
+  const MatchScene scene = scene_in_rooms(30.0);
+  const Pose2 wrong = shifted(scene.map_from_base, {0.3, -0.25, 0.9});
+  const ToldMatcher matcher(answer(wrong, 0.1, MatchStatus::kRejectedLowScore));
+  const MatchProblem problem = scene.problem(wrong, prior_of(0.03, 0.03));
+  const auto certainty_with = [&](const DoubtOptions& options) {
+    return match_and_weigh(matcher, problem, scene.map.occupancy, 0.0, options).certainty;
+  };
+  DoubtOptions options;
+  EXPECT_EQ(certainty_with(options), Certainty::kSecondLook);
+  options.least_score = 0.999;
+  EXPECT_EQ(certainty_with(options), Certainty::kDoubtful);
+  options.least_score = 0.4;
+  options.look_theta = 0.1;  // not as far as the truth
+  EXPECT_EQ(certainty_with(options), Certainty::kDoubtful);
+}
+
+TEST(Doubt, AScoreLowerThanUsualIsLookedAtAgain) {
+  const MatchScene scene = scene_in_rooms(30.0);
+  const Pose2 beside = shifted(scene.map_from_base, {0.15, 0.0, 0.0});
+  const ToldMatcher matcher(answer(beside, 0.6, MatchStatus::kAccepted));
+  const MatchProblem problem = scene.problem(beside, prior_of(0.03, 0.03));
+  const WeighedMatch first = match_and_weigh(matcher, problem, scene.map.occupancy, 0.6, {});
+  EXPECT_EQ(first.certainty, Certainty::kSure) << "as usual";
+  const WeighedMatch second = match_and_weigh(matcher, problem, scene.map.occupancy, 0.95, {});
+  EXPECT_EQ(second.certainty, Certainty::kSecondLook);
+  EXPECT_LT(distance(second.match.map_from_base, scene.map_from_base), 0.01);
+}
+
+TEST(Doubt, WhereNothingIsMappedThePredictionIsBelieved) {
+  const MatchScene scene = scene_in_rooms(30.0);
+  const Pose2 far = shifted(scene.map_from_base, {300.0, 0.0, 0.0});
+  const MatchProblem problem = scene.problem(far, prior_of(0.03, 0.03));
+  const WeighedMatch weighed =
+      match_and_weigh(OlsonMatcher{}, problem, scene.map.occupancy, 0.0, {});
+  EXPECT_EQ(weighed.certainty, Certainty::kNewGround);
+  EXPECT_EQ(weighed.match.map_from_base, far);
+}
+
+TEST(Doubt, AMatcherThatLooksAtThePredictionAloneIsLeftToIt) {
+  const MatchScene scene = scene_in_rooms(30.0);
+  const Pose2 wrong = shifted(scene.map_from_base, {0.6, -0.4, 2.0});
+  MatchResult blind = answer(wrong, 1.0, MatchStatus::kAccepted);
+  blind.candidates = 1;
+  const MatchProblem problem = scene.problem(wrong, prior_of(0.03, 0.03));
+  EXPECT_EQ(match_and_weigh(ToldMatcher(blind), problem, scene.map.occupancy, 0.0, {}).certainty,
+            Certainty::kSure);
+}
+
+}  // namespace
+}  // namespace matchbox_slam

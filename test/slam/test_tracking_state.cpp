@@ -1,0 +1,95 @@
+#include <gtest/gtest.h>
+
+#include "matchbox_slam/slam/tracking_state.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+WeighedMatch good(Certainty certainty = Certainty::kSure) {
+  WeighedMatch match;
+  match.match.status = MatchStatus::kAccepted;
+  match.match.score = 0.8;
+  match.certainty = certainty;
+  return match;
+}
+
+WeighedMatch doubtful(double contradiction) {
+  WeighedMatch match;
+  match.match.status = MatchStatus::kRejectedLowScore;
+  match.match.contradiction = contradiction;
+  match.certainty = Certainty::kDoubtful;
+  return match;
+}
+
+class TrackingDoubtTest : public testing::Test {
+ protected:
+  /// Ten scans a second, 6 cm apart.
+  void follow(const WeighedMatch& match) {
+    stamp_ += 0.1;
+    x_ += 0.06;
+    doubt_.follow(match, stamp_, 0.06, {x_, 0.0, 0.0}, {}, {});
+  }
+
+  double stamp_ = 100.0;
+  double x_ = 0.0;
+  TrackingDoubt doubt_;
+};
+
+TEST_F(TrackingDoubtTest, GoodMatchesAreTracking) {
+  follow(good());
+  EXPECT_FALSE(doubt_.doubts);
+}
+
+TEST_F(TrackingDoubtTest, ADoubtIsOverAfterTwoScansWithMotionBetween) {
+  follow(doubtful(0.5));
+  EXPECT_TRUE(doubt_.doubts);
+  follow(good());
+  EXPECT_TRUE(doubt_.is_provisional);
+  for (int i = 0; i < 3; ++i) {  // 0.18 m: confirmed once
+    follow(good());
+  }
+  EXPECT_TRUE(doubt_.doubts);
+  follow(good());  // 0.24 m
+  EXPECT_FALSE(doubt_.doubts);
+}
+
+TEST_F(TrackingDoubtTest, ARobotAtRestConfirmsNothing) {
+  follow(good(Certainty::kSecondLook));
+  for (int i = 0; i < 100; ++i) {
+    doubt_.follow(good(), stamp_ += 0.1, 0.0, {x_, 0.0, 0.0}, {}, {});
+  }
+  EXPECT_TRUE(doubt_.is_provisional);
+}
+
+TEST_F(TrackingDoubtTest, APoorMatchConfirmsNothing) {
+  follow(good(Certainty::kSecondLook));
+  WeighedMatch poor = good();
+  poor.match.contradiction = 0.2;
+  for (int i = 0; i < 20; ++i) {
+    follow(poor);
+  }
+  EXPECT_TRUE(doubt_.is_provisional);
+}
+
+TEST_F(TrackingDoubtTest, AfterASecondOfContradictionsTheRobotIsLost) {
+  for (int i = 0; i < 10; ++i) {
+    follow(doubtful(0.5));
+    EXPECT_FALSE(doubt_.is_lost(stamp_, {})) << i;
+  }
+  follow(doubtful(0.5));
+  EXPECT_TRUE(doubt_.is_lost(stamp_ + 1e-6, {}));
+}
+
+TEST_F(TrackingDoubtTest, SomethingThatCoversTheViewIsNotBeingLost) {
+  for (int i = 0; i < 50; ++i) {  // 3 m
+    follow(doubtful(0.0));
+  }
+  EXPECT_FALSE(doubt_.is_lost(stamp_, {}));
+  for (int i = 0; i < 60; ++i) {  // 6.6 m
+    follow(doubtful(0.0));
+  }
+  EXPECT_TRUE(doubt_.is_lost(stamp_, {}));
+}
+
+}  // namespace
+}  // namespace matchbox_slam
