@@ -1,0 +1,192 @@
+#!/usr/bin/env python3
+"""Drives simulated robots through faults and tells what became of pose and map.
+
+Worlds x faults x matchers x seeds. Each run: `simulate --fault`, then `map_bag`; the truth is known.
+With the workspace sourced: run_faults.py --out DIR [--seeds 20] [--set section/option=value ...]
+Writes DIR/faults.json (a row a run) and DIR/FAULTS.md (a row for each world, fault and matcher).
+"""
+import argparse
+import collections
+import concurrent.futures
+import csv
+import functools
+import json
+import math
+import pathlib
+import subprocess
+
+FAULTS = {
+    "none": [],
+    "freeze": ["freeze:random:3"],
+    "encoders 2 s": ["encoders:random:2"],
+    "encoders 10 s": ["encoders:random:10"],
+    "heading slip": ["heading_slip:random:3:-0.8"],
+    "way slip": ["way_slip:random:3:-0.9"],
+    "jump 1 m": ["jump:random::1"],
+    "jump 1 rad": ["turn_jump:random::1"],
+    "dropout": ["dropout:random:5"],
+    "covered": ["covered:random:5:0.8"],
+    "people": ["people:random:10:0.5"],
+    "kidnap": ["kidnap:random:2:2"],
+}
+ELLIPSE = 16.27  # of 99.9 %, three degrees of freedom
+
+
+@functools.lru_cache(maxsize=None)
+def path_of(program):
+    """rosrun itself takes longer than a short drive."""
+    found = subprocess.run(["rosrun", "--prefix", "echo", "matchbox_slam", program],
+                           capture_output=True, text=True)
+    if found.returncode != 0:
+        raise SystemExit(f"{program} is not found: source the workspace first; {found.stderr.strip()}")
+    return found.stdout.strip()
+
+
+def run(program, *arguments):
+    command = [path_of(program), *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise SystemExit(f"{' '.join(command)}: {done.stderr.strip()}")
+
+
+def read_tum(path):
+    poses = {}
+    for line in path.read_text().splitlines():
+        t, x, y, _, _, _, qz, qw = map(float, line.split())
+        poses[round(t, 6)] = (x, y, 2.0 * math.atan2(qz, qw))
+    return poses
+
+
+def wrapped(angle):
+    return math.atan2(math.sin(angle), math.cos(angle))
+
+
+def composed(a, b):
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return (a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], wrapped(a[2] + b[2]))
+
+
+def inverse(a):
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return (-c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2])
+
+
+def in_map(truth, first):
+    """The truth in the frame of the map, which begins where the first scan was taken."""
+    map_from_world = inverse(truth[first])
+    return {stamp: composed(map_from_world, pose) for stamp, pose in truth.items()}
+
+
+def error(pose, true):
+    return math.hypot(pose[0] - true[0], pose[1] - true[1]), abs(wrapped(pose[2] - true[2]))
+
+
+def squared_distance(row, true):
+    """Of the error, by the covariance that was told."""
+    d = [float(row["x"]) - true[0], float(row["y"]) - true[1], wrapped(float(row["theta"]) - true[2])]
+    a, b, c, e, f, i = (float(row["cov_" + k]) for k in ("xx", "xy", "xt", "yy", "yt", "tt"))
+    det = a * (e * i - f * f) - b * (b * i - c * f) + c * (b * f - c * e)
+    if det <= 0.0:
+        return 0.0 if max(map(abs, d)) < 1e-9 else math.inf
+    inv = [[e * i - f * f, c * f - b * i, b * f - c * e],
+           [c * f - b * i, a * i - c * c, b * c - a * f],
+           [b * f - c * e, b * c - a * f, a * e - b * b]]
+    return sum(d[j] * inv[j][k] * d[k] for j in range(3) for k in range(3)) / det
+
+
+def weigh(folder, truth):
+    rows = list(csv.DictReader((folder / "scans.csv").open()))
+    stamps = [round(float(row["stamp"]), 6) for row in rows]
+    true = in_map(truth, stamps[0])
+    final = read_tum(folder / "trajectory.tum")
+    keys = read_tum(folder / "key_scans.tum")
+    errors = {stamp: error(pose, true[stamp]) for stamp, pose in keys.items()}
+    wrong = [s for s, (way, turn) in errors.items() if way > 0.2 or turn > math.radians(5.0)]
+    end_error = error(final[stamps[-1]], true[stamps[-1]])[0]
+    accepted = [(r, s) for r, s in zip(rows, stamps) if r["status"] == "accepted"]
+    inside = sum(squared_distance(r, true[s]) <= ELLIPSE for r, s in accepted[1:])
+    states = [r["state"] for r in rows]
+    unsure = [s for s, state in zip(stamps, states) if state not in ("tracking", "recovered")]
+    way = sum(math.hypot(true[a][0] - true[b][0], true[a][1] - true[b][1])
+              for a, b in zip(stamps, stamps[1:]))
+    entered = collections.Counter(b for a, b in zip(["tracking"] + states, states) if a != b)
+    report = json.loads((folder / "report.json").read_text())
+    return {
+        "end_error_m": end_error,
+        "worst_key_m": max(way for way, _ in errors.values()),
+        "wrong_keys": len(wrong), "keys": len(keys),
+        "inside": inside, "accepted": len(accepted) - 1,
+        "doubts": entered["doubt"], "losses": entered["lost"], "final_state": states[-1],
+        "unsure_s": unsure[-1] - unsure[0] if unsure else 0.0,
+        "way_m": way, "cpu_s": report["cpu_s"],
+        "scan_p99_ms": report["scan_ms"]["p99"] if "scan_ms" in report and "p99" in report["scan_ms"]
+        else None,
+    }
+
+
+def one_run(world, fault, seed, matchers, out, overrides, rate):
+    folder = out / f"{world}-{fault.replace(' ', '_')}-{seed}"
+    folder.mkdir(parents=True, exist_ok=True)
+    bag, truth = folder / "drive.bag", folder / "truth.tum"
+    faults = [part for text in FAULTS[fault] for part in ("--fault", text)]
+    run("simulate", "--world", world, "--seed", seed, "--scan-rate", rate, "--bag", bag,
+        "--truth", truth, *faults)
+    results = []
+    for matcher in matchers:
+        sets = [part for text in overrides for part in ("--set", text)]
+        run("map_bag", bag, "--matcher", matcher, "--out", folder / matcher, "--quiet", *sets)
+        results.append({"world": world, "fault": fault, "seed": seed, "matcher": matcher,
+                        **weigh(folder / matcher, read_tum(truth))})
+    bag.unlink()
+    return results
+
+
+def table(results):
+    groups = collections.defaultdict(list)
+    for result in results:
+        groups[result["world"], result["fault"], result["matcher"]].append(result)
+    lines = ["| world | fault | matcher | runs | end within 5 cm | ends lost | runs with a wrong key scan | "
+             "doubts / losses a km | unsure, median [s] | in the 99.9 % ellipse |",
+             "|---|---|---|---|---|---|---|---|---|---|"]
+    for (world, fault, matcher), runs in groups.items():
+        km = sum(r["way_m"] for r in runs) / 1000.0
+        unsure = sorted(r["unsure_s"] for r in runs)[len(runs) // 2]
+        share = 100.0 * sum(r["inside"] for r in runs) / max(1, sum(r["accepted"] for r in runs))
+        lines.append(
+            f"| {world} | {fault} | {matcher} | {len(runs)} | "
+            f"{sum(r['end_error_m'] <= 0.05 for r in runs)} | "
+            f"{sum(r['final_state'] == 'lost' for r in runs)} | "
+            f"{sum(r['wrong_keys'] > 0 for r in runs)} | "
+            f"{sum(r['doubts'] for r in runs) / km:.1f} / {sum(r['losses'] for r in runs) / km:.1f} | "
+            f"{unsure:.1f} | {share:.2f} % |")
+    return "\n".join(lines) + "\n"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=pathlib.Path, required=True)
+    parser.add_argument("--worlds", nargs="+", default=["rooms", "random"])
+    parser.add_argument("--faults", nargs="+", default=list(FAULTS), choices=list(FAULTS))
+    parser.add_argument("--matchers", nargs="+", default=["olson", "hough", "monte_carlo"])
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--first-seed", type=int, default=1)
+    parser.add_argument("--rate", type=float, default=10.0, help="scans a second")
+    parser.add_argument("--set", action="append", default=[], dest="overrides")
+    parser.add_argument("--jobs", type=int, default=2)
+    arguments = parser.parse_args()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    tasks = [(world, fault, arguments.first_seed + seed)
+             for world in arguments.worlds for fault in arguments.faults
+             for seed in range(arguments.seeds)]
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        futures = [pool.submit(one_run, *task, arguments.matchers, arguments.out,
+                               arguments.overrides, arguments.rate) for task in tasks]
+        results = [result for future in futures for result in future.result()]
+    (arguments.out / "faults.json").write_text(json.dumps(results, indent=1))
+    (arguments.out / "FAULTS.md").write_text(table(results))
+    print(table(results), end="")
+
+
+if __name__ == "__main__":
+    main()
