@@ -519,15 +519,27 @@ std::vector<WaitingScan> read_waiting(std::size_t parts, Reader& reader) {
   return waiting;
 }
 
+/// How many scans there were of some kind.
+template <typename Archive, typename Count>
+void transfer_count(Archive& archive, Count& count) {
+  constexpr int kMost = 1 << 30;
+  archive.integer(count);
+  if constexpr (Archive::kReads) {
+    if (count < 0 || count > kMost) {
+      archive.fail("is damaged: it counts " + std::to_string(count) + " scans");
+    }
+  }
+}
+
 template <typename Archive, typename Doubt>
 void transfer_doubt(Archive& archive, Doubt& doubt) {
   archive.flag(doubt.doubts);
   archive.flag(doubt.is_provisional);
   archive.number(doubt.since, kLargest);
   archive.number(doubt.way);
-  archive.integer(doubt.doubtful);
-  archive.integer(doubt.contradictions);
-  archive.integer(doubt.confirmations);
+  transfer_count(archive, doubt.doubtful);
+  transfer_count(archive, doubt.contradictions);
+  transfer_count(archive, doubt.confirmations);
   transfer_pose(archive, doubt.map_from_base);
 }
 
@@ -542,7 +554,7 @@ void transfer_search(Archive& archive, Search& search, std::size_t parts) {
   for (auto& hypothesis : search.hypotheses) {
     transfer_part(archive, hypothesis.part, parts);
     transfer_pose(archive, hypothesis.part_from_apart);
-    archive.integer(hypothesis.confirmations);
+    transfer_count(archive, hypothesis.confirmations);
     transfer_pose(archive, hypothesis.apart_from_base);
   }
   if constexpr (Archive::kReads) {
@@ -582,6 +594,12 @@ Whereabouts read_whereabouts(Reader& reader) {
   whereabouts.held = read_waiting(parts, reader);
   whereabouts.pending = read_waiting(parts, reader);
   transfer_search(reader, whereabouts.search, parts);
+  for (const PlaceHypothesis& hypothesis : whereabouts.search.hypotheses) {
+    if (hypothesis.part == whereabouts.here) {
+      reader.fail("is damaged: it looks for part " + std::to_string(whereabouts.here) +
+                  " of the map in itself");
+    }
+  }
   return whereabouts;
 }
 

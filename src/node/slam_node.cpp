@@ -205,12 +205,12 @@ SlamSetup SlamNode::setup() {
 
 MapRevision SlamNode::map_revision() {
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  return {run_.resets(), run_.inserted(), run_.scans()};
+  return {run_.resets(), run_.key_scans().size(), run_.scans()};
 }
 
 MapSnapshot SlamNode::map_snapshot() {
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  return {{run_.resets(), run_.inserted(), run_.scans()},
+  return {{run_.resets(), run_.key_scans().size(), run_.scans()},
           newest_scan_ ? newest_scan_->stamp : ros::Time(),
           run_.map().occupancy,
           run_.path().poses(),

@@ -102,7 +102,8 @@ void SlamRun::take_effect(const CorrectPose& event) {
     throw std::runtime_error("no scan of " + fixed_text(event.stamp, 6) +
                              " s was used for this map, or too many have come after it");
   }
-  if (told_ && event.stamp <= *told_) {
+  // Between a pose that was told and one before it there is no motion.
+  if (told_ && event.stamp <= *told_ && trajectory_.back().stamp > *told_) {
     throw std::runtime_error("where it was has been told since the scan of " +
                              fixed_text(event.stamp, 6) + " s");
   }

@@ -1,5 +1,7 @@
 #include "run/start_map.hpp"
 
+#include <cstddef>
+
 #include "matchbox_slam/io/saved_map.hpp"
 
 namespace matchbox_slam {
@@ -17,8 +19,14 @@ void put_on_mark(const RunOptions& options, MapStart& start) {
   const Eigen::Matrix3d mark =
       Eigen::Vector3d(kPosition * kPosition, kPosition * kPosition, kHeading * kHeading)
           .asDiagonal();
-  start.begin_anew(start.key_scans.empty() ? configured : start.motion.fixed_from_base,
+  // A map that was saved by a lost robot: its pose is of the part that it is in, and lost it stays.
+  const std::size_t here = start.whereabouts.here;
+  start.begin_anew(start.key_scans.empty() && here == 0 ? configured : start.motion.fixed_from_base,
                    start.motion.covariance + mark);
+  start.whereabouts.here = here;
+  if (here > 0) {
+    start.whereabouts.apart[here - 1].last_inserted.clear();
+  }
 }
 
 bool is_followed_by(const MapStart& start, double stamp) {

@@ -147,15 +147,17 @@ void add_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
                     const DoubtOptions& doubt, const RecoveryOptions& options,
                     PlaceSearch& search) {
   const SearchedScan searched(scan, HoughOptions{}.alignment.point_spacing);
-  for (int i = 0; i < options.key_scans; ++i) {
-    if (search.next >= places.size()) {
-      search.next = 0;
-      search.complete = true;
-    }
+  const std::size_t count = std::min(static_cast<std::size_t>(options.key_scans), places.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    search.next = std::min(search.next, places.size() - 1);
     const SearchedPlace& place = places[search.next++];
     const std::vector<PlaceHypothesis> found =
         find_around(scan, searched, apart_from_base, place, parts[place.part], doubt, options);
     search.hypotheses.insert(search.hypotheses.end(), found.begin(), found.end());
+    if (search.next == places.size()) {
+      search.next = 0;
+      search.complete = true;
+    }
   }
 }
 
@@ -178,7 +180,7 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
                                              const std::vector<SearchedPlace>& places,
                                              const DoubtOptions& doubt,
                                              const RecoveryOptions& options, PlaceSearch& search) {
-  if (places.empty() || scan.stamp - search.stamp < options.interval) {
+  if (scan.stamp - search.stamp < options.interval) {
     return std::nullopt;
   }
   search.stamp = scan.stamp;

@@ -60,6 +60,7 @@ void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   whereabouts.usual_score = 0.0;
   whereabouts.held.clear();
   whereabouts.here = 0;
+  whereabouts.search = {};
 }
 
 SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
@@ -141,7 +142,7 @@ TrackingState SlamEngine::state() const {
   if (doubt_.doubts) {
     return doubt_.is_provisional ? TrackingState::kProvisional : TrackingState::kDoubt;
   }
-  return pending_.empty() ? TrackingState::kTracking : TrackingState::kRecovered;
+  return has_pending() ? TrackingState::kRecovered : TrackingState::kTracking;
 }
 
 // --- doubt ---
@@ -151,9 +152,11 @@ void SlamEngine::weigh_doubt(const WeighedMatch& match, const ScanOutcome& outco
   if (match.match.accepted()) {
     usual_score_ += (usual_score_ > 0.0 ? kNewest : 1.0) * (match.match.score - usual_score_);
   }
+  const bool was_provisional = doubt_.is_provisional;
   doubt_.follow(match, outcome.stamp, way, outcome.map_from_base, options_.doubt,
                 options_.tracking);
-  if (doubt_.is_provisional) {
+  // What was held before a second look lies where that look says that the robot is not.
+  if (doubt_.is_provisional && was_provisional && match.certainty != Certainty::kSecondLook) {
     return;
   }
   if (!doubt_.doubts) {
@@ -171,7 +174,10 @@ void SlamEngine::map_apart() {
   held_.clear();
   search_ = {};
   if (is_lost() && here().key_scans.size() < kWorthKeeping) {
-    here() = empty_part(options_, *tracker_.state().stamp);
+    here() = empty_part(options_, here().begin);
+    pending_.erase(std::remove_if(pending_.begin(), pending_.end(),
+                                  [this](const WaitingScan& scan) { return scan.part == here_; }),
+                   pending_.end());
   } else {
     parts_.push_back(empty_part(options_, *tracker_.state().stamp));
     here_ = parts_.size() - 1;
@@ -197,12 +203,18 @@ void SlamEngine::search_for_map(const PointScan& scan, ScanOutcome& outcome) {
   join(*found);
   outcome.joined = ScanOutcome::Joined{begin, found->part_from_apart};
   outcome.map_from_base = tracker_.state().fixed_from_base;
-  outcome.covariance = tracker_.state().covariance;
+  // How well the place was confirmed: [m], [rad].
+  constexpr double kXy = 0.1;
+  constexpr double kTheta = 0.05;
+  outcome.covariance =
+      tracker_.state().covariance +
+      Eigen::Matrix3d(Eigen::Vector3d(kXy * kXy, kXy * kXy, kTheta * kTheta).asDiagonal());
 }
 
 /// Puts what was mapped apart where it belongs, a few key scans with each of the next scans.
 void SlamEngine::join(const PlaceHypothesis& found) {
   const std::size_t apart = here_;
+  const double begin = here().begin;
   const auto part_without = [&](std::size_t part) { return part > apart ? part - 1 : part; };
   for (WaitingScan& waiting : pending_) {
     if (waiting.part == apart) {
@@ -220,16 +232,29 @@ void SlamEngine::join(const PlaceHypothesis& found) {
   tracker_.change_frame(found.part_from_apart);
   parts_.erase(parts_.begin() + static_cast<std::ptrdiff_t>(apart));
   here_ = joined;
+  here().begin = std::min(here().begin, begin);
   here().last_inserted.clear();
+  leave_parts_if_found();
   doubt_ = {};
   held_.clear();
   search_ = {};
   find_places_to_search();
 }
 
+/// Poses that were taken in parts that the robot is not in any more are not to be put right later:
+/// others have come after them.
+void SlamEngine::leave_parts_if_found() {
+  constexpr double kNever = 1e15;  // [s]
+  if (!is_lost()) {
+    std::for_each(parts_.begin() + 1, parts_.end(), [](MapPart& part) { part.begin = kNever; });
+  }
+}
+
 void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
   tracker_.set_pose(map_from_base, covariance);
   here_ = 0;
+  leave_parts_if_found();
+  pending_.clear();
   doubt_ = {};
   held_.clear();
   search_ = {};
@@ -240,6 +265,10 @@ void SlamEngine::set_options(const EngineOptions& options) {
   check_map(map(), options);
   options_ = options;
   tracker_.set_options(options.motion);
+  if (!options.doubt.enabled) {
+    doubt_ = {};
+    held_.clear();
+  }
 }
 
 void SlamEngine::start_from(MapStart start) {
@@ -310,8 +339,10 @@ void SlamEngine::insert_or_hold(const PointScan& scan, const MeasuredScan& measu
   const PlacedScan placed{std::make_shared<const KeyScan>(measured, 0, laser),
                           outcome.map_from_base};
   if (doubt_.doubts) {
-    held_.push_back({here_, placed});
-    here().last_inserted[laser] = outcome.map_from_base;
+    if (doubt_.is_provisional) {
+      held_.push_back({here_, placed});
+      here().last_inserted[laser] = outcome.map_from_base;
+    }
     return;
   }
   outcome.inserted = insert(scan, placed, here());
@@ -329,20 +360,29 @@ bool SlamEngine::insert(const PointScan& scan, const PlacedScan& placed, MapPart
   return true;
 }
 
+/// Whether something waits that may be inserted into the part that the robot is in.
+bool SlamEngine::has_pending() const {
+  return (options_.slam.update_map || is_lost()) &&
+         std::any_of(pending_.begin(), pending_.end(),
+                     [this](const WaitingScan& waiting) { return waiting.part == here_; });
+}
+
+/// What waits is no surer than where the robot is.
 void SlamEngine::insert_pending() {
-  constexpr std::size_t kAtATime = 2;  // so that no scan waits for all of them
-  const std::size_t count = std::min(kAtATime, pending_.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    MapPart& part = parts_[pending_[i].part];
-    const std::shared_ptr<const PointScan> points = pending_[i].scan.scan->points();
-    const PlacedScan placed{
-        pending_[i].scan.scan,
-        placed_best(*points, pending_[i].scan.map_from_base, part.map.field, options_.doubt)};
+  constexpr int kAtATime = 2;  // so that no scan waits for all of them
+  MapPart& part = here();
+  for (int i = 0; i < kAtATime && !doubt_.doubts && has_pending(); ++i) {
+    const auto waiting =
+        std::find_if(pending_.begin(), pending_.end(),
+                     [this](const WaitingScan& scan) { return scan.part == here_; });
+    const std::shared_ptr<const PointScan> points = waiting->scan.scan->points();
+    const PlacedScan placed{waiting->scan.scan, placed_best(*points, waiting->scan.map_from_base,
+                                                            part.map.field, options_.doubt)};
     const std::map<int, Pose2> last_inserted = part.last_inserted;
     static_cast<void>(insert(*points, placed, part));
     part.last_inserted = last_inserted;
+    pending_.erase(waiting);
   }
-  pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
 }  // namespace matchbox_slam

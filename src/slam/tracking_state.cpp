@@ -8,6 +8,12 @@ namespace {
 constexpr double kDistance = 0.1;  // [m] of motion after which a scan says something new
 constexpr double kAngle = 0.1;     // [rad]
 
+/// A fit that speaks for itself. A corridor has rivals everywhere along it.
+bool is_good(const WeighedMatch& match, const DoubtOptions& doubt) {
+  return match.match.accepted() && match.match.score >= doubt.least_score &&
+         match.match.contradiction <= doubt.contradiction;
+}
+
 bool has_moved(const Pose2& map_from_before, const Pose2& map_from_now) {
   const Pose2 motion = map_from_before.inverse() * map_from_now;
   return motion.translation().norm() >= kDistance || std::abs(motion.theta) >= kAngle;
@@ -45,13 +51,13 @@ void TrackingDoubt::follow(const WeighedMatch& match, double stamp, double way_s
     ++doubtful;
     contradictions += match.match.contradiction > doubt.contradiction ? 1 : 0;
   } else if (match.certainty == Certainty::kSecondLook ||
-             (doubts && !is_provisional && is_convincing(match.match, doubt))) {
+             (doubts && !is_provisional && is_good(match, doubt))) {
     since = doubts ? since : stamp;
     doubts = true;
     is_provisional = true;
     confirmations = 0;
     map_from_base = map_from_base_now;
-  } else if (is_provisional && is_convincing(match.match, doubt) &&
+  } else if (is_provisional && is_good(match, doubt) &&
              has_moved(map_from_base, map_from_base_now)) {
     map_from_base = map_from_base_now;
     if (++confirmations >= options.confirmations) {

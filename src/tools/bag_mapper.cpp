@@ -134,7 +134,8 @@ void BagMapping::handle(const ReadyScan& scan) {
     return;
   }
   scan_table_.add(*outcome);
-  if (outcome->inserted && !debug_.empty() && first_key_scans_.size() <= kMostHoughPictures) {
+  if (outcome->inserted && outcome->state == TrackingState::kTracking && !debug_.empty() &&
+      first_key_scans_.size() <= kMostHoughPictures) {
     first_key_scans_.push_back(run_->key_scans().all().back().scan);
   }
   if (outcome->left_out && !told_of_left_out_) {

@@ -68,7 +68,7 @@ struct WeighedMatch {
 /// that the wider one does not better is believed, unless too much speaks against it. An answer
 /// that stays doubtful is rejected, with a covariance that covers that: the wide prior's. A matcher
 /// that looks at its prior alone believes it: nothing is weighed. Cost: of a match; in doubt of
-/// another one over a window of some 1.5 m and 170 degrees.
+/// another one over a window of some 1.5 m and 115 degrees.
 [[nodiscard]] WeighedMatch match_and_weigh(const ScanMatcher& matcher, const MatchProblem& problem,
                                            const OccupancyGrid& occupancy, double usual_score,
                                            const DoubtOptions& options);

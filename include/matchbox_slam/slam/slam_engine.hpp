@@ -126,9 +126,11 @@ class SlamEngine {
   [[nodiscard]] bool insert(const PointScan& scan, const PlacedScan& placed, MapPart& part);
   void weigh_doubt(const WeighedMatch& match, const ScanOutcome& outcome, double way);
   void map_apart();
+  [[nodiscard]] bool has_pending() const;
   void insert_pending();
   void search_for_map(const PointScan& scan, ScanOutcome& outcome);
   void join(const PlaceHypothesis& found);
+  void leave_parts_if_found();
   void find_places_to_search();
 
   [[nodiscard]] MapPart& here() { return parts_[here_]; }
