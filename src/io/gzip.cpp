@@ -1,10 +1,9 @@
 #include "io/gzip.hpp"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <array>
 #include <stdexcept>
+#include <utility>
 
 #include "matchbox_slam/io/file.hpp"
 
@@ -26,24 +25,40 @@ void give_input(const std::string& bytes, z_stream& stream) {
 
 }  // namespace
 
-std::string compress(const std::string& bytes) {
-  if (bytes.size() > kMostBytes) {
-    throw std::runtime_error("cannot compress " + std::to_string(bytes.size()) +
-                             " bytes; allowed: up to 4 GB");
-  }
-  z_stream stream{};
-  if (deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kGzipWindow, kMemoryLevel,
+Compressor::Compressor() {
+  if (deflateInit2(&stream_, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kGzipWindow, kMemoryLevel,
                    Z_DEFAULT_STRATEGY) != Z_OK) {
     throw std::runtime_error("cannot compress: there is not enough memory");
   }
-  std::string result(deflateBound(&stream, bytes.size()), '\0');
-  give_input(bytes, stream);
-  stream.next_out = reinterpret_cast<Bytef*>(result.data());
-  stream.avail_out = static_cast<uInt>(result.size());
-  deflate(&stream, Z_FINISH);
-  result.resize(stream.total_out);
-  deflateEnd(&stream);
-  return result;
+}
+
+void Compressor::add(const std::string& bytes) {
+  if (bytes.size() > kMostBytes || stream_.total_in > kMostBytes - bytes.size()) {
+    throw std::runtime_error("cannot compress more than 4 GB");
+  }
+  deflate_all(bytes, Z_NO_FLUSH);
+}
+
+void Compressor::deflate_all(const std::string& bytes, int flush) {
+  Buffer buffer;
+  give_input(bytes, stream_);
+  do {
+    stream_.next_out = reinterpret_cast<Bytef*>(buffer.data());
+    stream_.avail_out = static_cast<uInt>(buffer.size());
+    deflate(&stream_, flush);
+    result_.append(buffer.data(), buffer.size() - stream_.avail_out);
+  } while (stream_.avail_out == 0);
+}
+
+std::string Compressor::finish() {
+  deflate_all("", Z_FINISH);
+  return std::move(result_);
+}
+
+std::string compress(const std::string& bytes) {
+  Compressor compressor;
+  compressor.add(bytes);
+  return compressor.finish();
 }
 
 std::string decompress(const std::string& compressed, const std::string& path) {

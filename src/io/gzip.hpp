@@ -1,11 +1,33 @@
 #pragma once
 
+#include <zlib.h>
+
 #include <string>
 
 namespace matchbox_slam {
 
-/// The bytes in the gzip format, which carries their length and checksum. Throws std::runtime_error
-/// for more than 4 GB.
+/// Turns bytes that come piece by piece into the gzip format, which carries their length and
+/// checksum. Throws std::runtime_error for more than 4 GB.
+class Compressor {
+ public:
+  Compressor();
+  ~Compressor() { deflateEnd(&stream_); }
+  Compressor(const Compressor&) = delete;
+  Compressor& operator=(const Compressor&) = delete;
+
+  void add(const std::string& bytes);
+
+  /// All of them; to be called once, at the end.
+  [[nodiscard]] std::string finish();
+
+ private:
+  void deflate_all(const std::string& bytes, int flush);
+
+  z_stream stream_{};
+  std::string result_;
+};
+
+/// The same of bytes in one piece.
 [[nodiscard]] std::string compress(const std::string& bytes);
 
 /// What `compress` was given. Throws FileError naming `path` when that is cut off or damaged, or

@@ -1,0 +1,228 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <type_traits>
+
+#include "io/gzip.hpp"
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/map/occupancy_grid.hpp"
+
+namespace matchbox_slam {
+
+// As of messages: farther than around the Earth [m]; and stamps [s] and covariances [m^2].
+constexpr double kFarthest = 1e8;
+constexpr double kLargest = kFarthest * kFarthest;
+
+// A cell farther away than any scan of a robot: the file is damaged.
+constexpr std::int32_t kFarthestCell = 1 << 24;
+
+// What is written and what is read are one function each, given a MapWriter and something constant
+// or a MapReader and something to fill.
+
+/// Numbers in the order of their bytes, the lowest first, on every machine.
+class MapWriter {
+ public:
+  static constexpr bool kReads = false;
+
+  template <typename Integer>
+  void integer(Integer value) {
+    auto rest = static_cast<std::make_unsigned_t<Integer>>(value);
+    for (std::size_t i = 0; i < sizeof(Integer); ++i) {
+      bytes_.push_back(static_cast<char>(rest & 0xFFU));
+      rest = static_cast<std::make_unsigned_t<Integer>>(rest >> 8U);
+    }
+    if (bytes_.size() >= kPiece) {
+      compressor_.add(bytes_);
+      bytes_.clear();
+    }
+  }
+
+  void text(const std::string& text) { bytes_ += text; }
+
+  /// The bits of a number.
+  template <typename Integer, typename Number>
+  void image(Number value) {
+    Integer image = 0;
+    std::memcpy(&image, &value, sizeof image);
+    integer(image);
+  }
+
+  void number(double value, double /*largest*/ = 0.0) { image<std::uint64_t>(value); }
+  void flag(bool value) { integer(std::uint8_t{value}); }
+
+  template <typename Items>
+  void size(const Items& items, std::size_t /*bytes_each*/, std::size_t /*most*/,
+            const std::string& /*name*/) {
+    integer(std::uint64_t{items.size()});
+  }
+
+  void cell(const Cell& cell) {
+    integer(std::int32_t{cell.x});
+    integer(std::int32_t{cell.y});
+  }
+
+  /// All that was written, compressed.
+  [[nodiscard]] std::string finish() {
+    compressor_.add(bytes_);
+    return compressor_.finish();
+  }
+
+ private:
+  static constexpr std::size_t kPiece = std::size_t{1} << 16;
+
+  std::string bytes_;  ///< that are not compressed yet: all of them would double a map's memory
+  Compressor compressor_;
+};
+
+class MapReader {
+ public:
+  static constexpr bool kReads = true;
+
+  MapReader(const std::string& bytes, const std::string& path, double max_cells)
+      : bytes_(bytes), path_(path), max_cells_(max_cells) {}
+
+  [[noreturn]] void fail(const std::string& text) const {
+    throw FileError("'" + path_ + "' " + text);
+  }
+
+  [[nodiscard]] bool begins_with(const std::string& head) {
+    const bool does = bytes_.compare(position_, head.size(), head) == 0;
+    position_ += does ? head.size() : 0;
+    return does;
+  }
+
+  template <typename Integer>
+  void integer(Integer& value) {
+    require(sizeof(Integer));
+    std::uint64_t sum = 0;
+    for (std::size_t i = 0; i < sizeof(Integer); ++i) {
+      sum |= std::uint64_t{static_cast<unsigned char>(bytes_[position_ + i])} << 8U * i;
+    }
+    position_ += sizeof(Integer);
+    value = static_cast<Integer>(sum);
+  }
+
+  template <typename Integer, typename Number>
+  void image(Number& value) {
+    Integer image = 0;
+    integer(image);
+    std::memcpy(&value, &image, sizeof value);
+  }
+
+  /// One that is at most as large as this, with either sign.
+  void number(double& value, double largest = kFarthest) {
+    image<std::uint64_t>(value);
+    if (!(std::abs(value) <= largest)) {
+      fail("is damaged: it holds the number " + to_string(value) + " where at most " +
+           to_string(largest) + " is allowed");
+    }
+  }
+
+  void flag(bool& value) {
+    std::uint8_t byte = 0;
+    integer(byte);
+    value = byte != 0;
+  }
+
+  void cell(Cell& cell) {
+    integer(cell.x);
+    integer(cell.y);
+    // The lowest integer has no absolute value.
+    if (std::min(cell.x, cell.y) < -kFarthestCell || std::max(cell.x, cell.y) > kFarthestCell) {
+      fail("is damaged: a cell lies at " + std::to_string(cell.x) + ", " + std::to_string(cell.y));
+    }
+    include(cell);
+  }
+
+  /// How many items of at least `bytes_each` follow.
+  std::size_t count(std::size_t bytes_each, std::size_t most, const std::string& name) {
+    std::uint64_t number = 0;
+    integer(number);
+    if (number > (bytes_.size() - position_) / bytes_each) {
+      fail("is damaged: it announces more than it holds");
+    }
+    if (number > most) {
+      fail("is damaged: it has " + std::to_string(number) + " " + name + "; allowed: up to " +
+           std::to_string(most));
+    }
+    return static_cast<std::size_t>(number);
+  }
+
+  template <typename Items>
+  void size(Items& items, std::size_t bytes_each, std::size_t most, const std::string& name) {
+    items.resize(count(bytes_each, most, name));
+  }
+
+  [[nodiscard]] bool at_end() const { return position_ == bytes_.size(); }
+
+ private:
+  void require(std::size_t count) const {
+    if (bytes_.size() - position_ < count) {
+      fail("is cut off");
+    }
+  }
+
+  /// Before the cell is stored: all memory goes by the rectangle around the cells, in whole tiles.
+  void include(const Cell& cell) {
+    constexpr int kTileMargin = OccupancyGrid::Tiles::kTileSize - 1;
+    const CellBox before = box_.empty() ? CellBox{cell, cell} : box_;
+    box_.min = {std::min(before.min.x, cell.x), std::min(before.min.y, cell.y)};
+    box_.max = {std::max(before.max.x, cell.x + 1), std::max(before.max.y, cell.y + 1)};
+    const double cells = (box_.width() + double{kTileMargin}) * (box_.height() + kTileMargin);
+    if (cells > max_cells_) {
+      fail("is damaged, or its map is too large: its cells span " + std::to_string(box_.width()) +
+           " x " + std::to_string(box_.height()) + " or more; allowed: " + to_string(max_cells_) +
+           " in all; if it is as large as that, set map/max_cells higher");
+    }
+  }
+
+  const std::string& bytes_;
+  const std::string& path_;
+  double max_cells_;
+  std::size_t position_ = 0;
+  CellBox box_;  ///< around all cells so far
+};
+
+/// What the options of a map may be holds for a file, too.
+inline void check_limits(double value, const char* name, const Allowed& allowed,
+                         const MapReader& reader) {
+  if (!(value >= allowed.low && value <= allowed.high)) {
+    reader.fail(std::string("is damaged: its ") + name + " is " + to_string(value) +
+                "; allowed: " + allowed.text());
+  }
+}
+
+template <typename Options>
+void check_limits(const Options& options, const MapReader& reader) {
+  Options::visit(options, [&reader](double value, const char* name, const Allowed& allowed,
+                                    const char* /*unit*/, const char* /*meaning*/) {
+    check_limits(value, name, allowed, reader);
+  });
+}
+
+template <typename Archive, typename Vector>
+void transfer_vector(Archive& archive, Vector& vector, double largest = kFarthest) {
+  archive.number(vector.x(), largest);
+  archive.number(vector.y(), largest);
+}
+
+template <typename Archive, typename Pose>
+void transfer_pose(Archive& archive, Pose& pose) {
+  archive.number(pose.x);
+  archive.number(pose.y);
+  archive.number(pose.theta);
+}
+
+template <typename Archive, typename Matrix>
+void transfer_matrix(Archive& archive, Matrix& matrix) {
+  for (Eigen::Index i = 0; i < matrix.size(); ++i) {
+    archive.number(matrix(i), kLargest);
+  }
+}
+
+}  // namespace matchbox_slam

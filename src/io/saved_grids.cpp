@@ -1,0 +1,86 @@
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "io/saved_parts.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr double kMostReachCells = 120.0;  // as LikelihoodField allows
+
+std::vector<Cell> known_cells(const OccupancyGrid& grid) {
+  const CellBox bounds = grid.known_bounds();
+  std::vector<Cell> cells;
+  for (int y = bounds.min.y; y < bounds.max.y; ++y) {
+    for (int x = bounds.min.x; x < bounds.max.x; ++x) {
+      if (grid.is_known({x, y})) {
+        cells.push_back({x, y});
+      }
+    }
+  }
+  return cells;
+}
+
+template <typename Archive, typename Surface>
+void transfer_wall(Archive& archive, Surface& surface) {
+  archive.integer(surface.hits);
+  for (auto* value :
+       {&surface.offset_x, &surface.offset_y, &surface.mean_double_angle_x,
+        &surface.mean_double_angle_y, &surface.double_angle_x, &surface.double_angle_y}) {
+    archive.integer(*value);
+  }
+}
+
+}  // namespace
+
+void write_grids(const SlamMap& map, MapWriter& writer) {
+  writer.number(map.field.geometry().resolution());
+  writer.number(map.field.options().sigma);
+  writer.number(map.field.options().reach);
+  const std::vector<Cell> known = known_cells(map.occupancy);
+  writer.integer(std::uint64_t{known.size()});
+  for (const Cell& cell : known) {
+    writer.cell(cell);
+    writer.integer(map.occupancy.stored(cell));
+  }
+  const std::vector<Cell> walls = map.field.surface_cells();
+  writer.integer(std::uint64_t{walls.size()});
+  for (const Cell& cell : walls) {
+    writer.cell(cell);
+    transfer_wall(writer, map.field.stored_surface(cell));
+  }
+}
+
+SlamMap read_grids(MapReader& reader) {
+  constexpr std::size_t kAnyCount = std::numeric_limits<std::size_t>::max();
+  MapOptions map_options;
+  LikelihoodFieldOptions field_options;
+  for (double* value : {&map_options.resolution, &field_options.sigma, &field_options.reach}) {
+    reader.number(*value);
+  }
+  check_limits(map_options, reader);
+  check_limits(field_options, reader);
+  if (field_options.reach / map_options.resolution > kMostReachCells) {
+    reader.fail("is damaged: its reach is " + to_string(field_options.reach) + " m with cells of " +
+                to_string(map_options.resolution) + " m; allowed: at most 120 cells");
+  }
+  SlamMap map(map_options, field_options);
+  Cell cell;
+  for (std::size_t left = reader.count(10, kAnyCount, "cells"); left > 0; --left) {
+    reader.cell(cell);
+    OccupancyGrid::Stored stored{};
+    reader.integer(stored);
+    map.occupancy.restore(cell, stored);
+  }
+  std::vector<std::pair<Cell, LikelihoodField::StoredSurface>> walls;
+  reader.size(walls, 22, kAnyCount, "walls");
+  for (auto& [wall, surface] : walls) {
+    reader.cell(wall);
+    transfer_wall(reader, surface);
+  }
+  map.field.restore(walls);
+  return map;
+}
+
+}  // namespace matchbox_slam
