@@ -1,9 +1,11 @@
 #include "matchbox_slam/slam/doubt.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "matchbox_slam/matching/contradiction.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
+#include "matchbox_slam/matching/refinement.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -32,17 +34,35 @@ double unknown_share(const PointScan& scan, const Pose2& map_from_base,
   return all > 0.0 ? unknown / all : 1.0;
 }
 
+/// Odometry alone fits nothing, and is believed.
+bool is_blind(const MatchResult& result) { return result.accepted() && result.score == 0.0; }
+
+/// Scores of matchers do not compare: that of one is against key scans, say.
+double score_on_map(const MatchProblem& problem, const Pose2& map_from_base) {
+  RefinementOptions none;
+  none.iterations = 0;
+  const PosePrior prior{problem.predicted_map_from_base, problem.prior_covariance};
+  return refine(problem.scan.points, problem.field, map_from_base, prior, none).score;
+}
+
+/// Where hardly anything is mapped nothing fits.
+double fit_on_mapped_ground(double score, double unknown) {
+  constexpr double kLeastMapped = 0.3;
+  const double mapped = 1.0 - unknown;
+  return mapped >= kLeastMapped ? std::min(1.0, score / mapped) : 0.0;
+}
+
 /// Too little of the scan fits, or clearly less than usual though all is mapped, or what does not
 /// fit says that the pose is wrong.
 bool is_worth_a_look(const MatchResult& result, const MatchProblem& problem,
-                     const OccupancyGrid& occupancy, double usual_score,
+                     const OccupancyGrid& occupancy, const Expectation& expected,
                      const DoubtOptions& options) {
   constexpr double kHardlyNew = 0.3;
   if (!result.accepted()) {
     return result.status == MatchStatus::kRejectedLowScore;
   }
   return result.contradiction > options.contradiction ||
-         (result.score < options.score_drop * usual_score &&
+         (result.score < options.score_drop * expected.usual_score &&
           unknown_share(problem.scan, result.map_from_base, occupancy, problem.field) < kHardlyNew);
 }
 
@@ -54,23 +74,30 @@ MatchProblem with_wider_prior(const MatchProblem& problem, const DoubtOptions& o
   return wide;
 }
 
-bool is_same_place(const MatchResult& a, const MatchResult& b) {
-  constexpr double kDistance = 0.1;  // [m]
-  constexpr double kAngle = 0.05;    // [rad]
-  const Eigen::Vector3d apart = difference(a.map_from_base, b.map_from_base);
-  return apart.head<2>().norm() <= kDistance && std::abs(apart.z()) <= kAngle;
+bool is_near(const Pose2& a, const Pose2& b, double distance, double angle) {
+  const Eigen::Vector3d apart = difference(a, b);
+  return apart.head<2>().norm() <= distance && std::abs(apart.z()) <= angle;
 }
 
-/// What speaks for a pose less what speaks against it.
-double net(const MatchResult& result) { return result.score - result.contradiction; }
+bool is_same_place(const MatchResult& a, const MatchResult& b) {
+  return is_near(a.map_from_base, b.map_from_base, 0.1, 0.05);
+}
+
+/// Whether a second look found the robot where the prediction does not have it.
+bool is_jump(const MatchResult& found, const MatchProblem& problem) {
+  return !is_near(found.map_from_base, problem.predicted_map_from_base, 0.2, 0.1);
+}
 
 /// A first look that the wide one does not better stays: what contradicts it has changed since it
-/// was mapped, say, unless that is too much.
-bool is_upheld(const MatchResult& first, const MatchResult& second, const DoubtOptions& options) {
+/// was mapped, say, unless that is too much. What speaks for a pose is its score on the map, less
+/// what contradicts it.
+bool is_upheld(const MatchResult& first, double first_score, const MatchResult& second,
+               const DoubtOptions& options) {
   constexpr double kBetter = 0.1;
-  const bool is_bettered =
-      second.accepted() && !is_same_place(first, second) && net(second) > net(first) + kBetter;
-  return first.accepted() && !is_bettered && net(first) >= options.least_net &&
+  const double net = first_score - first.contradiction;
+  const bool is_bettered = second.accepted() && !is_same_place(first, second) &&
+                           second.score - second.contradiction > net + kBetter;
+  return first.accepted() && !is_bettered && net >= options.least_net &&
          first.contradiction <= options.most_contradiction;
 }
 
@@ -126,21 +153,35 @@ MatchResult search_exactly(const MatchProblem& problem) {
 }
 
 WeighedMatch match_and_weigh(const ScanMatcher& matcher, const MatchProblem& problem,
-                             const OccupancyGrid& occupancy, double usual_score,
+                             const OccupancyGrid& occupancy, const Expectation& expected,
                              const DoubtOptions& options) {
   WeighedMatch first{with_contradiction(matcher.match(problem), problem)};
-  const bool is_blind = first.match.accepted() && first.match.candidates <= 1;
   const bool is_certain = problem.prior_covariance.isZero(0.0);
-  if (!options.enabled || is_blind || is_certain ||
-      !is_worth_a_look(first.match, problem, occupancy, usual_score, options)) {
+  if (!options.enabled || is_blind(first.match) || is_certain) {
+    return first;
+  }
+  const bool is_to_look = is_worth_a_look(first.match, problem, occupancy, expected, options);
+  if (!is_to_look && !expected.is_in_doubt) {
+    return first;
+  }
+  const double score =
+      first.match.accepted() ? score_on_map(problem, first.match.map_from_base) : 0.0;
+  const auto fit_of = [&](const MatchResult& match, double score_there) {
+    return fit_on_mapped_ground(
+        score_there, unknown_share(problem.scan, match.map_from_base, occupancy, problem.field));
+  };
+  first.fit = fit_of(first.match, score);
+  if (!is_to_look) {
     return first;
   }
   const MatchProblem wide = with_wider_prior(problem, options);
   WeighedMatch second{search_exactly(wide), Certainty::kSecondLook};
-  if (is_upheld(first.match, second.match, options)) {
+  if (is_upheld(first.match, score, second.match, options)) {
     return first;
   }
   if (is_convincing(second.match, options)) {
+    second.fit = fit_of(second.match, second.match.score);
+    second.jumped = is_jump(second.match, problem);
     return second;
   }
   if (is_new_ground(first.match, problem, occupancy, options)) {

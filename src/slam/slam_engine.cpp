@@ -132,7 +132,8 @@ WeighedMatch SlamEngine::match(const PointScan& scan, const MotionPrediction& pr
   if (scan.points.size() < static_cast<std::size_t>(options_.slam.min_points)) {
     return {rejected(problem, MatchStatus::kRejectedTooFewPoints)};
   }
-  return match_and_weigh(*matcher_, problem, part.map.occupancy, usual_score_, options_.doubt);
+  return match_and_weigh(*matcher_, problem, part.map.occupancy, {usual_score_, doubt_.doubts},
+                         options_.doubt);
 }
 
 TrackingState SlamEngine::state() const {
@@ -155,8 +156,8 @@ void SlamEngine::weigh_doubt(const WeighedMatch& match, const ScanOutcome& outco
   const bool was_provisional = doubt_.is_provisional;
   doubt_.follow(match, outcome.stamp, way, outcome.map_from_base, options_.doubt,
                 options_.tracking);
-  // What was held before a second look lies where that look says that the robot is not.
-  if (doubt_.is_provisional && was_provisional && match.certainty != Certainty::kSecondLook) {
+  // What was held before a jump lies where the robot is not.
+  if (doubt_.is_provisional && was_provisional && !match.jumped) {
     return;
   }
   if (!doubt_.doubts) {

@@ -8,10 +8,13 @@ namespace {
 constexpr double kDistance = 0.1;  // [m] of motion after which a scan says something new
 constexpr double kAngle = 0.1;     // [rad]
 
+bool is_uncontradicted(const WeighedMatch& match, const DoubtOptions& doubt) {
+  return match.match.accepted() && match.match.contradiction <= doubt.contradiction;
+}
+
 /// A fit that speaks for itself. A corridor has rivals everywhere along it.
 bool is_good(const WeighedMatch& match, const DoubtOptions& doubt) {
-  return match.match.accepted() && match.match.score >= doubt.least_score &&
-         match.match.contradiction <= doubt.contradiction;
+  return is_uncontradicted(match, doubt) && match.fit >= doubt.least_score;
 }
 
 bool has_moved(const Pose2& map_from_before, const Pose2& map_from_now) {
@@ -41,7 +44,9 @@ void TrackingDoubt::follow(const WeighedMatch& match, double stamp, double way_s
                            const Pose2& map_from_base_now, const DoubtOptions& doubt,
                            const TrackingOptions& options) {
   way += way_since;
-  if (match.certainty == Certainty::kDoubtful) {
+  // In doubt new ground is no way out: where it is nobody knows.
+  const bool is_new_doubt = doubts && !is_provisional && match.certainty == Certainty::kNewGround;
+  if (match.certainty == Certainty::kDoubtful || is_new_doubt) {
     if (!doubts) {
       *this = {};
       doubts = true;
@@ -50,19 +55,20 @@ void TrackingDoubt::follow(const WeighedMatch& match, double stamp, double way_s
     is_provisional = false;
     ++doubtful;
     contradictions += match.match.contradiction > doubt.contradiction ? 1 : 0;
-  } else if (match.certainty == Certainty::kSecondLook ||
-             (doubts && !is_provisional && is_good(match, doubt))) {
+  } else if (match.jumped || (doubts && !is_provisional && is_uncontradicted(match, doubt))) {
     since = doubts ? since : stamp;
     doubts = true;
     is_provisional = true;
+    way = 0.0;
     confirmations = 0;
     map_from_base = map_from_base_now;
   } else if (is_provisional && is_good(match, doubt) &&
              has_moved(map_from_base, map_from_base_now)) {
     map_from_base = map_from_base_now;
-    if (++confirmations >= options.confirmations) {
-      *this = {};
-    }
+    ++confirmations;
+  }
+  if (is_provisional && (confirmations >= options.confirmations || way >= options.lost_way)) {
+    *this = {};
   }
 }
 

@@ -48,7 +48,8 @@ TEST(Doubt, AGoodMatchIsSureAndAsTheMatcherFoundIt) {
   const MatchProblem problem =
       scene.problem(shifted(scene.map_from_base, {0.03, -0.02, 0.01}), prior_of(0.05, 0.02));
   const OlsonMatcher olson;
-  const WeighedMatch weighed = match_and_weigh(olson, problem, scene.map.occupancy, 0.0, {});
+  const WeighedMatch weighed =
+      match_and_weigh(olson, problem, scene.map.occupancy, {0.0, false}, {});
   EXPECT_EQ(weighed.certainty, Certainty::kSure);
   EXPECT_EQ(weighed.match.map_from_base, olson.match(problem).map_from_base);
   EXPECT_LT(weighed.match.contradiction, 0.01);
@@ -62,7 +63,7 @@ TEST(Doubt, ATurnThatOdometryMissedIsFoundByASecondLook) {
     const MatchProblem problem =
         scene.problem(shifted(scene.map_from_base, {0.3, -0.25, 0.9}), prior_of(0.03, 0.03));
     const WeighedMatch weighed =
-        match_and_weigh(OlsonMatcher{}, problem, scene.map.occupancy, 0.0, {});
+        match_and_weigh(OlsonMatcher{}, problem, scene.map.occupancy, {0.0, false}, {});
     EXPECT_EQ(weighed.certainty, Certainty::kSecondLook) << time;
     EXPECT_LT(distance(weighed.match.map_from_base, scene.map_from_base), 0.01) << time;
     EXPECT_LT(std::abs(wrap_angle(weighed.match.map_from_base.theta - scene.map_from_base.theta)),
@@ -77,7 +78,8 @@ TEST(Doubt, TurnedOffEveryMatchIsBelieved) {
       scene.problem(shifted(scene.map_from_base, {0.3, -0.25, 0.9}), prior_of(0.03, 0.03));
   DoubtOptions options;
   options.enabled = false;
-  EXPECT_EQ(match_and_weigh(OlsonMatcher{}, problem, scene.map.occupancy, 0.0, options).certainty,
+  EXPECT_EQ(match_and_weigh(OlsonMatcher{}, problem, scene.map.occupancy, {0.0, false}, options)
+                .certainty,
             Certainty::kSure);
 }
 
@@ -86,7 +88,8 @@ TEST(Doubt, AMatchThroughWallsIsRejectedWithACovarianceThatCoversTheLook) {
   const Pose2 wrong = shifted(scene.map_from_base, {2.5, -2.0, 2.5});  // out of sight of a look
   const ToldMatcher matcher(answer(wrong, 0.3, MatchStatus::kAccepted));
   const MatchProblem problem = scene.problem(wrong, prior_of(0.03, 0.03));
-  const WeighedMatch weighed = match_and_weigh(matcher, problem, scene.map.occupancy, 0.0, {});
+  const WeighedMatch weighed =
+      match_and_weigh(matcher, problem, scene.map.occupancy, {0.0, false}, {});
   EXPECT_EQ(weighed.certainty, Certainty::kDoubtful);
   EXPECT_EQ(weighed.match.status, MatchStatus::kRejectedContradiction);
   EXPECT_EQ(weighed.match.map_from_base, problem.predicted_map_from_base);
@@ -101,7 +104,7 @@ TEST(Doubt, ASecondLookHasToConvince) {
   const ToldMatcher matcher(answer(wrong, 0.1, MatchStatus::kRejectedLowScore));
   const MatchProblem problem = scene.problem(wrong, prior_of(0.03, 0.03));
   const auto certainty_with = [&](const DoubtOptions& options) {
-    return match_and_weigh(matcher, problem, scene.map.occupancy, 0.0, options).certainty;
+    return match_and_weigh(matcher, problem, scene.map.occupancy, {0.0, false}, options).certainty;
   };
   DoubtOptions options;
   EXPECT_EQ(certainty_with(options), Certainty::kSecondLook);
@@ -117,9 +120,11 @@ TEST(Doubt, AScoreLowerThanUsualIsLookedAtAgain) {
   const Pose2 beside = shifted(scene.map_from_base, {0.15, 0.0, 0.0});
   const ToldMatcher matcher(answer(beside, 0.6, MatchStatus::kAccepted));
   const MatchProblem problem = scene.problem(beside, prior_of(0.03, 0.03));
-  const WeighedMatch first = match_and_weigh(matcher, problem, scene.map.occupancy, 0.6, {});
+  const WeighedMatch first =
+      match_and_weigh(matcher, problem, scene.map.occupancy, {0.6, false}, {});
   EXPECT_EQ(first.certainty, Certainty::kSure) << "as usual";
-  const WeighedMatch second = match_and_weigh(matcher, problem, scene.map.occupancy, 0.95, {});
+  const WeighedMatch second =
+      match_and_weigh(matcher, problem, scene.map.occupancy, {0.95, false}, {});
   EXPECT_EQ(second.certainty, Certainty::kSecondLook);
   EXPECT_LT(distance(second.match.map_from_base, scene.map_from_base), 0.01);
 }
@@ -129,19 +134,47 @@ TEST(Doubt, WhereNothingIsMappedThePredictionIsBelieved) {
   const Pose2 far = shifted(scene.map_from_base, {300.0, 0.0, 0.0});
   const MatchProblem problem = scene.problem(far, prior_of(0.03, 0.03));
   const WeighedMatch weighed =
-      match_and_weigh(OlsonMatcher{}, problem, scene.map.occupancy, 0.0, {});
+      match_and_weigh(OlsonMatcher{}, problem, scene.map.occupancy, {0.0, false}, {});
   EXPECT_EQ(weighed.certainty, Certainty::kNewGround);
   EXPECT_EQ(weighed.match.map_from_base, far);
 }
 
-TEST(Doubt, AMatcherThatLooksAtThePredictionAloneIsLeftToIt) {
+TEST(Doubt, OdometryAloneIsLeftToIt) {
   const MatchScene scene = scene_in_rooms(30.0);
   const Pose2 wrong = shifted(scene.map_from_base, {0.6, -0.4, 2.0});
-  MatchResult blind = answer(wrong, 1.0, MatchStatus::kAccepted);
-  blind.candidates = 1;
   const MatchProblem problem = scene.problem(wrong, prior_of(0.03, 0.03));
-  EXPECT_EQ(match_and_weigh(ToldMatcher(blind), problem, scene.map.occupancy, 0.0, {}).certainty,
-            Certainty::kSure);
+  const auto certainty_of = [&](double score) {
+    MatchResult one = answer(wrong, score, MatchStatus::kAccepted);
+    one.candidates = 1;
+    return match_and_weigh(ToldMatcher(one), problem, scene.map.occupancy, {}, {}).certainty;
+  };
+  EXPECT_EQ(certainty_of(0.0), Certainty::kSure);
+  EXPECT_EQ(certainty_of(1.0), Certainty::kSecondLook) << "a search that had one candidate is none";
+}
+
+TEST(Doubt, AMatchIsWeighedByHowItFitsTheMapNotByTheMatchersOwnScore) {
+  const MatchScene scene = scene_in_rooms(30.0);
+  const MatchProblem problem = scene.problem(scene.map_from_base, prior_of(0.03, 0.03));
+  const ToldMatcher matcher(answer(scene.map_from_base, 0.3, MatchStatus::kAccepted));
+  const WeighedMatch weighed =
+      match_and_weigh(matcher, problem, scene.map.occupancy, {0.9, false}, {});
+  EXPECT_EQ(weighed.certainty, Certainty::kSure);
+  EXPECT_EQ(weighed.match.score, 0.3) << "told as the matcher gave it";
+  EXPECT_GT(weighed.fit, 0.8);
+}
+
+TEST(Doubt, ASecondLookThatFindsThePredictionIsNoJump) {
+  const MatchScene scene = scene_in_rooms(30.0);
+  const auto look_from = [&](const Eigen::Vector3d& off) {
+    const Pose2 predicted = shifted(scene.map_from_base, off);
+    const ToldMatcher matcher(answer(predicted, 0.1, MatchStatus::kRejectedLowScore));
+    return match_and_weigh(matcher, scene.problem(predicted, prior_of(0.03, 0.03)),
+                           scene.map.occupancy, {}, {});
+  };
+  EXPECT_EQ(look_from({0.05, -0.05, 0.02}).certainty, Certainty::kSecondLook);
+  EXPECT_FALSE(look_from({0.05, -0.05, 0.02}).jumped);
+  EXPECT_TRUE(look_from({0.3, -0.2, 0.0}).jumped);
+  EXPECT_TRUE(look_from({0.0, 0.0, 0.5}).jumped);
 }
 
 }  // namespace

@@ -9,7 +9,9 @@ WeighedMatch good(Certainty certainty = Certainty::kSure) {
   WeighedMatch match;
   match.match.status = MatchStatus::kAccepted;
   match.match.score = 0.8;
+  match.fit = 0.8;
   match.certainty = certainty;
+  match.jumped = certainty == Certainty::kSecondLook;
   return match;
 }
 
@@ -69,6 +71,38 @@ TEST_F(TrackingDoubtTest, APoorMatchConfirmsNothing) {
     follow(poor);
   }
   EXPECT_TRUE(doubt_.is_provisional);
+}
+
+TEST_F(TrackingDoubtTest, ASecondLookThatFindsThePredictionIsNoDoubt) {
+  WeighedMatch found = good(Certainty::kSecondLook);
+  found.jumped = false;
+  follow(found);
+  EXPECT_FALSE(doubt_.doubts);
+}
+
+TEST_F(TrackingDoubtTest, AFitThatIsMiddlingIsConfirmedByALongWay) {
+  WeighedMatch middling = good();
+  middling.fit = 0.3;
+  follow(doubtful(0.0));
+  for (int i = 0; i < 84; ++i) {  // 5.04 m, the first of which make it provisional
+    EXPECT_TRUE(doubt_.doubts) << i;
+    follow(middling);
+  }
+  EXPECT_TRUE(doubt_.is_provisional);
+  follow(middling);
+  EXPECT_FALSE(doubt_.doubts);
+}
+
+TEST_F(TrackingDoubtTest, NewGroundLeadsOutOfNoDoubt) {
+  WeighedMatch nothing = doubtful(0.0);
+  nothing.certainty = Certainty::kNewGround;
+  follow(nothing);
+  EXPECT_FALSE(doubt_.doubts) << "a corner, without a doubt before";
+  follow(doubtful(0.0));
+  for (int i = 0; i < 84; ++i) {  // 5.04 m
+    follow(nothing);
+  }
+  EXPECT_TRUE(doubt_.is_lost(stamp_, {}));
 }
 
 TEST_F(TrackingDoubtTest, AfterASecondOfContradictionsTheRobotIsLost) {

@@ -61,16 +61,28 @@ enum class Certainty {
 struct WeighedMatch {
   MatchResult match;
   Certainty certainty = Certainty::kSure;
+  /// How well the scan fits what is mapped where it was found, 0...1: the score on the map's field,
+  /// whatever the matcher scores against, over the share of the scan that lies on mapped ground.
+  /// Known in doubt, and when there was a second look.
+  double fit = 0.0;
+  bool jumped = false;  ///< a second look found it clearly away from the prediction
+};
+
+/// What is known before a match: its score is compared with the usual one.
+struct Expectation {
+  double usual_score = 0.0;  ///< of matches lately; 0: none is known
+  bool is_in_doubt = false;
 };
 
 /// Matches, weighs the answer by its contradiction, and where it is doubtful looks again with a
 /// prior that may be wrong: by exact search (Olson 2009), whatever the matcher. A first look
 /// that the wider one does not better is believed, unless too much speaks against it. An answer
-/// that stays doubtful is rejected, with a covariance that covers that: the wide prior's. A matcher
-/// that looks at its prior alone believes it: nothing is weighed. Cost: of a match; in doubt of
+/// that stays doubtful is rejected, with a covariance that covers that: the wide prior's. Odometry
+/// alone, whose score is 0, is believed. Cost: of a match; in doubt of
 /// another one over a window of some 1.5 m and 115 degrees.
 [[nodiscard]] WeighedMatch match_and_weigh(const ScanMatcher& matcher, const MatchProblem& problem,
-                                           const OccupancyGrid& occupancy, double usual_score,
+                                           const OccupancyGrid& occupancy,
+                                           const Expectation& expected,
                                            const DoubtOptions& options);
 
 /// Whether a match is one that is known to be right by itself: a good fit in one place alone, with

@@ -35,7 +35,8 @@ struct TrackingOptions {
            "more.");
     option(self.lost_way, "lost_way", between(0.0, 1000.0), "m",
            "It does, too, after this way of scans, ten or more, that match nowhere and contradict "
-           "nothing, as where something covers the view or nothing is mapped.");
+           "nothing, as where something covers the view or nothing is mapped. A provisional pose "
+           "that nothing speaks against for so long is confirmed.");
   }
 };
 
@@ -46,7 +47,7 @@ struct TrackingDoubt {
   bool doubts = false;          ///< since the last match that was confirmed
   bool is_provisional = false;  ///< else the newest match is no good
   double since = 0.0;           ///< [s] stamp of the first doubtful scan
-  double way = 0.0;             ///< [m] driven since
+  double way = 0.0;             ///< [m] driven since then, or since it is provisional
   int doubtful = 0;             ///< scans since then that matched nowhere
   int contradictions = 0;       ///< scans since then that contradicted the map
   int confirmations = 0;        ///< scans since then that agree with a provisional pose
