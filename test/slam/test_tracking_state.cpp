@@ -55,6 +55,17 @@ TEST_F(TrackingDoubtTest, ADoubtIsOverAfterTwoScansWithMotionBetween) {
   EXPECT_FALSE(doubt_.doubts);
 }
 
+/// A place in a corridor has rivals all along it.
+TEST_F(TrackingDoubtTest, APlaceWithRivalsIsConfirmed) {
+  WeighedMatch in_a_corridor = good();
+  in_a_corridor.match.rival_share = 1.0;
+  follow(doubtful(0.5));
+  for (int i = 0; i < 5; ++i) {
+    follow(in_a_corridor);
+  }
+  EXPECT_FALSE(doubt_.doubts);
+}
+
 TEST_F(TrackingDoubtTest, ARobotAtRestConfirmsNothing) {
   follow(good(Certainty::kSecondLook));
   for (int i = 0; i < 100; ++i) {

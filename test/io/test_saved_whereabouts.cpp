@@ -1,0 +1,72 @@
+// Saved maps that lie about where the robot is.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "common/error_text.hpp"
+#include "io/temporary_folder.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/saved_map.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// What is wrong with a saved map with two maps apart, in the second of which the robot is, after
+/// something is changed.
+std::string error_after(const std::function<void(Whereabouts&)>& change) {
+  const EngineOptions options;
+  const SlamMap map(options.map, options.field);
+  MapStart start{map, {}, {}, {}, 0};
+  start.whereabouts.apart.assign(2, {map, {}, {}, 5.0});
+  start.whereabouts.here = 2;
+  start.whereabouts.search.hypotheses.assign(2, {1, {}, 3, {}});
+  const PlacedScan scan{std::make_shared<const KeyScan>(MeasuredScan{}, 0, 0), {}};
+  start.whereabouts.held = {{2, scan}};
+  start.whereabouts.pending = {{0, scan}};
+  change(start.whereabouts);
+  const TemporaryFolder folder;
+  replace_file(folder / "map.slam", to_saved_map(start));
+  return error_text<FileError>([&] { (void)read_saved_map(folder / "map.slam"); });
+}
+
+TEST(SavedWhereabouts, ComeBack) {
+  EXPECT_EQ(error_after([](Whereabouts& /*sound*/) {}), "(no error)");
+}
+
+TEST(SavedWhereabouts, NameNoPartThatThereIsNot) {
+  const std::string text = "is damaged: it names part 3 of a map of 3";
+  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.here = 3; }), text));
+  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.held[0].part = 3; }), text));
+  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.pending[0].part = 3; }), text));
+  EXPECT_TRUE(
+      contains(error_after([](Whereabouts& lie) { lie.search.hypotheses[1].part = 3; }), text));
+}
+
+/// A join would destroy the part that it joins to.
+TEST(SavedWhereabouts, SeekNoPartInItself) {
+  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.search.hypotheses[1].part = 2; }),
+                       "is damaged: it looks for part 2 of the map in itself"));
+}
+
+TEST(SavedWhereabouts, CountNoMoreThanThereCanBe) {
+  for (const int count : {-1, (1 << 30) + 1}) {
+    const std::string text = "is damaged: it counts " + std::to_string(count) + " scans";
+    EXPECT_TRUE(contains(error_after([&](Whereabouts& lie) { lie.doubt.doubtful = count; }), text));
+    EXPECT_TRUE(
+        contains(error_after([&](Whereabouts& lie) { lie.doubt.contradictions = count; }), text));
+    EXPECT_TRUE(
+        contains(error_after([&](Whereabouts& lie) { lie.doubt.confirmations = count; }), text));
+    EXPECT_TRUE(contains(
+        error_after([&](Whereabouts& lie) { lie.search.hypotheses[0].confirmations = count; }),
+        text));
+  }
+  EXPECT_TRUE(
+      contains(error_after([](Whereabouts& lie) { lie.search.hypotheses.assign(1001, {}); }),
+               "has 1001 places where the robot may be; allowed: up to 1000"));
+}
+
+}  // namespace
+}  // namespace matchbox_slam

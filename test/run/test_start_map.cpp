@@ -1,0 +1,46 @@
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
+#include "run/start_map.hpp"
+#include "slam/lost_robot.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+TEST(PutOnMark, ALostRobotStaysLostAndIsFound) {
+  const SimulatedRun run = perfect_drive();
+  MapStart start = lost_in(map_of(run), run.world_from_base.front() * Pose2{0.4, -0.2, 0.1});
+  start.whereabouts.apart.front().last_inserted = {{0, {}}};
+  const Pose2 apart_from_base = start.motion.fixed_from_base;
+  put_on_mark({}, start);
+  EXPECT_EQ(start.whereabouts.here, 1U);
+  EXPECT_EQ(start.motion.fixed_from_base, apart_from_base);
+  EXPECT_TRUE(start.whereabouts.apart.front().last_inserted.empty()) << "the robot was moved";
+  SlamEngine engine({}, std::make_shared<OlsonMatcher>(), 1);
+  engine.start_from(start);
+  ScanOutcome outcome;
+  std::size_t i = 0;
+  for (; i < run.scans.size() && !outcome.joined; ++i) {
+    outcome = engine.process(scan_input(run, i));
+    EXPECT_TRUE(outcome.joined || outcome.state == TrackingState::kLost) << i;
+  }
+  ASSERT_TRUE(outcome.joined);
+  EXPECT_LT((outcome.map_from_base.translation() - run.world_from_base[i - 1].translation()).norm(),
+            0.02);
+}
+
+TEST(PutOnMark, AnImageSaysNothingOfWhereTheRobotIs) {
+  RunOptions options;
+  options.start_x = 3.0;
+  MapStart start{SlamMap({}, {}), {}, {}, {}, 0};
+  put_on_mark(options, start);
+  EXPECT_EQ(start.motion.fixed_from_base, (Pose2{3.0, 0.0, 0.0}));
+  MapStart lost = lost_in(start, {1.0, 2.0, 0.0});
+  put_on_mark(options, lost);
+  EXPECT_EQ(lost.motion.fixed_from_base, (Pose2{1.0, 2.0, 0.0})) << "in the map apart";
+}
+
+}  // namespace
+}  // namespace matchbox_slam

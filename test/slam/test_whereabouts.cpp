@@ -1,0 +1,231 @@
+// What an engine makes of doubts and losses that it is told of: a map start says all that it knows.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "matchbox_slam/matching/odometry_only_matcher.hpp"
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
+#include "matchbox_slam/slam/slam_engine.hpp"
+#include "simulation/simulation_support.hpp"
+#include "slam/lost_robot.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// A room of 2 m around a robot at rest, which believes its odometry: nothing of it confirms.
+class WhereaboutsTest : public testing::Test {
+ protected:
+  WhereaboutsTest() {
+    engine_.process(scan());
+    start_ = engine_.snapshot();
+  }
+
+  /// One that is longer than the room is contradicts it.
+  ScanInput scan(float range = 2.0F) {
+    ScanInput input;
+    input.scan = {stamp_ += 0.1, -3.0, 0.01, 0.0, 0.1, 10.0, std::vector<float>(600, range)};
+    input.odometry = ScanOdometry{};
+    return input;
+  }
+
+  /// A scan of the map, to wait in a part of it.
+  WaitingScan waiting(std::size_t part) { return {part, start_.key_scans.all().front()}; }
+
+  MapPart part(double begin) {
+    return {SlamMap(engine_.options().map, engine_.options().field), {}, {}, begin};
+  }
+
+  /// Goes on from what is told for some scans.
+  ScanOutcome go_on(int scans = 1, float range = 2.0F) {
+    engine_.start_from(start_);
+    ScanOutcome outcome;
+    for (int i = 0; i < scans; ++i) {
+      outcome = engine_.process(scan(range));
+    }
+    return outcome;
+  }
+
+  [[nodiscard]] Whereabouts now() const { return engine_.snapshot().whereabouts; }
+
+  double stamp_ = 100.0;
+  SlamEngine engine_{{}, std::make_shared<OdometryOnlyMatcher>(), 1};
+  MapStart start_{SlamMap({}, {}), {}, {}, {}, 0};
+};
+
+TEST_F(WhereaboutsTest, WhatWaitsIsInsertedTwoWithEachScan) {
+  start_.whereabouts.pending.assign(3, waiting(0));
+  EXPECT_EQ(go_on().state, TrackingState::kRecovered);
+  EXPECT_EQ(engine_.key_scans().size(), 3U);
+  EXPECT_EQ(engine_.process(scan()).state, TrackingState::kTracking);
+  EXPECT_EQ(engine_.key_scans().size(), 4U);
+}
+
+TEST_F(WhereaboutsTest, NothingIsInsertedInDoubt) {
+  start_.whereabouts.doubt.doubts = true;
+  start_.whereabouts.pending.assign(3, waiting(0));
+  EXPECT_EQ(go_on(5, 3.0F).state, TrackingState::kDoubt);
+  EXPECT_EQ(engine_.key_scans().size(), 1U);
+  EXPECT_EQ(now().pending.size(), 3U);
+}
+
+TEST_F(WhereaboutsTest, WhatWaitsForAMapThatIsNotToChangeGoesOnWaiting) {
+  EngineOptions options;
+  options.slam.update_map = false;
+  engine_.set_options(options);
+  start_.whereabouts.pending.assign(3, waiting(0));
+  EXPECT_EQ(go_on(5).state, TrackingState::kTracking);
+  EXPECT_EQ(engine_.key_scans().size(), 1U);
+  EXPECT_EQ(now().pending.size(), 3U);
+}
+
+TEST_F(WhereaboutsTest, WhatWaitsForAnotherPartGoesOnWaiting) {
+  start_.whereabouts.apart.push_back(part(0.0));
+  start_.whereabouts.pending = {waiting(1), waiting(0)};
+  EXPECT_EQ(go_on(5).state, TrackingState::kTracking);
+  EXPECT_EQ(engine_.key_scans().size(), 2U);
+  ASSERT_EQ(now().pending.size(), 1U);
+  EXPECT_EQ(now().pending.front().part, 1U);
+  EXPECT_TRUE(now().apart.front().key_scans.empty());
+}
+
+TEST_F(WhereaboutsTest, NothingIsHeldBeforeAPlaceIsProvisional) {
+  start_.last_inserted.clear();  // so that each scan would go in
+  start_.whereabouts.doubt.doubts = true;
+  EXPECT_EQ(go_on(1, 3.0F).state, TrackingState::kDoubt);
+  EXPECT_TRUE(now().held.empty());
+  start_.whereabouts.doubt.is_provisional = true;
+  EXPECT_EQ(go_on().state, TrackingState::kProvisional);
+  EXPECT_EQ(now().held.size(), 1U);
+}
+
+TEST_F(WhereaboutsTest, ADoubtEndsWhereNoneIsAllowed) {
+  start_.whereabouts.doubt.doubts = true;
+  start_.whereabouts.doubt.is_provisional = true;
+  start_.whereabouts.held = {waiting(0)};
+  EXPECT_EQ(go_on().state, TrackingState::kProvisional);
+  EngineOptions options;
+  options.doubt.enabled = false;
+  engine_.set_options(options);
+  EXPECT_EQ(engine_.state(), TrackingState::kTracking);
+  EXPECT_TRUE(now().held.empty());
+  EXPECT_EQ(engine_.process(scan()).state, TrackingState::kTracking);
+}
+
+TEST_F(WhereaboutsTest, APartThatIsBegunAnewForgetsWhatWaitedForIt) {
+  start_.whereabouts.apart = {part(7.0)};
+  start_.whereabouts.here = 1;
+  start_.whereabouts.doubt.doubts = true;
+  start_.whereabouts.doubt.contradictions = 100;
+  start_.whereabouts.pending = {waiting(0), waiting(1)};
+  EXPECT_EQ(go_on().state, TrackingState::kLost);
+  ASSERT_EQ(now().apart.size(), 1U) << "it held nothing that is worth keeping";
+  EXPECT_EQ(now().apart.front().begin, 7.0) << "poses since then are of it";
+  ASSERT_EQ(now().pending.size(), 1U);
+  EXPECT_EQ(now().pending.front().part, 0U);
+}
+
+TEST_F(WhereaboutsTest, APoseThatIsToldLeavesPartsBehind) {
+  start_.whereabouts.apart = {part(7.0)};
+  start_.whereabouts.here = 1;
+  start_.whereabouts.pending = {waiting(1)};
+  EXPECT_EQ(go_on().state, TrackingState::kLost);
+  engine_.set_pose({}, 0.01 * Eigen::Matrix3d::Identity());
+  EXPECT_EQ(engine_.state(), TrackingState::kTracking);
+  EXPECT_EQ(engine_.parts_apart(), 1U);
+  EXPECT_TRUE(now().pending.empty());
+  EXPECT_GT(now().apart.front().begin, stamp_) << "poses since then are not of it";
+}
+
+TEST_F(WhereaboutsTest, BegunAnewNothingIsInDoubtNorSearched) {
+  start_.whereabouts.apart = {part(7.0)};
+  start_.whereabouts.here = 1;
+  start_.whereabouts.doubt.doubts = true;
+  start_.whereabouts.held = {waiting(1)};
+  start_.whereabouts.search.hypotheses = {{}};
+  start_.begin_anew({}, Eigen::Matrix3d::Identity());
+  EXPECT_EQ(start_.whereabouts.here, 0U);
+  EXPECT_FALSE(start_.whereabouts.doubt.doubts);
+  EXPECT_TRUE(start_.whereabouts.held.empty());
+  EXPECT_TRUE(start_.whereabouts.search.hypotheses.empty());
+  EXPECT_EQ(start_.whereabouts.apart.size(), 1U) << "what was mapped stays";
+}
+
+// --- with something to see ---
+
+/// Where a lost robot is found on a drive, with what became of the scan that finds it.
+struct Found {
+  std::size_t scan = 0;
+  ScanOutcome outcome;
+};
+
+Found find(const SimulatedRun& run, const MapStart& start) {
+  SlamEngine engine({}, std::make_shared<OlsonMatcher>(), 1);
+  engine.start_from(start);
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    const ScanOutcome outcome = engine.process(scan_input(run, i));
+    if (outcome.joined) {
+      return {i, outcome};
+    }
+  }
+  ADD_FAILURE() << "not found";
+  return {};
+}
+
+double distance(const Pose2& a, const Pose2& b) {
+  return (a.translation() - b.translation()).norm();
+}
+
+/// An image of a map has no key scans, and this map is small: odometry says where to look.
+TEST(LostRobot, IsFoundWhereThereAreNoKeyScans) {
+  const SimulatedRun run = perfect_drive();
+  MapStart image = map_of(run);
+  image.key_scans = {};
+  const Found found = find(run, lost_in(image, run.world_from_base.front() * Pose2{0.3, 0.2, 0.1}));
+  EXPECT_LT(distance(found.outcome.map_from_base, run.world_from_base[found.scan]), 0.02);
+  EXPECT_EQ(found.outcome.joined->begin, 0.0);
+  EXPECT_GE(found.outcome.covariance(0, 0), 0.01);
+}
+
+/// As a saved map may say that was damaged, or whose key scans are fewer now.
+TEST(LostRobot, IsSearchedFromTheBeginningAgainAfterTheLastPlace) {
+  const SimulatedRun run = perfect_drive();
+  MapStart start = lost_in(map_of(run), run.world_from_base.front());
+  start.whereabouts.search.next = 1'000'000;
+  SlamEngine engine({}, std::make_shared<OlsonMatcher>(), 1);
+  engine.start_from(start);
+  engine.process(scan_input(run, 0));  // begins the map apart
+  engine.process(scan_input(run, 1));
+  EXPECT_EQ(engine.snapshot().whereabouts.search.next, 0U);
+  EXPECT_TRUE(engine.snapshot().whereabouts.search.complete);
+}
+
+/// Wheels that jumped: what was held before a second look put them right lies where the robot was
+/// not.
+TEST(LostRobot, WhatWasHeldBeforeASecondLookIsDropped) {
+  const SimulatedRun run = perfect_drive();
+  MapStart start = map_of(run);
+  start.begin_anew(run.world_from_base.front(), 0.001 * Eigen::Matrix3d::Identity());
+  start.whereabouts.doubt.doubts = true;
+  start.whereabouts.doubt.is_provisional = true;
+  start.whereabouts.doubt.map_from_base = run.world_from_base.front();
+  start.whereabouts.held = {{0, start.key_scans.all()[3]}};
+  SlamEngine engine({}, std::make_shared<OlsonMatcher>(), 1);
+  engine.start_from(start);
+  EXPECT_EQ(engine.process(scan_input(run, 0)).certainty, Certainty::kSure);
+  EXPECT_EQ(engine.snapshot().whereabouts.held.front().scan.scan, start.key_scans.all()[3].scan);
+  ScanInput jumped = scan_input(run, 1);
+  for (Pose2* pose :
+       {&jumped.odometry->odom_from_base, &jumped.odometry->odom_from_base_last_beam}) {
+    *pose = *pose * Pose2{0.0, 0.0, 0.7};
+  }
+  EXPECT_EQ(engine.process(jumped).certainty, Certainty::kSecondLook);
+  for (const WaitingScan& held : engine.snapshot().whereabouts.held) {
+    EXPECT_EQ(held.scan.scan->measured()->scan.stamp, jumped.scan.stamp);
+  }
+}
+
+}  // namespace
+}  // namespace matchbox_slam
