@@ -9,3 +9,8 @@ find_dependency(ZLIB)
 if(NOT TARGET matchbox_slam::slam)
   include("${matchbox_slam_DIR}/matchbox_slamTargets.cmake")
 endif()
+# Only a static library leaves Ceres to be linked.
+get_target_property(matchbox_slam_graph_type matchbox_slam::graph TYPE)
+if(matchbox_slam_graph_type STREQUAL "STATIC_LIBRARY")
+  find_dependency(Ceres)
+endif()

@@ -25,7 +25,8 @@ struct Room {
   bool knows_ros = false;           ///< then it may include any library
 };
 
-const std::set<std::string> kCore = {"geometry", "common", "sensor", "map", "matching", "slam"};
+const std::set<std::string> kCore = {"geometry", "common", "sensor", "map",
+                                     "matching", "graph",  "slam"};
 
 std::set<std::string> operator+(std::set<std::string> a, const std::set<std::string>& b) {
   a.insert(b.begin(), b.end());
@@ -41,7 +42,8 @@ const std::map<std::string, Room>& rooms() {
       {"sensor", {{"geometry", "common"}, {"Eigen"}}},
       {"map", {{"geometry", "common", "sensor"}, {"Eigen"}}},
       {"matching", {{"geometry", "common", "sensor", "map"}, {"Eigen"}}},
-      {"slam", {{"geometry", "common", "sensor", "map", "matching"}, {"Eigen"}}},
+      {"graph", {{"geometry", "common"}, {"Eigen", "ceres"}}},
+      {"slam", {{"geometry", "common", "sensor", "map", "matching", "graph"}, {"Eigen"}}},
       {"simulation", {{"geometry", "common", "sensor"}, {"Eigen"}}},
       {"evaluation", {kCore, {"Eigen", "opencv2"}}},
       {"io", {kCore + std::set<std::string>{"evaluation"}, {"Eigen", "yaml-cpp", "sys"}}},

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "matchbox_slam/geometry/pose2.hpp"
+
+namespace matchbox_slam {
+
+enum class EdgeKind {
+  kMotion,  ///< from one key scan to the next; always believed
+  kLoop,    ///< a place seen again; may be wrong
+};
+
+/// What is thought of a loop.
+enum class Belief { kUndecided, kBelieved, kDisbelieved };
+
+/// Where one key scan was taken as seen from another one.
+struct PoseEdge {
+  std::size_t from = 0;
+  std::size_t to = 0;
+  Pose2 from_to;               ///< measured pose of `to` in the frame of `from`
+  Eigen::Matrix3d covariance;  ///< of `from_to` over (x, y, theta) of the frame of `from`
+  EdgeKind kind = EdgeKind::kMotion;
+  Belief belief = Belief::kUndecided;  ///< of loops only
+};
+
+/// Where all key scans were taken, and what says so. The first pose is where the map begins and
+/// does not move. Edges of motion join all nodes; where nothing is known of a motion, as between
+/// two drives, its covariance is wide.
+struct PoseGraph {
+  std::vector<Pose2> poses;  ///< `map_from_base` by number of key scan
+  std::vector<PoseEdge> edges;
+};
+
+/// Whether the edge has a say in where the poses are.
+[[nodiscard]] inline bool is_used(const PoseEdge& edge) {
+  return edge.kind == EdgeKind::kMotion || edge.belief == Belief::kBelieved;
+}
+
+/// Throws std::invalid_argument, naming the node or the edge, for a graph without poses, poses and
+/// measurements that are not finite, covariances that are not symmetric and positive definite,
+/// edges to nodes that there are not or from a node to itself, and for nodes that no edges of
+/// motion join to the first one.
+void require_sound(const PoseGraph& graph);
+
+}  // namespace matchbox_slam

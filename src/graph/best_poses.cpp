@@ -1,0 +1,83 @@
+#include "graph/best_poses.hpp"
+
+#include <ceres/ceres.h>
+
+#include <array>
+#include <memory>
+
+#include "graph/edge_error.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+using Parameters = std::array<double, 3>;
+
+class EdgeCost : public ceres::SizedCostFunction<3, 3, 3> {
+ public:
+  explicit EdgeCost(const PoseEdge& edge) : edge_(edge), root_(information_root(edge)) {}
+
+  bool Evaluate(const double* const* parameters, double* residuals,
+                double** jacobians) const override {
+    using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    const double* from = parameters[0];
+    const double* to = parameters[1];
+    const EdgeError error = edge_error(edge_, {from[0], from[1], from[2]}, {to[0], to[1], to[2]});
+    Eigen::Map<Eigen::Vector3d>{residuals} = root_ * error.error;
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      Eigen::Map<Rows>{jacobians[0]} = root_ * error.by_from;
+    }
+    if (jacobians != nullptr && jacobians[1] != nullptr) {
+      Eigen::Map<Rows>{jacobians[1]} = root_ * error.by_to;
+    }
+    return true;
+  }
+
+ private:
+  const PoseEdge& edge_;
+  Eigen::Matrix3d root_;
+};
+
+ceres::Solver::Options solver_options(int max_iterations) {
+  ceres::Solver::Options options;
+  options.max_num_iterations = max_iterations;
+  options.max_solver_time_in_seconds = 1e9;  // never by the clock: the same bits each time
+  options.num_threads = 1;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  // As fast here as SuiteSparse, whose sums depend on how many threads its BLAS has.
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
+  options.initial_trust_region_radius = 1e8;  // from poses that are nearly right already
+  options.function_tolerance = 1e-7;
+  options.gradient_tolerance = 1e-6;
+  options.logging_type = ceres::SILENT;
+  return options;
+}
+
+}  // namespace
+
+BestPoses move_to_best_poses(PoseGraph& graph, int max_iterations) {
+  std::vector<Parameters> poses;
+  poses.reserve(graph.poses.size());
+  for (const Pose2& pose : graph.poses) {
+    poses.push_back({pose.x, pose.y, pose.theta});
+  }
+  ceres::Problem problem;
+  for (const PoseEdge& edge : graph.edges) {
+    if (is_used(edge)) {
+      problem.AddResidualBlock(std::make_unique<EdgeCost>(edge).release(), nullptr,
+                               poses[edge.from].data(), poses[edge.to].data());
+    }
+  }
+  if (problem.NumResiduals() == 0) {
+    return {0, true};
+  }
+  problem.SetParameterBlockConstant(poses.front().data());
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver_options(max_iterations), &problem, &summary);
+  for (std::size_t node = 1; node < poses.size(); ++node) {
+    graph.poses[node] = {poses[node][0], poses[node][1], wrap_angle(poses[node][2])};
+  }
+  return {static_cast<int>(summary.iterations.size()) - 1,
+          summary.termination_type == ceres::CONVERGENCE};
+}
+
+}  // namespace matchbox_slam

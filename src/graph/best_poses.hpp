@@ -1,0 +1,16 @@
+#pragma once
+
+#include "matchbox_slam/graph/pose_graph.hpp"
+
+namespace matchbox_slam {
+
+struct BestPoses {
+  int iterations = 0;
+  bool converged = false;
+};
+
+/// Moves all poses but the first to where the edges in use fit best, from where they are: least
+/// squares by Ceres, the only file that knows it.
+BestPoses move_to_best_poses(PoseGraph& graph, int max_iterations);
+
+}  // namespace matchbox_slam

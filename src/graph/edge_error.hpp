@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "matchbox_slam/graph/pose_graph.hpp"
+
+namespace matchbox_slam {
+
+/// By how much poses differ from what an edge says: (x, y, theta) in the frame of `from`.
+struct EdgeError {
+  Eigen::Vector3d error;
+  Eigen::Matrix3d by_from;  ///< derivatives by (x, y, theta) of the pose of `from`
+  Eigen::Matrix3d by_to;
+};
+
+[[nodiscard]] EdgeError edge_error(const PoseEdge& edge, const Pose2& map_from_from,
+                                   const Pose2& map_from_to);
+
+/// At the poses of the graph.
+[[nodiscard]] EdgeError edge_error(const PoseGraph& graph, const PoseEdge& edge);
+
+/// A root W of the edge's information: Wᵀ W is the inverse of its covariance.
+[[nodiscard]] Eigen::Matrix3d information_root(const PoseEdge& edge);
+
+}  // namespace matchbox_slam

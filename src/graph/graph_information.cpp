@@ -1,0 +1,135 @@
+#include "graph/graph_information.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace matchbox_slam {
+namespace {
+
+using Index = Eigen::Index;
+using Sparse = Eigen::SparseMatrix<double>;
+
+/// The entries of the inverse of L D Lᵀ where L has entries, below its diagonal, and the diagonal;
+/// L's own is 1 and not stored (Takahashi, Fagan and Chen 1973).
+struct SparseInverse {
+  Sparse below;
+  Eigen::VectorXd diagonal;
+
+  SparseInverse(const Sparse& lower, const Eigen::VectorXd& d)
+      : below(lower), diagonal(d.cwiseInverse()) {
+    const auto* starts = below.outerIndexPtr();
+    const auto* rows = below.innerIndexPtr();
+    double* values = below.valuePtr();
+    const double* l = lower.valuePtr();
+    Eigen::VectorXi place = Eigen::VectorXi::Constant(lower.rows(), -1);  // of a row in column j
+    for (Index j = lower.cols() - 1; j >= 0; --j) {
+      for (auto a = starts[j]; a < starts[j + 1]; ++a) {
+        values[a] = 0.0;
+        place[rows[a]] = a;
+      }
+      for (auto a = starts[j]; a < starts[j + 1]; ++a) {
+        const Index k = rows[a];
+        values[a] -= l[a] * diagonal[k];
+        for (auto b = starts[k]; b < starts[k + 1]; ++b) {
+          const auto other = place[rows[b]];
+          if (other >= 0) {
+            values[other] -= l[a] * values[b];
+            values[a] -= l[other] * values[b];
+          }
+        }
+      }
+      for (auto a = starts[j]; a < starts[j + 1]; ++a) {
+        diagonal[j] -= l[a] * values[a];
+        place[rows[a]] = -1;
+      }
+    }
+  }
+
+  [[nodiscard]] double at(Index row, Index column) const {
+    return row == column ? diagonal[row]
+                         : below.coeff(std::max(row, column), std::min(row, column));
+  }
+};
+
+}  // namespace
+
+GraphInformation::GraphInformation(const PoseGraph& graph, std::size_t fixed, bool motion_only)
+    : fixed_(fixed), nodes_(graph.poses.size()) {
+  const Index size = 3 * static_cast<Index>(nodes_ - 1);
+  gradient_.setZero(size);
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(27 * graph.edges.size());
+  const auto add = [&](Index row, Index column, const Eigen::Matrix3d& block) {
+    for (Index i = 0; i < 3; ++i) {
+      for (Index j = 0; j < 3; ++j) {
+        if (row + i >= column + j) {
+          entries.emplace_back(static_cast<int>(row + i), static_cast<int>(column + j),
+                               block(i, j));
+        }
+      }
+    }
+  };
+  for (const PoseEdge& edge : graph.edges) {
+    if (!is_used(edge) || (motion_only && edge.kind == EdgeKind::kLoop)) {
+      continue;
+    }
+    const Eigen::Matrix3d root = information_root(edge);
+    const EdgeError error = edge_error(graph, edge);
+    const Eigen::Vector3d weighed = root * error.error;
+    const Eigen::Matrix3d by_from = root * error.by_from;
+    const Eigen::Matrix3d by_to = root * error.by_to;
+    const Index from = first_of(edge.from);
+    const Index to = first_of(edge.to);
+    if (edge.from != fixed_) {
+      add(from, from, by_from.transpose() * by_from);
+      gradient_.segment<3>(from) -= by_from.transpose() * weighed;
+    }
+    if (edge.to != fixed_) {
+      add(to, to, by_to.transpose() * by_to);
+      gradient_.segment<3>(to) -= by_to.transpose() * weighed;
+    }
+    if (edge.from != fixed_ && edge.to != fixed_) {
+      if (from > to) {
+        add(from, to, by_from.transpose() * by_to);
+      } else {
+        add(to, from, by_to.transpose() * by_from);
+      }
+    }
+  }
+  Sparse information(size, size);
+  information.setFromTriplets(entries.begin(), entries.end());
+  factor_.compute(information);
+  if (factor_.info() != Eigen::Success) {
+    throw std::invalid_argument(
+        "pose graph: its covariances differ too much to be computed with; give the smallest more, "
+        "or the largest less");
+  }
+}
+
+GraphInformation::Change GraphInformation::covariance_with(const PoseEdge& edge,
+                                                           const EdgeError& error) const {
+  Change right = Change::Zero(gradient_.size(), 3);
+  if (edge.from != fixed_) {
+    right.middleRows<3>(first_of(edge.from)) += error.by_from.transpose();
+  }
+  if (edge.to != fixed_) {
+    right.middleRows<3>(first_of(edge.to)) += error.by_to.transpose();
+  }
+  return factor_.solve(right);
+}
+
+std::vector<Eigen::Matrix3d> GraphInformation::marginal_covariances() const {
+  const SparseInverse inverse(factor_.matrixL().nestedExpression(), factor_.vectorD());
+  const auto& order = factor_.permutationP().indices();
+  std::vector<Eigen::Matrix3d> covariances(nodes_, Eigen::Matrix3d::Zero());
+  for (std::size_t node = 0; node < nodes_; ++node) {
+    for (Index i = 0; i < 3 && node != fixed_; ++i) {
+      for (Index j = 0; j < 3; ++j) {
+        covariances[node](i, j) = inverse.at(order[first_of(node) + i], order[first_of(node) + j]);
+      }
+    }
+  }
+  return covariances;
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCholesky>
+#include <cstddef>
+#include <vector>
+
+#include "graph/edge_error.hpp"
+#include "matchbox_slam/graph/pose_graph.hpp"
+
+namespace matchbox_slam {
+
+/// The inverse of the covariance of all poses, linearised where they are, with one node held fixed.
+class GraphInformation {
+ public:
+  /// Of edges of motion and, unless `motion_only`, believed loops.
+  GraphInformation(const PoseGraph& graph, std::size_t fixed, bool motion_only = false);
+
+  /// How the error of an edge changes where the poses are changed so: `edge_error` times this.
+  using Change = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
+  /// Covariance of all poses with the error of an edge at these poses.
+  [[nodiscard]] Change covariance_with(const PoseEdge& edge, const EdgeError& error) const;
+
+  /// What a change of all poses does to an edge's error.
+  template <typename Derived>
+  [[nodiscard]] auto error_of(const PoseEdge& edge, const EdgeError& error,
+                              const Eigen::MatrixBase<Derived>& change) const {
+    Eigen::Matrix<double, 3, Derived::ColsAtCompileTime> sum;
+    sum.setZero(3, change.cols());
+    if (edge.from != fixed_) {
+      sum += error.by_from * change.template middleRows<3>(first_of(edge.from));
+    }
+    if (edge.to != fixed_) {
+      sum += error.by_to * change.template middleRows<3>(first_of(edge.to));
+    }
+    return sum;
+  }
+
+  /// The change of all poses that makes the errors least, to first order.
+  [[nodiscard]] Eigen::VectorXd best_change() const { return factor_.solve(gradient_); }
+
+  /// The covariance of each pose; zero for the fixed one.
+  [[nodiscard]] std::vector<Eigen::Matrix3d> marginal_covariances() const;
+
+ private:
+  [[nodiscard]] Eigen::Index first_of(std::size_t node) const {
+    return 3 * static_cast<Eigen::Index>(node - (node > fixed_ ? 1 : 0));
+  }
+
+  std::size_t fixed_;
+  std::size_t nodes_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor_;
+  Eigen::VectorXd gradient_;  ///< of half the chi-square, downhill
+};
+
+}  // namespace matchbox_slam

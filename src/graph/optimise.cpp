@@ -1,0 +1,136 @@
+#include "matchbox_slam/graph/optimise.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+#include "graph/best_poses.hpp"
+#include "graph/compatible_loops.hpp"
+#include "graph/edge_error.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+std::vector<std::size_t> loops_of(const PoseGraph& graph, bool believed_too) {
+  std::vector<std::size_t> loops;
+  for (std::size_t i = 0; i < graph.edges.size(); ++i) {
+    if (graph.edges[i].kind == EdgeKind::kLoop && (believed_too || !is_used(graph.edges[i]))) {
+      loops.push_back(i);
+    }
+  }
+  return loops;
+}
+
+std::size_t number_of_believed(const PoseGraph& graph) {
+  return loops_of(graph, true).size() - loops_of(graph, false).size();
+}
+
+class Optimiser {
+ public:
+  Optimiser(PoseGraph graph, const GraphOptions& options) : options_(options) {
+    result_.graph = std::move(graph);
+  }
+
+  OptimisedGraph run() {
+    PoseGraph& graph = result_.graph;
+    const auto is_new = [](const PoseEdge& edge) {
+      return edge.kind == EdgeKind::kLoop && edge.belief == Belief::kUndecided;
+    };
+    std::vector<PoseEdge*> asked;
+    for (PoseEdge& edge : graph.edges) {
+      if (is_new(edge)) {
+        asked.push_back(&edge);
+      }
+    }
+    move(graph);
+    believe_compatible(graph);
+    if (std::any_of(asked.begin(), asked.end(),
+                    [](const PoseEdge* edge) { return !is_used(*edge); })) {
+      reconsider();
+    }
+    for (PoseEdge& edge : graph.edges) {
+      if (edge.kind == EdgeKind::kLoop && !is_used(edge)) {
+        edge.belief = Belief::kDisbelieved;
+      }
+      const Eigen::Vector3d weighed = information_root(edge) * edge_error(graph, edge).error;
+      result_.chi_square.push_back(weighed.squaredNorm());
+    }
+    return std::move(result_);
+  }
+
+ private:
+  void move(PoseGraph& graph) {
+    const BestPoses best = move_to_best_poses(graph, options_.max_iterations);
+    result_.iterations += best.iterations;
+    result_.converged = best.converged;
+  }
+
+  /// Few at first: where the poses are far off, what the loops are expected to say is so, too.
+  void believe_compatible(PoseGraph& graph) {
+    for (std::size_t most = 1;; most *= 2) {
+      const std::vector<std::size_t> loops = loops_of(graph, false);
+      if (loops.empty()) {
+        return;
+      }
+      const auto compatible =
+          compatible_loops(expect_errors(graph, loops), options_.most_chi_square, most);
+      if (compatible.empty()) {
+        return;
+      }
+      for (const std::size_t i : compatible) {
+        graph.edges[loops[i]].belief = Belief::kBelieved;
+      }
+      move(graph);
+    }
+  }
+
+  /// Whether more loops can be believed when one that is not is believed first.
+  void reconsider() {
+    constexpr std::size_t kMostTried = 8;
+    const LoopErrors errors = expect_errors(result_.graph, loops_of(result_.graph, true), true);
+    std::vector<std::size_t> best(number_of_believed(result_.graph));
+    std::size_t tried = 0;
+    bool found = false;
+    for (std::size_t i = 0; i < errors.loops.size() && tried < kMostTried; ++i) {
+      if (is_used(result_.graph.edges[errors.loops[i]])) {
+        continue;
+      }
+      const auto set = compatible_loops(errors, options_.most_chi_square, errors.loops.size(), i);
+      if (std::find(set.begin(), set.end(), i) == set.end()) {
+        continue;  // odometry alone says no
+      }
+      ++tried;
+      if (set.size() > best.size()) {
+        best = set;
+        found = true;
+      }
+    }
+    if (!found) {
+      return;
+    }
+    PoseGraph other = result_.graph;
+    for (const std::size_t loop : errors.loops) {
+      other.edges[loop].belief = Belief::kDisbelieved;
+    }
+    for (const std::size_t i : best) {
+      other.edges[errors.loops[i]].belief = Belief::kBelieved;
+    }
+    move(other);
+    believe_compatible(other);
+    if (number_of_believed(other) > number_of_believed(result_.graph)) {
+      result_.graph = std::move(other);
+    }
+  }
+
+  GraphOptions options_;
+  OptimisedGraph result_;
+};
+
+}  // namespace
+
+OptimisedGraph optimise(PoseGraph graph, const GraphOptions& options) {
+  require_sound(graph);
+  return Optimiser(std::move(graph), options).run();
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,72 @@
+#include "matchbox_slam/graph/pose_graph.hpp"
+
+#include <Eigen/Cholesky>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+namespace matchbox_slam {
+namespace {
+
+std::string name_of(const PoseEdge& edge) {
+  return std::string(edge.kind == EdgeKind::kLoop ? "the loop" : "the edge") + " from node " +
+         std::to_string(edge.from) + " to node " + std::to_string(edge.to);
+}
+
+[[noreturn]] void fail(const std::string& text) {
+  throw std::invalid_argument("pose graph: " + text);
+}
+
+void require_sound(const PoseEdge& edge, std::size_t nodes) {
+  if (edge.from >= nodes || edge.to >= nodes) {
+    fail(name_of(edge) + " ends at a node that there is not; there are " + std::to_string(nodes));
+  }
+  if (edge.from == edge.to) {
+    fail(name_of(edge) + " joins it to itself");
+  }
+  if (!edge.from_to.is_finite()) {
+    fail(name_of(edge) + " measured a pose that is not finite");
+  }
+  const Eigen::Matrix3d& covariance = edge.covariance;
+  if (!covariance.allFinite() || !covariance.isApprox(covariance.transpose(), 1e-9) ||
+      covariance.llt().info() != Eigen::Success) {
+    fail(name_of(edge) + " has a covariance that is not finite, symmetric and positive definite");
+  }
+}
+
+/// The node that stands for all that are joined to this one.
+std::size_t root_of(std::vector<std::size_t>& parents, std::size_t node) {
+  while (parents[node] != node) {
+    parents[node] = parents[parents[node]];
+    node = parents[node];
+  }
+  return node;
+}
+
+}  // namespace
+
+void require_sound(const PoseGraph& graph) {
+  if (graph.poses.empty()) {
+    fail("it has no nodes");
+  }
+  for (std::size_t node = 0; node < graph.poses.size(); ++node) {
+    if (!graph.poses[node].is_finite()) {
+      fail("the pose of node " + std::to_string(node) + " is not finite");
+    }
+  }
+  std::vector<std::size_t> parents(graph.poses.size());
+  std::iota(parents.begin(), parents.end(), std::size_t{0});
+  for (const PoseEdge& edge : graph.edges) {
+    require_sound(edge, graph.poses.size());
+    if (edge.kind == EdgeKind::kMotion) {
+      parents[root_of(parents, edge.from)] = root_of(parents, edge.to);
+    }
+  }
+  for (std::size_t node = 1; node < parents.size(); ++node) {
+    if (root_of(parents, node) != root_of(parents, 0)) {
+      fail("no edges of motion join node " + std::to_string(node) + " to the first one");
+    }
+  }
+}
+
+}  // namespace matchbox_slam
