@@ -37,7 +37,7 @@ class EdgeCost : public ceres::SizedCostFunction<3, 3, 3> {
   Eigen::Matrix3d root_;
 };
 
-ceres::Solver::Options solver_options(int max_iterations) {
+ceres::Solver::Options solver_options(int max_iterations, double tolerance) {
   ceres::Solver::Options options;
   options.max_num_iterations = max_iterations;
   options.max_solver_time_in_seconds = 1e9;  // never by the clock: the same bits each time
@@ -46,7 +46,7 @@ ceres::Solver::Options solver_options(int max_iterations) {
   // As fast here as SuiteSparse, whose sums depend on how many threads its BLAS has.
   options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   options.initial_trust_region_radius = 1e8;  // from poses that are nearly right already
-  options.function_tolerance = 1e-7;
+  options.function_tolerance = tolerance;
   options.gradient_tolerance = 1e-6;
   options.logging_type = ceres::SILENT;
   return options;
@@ -54,7 +54,7 @@ ceres::Solver::Options solver_options(int max_iterations) {
 
 }  // namespace
 
-BestPoses move_to_best_poses(PoseGraph& graph, int max_iterations) {
+BestPoses move_to_best_poses(PoseGraph& graph, int max_iterations, double tolerance) {
   std::vector<Parameters> poses;
   poses.reserve(graph.poses.size());
   for (const Pose2& pose : graph.poses) {
@@ -72,7 +72,7 @@ BestPoses move_to_best_poses(PoseGraph& graph, int max_iterations) {
   }
   problem.SetParameterBlockConstant(poses.front().data());
   ceres::Solver::Summary summary;
-  ceres::Solve(solver_options(max_iterations), &problem, &summary);
+  ceres::Solve(solver_options(max_iterations, tolerance), &problem, &summary);
   for (std::size_t node = 1; node < poses.size(); ++node) {
     graph.poses[node] = {poses[node][0], poses[node][1], wrap_angle(poses[node][2])};
   }

@@ -11,6 +11,7 @@ struct BestPoses {
 
 /// Moves all poses but the first to where the edges in use fit best, from where they are: least
 /// squares by Ceres, the only file that knows it.
-BestPoses move_to_best_poses(PoseGraph& graph, int max_iterations);
+/// @param tolerance  it stops when an iteration lessens the chi-square by less than this share.
+BestPoses move_to_best_poses(PoseGraph& graph, int max_iterations, double tolerance);
 
 }  // namespace matchbox_slam

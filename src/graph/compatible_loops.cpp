@@ -13,9 +13,12 @@ namespace matchbox_slam {
 using Index = Eigen::Index;
 
 LoopErrors expect_errors(const PoseGraph& graph, std::vector<std::size_t> loops, bool motion_only) {
+  LoopErrors result{std::move(loops), {}, {}};
+  if (result.loops.empty()) {
+    return result;
+  }
   const GraphInformation information(graph, 0, motion_only);
   const Eigen::VectorXd change = information.best_change();
-  LoopErrors result{std::move(loops), {}, {}};
   const auto size = 3 * static_cast<Index>(result.loops.size());
   result.error.resize(size);
   result.covariance.resize(size, size);
@@ -58,7 +61,7 @@ std::vector<std::size_t> compatible_loops(LoopErrors errors, double most_chi_squ
     const auto at = 3 * static_cast<Index>(loop);
     const Eigen::Vector3d error = errors.error.segment<3>(at);
     const Eigen::Matrix3d inverse = block(loop).inverse();
-    if (error.dot(inverse * error) > most_chi_square) {
+    if (chi_square(error, block(loop)) > most_chi_square) {
       continue;
     }
     taken.push_back(loop);
@@ -68,6 +71,34 @@ std::vector<std::size_t> compatible_loops(LoopErrors errors, double most_chi_squ
     errors.covariance.noalias() -= with * inverse * with.transpose();
   }
   return taken;
+}
+
+std::optional<std::size_t> worst_loop(const PoseGraph& graph, double most_chi_square) {
+  std::vector<std::size_t> loops;
+  for (std::size_t i = 0; i < graph.edges.size(); ++i) {
+    const PoseEdge& edge = graph.edges[i];
+    // A loop that hardly gave way has no other that contradicts it, and rounding would decide.
+    constexpr double kHardly = 1e-6;
+    if (edge.kind == EdgeKind::kLoop && is_used(edge) &&
+        chi_square(edge_error(graph, edge).error, edge.covariance) > kHardly * most_chi_square) {
+      loops.push_back(i);
+    }
+  }
+  if (loops.empty()) {
+    return std::nullopt;
+  }
+  const auto covariances = GraphInformation(graph, 0).error_covariances(graph, loops);
+  std::optional<std::size_t> worst;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    const PoseEdge& edge = graph.edges[loops[i]];
+    const double without =
+        chi_square(edge_error(graph, edge).error, edge.covariance - covariances[i]);
+    if (without > most_chi_square) {
+      most_chi_square = without;
+      worst = loops[i];
+    }
+  }
+  return worst;
 }
 
 }  // namespace matchbox_slam

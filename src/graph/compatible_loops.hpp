@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "matchbox_slam/graph/pose_graph.hpp"
@@ -27,5 +28,9 @@ struct LoopErrors {
     LoopErrors errors, double most_chi_square,
     std::size_t most = std::numeric_limits<std::size_t>::max(),
     std::size_t first = std::numeric_limits<std::size_t>::max());
+
+/// The believed loop that differs most from what the graph would say without it, if by more than
+/// that. The poses are where the edges in use fit best.
+[[nodiscard]] std::optional<std::size_t> worst_loop(const PoseGraph& graph, double most_chi_square);
 
 }  // namespace matchbox_slam

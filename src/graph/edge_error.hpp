@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <vector>
 
 #include "matchbox_slam/graph/pose_graph.hpp"
@@ -19,6 +20,12 @@ struct EdgeError {
 
 /// At the poses of the graph.
 [[nodiscard]] EdgeError edge_error(const PoseGraph& graph, const PoseEdge& edge);
+
+/// Of an error with this covariance.
+[[nodiscard]] inline double chi_square(const Eigen::Vector3d& error,
+                                       const Eigen::Matrix3d& covariance) {
+  return error.dot(covariance.inverse() * error);
+}
 
 /// A root W of the edge's information: Wᵀ W is the inverse of its covariance.
 [[nodiscard]] Eigen::Matrix3d information_root(const PoseEdge& edge);

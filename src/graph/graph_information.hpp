@@ -43,7 +43,12 @@ class GraphInformation {
   /// The covariance of each pose; zero for the fixed one.
   [[nodiscard]] std::vector<Eigen::Matrix3d> marginal_covariances() const;
 
+  /// The covariance of the errors of edges that are in it, for what the poses contribute.
+  [[nodiscard]] std::vector<Eigen::Matrix3d> error_covariances(
+      const PoseGraph& graph, const std::vector<std::size_t>& edges) const;
+
  private:
+  struct Inverse;
   [[nodiscard]] Eigen::Index first_of(std::size_t node) const {
     return 3 * static_cast<Eigen::Index>(node - (node > fixed_ ? 1 : 0));
   }

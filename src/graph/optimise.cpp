@@ -25,6 +25,9 @@ std::size_t number_of_believed(const PoseGraph& graph) {
   return loops_of(graph, true).size() - loops_of(graph, false).size();
 }
 
+constexpr double kRoughly = 1e-3;  // tolerances of the chi-square
+constexpr double kExactly = 1e-7;
+
 class Optimiser {
  public:
   Optimiser(PoseGraph graph, const GraphOptions& options) : options_(options) {
@@ -42,8 +45,7 @@ class Optimiser {
         asked.push_back(&edge);
       }
     }
-    move(graph);
-    believe_compatible(graph);
+    settle(graph);
     if (std::any_of(asked.begin(), asked.end(),
                     [](const PoseEdge* edge) { return !is_used(*edge); })) {
       reconsider();
@@ -52,35 +54,41 @@ class Optimiser {
       if (edge.kind == EdgeKind::kLoop && !is_used(edge)) {
         edge.belief = Belief::kDisbelieved;
       }
-      const Eigen::Vector3d weighed = information_root(edge) * edge_error(graph, edge).error;
-      result_.chi_square.push_back(weighed.squaredNorm());
+      result_.chi_square.push_back(chi_square(edge_error(graph, edge).error, edge.covariance));
     }
     return std::move(result_);
   }
 
  private:
-  void move(PoseGraph& graph) {
-    const BestPoses best = move_to_best_poses(graph, options_.max_iterations);
+  void move(PoseGraph& graph, double tolerance) {
+    const BestPoses best = move_to_best_poses(graph, options_.max_iterations, tolerance);
     result_.iterations += best.iterations;
     result_.converged = best.converged;
   }
 
+  /// Believes what is compatible with all that is believed already, and then drops what fits it no
+  /// more.
+  void settle(PoseGraph& graph) {
+    believe_compatible(graph);
+    move(graph, kExactly);
+    while (const auto worst = worst_loop(graph, options_.most_chi_square)) {
+      graph.edges[*worst].belief = Belief::kDisbelieved;
+      move(graph, kExactly);
+    }
+  }
+
   /// Few at first: where the poses are far off, what the loops are expected to say is so, too.
   void believe_compatible(PoseGraph& graph) {
-    for (std::size_t most = 1;; most *= 2) {
-      const std::vector<std::size_t> loops = loops_of(graph, false);
-      if (loops.empty()) {
-        return;
-      }
-      const auto compatible =
-          compatible_loops(expect_errors(graph, loops), options_.most_chi_square, most);
-      if (compatible.empty()) {
-        return;
-      }
+    for (std::size_t most = 1;; most *= 4) {
+      const LoopErrors errors = expect_errors(graph, loops_of(graph, false));
+      const auto compatible = compatible_loops(errors, options_.most_chi_square, most);
       for (const std::size_t i : compatible) {
-        graph.edges[loops[i]].belief = Belief::kBelieved;
+        graph.edges[errors.loops[i]].belief = Belief::kBelieved;
       }
-      move(graph);
+      if (compatible.empty() || compatible.size() == errors.loops.size()) {
+        return;
+      }
+      move(graph, kRoughly);
     }
   }
 
@@ -115,8 +123,7 @@ class Optimiser {
     for (const std::size_t i : best) {
       other.edges[errors.loops[i]].belief = Belief::kBelieved;
     }
-    move(other);
-    believe_compatible(other);
+    settle(other);
     if (number_of_believed(other) > number_of_believed(result_.graph)) {
       result_.graph = std::move(other);
     }

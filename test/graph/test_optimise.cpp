@@ -186,6 +186,21 @@ TEST(Optimise, BelievesTheRightLoops) {
   EXPECT_LE(wrong_kept, 0.005 * wrong) << wrong_kept << " of " << wrong;
 }
 
+TEST(Optimise, ABelievedLoopThatFitsNoMoreIsDropped) {
+  RandomGraph made = small_graph(2, 0.3);
+  for (PoseEdge& edge : made.graph.edges) {
+    edge.belief = Belief::kBelieved;
+  }
+  const OptimisedGraph result = optimise(made.graph);
+  int wrong = 0;
+  for (std::size_t i = made.graph.poses.size() - 1; i < made.graph.edges.size(); ++i) {
+    EXPECT_EQ(result.graph.edges[i].belief,
+              made.wrong[i] ? Belief::kDisbelieved : Belief::kBelieved);
+    wrong += made.wrong[i] ? 1 : 0;
+  }
+  EXPECT_EQ(wrong, 2);
+}
+
 /// A loop that came first and fits odometry by chance is given up for the many that come after.
 TEST(Optimise, ALoopIsGivenUpForMoreThatContradictIt) {
   PoseGraph graph;
