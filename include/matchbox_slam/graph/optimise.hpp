@@ -37,9 +37,10 @@ struct OptimisedGraph {
 /// first, and a row of equal rooms, whose wrong loops agree with one another, gains nothing by
 /// their number: its first one has to pass alone. Graduated non-convexity and switchable
 /// constraints weigh the sum of all residuals, which many such loops outvote; pairwise consistency
-/// asks two loops at a time what all together know better. When a new loop is turned down, all
-/// loops are decided upon again, beginning with each of the doubted ones; the larger set is kept.
-/// Disbelieved loops stay in the graph and are asked again each time.
+/// asks two loops at a time what all together know better. A believed loop that fits the others no
+/// more is dropped. When a new one is turned down, all are decided upon again, beginning with each
+/// of the disbelieved ones, and the larger set is kept. Disbelieved loops stay in the graph and are
+/// asked again each time.
 ///
 /// The same graph gives the same bits. Throws std::invalid_argument as require_sound does.
 [[nodiscard]] OptimisedGraph optimise(PoseGraph graph, const GraphOptions& options = {});

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include "matchbox_slam/graph/pose_graph.hpp"
+
+namespace matchbox_slam {
+
+/// A pose graph as g2o (Kümmerle et al. 2011) and others read it: `VERTEX_SE2 id x y theta`,
+/// `FIX 0`, and `EDGE_SE2 from to x y theta` with the upper triangle of the information.
+/// Disbelieved loops are left out, since others would believe them. g2o takes the error of an edge
+/// in the frame of the measured pose, which the information is turned into.
+[[nodiscard]] std::string to_g2o(const PoseGraph& graph);
+
+/// Writes a file atomically. Throws FileError.
+void write_g2o(const std::string& path, const PoseGraph& graph);
+
+}  // namespace matchbox_slam
