@@ -1,0 +1,74 @@
+#include <benchmark/benchmark.h>
+
+#include <numeric>
+#include <vector>
+
+#include "graph/random_graphs.hpp"
+#include "matchbox_slam/graph/optimise.hpp"
+#include "matchbox_slam/graph/relative_covariances.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// Laps of 1000 nodes, with as many loops to the lap before, all alike.
+PoseGraph laps(std::int64_t nodes, std::int64_t loops) {
+  Random random(1);
+  const Eigen::Matrix3d covariance = Eigen::Vector3d(1e-4, 1e-4, 4e-6).asDiagonal();
+  const Pose2 step{0.3, 0.0, 2.0 * kPi / 1000.0};
+  PoseGraph graph;
+  graph.poses.push_back({});
+  for (std::size_t i = 1; i < static_cast<std::size_t>(nodes); ++i) {
+    graph.edges.push_back({i - 1, i, noisy(step, covariance, random), covariance});
+    graph.poses.push_back(graph.poses.back() * graph.edges.back().from_to);
+  }
+  for (std::int64_t i = 1; i <= loops; ++i) {
+    const auto to = static_cast<std::size_t>(1000 + i * (nodes - 1001) / loops);
+    graph.edges.push_back({to - 1000, to, noisy({}, covariance, random), covariance,
+                           EdgeKind::kLoop, Belief::kUndecided});
+  }
+  return graph;
+}
+
+/// All loops at once.
+void decide_all(benchmark::State& state) {
+  const PoseGraph graph = laps(state.range(0), state.range(1));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(optimise(graph));
+  }
+}
+BENCHMARK(decide_all)->Args({2000, 40})->Unit(benchmark::kMillisecond);
+
+/// The newest loop, the others being believed.
+void decide_one_more(benchmark::State& state) {
+  PoseGraph graph = laps(state.range(0), state.range(1));
+  graph.edges.pop_back();
+  graph = optimise(graph).graph;
+  graph.edges.push_back(laps(state.range(0), state.range(1)).edges.back());
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(optimise(graph));
+  }
+}
+BENCHMARK(decide_one_more)
+    ->Args({2000, 40})
+    ->Args({10000, 200})
+    ->Args({33000, 600})
+    ->Unit(benchmark::kMillisecond);
+
+void covariances_of_all_nodes(benchmark::State& state) {
+  PoseGraph graph = laps(state.range(0), state.range(1));
+  for (PoseEdge& edge : graph.edges) {
+    edge.belief = Belief::kBelieved;
+  }
+  std::vector<std::size_t> nodes(graph.poses.size());
+  std::iota(nodes.begin(), nodes.end(), std::size_t{0});
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(relative_covariances(graph, nodes.back(), nodes));
+  }
+}
+BENCHMARK(covariances_of_all_nodes)
+    ->Args({2000, 40})
+    ->Args({33000, 600})
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace matchbox_slam
