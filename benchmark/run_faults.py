@@ -106,7 +106,7 @@ def weigh(folder, truth):
     accepted = [(r, s) for r, s in zip(rows, stamps) if r["status"] == "accepted"]
     inside = sum(squared_distance(r, true[s]) <= ELLIPSE for r, s in accepted[1:])
     states = [r["state"] for r in rows]
-    unsure = [s for s, state in zip(stamps, states) if state not in ("tracking", "recovered")]
+    unsure = [b - a for a, b, state in zip(stamps, stamps[1:], states) if state not in ("tracking", "recovered")]
     way = sum(math.hypot(true[a][0] - true[b][0], true[a][1] - true[b][1])
               for a, b in zip(stamps, stamps[1:]))
     entered = collections.Counter(b for a, b in zip(["tracking"] + states, states) if a != b)
@@ -117,10 +117,9 @@ def weigh(folder, truth):
         "wrong_keys": len(wrong), "keys": len(keys),
         "inside": inside, "accepted": len(accepted) - 1,
         "doubts": entered["doubt"], "losses": entered["lost"], "final_state": states[-1],
-        "unsure_s": unsure[-1] - unsure[0] if unsure else 0.0,
+        "unsure_s": sum(unsure),
         "way_m": way, "cpu_s": report["cpu_s"],
-        "scan_p99_ms": report["scan_ms"]["p99"] if "scan_ms" in report and "p99" in report["scan_ms"]
-        else None,
+        "scan_ms": report["scan_ms"],
     }
 
 

@@ -42,6 +42,7 @@ ErrorStatistics summarize_errors(const std::vector<double>& errors) {
   statistics.mean = std::accumulate(sorted.begin(), sorted.end(), 0.0) / count;
   statistics.median = quantile_of_sorted(sorted, 0.5);
   statistics.p95 = quantile_of_sorted(sorted, 0.95);
+  statistics.p99 = quantile_of_sorted(sorted, 0.99);
   statistics.max = sorted.back();
   return statistics;
 }

@@ -12,6 +12,7 @@ struct ErrorStatistics {
   double mean = 0.0;
   double median = 0.0;
   double p95 = 0.0;
+  double p99 = 0.0;
   double max = 0.0;
 };
 

@@ -19,6 +19,11 @@ class ThinnedPath {
 
   void add(const StampedPose2& pose);
 
+  /// As the free function.
+  void change_frame_since(double stamp, const Pose2& frame_from_other) {
+    matchbox_slam::change_frame_since(stamp, frame_from_other, poses_);
+  }
+
   /// In the order in which they came; of those with one stamp, as of two lasers, the last.
   [[nodiscard]] const std::vector<StampedPose2>& poses() const { return poses_; }
 

@@ -34,6 +34,13 @@ std::string stamp_text(double stamp) {
 
 }  // namespace
 
+void change_frame_since(double stamp, const Pose2& frame_from_other,
+                        std::vector<StampedPose2>& poses) {
+  for (auto pose = poses.rbegin(); pose != poses.rend() && pose->stamp >= stamp; ++pose) {
+    pose->pose = frame_from_other * pose->pose;
+  }
+}
+
 Trajectory::Trajectory(std::vector<StampedPose2> poses) : poses_(std::move(poses)) {
   for (const StampedPose2& stamped : poses_) {
     if (!std::isfinite(stamped.stamp) || !stamped.pose.is_finite()) {

@@ -24,6 +24,10 @@ struct StampedPose2 {
   Pose2 pose;
 };
 
+/// Puts the poses from a stamp [s] on, which are in another frame, into the frame of those before.
+void change_frame_since(double stamp, const Pose2& frame_from_other,
+                        std::vector<StampedPose2>& poses);
+
 /// Poses of one frame in another over time, in the order of their stamps.
 class Trajectory {
  public:

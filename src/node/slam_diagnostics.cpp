@@ -131,6 +131,7 @@ void SlamDiagnostics::fill(const SlamHealth& health, DiagnosticStatusWrapper& st
   for (const auto& [reason, count] : health.account.skipped) {
     status.add(std::string("Scans skipped: ") + to_string(reason), count);
   }
+  status.add("Scans left out of the map", health.left_out);
   add_recent(health.recent, status);
   status.addf("Map memory [MB]", "%.1f", static_cast<double>(health.map_bytes) / (1024.0 * 1024.0));
   before_ = health.account;

@@ -135,7 +135,7 @@ void SlamNode::handle(const ReadyScan& scan) {
     worker_.use_queue([&](ScanQueue& queue) { queue.leave_out(scan); });
     return;
   }
-  if (outcome->left_out) {
+  if (outcome->left_out > 0) {
     ROS_WARN_STREAM_THROTTLE(10.0, kLeftOut);
   }
   poses_.publish(scan, *outcome, match_seconds, matcher);

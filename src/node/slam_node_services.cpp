@@ -232,6 +232,7 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
     health.updates_map = run_.setup().engine.slam.update_map;
     health.matcher = run_.setup().matcher_name;
     health.recent = recent_;
+    health.left_out = run_.left_out();
     health.map_bytes = run_.map().occupancy.bytes() + run_.map().field.bytes();
   }
   diagnostics_.fill(health, status);

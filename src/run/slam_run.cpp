@@ -35,13 +35,6 @@ void add_pose(const StampedPose2& pose, std::vector<StampedPose2>& poses) {
   }
 }
 
-/// Poses of a map apart in the map that it was joined to.
-void put_right(const ScanOutcome::Joined& joined, std::vector<StampedPose2>& poses) {
-  for (auto pose = poses.rbegin(); pose != poses.rend() && pose->stamp >= joined.begin; ++pose) {
-    pose->pose = joined.map_from_apart * pose->pose;
-  }
-}
-
 }  // namespace
 
 SlamRun::SlamRun(LiveConfiguration configuration, RunRecords records)
@@ -73,6 +66,7 @@ void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   states_.clear();
   contradictions_.clear();
   inserted_ = 0;
+  left_out_ = 0;
 }
 
 // --- events ---
@@ -166,14 +160,15 @@ std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
   const double begin = thread_seconds();
   ScanOutcome outcome = engine_->process(input);
 
-  scan_seconds_.push_back(static_cast<float>(thread_seconds() - begin));
+  std::vector<float>& seconds = scan_seconds_[outcome.state];
+  seconds.push_back(static_cast<float>(thread_seconds() - begin));
   last_match_seconds_ = matcher_->take_seconds();
   if (last_match_seconds_ > 0.0) {
     match_seconds_.push_back(static_cast<float>(last_match_seconds_));
     contradictions_.push_back(static_cast<float>(outcome.match.contradiction));
   }
   if (records_ == RunRecords::kRecent) {
-    keep_recent(scan_seconds_);
+    keep_recent(seconds);
     keep_recent(match_seconds_);
     keep_recent(contradictions_);
     keep_recent(trajectory_);
@@ -189,9 +184,12 @@ void SlamRun::record(const ScanOutcome& outcome) {
   ++certainties_[outcome.certainty];
   ++states_[outcome.state];
   if (outcome.joined) {
-    put_right(*outcome.joined, trajectory_);
+    const auto& [begin, map_from_apart] = *outcome.joined;
+    change_frame_since(begin, map_from_apart, trajectory_);
+    path_.change_frame_since(begin, map_from_apart);
   }
   inserted_ += outcome.inserted ? 1 : 0;
+  left_out_ += outcome.left_out;
   path_.add({outcome.stamp, outcome.map_from_base});
   if (outcome.odom_from_base) {
     odometry_path_.add({outcome.stamp, *outcome.odom_from_base});

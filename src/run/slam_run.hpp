@@ -71,8 +71,11 @@ class SlamRun {
 
   /// Seconds that each match took, or the latest ones; scans that were not matched have no entry.
   [[nodiscard]] const std::vector<float>& match_seconds() const { return match_seconds_; }
-  /// Seconds that each scan took from projection to insertion, or the latest ones.
-  [[nodiscard]] const std::vector<float>& scan_seconds() const { return scan_seconds_; }
+  /// Seconds that each scan took from projection to insertion, or the latest ones, by the state
+  /// after it: with second looks, and searches for a lost robot.
+  [[nodiscard]] const std::map<TrackingState, std::vector<float>>& scan_seconds() const {
+    return scan_seconds_;
+  }
 
   [[nodiscard]] const std::map<MatchStatus, std::size_t>& statuses() const { return statuses_; }
   /// Scans by how much their match was to be believed.
@@ -84,6 +87,8 @@ class SlamRun {
   /// Of each match, or of the latest ones; see MatchResult.
   [[nodiscard]] const std::vector<float>& contradictions() const { return contradictions_; }
   [[nodiscard]] std::size_t inserted() const { return inserted_; }
+  /// Scans that the map had no room for.
+  [[nodiscard]] std::size_t left_out() const { return left_out_; }
 
   /// Times that map and poses were forgotten.
   [[nodiscard]] std::size_t resets() const { return resets_; }
@@ -120,12 +125,13 @@ class SlamRun {
   std::optional<double> told_;  ///< stamp [s] of the newest scan when its pose was told last
   std::vector<StampedPose2> odometry_;
   std::vector<float> match_seconds_;
-  std::vector<float> scan_seconds_;
+  std::map<TrackingState, std::vector<float>> scan_seconds_;
   std::map<MatchStatus, std::size_t> statuses_;
   std::map<Certainty, std::size_t> certainties_;
   std::map<TrackingState, std::size_t> states_;
   std::vector<float> contradictions_;
   std::size_t inserted_ = 0;
+  std::size_t left_out_ = 0;
   double last_match_seconds_ = 0.0;
 };
 

@@ -106,7 +106,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
                     is_doubted ? predicted.covariance : outcome.covariance,
                     outcome.match.accepted() || outcome.inserted);
   ++scan_count_;
-  insert_pending();
+  outcome.left_out += insert_pending();
   if (doubt_.is_lost(input.scan.stamp, options_.tracking)) {
     map_apart();
   } else if (is_lost() && outcome.match.accepted()) {
@@ -204,6 +204,7 @@ void SlamEngine::search_for_map(const PointScan& scan, ScanOutcome& outcome) {
   join(*found);
   outcome.joined = ScanOutcome::Joined{begin, found->part_from_apart};
   outcome.map_from_base = tracker_.state().fixed_from_base;
+  outcome.predicted_map_from_base = found->part_from_apart * outcome.predicted_map_from_base;
   // How well the place was confirmed: [m], [rad].
   constexpr double kXy = 0.1;
   constexpr double kTheta = 0.05;
@@ -347,7 +348,7 @@ void SlamEngine::insert_or_hold(const PointScan& scan, const MeasuredScan& measu
     return;
   }
   outcome.inserted = insert(scan, placed, here());
-  outcome.left_out = !outcome.inserted;
+  outcome.left_out = outcome.inserted ? 0 : 1;
 }
 
 /// False when the map has no room for it.
@@ -368,10 +369,11 @@ bool SlamEngine::has_pending() const {
                      [this](const WaitingScan& waiting) { return waiting.part == here_; });
 }
 
-/// What waits is no surer than where the robot is.
-void SlamEngine::insert_pending() {
+/// What waits is no surer than where the robot is. Returns how many scans the map has no room for.
+std::size_t SlamEngine::insert_pending() {
   constexpr int kAtATime = 2;  // so that no scan waits for all of them
   MapPart& part = here();
+  std::size_t left_out = 0;
   for (int i = 0; i < kAtATime && !doubt_.doubts && has_pending(); ++i) {
     const auto waiting =
         std::find_if(pending_.begin(), pending_.end(),
@@ -380,10 +382,11 @@ void SlamEngine::insert_pending() {
     const PlacedScan placed{waiting->scan.scan, placed_best(*points, waiting->scan.map_from_base,
                                                             part.map.field, options_.doubt)};
     const std::map<int, Pose2> last_inserted = part.last_inserted;
-    static_cast<void>(insert(*points, placed, part));
+    left_out += insert(*points, placed, part) ? 0 : 1;
     part.last_inserted = last_inserted;
     pending_.erase(waiting);
   }
+  return left_out;
 }
 
 }  // namespace matchbox_slam

@@ -113,15 +113,18 @@ void BagMapping::map() {
 /// As if nothing had been between, where the first scan is of the same drive.
 void BagMapping::go_on_with_saved_map(double stamp) {
   const bool same_drive = is_followed_by(*saved_, stamp);
+  const bool is_lost = saved_->whereabouts.here > 0;
   if (!same_drive) {
     put_on_mark(run_->setup().run, *saved_);
   }
   run_->start_from(std::move(*saved_));
   saved_.reset();
   dialog_.inform("going on with " + map_file_ +
-                 (same_drive ? ", whose drive goes on"
-                             : "; where the robot is in it is known to 0.3 m and 0.2 rad, as this "
-                               "is another drive"));
+                 (is_lost ? ", which a lost robot saved: it is searched for in the map"
+                  : same_drive
+                      ? ", whose drive goes on"
+                      : "; where the robot is in it is known to 0.3 m and 0.2 rad, as this "
+                        "is another drive"));
 }
 
 void BagMapping::handle(const ReadyScan& scan) {
@@ -138,7 +141,7 @@ void BagMapping::handle(const ReadyScan& scan) {
       first_key_scans_.size() <= kMostHoughPictures) {
     first_key_scans_.push_back(run_->key_scans().all().back().scan);
   }
-  if (outcome->left_out && !told_of_left_out_) {
+  if (outcome->left_out > 0 && !told_of_left_out_) {
     dialog_.warn(kLeftOut);
     told_of_left_out_ = true;
   }

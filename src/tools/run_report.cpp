@@ -21,6 +21,7 @@ json milliseconds(const std::vector<float>& seconds) {
   const ErrorStatistics durations = statistics_of(seconds);
   return json::object({{"p50", rounded(1e3 * durations.median)},
                        {"p95", rounded(1e3 * durations.p95)},
+                       {"p99", rounded(1e3 * durations.p99)},
                        {"max", rounded(1e3 * durations.max)}});
 }
 
@@ -47,6 +48,7 @@ json scan_counts(const ScanAccount& account, const SlamRun& run) {
                        {"skipped_total", account.skipped_total()},
                        {"skipped", skipped},
                        {"inserted", run.inserted()},
+                       {"left_out", run.left_out()},
                        {"matches", matches},
                        {"certainty", certainties},
                        {"state", states},
@@ -74,7 +76,14 @@ json map_facts(const SlamMap& map) {
 void add_cost(const RunFacts& facts, const SlamRun& run, json& report) {
   const double wall = facts.used.wall_seconds;
   report["match_ms"] = milliseconds(run.match_seconds());
-  report["scan_ms"] = milliseconds(run.scan_seconds());
+  std::vector<float> all;
+  json by_state = json::object();
+  for (const auto& [state, seconds] : run.scan_seconds()) {
+    all.insert(all.end(), seconds.begin(), seconds.end());
+    by_state[to_string(state)] = milliseconds(seconds);
+  }
+  report["scan_ms"] = milliseconds(all);
+  report["scan_ms"]["by_state"] = by_state;
   report["bag_s"] = rounded(facts.bag.seconds);
   report["wall_s"] = rounded(wall);
   report["cpu_s"] = rounded(facts.used.cpu_seconds);

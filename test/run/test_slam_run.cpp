@@ -6,6 +6,7 @@
 #include "ros/message_conversion.hpp"
 #include "ros/messages.hpp"
 #include "run/slam_run.hpp"
+#include "slam/lost_robot.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -124,6 +125,26 @@ TEST_F(Run, ACorrectionOfAPoseBeforeOneThatWasToldIsRefused) {
   }
   run_.apply(CorrectPose{3.0, {10.0, 5.0, 0.0}});
   EXPECT_EQ(run_.process(scan(4.0))->map_from_base.x, 10.0);
+}
+
+TEST_F(Run, PutsPosesRightWhenALostRobotIsFound) {
+  const SimulatedRun drive = perfect_drive();
+  SlamRun run{LiveConfiguration(parse_yaml_parameters("matcher: olson", "test"), loader_)};
+  run.start_from(lost_in(map_of(drive), drive.world_from_base.front() * Pose2{0.4, -0.2, 0.1}));
+  std::size_t i = 0;
+  while (i < drive.scans.size() && !run.process(scan_input(drive, i++))->joined) {
+  }
+  ASSERT_LT(i, drive.scans.size());
+  ASSERT_EQ(run.trajectory().size(), i);
+  for (std::size_t k = 0; k < i; ++k) {
+    const Pose2 off = drive.world_from_base[k].inverse() * run.trajectory()[k].pose;
+    EXPECT_LT(off.translation().norm(), 0.05) << k;
+  }
+  ASSERT_GT(run.path().poses().size(), 10U);
+  for (const StampedPose2& pose : run.path().poses()) {
+    const std::optional<Pose2> then = Trajectory(run.trajectory()).at(pose.stamp, 1.0);
+    EXPECT_EQ(pose.pose, *then);
+  }
 }
 
 TEST_F(Run, ReconfiguresWhatMayChangeAndKeepsThat) {

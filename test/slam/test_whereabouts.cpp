@@ -63,6 +63,16 @@ TEST_F(WhereaboutsTest, WhatWaitsIsInsertedTwoWithEachScan) {
   EXPECT_EQ(engine_.key_scans().size(), 4U);
 }
 
+TEST_F(WhereaboutsTest, WhatWaitsAndHasNoRoomIsToldAndDropped) {
+  WaitingScan wild = waiting(0);
+  wild.scan.map_from_base = {1e7, 1e7, 0.0};
+  start_.whereabouts.pending.assign(3, wild);
+  EXPECT_EQ(go_on().left_out, 2U);
+  EXPECT_EQ(engine_.process(scan()).left_out, 1U);
+  EXPECT_TRUE(now().pending.empty());
+  EXPECT_EQ(engine_.key_scans().size(), 1U);
+}
+
 TEST_F(WhereaboutsTest, NothingIsInsertedInDoubt) {
   start_.whereabouts.doubt.doubts = true;
   start_.whereabouts.pending.assign(3, waiting(0));
@@ -185,6 +195,7 @@ TEST(LostRobot, IsFoundWhereThereAreNoKeyScans) {
   image.key_scans = {};
   const Found found = find(run, lost_in(image, run.world_from_base.front() * Pose2{0.3, 0.2, 0.1}));
   EXPECT_LT(distance(found.outcome.map_from_base, run.world_from_base[found.scan]), 0.02);
+  EXPECT_LT(distance(found.outcome.predicted_map_from_base, run.world_from_base[found.scan]), 0.1);
   EXPECT_EQ(found.outcome.joined->begin, 0.0);
   EXPECT_GE(found.outcome.covariance(0, 0), 0.01);
 }

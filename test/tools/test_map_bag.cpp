@@ -16,6 +16,7 @@
 #include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
+#include "matchbox_slam/io/saved_map.hpp"
 #include "ros/messages.hpp"
 #include "tools/run_command.hpp"
 
@@ -97,6 +98,8 @@ TEST_F(MapBag, ReportsWhatItDid) {
   EXPECT_GT(report("match_ms/p50"), 0.0);
   EXPECT_GE(report("match_ms/p95"), report("match_ms/p50"));
   EXPECT_GE(report("match_ms/max"), report("match_ms/p95"));
+  EXPECT_GE(report("scan_ms/p99"), report("match_ms/p99")) << "a scan's time holds its match's";
+  EXPECT_EQ(report("scan_ms/by_state/tracking/max"), report("scan_ms/max"));
   EXPECT_GT(report("wall_s"), 0.0);
   EXPECT_GT(report("cpu_s"), 0.0);
   EXPECT_GT(report("real_time_factor"), 0.0);
@@ -183,6 +186,13 @@ TEST_F(MapBag, FindsItselfInAMapOfAnotherDrive) {
     EXPECT_TRUE(read_file(out_ + "/map.pgm") == map);
     EXPECT_NEAR(read_tum(out_ + "/trajectory.tum").poses().back().pose.x, 0.0, 0.01);
   }
+  MapStart lost = read_saved_map(old);
+  lost.whereabouts.apart.push_back({SlamMap({}, {}), {}, {}, 0.0});
+  lost.whereabouts.here = 1;
+  replace_file(folder_ / "lost.slam", to_saved_map(lost));
+  const Outcome outcome = run_small({}, "--map " + (folder_ / "lost.slam"));
+  EXPECT_TRUE(contains(outcome.output, "lost.slam, which a lost robot saved: it is searched for"))
+      << outcome.output;
   std::filesystem::remove_all(out_);
   expect_one_line(run("--map " + (folder_ / "none.slam")), 1, "none.slam");
   expect_one_line(run("--quiet --map " + old + " --set map/resolution=0.1"), 2, "map/resolution");

@@ -39,7 +39,8 @@ struct ScanOutcome {
   };
   std::optional<Joined> joined;
   bool inserted = false;
-  bool left_out = false;  ///< the map would have become too large with it
+  /// Scans that the map has no room for: this one, or what waited.
+  std::size_t left_out = 0;
 };
 
 /// A scan that is to be inserted, not yet.
@@ -127,7 +128,7 @@ class SlamEngine {
   void weigh_doubt(const WeighedMatch& match, const ScanOutcome& outcome, double way);
   void map_apart();
   [[nodiscard]] bool has_pending() const;
-  void insert_pending();
+  [[nodiscard]] std::size_t insert_pending();
   void search_for_map(const PointScan& scan, ScanOutcome& outcome);
   void join(const PlaceHypothesis& found);
   void leave_parts_if_found();
