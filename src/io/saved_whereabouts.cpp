@@ -94,6 +94,8 @@ void write_whereabouts(const Whereabouts& whereabouts, MapWriter& writer) {
     write_key_scans(part.key_scans, writer);
     write_last_inserted(part.last_inserted, writer);
     writer.number(part.begin);
+    transfer_part(writer, part.left, parts);
+    transfer_pose(writer, part.left_from_here);
   }
   transfer_part(writer, whereabouts.here, parts);
   transfer_doubt(writer, whereabouts.doubt);
@@ -104,14 +106,15 @@ void write_whereabouts(const Whereabouts& whereabouts, MapWriter& writer) {
 }
 
 Whereabouts read_whereabouts(MapReader& reader) {
-  constexpr std::size_t kMostApart = 10'000;
   Whereabouts whereabouts;
-  for (std::size_t left = reader.count(60, kMostApart, "maps apart"); left > 0; --left) {
+  const std::size_t parts = reader.count(60, kMostPartsApart, "maps apart") + 1;
+  while (whereabouts.apart.size() + 1 < parts) {
     MapPart part{read_grids(reader), read_key_scans(false, reader), read_last_inserted(reader), 0};
     reader.number(part.begin, kLargest);
+    transfer_part(reader, part.left, parts);
+    transfer_pose(reader, part.left_from_here);
     whereabouts.apart.push_back(std::move(part));
   }
-  const std::size_t parts = whereabouts.apart.size() + 1;
   transfer_part(reader, whereabouts.here, parts);
   transfer_doubt(reader, whereabouts.doubt);
   reader.number(whereabouts.usual_score);

@@ -132,6 +132,8 @@ void SlamDiagnostics::fill(const SlamHealth& health, DiagnosticStatusWrapper& st
     status.add(std::string("Scans skipped: ") + to_string(reason), count);
   }
   status.add("Scans left out of the map", health.left_out);
+  status.add("Maps apart", health.parts_apart);
+  status.add("Maps apart given up", health.parts_given_up);
   add_recent(health.recent, status);
   status.addf("Map memory [MB]", "%.1f", static_cast<double>(health.map_bytes) / (1024.0 * 1024.0));
   before_ = health.account;

@@ -34,6 +34,8 @@ struct SlamHealth {
   bool updates_map = true;
   std::string matcher;
   std::size_t map_bytes = 0;
+  std::size_t parts_apart = 0;
+  std::size_t parts_given_up = 0;       ///< of those
   std::size_t left_out = 0;             ///< scans that the map had no room for
   std::string last_skip;                ///< why a scan was skipped last, for people
   double estimated_clock_offset = 0.0;  ///< [s] that scans should be moved by and are not

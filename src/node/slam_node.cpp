@@ -138,6 +138,9 @@ void SlamNode::handle(const ReadyScan& scan) {
   if (outcome->left_out > 0) {
     ROS_WARN_STREAM_THROTTLE(10.0, kLeftOut);
   }
+  if (outcome->gave_up_part) {
+    ROS_WARN_STREAM(kGaveUpPart);
+  }
   poses_.publish(scan, *outcome, match_seconds, matcher);
 }
 

@@ -67,6 +67,7 @@ void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   contradictions_.clear();
   inserted_ = 0;
   left_out_ = 0;
+  parts_given_up_ = 0;
 }
 
 // --- events ---
@@ -190,6 +191,7 @@ void SlamRun::record(const ScanOutcome& outcome) {
   }
   inserted_ += outcome.inserted ? 1 : 0;
   left_out_ += outcome.left_out;
+  parts_given_up_ += outcome.gave_up_part ? 1 : 0;
   path_.add({outcome.stamp, outcome.map_from_base});
   if (outcome.odom_from_base) {
     odometry_path_.add({outcome.stamp, *outcome.odom_from_base});

@@ -22,6 +22,11 @@ constexpr const char* kLeftOut =
     "a scan is left out of the map, which would have more cells than map/max_cells allows; is its "
     "pose a wild one?";
 
+/// What to tell people when a map apart is given up.
+constexpr const char* kGaveUpPart =
+    "the map apart of the fewest key scans is given up, as 16 are kept; the robot was lost too "
+    "often";
+
 /// What a run keeps of its past: everything, or only what does not grow with time.
 enum class RunRecords { kAll, kRecent };
 
@@ -84,6 +89,8 @@ class SlamRun {
   [[nodiscard]] const std::map<TrackingState, std::size_t>& states() const { return states_; }
   /// As of SlamEngine.
   [[nodiscard]] std::size_t parts_apart() const { return engine_->parts_apart(); }
+  /// Maps apart that were given up for others; see kMostPartsApart.
+  [[nodiscard]] std::size_t parts_given_up() const { return parts_given_up_; }
   /// Of each match, or of the latest ones; see MatchResult.
   [[nodiscard]] const std::vector<float>& contradictions() const { return contradictions_; }
   [[nodiscard]] std::size_t inserted() const { return inserted_; }
@@ -132,6 +139,7 @@ class SlamRun {
   std::vector<float> contradictions_;
   std::size_t inserted_ = 0;
   std::size_t left_out_ = 0;
+  std::size_t parts_given_up_ = 0;
   double last_match_seconds_ = 0.0;
 };
 

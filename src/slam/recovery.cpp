@@ -50,13 +50,15 @@ Verdict judge(const MatchResult& match, bool is_near, const DoubtOptions& doubt,
   return is_refuted ? Verdict::kRefuted : Verdict::kOpen;
 }
 
-/// Robots are seldom carried away: what odometry says of the way through a doubt is about right.
-bool is_where_odometry_says(const PlaceHypothesis& place) {
+/// Robots are seldom carried away: what odometry says of the way through a doubt is about right. It
+/// says nothing of parts other than the one that the robot left.
+bool is_where_odometry_says(const PlaceHypothesis& place, const MapPart& apart) {
   constexpr double kDistance = 2.0;  // [m]
   constexpr double kAngle = 0.6;     // [rad]
-  const Eigen::Vector3d off =
-      difference(place.part_from_apart * place.apart_from_base, place.apart_from_base);
-  return off.head<2>().norm() <= kDistance && std::abs(off.z()) <= kAngle;
+  const Eigen::Vector3d off = difference(place.part_from_apart * place.apart_from_base,
+                                         apart.left_from_here * place.apart_from_base);
+  return place.part == apart.left && off.head<2>().norm() <= kDistance &&
+         std::abs(off.z()) <= kAngle;
 }
 
 void drop_copies(std::vector<PlaceHypothesis>& hypotheses) {
@@ -76,8 +78,9 @@ void drop_copies(std::vector<PlaceHypothesis>& hypotheses) {
 
 /// Looks again at the hypotheses that were not looked at for some way, a few at a time.
 void check_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
-                      const std::vector<MapPart>& parts, const DoubtOptions& doubt,
-                      const RecoveryOptions& options, std::vector<PlaceHypothesis>& hypotheses) {
+                      const std::vector<MapPart>& parts, std::size_t apart,
+                      const DoubtOptions& doubt, const RecoveryOptions& options,
+                      std::vector<PlaceHypothesis>& hypotheses) {
   std::vector<PlaceHypothesis> kept;
   std::size_t checks = 0;
   for (PlaceHypothesis& hypothesis : hypotheses) {
@@ -88,7 +91,8 @@ void check_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
       ++checks;
       const MatchResult match = match_at(scan, hypothesis.part_from_apart * apart_from_base,
                                          kPlaceXy, kPlaceTheta, parts[hypothesis.part]);
-      const Verdict verdict = judge(match, is_where_odometry_says(hypothesis), doubt, options);
+      const Verdict verdict =
+          judge(match, is_where_odometry_says(hypothesis, parts[apart]), doubt, options);
       if (verdict == Verdict::kRefuted) {
         continue;
       }
@@ -106,8 +110,10 @@ void check_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
 /// The places around a key scan where the scan fits.
 std::vector<PlaceHypothesis> find_around(const PointScan& scan, const SearchedScan& searched,
                                          const Pose2& apart_from_base, const SearchedPlace& place,
-                                         const MapPart& part, const DoubtOptions& doubt,
+                                         const std::vector<MapPart>& parts, std::size_t apart,
+                                         const DoubtOptions& doubt,
                                          const RecoveryOptions& options) {
+  const MapPart& part = parts[place.part];
   constexpr std::size_t kTries = 3;
   std::vector<PlaceHypothesis> found;
   for (const RankedPose& pose : search_anywhere(searched, place.key, HoughOptions{}, kTries)) {
@@ -118,41 +124,42 @@ std::vector<PlaceHypothesis> find_around(const PointScan& scan, const SearchedSc
     const MatchResult match = match_at(scan, pose.map_from_base, kPlaceXy, kPlaceTheta, part);
     const PlaceHypothesis hypothesis{place.part, match.map_from_base * apart_from_base.inverse(), 1,
                                      apart_from_base};
-    if (judge(match, is_where_odometry_says(hypothesis), doubt, options) == Verdict::kConfirmed) {
+    const bool is_near = is_where_odometry_says(hypothesis, parts[apart]);
+    if (judge(match, is_near, doubt, options) == Verdict::kConfirmed) {
       found.push_back(hypothesis);
     }
   }
   return found;
 }
 
-/// Looks where odometry says that the robot is.
+/// Looks where odometry says that the robot is in the part that it left.
 void look_near(const PointScan& scan, const Pose2& apart_from_base,
                const std::vector<MapPart>& parts, std::size_t apart, const DoubtOptions& doubt,
                const RecoveryOptions& options, PlaceSearch& search) {
   constexpr double kTheta = 0.3;  // [rad]
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (i == apart) {
-      continue;
-    }
-    const MatchResult match = match_at(scan, apart_from_base, doubt.look_xy, kTheta, parts[i]);
-    if (judge(match, true, doubt, options) == Verdict::kConfirmed) {
-      search.hypotheses.push_back(
-          {i, match.map_from_base * apart_from_base.inverse(), 1, apart_from_base});
-    }
+  const std::size_t left = parts[apart].left;
+  if (left == apart) {
+    return;
+  }
+  const MatchResult match = match_at(scan, parts[apart].left_from_here * apart_from_base,
+                                     doubt.look_xy, kTheta, parts[left]);
+  if (judge(match, true, doubt, options) == Verdict::kConfirmed) {
+    search.hypotheses.push_back(
+        {left, match.map_from_base * apart_from_base.inverse(), 1, apart_from_base});
   }
 }
 
 void add_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
-                    const std::vector<MapPart>& parts, const std::vector<SearchedPlace>& places,
-                    const DoubtOptions& doubt, const RecoveryOptions& options,
-                    PlaceSearch& search) {
+                    const std::vector<MapPart>& parts, std::size_t apart,
+                    const std::vector<SearchedPlace>& places, const DoubtOptions& doubt,
+                    const RecoveryOptions& options, PlaceSearch& search) {
   const SearchedScan searched(scan, HoughOptions{}.alignment.point_spacing);
   const std::size_t count = std::min(static_cast<std::size_t>(options.key_scans), places.size());
   for (std::size_t i = 0; i < count; ++i) {
     search.next = std::min(search.next, places.size() - 1);
     const SearchedPlace& place = places[search.next++];
     const std::vector<PlaceHypothesis> found =
-        find_around(scan, searched, apart_from_base, place, parts[place.part], doubt, options);
+        find_around(scan, searched, apart_from_base, place, parts, apart, doubt, options);
     search.hypotheses.insert(search.hypotheses.end(), found.begin(), found.end());
     if (search.next == places.size()) {
       search.next = 0;
@@ -162,6 +169,19 @@ void add_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
 }
 
 }  // namespace
+
+void remove_part(std::size_t part, std::size_t heir, const Pose2& heir_from_part,
+                 std::vector<MapPart>& parts) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    MapPart& other = parts[i];
+    if (other.left == part) {
+      other.left = heir == part ? i : heir;
+      other.left_from_here = heir_from_part * other.left_from_here;
+    }
+    other.left -= other.left > part ? 1 : 0;
+  }
+  parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(part));
+}
 
 std::vector<SearchedPlace> searched_places(const std::vector<MapPart>& parts, std::size_t apart) {
   std::vector<SearchedPlace> places;
@@ -184,18 +204,18 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
     return std::nullopt;
   }
   search.stamp = scan.stamp;
-  check_hypotheses(scan, apart_from_base, parts, doubt, options, search.hypotheses);
+  check_hypotheses(scan, apart_from_base, parts, apart, doubt, options, search.hypotheses);
   if (search.next % kNearEach == 0) {
     look_near(scan, apart_from_base, parts, apart, doubt, options, search);
   }
-  add_hypotheses(scan, apart_from_base, parts, places, doubt, options, search);
+  add_hypotheses(scan, apart_from_base, parts, apart, places, doubt, options, search);
   drop_copies(search.hypotheses);
   if (search.hypotheses.empty()) {
     return std::nullopt;
   }
   const PlaceHypothesis& best = search.hypotheses.front();
   const int next = search.hypotheses.size() > 1 ? search.hypotheses[1].confirmations : 0;
-  const bool is_near = is_where_odometry_says(best);
+  const bool is_near = is_where_odometry_says(best, parts[apart]);
   const int wanted = is_near ? options.confirmations : options.far_confirmations;
   const bool is_found = (is_near || search.complete) && best.confirmations >= wanted &&
                         best.confirmations >= next + wanted - 1;

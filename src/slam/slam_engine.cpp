@@ -108,7 +108,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   ++scan_count_;
   outcome.left_out += insert_pending();
   if (doubt_.is_lost(input.scan.stamp, options_.tracking)) {
-    map_apart();
+    outcome.gave_up_part = map_apart();
   } else if (is_lost() && outcome.match.accepted()) {
     search_for_map(scan, outcome);
   }
@@ -168,22 +168,49 @@ void SlamEngine::weigh_doubt(const WeighedMatch& match, const ScanOutcome& outco
   held_.clear();
 }
 
-/// The robot may be anywhere. What it sees from now on is mapped apart.
-void SlamEngine::map_apart() {
+/// The robot may be anywhere. What it sees from now on is mapped apart. Returns whether another map
+/// apart had to be given up for that.
+bool SlamEngine::map_apart() {
   constexpr std::size_t kWorthKeeping = 3;  // key scans
   doubt_ = {};
   held_.clear();
   search_ = {};
   if (is_lost() && here().key_scans.size() < kWorthKeeping) {
-    here() = empty_part(options_, here().begin);
+    MapPart anew = empty_part(options_, here().begin);
+    anew.left = here().left;
+    anew.left_from_here = here().left_from_here;
+    here() = std::move(anew);
     pending_.erase(std::remove_if(pending_.begin(), pending_.end(),
                                   [this](const WaitingScan& scan) { return scan.part == here_; }),
                    pending_.end());
   } else {
     parts_.push_back(empty_part(options_, *tracker_.state().stamp));
+    parts_.back().left = here_;
     here_ = parts_.size() - 1;
   }
+  const bool are_too_many = parts_apart() > kMostPartsApart;
+  if (are_too_many) {
+    give_up_smallest_part();
+  }
   find_places_to_search();
+  return are_too_many;
+}
+
+/// Of those that the robot is not in, with what waits for it.
+void SlamEngine::give_up_smallest_part() {
+  const auto smallest = std::min_element(
+      parts_.begin() + 1, parts_.end() - 1,
+      [](const auto& a, const auto& b) { return a.key_scans.size() < b.key_scans.size(); });
+  const auto part = static_cast<std::size_t>(smallest - parts_.begin());
+  std::vector<WaitingScan> pending;
+  for (const WaitingScan& waiting : pending_) {
+    if (waiting.part != part) {
+      pending.push_back({waiting.part - (waiting.part > part ? 1 : 0), waiting.scan});
+    }
+  }
+  pending_ = std::move(pending);
+  remove_part(part, smallest->left, smallest->left_from_here, parts_);
+  here_ = parts_.size() - 1;
 }
 
 void SlamEngine::find_places_to_search() {
@@ -232,7 +259,7 @@ void SlamEngine::join(const PlaceHypothesis& found) {
     }
   }
   tracker_.change_frame(found.part_from_apart);
-  parts_.erase(parts_.begin() + static_cast<std::ptrdiff_t>(apart));
+  remove_part(apart, found.part, found.part_from_apart, parts_);
   here_ = joined;
   here().begin = std::min(here().begin, begin);
   here().last_inserted.clear();

@@ -145,6 +145,9 @@ void BagMapping::handle(const ReadyScan& scan) {
     dialog_.warn(kLeftOut);
     told_of_left_out_ = true;
   }
+  if (outcome->gave_up_part) {
+    dialog_.warn(kGaveUpPart);
+  }
 }
 
 void BagMapping::handle(const RunEvent& event) {

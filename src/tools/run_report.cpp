@@ -53,6 +53,7 @@ json scan_counts(const ScanAccount& account, const SlamRun& run) {
                        {"certainty", certainties},
                        {"state", states},
                        {"maps_apart", run.parts_apart()},
+                       {"maps_apart_given_up", run.parts_given_up()},
                        {"contradiction", json::object({{"p50", rounded(contradiction.median)},
                                                        {"p95", rounded(contradiction.p95)},
                                                        {"max", rounded(contradiction.max)}})}});

@@ -39,6 +39,7 @@ TEST(SavedWhereabouts, ComeBack) {
 TEST(SavedWhereabouts, NameNoPartThatThereIsNot) {
   const std::string text = "is damaged: it names part 3 of a map of 3";
   EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.here = 3; }), text));
+  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.apart[1].left = 3; }), text));
   EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.held[0].part = 3; }), text));
   EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.pending[0].part = 3; }), text));
   EXPECT_TRUE(
@@ -63,6 +64,8 @@ TEST(SavedWhereabouts, CountNoMoreThanThereCanBe) {
         error_after([&](Whereabouts& lie) { lie.search.hypotheses[0].confirmations = count; }),
         text));
   }
+  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.apart.assign(17, lie.apart[0]); }),
+                       "has 17 maps apart; allowed: up to 16"));
   EXPECT_TRUE(
       contains(error_after([](Whereabouts& lie) { lie.search.hypotheses.assign(1001, {}); }),
                "has 1001 places where the robot may be; allowed: up to 1000"));

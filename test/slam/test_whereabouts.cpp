@@ -137,6 +137,33 @@ TEST_F(WhereaboutsTest, APartThatIsBegunAnewForgetsWhatWaitedForIt) {
   EXPECT_EQ(now().pending.front().part, 0U);
 }
 
+/// Of 16 parts, where the third has the fewest key scans.
+TEST_F(WhereaboutsTest, TheSmallestOfTooManyPartsIsGivenUp) {
+  for (std::size_t i = 0; i < kMostPartsApart; ++i) {
+    start_.whereabouts.apart.push_back(part(static_cast<double>(i)));
+    start_.whereabouts.apart.back().left = i;
+    start_.whereabouts.apart.back().left_from_here = {1.0, 0.0, 0.0};
+    for (int k = 0; k < (i == 2 ? 3 : 4); ++k) {
+      start_.whereabouts.apart.back().key_scans.add(start_.key_scans.all().front());
+    }
+  }
+  start_.whereabouts.here = kMostPartsApart;
+  start_.whereabouts.doubt.doubts = true;
+  start_.whereabouts.doubt.contradictions = 100;
+  start_.whereabouts.pending = {waiting(0), waiting(3), waiting(4)};
+  EXPECT_TRUE(go_on().gave_up_part);
+  ASSERT_EQ(now().apart.size(), kMostPartsApart);
+  EXPECT_EQ(now().here, kMostPartsApart);
+  EXPECT_EQ(now().apart[1].begin, 1.0);
+  EXPECT_EQ(now().apart[2].begin, 3.0);
+  EXPECT_EQ(now().apart[2].left, 2U) << "what the one that is given up had left";
+  EXPECT_EQ(now().apart[2].left_from_here, (Pose2{2.0, 0.0, 0.0}));
+  EXPECT_EQ(now().apart[15].left, 15U) << "the newest one, which the robot has just left";
+  ASSERT_EQ(now().pending.size(), 2U);
+  EXPECT_EQ(now().pending[0].part, 0U);
+  EXPECT_EQ(now().pending[1].part, 3U);
+}
+
 TEST_F(WhereaboutsTest, APoseThatIsToldLeavesPartsBehind) {
   start_.whereabouts.apart = {part(7.0)};
   start_.whereabouts.here = 1;
@@ -198,6 +225,31 @@ TEST(LostRobot, IsFoundWhereThereAreNoKeyScans) {
   EXPECT_LT(distance(found.outcome.predicted_map_from_base, run.world_from_base[found.scan]), 0.1);
   EXPECT_EQ(found.outcome.joined->begin, 0.0);
   EXPECT_GE(found.outcome.covariance(0, 0), 0.01);
+}
+
+/// Odometry tells where to look in the part that the robot left, in that one's frame, and nothing
+/// of others.
+TEST(LostRobot, IsLookedForWhereOdometrySaysInThePartThatItLeft) {
+  const SimulatedRun run = perfect_drive();
+  const MapStart map = map_of(run);
+  const auto search_after = [&](std::size_t left) {
+    MapStart start = lost_in(map, {});
+    start.whereabouts.apart.push_back(start.whereabouts.apart.front());
+    start.whereabouts.apart.front().left = left;
+    start.whereabouts.apart.front().left_from_here = left == 1 ? Pose2{} : run.world_from_base[0];
+    start.key_scans = {};
+    SlamEngine engine({}, std::make_shared<OlsonMatcher>(), 1);
+    engine.start_from(start);
+    engine.process(scan_input(run, 0));
+    engine.process(scan_input(run, 1));
+    return engine.snapshot().whereabouts.search;
+  };
+  ASSERT_EQ(search_after(0).hypotheses.size(), 1U);
+  EXPECT_LT(
+      distance(search_after(0).hypotheses.front().part_from_apart, run.world_from_base.front()),
+      0.02);
+  EXPECT_TRUE(search_after(2).hypotheses.empty()) << "where nothing is mapped";
+  EXPECT_TRUE(search_after(1).hypotheses.empty()) << "in itself";
 }
 
 /// As a saved map may say that was damaged, or whose key scans are fewer now.

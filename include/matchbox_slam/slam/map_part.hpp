@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <map>
 
 #include "matchbox_slam/geometry/pose2.hpp"
@@ -8,6 +9,9 @@
 
 namespace matchbox_slam {
 
+/// Maps apart that are kept; then the one of the fewest key scans is given up for the next.
+constexpr std::size_t kMostPartsApart = 16;
+
 /// A map in a frame of its own, with the key scans that it was made from. While the robot is not
 /// lost there is one.
 struct MapPart {
@@ -15,6 +19,8 @@ struct MapPart {
   KeyScans key_scans;
   std::map<int, Pose2> last_inserted;  ///< map_from_base, by laser
   double begin = 0.0;                  ///< [s] stamp of its first scan
+  std::size_t left = 0;                ///< part that the robot was in before; itself: none
+  Pose2 left_from_here = {};           ///< its frame, as odometry tells
 };
 
 }  // namespace matchbox_slam

@@ -66,6 +66,11 @@ struct SearchedPlace {
 [[nodiscard]] std::vector<SearchedPlace> searched_places(const std::vector<MapPart>& parts,
                                                          std::size_t apart);
 
+/// Takes a part out. What followed it follows the one whose frame is given from now on, and the
+/// numbers of the parts behind are lower by one.
+void remove_part(std::size_t part, std::size_t heir, const Pose2& heir_from_part,
+                 std::vector<MapPart>& parts);
+
 /// Looks for a lost robot with its newest scan. Each time a few key scans are searched, with no
 /// idea of where the scan was taken (Censi, Iocchi and Grisetti 2005); places where it fits become
 /// hypotheses, which the next scans confirm or refute by exact search (Olson 2009). The answer is

@@ -39,6 +39,7 @@ struct ScanOutcome {
   };
   std::optional<Joined> joined;
   bool inserted = false;
+  bool gave_up_part = false;  ///< a map apart; see kMostPartsApart
   /// Scans that the map has no room for: this one, or what waited.
   std::size_t left_out = 0;
 };
@@ -126,7 +127,8 @@ class SlamEngine {
                       ScanOutcome& outcome);
   [[nodiscard]] bool insert(const PointScan& scan, const PlacedScan& placed, MapPart& part);
   void weigh_doubt(const WeighedMatch& match, const ScanOutcome& outcome, double way);
-  void map_apart();
+  [[nodiscard]] bool map_apart();
+  void give_up_smallest_part();
   [[nodiscard]] bool has_pending() const;
   [[nodiscard]] std::size_t insert_pending();
   void search_for_map(const PointScan& scan, ScanOutcome& outcome);
