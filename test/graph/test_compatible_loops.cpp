@@ -46,5 +46,34 @@ TEST(CompatibleLoops, TheMostCertainIsAskedFirst) {
             Places{1});
 }
 
+/// Where only a loop says where the rest of the graph is, the optimiser's last digits are no
+/// contradiction.
+TEST(WorstLoop, IsNoneThatNothingContradicts) {
+  PoseGraph graph;
+  graph.poses = {{}, {1.000001, 0.0, 0.0}};
+  graph.edges = {{0, 1, {}, 1e8 * Eigen::Matrix3d::Identity()},
+                 {0,
+                  1,
+                  {1.0, 0.0, 0.0},
+                  1e-4 * Eigen::Matrix3d::Identity(),
+                  EdgeKind::kLoop,
+                  Belief::kBelieved}};
+  EXPECT_EQ(worst_loop(graph, kMostChiSquare), std::nullopt);
+}
+
+/// Of three that tell how far a step was the one that differs, by as much as without it.
+TEST(WorstLoop, IsTheOneThatDiffersMostFromTheOthers) {
+  PoseGraph graph;
+  graph.poses = {{}, {1.05, 0.0, 0.0}};
+  const Eigen::Matrix3d covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  graph.edges = {{0, 1, {1.0, 0.0, 0.0}, covariance}};
+  for (const double x : {1.0, 1.0, 1.2}) {
+    graph.edges.push_back({0, 1, {x, 0.0, 0.0}, covariance, EdgeKind::kLoop, Belief::kBelieved});
+  }
+  const double chi_square_without = 0.2 * 0.2 / (1e-4 + 1e-4 / 3.0);
+  EXPECT_EQ(worst_loop(graph, 0.999 * chi_square_without), std::optional<std::size_t>(3));
+  EXPECT_EQ(worst_loop(graph, 1.001 * chi_square_without), std::nullopt);
+}
+
 }  // namespace
 }  // namespace matchbox_slam

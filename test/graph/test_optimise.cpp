@@ -186,6 +186,37 @@ TEST(Optimise, BelievesTheRightLoops) {
   EXPECT_LE(wrong_kept, 0.005 * wrong) << wrong_kept << " of " << wrong;
 }
 
+/// Of the second one it is not known where it begins, but for three loops to the first, one of them
+/// wrong.
+TEST(Optimise, TwoDrivesAreJoinedByLoops) {
+  PoseGraph graph;
+  const Pose2 step{0.5, 0.0, 0.05};
+  std::vector<Pose2> truth;
+  for (std::size_t i = 0; i < 40; ++i) {
+    const bool begins = i == 0 || i == 20;
+    truth.push_back(begins ? Pose2{0.1 * static_cast<double>(i), 3.0, 2.5} : truth.back() * step);
+    graph.poses.push_back(begins ? Pose2{} : graph.poses.back() * step);
+    if (i == 20) {
+      graph.edges.push_back({19, 20, {}, Eigen::Vector3d(1e6, 1e6, 10.0).asDiagonal()});
+    } else if (i > 0) {
+      graph.edges.push_back({i - 1, i, step, kCovariance});
+    }
+  }
+  graph.poses.front() = truth.front();
+  for (const std::size_t node : {5, 10, 15}) {
+    const Pose2 error{0.0, node == 10 ? 1.0 : 0.0, 0.0};
+    graph.edges.push_back({node, 20 + node, truth[node].inverse() * truth[20 + node] * error,
+                           kCovariance, EdgeKind::kLoop});
+    const OptimisedGraph result = optimise(graph);
+    EXPECT_TRUE(result.converged);
+    graph = result.graph;
+  }
+  EXPECT_EQ(graph.edges[39].belief, Belief::kBelieved);
+  EXPECT_EQ(graph.edges[40].belief, Belief::kDisbelieved);
+  EXPECT_EQ(graph.edges[41].belief, Belief::kBelieved);
+  expect_near(graph.poses, truth, 1e-3);
+}
+
 /// A row of equal rooms: many loops that agree with one another say that a room is the one before;
 /// odometry, of which 4 m are 20 standard deviations, says no.
 TEST(Optimise, ManyWrongLoopsThatAgreeDoNotOutvoteOdometry) {
