@@ -41,7 +41,7 @@ LoopErrors expect_errors(const PoseGraph& graph, std::vector<std::size_t> loops,
 }
 
 std::vector<std::size_t> compatible_loops(LoopErrors errors, double most_chi_square,
-                                          std::size_t most, std::size_t first) {
+                                          std::size_t first) {
   std::vector<std::size_t> open(errors.loops.size());
   std::iota(open.begin(), open.end(), std::size_t{0});
   const auto block = [&](std::size_t loop) {
@@ -49,7 +49,7 @@ std::vector<std::size_t> compatible_loops(LoopErrors errors, double most_chi_squ
     return errors.covariance.block<3, 3>(at, at);
   };
   std::vector<std::size_t> taken;
-  while (!open.empty() && taken.size() < most) {
+  while (!open.empty()) {
     auto next = std::find(open.begin(), open.end(), first);
     if (next == open.end()) {
       next = std::min_element(open.begin(), open.end(), [&](std::size_t a, std::size_t b) {

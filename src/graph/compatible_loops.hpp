@@ -22,11 +22,10 @@ struct LoopErrors {
                                        bool motion_only = false);
 
 /// Places in `errors.loops` of those that are compatible with the graph and one another: asked one
-/// after the other, what the graph knows best first, each given those taken before, up to so many.
+/// after the other, what the graph knows best first, each given those taken before.
 /// @param first  place of the one that is asked before all others.
 [[nodiscard]] std::vector<std::size_t> compatible_loops(
     LoopErrors errors, double most_chi_square,
-    std::size_t most = std::numeric_limits<std::size_t>::max(),
     std::size_t first = std::numeric_limits<std::size_t>::max());
 
 /// The believed loop that differs most from what the graph would say without it, if by more than

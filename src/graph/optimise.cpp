@@ -26,7 +26,7 @@ std::size_t number_of_believed(const PoseGraph& graph) {
 }
 
 constexpr double kRoughly = 1e-3;  // tolerances of the chi-square
-constexpr double kExactly = 1e-7;
+constexpr double kExactly = 1e-9;
 
 class Optimiser {
  public:
@@ -77,11 +77,11 @@ class Optimiser {
     }
   }
 
-  /// Few at first: where the poses are far off, what the loops are expected to say is so, too.
+  /// Again and again, since what loops are expected to say is so where the poses are nearly right.
   void believe_compatible(PoseGraph& graph) {
-    for (std::size_t most = 1;; most *= 4) {
+    while (true) {
       const LoopErrors errors = expect_errors(graph, loops_of(graph, false));
-      const auto compatible = compatible_loops(errors, options_.most_chi_square, most);
+      const auto compatible = compatible_loops(errors, options_.most_chi_square);
       for (const std::size_t i : compatible) {
         graph.edges[errors.loops[i]].belief = Belief::kBelieved;
       }
@@ -103,7 +103,7 @@ class Optimiser {
       if (is_used(result_.graph.edges[errors.loops[i]])) {
         continue;
       }
-      const auto set = compatible_loops(errors, options_.most_chi_square, errors.loops.size(), i);
+      const auto set = compatible_loops(errors, options_.most_chi_square, i);
       if (std::find(set.begin(), set.end(), i) == set.end()) {
         continue;  // odometry alone says no
       }
