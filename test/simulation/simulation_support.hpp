@@ -18,12 +18,10 @@ namespace matchbox_slam {
 
 /// The options with neither noise nor bias.
 [[nodiscard]] inline OdometryOptions without_noise(OdometryOptions options) {
-  options.translation_noise = 0.0;
-  options.rotation_noise = 0.0;
-  options.heading_noise = 0.0;
-  options.translation_bias = 0.0;
-  options.rotation_bias = 0.0;
-  options.heading_bias = 0.0;
+  for (double* error : {&options.translation_noise, &options.rotation_noise, &options.heading_noise,
+                        &options.translation_bias, &options.rotation_bias, &options.heading_bias}) {
+    *error = 0.0;
+  }
   return options;
 }
 
