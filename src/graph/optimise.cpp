@@ -36,19 +36,11 @@ class Optimiser {
 
   OptimisedGraph run() {
     PoseGraph& graph = result_.graph;
-    const auto is_new = [](const PoseEdge& edge) {
-      return edge.kind == EdgeKind::kLoop && edge.belief == Belief::kUndecided;
-    };
-    std::vector<PoseEdge*> asked;
-    for (PoseEdge& edge : graph.edges) {
-      if (is_new(edge)) {
-        asked.push_back(&edge);
-      }
-    }
     settle(graph);
-    if (std::any_of(asked.begin(), asked.end(),
-                    [](const PoseEdge* edge) { return !is_used(*edge); })) {
-      reconsider();
+    if (std::any_of(graph.edges.begin(), graph.edges.end(), [](const PoseEdge& edge) {
+          return edge.kind == EdgeKind::kLoop && edge.belief == Belief::kUndecided;
+        })) {
+      reconsider(graph);
     }
     for (PoseEdge& edge : graph.edges) {
       if (edge.kind == EdgeKind::kLoop && !is_used(edge)) {
@@ -93,39 +85,40 @@ class Optimiser {
   }
 
   /// Whether more loops can be believed when one that is not is believed first.
-  void reconsider() {
-    constexpr std::size_t kMostTried = 8;
-    const LoopErrors errors = expect_errors(result_.graph, loops_of(result_.graph, true), true);
-    std::vector<std::size_t> best(number_of_believed(result_.graph));
-    std::size_t tried = 0;
-    bool found = false;
+  void reconsider(PoseGraph& graph) {
+    constexpr int kMostTried = 8;
+    const LoopErrors errors = expect_errors(graph, loops_of(graph, true), true);
+    std::vector<std::size_t> best;
+    int tried = 0;
     for (std::size_t i = 0; i < errors.loops.size() && tried < kMostTried; ++i) {
-      if (is_used(result_.graph.edges[errors.loops[i]])) {
+      const auto at = 3 * static_cast<Eigen::Index>(i);
+      const Eigen::Vector3d error = errors.error.segment<3>(at);
+      if (is_used(graph.edges[errors.loops[i]]) ||
+          chi_square(error, errors.covariance.block<3, 3>(at, at)) > options_.most_chi_square) {
         continue;
       }
-      const auto set = compatible_loops(errors, options_.most_chi_square, i);
-      if (std::find(set.begin(), set.end(), i) == set.end()) {
-        continue;  // odometry alone says no
-      }
       ++tried;
+      std::vector<std::size_t> set = compatible_loops(errors, options_.most_chi_square, i);
       if (set.size() > best.size()) {
-        best = set;
-        found = true;
+        best = std::move(set);
       }
     }
-    if (!found) {
+    if (best.size() <= number_of_believed(graph)) {
       return;
     }
-    PoseGraph other = result_.graph;
+    PoseGraph other = graph;
     for (const std::size_t loop : errors.loops) {
       other.edges[loop].belief = Belief::kDisbelieved;
     }
     for (const std::size_t i : best) {
       other.edges[errors.loops[i]].belief = Belief::kBelieved;
     }
+    const bool converged = result_.converged;
     settle(other);
-    if (number_of_believed(other) > number_of_believed(result_.graph)) {
-      result_.graph = std::move(other);
+    if (number_of_believed(other) > number_of_believed(graph)) {
+      graph = std::move(other);
+    } else {
+      result_.converged = converged;
     }
   }
 
