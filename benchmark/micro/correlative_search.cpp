@@ -61,7 +61,8 @@ Search make_search(const MatchScene& scene, const Window& window) {
   // The window's edge is 1.7 standard deviations of the prior away, as of a uniform error.
   const double xy = 3.0 / (window.half_xy * window.half_xy);
   const double theta = 3.0 / (window.half_theta * window.half_theta);
-  search.scoring.penalty = 0.03 * top * Eigen::Vector3d(xy, xy, theta).asDiagonal();
+  search.scoring.prior_weight = 0.03 * top;
+  search.scoring.prior_information = Eigen::Vector3d(xy, xy, theta).asDiagonal();
   return search;
 }
 

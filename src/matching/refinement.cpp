@@ -91,24 +91,17 @@ bool advance(const Eigen::Vector3d& step, Pose2& pose) {
 
 }  // namespace
 
-Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance) {
-  // 1 um or urad, which no scan resolves, and 1000 km, as good as unknown.
-  constexpr double kLeastVariance = 1e-12;
-  constexpr double kMostVariance = 1e12;
-  // Of the largest eigenvalue; rounding could make a wider range indefinite.
-  constexpr double kLeastShare = 1e-9;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-  const double largest = std::min(kMostVariance, solver.eigenvalues().maxCoeff());
-  const double least = std::max(kLeastVariance, kLeastShare * largest);
-  const Eigen::Vector3d variances = solver.eigenvalues().cwiseMax(least).cwiseMin(kMostVariance);
-  return solver.eigenvectors() * variances.cwiseInverse().asDiagonal() *
-         solver.eigenvectors().transpose();
-}
-
 RefinedPose refine(const std::vector<ScanPoint>& points, const PlacedFields& fields,
                    const Pose2& start_map_from_base, const PosePrior& prior,
                    const RefinementOptions& options) {
-  const Eigen::Matrix3d prior_part = prior_information(prior.covariance);
+  const Eigen::Matrix3d information = prior_information(prior.covariance);
+  const auto weighted_prior = [&](const Pose2& pose) -> Eigen::Matrix3d {
+    const Eigen::Vector3d off = difference(pose, prior.map_from_base);
+    return prior_weight_at(off.dot(information * off)) * information;
+  };
+  // Before the first step the prior has its full weight: where it leaves no room, a search that
+  // came out beside it does not make it wrong.
+  Eigen::Matrix3d prior_part = information;
   const double scale = 1.0 / (options.noise * options.noise);
   RefinedPose refined;
   Pose2& pose = refined.map_from_base;
@@ -122,6 +115,7 @@ RefinedPose refine(const std::vector<ScanPoint>& points, const PlacedFields& fie
     const NormalEquations scan = pairs.linearise(kernel);
     const bool goes_on = advance(step_to_optimum(scan, scale, pose, prior, prior_part), pose);
     pairs.move_to(pose);
+    prior_part = weighted_prior(pose);
     if (!goes_on && progress >= 1.0) {
       break;
     }
@@ -135,13 +129,14 @@ RefinedPose refine(const std::vector<ScanPoint>& points, const PlacedFields& fie
           without_weak_directions(pairs.linearise(options.last_kernel), options.weakest_direction);
       const bool goes_on = advance(step_to_optimum(scan, scale, pose, prior, prior_part), pose);
       pairs.move_to(pose);
+      prior_part = weighted_prior(pose);
       if (!goes_on) {
         break;
       }
     }
   }
   refined.covariance =
-      (shown_information(pairs, options) * scan.information + prior_part).inverse();
+      (shown_information(pairs, options) * scan.information + weighted_prior(pose)).inverse();
   refined.score = pairs.closeness(options.last_kernel, Eigen::Vector3d::Zero());
   return refined;
 }
@@ -158,9 +153,10 @@ LocalPosterior::LocalPosterior(const std::vector<ScanPoint>& points, const Likel
 
 double LocalPosterior::cost(const Eigen::Vector3d& step) const {
   const double scan_part = scan_information_ * (correspondences_.cost(kernel_, step) - cost_here_);
-  const Eigen::Vector3d off = off_prior_ + step;
-  return scan_part + 0.5 * (off.dot(prior_information_ * off) -
-                            off_prior_.dot(prior_information_ * off_prior_));
+  const auto penalty = [this](const Eigen::Vector3d& off) {
+    return prior_penalty(off.dot(prior_information_ * off));
+  };
+  return scan_part + 0.5 * (penalty(off_prior_ + step) - penalty(off_prior_));
 }
 
 }  // namespace matchbox_slam

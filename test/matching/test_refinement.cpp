@@ -62,6 +62,19 @@ TEST(Refine, KeepsThePriorAlongACorridorAndNamesTheDirection) {
   EXPECT_LT(refined.covariance(1, 1), 1e-4);
 }
 
+/// What the scan says against the prior's heading tells how far to believe the rest of it.
+TEST(Refine, APriorThatProvesWrongIsLessSureAlongACorridor) {
+  const MatchScene scene = make_match_scene(make_corridor_world(1), LaserOptions{}, 20.0, 1);
+  const Eigen::Matrix3d prior = prior_of(0.1, 0.02);
+  const Pose2 predicted = shifted(scene.map_from_base, {0.07, 0.0, 0.1});
+  const RefinedPose refined = refine(scene.scan.points, scene.map.field, scene.map_from_base,
+                                     {predicted, prior}, RefinementOptions{});
+  ASSERT_EQ(refined.unconstrained_directions.size(), 1U);
+  EXPECT_LT(std::abs(shift_between(scene.map_from_base, refined.map_from_base).z()), 0.001);
+  // Five standard deviations off.
+  EXPECT_NEAR(refined.covariance(0, 0), 0.01 / prior_weight_at(25.0), 0.005);
+}
+
 /// Far down the corridor beams are too far apart for the wall to be seen as one: single points hold
 /// on to single surfaces of a map of few scans, which must not pass for knowledge of the way along.
 TEST(Refine, KeepsThePriorAlongACorridorThatWasSeenOnce) {

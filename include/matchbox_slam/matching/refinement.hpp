@@ -7,6 +7,7 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/likelihood_field.hpp"
 #include "matchbox_slam/matching/correspondences.hpp"
+#include "matchbox_slam/matching/pose_prior.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 
 namespace matchbox_slam {
@@ -36,16 +37,6 @@ struct RefinementOptions {
   }
 };
 
-/// The pose predicted from motion alone, and how well it is known.
-struct PosePrior {
-  Pose2 map_from_base;
-  Eigen::Matrix3d covariance;  ///< over (x, y, theta) in the map frame
-};
-
-/// Inverse of a prior's covariance, with the eigenvalues limited so that it is finite and positive
-/// definite for any covariance, that of a perfectly known pose included.
-[[nodiscard]] Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance);
-
 struct RefinedPose {
   Pose2 map_from_base;
   Eigen::Matrix3d covariance;  ///< of prior and scan together, over (x, y, theta) in the map frame
@@ -56,9 +47,10 @@ struct RefinedPose {
 /// Moves a pose that is a few cells off to where scan, map and prior agree best, far below the size
 /// of a cell: Gauss-Newton on the distances from the points to the walls next to them, under a
 /// robust kernel that narrows from step to step (point to line: Censi 2008). Directions that the
-/// scan does not constrain keep the prior's value and variance. The covariance is scaled by the
-/// variance of the residuals that are left, as in least squares of unknown precision. Cost: one
-/// look-up a point and step.
+/// scan does not constrain keep the prior's value and variance. A prior that turns out far off
+/// (prior_penalty) counts less, also in the covariance, and so is told to be less sure in these
+/// directions. The covariance is scaled by the variance of the residuals that are left, as in least
+/// squares of unknown precision. Cost: one look-up a point and step.
 [[nodiscard]] RefinedPose refine(const std::vector<ScanPoint>& points, const PlacedFields& fields,
                                  const Pose2& start_map_from_base, const PosePrior& prior,
                                  const RefinementOptions& options);

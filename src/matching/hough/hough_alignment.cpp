@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "matchbox_slam/geometry/angles.hpp"
+#include "matchbox_slam/matching/pose_prior.hpp"
 #include "matching/hough/lane_dot.hpp"
 
 namespace matchbox_slam {
@@ -328,7 +329,7 @@ std::vector<RotationPeak> find_rotations(const std::vector<float>& correlation, 
   };
   const auto rank = [&](const RotationPeak& peak) {
     const double sigmas = wrap_angle(peak.angle - guess) / std::max(sigma, column);
-    return peak.correlation - 0.5 * options.rotation_prior_weight * sigmas * sigmas;
+    return peak.correlation - 0.5 * options.rotation_prior_weight * prior_penalty(sigmas * sigmas);
   };
   std::vector<RotationPeak> peaks;
   for (int k = 0; k < count; ++k) {

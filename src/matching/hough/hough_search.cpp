@@ -106,8 +106,7 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const PlacedSc
     return {};
   }
   constexpr double kLeastVariance = 1e-6;  // (1 mm)^2, (1 mrad)^2: alignments are no more exact
-  const Eigen::Matrix3d penalty =
-      prior_weight *
+  const Eigen::Matrix3d information =
       prior_information(prior.covariance + kLeastVariance * Eigen::Matrix3d::Identity());
   const SearchedScan reference(*key.scan->points(), options.point_spacing);
   const std::shared_ptr<const LikelihoodField> field = key.scan->field();
@@ -119,8 +118,8 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const PlacedSc
     for (const Pose2& key_from_base : poses_along(alignment, guess, options)) {
       const Pose2 pose = key.map_from_base * key_from_base;
       const Eigen::Vector3d off = difference(pose, prior.map_from_base);
-      along.push_back(
-          {pose, mean_likelihood(scan.points, *field, key_from_base) - off.dot(penalty * off)});
+      const double penalty = prior_weight * prior_penalty(off.dot(information * off));
+      along.push_back({pose, mean_likelihood(scan.points, *field, key_from_base) - penalty});
     }
     add_peaks(along, poses);
   }

@@ -151,7 +151,7 @@ class SearchScore {
                                   double to_beat) const {
     const auto count = static_cast<std::int32_t>(points_.size());
     const double top = static_cast<double>(kTop) * count;
-    const double penalty = prior_weight_ * sigmas_square;
+    const double penalty = prior_weight_ * prior_penalty(sigmas_square);
     const double needed_fit = (to_beat + penalty) * top;
     if (!(needed_fit < top)) {
       return to_beat;

@@ -173,7 +173,7 @@ LatticeSearch::LatticeSearch(const std::vector<SearchPoint>& points, const Likel
     : lattice_(lattice),
       deadline_(deadline),
       resolution_(field.geometry().resolution()),
-      penalty_(lattice, scoring.penalty, resolution_) {
+      penalty_(lattice, scoring, resolution_) {
   for (const SearchPoint& point : points) {
     points_.x.push_back(point.position.x());
     points_.y.push_back(point.position.y());

@@ -51,9 +51,11 @@ struct LatticePose {
 struct SearchScoring {
   /// Value of each likelihood of the field; must not fall from 0 to 255, and begins with 0.
   std::array<std::uint8_t, 256> value_of_likelihood;
-  /// Penalty of a pose (dx, dy, dtheta) away from the center: d^T penalty d, rounded, up to
-  /// kMaxPenalty. Symmetric, positive semidefinite.
-  Eigen::Matrix3d penalty = Eigen::Matrix3d::Zero();
+  /// What a pose d = (dx, dy, dtheta) away from the center loses: prior_weight times
+  /// prior_penalty(d^T prior_information d), rounded, up to kMaxPenalty. Symmetric, positive
+  /// semidefinite.
+  Eigen::Matrix3d prior_information = Eigen::Matrix3d::Zero();
+  double prior_weight = 0.0;
 };
 
 /// A pose this improbable is never the answer but for want of any other.

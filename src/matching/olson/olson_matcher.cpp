@@ -150,7 +150,8 @@ SearchScoring make_scoring(const MatchProblem& problem, double top, const OlsonO
     scoring.value_of_likelihood[i] =
         static_cast<std::uint8_t>(std::lround(kTopLikelihood * std::clamp(value, 0.0, 1.0)));
   }
-  scoring.penalty = options.prior_weight * top * prior_information(problem.prior_covariance);
+  scoring.prior_information = prior_information(problem.prior_covariance);
+  scoring.prior_weight = options.prior_weight * top;
   return scoring;
 }
 

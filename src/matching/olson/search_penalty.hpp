@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "matchbox_slam/matching/pose_prior.hpp"
 #include "matching/olson/correlative_search.hpp"
 
 namespace matchbox_slam {
@@ -23,23 +24,27 @@ struct StepRange {
 /// asks it of every pose.
 class SearchPenalty {
  public:
-  SearchPenalty(const SearchLattice& lattice, const Eigen::Matrix3d& matrix, double resolution)
-      : matrix_(matrix), step_xy_(lattice.step_xy(resolution)), step_theta_(lattice.step_theta) {
+  SearchPenalty(const SearchLattice& lattice, const SearchScoring& scoring, double resolution)
+      : information_(scoring.prior_information),
+        weight_(scoring.prior_weight),
+        step_xy_(lattice.step_xy(resolution)),
+        step_theta_(lattice.step_theta) {
     // Also where translations in some direction cost nothing.
-    const Eigen::Matrix2d translation = matrix.topLeftCorner<2, 2>();
-    const Eigen::Vector2d coupling = matrix.topRightCorner<2, 1>();
+    const Eigen::Matrix2d translation = information_.topLeftCorner<2, 2>();
+    const Eigen::Vector2d coupling = information_.topRightCorner<2, 1>();
     follows_ = -translation.completeOrthogonalDecomposition().solve(coupling);
   }
 
   [[nodiscard]] std::int64_t at(const LatticePose& pose) const {
-    return to_whole(value(step_xy_ * pose.x, step_xy_ * pose.y, step_theta_ * pose.theta));
+    return to_whole(
+        penalty(square(step_xy_ * pose.x, step_xy_ * pose.y, step_theta_ * pose.theta)));
   }
 
   /// Not more than the penalty of any translation at this rotation.
   [[nodiscard]] std::int64_t least(int theta) const {
     const double turn = step_theta_ * theta;
     const Eigen::Vector2d optimum = turn * follows_;
-    return below(value(optimum.x(), optimum.y(), turn));
+    return below(square(optimum.x(), optimum.y(), turn));
   }
 
   /// Not more than the penalty of any pose with these translations at this rotation.
@@ -49,7 +54,7 @@ class SearchPenalty {
     const Eigen::Vector2d high(step_xy_ * x.last, step_xy_ * y.last);
     const Eigen::Vector2d optimum = turn * follows_;
     if ((optimum.array() >= low.array()).all() && (optimum.array() <= high.array()).all()) {
-      return below(value(optimum.x(), optimum.y(), turn));
+      return below(square(optimum.x(), optimum.y(), turn));
     }
     double least = std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 2; ++axis) {
@@ -61,20 +66,23 @@ class SearchPenalty {
   }
 
  private:
-  [[nodiscard]] double value(double x, double y, double theta) const {
+  /// Squared distance from the center, in standard deviations of the prior.
+  [[nodiscard]] double square(double x, double y, double theta) const {
     const Eigen::Vector3d d(x, y, theta);
-    return d.dot(matrix_ * d);
+    return d.dot(information_ * d);
   }
 
-  /// Least value where the coordinate `axis` is `side` and the other one between two limits.
+  [[nodiscard]] double penalty(double square) const { return weight_ * prior_penalty(square); }
+
+  /// Least square where the coordinate `axis` is `side` and the other one between two limits.
   [[nodiscard]] double least_on_edge(int axis, double side, double low, double high,
                                      double turn) const {
     const int other = 1 - axis;
-    const double curvature = matrix_(other, other);
-    const double slope = matrix_(other, axis) * side + matrix_(other, 2) * turn;
+    const double curvature = information_(other, other);
+    const double slope = information_(other, axis) * side + information_(other, 2) * turn;
     const double best = curvature > 0.0 ? std::clamp(-slope / curvature, low, high) : low;
     const auto at = [&](double along) {
-      return axis == 0 ? value(side, along, turn) : value(along, side, turn);
+      return axis == 0 ? square(side, along, turn) : square(along, side, turn);
     };
     return std::min({at(best), at(low), at(high)});
   }
@@ -84,12 +92,13 @@ class SearchPenalty {
                                                     : kMaxPenalty;
   }
 
-  /// Leaves room for rounding, here and in the value of a pose.
-  [[nodiscard]] static std::int64_t below(double value) {
-    return std::max<std::int64_t>(0, to_whole(value * (1.0 - 1e-9) - 1.0));
+  /// The penalty of a squared distance; leaves room for rounding, here and in that of a pose.
+  [[nodiscard]] std::int64_t below(double square) const {
+    return std::max<std::int64_t>(0, to_whole(penalty(square) * (1.0 - 1e-9) - 1.0));
   }
 
-  Eigen::Matrix3d matrix_;
+  Eigen::Matrix3d information_;
+  double weight_;
   double step_xy_;
   double step_theta_;
   Eigen::Vector2d follows_ = Eigen::Vector2d::Zero();  ///< best translation per rotation

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/matching/pose_prior.hpp"
 #include "matching/olson/correlative_search.hpp"
 
 namespace matchbox_slam {
@@ -84,7 +85,9 @@ Scene make_scene(std::uint64_t seed) {
   lattice.half_xy = static_cast<int>(random.uniform() * 25.0);
   lattice.half_theta = static_cast<int>(random.uniform() * 8.0);
   lattice.step_theta = random.uniform(0.002, 0.1);
-  scene.scoring.penalty = random_penalty(random);
+  // From where all poses are within the prior's word to where hardly any is.
+  scene.scoring.prior_weight = std::exp(random.uniform(-2.0, 10.0));
+  scene.scoring.prior_information = random_penalty(random) / scene.scoring.prior_weight;
   scene.scoring.value_of_likelihood = random_values(random);
   return scene;
 }
@@ -119,7 +122,8 @@ std::int64_t score_of(const Scene& scene, const LatticePose& pose) {
   }
   const double step = resolution / n;
   const Eigen::Vector3d d(step * pose.x, step * pose.y, scene.lattice.step_theta * pose.theta);
-  const double penalty = d.dot(scene.scoring.penalty * d);
+  const double penalty =
+      scene.scoring.prior_weight * prior_penalty(d.dot(scene.scoring.prior_information * d));
   return fit - (penalty < static_cast<double>(kMaxPenalty) ? std::llround(penalty) : kMaxPenalty);
 }
 

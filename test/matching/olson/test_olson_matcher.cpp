@@ -96,6 +96,15 @@ TEST(Olson, FindsItsWayFromFar) {
   }
 }
 
+TEST(Olson, BelievesTheScanWhereThePriorIsWrong) {
+  // Odometry missed a turn: seven standard deviations, which would cost more than a perfect fit.
+  OlsonOptions options;
+  options.window_theta = 0.3;
+  const MatchResult result = match(options, {0.0, 0.0, 0.2}, prior_of(0.05, 0.03));
+  ASSERT_TRUE(result.accepted());
+  EXPECT_LT(error_of(result).norm(), 0.004);
+}
+
 TEST(Olson, KeepsToItsDeadlineAndTellsTheGap) {
   OlsonOptions options;
   options.deadline = 1e-9;
