@@ -80,9 +80,15 @@ void PosePublisher::publish_match_info(const ReadyScan& scan, const ScanOutcome&
     message.unconstrained_directions.push_back(vector);
   }
   message.candidates = outcome.match.candidates;
-  message.proven =
-      static_cast<std::uint8_t>(outcome.match.proof && outcome.match.proof->gap() == 0.0);
-  message.gap = outcome.match.proof ? outcome.match.proof->gap() : 0.0;
+  if (const std::optional<OptimalityProof>& proof = outcome.match.proof) {
+    message.proven = static_cast<std::uint8_t>(proof->is_proven());
+    message.gap = proof->gap();
+    message.window_clipped = static_cast<std::uint8_t>(proof->clipped);
+    message.on_edge = static_cast<std::uint8_t>(proof->on_edge);
+    message.refined_by.x = proof->refined_by.x();
+    message.refined_by.y = proof->refined_by.y();
+    message.refined_by.theta = proof->refined_by.z();
+  }
   message.match_time = match_seconds;
   message.inserted = static_cast<std::uint8_t>(outcome.inserted);
   message.matcher = matcher;

@@ -240,6 +240,10 @@ TEST_F(SlamNodelet, TellsOfEveryMatch) {
   EXPECT_EQ(last.status, "accepted");
   EXPECT_GT(last.score, 0.5);
   EXPECT_TRUE(last.proven);
+  EXPECT_FALSE(last.window_clipped);
+  EXPECT_FALSE(last.on_edge);
+  EXPECT_GT(std::abs(last.refined_by.x), 0.0);
+  EXPECT_LT(std::abs(last.refined_by.x), 0.05);
   EXPECT_GT(last.candidates, 0U);
   EXPECT_GT(last.match_time, 0.0);
   EXPECT_NEAR(last.pose.x, listener_->poses.back().pose.pose.position.x, 1e-9);

@@ -37,14 +37,26 @@ enum class MatchStatus {
 /// A word for logs, tables and reports, such as "accepted" or "rejected_low_score".
 [[nodiscard]] const char* to_string(MatchStatus status);
 
-/// What is known about the optimality of an exhaustive search's answer.
+/// What is known about the optimality of an exhaustive search's answer: it speaks of the poses of
+/// the search lattice, not of the pose that refinement makes of the best of them.
 struct OptimalityProof {
-  double best_score = 0.0;       ///< score of the answer on the search lattice
+  double best_score = 0.0;       ///< of the best pose of the lattice
   double remaining_bound = 0.0;  ///< no pose of the window that was not looked at scores higher
-  /// 0 when the answer is proven to be the optimum of the window.
+  Pose2 map_from_base;           ///< the best pose of the lattice
+  /// The window is narrower than the prior, or the configuration, asks for: nobody looked beyond.
+  bool clipped = false;
+  /// The best pose lies on the edge of the last window: a better one may lie beyond.
+  bool on_edge = false;
+  /// How far refinement moved the answer from the best pose: (x [m], y [m], theta [rad]) in the map
+  /// frame. Zero for a rejected match.
+  Eigen::Vector3d refined_by = Eigen::Vector3d::Zero();
+
+  /// By how much a pose of the window might score more at most.
   [[nodiscard]] double gap() const {
     return remaining_bound > best_score ? remaining_bound - best_score : 0.0;
   }
+  /// No pose of the lattice scores higher in all of the window that was asked for.
+  [[nodiscard]] bool is_proven() const { return gap() == 0.0 && !clipped; }
 };
 
 /// A matcher's answer. When rejected, pose and covariance are the prior's.

@@ -109,8 +109,9 @@ int steps_xy(double window, const SearchLattice& lattice, double resolution) {
 
 /// How far to search to each side.
 struct Window {
-  double xy;     ///< [m]
-  double theta;  ///< [rad]
+  double xy;        ///< [m]
+  double theta;     ///< [rad]
+  double asked_xy;  ///< [m], by prior or configuration
 };
 
 Window make_window(const MatchProblem& problem, const OlsonOptions& options) {
@@ -118,7 +119,8 @@ Window make_window(const MatchProblem& problem, const OlsonOptions& options) {
   const double xy = options.window_sigmas * std::max(sigmas.x(), sigmas.y());
   const double theta = options.window_sigmas * sigmas.z();
   return {options.window_xy > 0.0 ? options.window_xy : std::min(options.max_window_xy, xy),
-          std::min(kPi, options.window_theta > 0.0 ? options.window_theta : theta)};
+          std::min(kPi, options.window_theta > 0.0 ? options.window_theta : theta),
+          options.window_xy > 0.0 ? options.window_xy : xy};
 }
 
 SearchLattice make_lattice(const MatchProblem& problem, const Window& window, double range,
@@ -155,17 +157,27 @@ SearchScoring make_scoring(const MatchProblem& problem, double top, const OlsonO
   return scoring;
 }
 
+/// Which edges of the window a pose lies on. Beyond a whole turn, or where the prior leaves one
+/// pose alone, there is none.
+struct Edges {
+  Edges(const LatticePose& pose, const SearchLattice& lattice)
+      : xy(lattice.half_xy > 0 && std::max(std::abs(pose.x), std::abs(pose.y)) == lattice.half_xy),
+        theta(lattice.half_theta > 0 && std::abs(pose.theta) == lattice.half_theta &&
+              lattice.half_theta < steps_in(kPi, lattice.step_theta)) {}
+  bool xy;
+  bool theta;
+};
+
 /// Doubles what the best pose lies on the edge of. False when there is nothing to widen.
 bool widen(const LatticePose& best, double most_xy, SearchLattice& lattice, double resolution) {
   const int most = steps_xy(most_xy, lattice, resolution);
   const int most_theta = steps_in(kPi, lattice.step_theta);
-  const bool on_edge = std::abs(best.x) == lattice.half_xy || std::abs(best.y) == lattice.half_xy;
-  const bool turned_to_edge = std::abs(best.theta) == lattice.half_theta;
+  const Edges on(best, lattice);
   const SearchLattice before = lattice;
-  if (on_edge) {
+  if (on.xy) {
     lattice.half_xy = std::max(lattice.half_xy, std::min(2 * lattice.half_xy, most));
   }
-  if (turned_to_edge) {
+  if (on.theta) {
     lattice.half_theta = std::max(lattice.half_theta, std::min(2 * lattice.half_theta, most_theta));
   }
   return lattice.half_xy > before.half_xy || lattice.half_theta > before.half_theta;
@@ -173,12 +185,20 @@ bool widen(const LatticePose& best, double most_xy, SearchLattice& lattice, doub
 
 /// What the search found, in metres and shares of the highest score.
 struct Found {
-  Pose2 map_from_base;
   OptimalityProof proof;
   std::optional<Pose2> rival;
   double rival_share = 0.0;
   std::size_t candidates = 0;
+  /// Of a window that was clipped: how likely the truth is between it and what was asked for.
+  double share_beyond = 0.0;
 };
+
+/// How likely a coordinate with this standard deviation lies within the one limit to each side, but
+/// not within the other, narrower one.
+double share_between(double within, double not_within, double sigma) {
+  return std::erf(within / (sigma * std::sqrt(2.0))) -
+         std::erf(not_within / (sigma * std::sqrt(2.0)));
+}
 
 Found find(const MatchProblem& problem, const OlsonOptions& options) {
   using Clock = std::chrono::steady_clock;
@@ -189,7 +209,7 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
   }
   const std::vector<SearchPoint> points = search_points(problem.scan.points, options);
   Found found;
-  found.map_from_base = problem.predicted_map_from_base;
+  found.proof.map_from_base = problem.predicted_map_from_base;
   if (points.empty()) {
     return found;
   }
@@ -220,10 +240,16 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
     }
     result = wider;
   }
-  found.map_from_base = pose_at(lattice, result.best, resolution);
-  found.proof = {static_cast<double>(result.score) / top, static_cast<double>(result.bound) / top};
-  if (window.xy > kMostCells * resolution) {
-    found.proof.remaining_bound = 1.0;  // nobody looked at the rest of the window
+  found.proof.map_from_base = pose_at(lattice, result.best, resolution);
+  found.proof.best_score = static_cast<double>(result.score) / top;
+  found.proof.remaining_bound = static_cast<double>(result.bound) / top;
+  const Edges on(result.best, lattice);
+  found.proof.on_edge = on.xy || on.theta;
+  const double searched_xy = lattice.half_xy * lattice.step_xy(resolution);
+  if (searched_xy < (1.0 - 1e-9) * window.asked_xy) {
+    found.proof.clipped = true;
+    const double variance = problem.prior_covariance.diagonal().head<2>().maxCoeff();
+    found.share_beyond = share_between(window.asked_xy, searched_xy, std::sqrt(variance));
   }
   if (result.rival) {
     found.rival = pose_at(lattice, result.rival->pose, resolution);
@@ -286,7 +312,7 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
   }
   const Found found = find(problem, options_);
   const RefinedPose refined =
-      refine(problem.scan.points, problem.field, found.map_from_base,
+      refine(problem.scan.points, problem.field, found.proof.map_from_base,
              {problem.predicted_map_from_base, problem.prior_covariance}, options_.refinement);
   MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);
   if (std::isfinite(refined.score)) {
@@ -300,18 +326,18 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
   }
   result.status = MatchStatus::kAccepted;
   result.map_from_base = refined.map_from_base;
+  result.proof->refined_by = difference(refined.map_from_base, found.proof.map_from_base);
   result.unconstrained_directions = refined.unconstrained_directions;
   const bool is_held = refined.unconstrained_directions.empty();
   result.covariance =
       is_held ? volume_covariance(problem, refined, options_.refinement) : refined.covariance;
   if (found.rival && is_held) {
-    result.covariance = with_rival(result.covariance, found.map_from_base, *found.rival,
+    result.covariance = with_rival(result.covariance, found.proof.map_from_base, *found.rival,
                                    found.proof.best_score * (1.0 - found.rival_share));
   }
-  if (found.proof.gap() > 0.0) {
-    // What was not looked at may be the truth, anywhere that the prior allows.
-    result.covariance += problem.prior_covariance;
-  }
+  // What was not looked at may be the truth, anywhere that the prior allows.
+  result.covariance +=
+      (found.proof.gap() > 0.0 ? 1.0 : found.share_beyond) * problem.prior_covariance;
   return result;
 }
 

@@ -105,6 +105,60 @@ TEST(Olson, BelievesTheScanWhereThePriorIsWrong) {
   EXPECT_LT(error_of(result).norm(), 0.004);
 }
 
+TEST(Olson, TellsAWindowThatIsNarrowerThanThePrior) {
+  const Eigen::Vector3d off(0.3, 0.2, 0.1);
+  const MatchResult wide = match({}, off, prior_of(1.6, 0.1));
+  ASSERT_TRUE(wide.accepted());
+  EXPECT_TRUE(wide.proof->is_proven());
+  EXPECT_FALSE(wide.proof->clipped);
+  EXPECT_LT(std::sqrt(wide.covariance(0, 0)), 0.003);
+  OlsonOptions narrow;
+  narrow.max_window_xy = 1.6;
+  const MatchResult clipped = match(narrow, off, prior_of(1.6, 0.1));
+  EXPECT_LT(error_of(clipped).norm(), 0.004);
+  EXPECT_EQ(clipped.proof->gap(), 0.0);
+  EXPECT_TRUE(clipped.proof->clipped);
+  EXPECT_FALSE(clipped.proof->is_proven());
+  // A third of a Gaussian lies beyond one standard deviation, less what lies beyond three.
+  EXPECT_NEAR(clipped.covariance(0, 0), (0.3173 - 0.0027) * 1.6 * 1.6, 0.01);
+  narrow.window_xy = 1.5;  // asked for, whatever the prior says
+  EXPECT_TRUE(match(narrow, off, prior_of(1.6, 0.1)).proof->is_proven());
+}
+
+TEST(Olson, TellsThatTheBestPoseLiesOnTheEdge) {
+  OlsonOptions options;
+  options.window_xy = 0.1;
+  options.window_theta = 0.02;
+  options.widenings = 0;
+  const Eigen::Matrix3d prior = prior_of(0.3, 0.1);
+  EXPECT_TRUE(match(options, {0.3, 0.0, 0.0}, prior).proof->on_edge);
+  EXPECT_TRUE(match(options, {0.0, 0.0, 0.06}, prior).proof->on_edge);
+  EXPECT_FALSE(match(options, {0.03, 0.03, 0.005}, prior).proof->on_edge);
+  options.widenings = 3;
+  EXPECT_FALSE(match(options, {0.3, 0.0, 0.06}, prior).proof->on_edge);
+  EXPECT_FALSE(match({}, {0.0, 0.0, 0.0}, Eigen::Matrix3d::Zero()).proof->on_edge);
+  options = {};
+  options.window_theta = kPi;  // has no edge
+  EXPECT_FALSE(match(options, {0.0, 0.0, kPi}, prior_of(0.1, 3.0)).proof->on_edge);
+}
+
+TEST(Olson, ItsProofIsOfThePoseBeforeRefinement) {
+  const Eigen::Vector3d off(0.107, -0.083, 0.051);
+  const Eigen::Matrix3d prior = prior_of(0.1, 0.06);
+  const MatchResult raw = match(search_only(), off, prior);
+  EXPECT_EQ(raw.proof->map_from_base, raw.map_from_base);
+  EXPECT_EQ(raw.proof->refined_by, Eigen::Vector3d::Zero());
+  const MatchResult refined = match({}, off, prior);
+  EXPECT_EQ(refined.proof->map_from_base, raw.map_from_base);
+  EXPECT_GT(refined.proof->refined_by.norm(), 0.002);
+  EXPECT_LT(
+      (difference(refined.map_from_base, raw.map_from_base) - refined.proof->refined_by).norm(),
+      1e-12);
+  OlsonOptions strict;
+  strict.min_score = 1.0;
+  EXPECT_EQ(match(strict, off, prior).proof->refined_by, Eigen::Vector3d::Zero());
+}
+
 TEST(Olson, KeepsToItsDeadlineAndTellsTheGap) {
   OlsonOptions options;
   options.deadline = 1e-9;
@@ -198,7 +252,8 @@ TEST(Olson, TellsThatItLeftOutTheRestOfAWindowThatIsTooWide) {
   options.window_theta = 0.01;
   const MatchResult result = OlsonMatcher(options).match(fine.problem({}, prior_of(0.1, 0.01)));
   EXPECT_LT(result.map_from_base.translation().norm(), 0.01);
-  EXPECT_EQ(result.proof->remaining_bound, 1.0);
+  EXPECT_TRUE(result.proof->clipped);
+  EXPECT_FALSE(result.proof->is_proven());
 }
 
 TEST(Olson, LooksForRivalsOnlyAboveTheLeastShare) {
