@@ -91,6 +91,11 @@ bool advance(const Eigen::Vector3d& step, Pose2& pose) {
 
 }  // namespace
 
+Eigen::Matrix3d step_covariance(double step_xy, double step_theta) {
+  return Eigen::Vector3d(step_xy, step_xy, step_theta).cwiseAbs2().asDiagonal().toDenseMatrix() /
+         12.0;
+}
+
 RefinedPose refine(const std::vector<ScanPoint>& points, const PlacedFields& fields,
                    const Pose2& start_map_from_base, const PosePrior& prior,
                    const RefinementOptions& options) {

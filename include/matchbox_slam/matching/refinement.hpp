@@ -37,6 +37,11 @@ struct RefinementOptions {
   }
 };
 
+/// What the covariance of a search's answer has to hold where nothing refines it: the pose is but
+/// the nearest of those that the search tells apart, which errors are uniform between.
+/// @param step_xy, step_theta  [m], [rad] from one such pose to the next.
+[[nodiscard]] Eigen::Matrix3d step_covariance(double step_xy, double step_theta);
+
 struct RefinedPose {
   Pose2 map_from_base;
   Eigen::Matrix3d covariance;  ///< of prior and scan together, over (x, y, theta) in the map frame

@@ -91,6 +91,10 @@ MatchResult HoughMatcher::match(const MatchProblem& problem) const {
   result.status = MatchStatus::kAccepted;
   result.map_from_base = refined.map_from_base;
   result.covariance = refined.covariance;
+  if (options_.refinement.iterations == 0) {
+    const HoughAlignmentOptions& alignment = options_.alignment;
+    result.covariance += step_covariance(alignment.rho_cell, kPi / alignment.angles);
+  }
   result.unconstrained_directions = refined.unconstrained_directions;
   return result;
 }

@@ -199,6 +199,21 @@ class SearchScore {
   std::array<std::int32_t, 256> values_{};
 };
 
+/// Covariance of the search's answer: it knows no pose better than to a cell of the field, nor a
+/// heading better than what moves the points, by the root of their mean squared range, as far.
+Eigen::Matrix3d search_covariance(const MatchProblem& problem) {
+  const double cell = problem.field.geometry().resolution();
+  double squares = 0.0;
+  double count = 0.0;
+  for (const ScanPoint& point : problem.scan.points) {
+    if (point.position.allFinite()) {
+      squares += point.position.squaredNorm();
+      ++count;
+    }
+  }
+  return step_covariance(cell, cell / std::sqrt(std::max(cell * cell, squares / count)));
+}
+
 /// The best pose of a search, as steps away from the prediction in standard deviations of the
 /// prior.
 struct Found {
@@ -316,6 +331,9 @@ MatchResult MonteCarloMatcher::match(const MatchProblem& problem) const {
   const bool sampled = options_.covariance_samples > 0 && refined.unconstrained_directions.empty();
   result.covariance =
       sampled ? sampled_covariance(problem, refined, options_, random) : refined.covariance;
+  if (options_.refinement.iterations == 0) {
+    result.covariance += search_covariance(problem);
+  }
   result.score = std::clamp(refined.score, 0.0, 1.0);
   result.unconstrained_directions = refined.unconstrained_directions;
   result.candidates = tries;

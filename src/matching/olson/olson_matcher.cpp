@@ -189,6 +189,8 @@ struct Found {
   std::optional<Pose2> rival;
   double rival_share = 0.0;
   std::size_t candidates = 0;
+  double step_xy = 0.0;     ///< [m]
+  double step_theta = 0.0;  ///< [rad]
   /// Of a window that was clipped: how likely the truth is between it and what was asked for.
   double share_beyond = 0.0;
 };
@@ -240,6 +242,8 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
     }
     result = wider;
   }
+  found.step_xy = lattice.step_xy(resolution);
+  found.step_theta = lattice.step_theta;
   found.proof.map_from_base = pose_at(lattice, result.best, resolution);
   found.proof.best_score = static_cast<double>(result.score) / top;
   found.proof.remaining_bound = static_cast<double>(result.bound) / top;
@@ -334,6 +338,11 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
   if (found.rival && is_held) {
     result.covariance = with_rival(result.covariance, found.proof.map_from_base, *found.rival,
                                    found.proof.best_score * (1.0 - found.rival_share));
+  }
+  if (options_.refinement.iterations == 0) {
+    // The likelihoods are those of cells, which steps finer than these tell hardly apart.
+    const double coarser = std::max(1.0, problem.field.geometry().resolution() / found.step_xy);
+    result.covariance += step_covariance(coarser * found.step_xy, coarser * found.step_theta);
   }
   // What was not looked at may be the truth, anywhere that the prior allows.
   result.covariance +=

@@ -57,7 +57,8 @@ struct Statistics {
   int found;
 };
 
-Statistics over_pairs(const World& world, const LaserOptions& laser, int pairs) {
+Statistics over_pairs(const World& world, const LaserOptions& laser, int pairs,
+                      const HoughOptions& options = {}) {
   Random random(11);
   std::vector<double> xy;
   std::vector<double> theta;
@@ -65,7 +66,8 @@ Statistics over_pairs(const World& world, const LaserOptions& laser, int pairs) 
   for (int i = 0; i < pairs; ++i) {
     const Pair pair =
         along_route(world, laser, random.uniform(2.0, 60.0), static_cast<std::uint64_t>(i));
-    const MatchResult result = pair.match(shifted(pair.truth, random_error(random)), kPrior);
+    const MatchResult result =
+        pair.match(shifted(pair.truth, random_error(random)), kPrior, options);
     const Eigen::Vector3d error = shift_between(pair.truth, result.map_from_base);
     xy.push_back(error.head<2>().norm());
     theta.push_back(std::abs(error.z()));
@@ -91,6 +93,14 @@ TEST(Hough, FindsRotationAndTranslationInRooms) {
   const Statistics clean = over_pairs(make_rooms_world(7), laser, 100);
   EXPECT_LE(clean.median_xy, 0.0002);
   EXPECT_LE(clean.median_theta, 0.00005);
+}
+
+TEST(Hough, TheCovarianceHoldsTheCellsWhereNothingRefines) {
+  HoughOptions options;
+  options.refinement.iterations = 0;
+  const double nees = over_pairs(make_rooms_world(7), {}, 50, options).mean_nees;
+  EXPECT_GT(nees, 0.5);
+  EXPECT_LT(nees, 5.0);
 }
 
 TEST(Hough, FindsItsWayThroughClutter) {

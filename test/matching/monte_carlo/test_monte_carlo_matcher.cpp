@@ -95,6 +95,14 @@ TEST(MonteCarlo, FindsKnownShiftsAndKnowsHowWell) {
   }
 }
 
+TEST(MonteCarlo, TheCovarianceHoldsTheCellWhereNothingRefines) {
+  MonteCarloOptions options;
+  options.refinement.iterations = 0;
+  const double nees = match_everywhere(options).mean_nees;  // of those within 2 cm
+  EXPECT_GT(nees, 0.5);
+  EXPECT_LT(nees, 5.0);
+}
+
 TEST(MonteCarlo, TheSeedIsTheOnlyRandomness) {
   MonteCarloOptions options;
   options.refinement.iterations = 0;  // which would hide where the search ended

@@ -64,6 +64,37 @@ TEST(Olson, ComesWithinAStepBeforeItRefines) {
   }
 }
 
+/// Mean over many places of the squared error over its covariance; 3 if that is honest.
+double mean_nees(const OlsonOptions& options) {
+  constexpr int kPlaces = 12;
+  constexpr int kOffsets = 5;
+  Random random(4);
+  double sum = 0.0;
+  for (std::uint64_t place = 0; place < kPlaces; ++place) {
+    const MatchScene here = make_match_scene(make_rooms_world(place), LaserOptions{},
+                                             6.0 + 2.0 * static_cast<double>(place), place);
+    for (int i = 0; i < kOffsets; ++i) {
+      const double x = random.uniform(-0.15, 0.15);
+      const double y = random.uniform(-0.15, 0.15);
+      const Eigen::Vector3d off(x, y, random.uniform(-0.1, 0.1));
+      const MatchResult result = OlsonMatcher(options).match(
+          here.problem(shifted(here.map_from_base, off), prior_of(0.1, 0.06)));
+      sum += normalised_error_square(result, here.map_from_base);
+    }
+  }
+  return sum / (kPlaces * kOffsets);
+}
+
+TEST(Olson, TheCovarianceHoldsTheStepWhereNothingRefines) {
+  OlsonOptions options = search_only();
+  for (const double step : {0.05, 0.025}) {
+    options.step_xy = step;
+    const double nees = mean_nees(options);
+    EXPECT_GT(nees, 1.0) << step;
+    EXPECT_LT(nees, 5.0) << step;
+  }
+}
+
 TEST(Olson, WidensTheWindowWhoseEdgeIsBest) {
   OlsonOptions options = search_only();
   options.window_xy = 0.1;
