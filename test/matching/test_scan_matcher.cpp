@@ -79,8 +79,14 @@ TEST(RejectUnmatchable, GoesOnOnlyWithAPriorPointsAndAMap) {
 }
 
 TEST(OptimalityProof, GapIsWhatTheBoundLeavesOpen) {
-  EXPECT_EQ((OptimalityProof{0.8, 0.5}.gap()), 0.0);
-  EXPECT_DOUBLE_EQ((OptimalityProof{0.5, 0.8}.gap()), 0.3);
+  OptimalityProof proof;
+  proof.best_score = 0.8;
+  proof.remaining_bound = 0.5;
+  EXPECT_EQ(proof.gap(), 0.0);
+  EXPECT_TRUE(proof.is_proven());
+  proof.remaining_bound = 1.1;
+  EXPECT_DOUBLE_EQ(proof.gap(), 0.3);
+  EXPECT_FALSE(proof.is_proven());
 }
 
 }  // namespace
