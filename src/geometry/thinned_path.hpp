@@ -19,9 +19,10 @@ class ThinnedPath {
 
   void add(const StampedPose2& pose);
 
-  /// As the free function.
-  void change_frame_since(double stamp, const Pose2& frame_from_other) {
-    matchbox_slam::change_frame_since(stamp, frame_from_other, poses_);
+  /// Puts poses right that are known better now.
+  template <typename Change>
+  void change(const Change& change) {
+    change(poses_);
   }
 
   /// In the order in which they came; of those with one stamp, as of two lasers, the last.

@@ -76,6 +76,10 @@ KeyScan::KeyScan(PointScan points, std::uint64_t id, int laser, std::shared_ptr<
       cache_(std::move(cache)),
       cache_key_(cache_->next_key++) {}
 
+double KeyScan::stamp() const {
+  return measured() != nullptr ? measured()->scan.stamp : points()->stamp;
+}
+
 std::shared_ptr<const PointScan> KeyScan::points() const {
   if (const auto* points = std::get_if<std::shared_ptr<const PointScan>>(&seen_)) {
     return *points;

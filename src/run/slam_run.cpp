@@ -35,6 +35,16 @@ void add_pose(const StampedPose2& pose, std::vector<StampedPose2>& poses) {
   }
 }
 
+void put_right(const MapCorrection& correction, std::vector<StampedPose2>& poses) {
+  auto step = correction.steps.begin();
+  for (StampedPose2& pose : poses) {
+    while (step + 1 != correction.steps.end() && (step + 1)->since <= pose.stamp) {
+      ++step;
+    }
+    pose.pose = step->new_from_old * pose.pose;
+  }
+}
+
 }  // namespace
 
 SlamRun::SlamRun(LiveConfiguration configuration, RunRecords records)
@@ -187,7 +197,11 @@ void SlamRun::record(const ScanOutcome& outcome) {
   if (outcome.joined) {
     const auto& [begin, map_from_apart] = *outcome.joined;
     change_frame_since(begin, map_from_apart, trajectory_);
-    path_.change_frame_since(begin, map_from_apart);
+    path_.change([&](auto& poses) { change_frame_since(begin, map_from_apart, poses); });
+  }
+  if (outcome.corrected) {
+    put_right(*outcome.corrected, trajectory_);
+    path_.change([&](auto& poses) { put_right(*outcome.corrected, poses); });
   }
   inserted_ += outcome.inserted ? 1 : 0;
   left_out_ += outcome.left_out;

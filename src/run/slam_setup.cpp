@@ -50,7 +50,7 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& ca
   setup.run = read_options_among<RunOptions>(with_offset_as_text(parameters), "", names);
   setup.node = read_options_among<SlamNodeOptions>(parameters, "", names);
   reject_unknown_names(parameters, names,
-                       {"slam", "scan", "map", "field", "motion", "doubt", "tracking", "recovery"},
+                       {"slam", "scan", "map", "field", "motion", "doubt", "tracking", "recovery", "loops"},
                        catalog);
   check_scan_time_offset(setup.run);
   strip_leading_slashes(setup.run);

@@ -28,6 +28,7 @@ EngineOptions read_engine_options(const Parameters& parameters) {
   options.doubt = read_options<DoubtOptions>(parameters.section("doubt"), "doubt");
   options.tracking = read_options<TrackingOptions>(parameters.section("tracking"), "tracking");
   options.recovery = read_options<RecoveryOptions>(parameters.section("recovery"), "recovery");
+  options.loops = read_options<LoopOptions>(parameters.section("loops"), "loops");
   const double after_first_hit = 0.5 + 0.5 * options.map.quality;
   if (options.map.occupied_threshold > after_first_hit) {
     throw ConfigurationError(
@@ -48,6 +49,7 @@ std::vector<OptionDescription> describe_engine_options(const EngineOptions& opti
   append_section("doubt", options.doubt, rows);
   append_section("tracking", options.tracking, rows);
   append_section("recovery", options.recovery, rows);
+  append_section("loops", options.loops, rows);
   return rows;
 }
 

@@ -92,6 +92,12 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
     outcome.odom_from_base = input.odometry->odom_from_base;
   }
   weigh_doubt(weighed, outcome, predicted.motion.previous_from_current.translation().norm());
+  if (options_.slam.loop_closing && !is_lost() && doubt_.is_blind(options_.tracking)) {
+    // Nothing says that it is elsewhere. How badly it is known where, the graph is told.
+    doubt_ = {};
+    outcome.certainty = Certainty::kNewGround;
+    outcome.covariance = predicted.covariance;
+  }
 
   if (is_to_be_inserted(outcome, input.laser)) {
     if (matched.during_scan != predicted.during_scan) {
@@ -106,6 +112,9 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
                     is_doubted ? predicted.covariance : outcome.covariance,
                     outcome.match.accepted() || outcome.inserted);
   ++scan_count_;
+  if (!is_lost() && outcome.inserted && options_.slam.loop_closing) {
+    close_loops(outcome);
+  }
   outcome.left_out += insert_pending();
   if (doubt_.is_lost(input.scan.stamp, options_.tracking)) {
     outcome.gave_up_part = map_apart();
@@ -113,7 +122,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
     search_for_map(scan, outcome);
   }
   if (is_lost()) {
-    outcome.covariance += anywhere_in(map());
+    outcome.covariance += anywhere_in(parts_.front().map);
   }
   outcome.state = state();
   return outcome;
@@ -121,18 +130,18 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
 
 WeighedMatch SlamEngine::match(const PointScan& scan, const MotionPrediction& predicted) const {
   const MapPart& part = here();
+  const SlamMap& map = !is_lost() && near_map_.map() != nullptr ? *near_map_.map() : part.map;
   const PlacedScans recent =
       part.key_scans.newest(static_cast<std::size_t>(options_.slam.recent_scans));
-  const MatchProblem problem{
-      scan,   predicted.fixed_from_base,   predicted.covariance, part.map.field,
-      recent, mix_seed(seed_, scan_count_)};
-  if (part.map.field.empty()) {
+  const MatchProblem problem{scan,   predicted.fixed_from_base,   predicted.covariance, map.field,
+                             recent, mix_seed(seed_, scan_count_)};
+  if (map.field.empty()) {
     return {rejected(problem, MatchStatus::kRejectedNoReference)};
   }
   if (scan.points.size() < static_cast<std::size_t>(options_.slam.min_points)) {
     return {rejected(problem, MatchStatus::kRejectedTooFewPoints)};
   }
-  return match_and_weigh(*matcher_, problem, part.map.occupancy, {usual_score_, doubt_.doubts},
+  return match_and_weigh(*matcher_, problem, map.occupancy, {usual_score_, doubt_.doubts},
                          options_.doubt);
 }
 
@@ -175,6 +184,7 @@ bool SlamEngine::map_apart() {
   doubt_ = {};
   held_.clear();
   search_ = {};
+  static_cast<void>(map());
   if (is_lost() && here().key_scans.size() < kWorthKeeping) {
     MapPart anew = empty_part(options_, here().begin);
     anew.left = here().left;
@@ -263,6 +273,7 @@ void SlamEngine::join(const PlaceHypothesis& found) {
   here_ = joined;
   here().begin = std::min(here().begin, begin);
   here().last_inserted.clear();
+  is_continued_ = false;
   leave_parts_if_found();
   doubt_ = {};
   held_.clear();
@@ -282,6 +293,7 @@ void SlamEngine::leave_parts_if_found() {
 void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
   tracker_.set_pose(map_from_base, covariance);
   here_ = 0;
+  is_continued_ = false;
   leave_parts_if_found();
   pending_.clear();
   doubt_ = {};
@@ -291,7 +303,7 @@ void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& cov
 }
 
 void SlamEngine::set_options(const EngineOptions& options) {
-  check_map(map(), options);
+  check_map(parts_.front().map, options);
   options_ = options;
   tracker_.set_options(options.motion);
   if (!options.doubt.enabled) {
@@ -317,11 +329,28 @@ void SlamEngine::start_from(MapStart start) {
   pending_ = std::move(whereabouts.pending);
   search_ = std::move(whereabouts.search);
   find_places_to_search();
+  loops_ = {};
+  near_map_.clear();
+  is_outdated_ = false;
+  is_continued_ = false;
   tracker_.set_state(start.motion);
   scan_count_ = start.scan_count;
 }
 
-MapStart SlamEngine::snapshot() const {
+const SlamMap& SlamEngine::map() {
+  if (is_outdated_) {
+    render_map();
+  }
+  return parts_.front().map;
+}
+
+void SlamEngine::render_map() {
+  parts_.front().map = rendered(key_scans().all(), options_.map, options_.field);
+  is_outdated_ = false;
+}
+
+MapStart SlamEngine::snapshot() {
+  static_cast<void>(map());
   const MapPart& part = parts_.front();
   return {
       part.map,
@@ -330,6 +359,40 @@ MapStart SlamEngine::snapshot() const {
       part.last_inserted,
       scan_count_,
       {doubt_, usual_score_, held_, pending_, {parts_.begin() + 1, parts_.end()}, here_, search_}};
+}
+
+// --- loops ---
+
+/// With the newest scan, which was inserted.
+void SlamEngine::close_loops(ScanOutcome& outcome) {
+  const PlacedScans& keys = key_scans().all();
+  if (const std::optional<MapCorrection> found = loops_.search(key_scans(), options_.loops)) {
+    move_map(*found, outcome);
+  }
+  near_map_.add(keys, loops_.apart(options_.loops), is_outdated_, options_.map, options_.field);
+}
+
+void SlamEngine::move_map(const MapCorrection& correction, ScanOutcome& outcome) {
+  MapPart& part = parts_.front();
+  for (std::size_t i = 0; i < part.key_scans.size(); ++i) {
+    part.key_scans.move(i, loops_.graph().poses[i]);
+  }
+  const Pose2& here = correction.newest;
+  for (WaitingScan& waiting : pending_) {
+    if (waiting.part == 0) {
+      waiting.scan.map_from_base = here * waiting.scan.map_from_base;
+    }
+  }
+  for (auto& [laser, map_from_base] : part.last_inserted) {
+    map_from_base = here * map_from_base;
+  }
+  tracker_.change_frame(here);
+  outcome.map_from_base = here * outcome.map_from_base;
+  outcome.corrected = correction;
+  if (correction.most_moved > 0.5 * options_.map.resolution) {
+    near_map_.clear();
+    is_outdated_ = true;
+  }
 }
 
 // --- insertion ---
@@ -374,17 +437,25 @@ void SlamEngine::insert_or_hold(const PointScan& scan, const MeasuredScan& measu
     }
     return;
   }
-  outcome.inserted = insert(scan, placed, here());
+  outcome.inserted = insert(scan, placed, outcome.covariance, is_continued_, here());
+  is_continued_ = true;
   outcome.left_out = outcome.inserted ? 0 : 1;
 }
 
 /// False when the map has no room for it.
-bool SlamEngine::insert(const PointScan& scan, const PlacedScan& placed, MapPart& part) {
+bool SlamEngine::insert(const PointScan& scan, const PlacedScan& placed,
+                        const Eigen::Matrix3d& covariance, bool is_continued, MapPart& part) {
   if (!has_room(scan, placed.map_from_base, options_.map, part.map)) {
     return false;
   }
-  insert_scan(scan, placed.map_from_base, options_.map, part.map);
+  const bool is_map = &part == &parts_.front();
+  if (!is_map || !is_outdated_) {
+    insert_scan(scan, placed.map_from_base, options_.map, part.map);
+  }
   part.key_scans.add(placed);
+  if (is_map && options_.slam.loop_closing) {
+    loops_.add(part.key_scans, covariance, is_continued, options_.loops);
+  }
   part.last_inserted[placed.scan->laser()] = placed.map_from_base;
   return true;
 }
@@ -398,7 +469,12 @@ bool SlamEngine::has_pending() const {
 
 /// What waits is no surer than where the robot is. Returns how many scans the map has no room for.
 std::size_t SlamEngine::insert_pending() {
-  constexpr int kAtATime = 2;  // so that no scan waits for all of them
+  constexpr int kAtATime = 2;      // so that no scan waits for all of them
+  constexpr double kXy = 0.05;     // [m]
+  constexpr double kTheta = 0.02;  // [rad]
+  if (is_outdated_ && has_pending()) {
+    render_map();
+  }
   MapPart& part = here();
   std::size_t left_out = 0;
   for (int i = 0; i < kAtATime && !doubt_.doubts && has_pending(); ++i) {
@@ -409,7 +485,10 @@ std::size_t SlamEngine::insert_pending() {
     const PlacedScan placed{waiting->scan.scan, placed_best(*points, waiting->scan.map_from_base,
                                                             part.map.field, options_.doubt)};
     const std::map<int, Pose2> last_inserted = part.last_inserted;
-    left_out += insert(*points, placed, part) ? 0 : 1;
+    const Eigen::Matrix3d covariance =
+        Eigen::Vector3d(kXy * kXy, kXy * kXy, kTheta * kTheta).asDiagonal();
+    left_out += insert(*points, placed, covariance, false, part) ? 0 : 1;
+    is_continued_ = false;
     part.last_inserted = last_inserted;
     pending_.erase(waiting);
   }

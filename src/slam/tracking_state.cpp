@@ -7,6 +7,7 @@ namespace {
 
 constexpr double kDistance = 0.1;  // [m] of motion after which a scan says something new
 constexpr double kAngle = 0.1;     // [rad]
+constexpr int kLeastContradictions = 5;
 
 bool is_uncontradicted(const WeighedMatch& match, const DoubtOptions& doubt) {
   return match.match.accepted() && match.match.contradiction <= doubt.contradiction;
@@ -72,14 +73,17 @@ void TrackingDoubt::follow(const WeighedMatch& match, double stamp, double way_s
   }
 }
 
-bool TrackingDoubt::is_lost(double stamp, const TrackingOptions& options) const {
-  constexpr int kLeastContradictions = 5;
+bool TrackingDoubt::is_blind(const TrackingOptions& options) const {
   constexpr int kLeastBlind = 10;
-  if (!doubts || is_provisional) {
-    return false;
-  }
-  return (contradictions >= kLeastContradictions && stamp - since >= options.lost_after) ||
-         (doubtful >= kLeastBlind && way >= options.lost_way);
+  return doubts && !is_provisional && contradictions < kLeastContradictions &&
+         doubtful >= kLeastBlind && way >= options.lost_way;
+}
+
+bool TrackingDoubt::is_lost(double stamp, const TrackingOptions& options) const {
+  const bool is_contradicted = doubts && !is_provisional &&
+                               contradictions >= kLeastContradictions &&
+                               stamp - since >= options.lost_after;
+  return is_contradicted || is_blind(options);
 }
 
 }  // namespace matchbox_slam

@@ -48,7 +48,7 @@ class WhereaboutsTest : public testing::Test {
     return outcome;
   }
 
-  [[nodiscard]] Whereabouts now() const { return engine_.snapshot().whereabouts; }
+  [[nodiscard]] Whereabouts now() { return engine_.snapshot().whereabouts; }
 
   double stamp_ = 100.0;
   SlamEngine engine_{{}, std::make_shared<OdometryOnlyMatcher>(), 1};

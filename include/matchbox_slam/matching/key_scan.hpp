@@ -33,6 +33,7 @@ class KeyScan {
 
   [[nodiscard]] std::uint64_t id() const { return id_; }
   [[nodiscard]] int laser() const { return laser_; }
+  [[nodiscard]] double stamp() const;  ///< [s]
 
   /// Null for one that was made of points.
   [[nodiscard]] const MeasuredScan* measured() const { return std::get_if<MeasuredScan>(&seen_); }

@@ -8,6 +8,7 @@
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/slam/doubt.hpp"
+#include "matchbox_slam/slam/loop_closing.hpp"
 #include "matchbox_slam/slam/motion_prior.hpp"
 #include "matchbox_slam/slam/recovery.hpp"
 #include "matchbox_slam/slam/tracking_state.hpp"
@@ -21,6 +22,7 @@ struct SlamOptions {
   int recent_scans = 30;
   int min_points = 10;
   bool update_map = true;
+  bool loop_closing = true;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -42,11 +44,13 @@ struct SlamOptions {
     option(self.update_map, "update_map", any(), "",
            "Whether scans are inserted; if not, the map that is there only tells where the robot "
            "is.");
+    option(self.loop_closing, "loop_closing", any(), "",
+           "Whether places that are seen again after a long way move the map, so that it fits.");
   }
 };
 
 /// All options of the engine, a section each: `slam/`, `scan/`, `map/`, `field/`, `motion/`,
-/// `doubt/`, `tracking/`, `recovery/`.
+/// `doubt/`, `tracking/`, `recovery/`, `loops/`.
 struct EngineOptions {
   SlamOptions slam;
   ProjectionOptions scan;
@@ -56,6 +60,7 @@ struct EngineOptions {
   DoubtOptions doubt;
   TrackingOptions tracking;
   RecoveryOptions recovery;
+  LoopOptions loops;
 };
 
 /// Reads the engine's sections from `parameters`; other keys are left to their owners.

@@ -14,8 +14,10 @@
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
+#include "matchbox_slam/slam/loop_closing.hpp"
 #include "matchbox_slam/slam/map_part.hpp"
 #include "matchbox_slam/slam/motion_tracker.hpp"
+#include "matchbox_slam/slam/near_map.hpp"
 #include "matchbox_slam/slam/recovery.hpp"
 #include "matchbox_slam/slam/tracking_state.hpp"
 
@@ -38,6 +40,8 @@ struct ScanOutcome {
     Pose2 map_from_apart;
   };
   std::optional<Joined> joined;
+  /// Set by the scan that closes a loop: key scans have moved, and what was seen between them.
+  std::optional<MapCorrection> corrected;
   bool inserted = false;
   bool gave_up_part = false;  ///< a map apart; see kMostPartsApart
   /// Scans that the map has no room for: this one, or what waited.
@@ -92,12 +96,14 @@ class SlamEngine {
   ScanOutcome process(const ScanInput& input);
 
   /// The map so far, without what a lost robot maps apart; copy it for a snapshot.
-  [[nodiscard]] const SlamMap& map() const { return parts_.front().map; }
+  /// Renders anew what loops have moved.
+  [[nodiscard]] const SlamMap& map();
   [[nodiscard]] const KeyScans& key_scans() const { return parts_.front().key_scans; }
 
   /// Maps that the robot made while it was lost, and that were not joined.
   [[nodiscard]] std::size_t parts_apart() const { return parts_.size() - 1; }
   [[nodiscard]] TrackingState state() const;
+  [[nodiscard]] const LoopCloser& loops() const { return loops_; }
   [[nodiscard]] const EngineOptions& options() const { return options_; }
 
   /// Matches from the next scan on are made by this matcher; map and pose stay.
@@ -117,7 +123,7 @@ class SlamEngine {
   void start_from(MapStart start);
 
   /// What it takes to go on from here.
-  [[nodiscard]] MapStart snapshot() const;
+  [[nodiscard]] MapStart snapshot();
 
  private:
   [[nodiscard]] WeighedMatch match(const PointScan& scan, const MotionPrediction& predicted) const;
@@ -125,7 +131,8 @@ class SlamEngine {
   [[nodiscard]] bool is_worth_inserting(const ScanOutcome& outcome, int laser) const;
   void insert_or_hold(const PointScan& scan, const MeasuredScan& measured, int laser,
                       ScanOutcome& outcome);
-  [[nodiscard]] bool insert(const PointScan& scan, const PlacedScan& placed, MapPart& part);
+  [[nodiscard]] bool insert(const PointScan& scan, const PlacedScan& placed,
+                            const Eigen::Matrix3d& covariance, bool is_continued, MapPart& part);
   void weigh_doubt(const WeighedMatch& match, const ScanOutcome& outcome, double way);
   [[nodiscard]] bool map_apart();
   void give_up_smallest_part();
@@ -134,6 +141,9 @@ class SlamEngine {
   void search_for_map(const PointScan& scan, ScanOutcome& outcome);
   void join(const PlaceHypothesis& found);
   void leave_parts_if_found();
+  void render_map();
+  void close_loops(ScanOutcome& outcome);
+  void move_map(const MapCorrection& correction, ScanOutcome& outcome);
   void find_places_to_search();
 
   [[nodiscard]] MapPart& here() { return parts_[here_]; }
@@ -153,6 +163,10 @@ class SlamEngine {
   std::vector<WaitingScan> pending_;
   PlaceSearch search_;
   std::vector<SearchedPlace> places_;  ///< follows from the parts
+  LoopCloser loops_;                   ///< in the map, not in the parts apart
+  NearMap near_map_;                   ///< of the map
+  bool is_outdated_ = false;           ///< the map, since loops were closed
+  bool is_continued_ = false;          ///< the newest key scan is from where the robot is
 };
 
 }  // namespace matchbox_slam

@@ -34,8 +34,9 @@ struct TrackingOptions {
            "The robot counts as lost after this time of scans that contradict the map, five or "
            "more.");
     option(self.lost_way, "lost_way", between(0.0, 1000.0), "m",
-           "It does, too, after this way of scans, ten or more, that match nowhere and contradict "
-           "nothing, as where something covers the view or nothing is mapped. A provisional pose "
+           "After this way of scans, ten or more, that match nowhere and contradict nothing, as "
+           "where nothing is mapped, it maps on where odometry says, if loops are closed, and "
+           "else counts as lost, too. A provisional pose "
            "that nothing speaks against for so long is confirmed.");
   }
 };
@@ -58,6 +59,9 @@ struct TrackingDoubt {
   /// @param way  [m] that the base moved since the scan before.
   void follow(const WeighedMatch& match, double stamp, double way, const Pose2& map_from_base,
               const DoubtOptions& doubt, const TrackingOptions& options);
+
+  /// Whether nothing matched for long, and nothing contradicted either.
+  [[nodiscard]] bool is_blind(const TrackingOptions& options) const;
 
   [[nodiscard]] bool is_lost(double stamp, const TrackingOptions& options) const;
 };

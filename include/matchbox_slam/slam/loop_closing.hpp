@@ -1,0 +1,118 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/graph/pose_graph.hpp"
+#include "matchbox_slam/slam/doubt.hpp"
+#include "matchbox_slam/slam/key_scans.hpp"
+
+namespace matchbox_slam {
+
+struct LoopOptions {
+  double drift_xy = 0.05;
+  double drift_theta = 0.004;
+  double apart = 0.25;
+  double search_way = 1.0;
+  double max_window = 10.0;
+  double least_score = 0.55;
+  double most_rival = 0.95;
+  double most_contradiction = 0.1;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.drift_xy, "drift_xy", between(1e-4, 1.0), "m/sqrt(m)",
+           "Standard deviation of the map's drift after one metre driven, beside what the matches "
+           "say of themselves; it grows with the square root of the way.");
+    option(self.drift_theta, "drift_theta", between(1e-5, 1.0), "rad/sqrt(m)",
+           "The same of the heading.");
+    option(self.apart, "apart", between(0.01, 10.0), "m",
+           "Key scans whose places are known less well than this from where the robot is, by "
+           "standard deviation, are not matched against; they are searched for loops.");
+    option(self.search_way, "search_way", between(0.0, 100.0), "m",
+           "Way between two searches for a loop.");
+    option(self.max_window, "max_window", between(0.5, 30.0), "m",
+           "Half width of the search for a loop, at most.");
+    option(self.least_score, "least_score", between(0.0, 1.0), "",
+           "A loop fits at least this well.");
+    option(self.most_rival, "most_rival", between(0.0, 1.0), "",
+           "A place is no loop when another one fits more than this share as well.");
+    option(self.most_contradiction, "most_contradiction", between(0.0, 1.0), "",
+           "Nor when more than this share of the beams cross walls.");
+  }
+};
+
+/// A place that was seen again.
+struct FoundLoop {
+  std::size_t key = 0;  ///< the key scan that was taken there before
+  Pose2 key_from_newest;
+  Eigen::Matrix3d covariance;  ///< of that, over (x, y, theta) of the key's frame
+  double score = 0.0;
+  double rival_share = 0.0;
+  double contradiction = 0.0;
+};
+
+/// A loop that was tried, for reports.
+struct ClosedLoop {
+  FoundLoop found;
+  std::size_t newest = 0;   ///< key scan that it was found with
+  bool believed = false;    ///< whether the graph can be made to agree
+  double chi_square = 0.0;  ///< of the loop in the graph, of 3 degrees of freedom
+  double moved = 0.0;       ///< [m] by which it moved the key scan that moved most
+};
+
+/// How the key scans of a map have moved, and with them what was seen in between.
+struct MapCorrection {
+  struct Step {
+    double since;        ///< [s] stamp of a key scan; holds until the next one
+    Pose2 new_from_old;  ///< map frame, there
+  };
+  std::vector<Step> steps;  ///< by their stamps
+  Pose2 newest;             ///< new_from_old of the newest key scan
+  double most_moved = 0.0;  ///< [m], of any key scan
+};
+
+/// Keeps the graph of the key scans of a map, and closes loops in it: a value, to be copied and
+/// saved. Key scans are joined to the one before, and to one seen earlier that they are matched
+/// with; where the way between two says little of where one is from the other, a search has to find
+/// it (several scans at once, against the key scans there; exact, Olson 2009).
+class LoopCloser {
+ public:
+  /// Takes the newest key scan.
+  /// @param map_covariance  of its pose by its match, in the map frame.
+  /// @param is_continued    whether it was matched on from the key scan before; else where it is is
+  ///                        hardly known.
+  void add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance, bool is_continued,
+           const LoopOptions& options);
+
+  /// Searches for a loop with the newest key scan, if it is time to, and closes it: poses of all
+  /// key scans that fit together. None: nothing was found, or it cannot be.
+  [[nodiscard]] std::optional<MapCorrection> search(const KeyScans& keys,
+                                                    const LoopOptions& options);
+
+  /// Whether each key scan lies apart from the newest: hardly known where, and far in the graph.
+  [[nodiscard]] std::vector<bool> apart(const LoopOptions& options) const;
+
+  [[nodiscard]] const PoseGraph& graph() const { return graph_; }
+  [[nodiscard]] const std::vector<ClosedLoop>& loops() const { return loops_; }
+  [[nodiscard]] bool empty() const { return graph_.poses.empty(); }
+
+ private:
+  void find_ways();
+  void join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& map_covariance,
+                      const LoopOptions& options);
+  void join_to_earlier(const KeyScans& keys, const LoopOptions& options);
+
+  PoseGraph graph_;
+  std::vector<double> variances_;   ///< [m^2] of each key scan's place as seen from the newest
+  std::vector<std::size_t> edges_;  ///< from each key scan to the newest
+  std::vector<ClosedLoop> loops_;
+  double way_ = 0.0;  ///< [m] since the last search
+  std::size_t tries_ = 0;
+};
+
+}  // namespace matchbox_slam

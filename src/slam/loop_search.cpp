@@ -1,0 +1,158 @@
+#include "slam/loop_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "map/scan_surfaces.hpp"
+#include "matchbox_slam/map/scan_inserter.hpp"
+#include "matchbox_slam/matching/contradiction.hpp"
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr std::size_t kMerged = 8;   // key scans that are searched at once
+constexpr std::size_t kAround = 10;  // key scans to each side of the candidate
+constexpr double kFarPoint = 100.0;  // [m]
+
+Eigen::Matrix3d diagonal(double xy, double theta) {
+  return Eigen::Vector3d(xy * xy, xy * xy, theta * theta).asDiagonal();
+}
+
+/// The walls that key scans saw, in the frame of one of them.
+LikelihoodField field_of(const PlacedScans& keys, const Pose2& map_from_frame, double resolution,
+                         const LikelihoodFieldOptions& options) {
+  std::vector<SurfaceHit> hits;
+  for (const PlacedScan& key : keys) {
+    const Pose2 frame_from_base = map_from_frame.inverse() * key.map_from_base;
+    const std::shared_ptr<const PointScan> points = key.scan->points();
+    for (const std::vector<SurfaceHit>& some :
+         {surfaces_between_hits(*points, frame_from_base, resolution),
+          surfaces_at_hits(*points, frame_from_base)}) {
+      std::copy_if(some.begin(), some.end(), std::back_inserter(hits), [](const SurfaceHit& hit) {
+        return hit.position.norm() < kFarPoint && hit.normal.allFinite();
+      });
+    }
+  }
+  LikelihoodField field(resolution, options);
+  field.update(hits, {});
+  return field;
+}
+
+PlacedScans around(const PlacedScans& keys, std::size_t candidate) {
+  const std::size_t begin = candidate - std::min(candidate, kAround);
+  const std::size_t end = std::min(keys.size(), candidate + kAround + 1);
+  return {keys.begin() + static_cast<std::ptrdiff_t>(begin),
+          keys.begin() + static_cast<std::ptrdiff_t>(end)};
+}
+
+PointScan merged_newest(const PlacedScans& keys) {
+  const Pose2 newest_from_map = keys.back().map_from_base.inverse();
+  PointScan merged;
+  merged.stamp = keys.back().scan->points()->stamp;
+  for (std::size_t i = keys.size() - std::min(keys.size(), kMerged); i < keys.size(); ++i) {
+    const Pose2 newest_from_base = newest_from_map * keys[i].map_from_base;
+    const Eigen::Rotation2Dd turn(newest_from_base.theta);
+    for (ScanPoint point : keys[i].scan->points()->points) {
+      point.position = newest_from_base * point.position;
+      point.origin = newest_from_base * point.origin;
+      point.normal = turn * point.normal;
+      merged.points.push_back(point);
+    }
+  }
+  return merged;
+}
+
+}  // namespace
+
+std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const std::vector<bool>& is_apart,
+                                         const std::vector<double>& variances,
+                                         const LoopOptions& options) {
+  constexpr double kMargin = 2.0;      // [m] at which places still see the same
+  constexpr std::size_t kSpread = 20;  // key scans
+  constexpr std::size_t kMost = 2;
+  const Eigen::Vector2d here = keys.back().map_from_base.translation();
+  std::vector<std::pair<double, std::size_t>> near;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const double sigma = std::sqrt(variances[i]);
+    const double distance = (keys[i].map_from_base.translation() - here).norm();
+    if (is_apart[i] && distance < std::min(options.max_window, kMargin + 3.0 * sigma)) {
+      near.emplace_back(distance, i);
+    }
+  }
+  std::sort(near.begin(), near.end());
+  std::vector<std::size_t> chosen;
+  for (const auto& [distance, i] : near) {
+    const bool is_new = std::none_of(chosen.begin(), chosen.end(), [i = i](std::size_t other) {
+      return std::max(i, other) - std::min(i, other) < kSpread;
+    });
+    if (is_new && chosen.size() < kMost) {
+      chosen.push_back(i);
+    }
+  }
+  return chosen;
+}
+
+std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidate, double sigma,
+                                   const LoopOptions& options) {
+  const PlacedScans there = around(keys, candidate);
+  const Pose2& map_from_key = keys[candidate].map_from_base;
+  const Pose2 guess = map_from_key.inverse() * keys.back().map_from_base;
+  const PointScan scan = merged_newest(keys);
+  const PlacedScans none;
+
+  OlsonOptions coarse;
+  coarse.step_xy = 0.1;
+  coarse.window_xy = std::min(options.max_window, std::max(1.0, 3.0 * sigma));
+  coarse.window_theta = 0.5;
+  coarse.widenings = 0;
+  coarse.point_spacing = 0.1;
+  coarse.rival_distance = 0.5;
+  coarse.prior_weight = 0.01;
+  coarse.refinement.first_kernel = 0.3;
+  coarse.refinement.last_kernel = 0.1;
+  const LikelihoodField wide_field = field_of(there, map_from_key, 0.1, {0.1, 0.4});
+  const MatchResult rough = OlsonMatcher(coarse).match(
+      {scan, guess, diagonal(std::max(1.0, sigma), 0.3), wide_field, none, 0});
+  if (!rough.accepted() || rough.rival_share > options.most_rival) {
+    return std::nullopt;
+  }
+
+  OlsonOptions fine;
+  fine.step_xy = 0.05;
+  fine.window_xy = 0.2;
+  fine.window_theta = 0.04;
+  fine.widenings = 1;
+  fine.least_rival = 1.0;
+  const LikelihoodField field = field_of(there, map_from_key, MapOptions{}.resolution, {});
+  const MatchResult match =
+      OlsonMatcher(fine).match({scan, rough.map_from_base, diagonal(1.0, 1.0), field, none, 0});
+  FoundLoop found{candidate,         match.map_from_base,
+                  match.covariance,  match.score,
+                  rough.rival_share, contradiction(scan, match.map_from_base, field)};
+  if (!match.accepted() || !match.unconstrained_directions.empty() ||
+      match.score < options.least_score || found.contradiction > options.most_contradiction) {
+    return std::nullopt;
+  }
+  found.covariance += diagonal(0.03, 0.005);
+  return found;
+}
+
+std::optional<FoundLoop> find_near(const PlacedScans& keys, std::size_t candidate) {
+  const Pose2 guess = keys[candidate].map_from_base.inverse() * keys.back().map_from_base;
+  const std::shared_ptr<const PointScan> points = keys.back().scan->points();
+  const PosePrior prior{guess, diagonal(0.1, 0.05)};
+  const RefinedPose pose =
+      refine(points->points, *keys[candidate].scan->field(), guess, prior, RefinementOptions{});
+  constexpr double kLeastScore = 0.5;
+  const Eigen::Vector3d moved = difference(pose.map_from_base, guess);
+  if (!(pose.score >= kLeastScore) || !pose.unconstrained_directions.empty() ||
+      moved.head<2>().norm() > 0.1 || std::abs(moved.z()) > 0.05) {
+    return std::nullopt;
+  }
+  return FoundLoop{
+      candidate, pose.map_from_base, pose.covariance + diagonal(0.01, 0.003), pose.score, 0.0, 0.0};
+}
+
+}  // namespace matchbox_slam
