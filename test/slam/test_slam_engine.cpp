@@ -18,6 +18,7 @@
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
 #include "simulation/simulation_support.hpp"
+#include "slam/map_equality.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -87,25 +88,6 @@ double rms_error(const SimulatedRun& run, const std::vector<ScanOutcome>& outcom
 double rms_error_of_odometry(const SimulatedRun& run) {
   SlamEngine engine = make_engine(run, odometry_only());
   return rms_error(run, process(run, engine));
-}
-
-/// Every cell of two maps, as stored.
-bool same_map(const SlamMap& a, const SlamMap& b) {
-  const CellBox bounds = a.occupancy.known_bounds();
-  const CellBox other = b.occupancy.known_bounds();
-  if (bounds.min != other.min || bounds.max != other.max) {
-    return false;
-  }
-  for (int y = bounds.min.y; y < bounds.max.y; ++y) {
-    for (int x = bounds.min.x; x < bounds.max.x; ++x) {
-      if (a.occupancy.stored({x, y}) != b.occupancy.stored({x, y}) ||
-          a.field.distance({x, y}) != b.field.distance({x, y}) ||
-          a.field.likelihood({x, y}) != b.field.likelihood({x, y})) {
-        return false;
-      }
-    }
-  }
-  return true;
 }
 
 ScanOdometry at_rest_at(const Pose2& odom_from_base) { return {odom_from_base, odom_from_base}; }

@@ -1,0 +1,136 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "matchbox_slam/common/random.hpp"
+#include "slam/graph_distance.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+Eigen::Matrix3d covariance_of(double x, double y, double theta) {
+  return Eigen::Vector3d(x * x, y * y, theta * theta).asDiagonal();
+}
+
+PoseEdge edge(std::size_t from, std::size_t to, const Eigen::Matrix3d& covariance,
+              EdgeKind kind = EdgeKind::kMotion, Belief belief = Belief::kUndecided) {
+  return {from, to, {}, covariance, kind, belief};
+}
+
+/// Nodes a metre apart along x, each joined to the one before.
+PoseGraph chain(std::size_t nodes, const Eigen::Matrix3d& covariance) {
+  PoseGraph graph;
+  for (std::size_t i = 0; i < nodes; ++i) {
+    graph.poses.push_back({1.0 * static_cast<double>(i), 0.0, 0.3});
+    if (i > 0) {
+      graph.edges.push_back(edge(i - 1, i, covariance));
+    }
+  }
+  return graph;
+}
+
+TEST(GraphDistance, AddsUpAlongAChain) {
+  const GraphWays ways = ways_from(chain(6, covariance_of(0.3, 0.1, 1e-9)), 4);
+  const std::vector<std::size_t> edges = {4, 3, 2, 1, 0, 1};
+  EXPECT_EQ(ways.edges, edges);
+  for (std::size_t i = 0; i < edges.size(); ++i) {  // a place is as unsure as x and y on average
+    EXPECT_NEAR(ways.variances[i], 0.05 * static_cast<double>(edges[i]), 1e-12);
+  }
+}
+
+TEST(GraphDistance, HeadingCountsByTheLever) {
+  const GraphWays ways = ways_from(chain(4, covariance_of(1e-9, 1e-9, 0.1)), 3);
+  EXPECT_NEAR(ways.variances[2], 0.01 * 1.0, 1e-12);
+  EXPECT_NEAR(ways.variances[1], 0.01 * (1.0 + 4.0), 1e-12);
+  EXPECT_NEAR(ways.variances[0], 0.01 * (1.0 + 4.0 + 9.0), 1e-12);
+}
+
+TEST(GraphDistance, OnlyLoopsThatAreBelievedShorten) {
+  const Eigen::Matrix3d covariance = covariance_of(0.1, 0.1, 1e-9);
+  for (const Belief belief : {Belief::kUndecided, Belief::kBelieved, Belief::kDisbelieved}) {
+    PoseGraph graph = chain(10, covariance);
+    graph.edges.push_back(edge(1, 9, covariance, EdgeKind::kLoop, belief));
+    const GraphWays ways = ways_from(graph, 9);
+    const std::size_t to_first = belief == Belief::kBelieved ? 2 : 9;
+    EXPECT_EQ(ways.edges[0], to_first);
+    EXPECT_NEAR(ways.variances[0], 0.01 * static_cast<double>(to_first), 1e-12);
+  }
+}
+
+TEST(GraphDistance, TheSurestWayMayHaveMoreEdges) {
+  PoseGraph graph = chain(4, covariance_of(0.1, 0.1, 1e-9));
+  graph.edges.push_back(edge(0, 3, covariance_of(0.5, 0.5, 1e-9)));
+  const GraphWays ways = ways_from(graph, 3);
+  EXPECT_NEAR(ways.variances[0], 3.0 * 0.01, 1e-12);
+  EXPECT_EQ(ways.edges[0], 1U);
+}
+
+/// By relaxing every edge as often as there are nodes (Bellman and Ford).
+GraphWays by_force(const PoseGraph& graph, std::size_t node) {
+  const std::size_t nodes = graph.poses.size();
+  std::vector<double> variances(nodes, std::numeric_limits<double>::infinity());
+  std::vector<double> edges(nodes, std::numeric_limits<double>::infinity());
+  variances[node] = edges[node] = 0.0;
+  for (std::size_t round = 0; round < nodes; ++round) {
+    for (const PoseEdge& edge : graph.edges) {
+      if (edge.kind == EdgeKind::kLoop && edge.belief != Belief::kBelieved) {
+        continue;
+      }
+      const double lever = std::hypot(graph.poses[edge.from].x - graph.poses[node].x,
+                                      graph.poses[edge.from].y - graph.poses[node].y);
+      const double variance = 0.5 * (edge.covariance(0, 0) + edge.covariance(1, 1)) +
+                              lever * lever * edge.covariance(2, 2);
+      for (const auto& [a, b] : {std::pair(edge.from, edge.to), std::pair(edge.to, edge.from)}) {
+        variances[b] = std::min(variances[b], variances[a] + variance);
+        edges[b] = std::min(edges[b], edges[a] + 1.0);
+      }
+    }
+  }
+  GraphWays ways{variances, {}};
+  for (const double count : edges) {
+    ways.edges.push_back(static_cast<std::size_t>(count));
+  }
+  return ways;
+}
+
+TEST(GraphDistance, IsThatOfBruteForce) {
+  Random random(7);
+  for (int trial = 0; trial < 200; ++trial) {
+    const auto pick = [&](std::size_t below) {
+      return std::min(below - 1,
+                      static_cast<std::size_t>(random.uniform() * static_cast<double>(below)));
+    };
+    const auto any_covariance = [&] {
+      return covariance_of(random.uniform(0.01, 0.5), random.uniform(0.01, 0.5),
+                           random.uniform(0.001, 0.1));
+    };
+    PoseGraph graph;
+    const std::size_t nodes = 2 + pick(18);
+    for (std::size_t i = 0; i < nodes; ++i) {
+      graph.poses.push_back({random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0), 0.0});
+      if (i > 0) {
+        graph.edges.push_back(edge(i - 1, i, any_covariance()));
+      }
+    }
+    for (std::size_t loops = pick(15); loops > 0; --loops) {
+      const std::size_t from = pick(nodes);
+      const std::size_t to = (from + 1 + pick(nodes - 1)) % nodes;
+      graph.edges.push_back(edge(from, to, any_covariance(), EdgeKind::kLoop,
+                                 pick(2) == 0 ? Belief::kBelieved : Belief::kDisbelieved));
+    }
+    const std::size_t node = pick(nodes);
+    const GraphWays ways = ways_from(graph, node);
+    const GraphWays expected = by_force(graph, node);
+    ASSERT_EQ(ways.edges, expected.edges) << trial;
+    for (std::size_t i = 0; i < nodes; ++i) {
+      ASSERT_NEAR(ways.variances[i], expected.variances[i], 1e-9) << trial << ' ' << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace matchbox_slam
