@@ -8,17 +8,8 @@ namespace {
 const std::string kHead = "matchbox_slam map, version ";
 const std::string kVersion1 = kHead + "1\n";
 const std::string kVersion2 = kHead + "2\n";
+const std::string kVersion3 = kHead + "3\n";
 constexpr double kLeastInterval = 1e-9;  // [s] between stamps of messages
-
-template <typename Archive, typename Matrix>
-void transfer_covariance(Archive& archive, Matrix& matrix) {
-  transfer_matrix(archive, matrix);
-  if constexpr (Archive::kReads) {
-    if (!is_covariance(matrix)) {
-      archive.fail("is damaged: the covariance of its pose is none");
-    }
-  }
-}
 
 /// What may be missing: whether it is there, then its value or a default one.
 template <typename Archive, typename Optional, typename Transfer>
@@ -38,7 +29,7 @@ void transfer_optional(Archive& archive, Optional& optional, const Transfer& tra
 template <typename Archive, typename Motion>
 void transfer_motion(Archive& archive, Motion& motion) {
   transfer_pose(archive, motion.fixed_from_base);
-  transfer_covariance(archive, motion.covariance);
+  transfer_covariance(archive, "its pose", motion.covariance);
   transfer_matrix(archive, motion.by_velocity);
   transfer_optional(archive, motion.stamp,
                     [](Archive& to, double& stamp) { to.number(stamp, kLargest); });
@@ -63,13 +54,14 @@ void transfer_motion(Archive& archive, Motion& motion) {
 
 std::string to_saved_map(const MapStart& map) {
   MapWriter writer;
-  writer.text(kVersion2);
+  writer.text(kVersion3);
   write_grids(map.map, writer);
   write_key_scans(map.key_scans, writer);
   transfer_motion(writer, map.motion);
   write_last_inserted(map.last_inserted, writer);
   writer.integer(map.scan_count);
   write_whereabouts(map.whereabouts, writer);
+  write_loops(map, writer);
   return writer.finish();
 }
 
@@ -77,20 +69,24 @@ MapStart read_saved_map(const std::string& path, double max_cells) {
   const std::string bytes = decompress(read_file(path), path);
   MapReader reader(bytes, path, max_cells);
   const bool version_1 = reader.begins_with(kVersion1);
-  if (!version_1 && !reader.begins_with(kVersion2)) {
+  const bool version_3 = reader.begins_with(kVersion3);
+  if (!version_1 && !version_3 && !reader.begins_with(kVersion2)) {
     reader.fail("is no saved map that this version reads; it should begin with '" + kHead +
-                "1' or '" + kHead + "2'");
+                "' and 1, 2 or 3");
   }
   MapStart start{read_grids(reader), {}, {}, {}, 0};
   start.key_scans = read_key_scans(version_1, reader);
   if (version_1) {
     transfer_pose(reader, start.motion.fixed_from_base);
-    transfer_covariance(reader, start.motion.covariance);
+    transfer_covariance(reader, "its pose", start.motion.covariance);
   } else {
     transfer_motion(reader, start.motion);
     start.last_inserted = read_last_inserted(reader);
     reader.integer(start.scan_count);
     start.whereabouts = read_whereabouts(reader);
+  }
+  if (version_3) {
+    read_loops(reader, start);
   }
   if (!reader.at_end()) {
     reader.fail("is damaged: it goes on after its end");

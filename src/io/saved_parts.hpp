@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <string>
 
 #include "io/map_archive.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
@@ -22,5 +23,19 @@ void write_last_inserted(const std::map<int, Pose2>& last_inserted, MapWriter& w
 
 void write_whereabouts(const Whereabouts& whereabouts, MapWriter& writer);
 [[nodiscard]] Whereabouts read_whereabouts(MapReader& reader);
+
+/// What closing loops knows: of the graph the edges, as its poses are those of the key scans.
+void write_loops(const MapStart& map, MapWriter& writer);
+void read_loops(MapReader& reader, MapStart& map);
+
+template <typename Archive, typename Matrix>
+void transfer_covariance(Archive& archive, const std::string& name, Matrix& matrix) {
+  transfer_matrix(archive, matrix);
+  if constexpr (Archive::kReads) {
+    if (!is_covariance(matrix)) {
+      archive.fail("is damaged: the covariance of " + name + " is none");
+    }
+  }
+}
 
 }  // namespace matchbox_slam

@@ -39,6 +39,21 @@ MapCorrection correction_of(const PlacedScans& keys, const std::vector<Pose2>& n
 
 }  // namespace
 
+LoopCloser::LoopCloser(State state)
+    : graph_(std::move(state.graph)),
+      loops_(std::move(state.loops)),
+      way_(state.way),
+      tries_(state.tries) {
+  if (!empty()) {
+    find_ways();
+  }
+}
+
+std::size_t LoopCloser::closed() const {
+  return static_cast<std::size_t>(std::count_if(
+      loops_.begin(), loops_.end(), [](const ClosedLoop& loop) { return loop.believed; }));
+}
+
 void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance, bool is_continued,
                      const LoopOptions& options) {
   constexpr double kFound = 0.1;          // [m], how well a place is found anew

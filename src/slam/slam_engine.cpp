@@ -61,6 +61,9 @@ void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   whereabouts.held.clear();
   whereabouts.here = 0;
   whereabouts.search = {};
+  near_map.clear();
+  is_moved = false;
+  is_continued = false;
 }
 
 SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
@@ -184,7 +187,8 @@ bool SlamEngine::map_apart() {
   doubt_ = {};
   held_.clear();
   search_ = {};
-  static_cast<void>(map());
+  near_map_.clear();
+  match_whole_map();
   if (is_lost() && here().key_scans.size() < kWorthKeeping) {
     MapPart anew = empty_part(options_, here().begin);
     anew.left = here().left;
@@ -294,6 +298,8 @@ void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   tracker_.set_pose(map_from_base, covariance);
   here_ = 0;
   is_continued_ = false;
+  near_map_.clear();
+  match_whole_map();
   leave_parts_if_found();
   pending_.clear();
   doubt_ = {};
@@ -310,12 +316,19 @@ void SlamEngine::set_options(const EngineOptions& options) {
     doubt_ = {};
     held_.clear();
   }
+  if (!options.slam.loop_closing) {
+    near_map_.clear();
+    match_whole_map();
+  }
 }
 
 void SlamEngine::start_from(MapStart start) {
   check_map(start.map, options_);
   for (const MapPart& part : start.whereabouts.apart) {
     check_map(part.map, options_);
+  }
+  if (const SlamMap* near = start.near_map.map()) {
+    check_map(*near, options_);
   }
   parts_.clear();
   parts_.push_back(
@@ -329,24 +342,26 @@ void SlamEngine::start_from(MapStart start) {
   pending_ = std::move(whereabouts.pending);
   search_ = std::move(whereabouts.search);
   find_places_to_search();
-  loops_ = {};
-  near_map_.clear();
+  loops_ = std::move(start.loops);
+  near_map_ = std::move(start.near_map);
+  is_moved_ = start.is_moved;
   is_outdated_ = false;
-  is_continued_ = false;
+  is_continued_ = start.is_continued;
   tracker_.set_state(start.motion);
   scan_count_ = start.scan_count;
 }
 
 const SlamMap& SlamEngine::map() {
   if (is_outdated_) {
-    render_map();
+    parts_.front().map = rendered(key_scans().all(), options_.map, options_.field);
+    is_outdated_ = false;
   }
   return parts_.front().map;
 }
 
-void SlamEngine::render_map() {
-  parts_.front().map = rendered(key_scans().all(), options_.map, options_.field);
-  is_outdated_ = false;
+void SlamEngine::match_whole_map() {
+  static_cast<void>(map());
+  is_moved_ = false;
 }
 
 MapStart SlamEngine::snapshot() {
@@ -358,7 +373,11 @@ MapStart SlamEngine::snapshot() {
       tracker_.state(),
       part.last_inserted,
       scan_count_,
-      {doubt_, usual_score_, held_, pending_, {parts_.begin() + 1, parts_.end()}, here_, search_}};
+      {doubt_, usual_score_, held_, pending_, {parts_.begin() + 1, parts_.end()}, here_, search_},
+      loops_,
+      near_map_,
+      is_moved_,
+      is_continued_};
 }
 
 // --- loops ---
@@ -369,7 +388,7 @@ void SlamEngine::close_loops(ScanOutcome& outcome) {
   if (const std::optional<MapCorrection> found = loops_.search(key_scans(), options_.loops)) {
     move_map(*found, outcome);
   }
-  near_map_.add(keys, loops_.apart(options_.loops), is_outdated_, options_.map, options_.field);
+  near_map_.add(keys, loops_.apart(options_.loops), is_moved_, options_.map, options_.field);
 }
 
 void SlamEngine::move_map(const MapCorrection& correction, ScanOutcome& outcome) {
@@ -391,6 +410,7 @@ void SlamEngine::move_map(const MapCorrection& correction, ScanOutcome& outcome)
   outcome.corrected = correction;
   if (correction.most_moved > 0.5 * options_.map.resolution) {
     near_map_.clear();
+    is_moved_ = true;
     is_outdated_ = true;
   }
 }
@@ -472,8 +492,8 @@ std::size_t SlamEngine::insert_pending() {
   constexpr int kAtATime = 2;      // so that no scan waits for all of them
   constexpr double kXy = 0.05;     // [m]
   constexpr double kTheta = 0.02;  // [rad]
-  if (is_outdated_ && has_pending()) {
-    render_map();
+  if (is_moved_ && has_pending()) {
+    match_whole_map();
   }
   MapPart& part = here();
   std::size_t left_out = 0;

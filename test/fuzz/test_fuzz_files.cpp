@@ -197,7 +197,7 @@ std::string small_map() {
 class SavedFields {
  public:
   explicit SavedFields(const std::string& bytes)
-      : bytes_(bytes), at_(std::string("matchbox_slam map, version 2\n").size()) {
+      : bytes_(bytes), at_(std::string("matchbox_slam map, version 3\n").size()) {
     add(3, 8, numbers);
     for (std::uint64_t cells = count(); cells > 0; --cells) {
       add(2, 4, coordinates);
@@ -241,6 +241,16 @@ class SavedFields {
     add(1, 1, rest);
     add(1, 8, state);
     EXPECT_EQ(count(), 0U) << "no places where a lost robot may be";
+    EXPECT_EQ(count(), 2U) << "key scans in the graph";
+    for (std::uint64_t edges = count(); edges > 0; --edges) {
+      add(2, 8, counts);
+      add(3 + 9, 8, state);
+      add(2, 1, rest);
+    }
+    EXPECT_EQ(count(), 0U) << "no loops";
+    add(1, 8, state);
+    add(1, 8, rest);
+    add(3, 1, rest);
     EXPECT_EQ(at_, bytes.size()) << "the format has changed";
   }
 

@@ -16,6 +16,7 @@
 #include "matchbox_slam/io/saved_map.hpp"
 #include "matchbox_slam/matching/hough/hough_matcher.hpp"
 #include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
+#include "matchbox_slam/matching/odometry_only_matcher.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "simulation/fault.hpp"
 #include "simulation/make_world.hpp"
@@ -157,6 +158,33 @@ TEST_F(SavedMap, ALostRobotGoesOnToTheBitAsIfItHadNeverStopped) {
   EXPECT_TRUE(to_saved_map(again.snapshot()) == to_saved_map(uninterrupted.snapshot()));
 }
 
+/// Saved before the loop, with a map that the loop has moved, and each time between.
+TEST_F(SavedMap, LoopsAreClosedToTheBitAsIfItHadNeverStopped) {
+  SimulationOptions options;
+  options.laser.scan_rate = 2.5;
+  options.laser.beams = 260;
+  const World world = make_world("loop", 3);
+  const SimulatedRun run = simulate_run(world, world.route(), options, 3);
+  const auto matcher = std::make_shared<OdometryOnlyMatcher>();
+  SlamEngine uninterrupted({}, matcher, 1, run.world_from_base.front());
+  SlamEngine again({}, matcher, 1, run.world_from_base.front());
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    const ScanOutcome expected = uninterrupted.process(scan_input(run, i));
+    const ScanOutcome outcome = again.process(scan_input(run, i));
+    ASSERT_EQ(outcome.map_from_base, expected.map_from_base) << i;
+    ASSERT_EQ(outcome.covariance, expected.covariance) << i;
+    ASSERT_EQ(outcome.corrected.has_value(), expected.corrected.has_value()) << i;
+    if (outcome.corrected || i % 50 == 0) {
+      write(to_saved_map(again.snapshot()));
+      again = SlamEngine({}, matcher, 1, run.world_from_base.front());
+      again.start_from(read_saved_map(path_));
+    }
+  }
+  ASSERT_FALSE(uninterrupted.loops().loops().empty());
+  EXPECT_GT(uninterrupted.loops().loops().front().moved, 0.1);
+  EXPECT_TRUE(to_saved_map(again.snapshot()) == to_saved_map(uninterrupted.snapshot()));
+}
+
 TEST_F(SavedMap, KeepsKeyScansThatWereMadeOfPoints) {
   MapStart map = mapped();
   PointScan scan = *map.key_scans.all().front().scan->points();
@@ -187,7 +215,7 @@ TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
   EXPECT_EQ(points->points[3].position.x(), -0.73786027155316258);
   EXPECT_EQ(points->stamp, 1.1);
   write(to_saved_map(start));
-  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 2";
+  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 3";
 }
 
 TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
@@ -218,8 +246,9 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 /// Bytes of what follows the motion and the lasers' number, and of what follows the key scans, when
 /// there are no lasers and nothing was ever in doubt: see write_whereabouts, transfer_motion.
 constexpr std::size_t kWhereaboutsBytes = (1 + 1 + 2 + 3 + 1 + 2 + 1 + 1 + 1) * 8 + 3 * 4 + 2 + 1;
-constexpr std::size_t kStateBytes =
-    (3 + 9 + 9 + 1 + 3 + 4 + 3 + 1) * 8 + 4 + 4 + 8 + 8 + kWhereaboutsBytes;
+constexpr std::size_t kLoopBytes = (1 + 1 + 1 + 1 + 1) * 8 + 3;
+constexpr std::size_t kEndBytes = kWhereaboutsBytes + kLoopBytes;
+constexpr std::size_t kStateBytes = (3 + 9 + 9 + 1 + 3 + 4 + 3 + 1) * 8 + 4 + 4 + 8 + 8 + kEndBytes;
 
 /// A map of two known cells and one wall, the last cells of both lists there; without compression.
 std::string map_with_cells_at(const Cell& known, const Cell& wall) {
@@ -228,7 +257,7 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   map.occupancy.restore({1, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
   std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 2\n").size() + 4 * 8;
+  const std::size_t first_cell = std::string("matchbox_slam map, version 3\n").size() + 4 * 8;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
@@ -261,7 +290,7 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t head = std::string("matchbox_slam map, version 2\n").size();
+  const std::size_t head = std::string("matchbox_slam map, version 3\n").size();
   const auto error_with = [&](double number, std::size_t at) {
     std::string sound(bytes, at, sizeof number);
     std::memcpy(bytes.data() + at, &number, sizeof number);
@@ -278,8 +307,8 @@ TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   EXPECT_TRUE(contains(error_with(1e300, pose), "it holds the number 1e+300 where at most"));
   EXPECT_TRUE(contains(error_with(std::nan(""), pose), "it holds the number"));
   EXPECT_TRUE(contains(error_with(-1.0, pose + 3 * sizeof(double)), "covariance of its pose"));
-  EXPECT_TRUE(contains(error_with(-1.0, bytes.size() - kWhereaboutsBytes - 24),
-                       "its last motion took -1.0 s"));
+  EXPECT_TRUE(
+      contains(error_with(-1.0, bytes.size() - kEndBytes - 24), "its last motion took -1.0 s"));
   EXPECT_EQ(error_with(1.0, pose), "(no error)");
 }
 

@@ -82,6 +82,18 @@ struct MapCorrection {
 /// it (several scans at once, against the key scans there; exact, Olson 2009).
 class LoopCloser {
  public:
+  /// What it takes to go on.
+  struct State {
+    PoseGraph graph;
+    std::vector<ClosedLoop> loops;
+    double way = 0.0;  ///< [m] since the last search
+    std::size_t tries = 0;
+  };
+
+  LoopCloser() = default;
+  explicit LoopCloser(State state);
+  [[nodiscard]] State state() const { return {graph_, loops_, way_, tries_}; }
+
   /// Takes the newest key scan.
   /// @param map_covariance  of its pose by its match, in the map frame.
   /// @param is_continued    whether it was matched on from the key scan before; else where it is is
@@ -99,6 +111,9 @@ class LoopCloser {
 
   [[nodiscard]] const PoseGraph& graph() const { return graph_; }
   [[nodiscard]] const std::vector<ClosedLoop>& loops() const { return loops_; }
+  [[nodiscard]] std::size_t closed() const;  ///< loops that were believed
+  /// Places where a loop was searched for.
+  [[nodiscard]] std::size_t tries() const { return tries_; }
   [[nodiscard]] bool empty() const { return graph_.poses.empty(); }
 
  private:

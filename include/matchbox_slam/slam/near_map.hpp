@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "matchbox_slam/map/scan_inserter.hpp"
@@ -16,8 +18,14 @@ namespace matchbox_slam {
 /// be matched against where a drifted robot would else see the whole map's walls twice. A value.
 class NearMap {
  public:
+  NearMap() = default;
+  /// @param center  where it was made; it is made anew farther from there.
+  NearMap(SlamMap map, const Eigen::Vector2d& center) : map_(std::move(map)), center_(center) {}
+
   /// Nothing, where the whole map is to be matched against.
   [[nodiscard]] const SlamMap* map() const { return map_ ? &*map_ : nullptr; }
+
+  [[nodiscard]] const Eigen::Vector2d& center() const { return center_; }
 
   /// Takes the newest key scan, once it is inserted into the whole map, and decides.
   /// @param is_apart     whether each key scan does not belong with the newest.

@@ -73,6 +73,10 @@ struct MapStart {
   std::map<int, Pose2> last_inserted;  ///< map_from_base, by laser
   std::uint64_t scan_count = 0;
   Whereabouts whereabouts = {};
+  LoopCloser loops = {};
+  NearMap near_map = {};
+  bool is_moved = false;      ///< by loops, and matched against near_map alone since
+  bool is_continued = false;  ///< the newest key scan is from where the base is
 
   /// Keeps the map alone: the base may be here, and how it moves is not known.
   /// @param covariance  over (x, y, theta) in the map frame.
@@ -141,7 +145,7 @@ class SlamEngine {
   void search_for_map(const PointScan& scan, ScanOutcome& outcome);
   void join(const PlaceHypothesis& found);
   void leave_parts_if_found();
-  void render_map();
+  void match_whole_map();
   void close_loops(ScanOutcome& outcome);
   void move_map(const MapCorrection& correction, ScanOutcome& outcome);
   void find_places_to_search();
@@ -165,8 +169,9 @@ class SlamEngine {
   std::vector<SearchedPlace> places_;  ///< follows from the parts
   LoopCloser loops_;                   ///< in the map, not in the parts apart
   NearMap near_map_;                   ///< of the map
-  bool is_outdated_ = false;           ///< the map, since loops were closed
-  bool is_continued_ = false;          ///< the newest key scan is from where the robot is
+  bool is_moved_ = false;              ///< see MapStart
+  bool is_outdated_ = false;           ///< the map is to be rendered anew; no match asks for it
+  bool is_continued_ = false;          ///< see MapStart
 };
 
 }  // namespace matchbox_slam

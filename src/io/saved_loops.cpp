@@ -1,0 +1,129 @@
+#include <stdexcept>
+
+#include "io/saved_parts.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr std::size_t kMostEdges = 10'000'000;  // ten a key scan
+
+/// The number of a key scan in a graph of so many.
+template <typename Archive, typename Node>
+void transfer_node(Archive& archive, Node& node, std::size_t nodes) {
+  std::uint64_t number = node;
+  archive.integer(number);
+  if constexpr (Archive::kReads) {
+    if (number >= nodes) {
+      archive.fail("is damaged: it names key scan " + std::to_string(number) + " of a graph of " +
+                   std::to_string(nodes));
+    }
+    node = static_cast<std::size_t>(number);
+  }
+}
+
+template <typename Archive, typename Value, typename Last>
+void transfer_choice(Archive& archive, Value& value, Last last) {
+  auto number = static_cast<std::uint8_t>(value);
+  archive.integer(number);
+  if constexpr (Archive::kReads) {
+    if (number > static_cast<std::uint8_t>(last)) {
+      archive.fail("is damaged: an edge of its graph is of kind or belief " +
+                   std::to_string(number) + "; allowed: up to " +
+                   std::to_string(static_cast<int>(last)));
+    }
+    value = static_cast<Last>(number);
+  }
+}
+
+template <typename Archive, typename Edge>
+void transfer_edge(Archive& archive, Edge& edge, std::size_t nodes) {
+  transfer_node(archive, edge.from, nodes);
+  transfer_node(archive, edge.to, nodes);
+  transfer_pose(archive, edge.from_to);
+  transfer_matrix(archive, edge.covariance);
+  transfer_choice(archive, edge.kind, EdgeKind::kLoop);
+  transfer_choice(archive, edge.belief, Belief::kDisbelieved);
+}
+
+template <typename Archive, typename Loop>
+void transfer_loop(Archive& archive, Loop& loop, std::size_t nodes) {
+  transfer_node(archive, loop.found.key, nodes);
+  transfer_node(archive, loop.newest, nodes);
+  transfer_pose(archive, loop.found.key_from_newest);
+  transfer_covariance(archive, "a loop", loop.found.covariance);
+  archive.number(loop.found.score);
+  archive.number(loop.found.rival_share);
+  archive.number(loop.found.contradiction);
+  archive.flag(loop.believed);
+  archive.number(loop.chi_square, kLargest);
+  archive.number(loop.moved);
+}
+
+template <typename Archive, typename State>
+void transfer_state(Archive& archive, State& state, std::size_t nodes) {
+  archive.size(state.graph.edges, 114, kMostEdges, "edges in its graph");
+  for (auto& edge : state.graph.edges) {
+    transfer_edge(archive, edge, nodes);
+  }
+  archive.size(state.loops, 153, kMostEdges, "loops");
+  for (auto& loop : state.loops) {
+    transfer_loop(archive, loop, nodes);
+  }
+  archive.number(state.way);
+  archive.integer(state.tries);
+}
+
+void require_sound_graph(const PoseGraph& graph, const MapReader& reader) {
+  try {
+    require_sound(graph);
+  } catch (const std::invalid_argument& error) {
+    reader.fail(std::string("is damaged: ") + error.what());
+  }
+}
+
+}  // namespace
+
+void write_loops(const MapStart& map, MapWriter& writer) {
+  const LoopCloser::State state = map.loops.state();
+  writer.integer(std::uint64_t{state.graph.poses.size()});
+  transfer_state(writer, state, 0);
+  const SlamMap* near = map.near_map.map();
+  writer.flag(near != nullptr);
+  if (near != nullptr) {
+    write_grids(*near, writer);
+    transfer_vector(writer, map.near_map.center());
+  }
+  writer.flag(map.is_moved);
+  writer.flag(map.is_continued);
+}
+
+void read_loops(MapReader& reader, MapStart& map) {
+  const PlacedScans& keys = map.key_scans.all();
+  LoopCloser::State state;
+  std::uint64_t nodes = 0;
+  reader.integer(nodes);
+  if (nodes > keys.size()) {
+    reader.fail("is damaged: its graph has " + std::to_string(nodes) + " key scans; the map has " +
+                std::to_string(keys.size()));
+  }
+  for (std::size_t i = 0; i < nodes; ++i) {
+    state.graph.poses.push_back(keys[i].map_from_base);
+  }
+  transfer_state(reader, state, nodes);
+  if (nodes > 0) {
+    require_sound_graph(state.graph, reader);
+  }
+  map.loops = LoopCloser(std::move(state));
+  bool has_near_map = false;
+  reader.flag(has_near_map);
+  if (has_near_map) {
+    SlamMap near = read_grids(reader);
+    Eigen::Vector2d center;
+    transfer_vector(reader, center);
+    map.near_map = {std::move(near), center};
+  }
+  reader.flag(map.is_moved);
+  reader.flag(map.is_continued);
+}
+
+}  // namespace matchbox_slam

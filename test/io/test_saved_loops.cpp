@@ -1,0 +1,111 @@
+// Saved maps that lie about the graph of the key scans.
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "common/error_text.hpp"
+#include "io/temporary_folder.hpp"
+#include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/saved_map.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// Three key scans, and a loop from the last to the first.
+LoopCloser::State sound_loops() {
+  LoopCloser::State loops;
+  loops.graph.poses.assign(3, {});
+  const Eigen::Matrix3d covariance = 0.01 * Eigen::Matrix3d::Identity();
+  loops.graph.edges = {{0, 1, {1.0, 2.0, 3.0}, covariance},
+                       {1, 2, {}, covariance},
+                       {0, 2, {}, covariance, EdgeKind::kLoop, Belief::kDisbelieved}};
+  loops.loops = {{{0, {0.1, 0.2, 0.3}, covariance, 0.9, 0.5, 0.05}, 2, true, 1.5, 0.25}};
+  loops.way = 0.75;
+  loops.tries = 7;
+  return loops;
+}
+
+/// The map after it was saved and read.
+MapStart saved_with(const LoopCloser::State& loops) {
+  const EngineOptions options;
+  MapStart start{SlamMap(options.map, options.field), {}, {}, {}, 0};
+  for (int i = 0; i < 3; ++i) {
+    start.key_scans.add(PointScan{}, 0, {});
+  }
+  start.loops = LoopCloser(loops);
+  const TemporaryFolder folder;
+  replace_file(folder / "map.slam", to_saved_map(start));
+  return read_saved_map(folder / "map.slam");
+}
+
+std::string error_after(const std::function<void(LoopCloser::State&)>& change) {
+  LoopCloser::State loops = sound_loops();
+  change(loops);
+  return error_text<FileError>([&] { (void)saved_with(loops); });
+}
+
+TEST(SavedLoops, ComeBack) {
+  const LoopCloser::State sound = sound_loops();
+  const LoopCloser::State again = saved_with(sound).loops.state();
+  ASSERT_EQ(again.graph.poses.size(), 3U);
+  ASSERT_EQ(again.graph.edges.size(), 3U);
+  EXPECT_EQ(again.graph.edges[0].from_to, sound.graph.edges[0].from_to);
+  EXPECT_EQ(again.graph.edges[2].from, 0U);
+  EXPECT_EQ(again.graph.edges[2].to, 2U);
+  EXPECT_EQ(again.graph.edges[2].covariance, sound.graph.edges[2].covariance);
+  EXPECT_EQ(again.graph.edges[2].kind, EdgeKind::kLoop);
+  EXPECT_EQ(again.graph.edges[2].belief, Belief::kDisbelieved);
+  ASSERT_EQ(again.loops.size(), 1U);
+  const ClosedLoop& loop = again.loops.front();
+  EXPECT_EQ(loop.newest, 2U);
+  EXPECT_EQ(loop.found.key_from_newest, sound.loops.front().found.key_from_newest);
+  EXPECT_EQ(loop.found.score, 0.9);
+  EXPECT_EQ(loop.found.rival_share, 0.5);
+  EXPECT_EQ(loop.found.contradiction, 0.05);
+  EXPECT_TRUE(loop.believed);
+  EXPECT_EQ(loop.chi_square, 1.5);
+  EXPECT_EQ(loop.moved, 0.25);
+  EXPECT_EQ(again.way, 0.75);
+  EXPECT_EQ(again.tries, 7U);
+}
+
+TEST(SavedLoops, NameNoKeyScanThatThereIsNot) {
+  const std::string text = "is damaged: it names key scan 3 of a graph of 3";
+  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.loops[0].found.key = 3; }), text));
+  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.loops[0].newest = 3; }), text));
+  EXPECT_TRUE(contains(error_after([](auto& lie) {
+                         lie.graph.poses.resize(4);
+                         lie.graph.edges.push_back({2, 3, {}, Eigen::Matrix3d::Identity()});
+                       }),
+                       "is damaged: its graph has 4 key scans; the map has 3"));
+  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.graph.poses.clear(); }),
+                       "is damaged: it names key scan 0 of a graph of 0"));
+}
+
+TEST(SavedLoops, HoldAGraphThatIsOne) {
+  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.graph.edges[1].covariance(0, 1) = 0.02; }),
+                       "is damaged: pose graph: the edge from node 1 to node 2 has a covariance"));
+  EXPECT_TRUE(contains(error_after([](auto& lie) {
+                         lie.graph.edges[1].covariance(0, 0) =
+                             std::numeric_limits<double>::quiet_NaN();
+                       }),
+                       "is damaged: it holds the number"));
+  EXPECT_TRUE(
+      contains(error_after([](auto& lie) { lie.graph.edges.erase(lie.graph.edges.begin()); }),
+               "is damaged: pose graph: no edges of motion join node"));
+  EXPECT_TRUE(
+      contains(error_after([](auto& lie) { lie.graph.edges[1].kind = static_cast<EdgeKind>(2); }),
+               "is damaged: an edge of its graph is of kind or belief 2; allowed: up to 1"));
+  EXPECT_TRUE(
+      contains(error_after([](auto& lie) { lie.graph.edges[1].belief = static_cast<Belief>(3); }),
+               "is damaged: an edge of its graph is of kind or belief 3; allowed: up to 2"));
+  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.loops[0].found.covariance *= -1.0; }),
+                       "is damaged: the covariance of a loop is none"));
+}
+
+}  // namespace
+}  // namespace matchbox_slam
