@@ -67,6 +67,7 @@ void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   path_ = ThinnedPath();
   odometry_path_ = ThinnedPath();
   trajectory_.clear();
+  live_trajectory_.clear();
   told_.reset();
   odometry_.clear();
   match_seconds_.clear();
@@ -183,6 +184,7 @@ std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
     keep_recent(match_seconds_);
     keep_recent(contradictions_);
     keep_recent(trajectory_);
+    keep_recent(live_trajectory_);
     keep_recent(odometry_);
   }
   record(outcome);
@@ -212,6 +214,7 @@ void SlamRun::record(const ScanOutcome& outcome) {
     add_pose({outcome.stamp, *outcome.odom_from_base}, odometry_);
   }
   add_pose({outcome.stamp, outcome.map_from_base}, trajectory_);
+  add_pose({outcome.stamp, outcome.map_from_base}, live_trajectory_);
 }
 
 }  // namespace matchbox_slam

@@ -60,6 +60,8 @@ class SlamRun {
 
   [[nodiscard]] const SlamMap& map() const { return engine_->map(); }
   [[nodiscard]] const KeyScans& key_scans() const { return engine_->key_scans(); }
+  /// With their graph, those of a map that it went on with, too.
+  [[nodiscard]] const LoopCloser& loops() const { return engine_->loops(); }
 
   /// Scans that were processed.
   [[nodiscard]] std::size_t scans() const { return scans_; }
@@ -69,8 +71,12 @@ class SlamRun {
   [[nodiscard]] const ThinnedPath& odometry_path() const { return odometry_path_; }
 
   /// Poses of the base in the map, one a stamp, or the latest ones. Those of a lost robot are put
-  /// right when it is found.
+  /// right when it is found, and those of all when a loop is closed.
   [[nodiscard]] const std::vector<StampedPose2>& trajectory() const { return trajectory_; }
+  /// The same as they were told when each scan came.
+  [[nodiscard]] const std::vector<StampedPose2>& live_trajectory() const {
+    return live_trajectory_;
+  }
   /// Raw odometry at the same stamps, or the latest ones; empty when there is none.
   [[nodiscard]] const std::vector<StampedPose2>& odometry() const { return odometry_; }
 
@@ -129,6 +135,7 @@ class SlamRun {
   ThinnedPath path_;
   ThinnedPath odometry_path_;
   std::vector<StampedPose2> trajectory_;
+  std::vector<StampedPose2> live_trajectory_;
   std::optional<double> told_;  ///< stamp [s] of the newest scan when its pose was told last
   std::vector<StampedPose2> odometry_;
   std::vector<float> match_seconds_;

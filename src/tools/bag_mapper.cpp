@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "io/g2o.hpp"
 #include "io/hough_picture.hpp"
 #include "io/map_picture.hpp"
 #include "io/tum.hpp"
@@ -191,9 +192,11 @@ void BagMapping::write() {
   const ScanAccount& account = scans_.account();
   std::vector<FileContents> files = map_files(out_ + "/map", make_map_image(map.occupancy));
   files.push_back({out_ + "/trajectory.tum", to_tum(trajectory)});
+  files.push_back({out_ + "/trajectory_live.tum", to_tum(Trajectory(run_->live_trajectory()))});
   files.push_back({out_ + "/odometry.tum", to_tum(odometry)});
   files.push_back({out_ + "/map.png", draw_map(map.occupancy, trajectory, odometry).to_png()});
   files.push_back({out_ + "/key_scans.tum", to_tum(key_scan_trajectory(run_->key_scans()))});
+  files.push_back({out_ + "/graph.g2o", to_g2o(run_->loops().graph())});
   files.push_back({out_ + "/scans.csv", scan_table_.text()});
   files.push_back({out_ + "/map.slam", to_saved_map(run_->snapshot())});
   const ResourceUsage now = resource_usage();
@@ -213,8 +216,9 @@ void BagMapping::write() {
   replace_files(pictures);
   dialog_.inform(std::to_string(account.delivered) + " of " + std::to_string(account.received) +
                  " scans used, " + std::to_string(count_of(MatchStatus::kAccepted, *run_)) +
-                 " matched, in " + seconds_text(facts.used.wall_seconds) + ", " +
-                 seconds_text(facts.bag.seconds) + " of bag; results in " + out_);
+                 " matched, " + std::to_string(run_->loops().closed()) + " loops closed, in " +
+                 seconds_text(facts.used.wall_seconds) + ", " + seconds_text(facts.bag.seconds) +
+                 " of bag; results in " + out_);
   if (const std::string few = text_of_few_matches(*run_); !few.empty()) {
     dialog_.warn(few);
   }

@@ -16,8 +16,9 @@ struct MapBagRequest : RecordingRequest {
 };
 
 /// Maps a bag from end to end: reads it in the order of its recording, runs the engine on every
-/// scan that tf covers, and writes trajectory.tum, odometry.tum, map.pgm, map.yaml, map.png,
-/// map.slam and report.json into the folder. The same request gives the same bytes in all but the
+/// scan that tf covers, and writes trajectory.tum, trajectory_live.tum, odometry.tum,
+/// key_scans.tum, graph.g2o, scans.csv, map.pgm, map.yaml, map.png, map.slam and report.json into
+/// the folder. The same request gives the same bytes in all but the
 /// report, with any number of threads.
 ///
 /// Throws ConfigurationError when the request makes no sense for the bag; FileError when results

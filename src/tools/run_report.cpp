@@ -74,6 +74,28 @@ json map_facts(const SlamMap& map) {
                        {"memory_mb", rounded(bytes / (1024.0 * 1024.0))}});
 }
 
+/// Those that were found and can be, and how many that cannot.
+json loop_facts(const SlamRun& run) {
+  const PlacedScans& keys = run.key_scans().all();
+  const std::vector<ClosedLoop>& loops = run.loops().loops();
+  json closed = json::array();
+  for (const ClosedLoop& loop : loops) {
+    if (loop.believed) {
+      closed.push_back({{"stamp", keys[loop.newest].scan->stamp()},
+                        {"stamp_there", keys[loop.found.key].scan->stamp()},
+                        {"score", rounded(loop.found.score)},
+                        {"rival_share", rounded(loop.found.rival_share)},
+                        {"contradiction", rounded(loop.found.contradiction)},
+                        {"chi_square", rounded(loop.chi_square)},
+                        {"moved_m", rounded(loop.moved)}});
+    }
+  }
+  return json::object({{"tried", run.loops().tries()},
+                       {"closed", closed.size()},
+                       {"refused", loops.size() - closed.size()},
+                       {"each", closed}});
+}
+
 void add_cost(const RunFacts& facts, const SlamRun& run, json& report) {
   const double wall = facts.used.wall_seconds;
   report["match_ms"] = milliseconds(run.match_seconds());
@@ -121,6 +143,7 @@ std::string to_json(const RunFacts& facts, const ScanAccount& account, const Sla
   report["scans"] = scan_counts(account, run);
   add_cost(facts, run, report);
   report["map"] = map_facts(run.map());
+  report["loops"] = loop_facts(run);
   add_incidents(facts, report);
   report["configuration"] = values_of(describe_setup(setup));
   return json_text(report) + "\n";

@@ -76,6 +76,36 @@ TEST_F(MapBag, WritesEveryFile) {
   EXPECT_EQ(read_file(out_ + "/map.png").substr(1, 3), "PNG");
 }
 
+TEST_F(MapBag, TellsOfTheLoopsThatItCloses) {
+  const Outcome simulated =
+      run_command(MATCHBOX_SIMULATE, "--world loop --seed 3 --scan-rate 2.5 --beams 260 --bag " +
+                                         bag_ + " --truth " + (folder_ / "truth.tum"));
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.output;
+  const Outcome outcome = run("--matcher odometry_only");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  const double closed = report("loops/closed");
+  ASSERT_GE(closed, 1.0);
+  const std::string told = ", " + std::to_string(static_cast<int>(closed)) + " loops closed, in ";
+  EXPECT_TRUE(contains(outcome.output, told)) << outcome.output;
+  EXPECT_GE(report("loops/tried"), closed + report("loops/refused"));
+  EXPECT_GT(report("loops/each/0/stamp"), report("loops/each/0/stamp_there") + 60.0);
+  EXPECT_GT(report("loops/each/0/score"), 0.55);
+  EXPECT_LT(report("loops/each/0/chi_square"), 16.27);
+  EXPECT_GT(report("loops/each/0/moved_m"), 0.5);
+  const std::string graph = read_file(out_ + "/graph.g2o");
+  const auto last = std::to_string(read_tum(out_ + "/key_scans.tum").size() - 1);
+  EXPECT_TRUE(contains(graph, "\nVERTEX_SE2 " + last + " ")) << last;
+  EXPECT_TRUE(contains(graph, "\nEDGE_SE2 "));
+  // Odometry alone told the poses, up to the loop.
+  const Trajectory live = read_tum(out_ + "/trajectory_live.tum");
+  const Trajectory trajectory = read_tum(out_ + "/trajectory.tum");
+  ASSERT_EQ(live.size(), trajectory.size());
+  const Trajectory truth = read_tum(folder_ / "truth.tum");
+  const double live_error = absolute_trajectory_error(live, truth).translation.rmse;
+  EXPECT_LT(absolute_trajectory_error(trajectory, truth).translation.rmse, 0.7 * live_error);
+  EXPECT_EQ(live.poses().back().pose.x, trajectory.poses().back().pose.x);
+}
+
 TEST_F(MapBag, DrawsHoughDomainsForDebugging) {
   const std::string debug = folder_ / "debug";
   ASSERT_EQ(run_small({}, "--set slam/insert_distance=0 --debug " + debug).exit_code, 0);
