@@ -91,6 +91,7 @@ void PosePublisher::publish_match_info(const ReadyScan& scan, const ScanOutcome&
   }
   message.match_time = match_seconds;
   message.inserted = static_cast<std::uint8_t>(outcome.inserted);
+  message.closed_loop = static_cast<std::uint8_t>(outcome.corrected.has_value());
   message.matcher = matcher;
   match_info_.publish(message);
 }

@@ -132,6 +132,7 @@ void SlamDiagnostics::fill(const SlamHealth& health, DiagnosticStatusWrapper& st
     status.add(std::string("Scans skipped: ") + to_string(reason), count);
   }
   status.add("Scans left out of the map", health.left_out);
+  status.add("Loops closed", health.loops_closed);
   status.add("Maps apart", health.parts_apart);
   status.add("Maps apart given up", health.parts_given_up);
   add_recent(health.recent, status);

@@ -34,6 +34,7 @@ struct SlamHealth {
   bool updates_map = true;
   std::string matcher;
   std::size_t map_bytes = 0;
+  std::size_t loops_closed = 0;
   std::size_t parts_apart = 0;
   std::size_t parts_given_up = 0;       ///< of those
   std::size_t left_out = 0;             ///< scans that the map had no room for

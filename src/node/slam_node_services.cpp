@@ -233,6 +233,7 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
     health.matcher = run_.setup().matcher_name;
     health.recent = recent_;
     health.left_out = run_.left_out();
+    health.loops_closed = run_.loops().closed();
     health.parts_apart = run_.parts_apart();
     health.parts_given_up = run_.parts_given_up();
     health.map_bytes = run_.map().occupancy.bytes() + run_.map().field.bytes();

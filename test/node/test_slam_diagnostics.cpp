@@ -19,6 +19,7 @@ SlamHealth healthy() {
   health.account.received = 200;
   health.account.delivered = 200;
   health.map_bytes = 3 << 20;
+  health.loops_closed = 4;
   return health;
 }
 
@@ -48,6 +49,7 @@ TEST(SlamDiagnostics, TellsHowItGoes) {
   EXPECT_EQ(value_of(status, "Lag [s]"), "0.004");
   EXPECT_EQ(value_of(status, "Score"), "0.900");
   EXPECT_EQ(value_of(status, "Map memory [MB]"), "3.0");
+  EXPECT_EQ(value_of(status, "Loops closed"), "4");
   SlamHealth localising = healthy();
   localising.updates_map = false;
   EXPECT_EQ(judge(localising).message, "localising");
