@@ -95,7 +95,8 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
     outcome.odom_from_base = input.odometry->odom_from_base;
   }
   weigh_doubt(weighed, outcome, predicted.motion.previous_from_current.translation().norm());
-  if (options_.slam.loop_closing && !is_lost() && doubt_.is_blind(options_.tracking)) {
+  if (options_.slam.loop_closing && options_.slam.update_map && !is_lost() &&
+      doubt_.is_blind(options_.tracking)) {
     // Nothing says that it is elsewhere. How badly it is known where, the graph is told.
     doubt_ = {};
     outcome.certainty = Certainty::kNewGround;
@@ -407,12 +408,13 @@ void SlamEngine::move_map(const MapCorrection& correction, ScanOutcome& outcome)
   }
   tracker_.change_frame(here);
   outcome.map_from_base = here * outcome.map_from_base;
+  outcome.predicted_map_from_base = here * outcome.predicted_map_from_base;
   outcome.corrected = correction;
   if (correction.most_moved > 0.5 * options_.map.resolution) {
     near_map_.clear();
     is_moved_ = true;
-    is_outdated_ = true;
   }
+  is_outdated_ = is_moved_;  // by little, too, whether or not it was rendered in between
 }
 
 // --- insertion ---

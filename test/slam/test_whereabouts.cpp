@@ -111,6 +111,34 @@ TEST_F(WhereaboutsTest, NothingIsHeldBeforeAPlaceIsProvisional) {
   EXPECT_EQ(now().held.size(), 1U);
 }
 
+/// Finds nothing, and nothing that speaks against it.
+class BlindMatcher : public OdometryOnlyMatcher {
+ public:
+  [[nodiscard]] MatchResult match(const MatchProblem& problem) const override {
+    return rejected(problem, MatchStatus::kRejectedLowScore);
+  }
+};
+
+TEST_F(WhereaboutsTest, WhereNothingMatchesForLongARobotThatMapsGoesOnAndElseIsLost) {
+  start_.whereabouts.doubt.doubts = true;
+  start_.whereabouts.doubt.doubtful = 10;
+  start_.whereabouts.doubt.way = 6.0;
+  start_.last_inserted.clear();  // so that the scan would go in
+  engine_.set_matcher(std::make_shared<BlindMatcher>());
+  for (const bool closes_loops : {true, false}) {
+    for (const bool maps : {true, false}) {
+      EngineOptions options;
+      options.slam.loop_closing = closes_loops;
+      options.slam.update_map = maps;
+      engine_.set_options(options);
+      const ScanOutcome outcome = go_on();
+      const bool goes_on = closes_loops && maps;
+      EXPECT_EQ(outcome.state, goes_on ? TrackingState::kTracking : TrackingState::kLost);
+      EXPECT_EQ(engine_.key_scans().size(), goes_on ? 2U : 1U);
+    }
+  }
+}
+
 TEST_F(WhereaboutsTest, ADoubtEndsWhereNoneIsAllowed) {
   start_.whereabouts.doubt.doubts = true;
   start_.whereabouts.doubt.is_provisional = true;

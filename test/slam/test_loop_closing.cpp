@@ -1,0 +1,272 @@
+// Loops in the graph of key scans whose true poses are known.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "matchbox_slam/slam/loop_closing.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/robot.hpp"
+#include "simulation/simulation_support.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+const LoopOptions kOptions = [] {
+  LoopOptions options;
+  options.drift_xy = 0.05;
+  options.drift_theta = 0.004;
+  return options;
+}();
+
+const Eigen::Matrix3d kMatch = Eigen::Vector3d(1e-6, 1e-6, 1e-7).asDiagonal();
+
+/// What a robot saw from one place, and where it believed to be.
+struct Sight {
+  Pose2 world_from_base;
+  Pose2 map_from_base;
+  double stamp = 0.0;
+};
+
+/// Takes the key scans one by one, and searches with each, until a loop is closed.
+class Drive {
+ public:
+  explicit Drive(World world) : world_(std::move(world)) { laser_.beams = 180; }
+
+  void take(const Sight& sight, const LoopOptions& options) {
+    truth_.push_back(sight.world_from_base);
+    keys_.add(MeasuredScan{ideal_scan(world_, laser_, sight.world_from_base, sight.stamp),
+                           laser_.base_from_laser(),
+                           {},
+                           {}},
+              0, sight.map_from_base);
+    closer_.add(keys_, kMatch, true, options);
+  }
+
+  [[nodiscard]] std::optional<MapCorrection> search(const LoopOptions& options) {
+    return closer_.search(keys_, options);
+  }
+
+  [[nodiscard]] std::optional<MapCorrection> take_all(const std::vector<Sight>& sights,
+                                                      const LoopOptions& options = kOptions) {
+    for (const Sight& sight : sights) {
+      take(sight, options);
+      if (auto correction = search(options)) {
+        return correction;
+      }
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] double worst_error(const std::vector<Pose2>& poses) const {  // [m]
+    double worst = 0.0;
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      worst = std::max(worst, (poses[i].translation() - truth_[i].translation()).norm());
+    }
+    return worst;
+  }
+
+  [[nodiscard]] double newest_error() const {  // [m]
+    return (closer_.graph().poses.back().translation() - truth_.back().translation()).norm();
+  }
+
+  /// Where the key scans are before the correction.
+  [[nodiscard]] std::vector<Pose2> believed() const {
+    std::vector<Pose2> poses;
+    for (const PlacedScan& key : keys_.all()) {
+      poses.push_back(key.map_from_base);
+    }
+    return poses;
+  }
+
+  [[nodiscard]] const Pose2& truth(std::size_t i) const { return truth_[i]; }
+  [[nodiscard]] const LoopCloser& closer() const { return closer_; }
+
+ private:
+  World world_;
+  LaserOptions laser_;
+  KeyScans keys_;
+  std::vector<Pose2> truth_;
+  LoopCloser closer_;
+};
+
+// --- round a block ---
+
+/// A lap of a corridor and 16 m more; halfway the robot slips by half a metre and 0.05 rad.
+std::vector<Sight> lap_with_a_slip(const World& world, const Pose2& slip) {
+  const RobotMotion motion = drive(world.route(), {});
+  std::vector<Sight> sights;
+  std::vector<Pose2> truth;
+  for (double time = 0.0; time <= motion.duration(); time += 0.1) {
+    const Pose2 pose = motion.pose(time);
+    const Pose2 moved = truth.empty() ? pose : truth.back().inverse() * pose;
+    if (truth.empty() || moved.translation().norm() >= 0.3 || std::abs(moved.theta) >= 0.2) {
+      truth.push_back(pose);
+    }
+  }
+  const std::size_t middle = truth.size() / 2;
+  const Pose2 map_from_world = truth[middle] * slip * truth[middle].inverse();
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    sights.push_back({truth[i], i < middle ? truth[i] : map_from_world * truth[i]});
+  }
+  return sights;
+}
+
+const Pose2 kSlip{0.4, -0.3, 0.05};
+
+TEST(LoopClosing, RoundABlockTheDriftGoes) {
+  const World world = make_loop_world(1);
+  Drive drive(world);
+  const auto correction = drive.take_all(lap_with_a_slip(world, kSlip));
+  ASSERT_TRUE(correction);
+  const ClosedLoop& loop = drive.closer().loops().back();
+  const std::vector<Pose2>& poses = drive.closer().graph().poses;
+  EXPECT_TRUE(loop.believed);
+  EXPECT_EQ(loop.newest, poses.size() - 1);
+  EXPECT_EQ(loop.moved, correction->most_moved);
+  EXPECT_GT(drive.worst_error(drive.believed()), 1.1);
+  const Eigen::Vector3d off = difference(
+      loop.found.key_from_newest, drive.truth(loop.found.key).inverse() * drive.truth(loop.newest));
+  EXPECT_LT(off.head<2>().norm(), 0.001);  // 0.03 mm
+  EXPECT_LT(std::abs(off.z()), 0.0002);
+  EXPECT_LT(drive.newest_error(), 0.01);
+}
+
+TEST(LoopClosing, DriftThatGrewOnTheWayGoesEverywhere) {
+  const World world = make_loop_world(1);
+  std::vector<Sight> sights = lap_with_a_slip(world, {});
+  const Pose2 drift{0.001, 0.001, 0.0002};  // each step
+  for (std::size_t i = 1; i < sights.size(); ++i) {
+    const Pose2 moved = sights[i - 1].world_from_base.inverse() * sights[i].world_from_base;
+    sights[i].map_from_base = sights[i - 1].map_from_base * moved * drift;
+  }
+  Drive drive(world);
+  ASSERT_TRUE(drive.take_all(sights));
+  EXPECT_GT(drive.worst_error(drive.believed()), 1.0);
+  EXPECT_LT(drive.worst_error(drive.closer().graph().poses), 0.2);  // 0.15 m, half a lap away
+  EXPECT_LT(drive.newest_error(), 0.01);
+}
+
+TEST(LoopClosing, CorrectionsAreStepsInOrderOfTime) {
+  const World world = make_loop_world(1);
+  std::vector<Sight> sights = lap_with_a_slip(world, kSlip);
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    sights[i].stamp = 100.0 + static_cast<double>(i);
+  }
+  std::swap(sights[50].stamp, sights[60].stamp);  // as of what was mapped by a lost robot
+  Drive drive(world);
+  const auto correction = drive.take_all(sights);
+  ASSERT_TRUE(correction);
+  const std::vector<Pose2> before = drive.believed();
+  ASSERT_EQ(correction->steps.size(), before.size());
+  double most_moved = 0.0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const auto& step = correction->steps[i == 50 ? 60 : i == 60 ? 50 : i];
+    EXPECT_EQ(step.since, sights[i].stamp);
+    const Pose2& after = drive.closer().graph().poses[i];
+    EXPECT_LT(difference(step.new_from_old * before[i], after).norm(), 1e-9) << i;
+    most_moved = std::max(most_moved, (after.translation() - before[i].translation()).norm());
+    EXPECT_TRUE(i == 0 || correction->steps[i - 1].since < correction->steps[i].since) << i;
+  }
+  EXPECT_EQ(correction->most_moved, most_moved);
+  EXPECT_LT(
+      difference(correction->newest * before.back(), drive.closer().graph().poses.back()).norm(),
+      1e-9);
+  EXPECT_EQ(drive.closer().graph().poses.front(), before.front()) << "the map begins where it did";
+}
+
+TEST(LoopClosing, WaitsForItsWayBeforeASearch) {
+  const World world = make_loop_world(1);
+  std::vector<Sight> sights = lap_with_a_slip(world, kSlip);
+  sights.resize(300);  // of 0.3 m
+  Drive drive(world);
+  EXPECT_TRUE(drive.take_all(sights));
+  LoopOptions options = kOptions;
+  options.search_way = 100.0;
+  Drive waiting(world);
+  EXPECT_FALSE(waiting.take_all(sights, options));
+}
+
+// --- places that look alike ---
+
+void add_room(const Eigen::Vector2d& corner, bool is_mirrored, std::vector<WallSegment>& walls) {
+  const auto wall = [&](double x0, double y0, double x1, double y1) {
+    const double width = 2.6;
+    const auto x = [&](double value) { return is_mirrored ? width - value : value; };
+    walls.push_back({corner + Eigen::Vector2d(x(x0), y0), corner + Eigen::Vector2d(x(x1), y1)});
+  };
+  wall(0.0, 0.0, 2.6, 0.0);
+  wall(2.6, 0.0, 2.6, 2.2);
+  wall(2.6, 2.2, 1.7, 2.2);
+  wall(1.7, 2.2, 1.7, 2.9);
+  wall(1.7, 2.9, 0.0, 2.9);
+  wall(0.0, 2.9, 0.0, 0.0);
+}
+
+constexpr double kPitch = 3.0;  // [m]
+
+/// Three rooms in a row, the first two alike, the third one another.
+World three_rooms() {
+  std::vector<WallSegment> walls;
+  add_room({0.0, 0.0}, false, walls);
+  add_room({kPitch, 0.0}, false, walls);
+  add_room({2.0 * kPitch, 0.0}, true, walls);
+  return World(walls, {});
+}
+
+/// Ten places in a room, a long way outside, and ten in a room again.
+/// @param map_from_world  where the robot believes itself at the end.
+std::vector<Sight> from_room_to_room(double to_x, const Pose2& map_from_world) {
+  std::vector<Sight> sights;
+  const auto see = [&](double x, double y, bool at_end) {
+    const Pose2 pose{x, y, 0.2};
+    sights.push_back({pose, at_end ? map_from_world * pose : pose});
+  };
+  for (int i = 0; i < 10; ++i) {
+    see(0.6 + 0.1 * i, 0.7 + 0.05 * i, false);
+  }
+  for (int i = 0; i < 60; ++i) {
+    see(1.0 + 0.1 * i, 3.0 + 1.0 * std::abs(i % 12 - 6), false);
+  }
+  for (int i = 0; i < 10; ++i) {
+    see(to_x + 0.6 + 0.1 * i, 0.7 + 0.05 * i, true);
+  }
+  return sights;
+}
+
+std::optional<MapCorrection> search_at_end(const std::vector<Sight>& sights, Drive& drive,
+                                           const LoopOptions& options = kOptions) {
+  for (const Sight& sight : sights) {
+    drive.take(sight, options);
+  }
+  return drive.search(options);
+}
+
+TEST(LoopClosing, ARoomIsFoundAgain) {
+  Drive drive(three_rooms());
+  EXPECT_TRUE(search_at_end(from_room_to_room(0.0, {0.3, -0.2, 0.03}), drive));
+  EXPECT_LT(drive.newest_error(), 0.02);
+}
+
+TEST(LoopClosing, AnEqualRoomOutOfOdometrysReachIsNotTakenForIt) {
+  Drive drive(three_rooms());
+  EXPECT_FALSE(search_at_end(from_room_to_room(kPitch, {}), drive));
+  Drive unsure(three_rooms());
+  LoopOptions options = kOptions;
+  options.drift_xy = 0.5;
+  EXPECT_TRUE(search_at_end(from_room_to_room(kPitch, {}), unsure, options))
+      << "they are so alike that odometry alone can tell them apart";
+}
+
+TEST(LoopClosing, APlaceThatWasNotSeenIsNoLoop) {
+  Drive drive(three_rooms());
+  EXPECT_FALSE(search_at_end(from_room_to_room(2.0 * kPitch, {-2.0 * kPitch, 0.0, 0.0}), drive));
+}
+
+}  // namespace
+}  // namespace matchbox_slam
