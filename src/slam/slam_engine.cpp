@@ -188,6 +188,8 @@ bool SlamEngine::map_apart() {
   doubt_ = {};
   held_.clear();
   search_ = {};
+  // Nor is it known how it moves: the next two matches will tell.
+  tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
   near_map_.clear();
   match_whole_map();
   if (is_lost() && here().key_scans.size() < kWorthKeeping) {

@@ -14,8 +14,8 @@
 namespace matchbox_slam {
 
 struct LoopOptions {
-  double drift_xy = 0.05;
-  double drift_theta = 0.004;
+  double drift_xy = 0.02;
+  double drift_theta = 0.01;
   double apart = 0.25;
   double search_way = 1.0;
   double max_window = 10.0;
