@@ -49,9 +49,10 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& ca
   std::vector<std::string> names;
   setup.run = read_options_among<RunOptions>(with_offset_as_text(parameters), "", names);
   setup.node = read_options_among<SlamNodeOptions>(parameters, "", names);
-  reject_unknown_names(parameters, names,
-                       {"slam", "scan", "map", "field", "motion", "doubt", "tracking", "recovery", "loops"},
-                       catalog);
+  reject_unknown_names(
+      parameters, names,
+      {"slam", "scan", "map", "field", "motion", "doubt", "tracking", "recovery", "loops"},
+      catalog);
   check_scan_time_offset(setup.run);
   strip_leading_slashes(setup.run);
   setup.engine = read_engine_options(parameters);
