@@ -145,7 +145,10 @@ bool is_convincing(const MatchResult& match, const DoubtOptions& options) {
 
 MatchResult search_exactly(const MatchProblem& problem) {
   OlsonOptions options;
-  options.step_xy = 0.05;  // the basin of the refinement is wider
+  // The basin of the refinement is wider than these: [m], [rad], [m].
+  options.step_xy = 0.05;
+  options.step_theta = 0.02;
+  options.point_spacing = 0.1;
   options.window_sigmas = 2.0;
   options.max_window_xy = 1.5;
   options.widenings = 0;
