@@ -60,8 +60,8 @@ void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance
   constexpr double kFoundHeading = 0.05;  // [rad]
   const PlacedScans& all = keys.all();
   const std::size_t newest = all.size() - 1;
-  while (graph_.poses.size() < newest) {  // of a map that was loaded
-    join_to_before(all, Eigen::Matrix3d::Zero(), options);
+  while (graph_.poses.size() < newest) {
+    join_rigidly(all);
   }
   Eigen::Matrix3d covariance = map_covariance;
   if (!is_continued) {
@@ -70,7 +70,20 @@ void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance
   }
   join_to_before(all, covariance, options);
   find_ways();
-  join_to_earlier(keys, options);
+  join_to_earlier(keys, is_continued, options);
+}
+
+/// Of a map that comes without its graph nobody knows how it drifted: it stays as it is.
+void LoopCloser::join_rigidly(const PlacedScans& keys) {
+  constexpr double kXy = 1e-3;     // [m]
+  constexpr double kTheta = 1e-4;  // [rad]
+  const std::size_t node = graph_.poses.size();
+  graph_.poses.push_back(keys[node].map_from_base);
+  if (node > 0) {
+    const Pose2 moved = keys[node - 1].map_from_base.inverse() * keys[node].map_from_base;
+    graph_.edges.push_back({node - 1, node, moved,
+                            Eigen::Vector3d(kXy * kXy, kXy * kXy, kTheta * kTheta).asDiagonal()});
+  }
 }
 
 void LoopCloser::find_ways() {
@@ -107,8 +120,9 @@ void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& 
   graph_.edges.push_back({node - 1, node, moved, drift + in_frame_of(before, map_covariance)});
 }
 
-/// What is matched with belongs together from now on, too.
-void LoopCloser::join_to_earlier(const KeyScans& keys, const LoopOptions& options) {
+/// What is matched with belongs together from now on, too; and what lies where the robot was found.
+void LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
+                                 const LoopOptions& options) {
   constexpr double kNear = 2.0;         // [m]
   constexpr std::size_t kEarlier = 30;  // key scans
   const PlacedScans& all = keys.all();
@@ -119,7 +133,7 @@ void LoopCloser::join_to_earlier(const KeyScans& keys, const LoopOptions& option
   for (std::size_t i = 0; i + kEarlier < newest; ++i) {
     const double distance =
         (all[i].map_from_base.translation() - all[newest].map_from_base.translation()).norm();
-    if (distance < least && !is_apart[i]) {
+    if (distance < least && (!is_apart[i] || !is_continued)) {
       least = distance;
       nearest = i;
     }

@@ -152,6 +152,54 @@ TEST(LoopClosing, DriftThatGrewOnTheWayGoesEverywhere) {
   EXPECT_LT(drive.newest_error(), 0.01);
 }
 
+/// A robot that drove away and is set down where it began.
+class SetDownTest : public testing::Test {
+ protected:
+  void add(const Pose2& map_from_base) {
+    keys_.add(MeasuredScan{ideal_scan(world_, laser_, map_from_base, stamp_ += 1.0),
+                           laser_.base_from_laser(),
+                           {},
+                           {}},
+              0, map_from_base);
+  }
+
+  World world_ = make_rooms_world(4);
+  LaserOptions laser_;
+  double stamp_ = 0.0;
+  KeyScans keys_;
+  LoopCloser closer_;
+};
+
+TEST_F(SetDownTest, WhatLiesWhereItWasFoundIsJoinedHoweverFarTheWayThere) {
+  const auto edges_when = [this](bool is_continued) {
+    keys_ = {};
+    closer_ = {};
+    for (int i = 0; i < 60; ++i) {
+      add({1.0 + 0.3 * i, 1.0, 0.0});
+      closer_.add(keys_, kMatch + Eigen::Matrix3d(0.1 * Eigen::Matrix3d::Identity()), true,
+                  kOptions);
+    }
+    const std::size_t before = closer_.graph().edges.size();
+    add({1.0, 1.0, 0.0});
+    closer_.add(keys_, kMatch, is_continued, kOptions);
+    return closer_.graph().edges.size() - before;
+  };
+  EXPECT_EQ(edges_when(true), 1U) << "hardly known where: a search has to find it";
+  EXPECT_EQ(edges_when(false), 2U);
+}
+
+TEST_F(SetDownTest, AMapWithoutAGraphStaysAsItIs) {
+  for (int i = 0; i < 5; ++i) {
+    add({1.0 + 0.3 * i, 1.0, 0.0});
+  }
+  closer_.add(keys_, kMatch, false, kOptions);
+  ASSERT_EQ(closer_.graph().edges.size(), 4U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_LT(closer_.graph().edges[i].covariance.trace(), 1e-5) << i;
+  }
+  EXPECT_GT(closer_.graph().edges[3].covariance.trace(), 1e-3);
+}
+
 TEST(LoopClosing, CorrectionsAreStepsInOrderOfTime) {
   const World world = make_loop_world(1);
   std::vector<Sight> sights = lap_with_a_slip(world, kSlip);

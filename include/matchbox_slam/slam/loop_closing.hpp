@@ -120,7 +120,8 @@ class LoopCloser {
   void find_ways();
   void join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& map_covariance,
                       const LoopOptions& options);
-  void join_to_earlier(const KeyScans& keys, const LoopOptions& options);
+  void join_to_earlier(const KeyScans& keys, bool is_continued, const LoopOptions& options);
+  void join_rigidly(const PlacedScans& keys);
 
   PoseGraph graph_;
   std::vector<double> variances_;   ///< [m^2] of each key scan's place as seen from the newest
