@@ -9,6 +9,7 @@
 
 #include "common/thread_time.hpp"
 #include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -17,7 +18,7 @@ Eigen::Matrix3d guess_covariance(const PairOptions& options, const MotionPriorOp
   // A uniform distribution within +-a has the variance a^2 / 3.
   const double xy = std::max(options.error_xy / std::sqrt(3.0), least.translation_floor);
   const double theta = std::max(options.error_theta / std::sqrt(3.0), least.rotation_floor);
-  return Eigen::Vector3d(xy * xy, xy * xy, theta * theta).asDiagonal();
+  return covariance_of(xy, theta);
 }
 
 PointScan project(const LocatedScan& located, const EngineOptions& options) {

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "matchbox_slam/geometry/pose_covariance.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -92,8 +94,7 @@ bool advance(const Eigen::Vector3d& step, Pose2& pose) {
 }  // namespace
 
 Eigen::Matrix3d step_covariance(double step_xy, double step_theta) {
-  return Eigen::Vector3d(step_xy, step_xy, step_theta).cwiseAbs2().asDiagonal().toDenseMatrix() /
-         12.0;
+  return covariance_of(step_xy, step_theta) / 12.0;
 }
 
 RefinedPose refine(const std::vector<ScanPoint>& points, const PlacedFields& fields,

@@ -8,6 +8,7 @@
 
 #include "common/number_text.hpp"
 #include "common/thread_time.hpp"
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 
 namespace matchbox_slam {
 
@@ -114,10 +115,7 @@ void SlamRun::take_effect(const CorrectPose& event) {
                              fixed_text(event.stamp, 6) + " s");
   }
   const Pose2 motion = then->pose.inverse() * trajectory_.back().pose;
-  take_effect(SetPose{event.map_from_base * motion, Eigen::Vector3d(kFoundPosition * kFoundPosition,
-                                                                    kFoundPosition * kFoundPosition,
-                                                                    kFoundHeading * kFoundHeading)
-                                                        .asDiagonal()});
+  take_effect(SetPose{event.map_from_base * motion, covariance_of(kFoundPosition, kFoundHeading)});
 }
 
 void SlamRun::take_effect(const Reset& /*event*/) { start_with(make_engine()); }

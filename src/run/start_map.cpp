@@ -2,6 +2,7 @@
 
 #include <cstddef>
 
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
 
 namespace matchbox_slam {
@@ -16,9 +17,7 @@ void put_on_mark(const RunOptions& options, MapStart& start) {
   constexpr double kPosition = 0.3;  // [m]
   constexpr double kHeading = 0.2;   // [rad]
   const Pose2 configured{options.start_x, options.start_y, wrap_angle(options.start_theta)};
-  const Eigen::Matrix3d mark =
-      Eigen::Vector3d(kPosition * kPosition, kPosition * kPosition, kHeading * kHeading)
-          .asDiagonal();
+  const Eigen::Matrix3d mark = covariance_of(kPosition, kHeading);
   // A map that was saved by a lost robot: its pose is of the part that it is in, and lost it stays.
   const std::size_t here = start.whereabouts.here;
   start.begin_anew(start.key_scans.empty() && here == 0 ? configured : start.motion.fixed_from_base,

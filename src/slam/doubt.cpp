@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/matching/contradiction.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matchbox_slam/matching/refinement.hpp"
@@ -68,9 +69,7 @@ bool is_worth_a_look(const MatchResult& result, const MatchProblem& problem,
 
 MatchProblem with_wider_prior(const MatchProblem& problem, const DoubtOptions& options) {
   MatchProblem wide = problem;
-  const double xy = options.look_xy * options.look_xy;
-  const double theta = options.look_theta * options.look_theta;
-  wide.prior_covariance += Eigen::Matrix3d(Eigen::Vector3d(xy, xy, theta).asDiagonal());
+  wide.prior_covariance += covariance_of(options.look_xy, options.look_theta);
   return wide;
 }
 

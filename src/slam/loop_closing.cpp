@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/graph/optimise.hpp"
 #include "slam/graph_distance.hpp"
 #include "slam/loop_search.hpp"
@@ -65,8 +66,7 @@ void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance
   }
   Eigen::Matrix3d covariance = map_covariance;
   if (!is_continued) {
-    covariance += Eigen::Vector3d(kFound * kFound, kFound * kFound, kFoundHeading * kFoundHeading)
-                      .asDiagonal();
+    covariance += covariance_of(kFound, kFoundHeading);
   }
   join_to_before(all, covariance, options);
   find_ways();
@@ -81,8 +81,7 @@ void LoopCloser::join_rigidly(const PlacedScans& keys) {
   graph_.poses.push_back(keys[node].map_from_base);
   if (node > 0) {
     const Pose2 moved = keys[node - 1].map_from_base.inverse() * keys[node].map_from_base;
-    graph_.edges.push_back({node - 1, node, moved,
-                            Eigen::Vector3d(kXy * kXy, kXy * kXy, kTheta * kTheta).asDiagonal()});
+    graph_.edges.push_back({node - 1, node, moved, covariance_of(kXy, kTheta)});
   }
 }
 
@@ -114,9 +113,7 @@ void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& 
   const double way =
       std::max(kLeastWay, moved.translation().norm() + kMetresPerRadian * std::abs(moved.theta));
   way_ += way;
-  const double xy = options.drift_xy * options.drift_xy * way;
-  const double theta = options.drift_theta * options.drift_theta * way;
-  const Eigen::Matrix3d drift = Eigen::Vector3d(xy, xy, theta).asDiagonal();
+  const Eigen::Matrix3d drift = way * covariance_of(options.drift_xy, options.drift_theta);
   graph_.edges.push_back({node - 1, node, moved, drift + in_frame_of(before, map_covariance)});
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "map/scan_surfaces.hpp"
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/contradiction.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
@@ -15,10 +16,6 @@ namespace {
 constexpr std::size_t kMerged = 8;   // key scans that are searched at once
 constexpr std::size_t kAround = 10;  // key scans to each side of the candidate
 constexpr double kFarPoint = 100.0;  // [m]
-
-Eigen::Matrix3d diagonal(double xy, double theta) {
-  return Eigen::Vector3d(xy * xy, xy * xy, theta * theta).asDiagonal();
-}
 
 /// The walls that key scans saw, in the frame of one of them.
 LikelihoodField field_of(const PlacedScans& keys, const Pose2& map_from_frame, double resolution,
@@ -114,7 +111,7 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
   coarse.refinement.last_kernel = 0.1;
   const LikelihoodField wide_field = field_of(there, map_from_key, 0.1, {0.1, 0.4});
   const MatchResult rough = OlsonMatcher(coarse).match(
-      {scan, guess, diagonal(std::max(1.0, sigma), 0.3), wide_field, none, 0});
+      {scan, guess, covariance_of(std::max(1.0, sigma), 0.3), wide_field, none, 0});
   if (!rough.accepted() || rough.rival_share > options.most_rival) {
     return std::nullopt;
   }
@@ -126,8 +123,8 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
   fine.widenings = 1;
   fine.least_rival = 1.0;
   const LikelihoodField field = field_of(there, map_from_key, MapOptions{}.resolution, {});
-  const MatchResult match =
-      OlsonMatcher(fine).match({scan, rough.map_from_base, diagonal(1.0, 1.0), field, none, 0});
+  const MatchResult match = OlsonMatcher(fine).match(
+      {scan, rough.map_from_base, covariance_of(1.0, 1.0), field, none, 0});
   FoundLoop found{candidate,         match.map_from_base,
                   match.covariance,  match.score,
                   rough.rival_share, contradiction(scan, match.map_from_base, field)};
@@ -135,14 +132,14 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
       match.score < options.least_score || found.contradiction > options.most_contradiction) {
     return std::nullopt;
   }
-  found.covariance += diagonal(0.03, 0.005);
+  found.covariance += covariance_of(0.03, 0.005);
   return found;
 }
 
 std::optional<FoundLoop> find_near(const PlacedScans& keys, std::size_t candidate) {
   const Pose2 guess = keys[candidate].map_from_base.inverse() * keys.back().map_from_base;
   const std::shared_ptr<const PointScan> points = keys.back().scan->points();
-  const PosePrior prior{guess, diagonal(0.1, 0.05)};
+  const PosePrior prior{guess, covariance_of(0.1, 0.05)};
   const RefinedPose pose =
       refine(points->points, *keys[candidate].scan->field(), guess, prior, RefinementOptions{});
   constexpr double kLeastScore = 0.5;
@@ -152,7 +149,8 @@ std::optional<FoundLoop> find_near(const PlacedScans& keys, std::size_t candidat
     return std::nullopt;
   }
   return FoundLoop{
-      candidate, pose.map_from_base, pose.covariance + diagonal(0.01, 0.003), pose.score, 0.0, 0.0};
+      candidate, pose.map_from_base, pose.covariance + covariance_of(0.01, 0.003), pose.score, 0.0,
+      0.0};
 }
 
 }  // namespace matchbox_slam

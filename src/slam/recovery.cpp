@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/matching/contradiction.hpp"
 #include "matching/hough/hough_search.hpp"
 #include "matching/hough/relocalise.hpp"
@@ -30,9 +31,8 @@ bool is_near(const PlaceHypothesis& a, const PlaceHypothesis& b) {
 
 MatchResult match_at(const PointScan& scan, const Pose2& part_from_base, double xy, double theta,
                      const MapPart& part) {
-  const Eigen::Matrix3d prior = Eigen::Vector3d(xy * xy, xy * xy, theta * theta).asDiagonal();
   const PlacedScans none;
-  return search_exactly({scan, part_from_base, prior, part.map.field, none, 0});
+  return search_exactly({scan, part_from_base, covariance_of(xy, theta), part.map.field, none, 0});
 }
 
 /// A place is refuted where the scan clearly contradicts it; one where little is mapped says
@@ -169,19 +169,6 @@ void add_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
 }
 
 }  // namespace
-
-void remove_part(std::size_t part, std::size_t heir, const Pose2& heir_from_part,
-                 std::vector<MapPart>& parts) {
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    MapPart& other = parts[i];
-    if (other.left == part) {
-      other.left = heir == part ? i : heir;
-      other.left_from_here = heir_from_part * other.left_from_here;
-    }
-    other.left -= other.left > part ? 1 : 0;
-  }
-  parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(part));
-}
 
 std::vector<SearchedPlace> searched_places(const std::vector<MapPart>& parts, std::size_t apart) {
   std::vector<SearchedPlace> places;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -35,9 +36,8 @@ Pose2 placed_best(const PointScan& scan, const Pose2& map_from_base, const Likel
   constexpr double kXy = 0.1;      // [m]
   constexpr double kTheta = 0.03;  // [rad]
   const PlacedScans none;
-  const MatchResult match = search_exactly(
-      {scan, map_from_base, Eigen::Vector3d(kXy * kXy, kXy * kXy, kTheta * kTheta).asDiagonal(),
-       field, none, 0});
+  const MatchResult match =
+      search_exactly({scan, map_from_base, covariance_of(kXy, kTheta), field, none, 0});
   return is_convincing(match, options) ? match.map_from_base : map_from_base;
 }
 
@@ -45,7 +45,7 @@ Pose2 placed_best(const PointScan& scan, const Pose2& map_from_base, const Likel
 Eigen::Matrix3d anywhere_in(const SlamMap& map) {
   const CellBox box = map.occupancy.known_bounds();
   const double size = map.field.geometry().resolution() * std::hypot(box.width(), box.height());
-  return Eigen::Vector3d(size * size, size * size, kPi * kPi).asDiagonal();
+  return covariance_of(size, kPi);
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanM
       matcher_(std::move(matcher)),
       seed_(seed),
       tracker_(options.motion),
-      parts_{empty_part(options, 0.0)} {
+      parts_({empty_part(options, 0.0)}) {
   tracker_.set_pose(start, Eigen::Matrix3d::Zero());
 }
 
@@ -95,7 +95,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
     outcome.odom_from_base = input.odometry->odom_from_base;
   }
   weigh_doubt(weighed, outcome, predicted.motion.previous_from_current.translation().norm());
-  if (options_.slam.loop_closing && options_.slam.update_map && !is_lost() &&
+  if (options_.slam.loop_closing && options_.slam.update_map && !parts_.is_lost() &&
       doubt_.is_blind(options_.tracking)) {
     // Nothing says that it is elsewhere. How badly it is known where, the graph is told.
     doubt_ = {};
@@ -116,25 +116,26 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
                     is_doubted ? predicted.covariance : outcome.covariance,
                     outcome.match.accepted() || outcome.inserted);
   ++scan_count_;
-  if (!is_lost() && outcome.inserted && options_.slam.loop_closing) {
+  if (!parts_.is_lost() && outcome.inserted && options_.slam.loop_closing) {
     close_loops(outcome);
   }
   outcome.left_out += insert_pending();
   if (doubt_.is_lost(input.scan.stamp, options_.tracking)) {
     outcome.gave_up_part = map_apart();
-  } else if (is_lost() && outcome.match.accepted()) {
+  } else if (parts_.is_lost() && outcome.match.accepted()) {
     search_for_map(scan, outcome);
   }
-  if (is_lost()) {
-    outcome.covariance += anywhere_in(parts_.front().map);
+  if (parts_.is_lost()) {
+    outcome.covariance += anywhere_in(parts_.map().map);
   }
   outcome.state = state();
   return outcome;
 }
 
 WeighedMatch SlamEngine::match(const PointScan& scan, const MotionPrediction& predicted) const {
-  const MapPart& part = here();
-  const SlamMap& map = !is_lost() && near_map_.map() != nullptr ? *near_map_.map() : part.map;
+  const MapPart& part = parts_.here();
+  const SlamMap& map =
+      !parts_.is_lost() && near_map_.map() != nullptr ? *near_map_.map() : part.map;
   const PlacedScans recent =
       part.key_scans.newest(static_cast<std::size_t>(options_.slam.recent_scans));
   const MatchProblem problem{scan,   predicted.fixed_from_base,   predicted.covariance, map.field,
@@ -150,7 +151,7 @@ WeighedMatch SlamEngine::match(const PointScan& scan, const MotionPrediction& pr
 }
 
 TrackingState SlamEngine::state() const {
-  if (is_lost()) {
+  if (parts_.is_lost()) {
     return TrackingState::kLost;
   }
   if (doubt_.doubts) {
@@ -174,9 +175,9 @@ void SlamEngine::weigh_doubt(const WeighedMatch& match, const ScanOutcome& outco
     return;
   }
   if (!doubt_.doubts) {
-    pending_.insert(pending_.end(), held_.begin(), held_.end());
+    parts_.wait(held_);
   } else if (!held_.empty()) {
-    here().last_inserted.clear();  // of scans that are dropped
+    parts_.here().last_inserted.clear();  // of scans that are dropped
   }
   held_.clear();
 }
@@ -184,7 +185,6 @@ void SlamEngine::weigh_doubt(const WeighedMatch& match, const ScanOutcome& outco
 /// The robot may be anywhere. What it sees from now on is mapped apart. Returns whether another map
 /// apart had to be given up for that.
 bool SlamEngine::map_apart() {
-  constexpr std::size_t kWorthKeeping = 3;  // key scans
   doubt_ = {};
   held_.clear();
   search_ = {};
@@ -192,59 +192,26 @@ bool SlamEngine::map_apart() {
   tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
   near_map_.clear();
   match_whole_map();
-  if (is_lost() && here().key_scans.size() < kWorthKeeping) {
-    MapPart anew = empty_part(options_, here().begin);
-    anew.left = here().left;
-    anew.left_from_here = here().left_from_here;
-    here() = std::move(anew);
-    pending_.erase(std::remove_if(pending_.begin(), pending_.end(),
-                                  [this](const WaitingScan& scan) { return scan.part == here_; }),
-                   pending_.end());
-  } else {
-    parts_.push_back(empty_part(options_, *tracker_.state().stamp));
-    parts_.back().left = here_;
-    here_ = parts_.size() - 1;
-  }
-  const bool are_too_many = parts_apart() > kMostPartsApart;
-  if (are_too_many) {
-    give_up_smallest_part();
-  }
+  const bool gave_up_part = parts_.begin_apart(empty_part(options_, *tracker_.state().stamp));
   find_places_to_search();
-  return are_too_many;
-}
-
-/// Of those that the robot is not in, with what waits for it.
-void SlamEngine::give_up_smallest_part() {
-  const auto smallest = std::min_element(
-      parts_.begin() + 1, parts_.end() - 1,
-      [](const auto& a, const auto& b) { return a.key_scans.size() < b.key_scans.size(); });
-  const auto part = static_cast<std::size_t>(smallest - parts_.begin());
-  std::vector<WaitingScan> pending;
-  for (const WaitingScan& waiting : pending_) {
-    if (waiting.part != part) {
-      pending.push_back({waiting.part - (waiting.part > part ? 1 : 0), waiting.scan});
-    }
-  }
-  pending_ = std::move(pending);
-  remove_part(part, smallest->left, smallest->left_from_here, parts_);
-  here_ = parts_.size() - 1;
+  return gave_up_part;
 }
 
 void SlamEngine::find_places_to_search() {
   places_.clear();
-  if (is_lost()) {
-    places_ = searched_places(parts_, here_);
+  if (parts_.is_lost()) {
+    places_ = searched_places(parts_.all(), parts_.here_number());
   }
 }
 
 void SlamEngine::search_for_map(const PointScan& scan, ScanOutcome& outcome) {
   const std::optional<PlaceHypothesis> found =
-      search_places(scan, outcome.map_from_base, parts_, here_, places_, options_.doubt,
-                    options_.recovery, search_);
+      search_places(scan, outcome.map_from_base, parts_.all(), parts_.here_number(), places_,
+                    options_.doubt, options_.recovery, search_);
   if (!found) {
     return;
   }
-  const double begin = here().begin;
+  const double begin = parts_.here().begin;
   join(*found);
   outcome.joined = ScanOutcome::Joined{begin, found->part_from_apart};
   outcome.map_from_base = tracker_.state().fixed_from_base;
@@ -252,59 +219,26 @@ void SlamEngine::search_for_map(const PointScan& scan, ScanOutcome& outcome) {
   // How well the place was confirmed: [m], [rad].
   constexpr double kXy = 0.1;
   constexpr double kTheta = 0.05;
-  outcome.covariance =
-      tracker_.state().covariance +
-      Eigen::Matrix3d(Eigen::Vector3d(kXy * kXy, kXy * kXy, kTheta * kTheta).asDiagonal());
+  outcome.covariance = tracker_.state().covariance + covariance_of(kXy, kTheta);
 }
 
 /// Puts what was mapped apart where it belongs, a few key scans with each of the next scans.
 void SlamEngine::join(const PlaceHypothesis& found) {
-  const std::size_t apart = here_;
-  const double begin = here().begin;
-  const auto part_without = [&](std::size_t part) { return part > apart ? part - 1 : part; };
-  for (WaitingScan& waiting : pending_) {
-    if (waiting.part == apart) {
-      waiting = {found.part,
-                 {waiting.scan.scan, found.part_from_apart * waiting.scan.map_from_base}};
-    }
-    waiting.part = part_without(waiting.part);
-  }
-  const std::size_t joined = part_without(found.part);
-  if (options_.slam.update_map) {
-    for (const PlacedScan& key : here().key_scans.all()) {
-      pending_.push_back({joined, {key.scan, found.part_from_apart * key.map_from_base}});
-    }
-  }
   tracker_.change_frame(found.part_from_apart);
-  remove_part(apart, found.part, found.part_from_apart, parts_);
-  here_ = joined;
-  here().begin = std::min(here().begin, begin);
-  here().last_inserted.clear();
+  parts_.join(found.part, found.part_from_apart, options_.slam.update_map);
   is_continued_ = false;
-  leave_parts_if_found();
   doubt_ = {};
   held_.clear();
   search_ = {};
   find_places_to_search();
 }
 
-/// Poses that were taken in parts that the robot is not in any more are not to be put right later:
-/// others have come after them.
-void SlamEngine::leave_parts_if_found() {
-  constexpr double kNever = 1e15;  // [s]
-  if (!is_lost()) {
-    std::for_each(parts_.begin() + 1, parts_.end(), [](MapPart& part) { part.begin = kNever; });
-  }
-}
-
 void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
   tracker_.set_pose(map_from_base, covariance);
-  here_ = 0;
+  parts_.go_to_map();
   is_continued_ = false;
   near_map_.clear();
   match_whole_map();
-  leave_parts_if_found();
-  pending_.clear();
   doubt_ = {};
   held_.clear();
   search_ = {};
@@ -312,7 +246,7 @@ void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& cov
 }
 
 void SlamEngine::set_options(const EngineOptions& options) {
-  check_map(parts_.front().map, options);
+  check_map(parts_.map().map, options);
   options_ = options;
   tracker_.set_options(options.motion);
   if (!options.doubt.enabled) {
@@ -333,16 +267,14 @@ void SlamEngine::start_from(MapStart start) {
   if (const SlamMap* near = start.near_map.map()) {
     check_map(*near, options_);
   }
-  parts_.clear();
-  parts_.push_back(
-      {std::move(start.map), std::move(start.key_scans), std::move(start.last_inserted), 0.0});
   Whereabouts& whereabouts = start.whereabouts;
-  std::move(whereabouts.apart.begin(), whereabouts.apart.end(), std::back_inserter(parts_));
-  here_ = whereabouts.here;
+  std::vector<MapPart> parts{
+      {std::move(start.map), std::move(start.key_scans), std::move(start.last_inserted), 0.0}};
+  std::move(whereabouts.apart.begin(), whereabouts.apart.end(), std::back_inserter(parts));
+  parts_ = MapParts(std::move(parts), whereabouts.here, std::move(whereabouts.pending));
   doubt_ = whereabouts.doubt;
   usual_score_ = whereabouts.usual_score;
   held_ = std::move(whereabouts.held);
-  pending_ = std::move(whereabouts.pending);
   search_ = std::move(whereabouts.search);
   find_places_to_search();
   loops_ = std::move(start.loops);
@@ -356,10 +288,10 @@ void SlamEngine::start_from(MapStart start) {
 
 const SlamMap& SlamEngine::map() {
   if (is_outdated_) {
-    parts_.front().map = rendered(key_scans().all(), options_.map, options_.field);
+    parts_.map().map = rendered(key_scans().all(), options_.map, options_.field);
     is_outdated_ = false;
   }
-  return parts_.front().map;
+  return parts_.map().map;
 }
 
 void SlamEngine::match_whole_map() {
@@ -369,18 +301,23 @@ void SlamEngine::match_whole_map() {
 
 MapStart SlamEngine::snapshot() {
   static_cast<void>(map());
-  const MapPart& part = parts_.front();
-  return {
-      part.map,
-      part.key_scans,
-      tracker_.state(),
-      part.last_inserted,
-      scan_count_,
-      {doubt_, usual_score_, held_, pending_, {parts_.begin() + 1, parts_.end()}, here_, search_},
-      loops_,
-      near_map_,
-      is_moved_,
-      is_continued_};
+  const MapPart& part = parts_.map();
+  return {part.map,
+          part.key_scans,
+          tracker_.state(),
+          part.last_inserted,
+          scan_count_,
+          {doubt_,
+           usual_score_,
+           held_,
+           parts_.waiting(),
+           {parts_.all().begin() + 1, parts_.all().end()},
+           parts_.here_number(),
+           search_},
+          loops_,
+          near_map_,
+          is_moved_,
+          is_continued_};
 }
 
 // --- loops ---
@@ -395,16 +332,12 @@ void SlamEngine::close_loops(ScanOutcome& outcome) {
 }
 
 void SlamEngine::move_map(const MapCorrection& correction, ScanOutcome& outcome) {
-  MapPart& part = parts_.front();
+  MapPart& part = parts_.map();
   for (std::size_t i = 0; i < part.key_scans.size(); ++i) {
     part.key_scans.move(i, loops_.graph().poses[i]);
   }
   const Pose2& here = correction.newest;
-  for (WaitingScan& waiting : pending_) {
-    if (waiting.part == 0) {
-      waiting.scan.map_from_base = here * waiting.scan.map_from_base;
-    }
-  }
+  parts_.move_waiting_for_map(here);
   for (auto& [laser, map_from_base] : part.last_inserted) {
     map_from_base = here * map_from_base;
   }
@@ -426,20 +359,20 @@ void SlamEngine::move_map(const MapCorrection& correction, ScanOutcome& outcome)
 /// put the base.
 bool SlamEngine::is_to_be_inserted(const ScanOutcome& outcome, int laser) const {
   const MatchResult& match = outcome.match;
-  if (!options_.slam.update_map && !is_lost()) {
+  if (!options_.slam.update_map && !parts_.is_lost()) {
     return false;
   }
   if (match.accepted() || outcome.certainty == Certainty::kNewGround) {
     return is_worth_inserting(outcome, laser);
   }
-  const MapPart& part = here();
+  const MapPart& part = parts_.here();
   return part.map.field.empty() ||
          (match.status == MatchStatus::kRejectedLowScore && tracker_.state().matched &&
           !part.last_inserted.empty() && part.last_inserted.count(laser) == 0);
 }
 
 bool SlamEngine::is_worth_inserting(const ScanOutcome& outcome, int laser) const {
-  const std::map<int, Pose2>& last_inserted = here().last_inserted;
+  const std::map<int, Pose2>& last_inserted = parts_.here().last_inserted;
   const auto before = last_inserted.find(laser);
   if (before == last_inserted.end()) {
     return true;
@@ -456,12 +389,12 @@ void SlamEngine::insert_or_hold(const PointScan& scan, const MeasuredScan& measu
                           outcome.map_from_base};
   if (doubt_.doubts) {
     if (doubt_.is_provisional) {
-      held_.push_back({here_, placed});
-      here().last_inserted[laser] = outcome.map_from_base;
+      held_.push_back({parts_.here_number(), placed});
+      parts_.here().last_inserted[laser] = outcome.map_from_base;
     }
     return;
   }
-  outcome.inserted = insert(scan, placed, outcome.covariance, is_continued_, here());
+  outcome.inserted = insert(scan, placed, outcome.covariance, is_continued_, parts_.here());
   is_continued_ = true;
   outcome.left_out = outcome.inserted ? 0 : 1;
 }
@@ -472,7 +405,7 @@ bool SlamEngine::insert(const PointScan& scan, const PlacedScan& placed,
   if (!has_room(scan, placed.map_from_base, options_.map, part.map)) {
     return false;
   }
-  const bool is_map = &part == &parts_.front();
+  const bool is_map = &part == &parts_.map();
   if (!is_map || !is_outdated_) {
     insert_scan(scan, placed.map_from_base, options_.map, part.map);
   }
@@ -486,9 +419,7 @@ bool SlamEngine::insert(const PointScan& scan, const PlacedScan& placed,
 
 /// Whether something waits that may be inserted into the part that the robot is in.
 bool SlamEngine::has_pending() const {
-  return (options_.slam.update_map || is_lost()) &&
-         std::any_of(pending_.begin(), pending_.end(),
-                     [this](const WaitingScan& waiting) { return waiting.part == here_; });
+  return (options_.slam.update_map || parts_.is_lost()) && parts_.next_waiting() != nullptr;
 }
 
 /// What waits is no surer than where the robot is. Returns how many scans the map has no room for.
@@ -499,22 +430,18 @@ std::size_t SlamEngine::insert_pending() {
   if (is_moved_ && has_pending()) {
     match_whole_map();
   }
-  MapPart& part = here();
+  MapPart& part = parts_.here();
   std::size_t left_out = 0;
   for (int i = 0; i < kAtATime && !doubt_.doubts && has_pending(); ++i) {
-    const auto waiting =
-        std::find_if(pending_.begin(), pending_.end(),
-                     [this](const WaitingScan& scan) { return scan.part == here_; });
-    const std::shared_ptr<const PointScan> points = waiting->scan.scan->points();
-    const PlacedScan placed{waiting->scan.scan, placed_best(*points, waiting->scan.map_from_base,
-                                                            part.map.field, options_.doubt)};
+    const PlacedScan waiting = parts_.next_waiting()->scan;
+    const std::shared_ptr<const PointScan> points = waiting.scan->points();
+    const PlacedScan placed{
+        waiting.scan, placed_best(*points, waiting.map_from_base, part.map.field, options_.doubt)};
     const std::map<int, Pose2> last_inserted = part.last_inserted;
-    const Eigen::Matrix3d covariance =
-        Eigen::Vector3d(kXy * kXy, kXy * kXy, kTheta * kTheta).asDiagonal();
-    left_out += insert(*points, placed, covariance, false, part) ? 0 : 1;
+    left_out += insert(*points, placed, covariance_of(kXy, kTheta), false, part) ? 0 : 1;
     is_continued_ = false;
     part.last_inserted = last_inserted;
-    pending_.erase(waiting);
+    parts_.drop_next_waiting();
   }
   return left_out;
 }

@@ -8,7 +8,7 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/slam/doubt.hpp"
-#include "matchbox_slam/slam/map_part.hpp"
+#include "matchbox_slam/slam/map_parts.hpp"
 
 namespace matchbox_slam {
 
@@ -65,11 +65,6 @@ struct SearchedPlace {
 /// the others.
 [[nodiscard]] std::vector<SearchedPlace> searched_places(const std::vector<MapPart>& parts,
                                                          std::size_t apart);
-
-/// Takes a part out. What followed it follows the one whose frame is given from now on, and the
-/// numbers of the parts behind are lower by one.
-void remove_part(std::size_t part, std::size_t heir, const Pose2& heir_from_part,
-                 std::vector<MapPart>& parts);
 
 /// Looks for a lost robot with its newest scan. Each time a few key scans are searched, with no
 /// idea of where the scan was taken (Censi, Iocchi and Grisetti 2005); places where it fits become

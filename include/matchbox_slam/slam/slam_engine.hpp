@@ -15,7 +15,7 @@
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/loop_closing.hpp"
-#include "matchbox_slam/slam/map_part.hpp"
+#include "matchbox_slam/slam/map_parts.hpp"
 #include "matchbox_slam/slam/motion_tracker.hpp"
 #include "matchbox_slam/slam/near_map.hpp"
 #include "matchbox_slam/slam/recovery.hpp"
@@ -46,12 +46,6 @@ struct ScanOutcome {
   bool gave_up_part = false;  ///< a map apart; see kMostPartsApart
   /// Scans that the map has no room for: this one, or what waited.
   std::size_t left_out = 0;
-};
-
-/// A scan that is to be inserted, not yet.
-struct WaitingScan {
-  std::size_t part = 0;  ///< of the map
-  PlacedScan scan;
 };
 
 /// Where the robot is, and how sure that is: doubts, and what waits until they are gone.
@@ -102,10 +96,10 @@ class SlamEngine {
   /// The map so far, without what a lost robot maps apart; copy it for a snapshot.
   /// Renders anew what loops have moved.
   [[nodiscard]] const SlamMap& map();
-  [[nodiscard]] const KeyScans& key_scans() const { return parts_.front().key_scans; }
+  [[nodiscard]] const KeyScans& key_scans() const { return parts_.map().key_scans; }
 
   /// Maps that the robot made while it was lost, and that were not joined.
-  [[nodiscard]] std::size_t parts_apart() const { return parts_.size() - 1; }
+  [[nodiscard]] std::size_t parts_apart() const { return parts_.all().size() - 1; }
   [[nodiscard]] TrackingState state() const;
   [[nodiscard]] const LoopCloser& loops() const { return loops_; }
   [[nodiscard]] const EngineOptions& options() const { return options_; }
@@ -139,32 +133,24 @@ class SlamEngine {
                             const Eigen::Matrix3d& covariance, bool is_continued, MapPart& part);
   void weigh_doubt(const WeighedMatch& match, const ScanOutcome& outcome, double way);
   [[nodiscard]] bool map_apart();
-  void give_up_smallest_part();
   [[nodiscard]] bool has_pending() const;
   [[nodiscard]] std::size_t insert_pending();
   void search_for_map(const PointScan& scan, ScanOutcome& outcome);
   void join(const PlaceHypothesis& found);
-  void leave_parts_if_found();
   void match_whole_map();
   void close_loops(ScanOutcome& outcome);
   void move_map(const MapCorrection& correction, ScanOutcome& outcome);
   void find_places_to_search();
-
-  [[nodiscard]] MapPart& here() { return parts_[here_]; }
-  [[nodiscard]] const MapPart& here() const { return parts_[here_]; }
-  [[nodiscard]] bool is_lost() const { return here_ > 0; }
 
   EngineOptions options_;
   std::shared_ptr<const ScanMatcher> matcher_;
   std::uint64_t seed_;
   std::uint64_t scan_count_ = 0;
   MotionTracker tracker_;
-  std::vector<MapPart> parts_;  ///< the map, and what was mapped apart from it
-  std::size_t here_ = 0;        ///< the part that the robot is in
+  MapParts parts_;
   TrackingDoubt doubt_;
   double usual_score_ = 0.0;
   std::vector<WaitingScan> held_;
-  std::vector<WaitingScan> pending_;
   PlaceSearch search_;
   std::vector<SearchedPlace> places_;  ///< follows from the parts
   LoopCloser loops_;                   ///< in the map, not in the parts apart
