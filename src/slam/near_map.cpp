@@ -1,8 +1,34 @@
 #include "matchbox_slam/slam/near_map.hpp"
 
+#include <algorithm>
 #include <cstddef>
 
 namespace matchbox_slam {
+
+namespace {
+
+/// The key scans nearest to a place, in their order: many of one place say the same.
+PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
+  constexpr std::size_t kMost = 100;
+  if (keys.size() <= kMost) {
+    return keys;
+  }
+  std::vector<double> distances;
+  for (const PlacedScan& key : keys) {
+    distances.push_back((key.map_from_base.translation() - here).norm());
+  }
+  std::vector<double> sorted = distances;
+  std::nth_element(sorted.begin(), sorted.begin() + kMost, sorted.end());
+  PlacedScans nearest;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (distances[i] < sorted[kMost]) {
+      nearest.push_back(keys[i]);
+    }
+  }
+  return nearest;
+}
+
+}  // namespace
 
 SlamMap rendered(const PlacedScans& keys, const MapOptions& map_options,
                  const LikelihoodFieldOptions& field_options) {
@@ -38,7 +64,7 @@ void NearMap::add(const PlacedScans& keys, const std::vector<bool>& is_apart, bo
   if (map_ && (here - center_).norm() < kMoved) {
     return;
   }
-  map_ = rendered(belonging, map_options, field_options);
+  map_ = rendered(nearest(belonging, here), map_options, field_options);
   center_ = here;
 }
 
