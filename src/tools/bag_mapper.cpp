@@ -29,6 +29,11 @@ std::size_t count_of(MatchStatus status, const SlamRun& run) {
   return found == run.statuses().end() ? 0 : found->second;
 }
 
+std::string text_of_loops(const SlamRun& run) {
+  const std::size_t closed = run.loops().closed();
+  return std::to_string(closed) + (closed == 1 ? " loop closed" : " loops closed");
+}
+
 /// What to tell people when fewer than half of the scans matched; else nothing.
 std::string text_of_few_matches(const SlamRun& run) {
   const std::size_t matched = count_of(MatchStatus::kAccepted, run);
@@ -60,11 +65,11 @@ class BagMapping {
       : out_(request.out),
         map_file_(request.map),
         debug_(request.debug),
-        dialog_(dialog),
+        dialog_(telling_loops(dialog)),
         started_(resource_usage()),
         parameters_(gather_parameters(request, request.matcher)),
         configuration_(parameters_, loader_),
-        scans_(request.recording, dialog) {
+        scans_(request.recording, dialog_) {
     if (!request.events.empty()) {
       scans_.schedule(read_events_file(request.events, configuration_));
     }
@@ -78,6 +83,7 @@ class BagMapping {
   void write();
 
  private:
+  [[nodiscard]] RunDialog telling_loops(RunDialog dialog) const;
   void handle(const ReadyScan& scan);
   void handle(const TimeJump& jump);
   void handle(const RunEvent& event);
@@ -87,7 +93,7 @@ class BagMapping {
   const std::string& out_;
   const std::string& map_file_;
   const std::string& debug_;
-  const RunDialog& dialog_;
+  const RunDialog dialog_;
   ResourceUsage started_;
   MatcherLoader loader_;
   Parameters parameters_;
@@ -99,6 +105,15 @@ class BagMapping {
   ScanTable scan_table_;
   bool told_of_left_out_ = false;
 };
+
+/// The same, which says of the progress how many loops were closed, too.
+RunDialog BagMapping::telling_loops(RunDialog dialog) const {
+  dialog.show_progress = [this, show = std::move(dialog.show_progress)](double fraction,
+                                                                        const std::string& text) {
+    show(fraction, run_ ? text + ", " + text_of_loops(*run_) : text);
+  };
+  return dialog;
+}
 
 void BagMapping::map() {
   const RunOptions found = scans_.prepare(parameters_, configuration_.setup().run);
@@ -216,7 +231,7 @@ void BagMapping::write() {
   replace_files(pictures);
   dialog_.inform(std::to_string(account.delivered) + " of " + std::to_string(account.received) +
                  " scans used, " + std::to_string(count_of(MatchStatus::kAccepted, *run_)) +
-                 " matched, " + std::to_string(run_->loops().closed()) + " loops closed, in " +
+                 " matched, " + text_of_loops(*run_) + ", in " +
                  seconds_text(facts.used.wall_seconds) + ", " + seconds_text(facts.bag.seconds) +
                  " of bag; results in " + out_);
   if (const std::string few = text_of_few_matches(*run_); !few.empty()) {
