@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "node/subscribe.hpp"
 #include "ros/imu_heading.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/odometry_message.hpp"
@@ -15,9 +16,6 @@ namespace matchbox_slam {
 namespace {
 
 constexpr double kWarningInterval = 10.0;  // s
-
-// What roscpp calls the publisher of a message that did not leave the process, and some others.
-const char* const kUnknownPublisher = "unknown_publisher";
 
 }  // namespace
 
@@ -66,26 +64,18 @@ ScanMatcherNode::~ScanMatcherNode() {
 // --- messages in ---
 
 void ScanMatcherNode::subscribe() {
-  const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
-  const auto subscribe_transforms = [&](const std::string& topic, bool is_static) {
-    return node_.subscribe<tf2_msgs::TFMessage>(
-        topic, kTransformMessages,
-        [this, is_static](const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
-          on_transforms(event, is_static);
-        },
-        ros::VoidConstPtr(), hints);
+  const auto subscribe_to_transforms = [&](const std::string& topic, bool is_static) {
+    return subscribe_to_events<tf2_msgs::TFMessage>(
+        node_, topic, kTransformMessages,
+        [this, is_static](const auto& event) { on_transforms(event, is_static); });
   };
-  static_transform_subscriber_ = subscribe_transforms("/tf_static", true);
-  transform_subscriber_ = subscribe_transforms("/tf", false);
-  scan_subscriber_ = node_.subscribe<sensor_msgs::LaserScan>(
-      "scan", kScanMessages,
-      [this](const ros::MessageEvent<const sensor_msgs::LaserScan>& event) { on_scan(event); },
-      ros::VoidConstPtr(), hints);
+  static_transform_subscriber_ = subscribe_to_transforms("/tf_static", true);
+  transform_subscriber_ = subscribe_to_transforms("/tf", false);
+  scan_subscriber_ = subscribe_to_events<sensor_msgs::LaserScan>(
+      node_, "scan", kScanMessages, [this](const auto& event) { on_scan(event); });
   if (setup_.guess == GuessSource::kHeading) {
-    imu_subscriber_ = node_.subscribe<sensor_msgs::Imu>(
-        "imu", kTransformMessages,
-        [this](const ros::MessageEvent<const sensor_msgs::Imu>& event) { on_imu(event); },
-        ros::VoidConstPtr(), hints);
+    imu_subscriber_ = subscribe_to_events<sensor_msgs::Imu>(
+        node_, "imu", kTransformMessages, [this](const auto& event) { on_imu(event); });
   }
 }
 
@@ -130,13 +120,11 @@ void ScanMatcherNode::look_for_rival(const ros::MessageEvent<const tf2_msgs::TFM
   }
   // What we publish comes back to us.
   const std::string& publisher = event.getPublisherName();
-  const bool from_others = publisher != ros::this_node::getName() && publisher != kUnknownPublisher;
-  const std::string link = find_rival_link(*event.getConstMessage(), setup_.tf_child(),
-                                           setup_.node.odom_frame, from_others);
+  const std::string link =
+      find_rival_link(*event.getConstMessage(), setup_.tf_child(), setup_.node.odom_frame,
+                      publisher != ros::this_node::getName());
   if (!link.empty()) {
-    tf_conflict_ = "no tf is published any more, since " +
-                   (publisher == kUnknownPublisher ? "another node" : publisher) + " publishes " +
-                   link +
+    tf_conflict_ = "no tf is published any more, since " + publisher + " publishes " + link +
                    " and a frame has one parent; set publish_tf to false, or, if that is odometry, "
                    "give it as guess_frame with guess 'odometry'";
     ROS_ERROR_STREAM(tf_conflict_);

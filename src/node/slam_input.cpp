@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "node/subscribe.hpp"
 #include "ros/message_conversion.hpp"
 #include "run/slam_setup.hpp"
 
@@ -44,22 +45,19 @@ SlamInput::SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const R
 }
 
 void SlamInput::subscribe(ros::NodeHandle& node) {
-  const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
   const auto subscribe_to_transforms = [&](const std::string& topic, bool is_static) {
-    return node.subscribe<tf2_msgs::TFMessage>(
-        topic, kTransformMessages,
-        [this, is_static](const TransformEvent& event) { on_transforms(event, is_static); },
-        ros::VoidConstPtr(), hints);
+    return subscribe_to_events<tf2_msgs::TFMessage>(
+        node, topic, kTransformMessages,
+        [this, is_static](const TransformEvent& event) { on_transforms(event, is_static); });
   };
   static_transform_subscriber_ = subscribe_to_transforms("/tf_static", true);
   transform_subscriber_ = subscribe_to_transforms("/tf", false);
   const std::vector<std::string> topics =
       options_.scan_topics.empty() ? std::vector<std::string>{"scan"} : options_.scan_topics;
   for (int laser = 0; laser < static_cast<int>(topics.size()); ++laser) {
-    scan_subscribers_.push_back(node.subscribe<sensor_msgs::LaserScan>(
-        topics[static_cast<std::size_t>(laser)], kScanMessages,
-        [this, laser](const ScanEvent& event) { on_scan(event, laser); }, ros::VoidConstPtr(),
-        hints));
+    scan_subscribers_.push_back(subscribe_to_events<sensor_msgs::LaserScan>(
+        node, topics[static_cast<std::size_t>(laser)], kScanMessages,
+        [this, laser](const ScanEvent& event) { on_scan(event, laser); }));
   }
 }
 
@@ -174,10 +172,8 @@ void SlamInput::warn_of_silence() {
 }
 
 void SlamInput::warn_of_map_link(const TransformEvent& event) {
-  // What we publish comes back to us; within a process roscpp does not name the publisher.
   const std::string& publisher = event.getPublisherName();
-  if (told_of_map_link_ || publisher == ros::this_node::getName() ||
-      publisher == "unknown_publisher") {
+  if (told_of_map_link_ || publisher == ros::this_node::getName()) {  // what we publish comes back
     return;
   }
   const std::string link = find_map_link(*event.getConstMessage(), options_.map_frame);

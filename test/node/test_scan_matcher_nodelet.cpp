@@ -121,7 +121,8 @@ class ScanMatcherNodelet : public testing::Test {
             "rosbag", "play --quiet --queue=100000 --wait-for-subscribers --rate=2 " + arguments);
       });
     };
-    auto first = play_bag("--clock " + folder_ + "/wheels.bag --topics /base_scan /tf /imu");
+    auto first =
+        play_bag("--clock " + folder_ + "/wheels.bag __name:=player --topics /base_scan /tf /imu");
     auto second = play_bag(folder_ +
                            "/alone.bag __name:=alone_player /tf:=/alone/tf "
                            "/base_scan:=/alone/base_scan --topics /base_scan /tf");
@@ -256,7 +257,7 @@ TEST_F(ScanMatcherNodelet, TfIsLeftAloneWhereItIsTurnedOffOrAnothers) {
       << "the wheels' link is whole";
   EXPECT_TRUE(
       std::any_of(listener_->errors.begin(), listener_->errors.end(), [](const std::string& text) {
-        return contains(text, "publishes odom_combined -> base_footprint") &&
+        return contains(text, "since /player publishes odom_combined -> base_footprint") &&
                contains(text, "set publish_tf to false");
       }));
 }

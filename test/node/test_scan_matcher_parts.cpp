@@ -198,7 +198,7 @@ TEST(RivalLink, IsWhatGivesOurFrameAParent) {
   EXPECT_EQ(found("/odom", "/base_link", true), "odom -> base_link") << "wheels";
   EXPECT_EQ(found("wheel_odom", "base_link", true), "wheel_odom -> base_link");
   EXPECT_EQ(found("wheel_odom", "base_link", false), "wheel_odom -> base_link")
-      << "the publisher is not known, but it is not us";
+      << "of another nodelet in our process";
   EXPECT_EQ(found("odom", "base_link", false), "") << "our own";
   EXPECT_EQ(found("map", "odom", true), "") << "a localiser above us is welcome";
   EXPECT_EQ(found("base_link", "laser", true), "");

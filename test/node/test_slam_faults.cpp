@@ -222,6 +222,27 @@ class LogWatch {
   ros::Subscriber log_ = node_.subscribe("/rosout", 1000, &LogWatch::on_log, this);
 };
 
+TEST(SlamFaults, AnotherLocaliserIsNamedAndOurselvesAreNot) {
+  Robot robot;
+  const LogWatch log("tf that touches the map frame is ignored: ");
+  ros::NodeHandle node;
+  const ros::Publisher transforms = node.advertise<tf2_msgs::TFMessage>("/tf", 10);
+  const TemporaryFolder folder;
+  NodeProcess process("beside_another", folder, {"_transform_publish_period:=0.01"});
+  ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+  ASSERT_TRUE(robot.drive(20));
+  EXPECT_EQ(log.line(), "");
+  ASSERT_TRUE(wait_until([&] {
+    transforms.publish(make_transforms({make_transform(1000.0, "map", "odom", 3.0)}));
+    return !log.line().empty();
+  })) << "it says nothing";
+  EXPECT_EQ(log.line(), "tf that touches the map frame is ignored: map -> odom, published by " +
+                            ros::this_node::getName() +
+                            "; if that is another localiser, set publish_tf to false or stop it");
+  EXPECT_EQ(process.exit_code_after(SIGINT), 0);
+  ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+}
+
 /// Scans that the node says it has received.
 class Received {
  public:

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <ros/message_event.h>
+#include <ros/node_handle.h>
+#include <ros/subscriber.h>
+
+#include <boost/function.hpp>
+#include <cstdint>
+#include <string>
+
+namespace matchbox_slam {
+
+/// Subscribes to messages with what came with them: publisher and time of arrival. A lambda that is
+/// handed to roscpp itself would be called with events that know neither.
+template <typename Message>
+[[nodiscard]] ros::Subscriber subscribe_to_events(
+    ros::NodeHandle& node, const std::string& topic, std::uint32_t queue_size,
+    const boost::function<void(const ros::MessageEvent<const Message>&)>& callback) {
+  return node.subscribe<Message>(topic, queue_size, callback, ros::VoidConstPtr(),
+                                 ros::TransportHints().tcpNoDelay());
+}
+
+}  // namespace matchbox_slam
