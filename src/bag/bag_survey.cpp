@@ -12,6 +12,7 @@ namespace matchbox_slam {
 namespace {
 
 constexpr double kSurveySeconds = 10.0;
+const std::set<std::string> kNoParents;
 
 std::string list_of(const std::vector<std::string>& words) {
   return words.empty() ? "none" : join(words);
@@ -62,6 +63,23 @@ std::string base_below(const BagSurvey& survey, const std::string& odom) {
                              "above it are: " + list_of({way.begin() + 1, way.end()}));
   }
   return *(at - 1);
+}
+
+/// Whether a frame hangs below another in tf, by any of its parents.
+bool is_below(const BagSurvey& survey, const std::string& frame, const std::string& other) {
+  std::vector<std::string> above = {frame};
+  for (std::size_t k = 0; k < above.size(); ++k) {
+    const auto at = survey.parents.find(above[k]);
+    for (const std::string& parent : at != survey.parents.end() ? at->second : kNoParents) {
+      if (parent == other) {
+        return true;
+      }
+      if (std::find(above.begin(), above.end(), parent) == above.end()) {
+        above.push_back(parent);
+      }
+    }
+  }
+  return false;
 }
 
 /// Whether a frame goes by the name that odometry has by convention, in any namespace.
@@ -186,6 +204,9 @@ BagFrames choose_frames(const BagSurvey& survey, const std::optional<std::string
     return {asked_base ? *asked_base : base_without_odometry(survey), std::nullopt};
   }
   if (asked_base && asked_odom) {
+    if (is_below(survey, *asked_odom, *asked_base)) {
+      throw ConfigurationError(text_of_swapped_frames(*asked_base, *asked_odom));
+    }
     return {*asked_base, asked_odom};
   }
   if (asked_odom) {

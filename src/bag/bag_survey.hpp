@@ -49,7 +49,7 @@ struct BagFrames {
 /// that goes by the name of odom or odom_combined, else the uppermost one below which anything
 /// moves; the base frame is its child on the way to the scan's frame. Without odometry and without
 /// tf the laser's own frame is the base. Throws ConfigurationError when there is no answer or more
-/// than one.
+/// than one, or when the odometry frame asked for is below the base frame.
 [[nodiscard]] BagFrames choose_frames(const BagSurvey& survey,
                                       const std::optional<std::string>& asked_base,
                                       const std::optional<std::string>& asked_odom,

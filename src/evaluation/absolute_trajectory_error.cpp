@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 namespace matchbox_slam {
@@ -33,6 +34,10 @@ double mean_heading_difference(const std::vector<PosePair>& pairs) {
   return std::atan2(sine, cosine);
 }
 
+// [m], root mean square of the true positions about their middle: below, the robot rests or turns
+// in place, and which rotation fits the positions best is up to their noise.
+constexpr double kRest = 0.05;
+
 /// The rotation about the centroids of least squared distance: the sums are the cosine and the sine
 /// of it, times the spread of the positions.
 double rotation_between(const std::vector<PosePair>& pairs, const Centroids& mean) {
@@ -44,11 +49,9 @@ double rotation_between(const std::vector<PosePair>& pairs, const Centroids& mea
     const Eigen::Vector2d t = pair.truth.translation() - mean.truth;
     cosine += e.dot(t);
     sine += e.x() * t.y() - e.y() * t.x();
-    spread += e.squaredNorm() + t.squaredNorm();
+    spread += t.squaredNorm();
   }
-  // Below this the positions are one and the same but for rounding, and so would be the angle.
-  const double magnitude = std::max(mean.estimate.squaredNorm(), mean.truth.squaredNorm());
-  const bool is_open = spread <= 1e-24 * (1.0 + magnitude) * static_cast<double>(pairs.size());
+  const bool is_open = spread <= kRest * kRest * static_cast<double>(pairs.size());
   return is_open ? mean_heading_difference(pairs) : std::atan2(sine, cosine);
 }
 
@@ -68,6 +71,13 @@ AbsoluteTrajectoryError absolute_trajectory_error(const Trajectory& estimate,
                                                   const Trajectory& truth,
                                                   const AbsoluteTrajectoryErrorOptions& options) {
   std::vector<PosePair> pairs = associate_some(estimate, truth, options.max_gap);
+  if (pairs.size() < 2) {
+    throw EvaluationError("only 1 of " + std::to_string(estimate.size()) +
+                          " poses of the estimate has truth, and one alone has no error; the "
+                          "estimate is from " +
+                          time_range_text(estimate) + ", the truth from " + time_range_text(truth) +
+                          "; are both in the same clock?");
+  }
   AbsoluteTrajectoryError result;
   result.alignment = options.alignment;
   result.without_truth = estimate.size() - pairs.size();

@@ -17,8 +17,8 @@ enum class Alignment {
 
 /// The motion of the estimate that brings its positions nearest to the true ones, in the sense of
 /// least squares; without scale (Umeyama 1991; in the plane it has a closed form). Headings play no
-/// part, unless all positions coincide and leave the rotation open: then their mean difference is
-/// it.
+/// part, unless the true positions lie within 5 cm (root mean square) and leave the rotation open:
+/// then their mean difference is it.
 /// @param pairs  at least one. Throws EvaluationError when there is none.
 [[nodiscard]] Pose2 align_se2(const std::vector<PosePair>& pairs);
 
@@ -38,8 +38,8 @@ struct AbsoluteTrajectoryError {
 };
 
 /// Compares every pose of the estimate with the truth interpolated at its stamp.
-/// Throws EvaluationError when one of the two is empty or no pose has truth; the text then names
-/// the time ranges of both.
+/// Throws EvaluationError when one of the two is empty or fewer than two poses have truth; the text
+/// then names the time ranges of both.
 [[nodiscard]] AbsoluteTrajectoryError absolute_trajectory_error(
     const Trajectory& estimate, const Trajectory& truth,
     const AbsoluteTrajectoryErrorOptions& options = {});

@@ -207,6 +207,11 @@ void ScanQueue::collect_ready(bool wait_for_more) {
 }
 
 void ScanQueue::deliver(const Turn& turn, ReadyScan&& scan) {
+  if (settings_.odom_frame && transforms_.is_below(*settings_.odom_frame, settings_.base_frame)) {
+    skip(scan.stamp, SkipReason::kNoTransform,
+         text_of_swapped_frames(settings_.base_frame, *settings_.odom_frame));
+    return;
+  }
   if (const std::string defect = find_defect(scan.input); !defect.empty()) {
     skip(scan.stamp, SkipReason::kInvalid, defect);
     return;

@@ -152,6 +152,16 @@ std::optional<Eigen::Isometry3d> TransformStore::lookup(const std::string& targe
   }
 }
 
+bool TransformStore::is_below(std::string frame, const std::string& other) const {
+  constexpr int kMostLinks = 100;  // tf may go in a circle
+  for (int k = 0; k < kMostLinks && buffer_._getParent(frame, ros::Time(), frame); ++k) {
+    if (frame == other) {
+      return true;
+    }
+  }
+  return false;
+}
+
 std::string TransformStore::why_not(const std::string& target, const std::string& source,
                                     const ros::Time& stamp) const {
   std::ostringstream text;

@@ -50,6 +50,9 @@ class TransformStore {
                                                         const std::string& source,
                                                         const ros::Time& stamp) const;
 
+  /// Whether a frame hangs below another by its newest transforms.
+  [[nodiscard]] bool is_below(std::string frame, const std::string& other) const;
+
   /// Why there is no transform, for people: both frames, and by how much tf misses the stamp.
   [[nodiscard]] std::string why_not(const std::string& target, const std::string& source,
                                     const ros::Time& stamp) const;

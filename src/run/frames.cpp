@@ -26,4 +26,9 @@ void check_frames(const RunOptions& options) {
   }
 }
 
+std::string text_of_swapped_frames(const std::string& base_frame, const std::string& odom_frame) {
+  return "odometry frame '" + odom_frame + "' lies below base frame '" + base_frame +
+         "' in tf; are the two swapped?";
+}
+
 }  // namespace matchbox_slam

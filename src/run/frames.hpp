@@ -13,4 +13,8 @@ namespace matchbox_slam {
 /// yet.
 void check_frames(const RunOptions& options);
 
+/// What to tell people when the odometry frame hangs below the base frame.
+[[nodiscard]] std::string text_of_swapped_frames(const std::string& base_frame,
+                                                 const std::string& odom_frame);
+
 }  // namespace matchbox_slam

@@ -234,6 +234,12 @@ void add_weights(std::vector<ScanPoint>& points, double cap) {
 }  // namespace
 
 void check_projection_options(const ProjectionOptions& options) {
+  if (options.min_range >= options.max_range) {
+    throw ConfigurationError("scan/min_range: " + to_string(options.min_range) +
+                             " m is not allowed with a scan/max_range of " +
+                             to_string(options.max_range) +
+                             " m, since no reading would be left; allowed: less than that");
+  }
   if (options.masked_angles.size() % 2 != 0) {
     throw ConfigurationError("scan/masked_angles: " + std::to_string(options.masked_angles.size()) +
                              " angles are not allowed; allowed: pairs of from and to");

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstddef>
+#include <iostream>
 #include <string>
 #include <vector>
 
@@ -47,6 +49,19 @@ template <typename Error, typename Measure>
     }
   }
   return results;
+}
+
+/// @param results  of the estimates, in their order.
+template <typename Error>
+void warn_of_little_overlap(const Truth& truth, const std::vector<Estimate>& estimates,
+                            const std::vector<Measured<Error>>& results) {
+  for (std::size_t i = 0; i < estimates.size(); ++i) {
+    const std::string text =
+        text_of_little_overlap(truth, estimates[i], results[i].error.without_truth);
+    if (!text.empty()) {
+      std::cerr << "warning: " << text << std::endl;
+    }
+  }
 }
 
 }  // namespace matchbox_slam

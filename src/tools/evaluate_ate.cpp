@@ -107,6 +107,7 @@ void run(const AteCommand& command) {
   const std::vector<Estimate> estimates = read_estimates(command.estimates);
   const Truth truth = read_truth(command.truth, estimates.front());
   const std::vector<Result> results = evaluate(command, estimates, truth);
+  warn_of_little_overlap(truth, estimates, results);
   present(command.output, json_of(command, truth, results),
           heading_of(command, truth) + table_of(results),
           [&] { return figure_of(truth, results); });

@@ -128,6 +128,7 @@ void run(const ComparisonOptions& command) {
       estimates, truth.options.path, [&](const Trajectory& estimate) {
         return relative_pose_error(estimate, truth.trajectory, options);
       });
+  warn_of_little_overlap(truth, estimates, results);
   present(command.output, json_of(truth, results), heading_of(truth) + tables_of(results),
           [&] { return figure_of(results); });
 }

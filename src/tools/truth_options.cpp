@@ -187,6 +187,27 @@ Truth read_truth(const TruthOptions& options, const Estimate& first_estimate) {
   return truth;
 }
 
+std::string text_of_little_overlap(const Truth& truth, const Estimate& estimate,
+                                   std::size_t without_truth) {
+  constexpr double kSameClock = 0.5;  // s
+  const std::size_t poses = estimate.trajectory.size();
+  if (5 * without_truth <= poses) {
+    return "";
+  }
+  const std::string few = estimate.path + ": only " + std::to_string(poses - without_truth) +
+                          " of " + std::to_string(poses) + " poses have truth";
+  try {
+    const double offset =
+        truth.time_offset + (truth.search ? 0.0 : search_offset(truth, estimate).offset);
+    return few + (std::abs(offset - truth.time_offset) < kSameClock
+                      ? "; the clocks seem to agree"
+                      : "; the clocks seem to differ: the two fit best with --time-offset " +
+                            fixed_text(offset, 2));
+  } catch (const EvaluationError&) {
+    return few + "; whether the clocks differ cannot be told";
+  }
+}
+
 std::string describe(const Truth& truth) {
   std::string text;
   if (!truth.options.lever_arm.empty()) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -48,6 +49,11 @@ void add_truth_options(CLI::App& command, TruthOptions& options);
 /// Throws ConfigurationError for options that are not allowed, FileError, and EvaluationError when
 /// no offset is found.
 [[nodiscard]] Truth read_truth(const TruthOptions& options, const Estimate& first_estimate);
+
+/// What to tell people when less than 80 % of an estimate's poses have truth, with the offset
+/// between the clocks that the trajectories themselves tell; else empty.
+[[nodiscard]] std::string text_of_little_overlap(const Truth& truth, const Estimate& estimate,
+                                                 std::size_t without_truth);
 
 /// What was done to the truth, in lines for people; with the curve of a search around its least.
 [[nodiscard]] std::string describe(const Truth& truth);

@@ -50,6 +50,12 @@ TEST_F(SurveyBag, CompletesWhatWasAskedFor) {
       "above it are: base_link, odom"));
 }
 
+TEST_F(SurveyBag, RefusesFramesThatAreSwapped) {
+  EXPECT_EQ(error_text<ConfigurationError>(
+                [&] { (void)choose_frames(survey({}), "odom", "base_link", true); }),
+            "odometry frame 'base_link' lies below base frame 'odom' in tf; are the two swapped?");
+}
+
 TEST_F(SurveyBag, WithoutOdometryTheSameBaseOrTheLaser) {
   EXPECT_EQ(choose_frames(survey({}), {}, {}, false).base, "base_link");
   SmallBag bare;

@@ -140,13 +140,32 @@ TEST(AbsoluteTrajectoryError, CountsPosesWithoutTruthInAPartialOverlap) {
   EXPECT_EQ(error.without_truth, 20U);
 }
 
-TEST(AbsoluteTrajectoryError, OnePoseIsAlignedByItsHeading) {
-  const Trajectory truth({StampedPose2{1.0, {5, 6, 0.5}}});
-  const Trajectory estimate({StampedPose2{1.0, {1, 2, -0.5}}});
-  const auto error = absolute_trajectory_error(estimate, truth, kAligned);
-  EXPECT_EQ(error.translation.count, 1U);
-  EXPECT_NEAR(error.translation.max, 0.0, 1e-12);
-  EXPECT_NEAR(error.heading_rmse, 0.0, 1e-12);
+TEST(AbsoluteTrajectoryError, OnePoseWithTruthTellsNothing) {
+  const Trajectory truth({{0.0, {5, 6, 0.5}}, {1.0, {5, 6, 0.5}}});
+  const Trajectory estimate({{1.0, {1, 2, -0.5}}, {9.0, {1, 2, -0.5}}});
+  EXPECT_EQ(error_text<EvaluationError>(
+                [&] { (void)absolute_trajectory_error(estimate, truth, kAligned); }),
+            "only 1 of 2 poses of the estimate has truth, and one alone has no error; the estimate "
+            "is from 1.000 to 9.000 s, the truth from 0.000 to 1.000 s; are both in the same "
+            "clock?");
+}
+
+/// Its positions are noise, and so would be the rotation that fits them best.
+TEST(AbsoluteTrajectoryError, ARobotAtRestIsAlignedByItsHeading) {
+  for (const double noise : {0.0, 0.01}) {
+    std::vector<StampedPose2> truth;
+    std::vector<StampedPose2> estimate;
+    for (int i = 0; i < 20; ++i) {
+      const double angle = 2.0 * i;
+      truth.push_back({0.1 * i, {5.0, 6.0, 0.5}});
+      estimate.push_back(
+          {0.1 * i, {1.0 + noise * std::cos(angle), 2.0 + noise * std::sin(angle), -0.5}});
+      truth.back().pose.x += 0.3 * noise * std::sin(1.5 * angle);
+    }
+    const auto error = absolute_trajectory_error(Trajectory(estimate), Trajectory(truth), kAligned);
+    EXPECT_LE(error.translation.max, 1.5 * noise + 1e-12) << noise;
+    EXPECT_NEAR(error.heading_rmse, 0.0, 1e-12) << noise;
+  }
 }
 
 TEST(AbsoluteTrajectoryError, NamesBothTimeRangesWhenStampsNeverMeet) {

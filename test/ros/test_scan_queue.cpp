@@ -126,6 +126,21 @@ TEST(ScanQueue, SkipsAScanWithoutTransformAfterTheTimeout) {
   feed.expect_all_accounted_for();
 }
 
+TEST(ScanQueue, SkipsScansWhenItsFramesAreSwapped) {
+  ScanQueueSettings swapped = settings();
+  std::swap(swapped.base_frame, *swapped.odom_frame);
+  Feed feed(swapped);
+  feed.laser();
+  feed.odometry(100.0);
+  feed.scan(100.0);
+  EXPECT_EQ(feed.ready(), Stamps{});
+  const std::vector<SkippedScan> skipped = feed.queue.take_skipped();
+  ASSERT_EQ(skipped.size(), 1U);
+  EXPECT_EQ(skipped[0].text,
+            "scan of 100.000 s skipped (no_transform): odometry frame 'base' lies below base frame "
+            "'odom' in tf; are the two swapped?");
+}
+
 TEST(ScanQueue, WaitingScansAreSkippedAtTheEnd) {
   Feed feed(settings());
   feed.scan(100.0);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/error_text.hpp"
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 
@@ -258,6 +259,17 @@ TEST(ProjectionOptions, AnglesToMaskComeInPairs) {
   EXPECT_NO_THROW(check_projection_options(options));
   options.masked_angles = {0.5, 1.0, 2.0};
   EXPECT_THROW(check_projection_options(options), ConfigurationError);
+}
+
+TEST(ProjectionOptions, TheShortestRangeIsBelowTheLongest) {
+  ProjectionOptions options;
+  options.min_range = 0.5;
+  options.max_range = 0.6;
+  EXPECT_NO_THROW(check_projection_options(options));
+  options.max_range = 0.5;
+  EXPECT_EQ(error_text<ConfigurationError>([&] { check_projection_options(options); }),
+            "scan/min_range: 0.5 m is not allowed with a scan/max_range of 0.5 m, since no reading "
+            "would be left; allowed: less than that");
 }
 
 TEST(ProjectionOptions, NoSectorOfAMaskIsAWholeTurn) {

@@ -1,9 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
+#include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "tools/evaluate_program.hpp"
 
@@ -15,7 +19,9 @@ class Evaluate : public ::testing::Test {
   Evaluate() {
     replace_file(truth_, "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n");
     // One metre to the left of the truth, all the way.
-    replace_file(estimate_, "0 0 1 0 0 0 0 1\n1 1 1 0 0 0 0 1\n2 2 1 0 0 0 0 1\n9 0 0 0 0 0 0 1\n");
+    replace_file(estimate_,
+                 "0 0 1 0 0 0 0 1\n0.5 0.5 1 0 0 0 0 1\n1 1 1 0 0 0 0 1\n2 2 1 0 0 0 0 1\n"
+                 "9 0 0 0 0 0 0 1\n");
   }
 
   TemporaryFolder folder_;
@@ -28,10 +34,10 @@ TEST_F(Evaluate, PrintsATableThatStatesTheAlignment) {
   const Outcome aligned = run_evaluate(ate_);
   EXPECT_EQ(aligned.exit_code, 0) << aligned.output;
   EXPECT_TRUE(contains(aligned.output, "Alignment: SE(2)")) << aligned.output;
-  EXPECT_TRUE(contains(aligned.output, " 3         1  0.0000  0.0000")) << aligned.output;
+  EXPECT_TRUE(contains(aligned.output, " 4         1  0.0000  0.0000")) << aligned.output;
   const Outcome raw = run_evaluate(ate_ + " --align none");
   EXPECT_TRUE(contains(raw.output, "Alignment: none")) << raw.output;
-  EXPECT_TRUE(contains(raw.output, " 3         1  1.0000  1.0000")) << raw.output;
+  EXPECT_TRUE(contains(raw.output, " 4         1  1.0000  1.0000")) << raw.output;
 }
 
 TEST_F(Evaluate, PutsSeveralEstimatesBelowEachOther) {
@@ -61,6 +67,50 @@ TEST_F(Evaluate, NamesThatAreNotUtf8AreReplacedInJson) {
     EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
     EXPECT_TRUE(contains(outcome.output, "/caf\xEF\xBF\xBD.tum")) << outcome.output;
   }
+}
+
+/// A drive of a minute that winds, by a clock that is so much ahead [s].
+std::string winding_drive(double ahead, int first = 0, int last = 240) {
+  std::vector<StampedPose2> poses;
+  Pose2 pose;
+  for (int i = 0; i <= last; ++i) {
+    if (i >= first) {
+      poses.push_back({100.0 + 0.25 * i + ahead, pose});
+    }
+    pose = pose * Pose2{0.1, 0.0, 0.1 * std::sin(0.001 * i * i)};
+  }
+  return to_tum(Trajectory(std::move(poses)));
+}
+
+TEST_F(Evaluate, WarnsOfLittleOverlapAndSaysHowTheClocksMayDiffer) {
+  const auto warning_of = [&](const std::string& estimate, const std::string& options = "") {
+    replace_file(estimate_, estimate);
+    replace_file(truth_, winding_drive(0.0));
+    std::string both;
+    for (const std::string command : {"ate ", "rpe "}) {
+      const Outcome outcome =
+          run_evaluate(command + estimate_ + " --truth " + truth_ + " " + options);
+      EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+      const std::size_t at = outcome.output.find("warning: " + estimate_ + ": ");
+      const std::string warning =
+          at == std::string::npos ? "" : outcome.output.substr(at + 11 + estimate_.size());
+      EXPECT_TRUE(both.empty() || both == warning.substr(0, warning.find('\n'))) << both;
+      both = warning.substr(0, warning.find('\n'));
+    }
+    return both;
+  };
+  EXPECT_EQ(warning_of(winding_drive(12.0)), "") << "80 % of it";
+  EXPECT_EQ(warning_of(winding_drive(20.0)),
+            "only 161 of 241 poses have truth; the clocks seem to differ: the two fit best with "
+            "--time-offset 20.00");
+  EXPECT_EQ(warning_of(winding_drive(20.0), "--time-offset -7"),
+            "only 133 of 241 poses have truth; the clocks seem to differ: the two fit best with "
+            "--time-offset 20.00");
+  EXPECT_EQ(warning_of(winding_drive(20.0), "--find-offset"), "");
+  EXPECT_EQ(warning_of(winding_drive(0.0, 0, 320)),
+            "only 241 of 321 poses have truth; the clocks seem to agree");
+  EXPECT_EQ(warning_of("100 0 0 0 0 0 0 1\n110 0 0 0 0 0 0 1\n200 0 0 0 0 0 0 1\n"),
+            "only 2 of 3 poses have truth; whether the clocks differ cannot be told");
 }
 
 TEST_F(Evaluate, HelpSucceeds) {
