@@ -1,6 +1,7 @@
 #include "node/slam_node.hpp"
 
 #include <filesystem>
+#include <utility>
 #include <variant>
 
 #include "io/tum.hpp"
@@ -211,13 +212,26 @@ MapRevision SlamNode::map_revision() {
   return {run_.resets(), run_.key_scans().size(), run_.scans()};
 }
 
+/// What loops have moved is rendered while the mapping goes on.
 MapSnapshot SlamNode::map_snapshot() {
-  const std::lock_guard<std::mutex> lock(run_mutex_);
-  return {{run_.resets(), run_.key_scans().size(), run_.scans()},
-          newest_scan_ ? newest_scan_->stamp : ros::Time(),
-          run_.map().occupancy,
-          run_.path().poses(),
-          run_.odometry_path().poses()};
+  std::unique_lock<std::mutex> lock(run_mutex_);
+  MapSnapshot snapshot;
+  snapshot.revision = {run_.resets(), run_.key_scans().size(), run_.scans()};
+  snapshot.stamp = newest_scan_ ? newest_scan_->stamp : ros::Time();
+  snapshot.path = run_.path().poses();
+  snapshot.odometry_path = run_.odometry_path().poses();
+  if (!run_.is_outdated()) {
+    snapshot.occupancy = run_.map().occupancy;
+    return snapshot;
+  }
+  const PlacedScans keys = run_.key_scans().all();
+  const EngineOptions options = run_.setup().engine;
+  lock.unlock();
+  SlamMap map = rendered(keys, options.map, options.field);
+  snapshot.occupancy = map.occupancy;
+  lock.lock();
+  run_.take_rendered(std::move(map), keys);
+  return snapshot;
 }
 
 void SlamNode::save_records() {

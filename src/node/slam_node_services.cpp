@@ -202,6 +202,7 @@ std::string SlamNode::try_to_correct_pose(const Relocalisation& found, double st
 
 /// Returns of how many scans the map is.
 std::size_t SlamNode::save_map_files(const std::string& path) {
+  static_cast<void>(map_snapshot());  // rendered while the mapping goes on
   std::unique_lock<std::mutex> lock(run_mutex_);
   const std::size_t scans = run_.scans();
   if (scans == 0) {
@@ -236,7 +237,7 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
     health.loops_closed = run_.loops().closed();
     health.parts_apart = run_.parts_apart();
     health.parts_given_up = run_.parts_given_up();
-    health.map_bytes = run_.map().occupancy.bytes() + run_.map().field.bytes();
+    health.map_bytes = run_.map_bytes();
   }
   diagnostics_.fill(health, status);
 }

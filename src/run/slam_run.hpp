@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "geometry/thinned_path.hpp"
@@ -58,7 +59,13 @@ class SlamRun {
   /// Time of the newest scan's match [s]; 0 when it was not matched.
   [[nodiscard]] double last_match_seconds() const { return last_match_seconds_; }
 
+  /// These as of SlamEngine.
   [[nodiscard]] const SlamMap& map() const { return engine_->map(); }
+  [[nodiscard]] bool is_outdated() const { return engine_->is_outdated(); }
+  void take_rendered(SlamMap map, const PlacedScans& keys) {
+    engine_->take_rendered(std::move(map), keys);
+  }
+  [[nodiscard]] std::size_t map_bytes() const { return engine_->map_bytes(); }
   [[nodiscard]] const KeyScans& key_scans() const { return engine_->key_scans(); }
   /// With their graph, those of a map that it went on with, too.
   [[nodiscard]] const LoopCloser& loops() const { return engine_->loops(); }

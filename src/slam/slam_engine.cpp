@@ -294,6 +294,27 @@ const SlamMap& SlamEngine::map() {
   return parts_.map().map;
 }
 
+void SlamEngine::take_rendered(SlamMap map, const PlacedScans& keys) {
+  const PlacedScans& now = key_scans().all();
+  const auto is_same = [](const PlacedScan& then, const PlacedScan& key) {
+    return then.scan == key.scan && then.map_from_base == key.map_from_base;
+  };
+  if (!is_outdated_ || keys.size() > now.size() ||
+      !std::equal(keys.begin(), keys.end(), now.begin(), is_same)) {
+    return;
+  }
+  for (std::size_t i = keys.size(); i < now.size(); ++i) {
+    insert_scan(*now[i].scan->points(), now[i].map_from_base, options_.map, map);
+  }
+  parts_.map().map = std::move(map);
+  is_outdated_ = false;
+}
+
+std::size_t SlamEngine::map_bytes() const {
+  const SlamMap& map = parts_.map().map;
+  return map.occupancy.bytes() + map.field.bytes();
+}
+
 void SlamEngine::match_whole_map() {
   static_cast<void>(map());
   is_moved_ = false;

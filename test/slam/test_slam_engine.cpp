@@ -284,6 +284,29 @@ TEST(SlamEngineLoops, AskingForTheMapChangesNothing) {
   EXPECT_TRUE(same_map(drive.engine->map(), asking.engine->map()));
 }
 
+TEST(SlamEngineLoops, TakesAMapThatWasRenderedBesideTheMapping) {
+  LoopDrive drive;
+  SlamEngine& engine = *drive.engine;
+  PlacedScans keys;
+  const auto render = [&] { return rendered(keys, drive.options.map, drive.options.field); };
+  do {
+    keys = engine.key_scans().all();
+    ASSERT_FALSE(engine.is_outdated());
+  } while (!drive.process_next().corrected);
+  ASSERT_TRUE(engine.is_outdated());
+  engine.take_rendered(render(), keys);
+  EXPECT_TRUE(engine.is_outdated()) << "key scans have moved since";
+  keys = engine.key_scans().all();
+  for (int i = 0; i < 10; ++i) {
+    drive.process_next();
+  }
+  ASSERT_GT(engine.key_scans().size(), keys.size());
+  engine.take_rendered(render(), keys);
+  ASSERT_FALSE(engine.is_outdated());
+  keys = engine.key_scans().all();
+  EXPECT_TRUE(same_map(engine.map(), render()));
+}
+
 TEST(SlamEngineLoops, APoseThatIsToldIsLookedForInTheWholeMap) {
   LoopDrive drive;
   drive.process_until_corrected();

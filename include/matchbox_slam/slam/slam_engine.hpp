@@ -96,6 +96,13 @@ class SlamEngine {
   /// The map so far, without what a lost robot maps apart; copy it for a snapshot.
   /// Renders anew what loops have moved.
   [[nodiscard]] const SlamMap& map();
+  /// Whether map() would render it, which takes 2 ms a key scan, so that others may do it beside.
+  [[nodiscard]] bool is_outdated() const { return is_outdated_; }
+  /// Takes what another thread has `rendered` from key scans as they were. Left alone where they
+  /// have moved since.
+  void take_rendered(SlamMap map, const PlacedScans& keys);
+  /// Of the map as it is, rendered or not.
+  [[nodiscard]] std::size_t map_bytes() const;
   [[nodiscard]] const KeyScans& key_scans() const { return parts_.map().key_scans; }
 
   /// Maps that the robot made while it was lost, and that were not joined.
