@@ -12,10 +12,12 @@ struct NamedWorld {
   World (*make)(std::uint64_t seed);
 };
 
-constexpr std::array<NamedWorld, 4> kWorlds = {{{"rooms", make_rooms_world},
+constexpr std::array<NamedWorld, 6> kWorlds = {{{"rooms", make_rooms_world},
                                                 {"random", make_random_world},
                                                 {"corridor", make_corridor_world},
-                                                {"loop", make_loop_world}}};
+                                                {"loop", make_loop_world},
+                                                {"campus", make_campus_world},
+                                                {"hotel", make_hotel_world}}};
 
 }  // namespace
 

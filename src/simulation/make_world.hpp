@@ -25,6 +25,16 @@ namespace matchbox_slam {
 /// cabinets and radiators at irregular places. The route is one lap and 16 m of the next.
 [[nodiscard]] World make_loop_world(std::uint64_t seed);
 
+/// A campus of 250 m x 125 m: five buildings of corridors in nested loops and a courtyard with
+/// trees, joined by plain corridors, 1.9 km of them. All doors and all rooms are equal; what tells
+/// one place from another is which doors are open and where a few cabinets stand. The route is a
+/// tour of 3 km.
+[[nodiscard]] World make_campus_world(std::uint64_t seed);
+
+/// Three equal corridors, joined at both ends, with rows of equal rooms, all doors open: but for
+/// the ends nothing tells one from the next. The route passes and visits rooms for about 450 m.
+[[nodiscard]] World make_hotel_world(std::uint64_t seed);
+
 /// The names that make_world knows.
 [[nodiscard]] std::vector<std::string> world_names();
 

@@ -51,6 +51,11 @@ class RouteLine {
   /// Distance of a way-point from the start.
   [[nodiscard]] double at(std::size_t i) const { return at_[i]; }
 
+  /// The first way-point farther than that from the start.
+  [[nodiscard]] std::size_t next(double at) const {
+    return static_cast<std::size_t>(std::upper_bound(at_.begin(), at_.end(), at) - at_.begin());
+  }
+
   /// Turn of the route at a way-point between the first and the last, not negative.
   [[nodiscard]] double turn(std::size_t i) const {
     const Eigen::Vector2d in = points_[i] - points_[i - 1];
@@ -116,14 +121,15 @@ class Driver {
     const double here = ahead_ - kLookahead;
     const double braking = 0.8 * options_.acceleration;
     double speed = std::sqrt(2.0 * braking * (line_.length() - here));
-    for (std::size_t i = 1; i + 1 < line_.size(); ++i) {
+    for (std::size_t i = line_.next(ahead_); i + 1 < line_.size(); ++i) {
       // The turn begins when the point ahead passes the corner.
       const double remaining = line_.at(i) - ahead_;
-      if (remaining > 0.0) {
-        const double in_turn =
-            speed_at(2.0 * std::sin(std::min(line_.turn(i), kTurnOnSpot)) / kLookahead);
-        speed = std::min(speed, std::sqrt(in_turn * in_turn + 2.0 * braking * remaining));
+      if (2.0 * braking * remaining > options_.speed * options_.speed) {
+        break;
       }
+      const double in_turn =
+          speed_at(2.0 * std::sin(std::min(line_.turn(i), kTurnOnSpot)) / kLookahead);
+      speed = std::min(speed, std::sqrt(in_turn * in_turn + 2.0 * braking * remaining));
     }
     return std::max(speed, kCrawl);
   }
@@ -133,6 +139,20 @@ class Driver {
   double ahead_ = 0.0;
   bool is_turning_ = false;
 };
+
+/// The way-points of all laps.
+Route repeated(const Route& route, int laps) {
+  if (laps > 1 && route.waypoints.front() != route.waypoints.back()) {
+    throw ConfigurationError(
+        "laps is " + std::to_string(laps) +
+        ", but the way does not end where it begins; give 1, or another world");
+  }
+  Route all = route;
+  for (int lap = 1; lap < laps; ++lap) {
+    all.waypoints.insert(all.waypoints.end(), route.waypoints.begin(), route.waypoints.end());
+  }
+  return all;
+}
 
 double approach(double value, double target, double change) {
   return value + std::clamp(target - value, -change, change);
@@ -162,7 +182,7 @@ Pose2 RobotMotion::pose(double time) const {
 double RobotMotion::duration() const { return static_cast<double>(steps_.size()) * step_duration_; }
 
 RobotMotion drive(const Route& route, const DriveOptions& options) {
-  Driver driver(route, options);
+  Driver driver(repeated(route, options.laps), options);
   const Eigen::Vector2d& start = route.waypoints.front();
   RobotMotion::Step robot;
   robot.world_from_base = {start.x(), start.y(), wrap_angle(route.start_heading)};

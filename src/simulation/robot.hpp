@@ -15,6 +15,7 @@ struct DriveOptions {
   double acceleration = 0.5;
   double turn_acceleration = 2.0;
   double rest = 2.0;
+  int laps = 1;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -56,7 +57,8 @@ class RobotMotion {
 /// Drives the route: turns on the spot where it has to, cuts the corners a little elsewhere, as a
 /// pursuit of a point ahead on the route does (Coulter, "Implementation of the Pure Pursuit Path
 /// Tracking Algorithm", CMU-RI-TR-92-01). Ends at rest on the last way-point.
-/// Throws std::invalid_argument for a route of less than two way-points or of no length.
+/// Throws std::invalid_argument for a route of less than two way-points or of no length, and
+/// ConfigurationError for several laps of one that does not end where it begins.
 [[nodiscard]] RobotMotion drive(const Route& route, const DriveOptions& options);
 
 }  // namespace matchbox_slam

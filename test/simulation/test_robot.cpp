@@ -31,6 +31,19 @@ TEST(Robot, RestsDrivesTheRouteAndRests) {
   EXPECT_NEAR(length_of(motion), 9.8, 0.2);  // a corner cut
 }
 
+TEST(Robot, DrivesSeveralLapsOfAWayThatComesBack) {
+  Route route;
+  route.waypoints = {{0.0, 0.0}, {4.0, 0.0}, {4.0, 3.0}, {0.0, 0.0}};
+  DriveOptions options;
+  const double lap = length_of(drive(route, options));
+  options.laps = 3;
+  const RobotMotion motion = drive(route, options);
+  EXPECT_NEAR(length_of(motion), 3.0 * lap, 1.6);  // where a lap ends the corner is cut
+  EXPECT_LT(gap(motion.pose(1e6), {0.0, 0.0, 0.0}), 0.03);
+  route.waypoints.pop_back();
+  EXPECT_THROW((void)drive(route, options), ConfigurationError);
+}
+
 TEST(Robot, KeepsItsLimits) {
   const DriveOptions options;
   for (const std::string& name : world_names()) {

@@ -146,7 +146,8 @@ TEST_P(NamedWorld, TheSeedSaysEverything) {
 }
 
 TEST_P(NamedWorld, TheRobotKeepsClearOfTheWalls) {
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+  const std::uint64_t seeds = GetParam() == std::string("campus") ? 1 : 20;  // 3 km each
+  for (std::uint64_t seed = 0; seed < seeds; ++seed) {
     const World world = make_world(GetParam(), seed);
     const RobotMotion motion = drive(world.route(), {});
     double least = std::numeric_limits<double>::infinity();
@@ -157,7 +158,8 @@ TEST_P(NamedWorld, TheRobotKeepsClearOfTheWalls) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, NamedWorld, testing::Values("rooms", "random", "corridor", "loop"),
+INSTANTIATE_TEST_SUITE_P(All, NamedWorld,
+                         testing::Values("rooms", "random", "corridor", "loop", "campus", "hotel"),
                          [](const auto& test) { return std::string(test.param); });
 
 TEST(MakeWorld, KnowsItsNamesAndNamesWhatItKnows) {
@@ -169,7 +171,7 @@ TEST(MakeWorld, KnowsItsNamesAndNamesWhatItKnows) {
     FAIL() << "accepted an unknown name";
   } catch (const ConfigurationError& error) {
     const std::string text = error.what();
-    for (const char* word : {"'room'", "rooms", "random", "corridor", "loop"}) {
+    for (const char* word : {"'room'", "rooms", "random", "corridor", "loop", "campus", "hotel"}) {
       EXPECT_NE(text.find(word), std::string::npos) << text;
     }
   }
@@ -256,6 +258,39 @@ TEST(RoomsWorld, TheRouteIsATourThatComesBack) {
     EXPECT_EQ(route.waypoints.front(), route.waypoints.back());
     EXPECT_GT(length_of(route), 50.0);
     EXPECT_LT(length_of(route), 125.0);
+  }
+}
+
+TEST(CampusWorld, TheRouteIsATourOfThreeKilometres) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const Route route = make_campus_world(seed).route();
+    EXPECT_EQ(route.waypoints.front(), route.waypoints.back());
+    EXPECT_GT(length_of(route), 2900.0);
+    EXPECT_LT(length_of(route), 3300.0);
+  }
+}
+
+TEST(HotelWorld, NothingTellsOneRoomFromTheNext) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const World world = make_hotel_world(seed);
+    const std::vector<Eigen::Vector2d>& points = world.route().waypoints;
+    EXPECT_EQ(points.front(), points.back());
+    std::vector<LaserScan> inside;  // of rooms, towards their doors
+    for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+      if (points[i - 1] == points[i + 1]) {
+        const Eigen::Vector2d out = points[i + 1] - points[i];
+        inside.push_back(
+            ideal_scan(world, {}, {points[i].x(), points[i].y(), std::atan2(out.y(), out.x())}));
+      }
+    }
+    ASSERT_GT(inside.size(), 3U);
+    for (const LaserScan& scan : inside) {
+      std::size_t same = 0;
+      for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+        same += std::abs(scan.ranges[i] - inside.front().ranges[i]) < 1e-4F ? 1 : 0;
+      }
+      EXPECT_GT(same, scan.ranges.size() - 10) << "seed " << seed;
+    }
   }
 }
 
