@@ -8,6 +8,7 @@
 #include <exception>
 #include <utility>
 
+#include "node/graph_markers.hpp"
 #include "ros/message_conversion.hpp"
 
 namespace matchbox_slam {
@@ -23,6 +24,7 @@ MapPublisher::MapPublisher(ros::NodeHandle& node, std::string map_frame, double 
       metadata_(node.advertise<nav_msgs::MapMetaData>("map_metadata", 1, true)),
       path_(node.advertise<nav_msgs::Path>("path", 1, true)),
       odometry_path_(node.advertise<nav_msgs::Path>("odometry_path", 1, true)),
+      constraints_(node.advertise<visualization_msgs::MarkerArray>("constraints", 1, true)),
       thread_([this] { run(); }) {}
 
 MapPublisher::~MapPublisher() {
@@ -55,12 +57,16 @@ void MapPublisher::run() {
 
 void MapPublisher::publish_changes() {
   const MapRevision now = revision_();
-  const bool map_changed =
-      now.resets != published_map_.resets || now.inserted != published_map_.inserted;
+  const auto has_grown = [&now](const MapRevision& published) {
+    return now.resets != published.resets || now.inserted != published.inserted;
+  };
+  const bool map_changed = has_grown(published_map_);
   const bool paths_changed =
       (now.resets != published_paths_.resets || now.scans != published_paths_.scans) &&
       path_.getNumSubscribers() + odometry_path_.getNumSubscribers() > 0;
-  if (!map_changed && !paths_changed) {
+  const bool constraints_changed =
+      has_grown(published_constraints_) && constraints_.getNumSubscribers() > 0;
+  if (!map_changed && !paths_changed && !constraints_changed) {
     return;
   }
   const MapSnapshot snapshot = snapshot_();
@@ -69,6 +75,10 @@ void MapPublisher::publish_changes() {
   }
   if (paths_changed) {
     publish_paths(snapshot);
+  }
+  if (constraints_changed) {
+    constraints_.publish(to_markers(snapshot.graph, map_frame_, snapshot.stamp));
+    published_constraints_ = snapshot.revision;
   }
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "geometry/trajectory.hpp"
+#include "matchbox_slam/graph/pose_graph.hpp"
 #include "matchbox_slam/map/occupancy_grid.hpp"
 
 namespace matchbox_slam {
@@ -31,11 +32,12 @@ struct MapSnapshot {
   OccupancyGrid occupancy{0.05};
   std::vector<StampedPose2> path;           ///< of the base in the map
   std::vector<StampedPose2> odometry_path;  ///< of the base in the odometry frame
+  PoseGraph graph;                          ///< of the map's key scans
 };
 
-/// Publishes map, map_metadata, path and odometry_path, all latched, from a thread of its own, so
-/// that the mapping never waits for it; each only when it has changed. The odometry is drawn in the
-/// map frame, its first pose where the trajectory's is.
+/// Publishes map, map_metadata, path, odometry_path and constraints, all latched, from a thread of
+/// its own, so that the mapping never waits for it; each only when it has changed. The odometry is
+/// drawn in the map frame, its first pose where the trajectory's is.
 class MapPublisher {
  public:
   /// @param revision, snapshot  called from the thread.
@@ -67,8 +69,10 @@ class MapPublisher {
   ros::Publisher metadata_;
   ros::Publisher path_;
   ros::Publisher odometry_path_;
+  ros::Publisher constraints_;
   MapRevision published_map_;
   MapRevision published_paths_;
+  MapRevision published_constraints_;
   std::mutex mutex_;
   std::condition_variable stop_changed_;
   bool stop_ = false;
