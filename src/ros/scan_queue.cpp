@@ -26,6 +26,9 @@ constexpr double kLatestStamp = 4e9;
 // that is wrong.
 constexpr int kScansOfATimeJump = 3;
 
+// For so long after a time jump slow lasers send scans from before it [s].
+constexpr double kStraggling = 2.0;
+
 // A scan waits this long for those of other lasers [s]; a laser that is silent for as long is off.
 constexpr double kPatienceWithLasers = 0.5;
 
@@ -107,8 +110,12 @@ void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time&
 
 void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const Turn& turn) {
   const ros::Time& stamp = turn.stamp;
-  if (was_clock_set_back(stamp)) {
-    jump_back(seconds_between(stamp, last_ready_->stamp));
+  if (is_straggler(stamp)) {
+    skip(stamp, SkipReason::kTimeJump, "it is from before time jumped back");
+    return;
+  }
+  if (was_clock_set_back(turn)) {
+    jump_back(seconds_between(stamp, last_ready_->stamp), *now_);
   }
   note_newest(turn);
   if (stopped_) {
@@ -127,14 +134,20 @@ void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const Turn
   }
 }
 
-bool ScanQueue::was_clock_set_back(const ros::Time& stamp) {
-  if (!last_ready_ || seconds_between(stamp, last_ready_->stamp) <= kTimeJump) {
-    old_in_a_row_ = 0;
+bool ScanQueue::was_clock_set_back(const Turn& turn) {
+  OldScans& old = old_scans_[turn.laser];
+  if (!last_ready_ || seconds_between(turn.stamp, last_ready_->stamp) <= kTimeJump) {
+    old.in_a_row = 0;
     return false;
   }
-  old_in_a_row_ = old_in_a_row_ > 0 && stamp > *last_old_ ? old_in_a_row_ + 1 : 1;
-  last_old_ = stamp;
-  return old_in_a_row_ >= kScansOfATimeJump;
+  old = {turn.stamp, old.in_a_row > 0 && turn.stamp > old.last ? old.in_a_row + 1 : 1};
+  return old.in_a_row >= kScansOfATimeJump;
+}
+
+/// Nothing of before a time jump may come among what follows, which would seem older than it.
+bool ScanQueue::is_straggler(const ros::Time& stamp) const {
+  return straggling_ && now_->toSec() < straggling_->last_arrival &&
+         stamp.toSec() > straggling_->least_stamp;
 }
 
 bool ScanQueue::leaps_ahead(const ros::Time& stamp) {
@@ -157,7 +170,7 @@ void ScanQueue::add_transforms(const tf2_msgs::TFMessage& message, bool is_stati
 
 void ScanQueue::advance(const ros::Time& now) {
   if (now_ && seconds_between(now, *now_) > kTimeJump) {
-    jump_back(seconds_between(now, *now_));
+    jump_back(seconds_between(now, *now_), now);
   }
   if (now_ && now_->isZero() && !now.isZero()) {  // simulated time has just begun
     for (auto& [turn, scan] : waiting_) {
@@ -167,15 +180,21 @@ void ScanQueue::advance(const ros::Time& now) {
   now_ = now;
 }
 
-void ScanQueue::jump_back(double seconds) {
+void ScanQueue::jump_back(double seconds, const ros::Time& now) {
   for (const auto& [turn, scan] : waiting_) {
     skip(turn.stamp, SkipReason::kTimeJump, "it was waiting when time jumped back");
   }
   waiting_.clear();
+  straggling_.reset();
+  if (!newest_.empty()) {
+    const double newest = std::max_element(newest_.begin(), newest_.end())->toSec();
+    straggling_ =
+        Straggling{newest - 0.25 * seconds, now.toSec() + std::min(kStraggling, 0.5 * seconds)};
+  }
   newest_.clear();
   transforms_.clear();
   last_ready_.reset();
-  old_in_a_row_ = 0;
+  old_scans_.clear();
   lead_.reset();
   if (!stopped_) {
     stopped_ = settings_.stop_at_time_jump;

@@ -163,6 +163,16 @@ class ScanQueue {
     }
   };
   using Waiting = std::map<Turn, WaitingScan>;
+  /// Scans of one laser in a row that are older than time can be.
+  struct OldScans {
+    ros::Time last;
+    int in_a_row = 0;
+  };
+  /// Which scans come from before the latest time jump, and how long such ones may come.
+  struct Straggling {
+    double least_stamp = 0.0;   ///< [s]
+    double last_arrival = 0.0;  ///< [s]
+  };
   /// A transform that a scan needs.
   struct Needed {
     const std::string& target;
@@ -171,9 +181,10 @@ class ScanQueue {
   };
 
   void advance(const ros::Time& now);
-  void jump_back(double seconds);
+  void jump_back(double seconds, const ros::Time& now);
   void add_valid_scan(const sensor_msgs::LaserScan& message, const Turn& turn);
-  [[nodiscard]] bool was_clock_set_back(const ros::Time& stamp);
+  [[nodiscard]] bool was_clock_set_back(const Turn& turn);
+  [[nodiscard]] bool is_straggler(const ros::Time& stamp) const;
   [[nodiscard]] bool leaps_ahead(const ros::Time& stamp);
   void collect_ready(bool wait_for_more);
   void deliver(const Turn& turn, ReadyScan&& scan);
@@ -197,8 +208,8 @@ class ScanQueue {
   std::size_t ready_scans_ = 0;  ///< of the items in `ready_`
   std::optional<Turn> last_ready_;
   std::vector<ros::Time> newest_;      ///< stamp, by laser; empty until a scan comes
-  std::optional<ros::Time> last_old_;  ///< of scans in a row that are older than time can be
-  int old_in_a_row_ = 0;
+  std::map<int, OldScans> old_scans_;  ///< by laser
+  std::optional<Straggling> straggling_;
   std::optional<double> lead_;  ///< [s] of the newest scan's stamp before its arrival
   int leaps_in_a_row_ = 0;
   bool stopped_ = false;
