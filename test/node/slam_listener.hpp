@@ -6,6 +6,7 @@
 #include <nav_msgs/Path.h>
 #include <ros/ros.h>
 #include <rosgraph_msgs/Log.h>
+#include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <chrono>
@@ -66,6 +67,7 @@ class SlamListener {
   std::vector<MatchInfo> matches;
   TransformStore transforms{""};
   std::vector<ros::Duration> leads;  ///< of map -> odom, stamp against time of arrival
+  Pose2 map_from_odom;
   nav_msgs::Path path;
   nav_msgs::Path odometry_path;
   diagnostic_msgs::DiagnosticStatus status;
@@ -80,6 +82,7 @@ class SlamListener {
     transforms.add(message, false);
     if (!find_map_link(message, "map").empty()) {
       leads.push_back(message.transforms.front().header.stamp - ros::Time::now());
+      map_from_odom = project_to_plane(tf2::transformToEigen(message.transforms.front()));
     }
   }
   void on_log(const rosgraph_msgs::Log& log) {

@@ -1,4 +1,4 @@
-// What happens to the node between scans: map_bag repeats it to the byte.
+// What happens to the node between scans, and a loop: map_bag repeats it to the byte.
 
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
@@ -10,10 +10,14 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 #include <tf2_msgs/TFMessage.h>
+#include <visualization_msgs/MarkerArray.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -25,6 +29,8 @@
 #include "matchbox_slam/LoadMap.h"
 #include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/map_file.hpp"
+#include "node/slam_listener.hpp"
 #include "node/slam_node.hpp"
 #include "ros/message_conversion.hpp"
 #include "run/events_file.hpp"
@@ -48,6 +54,8 @@ class Player {
  public:
   explicit Player(const std::string& bag)
       : bag_(bag, rosbag::bagmode::Read), view_(bag_), next_(view_.begin()) {}
+
+  [[nodiscard]] bool is_at_end() { return next_ == view_.end(); }
 
   [[nodiscard]] bool is_heard() const {
     return scans_.getNumSubscribers() > 0 && transforms_.getNumSubscribers() > 0 &&
@@ -93,12 +101,19 @@ class Player {
   std::atomic<int> heard_{0};
 };
 
-void simulate(const std::string& bag) {
-  SimulationOptions options;
-  options.time.duration = 20.0;
-  const World world = make_world("rooms", 4);
-  const SimulatedRun run = simulate_run(world, world.route(), options, 4);
-  SimulatedBagWriter(bag, {}).write(run, {"rooms", 4, options.laser, run.faults});
+SimulatedRun simulate(const std::string& bag, const std::string& name, std::uint64_t seed,
+                      const SimulationOptions& options) {
+  const World world = make_world(name, seed);
+  SimulatedRun run = simulate_run(world, world.route(), options, seed);
+  SimulatedBagWriter(bag, {}).write(run, {name, seed, options.laser, run.faults});
+  return run;
+}
+
+void set_parameters(const std::string& node, const TemporaryFolder& folder) {
+  ros::param::set(node + "/base_frame", "base_footprint");
+  ros::param::set(node + "/odom_frame", "odom_combined");
+  ros::param::set(node + "/trajectory_file", folder / "node.tum");
+  ros::param::set(node + "/map_file", folder / "map");
 }
 
 void pause(bool paused) {
@@ -178,12 +193,11 @@ void drive_with_events(Player& player, const std::string& map) {
 TEST(SlamEvents, MapBagRepeatsThemToTheByte) {
   const TemporaryFolder folder;
   const std::string bag = folder / "run.bag";
-  simulate(bag);
-  ros::param::set("/repeated/base_frame", "base_footprint");
-  ros::param::set("/repeated/odom_frame", "odom_combined");
-  ros::param::set("/repeated/trajectory_file", folder / "node.tum");
+  SimulationOptions options;
+  options.time.duration = 20.0;
+  simulate(bag, "rooms", 4, options);
+  set_parameters("/repeated", folder);
   ros::param::set("/repeated/events_file", folder / "events.yaml");
-  ros::param::set("/repeated/map_file", folder / "map");
   ros::AsyncSpinner spinner(2);
   spinner.start();
   Player player(bag);
@@ -210,6 +224,137 @@ TEST(SlamEvents, MapBagRepeatsThemToTheByte) {
     kinds.insert(event.event.index());
   }
   EXPECT_EQ(kinds.size(), std::variant_size_v<RunEvent>) << "not every kind";
+}
+
+/// A lap round a block by odometry alone, which is metres off when it comes home.
+class SlamLoop : public testing::Test {
+ protected:
+  SlamLoop() {
+    SimulationOptions options;
+    options.laser.beams = 200;
+    options.laser.scan_rate = 2.0;
+    options.drive.speed = 1.0;
+    run_ = simulate(bag_, "loop", 3, options);
+    set_parameters("/looping", folder_);
+    ros::param::set("/looping/matcher", "odometry_only");
+    ros::param::set("/looping/map_update_interval", 0.2);
+  }
+
+  /// Publishes scans, each when the one before has its pose, until it is so or there are no more.
+  void play_until(Player& player, const std::function<bool()>& is_so) {
+    while (!is_so() && !player.is_at_end()) {
+      player.play(1);
+      ++played_;
+      ASSERT_TRUE(listener_.wait_until(
+          [&] { return std::min(listener_.poses.size(), listener_.matches.size()) + 1 >= played_; },
+          10));
+    }
+  }
+
+  /// Whether all that is published comes to tell of the newest pose, and of the newest key scan.
+  bool all_follow() {
+    return listener_.wait_until([this] { return all_are_new(); }, 5.0);
+  }
+
+  /// How far the path is from the truth, at most [m].
+  [[nodiscard]] double error_of_path() const {
+    std::map<ros::Time, Pose2> truth;
+    for (std::size_t k = 0; k < run_.scans.size(); ++k) {
+      truth[ros::Time(run_.scans[k].stamp)] =
+          run_.world_from_base.front().inverse() * run_.world_from_base[k];
+    }
+    double most = 0.0;
+    for (const geometry_msgs::PoseStamped& pose : listener_.path.poses) {
+      const Pose2 error = truth.at(pose.header.stamp).inverse() * to_pose2(pose.pose);
+      most = std::max(most, error.translation().norm());
+    }
+    return most;
+  }
+
+  /// Lines of a kind in the constraints.
+  [[nodiscard]] std::size_t lines(const std::string& name) const {
+    for (const visualization_msgs::Marker& marker : constraints_.markers) {
+      if (marker.ns == name) {
+        return marker.points.size() / 2;
+      }
+    }
+    return 0;
+  }
+
+  const TemporaryFolder folder_;
+  const std::string bag_ = folder_ / "loop.bag";
+  SimulatedRun run_;
+  SlamListener listener_;
+  nav_msgs::OccupancyGrid map_;
+  visualization_msgs::MarkerArray constraints_;
+
+ private:
+  [[nodiscard]] bool all_are_new() const {
+    const geometry_msgs::PoseWithCovarianceStamped& newest = listener_.poses.back();
+    const ros::Time stamp = newest.header.stamp;
+    const auto key = std::find_if(listener_.matches.rbegin(), listener_.matches.rend(),
+                                  [](const MatchInfo& match) { return match.inserted != 0; });
+    const Pose2 odom_from_base = project_to_plane(
+        listener_.transforms.lookup("odom_combined", "base_footprint", stamp).value());
+    const Pose2 map_from_odom = to_pose2(newest.pose.pose) * odom_from_base.inverse();
+    return difference(listener_.map_from_odom, map_from_odom).norm() < 1e-6 &&
+           listener_.path.header.stamp == stamp && map_.header.stamp >= key->header.stamp &&
+           !constraints_.markers.empty() &&
+           constraints_.markers.front().header.stamp >= key->header.stamp;
+  }
+
+  void on_map(const nav_msgs::OccupancyGrid& map) { map_ = map; }
+  void on_constraints(const visualization_msgs::MarkerArray& markers) { constraints_ = markers; }
+
+  std::size_t played_ = 0;
+  ros::NodeHandle node_;
+  ros::Subscriber maps_ = node_.subscribe("map", 10, &SlamLoop::on_map, this);
+  ros::Subscriber markers_ = node_.subscribe("constraints", 10, &SlamLoop::on_constraints, this);
+};
+
+TEST_F(SlamLoop, MovesAllThatTheNodePublishes) {
+  Player player(bag_);
+  const SlamNode slam(ros::NodeHandle(), ros::NodeHandle("/looping"));
+  ASSERT_TRUE(listener_.wait_until([&] { return player.is_heard(); }, 10.0));
+  const auto closed = [&] {
+    return std::count_if(listener_.matches.begin(), listener_.matches.end(),
+                         [](const MatchInfo& match) { return match.closed_loop != 0; });
+  };
+  play_until(player, [&] { return listener_.matches.size() == 200; });
+  EXPECT_EQ(closed(), 0);
+  EXPECT_TRUE(all_follow());
+  EXPECT_EQ(lines("loops"), 0U);
+  EXPECT_GT(error_of_path(), 4.5);  // 5.5
+
+  play_until(player, [&] { return closed() > 0; });
+  ASSERT_EQ(closed(), 1);
+  EXPECT_TRUE(all_follow());
+  EXPECT_EQ(lines("loops"), 1U);
+  EXPECT_LT(error_of_path(), 2.5);  // 2.1: odometry is off by that on the other side of the block
+
+  play_until(player, [] { return false; });
+  EXPECT_EQ(closed(), 2);
+  EXPECT_TRUE(all_follow());
+  EXPECT_EQ(lines("loops"), 2U);
+  EXPECT_GE(lines("motion"), 264U);
+
+  std_srvs::Trigger save;
+  ASSERT_TRUE(ros::service::call("/looping/save_map", save));
+  const Outcome mapped = run_command(
+      MATCHBOX_MAP_BAG, bag_ + " --quiet --matcher odometry_only --out " + (folder_ / "map_bag"));
+  ASSERT_EQ(mapped.exit_code, 0) << mapped.output;
+  EXPECT_TRUE(read_file(folder_ / "node.tum") == read_file(folder_ / "map_bag/trajectory.tum"));
+  EXPECT_TRUE(read_file(folder_ / "map.pgm") == read_file(folder_ / "map_bag/map.pgm"));
+  const MapImage image = read_map(folder_ / "map.yaml");
+  ASSERT_EQ(static_cast<int>(map_.info.width), image.width);
+  ASSERT_EQ(static_cast<int>(map_.info.height), image.height);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      if (map_.data[static_cast<std::size_t>(y * image.width + x)] > 65) {
+        ASSERT_EQ(image.state({x, y}), CellState::kOccupied) << x << " " << y;
+      }
+    }
+  }
 }
 
 }  // namespace
