@@ -10,7 +10,7 @@
 namespace matchbox_slam {
 namespace {
 
-// The two lines differ in lightness and in dashes too, for those who do not tell the hues apart.
+// The lines differ in lightness and in dashes too, for those who do not tell the hues apart.
 constexpr Color kUnknownColor{222, 225, 229};
 constexpr Color kFreeColor{255, 255, 255};
 constexpr Color kOccupiedColor{28, 36, 48};
@@ -18,6 +18,8 @@ constexpr Color kTextColor{52, 60, 72};
 constexpr Color kRuleColor{190, 195, 202};
 constexpr Stroke kOdometryStroke{{240, 130, 20}, 2.2, 8.0};
 constexpr Stroke kTrajectoryStroke{{20, 95, 215}, 2.6, 0.0};
+constexpr Stroke kLoopStroke{{200, 20, 120}, 3.4, 0.0};
+constexpr double kLoopRadius = 3.4;
 constexpr Color kStartColor{25, 150, 70};
 constexpr double kStartRadius = 6.0;
 
@@ -160,6 +162,20 @@ void draw_start(const Eigen::Vector2d& center, double ink, Picture& picture) {
   picture.draw_disc(center, ink * kStartRadius, kStartColor);
 }
 
+/// Returns whether there is any.
+bool draw_loops(const PoseGraph& graph, const View& view, Picture& picture) {
+  bool has_loops = false;
+  for (const PoseEdge& edge : graph.edges) {
+    if (edge.kind == EdgeKind::kLoop && is_used(edge)) {
+      const Eigen::Vector2d end = view.to_picture(graph.poses[edge.to]);
+      picture.draw_line({view.to_picture(graph.poses[edge.from]), end}, view.scaled(kLoopStroke));
+      picture.draw_disc(end, view.ink() * kLoopRadius, kLoopStroke.color);
+      has_loops = true;
+    }
+  }
+  return has_loops;
+}
+
 /// The longest of 1, 2 or 5 times a power of ten metres that is at most `pixels` long.
 double scale_bar_length(double pixels, double pixels_per_metre) {
   const double longest = pixels / pixels_per_metre;
@@ -224,7 +240,8 @@ class Legend {
   Picture& picture_;
 };
 
-void draw_footer(const View& view, bool has_trajectory, bool has_odometry, Picture& picture) {
+void draw_footer(const View& view, bool has_trajectory, bool has_odometry, bool has_loops,
+                 Picture& picture) {
   const int top = view.height() - view.footer_height();
   const int middle = top + view.footer_height() / 2;
   picture.fill(0, top, view.width(), view.height(), kFreeColor);
@@ -235,6 +252,9 @@ void draw_footer(const View& view, bool has_trajectory, bool has_odometry, Pictu
     legend.add_start();
     legend.add_line("corrected", kTrajectoryStroke);
   }
+  if (has_loops) {
+    legend.add_line("loop", kLoopStroke);
+  }
   if (has_odometry) {
     legend.add_line("odometry", kOdometryStroke);
   }
@@ -242,8 +262,8 @@ void draw_footer(const View& view, bool has_trajectory, bool has_odometry, Pictu
 
 }  // namespace
 
-Picture draw_map(const OccupancyGrid& map, const Trajectory& trajectory,
-                 const Trajectory& odometry) {
+Picture draw_map(const OccupancyGrid& map, const Trajectory& trajectory, const Trajectory& odometry,
+                 const PoseGraph& graph) {
   const View view(shown_cells(map, trajectory), map.geometry());
   Picture picture(view.width(), view.height(), kUnknownColor);
   draw_cells(map, view, picture);
@@ -256,7 +276,8 @@ Picture draw_map(const OccupancyGrid& map, const Trajectory& trajectory,
     picture.draw_line(line_of(trajectory, {}, view), view.scaled(kTrajectoryStroke));
     draw_start(view.to_picture(trajectory.poses().front().pose), view.ink(), picture);
   }
-  draw_footer(view, !trajectory.empty(), !odometry.empty(), picture);
+  const bool has_loops = draw_loops(graph, view, picture);
+  draw_footer(view, !trajectory.empty(), !odometry.empty(), has_loops, picture);
   return picture;
 }
 

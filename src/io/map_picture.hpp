@@ -2,13 +2,14 @@
 
 #include "geometry/trajectory.hpp"
 #include "io/picture.hpp"
+#include "matchbox_slam/graph/pose_graph.hpp"
 #include "matchbox_slam/map/occupancy_grid.hpp"
 
 namespace matchbox_slam {
 
 /// The map for people: what is free is white, walls are dark, the unknown is grey; over it the
-/// odometry, dashed, and the corrected trajectory, with a scale bar and a legend below. x goes to
-/// the right and y up, as rviz shows it.
+/// odometry, dashed, the corrected trajectory and the loops that were closed, with a scale bar and
+/// a legend below. x goes to the right and y up, as rviz shows it.
 ///
 /// A cell of a small map is several pixels wide, always a whole number of them; a pixel of a huge
 /// map several cells, so that no picture is much wider or higher than 4000 pixels. The picture
@@ -18,7 +19,9 @@ namespace matchbox_slam {
 /// @param odometry    of the base in any frame; it is drawn so that its first pose coincides with
 /// the
 ///                    trajectory's first. May be empty.
+/// @param graph       of the map's key scans; its loops that are believed are drawn as lines from
+///                    one key scan to the other, which has a dot.
 [[nodiscard]] Picture draw_map(const OccupancyGrid& map, const Trajectory& trajectory,
-                               const Trajectory& odometry);
+                               const Trajectory& odometry, const PoseGraph& graph = {});
 
 }  // namespace matchbox_slam

@@ -212,7 +212,7 @@ std::size_t SlamNode::save_map_files(const std::string& path) {
   const Trajectory trajectory(run_.path().poses());
   const Trajectory odometry(run_.odometry_path().poses());
   lock.unlock();
-  const Picture picture = draw_map(map.map.occupancy, trajectory, odometry);
+  const Picture picture = draw_map(map.map.occupancy, trajectory, odometry, map.loops.graph());
   std::vector<FileContents> files = map_files(path, make_map_image(map.map.occupancy));
   files.push_back({path + ".png", picture.to_png()});
   files.push_back({path + ".slam", to_saved_map(map)});

@@ -209,9 +209,11 @@ void BagMapping::write() {
   files.push_back({out_ + "/trajectory.tum", to_tum(trajectory)});
   files.push_back({out_ + "/trajectory_live.tum", to_tum(Trajectory(run_->live_trajectory()))});
   files.push_back({out_ + "/odometry.tum", to_tum(odometry)});
-  files.push_back({out_ + "/map.png", draw_map(map.occupancy, trajectory, odometry).to_png()});
+  const PoseGraph& graph = run_->loops().graph();
+  files.push_back(
+      {out_ + "/map.png", draw_map(map.occupancy, trajectory, odometry, graph).to_png()});
   files.push_back({out_ + "/key_scans.tum", to_tum(key_scan_trajectory(run_->key_scans()))});
-  files.push_back({out_ + "/graph.g2o", to_g2o(run_->loops().graph())});
+  files.push_back({out_ + "/graph.g2o", to_g2o(graph)});
   files.push_back({out_ + "/scans.csv", scan_table_.text()});
   files.push_back({out_ + "/map.slam", to_saved_map(run_->snapshot())});
   const ResourceUsage now = resource_usage();

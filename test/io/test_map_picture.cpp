@@ -87,6 +87,33 @@ TEST(DrawMap, OdometryStartsWhereTheTrajectoryStarts) {
   EXPECT_NEAR(0.5 * (line.top + line.bottom), free.bottom - 20 * 12, 2);
 }
 
+TEST(DrawMap, DrawsTheLoopsThatAreBelieved) {
+  PoseGraph graph;
+  graph.poses = {{2.0, 1.0, 0.0}, {6.0, 1.0, 0.0}, {6.0, 4.0, 0.0}};
+  const Eigen::Matrix3d known = Eigen::Matrix3d::Identity();
+  graph.edges = {{0, 1, {}, known, EdgeKind::kLoop, Belief::kBelieved},
+                 {0, 2, {}, known, EdgeKind::kLoop, Belief::kDisbelieved},
+                 {1, 2, {}, known}};
+  const auto is_loop = [](Color color) {
+    return color.red > color.green + 100 && color.blue > color.green + 60;
+  };
+  const Picture picture = draw_map(room(), {}, {}, graph);
+  const Extent free = extent_of(picture, is_white);
+  const Extent line = extent_of(picture, is_loop);
+  EXPECT_NEAR(line.left, free.left + 20 * 12, 3);
+  EXPECT_NEAR(line.right, free.left + 60 * 12, 6);
+  EXPECT_NEAR(0.5 * (line.top + line.bottom), free.bottom - 10 * 12, 2);
+  const auto in_legend = [&](const Picture& drawn) {
+    int count = 0;
+    for (int x = 0; x < drawn.width(); ++x) {
+      count += is_loop(drawn.color_at(x, drawn.height() - 28)) ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_GT(in_legend(picture), 20);
+  EXPECT_EQ(in_legend(draw_map(room(), {}, {})), 0);
+}
+
 TEST(DrawMap, ShowsATrajectoryOutsideTheMapOnUnknownGround) {
   const Trajectory trajectory({{0.0, {5.0, 2.0, 0}}, {1.0, {5.0, 12.0, 0}}});
   const Picture picture = draw_map(room(), trajectory, {});
