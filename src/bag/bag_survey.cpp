@@ -190,9 +190,10 @@ std::vector<std::string> choose_scan_topics(const BagReader& reader,
     throw ConfigurationError("the bag has no topic of type sensor_msgs/LaserScan");
   }
   if (candidates.size() > 1) {
-    throw ConfigurationError("the bag has several topics with laser scans: " + list_of(candidates) +
-                             "; choose one with --scan-topic, or several with "
-                             "--set scan_topics=[A, B]");
+    throw ConfigurationError(
+        "the bag has several topics with laser scans: " + list_of(candidates) +
+        "; choose one with --scan-topic, or several with --set 'scan_topics=[" +
+        list_of(candidates) + "]'");
   }
   return candidates;
 }

@@ -151,7 +151,7 @@ void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options,
 }
 
 std::string cannot_write(const std::string& path, const std::exception& reason) {
-  return path + ": the bag cannot be written: " + reason.what();
+  return path + ": the bag cannot be written: " + reason.what() + "; is the disk full?";
 }
 
 }  // namespace

@@ -119,7 +119,11 @@ std::vector<std::vector<PairMatch>> match_pairs(
   // Takes pairs one by one until none is left, or somebody is told to stop.
   const auto work = [&](const PairProgress& is_to_go_on) {
     try {
-      for (std::size_t i = next++; i < pairs.size() && !stopped; i = next++) {
+      while (!stopped) {
+        const std::size_t i = next++;
+        if (i >= pairs.size()) {
+          return;
+        }
         const std::vector<PairMatch> of_pair = match_pair(pairs[i], scans, matchers, options);
         for (std::size_t m = 0; m < matchers.size(); ++m) {
           matches[m][i] = of_pair[m];
@@ -146,7 +150,10 @@ std::vector<std::vector<PairMatch>> match_pairs(
   for (std::future<void>& helper : helpers) {
     helper.get();
   }
-  return stopped ? std::vector<std::vector<PairMatch>>{} : matches;
+  for (std::vector<PairMatch>& of_matcher : matches) {
+    of_matcher.resize(std::min<std::size_t>(next, pairs.size()));  // what was begun was finished
+  }
+  return matches;
 }
 
 }  // namespace matchbox_slam

@@ -78,7 +78,8 @@ using PairProgress = std::function<bool(std::size_t done)>;
 /// Lets each matcher match all pairs: scan to a map made of the reference alone, which is the only
 /// key scan too. All but the seconds is the same for any number of threads.
 /// @param threads  >= 1; fewer where the system gives no more.
-/// @return one row a matcher, each with one entry a pair; empty when told not to go on.
+/// @return one row a matcher, each with one entry a pair; of the first pairs alone when told not to
+/// go on.
 /// Throws what a matcher throws.
 [[nodiscard]] std::vector<std::vector<PairMatch>> match_pairs(
     const std::vector<LocatedScan>& scans, const std::vector<ScanPair>& pairs,

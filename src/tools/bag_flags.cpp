@@ -15,12 +15,10 @@ void add_bag_flags(CLI::App& app, BagRequest& request) {
   app.add_option("--base-frame", request.base_frame, "Frame of the robot")->type_name("FRAME");
   app.add_option("--odom-frame", request.odom_frame, "Frame of the odometry")->type_name("FRAME");
   app.add_flag("--no-odom", request.no_odometry, "Leave odometry aside, or there is none");
-  app.add_option("--start", request.period.start, "Begin this long after the bag begins")
-      ->check(CLI::Range(0.0, 1e9))
-      ->type_name("SECONDS");
-  app.add_option("--duration", request.period.duration, "Stop after this long")
-      ->check(CLI::Range(0.0, 1e9))
-      ->type_name("SECONDS");
+  add_number<double>(app, "--start", request.period.start, between(0.0, 1e9),
+                     "Begin this long after the bag begins", "SECONDS");
+  add_number<double>(app, "--duration", request.period.duration, between(0.0, 1e9),
+                     "Stop after this long", "SECONDS");
 }
 
 void add_recording_flags(CLI::App& app, RecordingRequest& request, const std::string& seed_help,
@@ -32,9 +30,7 @@ void add_recording_flags(CLI::App& app, RecordingRequest& request, const std::st
   add_repeated(app, "--config", request.config_files, "YAML with parameters", "FILE");
   add_repeated(app, "--set", request.overrides, "A parameter", "KEY=VALUE");
   add_bag_flags(app, request.recording);
-  app.add_option("--seed", request.seed, seed_help)
-      ->check(CLI::Range(0, 2147483647))
-      ->type_name("N");
+  add_number<int>(app, "--seed", request.seed, at_least(0.0), seed_help);
   app.add_option("--debug", request.debug, debug_help)->type_name("DIR");
   app.add_flag("--quiet", request.quiet, "Only warnings and errors");
 }

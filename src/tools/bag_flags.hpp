@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "matchbox_slam/common/options.hpp"
 #include "tools/recording_request.hpp"
 
 namespace matchbox_slam {
@@ -11,6 +12,21 @@ namespace matchbox_slam {
 /// An option that may be given several times, one value each, so that it takes no bag for a value.
 void add_repeated(CLI::App& app, const std::string& name, std::vector<std::string>& values,
                   const std::string& help, const std::string& type_name);
+
+/// An option that takes a number, which is refused in the words that parameters have.
+template <typename Number, typename Value>
+void add_number(CLI::App& app, const std::string& name, Value& value, const Allowed& allowed,
+                const std::string& help, const std::string& type_name = "N") {
+  app.add_option_function<std::string>(
+         name,
+         [name, allowed, &value](const std::string& text) {
+           Number number{};
+           read_value(parse_parameter_value(text), name, allowed, number);
+           value = number;
+         },
+         help)
+      ->type_name(type_name);
+}
 
 /// The flags that say which scans of a recording to read, all but the bags themselves.
 void add_bag_flags(CLI::App& app, BagRequest& request);

@@ -24,10 +24,8 @@ void declare_options(CLI::App& app, MapBagRequest& request) {
                  "YAML with what happens between scans: poses told, resets, pauses, changes of "
                  "options; the node writes such a file as events_file")
       ->type_name("FILE");
-  app.add_option("--threads", request.recording.threads,
-                 "From 2 on, the bag is read by a thread of its own")
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
+  add_number<int>(app, "--threads", request.recording.threads, between(1, 1024),
+                  "From 2 on, the bag is read by a thread of its own");
 }
 
 }  // namespace

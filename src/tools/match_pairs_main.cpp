@@ -22,10 +22,8 @@ void declare_options(CLI::App& app, MatchPairsRequest& request, Parameters& pair
   add_repeated(app, "--matcher", request.matchers,
                "Scan matcher, such as olson; default: the configured one", "NAME");
   add_option_flags<PairOptions>(app, "Pairs", pairs);
-  app.add_option("--threads", request.threads,
-                 "Pairs that are matched at the same time (default 1)")
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
+  add_number<int>(app, "--threads", request.threads, between(1, 1024),
+                  "Pairs that are matched at the same time (default 1)");
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "bag/simulation_record.hpp"
@@ -257,12 +259,7 @@ std::vector<std::vector<PairMatch>> match_all(const LocatedScans& located,
                          std::to_string(done) + " pairs");
     return !dialog.is_interrupted();
   };
-  std::vector<std::vector<PairMatch>> matches =
-      match_pairs(located.scans, pairs, matchers, setups.front().engine, threads, progress);
-  if (matches.empty()) {
-    throw Interrupted("interrupted; nothing is written");
-  }
-  return matches;
+  return match_pairs(located.scans, pairs, matchers, setups.front().engine, threads, progress);
 }
 
 }  // namespace
@@ -278,7 +275,7 @@ void match_pairs(const MatchPairsRequest& request, const RunDialog& dialog) {
   LocatedScans located = read_recording(request, parameters, truth, setups, dialog);
   const std::optional<Simulation> simulation = simulation_of(request, dialog);
   const int seed = setups.front().run.seed;
-  const std::vector<ScanPair> pairs = draw_pairs(
+  std::vector<ScanPair> pairs = draw_pairs(
       located.scans, request.pairs, setups.front().engine.motion, static_cast<std::uint64_t>(seed));
   describe_pairs(located.scans, pairs, setups.front().engine, located.facts);
   if (!request.debug.empty()) {
@@ -287,12 +284,15 @@ void match_pairs(const MatchPairsRequest& request, const RunDialog& dialog) {
   std::vector<std::vector<PairMatch>> matches =
       match_all(located, pairs, setups, request.threads, dialog);
 
+  pairs.resize(matches.front().size());  // fewer when interrupted
+
   PairInformation information;
   if (simulation) {
     const TruthAtScans at_scans(truth, located.facts.bag.scan_time_offset);
     information = information_of(located.scans, pairs, at_scans, *simulation, dialog);
   }
-  const PairTask task{located.facts, request.pairs, SuccessLimits{}, seed, request.threads};
+  PairTask task{located.facts, request.pairs, SuccessLimits{}, seed, request.threads};
+  task.options.pairs = static_cast<int>(pairs.size());
   std::vector<MatcherOnPairs> results;
   for (std::size_t m = 0; m < setups.size(); ++m) {
     const PairStatistics statistics = summarize_pairs(pairs, matches[m], information, task.limits);
@@ -304,6 +304,11 @@ void match_pairs(const MatchPairsRequest& request, const RunDialog& dialog) {
                  {request.out + "/summary.json", pairs_json(task, results)},
                  {request.out + "/summary.md", table}});
   dialog.inform("\n" + table + "\nresults in " + request.out);
+  if (task.options.pairs < request.pairs.pairs) {
+    throw std::runtime_error("interrupted; the results cover " +
+                             std::to_string(task.options.pairs) + " of " +
+                             std::to_string(request.pairs.pairs) + " pairs");
+  }
 }
 
 }  // namespace matchbox_slam

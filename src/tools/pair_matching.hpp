@@ -21,9 +21,10 @@ struct MatchPairsRequest : RecordingRequest {
 /// line a matcher and pair), summary.json and summary.md (one row a matcher) into the folder. Of a
 /// simulated recording it also tells how near the matchers come to the Cramér-Rao bound.
 ///
-/// All but the times is the same for any number of threads.
-/// Throws ConfigurationError when the request makes no sense, FileError when a file cannot be read
-/// or written, BagError and EvaluationError when there is nothing to match.
+/// All but the times is the same for any number of threads. Interrupted, it writes the results of
+/// the pairs that are done, and throws std::runtime_error. Throws ConfigurationError when the
+/// request makes no sense, FileError when a file cannot be read or written, BagError and
+/// EvaluationError when there is nothing to match.
 void match_pairs(const MatchPairsRequest& request, const RunDialog& dialog);
 
 }  // namespace matchbox_slam

@@ -2,6 +2,7 @@
 
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
+#include "run/slam_node_options.hpp"
 
 namespace matchbox_slam {
 
@@ -16,6 +17,11 @@ Parameters gather_parameters(const RecordingRequest& request,
   }
   parameters.merge(frame_parameters(request.recording));
   parameters.merge(parse_overrides(request.overrides));
+  for (const OptionDescription& row : describe_options(SlamNodeOptions{})) {
+    if (parameters.find(row.name) != nullptr) {
+      throw ConfigurationError(row.name + ": only the node has this option; leave it out");
+    }
+  }
   return parameters;
 }
 

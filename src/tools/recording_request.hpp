@@ -20,7 +20,8 @@ struct RecordingRequest {
   bool quiet = false;
 };
 
-/// Defaults of the structs < files < flags of their own < --set.
+/// Defaults of the structs < files < flags of their own < --set. Throws ConfigurationError for what
+/// only the node has.
 [[nodiscard]] Parameters gather_parameters(const RecordingRequest& request,
                                            const std::optional<std::string>& matcher = {});
 

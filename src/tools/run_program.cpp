@@ -1,6 +1,10 @@
 #include "tools/run_program.hpp"
 
+#include <poll.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <csignal>
 #include <iostream>
 #include <stdexcept>
 #include <string>
@@ -21,9 +25,15 @@ int complain(const std::string& name, std::string text, int exit_code) {
   return exit_code;
 }
 
+/// Whether standard output is a pipe that nobody reads any more, as before `| head`.
+bool has_no_reader() {
+  pollfd output{STDOUT_FILENO, POLLOUT, 0};
+  return ::poll(&output, 1, 0) == 1 && (output.revents & POLLERR) != 0;
+}
+
 /// What was printed may still be in the stream's buffer.
 void require_printed() {
-  if (!std::cout.flush()) {
+  if (!std::cout.flush() && !has_no_reader()) {
     throw std::runtime_error("cannot write to standard output; is the disk full?");
   }
 }
@@ -33,6 +43,7 @@ void require_printed() {
 int run_program(const std::string& name, const std::string& description,
                 const std::function<void(CLI::App&)>& declare_options, int argc,
                 const char* const* argv, const std::function<void()>& work) {
+  std::signal(SIGPIPE, SIG_IGN);  // whoever stops reading does not want the work to stop
   try {
     CLI::App app(description, name);
     declare_options(app);

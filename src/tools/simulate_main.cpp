@@ -15,6 +15,7 @@
 #include "matchbox_slam/io/file.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
+#include "tools/bag_flags.hpp"
 #include "tools/option_flags.hpp"
 #include "tools/run_program.hpp"
 #include "tools/terminal.hpp"
@@ -26,7 +27,7 @@ using namespace matchbox_slam;
 /// The command line as it was given.
 struct Request {
   std::string world;
-  std::uint64_t seed = 1;
+  int seed = 1;
   std::string bag;
   std::string truth;
   bool inverted_laser = false;
@@ -42,9 +43,8 @@ void declare_options(CLI::App& app, Request& request) {
   app.add_option("--world", request.world, one_of(world_names()).text())
       ->required()
       ->type_name("NAME");
-  app.add_option("--seed", request.seed, "Of world and noise; the same seed gives the same bag")
-      ->check(CLI::NonNegativeNumber)  // the conversion alone would take -1 for a large number
-      ->type_name("N");
+  add_number<int>(app, "--seed", request.seed, at_least(0.0),
+                  "Of world and noise; the same seed gives the same bag");
   app.add_option("--bag", request.bag, "Bag to write")->required()->type_name("OUT.bag");
   app.add_option(
          "--truth", request.truth,
@@ -115,14 +115,14 @@ void simulate(const Request& request, const InterruptGuard& interrupt) {
   require_two_files(request.bag, request.truth);
   const SimulationOptions options = read_simulation_options(request);
   const auto recording = read_options<SimulatedBagOptions>(request.recording, "");
-  const World world = make_world(request.world, request.seed);
+  const auto seed = static_cast<std::uint64_t>(request.seed);
+  const World world = make_world(request.world, seed);
   require_writable_file(request.truth);
   require_writable_file(request.bag);
   const auto is_interrupted = [&] { return interrupt.is_interrupted(); };
   SimulatedBagWriter bag(request.bag, recording);
-  const SimulatedRun run =
-      simulate_run(world, world.route(), options, request.seed, is_interrupted);
-  bag.write(run, {request.world, request.seed, options.laser, run.faults}, is_interrupted);
+  const SimulatedRun run = simulate_run(world, world.route(), options, seed, is_interrupted);
+  bag.write(run, {request.world, seed, options.laser, run.faults}, is_interrupted);
   write_tum(request.truth, truth_of(run, recording.clock_offset));
   std::cout << request.bag << ": " << run.scans.size() << " scans in "
             << run.scans.back().stamp - run.scans.front().stamp << " s\n"

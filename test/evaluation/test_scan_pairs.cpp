@@ -180,8 +180,9 @@ TEST(MatchPairs, StopWhenTold) {
         last = n;
         return n < 5;
       });
-  EXPECT_TRUE(matches.empty());
   EXPECT_EQ(last, 5U);
+  ASSERT_EQ(matches.size(), 1U);
+  EXPECT_EQ(matches[0].size(), 5U);
 }
 
 }  // namespace

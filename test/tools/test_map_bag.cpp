@@ -586,7 +586,16 @@ TEST_F(MapBag, RefusesWrongUsage) {
                   "odom_frame: 'odom' is not allowed; allowed: a frame other than map_frame");
   expect_one_line(run("--set scan_time_offset=1e7"), 2,
                   "scan_time_offset: 10000000.0 is not allowed");
-  expect_one_line(run("--threads 0"), 2, "--threads");
+  expect_one_line(run("--set publish_tf=false"), 2,
+                  "publish_tf: only the node has this option; leave it out");
+  replace_file(folder_ / "node.yaml", "initial_map: old.slam\n");
+  expect_one_line(run("--config " + (folder_ / "node.yaml")), 2,
+                  "initial_map: only the node has this option; leave it out");
+  expect_one_line(run("--threads 0"), 2, "--threads: 0 is not allowed; allowed: 1 to 1024");
+  expect_one_line(run("--duration abc"), 2,
+                  "--duration: abc is not a number; allowed: 0 to 1000000000");
+  expect_one_line(run("--start -1"), 2, "--start: -1 is not allowed; allowed: 0 to 1000000000");
+  expect_one_line(run("--seed 1.5"), 2, "--seed: 1.5 is not a whole number");
   expect_one_line(run("--frobnicate"), 2, "--frobnicate");
   expect_one_line(run_command(MATCHBOX_MAP_BAG, ""), 2, "--help");
   const Outcome help = run_command(MATCHBOX_MAP_BAG, "--help");
@@ -596,6 +605,15 @@ TEST_F(MapBag, RefusesWrongUsage) {
         "--no-odom", "--start", "--duration", "--seed", "--threads", "--quiet"}) {
     EXPECT_TRUE(contains(help.output, flag)) << flag;
   }
+}
+
+TEST_F(MapBag, MapsOnWhenNobodyReadsWhatItSays) {
+  write_small_bag(bag_);
+  const Outcome outcome =
+      run_command("/bin/sh", "-c '{ " + std::string(MATCHBOX_MAP_BAG) + " " + bag_ + " --out " +
+                                 out_ + "; echo exit $? >&2; } | true'");
+  EXPECT_EQ(outcome.output, "exit 0\n");
+  EXPECT_EQ(poses(), 50U);
 }
 
 TEST_F(MapBag, EventsComeBetweenTheScansThatTheyName) {

@@ -7,12 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
+#include "tools/pair_matching.hpp"
 #include "tools/run_command.hpp"
 
 namespace matchbox_slam {
@@ -181,6 +183,33 @@ TEST_F(MatchPairsProgram, AnInterruptEndsItInGoodOrder) {
                                 " --quiet --out " + (*folder_ / "interrupted"));
   expect_one_line(0, outcome, "interrupted before the first scan was used; nothing is written");
   EXPECT_TRUE(std::filesystem::is_empty(*folder_ / "interrupted"));
+}
+
+TEST_F(MatchPairsProgram, InterruptedItWritesThePairsThatAreDone) {
+  (void)match("short", "whole", "--pairs 20");
+  MatchPairsRequest request;
+  request.recording.bags = {*folder_ / "short.bag"};
+  request.truth = *folder_ / "short.tum";
+  request.out = *folder_ / "part";
+  request.pairs.pairs = 20;
+  bool interrupted = false;
+  const auto ignore = [](const std::string& /*line*/) {};
+  EXPECT_EQ(error_text<std::runtime_error>([&] {
+              match_pairs(request, {ignore, ignore,
+                                    [&](double /*done*/, const std::string& text) {
+                                      interrupted = interrupted || text == "7 pairs";
+                                    },
+                                    [&] { return interrupted; }});
+            }),
+            "interrupted; the results cover 7 of 20 pairs");
+  EXPECT_EQ(summary("part")["pairs"], 7);
+  const auto part = rows("part");
+  const auto whole = rows("whole");
+  ASSERT_EQ(part.size(), 8U) << "with the heading";
+  for (std::size_t i = 0; i < part.size(); ++i) {
+    EXPECT_EQ(part[i][3], whole[i][3]) << "x of the guess";
+    EXPECT_EQ(part[i][6], whole[i][6]) << "x of the answer";
+  }
 }
 
 TEST_F(MatchPairsProgram, TellsWhatIsWrongWithTheTruth) {

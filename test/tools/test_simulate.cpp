@@ -88,7 +88,8 @@ TEST_F(Simulate, WrongUsageIsOneLineAndTwo) {
   expect_one_line(2, "--world room --bag a.bag --truth a.tum", "rooms, random, corridor, loop");
   expect_one_line(2, arguments("run") + " --range-noise -1", "range_noise");
   expect_one_line(2, arguments("run") + " --beams many", "beams");
-  expect_one_line(2, arguments("run") + " --seed -1", "--seed");
+  expect_one_line(2, arguments("run") + " --seed -1",
+                  "--seed: -1 is not allowed; allowed: at least 0\n");
   expect_one_line(2,
                   "--world rooms --bag " + (folder_ / "same") + " --truth " + (folder_ / "./same"),
                   "--bag and --truth name the same file");
@@ -119,6 +120,7 @@ TEST_F(Simulate, AFullDiskIsOneLineAndLeavesWhatWasThere) {
   const Outcome outcome = run_on_full_disk(MATCHBOX_SIMULATE, arguments("run") + " --seed 2");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
   EXPECT_TRUE(contains(outcome.output, "run.bag: the bag cannot be written")) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "is the disk full?")) << outcome.output;
   EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 1) << outcome.output;
   EXPECT_TRUE(read_file(folder_ / "run.bag") == bag);
   EXPECT_EQ(folder_.file_count(), 2U);

@@ -33,7 +33,9 @@ class TruthOptionsOfEvaluate : public ::testing::Test {
     const Outcome outcome = run_evaluate("ate " + estimate_ + " --max-gap 1 --align none --json" +
                                          " --truth " + truth_ + " " + options);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
-    return nlohmann::json::parse(outcome.output, nullptr, false);
+    const std::size_t begin = outcome.output.find('{');  // after what it warns of
+    EXPECT_NE(begin, std::string::npos) << outcome.output;
+    return nlohmann::json::parse(outcome.output.substr(begin), nullptr, false);
   }
 
   TemporaryFolder folder_;
