@@ -42,11 +42,12 @@ def path_of(program):
     return found.stdout.strip()
 
 
-def run(program, *arguments):
+def output_of(program, *arguments):
     command = [path_of(program), *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         raise SystemExit(f"{' '.join(command)}: {done.stderr.strip()}")
+    return done.stdout
 
 
 def read_tum(path):
@@ -128,12 +129,12 @@ def one_run(world, fault, seed, matchers, out, overrides, rate):
     folder.mkdir(parents=True, exist_ok=True)
     bag, truth = folder / "drive.bag", folder / "truth.tum"
     faults = [part for text in FAULTS[fault] for part in ("--fault", text)]
-    run("simulate", "--world", world, "--seed", seed, "--scan-rate", rate, "--bag", bag,
+    output_of("simulate", "--world", world, "--seed", seed, "--scan-rate", rate, "--bag", bag,
         "--truth", truth, *faults)
     results = []
     for matcher in matchers:
         sets = [part for text in overrides for part in ("--set", text)]
-        run("map_bag", bag, "--matcher", matcher, "--out", folder / matcher, "--quiet", *sets)
+        output_of("map_bag", bag, "--matcher", matcher, "--out", folder / matcher, "--quiet", *sets)
         results.append({"world": world, "fault": fault, "seed": seed, "matcher": matcher,
                         **weigh(folder / matcher, read_tum(truth))})
     bag.unlink()
