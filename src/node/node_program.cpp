@@ -3,19 +3,38 @@
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 
+#include <algorithm>
 #include <csignal>
 #include <exception>
-
-#include "matchbox_slam/common/options.hpp"
+#include <iostream>
 
 namespace matchbox_slam {
 namespace {
 
 volatile std::sig_atomic_t signalled = 0;  // a handler of signals reaches nothing else
 
+void print_help(const std::string& name, const std::vector<OptionDescription>& options) {
+  std::cout << "Usage: " << name << "_node [_NAME:=VALUE]... [TOPIC:=OTHER_TOPIC]...\n"
+            << "A ROS node; needs a roscore. `roslaunch --ros-args matchbox_slam " << name
+            << ".launch` lists\n"
+            << "the arguments of its launch file. Parameters of its own, besides those of matchers "
+               "and of map,\nmotion and the like, which doc/parameters.md lists:\n";
+  for (const OptionDescription& option : options) {
+    std::cout << "  " << option.name << " (" << to_string(option.value) << "): " << option.meaning
+              << '\n';
+  }
+}
+
 }  // namespace
 
-int run_node(int argc, char** argv, const std::string& name, const MakeNode& make) {
+int run_node(int argc, char** argv, const std::string& name,
+             const std::vector<OptionDescription>& options, const MakeNode& make) {
+  if (std::any_of(argv + 1, argv + argc, [](const std::string& argument) {
+        return argument == "--help" || argument == "-h";
+      })) {
+    print_help(name, options);
+    return 0;
+  }
   ros::init(argc, argv, name);
   // While the node starts it may wait for a master, which only roscpp's own way of ending ends;
   // that heeds SIGINT alone.

@@ -5,6 +5,9 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
 
 namespace matchbox_slam {
 
@@ -15,6 +18,8 @@ using MakeNode =
 /// main() of a program that is one node: serves it until SIGINT, SIGTERM or `rosnode kill`. On a
 /// signal the node ends while ROS still works, so that its log lines are heard. Returns 0; 2 when
 /// it cannot start for its configuration, and 1 for another reason, which the log tells.
-[[nodiscard]] int run_node(int argc, char** argv, const std::string& name, const MakeNode& make);
+/// @param options  which --help lists.
+[[nodiscard]] int run_node(int argc, char** argv, const std::string& name,
+                           const std::vector<OptionDescription>& options, const MakeNode& make);
 
 }  // namespace matchbox_slam

@@ -34,7 +34,10 @@ std::string find_rival_link(const tf2_msgs::TFMessage& message, const std::strin
 ScanMatcherNode::ScanMatcherNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node)
     : node_(node),
       private_node_(private_node),
-      setup_(make_scan_matcher_setup(read_ros_parameters(private_node_), loader_)),
+      setup_(from_ros_parameters(private_node_,
+                                 [&](const Parameters& parameters) {
+                                   return make_scan_matcher_setup(parameters, loader_);
+                                 })),
       matcher_(std::make_shared<TimedMatcher>(setup_.matcher)),
       worker_("matching", queue_settings(setup_),
               [this](const ScanQueue::Item& item) { handle(item); }),

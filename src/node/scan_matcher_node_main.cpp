@@ -4,8 +4,9 @@
 #include "node/scan_matcher_node.hpp"
 
 int main(int argc, char** argv) {
-  return matchbox_slam::run_node(
-      argc, argv, "scan_matcher", [](const auto& node, const auto& private_node) {
-        return std::make_shared<matchbox_slam::ScanMatcherNode>(node, private_node);
-      });
+  using namespace matchbox_slam;
+  return run_node(argc, argv, "scan_matcher", describe_options(ScanMatcherNodeOptions{}),
+                  [](const auto& node, const auto& private_node) {
+                    return std::make_shared<ScanMatcherNode>(node, private_node);
+                  });
 }

@@ -64,6 +64,11 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
   const double p95 = statistics_of(match_seconds_of(health.recent)).p95;
   if (health.stopped) {
     status.summary(DiagnosticStatus::ERROR, "stopped, as time has jumped back");
+  } else if (!health.updates_map && !health.recent.empty() &&
+             health.recent.back().status == MatchStatus::kRejectedNoReference) {
+    status.summary(DiagnosticStatus::ERROR,
+                   "there is no map to localise in, and slam/update_map is false; give one by "
+                   "~load_map or initial_map");
   } else if (state_of(health.recent) == TrackingState::kLost) {
     status.summary(DiagnosticStatus::ERROR,
                    "lost: what is seen is mapped apart, and searched in the map; drive where the "

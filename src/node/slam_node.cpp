@@ -24,8 +24,12 @@ std::string absolute(const std::string& path) {
 
 LiveConfiguration read_configuration(const ros::NodeHandle& private_node,
                                      const MatcherLoader& loader) {
-  LiveConfiguration configuration(read_ros_parameters(private_node), loader);
-  check_frames(configuration.setup().run);
+  const LiveConfiguration configuration =
+      from_ros_parameters(private_node, [&](const Parameters& parameters) {
+        LiveConfiguration read(parameters, loader);
+        check_frames(read.setup().run);
+        return read;
+      });
   const SlamNodeOptions& options = configuration.setup().node;
   for (const std::string& file : {options.trajectory_file, options.events_file}) {
     if (!file.empty()) {

@@ -4,8 +4,12 @@
 #include "node/slam_node.hpp"
 
 int main(int argc, char** argv) {
-  return matchbox_slam::run_node(
-      argc, argv, "slam", [](const auto& node, const auto& private_node) {
-        return std::make_shared<matchbox_slam::SlamNode>(node, private_node);
-      });
+  using namespace matchbox_slam;
+  std::vector<OptionDescription> options = describe_options(RunOptions{});
+  for (const OptionDescription& option : describe_options(SlamNodeOptions{})) {
+    options.push_back(option);
+  }
+  return run_node(argc, argv, "slam", options, [](const auto& node, const auto& private_node) {
+    return std::make_shared<SlamNode>(node, private_node);
+  });
 }

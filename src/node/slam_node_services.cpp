@@ -216,6 +216,7 @@ std::size_t SlamNode::save_map_files(const std::string& path) {
   std::vector<FileContents> files = map_files(path, make_map_image(map.map.occupancy));
   files.push_back({path + ".png", picture.to_png()});
   files.push_back({path + ".slam", to_saved_map(map)});
+  require_writable_folder(std::filesystem::path(path).parent_path().string());
   replace_files(files);
   return scans;
 }

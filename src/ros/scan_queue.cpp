@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "ros/imu_heading.hpp"
 #include "ros/message_conversion.hpp"
 
 namespace matchbox_slam {
@@ -226,7 +227,9 @@ void ScanQueue::collect_ready(bool wait_for_more) {
 }
 
 void ScanQueue::deliver(const Turn& turn, ReadyScan&& scan) {
-  if (settings_.odom_frame && transforms_.is_below(*settings_.odom_frame, settings_.base_frame)) {
+  const bool by_imu = settings_.odom_frame == kImuHeadingFrame;  // which hangs below on purpose
+  if (settings_.odom_frame && !by_imu &&
+      transforms_.is_below(*settings_.odom_frame, settings_.base_frame)) {
     skip(scan.stamp, SkipReason::kNoTransform,
          text_of_swapped_frames(settings_.base_frame, *settings_.odom_frame));
     return;

@@ -3,10 +3,14 @@
 #include <tf2/exceptions.h>
 #include <tf2_eigen/tf2_eigen.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iomanip>
 #include <sstream>
+#include <vector>
 
+#include "matchbox_slam/common/options.hpp"
+#include "ros/imu_heading.hpp"
 #include "ros/message_conversion.hpp"
 
 namespace matchbox_slam {
@@ -162,14 +166,24 @@ bool TransformStore::is_below(std::string frame, const std::string& other) const
   return false;
 }
 
+std::string TransformStore::others() const {
+  std::vector<std::string> frames;
+  buffer_._getFrameStrings(frames);
+  std::sort(frames.begin(), frames.end());
+  return frames.empty() ? ", nor any other yet" : "; it has " + join(frames);
+}
+
 std::string TransformStore::why_not(const std::string& target, const std::string& source,
                                     const ros::Time& stamp) const {
+  const bool by_imu = source == kImuHeadingFrame || target == kImuHeadingFrame;
   std::ostringstream text;
   text << std::fixed << std::setprecision(3);
-  text << "no transform from '" << source << "' to '" << target << "' at " << stamp.toSec() << ": ";
+  text << (by_imu ? "no heading" : "no transform from '" + source + "' to '" + target + "'")
+       << " at " << stamp.toSec() << ": ";
   for (const std::string& frame : {source, target}) {
     if (!buffer_._frameExists(frame)) {
-      text << "tf has no frame '" << frame << "'";
+      text << (by_imu && frame == kImuHeadingFrame ? "no usable message of the IMU has come yet"
+                                                   : "tf has no frame '" + frame + "'" + others());
       return text.str();
     }
   }

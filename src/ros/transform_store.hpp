@@ -76,6 +76,8 @@ class TransformStore {
 
   void add_transform(const geometry_msgs::TransformStamped& received, bool is_static);
   void add_moving(const geometry_msgs::TransformStamped& transform);
+  /// The frames there are, for people who named one that is not.
+  [[nodiscard]] std::string others() const;
 
   std::string map_frame_;
   tf2::BufferCore buffer_;

@@ -151,6 +151,30 @@ TEST(Pages, NameWhatIsShipped) {
   }
 }
 
+TEST(Pages, UseToolsOfRosThatPackageXmlNames) {
+  std::string text;
+  for (const std::string& page : pages()) {
+    text += read_file(in_package(page));
+  }
+  const std::string package = read_file(in_package("package.xml"));
+  int used = 0;
+  for (const std::string tool :
+       {"rosbag", "roslaunch", "rosnode", "rosparam", "rosservice", "rostopic"}) {
+    if (std::regex_search(text, std::regex("(^|[`\n ])" + tool + " [a-z_]+ [/a-z]"))) {
+      ++used;
+      EXPECT_TRUE(contains(package, "depend>" + tool + "<")) << tool;
+    }
+  }
+  EXPECT_GE(used, 2);
+}
+
+TEST(LaunchFiles, CallNoArgumentRequiredThatIsNot) {
+  for (const auto& entry : std::filesystem::directory_iterator(in_package("launch"))) {
+    EXPECT_FALSE(contains(read_file(entry.path().string()), "default=\"\""))
+        << entry.path() << ": roslaunch --ros-args takes an empty default for none";
+  }
+}
+
 /// A page without its code, in which brackets are no links.
 std::string without_code(const std::string& page) {
   return std::regex_replace(page, std::regex(R"(```[^]*?```|`[^`\n]*`)"), "");

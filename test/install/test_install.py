@@ -59,6 +59,8 @@ class Install(unittest.TestCase):
         for prefix in [self.prefix, pathlib.Path(os.environ['MATCHBOX_DEVEL'])]:
             build = self.build(SOURCE / 'doc/example_matcher', prefix)
             self.assertTrue(os.path.exists(os.path.join(build, 'devel/lib/libexample_matcher.so')))
+            self.assertIn('CMAKE_BUILD_TYPE:STRING=Release',  # else a match takes 30 ms
+                          pathlib.Path(build, 'CMakeCache.txt').read_text())
 
 
 if __name__ == '__main__':

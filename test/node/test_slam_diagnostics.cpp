@@ -55,6 +55,17 @@ TEST(SlamDiagnostics, TellsHowItGoes) {
   EXPECT_EQ(judge(localising).message, "localising");
 }
 
+TEST(SlamDiagnostics, SaysThatThereIsNoMapToLocaliseIn) {
+  SlamHealth health = healthy();
+  health.updates_map = false;
+  health.recent.back().status = MatchStatus::kRejectedNoReference;
+  const auto status = judge(health);
+  EXPECT_EQ(status.level, DiagnosticStatus::ERROR);
+  EXPECT_EQ(status.message,
+            "there is no map to localise in, and slam/update_map is false; give one by ~load_map "
+            "or initial_map");
+}
+
 TEST(SlamDiagnostics, WarnsOfSkippedScansOnce) {
   SlamHealth health = healthy();
   health.account.received += 3;

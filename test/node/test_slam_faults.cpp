@@ -21,6 +21,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -307,6 +308,17 @@ TEST(SlamFaults, AFullDiskLeavesTheOldMapAndTheMapping) {
   NodeProcess process("on_full_disk", folder);
   ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
   ASSERT_TRUE(robot.drive(3));
+  const std::string new_folder = folder / "new/folder";
+  dynamic_reconfigure::Reconfigure elsewhere;
+  elsewhere.request.config.strs.resize(1);
+  elsewhere.request.config.strs[0].name = "map_file";
+  elsewhere.request.config.strs[0].value = new_folder + "/map";
+  ASSERT_TRUE(ros::service::call("/on_full_disk/set_parameters", elsewhere));
+  EXPECT_TRUE(save("on_full_disk").success) << "the folder is made";
+  EXPECT_TRUE(read_file(new_folder + "/map.yaml").size() > 0);
+  std::filesystem::remove_all(folder / "new");
+  elsewhere.request.config.strs[0].value = folder / "map";
+  ASSERT_TRUE(ros::service::call("/on_full_disk/set_parameters", elsewhere));
   ASSERT_TRUE(save("on_full_disk").success);
   const std::vector<std::string> names = {"map.pgm", "map.yaml", "map.png", "node.tum", "map.slam"};
   std::vector<std::string> old;

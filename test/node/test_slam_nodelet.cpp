@@ -276,10 +276,23 @@ TEST_F(SlamNodelet, ANodeThatCannotStartSaysWhyAndExits) {
   refused("_matcher:=olsen", "there is no matcher 'olsen'");
   ros::param::del("/refused");
   refused("_base_fram:=x", "did you mean 'base_frame'?");
+  refused("", "; to take it off the parameter server: rosparam delete /refused/base_fram");
+  ros::param::del("/refused");
+  refused("_scan/min_rage:=x", ": rosparam delete /refused/scan/min_rage");
   ros::param::del("/refused");
   refused("_initial_map:=/nowhere.slam", "cannot read '/nowhere.slam'", 1);
   ros::param::del("/refused");
   refused("_map_frame:=/odom", "odom_frame: 'odom' is not allowed");
+}
+
+TEST_F(SlamNodelet, NodesHaveHelp) {
+  for (const char* flag : {"--help", "-h"}) {
+    const Outcome help = run_command(MATCHBOX_SLAM_NODE, flag);
+    EXPECT_EQ(help.exit_code, 0);
+    for (const char* words : {"Usage: slam_node", "_NAME:=VALUE", "base_frame", "map_file"}) {
+      EXPECT_TRUE(contains(help.output, words)) << words << "\n" << help.output;
+    }
+  }
 }
 
 TEST_F(SlamNodelet, SaysThatNoScanComesAndWhereThereAreSome) {

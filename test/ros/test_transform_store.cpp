@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "common/error_text.hpp"
+#include "ros/imu_heading.hpp"
 #include "ros/messages.hpp"
 #include "ros/transform_store.hpp"
 
@@ -112,13 +113,22 @@ TEST(TransformStore, ClearKeepsStaticLinks) {
 
 TEST(TransformStore, SaysWhyThereIsNoTransform) {
   TransformStore store("map");
-  EXPECT_EQ(store.why_not("odom", "base", ros::Time(100.0)),
-            "no transform from 'base' to 'odom' at 100.000: tf has no frame 'base'");
+  EXPECT_EQ(
+      store.why_not("odom", "base", ros::Time(100.0)),
+      "no transform from 'base' to 'odom' at 100.000: tf has no frame 'base', nor any other yet");
   store.add(make_link(100.0, "odom", "base", 1.0), false);
   store.add(make_link(100.0, "wall", "camera", 1.0), true);
   EXPECT_EQ(store.why_not("odom", "base", ros::Time(100.25)),
             "no transform from 'base' to 'odom' at 100.250: the newest is 0.250 s older than the "
             "scan");
+  EXPECT_EQ(store.why_not("odom", "base_link", ros::Time(100.0)),
+            "no transform from 'base_link' to 'odom' at 100.000: tf has no frame 'base_link'; it "
+            "has base, camera, odom, wall");
+  EXPECT_EQ(store.why_not("base", kImuHeadingFrame, ros::Time(100.0)),
+            "no heading at 100.000: no usable message of the IMU has come yet");
+  store.add(make_link(100.0, "base", kImuHeadingFrame, 0.0), false);
+  EXPECT_EQ(store.why_not("base", kImuHeadingFrame, ros::Time(100.25)),
+            "no heading at 100.250: the newest is 0.250 s older than the scan");
   EXPECT_TRUE(contains(store.why_not("odom", "base", ros::Time(99.0)), "from later on only"));
   EXPECT_TRUE(contains(store.why_not("odom", "camera", ros::Time(100.0)), "does not connect them"));
 }
