@@ -113,6 +113,15 @@ void LikelihoodField::update(const std::vector<SurfaceHit>& hits,
   render_around(std::move(changed));
 }
 
+void LikelihoodField::take(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared) {
+  for (const Cell& cell : cleared) {
+    remove_surface(cell);
+  }
+  for (const SurfaceHit& hit : hits) {
+    add_hit(hit);
+  }
+}
+
 void LikelihoodField::restore(const std::vector<std::pair<Cell, StoredSurface>>& surfaces) {
   static const SurfaceTile kBlank{};
   *this = LikelihoodField(geometry_.resolution(), options_, with_bounds_);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "map/scan_surfaces.hpp"
 
@@ -156,6 +158,27 @@ std::vector<Cell> blend(const Observations& observations, const MapOptions& opti
   return cleared;
 }
 
+/// What a scan changes in the likelihood field.
+struct FieldChange {
+  std::vector<SurfaceHit> hits;
+  std::vector<Cell> cleared;
+};
+
+FieldChange draw(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
+                 OccupancyGrid& occupancy) {
+  std::vector<SurfaceHit> hits = surfaces_between_hits(scan, map_from_base, options.resolution);
+  std::vector<Cell> cleared =
+      blend(observe(scan, hits, map_from_base, options), options, occupancy);
+  const std::vector<SurfaceHit> own = surfaces_at_hits(scan, map_from_base);
+  hits.insert(hits.end(), own.begin(), own.end());
+  const auto is_free = [&](const SurfaceHit& hit) {
+    return occupancy.occupancy(occupancy.geometry().cell_at(hit.position)) <
+           options.occupied_threshold;
+  };
+  hits.erase(std::remove_if(hits.begin(), hits.end(), is_free), hits.end());
+  return {std::move(hits), std::move(cleared)};
+}
+
 }  // namespace
 
 bool has_room(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
@@ -184,17 +207,14 @@ bool has_room(const PointScan& scan, const Pose2& map_from_base, const MapOption
 
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                  SlamMap& map) {
-  std::vector<SurfaceHit> hits = surfaces_between_hits(scan, map_from_base, options.resolution);
-  const std::vector<Cell> cleared =
-      blend(observe(scan, hits, map_from_base, options), options, map.occupancy);
-  const std::vector<SurfaceHit> own = surfaces_at_hits(scan, map_from_base);
-  hits.insert(hits.end(), own.begin(), own.end());
-  const auto is_free = [&](const SurfaceHit& hit) {
-    return map.occupancy.occupancy(map.occupancy.geometry().cell_at(hit.position)) <
-           options.occupied_threshold;
-  };
-  hits.erase(std::remove_if(hits.begin(), hits.end(), is_free), hits.end());
-  map.field.update(hits, cleared);
+  const FieldChange change = draw(scan, map_from_base, options, map.occupancy);
+  map.field.update(change.hits, change.cleared);
+}
+
+void insert_unrendered(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
+                       SlamMap& map) {
+  const FieldChange change = draw(scan, map_from_base, options, map.occupancy);
+  map.field.take(change.hits, change.cleared);
 }
 
 }  // namespace matchbox_slam

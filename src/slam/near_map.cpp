@@ -34,8 +34,9 @@ SlamMap rendered(const PlacedScans& keys, const MapOptions& map_options,
                  const LikelihoodFieldOptions& field_options) {
   SlamMap map(map_options, field_options);
   for (const PlacedScan& key : keys) {
-    insert_scan(*key.scan->points(), key.map_from_base, map_options, map);
+    insert_unrendered(*key.scan->points(), key.map_from_base, map_options, map);
   }
+  map.field.render_all();
   return map;
 }
 

@@ -70,6 +70,12 @@ class LikelihoodField {
   /// Takes in new hits and drops the surfaces of cells that turned out free, then renders.
   void update(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared);
 
+  /// The same without rendering: for many updates, of which only the last is to be looked at.
+  void take(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared);
+
+  /// Renders all that was taken into a field that was empty.
+  void render_all() { render_around(surface_cells()); }
+
   [[nodiscard]] const GridGeometry& geometry() const { return geometry_; }
   [[nodiscard]] const LikelihoodFieldOptions& options() const { return options_; }
   [[nodiscard]] bool empty() const { return surface_count_ == 0; }
