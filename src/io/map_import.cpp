@@ -105,6 +105,7 @@ MapStart map_from_image(const MapImage& image, const std::string& path,
     }
   }
   start.map.field.update(walls, {});
+  start.is_of_key_scans = false;
   return start;
 }
 

@@ -73,6 +73,21 @@ void transfer_state(Archive& archive, State& state, std::size_t nodes) {
   archive.integer(state.tries);
 }
 
+template <typename Archive, typename Pending>
+void transfer_pending(Archive& archive, Pending& pending, std::size_t nodes, std::size_t edges) {
+  transfer_node(archive, pending.newest, nodes);
+  archive.integer(pending.edges);
+  archive.flag(pending.is_search_due);
+  archive.flag(pending.is_near_due);
+  archive.flag(pending.is_abandoned);
+  if constexpr (Archive::kReads) {
+    if (pending.edges > edges) {
+      archive.fail("is damaged: it goes on with " + std::to_string(pending.edges) +
+                   " edges of a graph of " + std::to_string(edges));
+    }
+  }
+}
+
 void require_sound_graph(const PoseGraph& graph, const MapReader& reader) {
   try {
     require_sound(graph);
@@ -95,9 +110,14 @@ void write_loops(const MapStart& map, MapWriter& writer) {
   }
   writer.flag(map.is_moved);
   writer.flag(map.is_continued);
+  writer.flag(state.pending.has_value());
+  if (state.pending) {
+    transfer_pending(writer, *state.pending, 0, 0);
+  }
+  writer.flag(map.is_of_key_scans);
 }
 
-void read_loops(MapReader& reader, MapStart& map) {
+void read_loops(bool version_3, MapReader& reader, MapStart& map) {
   const PlacedScans& keys = map.key_scans.all();
   LoopCloser::State state;
   std::uint64_t nodes = 0;
@@ -113,17 +133,25 @@ void read_loops(MapReader& reader, MapStart& map) {
   if (nodes > 0) {
     require_sound_graph(state.graph, reader);
   }
-  map.loops = LoopCloser(std::move(state));
   bool has_near_map = false;
   reader.flag(has_near_map);
   if (has_near_map) {
     SlamMap near = read_grids(reader);
     Eigen::Vector2d center;
     transfer_vector(reader, center);
-    map.near_map = {std::move(near), center};
+    map.near_map = {std::move(near), center, keys.size()};
   }
   reader.flag(map.is_moved);
   reader.flag(map.is_continued);
+  if (!version_3) {
+    bool has_pending = false;
+    reader.flag(has_pending);
+    if (has_pending) {
+      transfer_pending(reader, state.pending.emplace(), nodes, state.graph.edges.size());
+    }
+    reader.flag(map.is_of_key_scans);
+  }
+  map.loops = LoopCloser(std::move(state));
 }
 
 }  // namespace matchbox_slam

@@ -9,6 +9,7 @@ const std::string kHead = "matchbox_slam map, version ";
 const std::string kVersion1 = kHead + "1\n";
 const std::string kVersion2 = kHead + "2\n";
 const std::string kVersion3 = kHead + "3\n";
+const std::string kVersion4 = kHead + "4\n";
 constexpr double kLeastInterval = 1e-9;  // [s] between stamps of messages
 
 /// What may be missing: whether it is there, then its value or a default one.
@@ -54,7 +55,7 @@ void transfer_motion(Archive& archive, Motion& motion) {
 
 std::string to_saved_map(const MapStart& map) {
   MapWriter writer;
-  writer.text(kVersion3);
+  writer.text(kVersion4);
   write_grids(map.map, writer);
   write_key_scans(map.key_scans, writer);
   transfer_motion(writer, map.motion);
@@ -70,12 +71,14 @@ MapStart read_saved_map(const std::string& path, double max_cells) {
   MapReader reader(bytes, path, max_cells);
   const bool version_1 = reader.begins_with(kVersion1);
   const bool version_3 = reader.begins_with(kVersion3);
-  if (!version_1 && !version_3 && !reader.begins_with(kVersion2)) {
+  const bool version_4 = reader.begins_with(kVersion4);
+  if (!version_1 && !version_3 && !version_4 && !reader.begins_with(kVersion2)) {
     reader.fail("is no saved map that this version reads; it should begin with '" + kHead +
-                "' and 1, 2 or 3");
+                "' and 1 to 4");
   }
   MapStart start{read_grids(reader), {}, {}, {}, 0};
   start.key_scans = read_key_scans(version_1, reader);
+  start.is_of_key_scans = !version_1;  // which kept the last ones alone
   if (version_1) {
     transfer_pose(reader, start.motion.fixed_from_base);
     transfer_covariance(reader, "its pose", start.motion.covariance);
@@ -85,8 +88,8 @@ MapStart read_saved_map(const std::string& path, double max_cells) {
     reader.integer(start.scan_count);
     start.whereabouts = read_whereabouts(reader);
   }
-  if (version_3) {
-    read_loops(reader, start);
+  if (version_3 || version_4) {
+    read_loops(version_3, reader, start);
   }
   if (!reader.at_end()) {
     reader.fail("is damaged: it goes on after its end");

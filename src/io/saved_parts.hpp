@@ -25,8 +25,9 @@ void write_whereabouts(const Whereabouts& whereabouts, MapWriter& writer);
 [[nodiscard]] Whereabouts read_whereabouts(MapReader& reader);
 
 /// What closing loops knows: of the graph the edges, as its poses are those of the key scans.
+/// Version 3 has no work that is pending.
 void write_loops(const MapStart& map, MapWriter& writer);
-void read_loops(MapReader& reader, MapStart& map);
+void read_loops(bool version_3, MapReader& reader, MapStart& map);
 
 template <typename Archive, typename Matrix>
 void transfer_covariance(Archive& archive, const std::string& name, Matrix& matrix) {

@@ -244,6 +244,7 @@ void SlamNode::save_records() {
   std::vector<TimedEvent> events;
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
+    run_.finish();
     trajectory = run_.trajectory();
     events = run_.events();
   }

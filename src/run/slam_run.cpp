@@ -189,6 +189,13 @@ std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
   return outcome;
 }
 
+void SlamRun::put_right_by(const std::optional<MapCorrection>& correction) {
+  if (correction) {
+    put_right(*correction, trajectory_);
+    path_.change([&](auto& poses) { put_right(*correction, poses); });
+  }
+}
+
 void SlamRun::record(const ScanOutcome& outcome) {
   ++scans_;
   ++statuses_[outcome.match.status];
@@ -199,10 +206,7 @@ void SlamRun::record(const ScanOutcome& outcome) {
     change_frame_since(begin, map_from_apart, trajectory_);
     path_.change([&](auto& poses) { change_frame_since(begin, map_from_apart, poses); });
   }
-  if (outcome.corrected) {
-    put_right(*outcome.corrected, trajectory_);
-    path_.change([&](auto& poses) { put_right(*outcome.corrected, poses); });
-  }
+  put_right_by(outcome.corrected);
   inserted_ += outcome.inserted ? 1 : 0;
   left_out_ += outcome.left_out;
   parts_given_up_ += outcome.gave_up_part ? 1 : 0;

@@ -40,6 +40,9 @@ class SlamRun {
   /// Processes the next scan of the queue. None: the run is paused, and the scan is left out.
   std::optional<ScanOutcome> process(const ScanInput& input);
 
+  /// After the last scan: closes the loop that a search under way may find.
+  void finish() { put_right_by(engine_->finish_loops()); }
+
   /// Takes effect for the next scan. Throws ConfigurationError or std::runtime_error when the event
   /// is not possible, telling why; then nothing has changed.
   void apply(const RunEvent& event);
@@ -128,6 +131,7 @@ class SlamRun {
   void start_with(std::unique_ptr<SlamEngine> engine);
   void note_scan(const ScanInput& input);
   void record(const ScanOutcome& outcome);
+  void put_right_by(const std::optional<MapCorrection>& correction);
 
   RunRecords records_;
   LiveConfiguration configuration_;

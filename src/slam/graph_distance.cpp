@@ -1,4 +1,4 @@
-#include "slam/graph_distance.hpp"
+#include "matchbox_slam/slam/graph_distance.hpp"
 
 #include <functional>
 #include <limits>
@@ -72,6 +72,15 @@ std::vector<std::size_t> fewest_edges(const Ways& ways, std::size_t node) {
 GraphWays ways_from(const PoseGraph& graph, std::size_t node) {
   const Ways ways = ways_between(graph, graph.poses[node].translation());
   return {least_variances(ways, node), fewest_edges(ways, node)};
+}
+
+std::vector<bool> apart(const GraphWays& ways, double sigma) {
+  constexpr std::size_t kTogether = 40;  // edges of the graph
+  std::vector<bool> apart(ways.variances.size());
+  for (std::size_t i = 0; i < apart.size(); ++i) {
+    apart[i] = ways.edges[i] > kTogether && ways.variances[i] > sigma * sigma;
+  }
+  return apart;
 }
 
 }  // namespace matchbox_slam

@@ -3,17 +3,21 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "matchbox_slam/graph/optimise.hpp"
-#include "slam/graph_distance.hpp"
 #include "slam/loop_search.hpp"
+#include "slam/loop_work.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kTogether = 40;  // edges of the graph
+// What was begun takes effect with the first key scan that was taken so far on, or is so many
+// later: at a metre a second most searches are done by then. (Not by stamps: of some logs they are
+// made up.)
+constexpr double kDelayWay = 0.5;  // [m]
+constexpr std::size_t kMostDelay = 5;
 
 /// Of a pose as seen from another one that it was found from.
 Eigen::Matrix3d in_frame_of(const Pose2& map_from_frame, const Eigen::Matrix3d& map_covariance) {
@@ -22,14 +26,13 @@ Eigen::Matrix3d in_frame_of(const Pose2& map_from_frame, const Eigen::Matrix3d& 
   return turn * map_covariance * turn.transpose();
 }
 
-MapCorrection correction_of(const PlacedScans& keys, const std::vector<Pose2>& new_map_from_base) {
+MapCorrection correction_of(const PlacedScans& keys, const std::vector<Pose2>& new_map_from_base,
+                            double most_moved) {
   MapCorrection correction;
+  correction.most_moved = most_moved;
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const Pose2 new_from_old = new_map_from_base[i] * keys[i].map_from_base.inverse();
     correction.steps.push_back({keys[i].scan->stamp(), new_from_old});
-    const Eigen::Vector2d moved =
-        new_map_from_base[i].translation() - keys[i].map_from_base.translation();
-    correction.most_moved = std::max(correction.most_moved, moved.norm());
   }
   correction.newest = correction.steps.back().new_from_old;
   // What was mapped by a lost robot came later into the map than it was seen.
@@ -44,7 +47,8 @@ LoopCloser::LoopCloser(State state)
     : graph_(std::move(state.graph)),
       loops_(std::move(state.loops)),
       way_(state.way),
-      tries_(state.tries) {
+      tries_(state.tries),
+      pending_(state.pending) {
   if (!empty()) {
     find_ways();
   }
@@ -85,18 +89,10 @@ void LoopCloser::join_rigidly(const PlacedScans& keys) {
   }
 }
 
-void LoopCloser::find_ways() {
-  GraphWays ways = ways_from(graph_, graph_.poses.size() - 1);
-  variances_ = std::move(ways.variances);
-  edges_ = std::move(ways.edges);
-}
+void LoopCloser::find_ways() { ways_ = ways_from(graph_, graph_.poses.size() - 1); }
 
 std::vector<bool> LoopCloser::apart(const LoopOptions& options) const {
-  std::vector<bool> apart(variances_.size());
-  for (std::size_t i = 0; i < apart.size(); ++i) {
-    apart[i] = edges_[i] > kTogether && variances_[i] > options.apart * options.apart;
-  }
-  return apart;
+  return matchbox_slam::apart(ways_, options.apart);
 }
 
 void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& map_covariance,
@@ -144,37 +140,82 @@ void LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
   }
 }
 
-std::optional<MapCorrection> LoopCloser::search(const KeyScans& keys, const LoopOptions& options) {
-  if (way_ < options.search_way) {
-    return std::nullopt;
+void LoopCloser::begin(const KeyScans& keys, const NearRequest& near, const LoopOptions& options) {
+  if (pending_) {
+    return;
   }
-  const PlacedScans& all = keys.all();
-  const std::size_t newest = all.size() - 1;
-  for (const std::size_t candidate : loop_candidates(all, apart(options), variances_, options)) {
+  const bool is_search_due =
+      way_ >= options.search_way &&
+      !loop_candidates(keys.all(), apart(options), ways_.variances, options).empty();
+  if (!is_search_due && !near.is_due) {
+    return;
+  }
+  if (is_search_due) {
     way_ = 0.0;
-    ++tries_;
-    const std::optional<FoundLoop> found =
-        find_loop(all, candidate, std::sqrt(variances_[candidate]), options);
-    if (!found) {
-      continue;
-    }
-    graph_.edges.push_back(
-        {found->key, newest, found->key_from_newest, found->covariance, EdgeKind::kLoop});
-    OptimisedGraph best = optimise(graph_);
-    ClosedLoop loop{*found, newest, best.graph.edges.back().belief == Belief::kBelieved,
-                    best.chi_square.back(), 0.0};
-    if (!loop.believed) {
-      loops_.push_back(loop);
-      continue;
-    }
-    const MapCorrection correction = correction_of(all, best.graph.poses);
-    loop.moved = correction.most_moved;
-    loops_.push_back(loop);
-    graph_ = std::move(best.graph);
-    find_ways();
-    return correction;
   }
-  return std::nullopt;
+  pending_ = Pending{keys.size() - 1, graph_.edges.size(), is_search_due, near.is_due};
+  begin_again(keys, near, options);
+}
+
+void LoopCloser::begin_again(const KeyScans& keys, NearRequest near, const LoopOptions& options) {
+  if (!pending_ || work_ != nullptr) {
+    return;
+  }
+  const auto nodes = static_cast<std::ptrdiff_t>(pending_->newest + 1);
+  const auto edges = static_cast<std::ptrdiff_t>(pending_->edges);
+  near.is_due = pending_->is_near_due;
+  LoopTask task{{keys.all().begin(), keys.all().begin() + nodes},
+                {{graph_.poses.begin(), graph_.poses.begin() + nodes},
+                 {graph_.edges.begin(), graph_.edges.begin() + edges}},
+                pending_->is_search_due,
+                near,
+                options};
+  auto work = [task = std::move(task)] { return do_loop_task(task); };
+  work_ = std::make_shared<LoopWork>(LoopWork{std::async(std::launch::async, std::move(work))});
+}
+
+bool LoopCloser::is_due(const KeyScans& keys) const {
+  const PlacedScans& all = keys.all();
+  return pending_ && (all.size() > pending_->newest + kMostDelay ||
+                      (all.back().map_from_base.translation() -
+                       all[pending_->newest].map_from_base.translation())
+                              .norm() >= kDelayWay);
+}
+
+LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
+  const Pending pending = *pending_;
+  const std::shared_ptr<const LoopWork> work = std::move(work_);
+  pending_.reset();
+  const LoopTaskDone& done = work->done.get();
+  if (pending.is_abandoned) {
+    return {};
+  }
+  const bool is_corrected = !done.loops.empty() && done.loops.back().believed;
+  // What has come since moves with the key scan that it came after.
+  const Pose2 new_from_old =
+      is_corrected ? done.graph.poses.back() * graph_.poses[pending.newest].inverse() : Pose2{};
+  PoseGraph graph = done.graph;
+  for (std::size_t i = pending.newest + 1; i < graph_.poses.size(); ++i) {
+    graph.poses.push_back(new_from_old * graph_.poses[i]);
+  }
+  graph.edges.insert(graph.edges.end(),
+                     graph_.edges.begin() + static_cast<std::ptrdiff_t>(pending.edges),
+                     graph_.edges.end());
+  graph_ = std::move(graph);
+  loops_.insert(loops_.end(), done.loops.begin(), done.loops.end());
+  tries_ += done.tries;
+  find_ways();
+  Result result{std::nullopt, done.near};
+  if (is_corrected) {
+    result.correction = correction_of(keys.all(), graph_.poses, done.loops.back().moved);
+  }
+  return result;
+}
+
+void LoopCloser::abandon() {
+  if (pending_) {
+    pending_->is_abandoned = true;
+  }
 }
 
 }  // namespace matchbox_slam

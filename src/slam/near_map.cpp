@@ -1,13 +1,19 @@
 #include "matchbox_slam/slam/near_map.hpp"
 
 #include <algorithm>
-#include <cstddef>
 
 namespace matchbox_slam {
-
 namespace {
 
-/// The key scans nearest to a place, in their order: many of one place say the same.
+constexpr double kReach = 15.0;  // [m]
+constexpr double kSoon =
+    10.0;  // [m] on the way to what lies apart, so that the map is made in time
+
+double distance(const PlacedScan& key, const Eigen::Vector2d& here) {
+  return (key.map_from_base.translation() - here).norm();
+}
+
+/// In their order.
 PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
   constexpr std::size_t kMost = 100;
   if (keys.size() <= kMost) {
@@ -15,16 +21,12 @@ PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
   }
   std::vector<double> distances;
   for (const PlacedScan& key : keys) {
-    distances.push_back((key.map_from_base.translation() - here).norm());
+    distances.push_back(distance(key, here));
   }
-  std::vector<double> sorted = distances;
-  std::nth_element(sorted.begin(), sorted.begin() + kMost, sorted.end());
+  std::nth_element(distances.begin(), distances.begin() + kMost, distances.end());
   PlacedScans nearest;
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    if (distances[i] < sorted[kMost]) {
-      nearest.push_back(keys[i]);
-    }
-  }
+  std::copy_if(keys.begin(), keys.end(), std::back_inserter(nearest),
+               [&](const PlacedScan& key) { return distance(key, here) < distances[kMost]; });
   return nearest;
 }
 
@@ -40,33 +42,33 @@ SlamMap rendered(const PlacedScans& keys, const MapOptions& map_options,
   return map;
 }
 
-void NearMap::add(const PlacedScans& keys, const std::vector<bool>& is_apart, bool is_outdated,
-                  const MapOptions& map_options, const LikelihoodFieldOptions& field_options) {
-  constexpr double kReach = 15.0;  // [m]
-  constexpr double kMoved = 5.0;   // [m] after which others have come near, or have drifted apart
-  const PlacedScan& newest = keys.back();
-  const Eigen::Vector2d here = newest.map_from_base.translation();
-  if (map_) {
-    insert_scan(*newest.scan->points(), newest.map_from_base, map_options, *map_);
-  }
-  bool is_any_apart = false;
-  PlacedScans belonging;
+NearScans near_scans(const PlacedScans& keys, const std::vector<bool>& is_apart) {
+  const Eigen::Vector2d here = keys.back().map_from_base.translation();
+  NearScans near;
   for (std::size_t i = 0; i < keys.size(); ++i) {
-    const bool is_near = (keys[i].map_from_base.translation() - here).norm() < kReach;
-    if (is_near && !is_apart[i]) {
-      belonging.push_back(keys[i]);
+    const double away = distance(keys[i], here);
+    if (is_apart[i]) {
+      near.is_any_apart = near.is_any_apart || away < kReach + kSoon;
+    } else if (away < kReach) {
+      near.belonging.push_back(keys[i]);
     }
-    is_any_apart = is_any_apart || (is_near && is_apart[i]);
   }
-  if (!is_any_apart && !is_outdated) {
-    map_.reset();
-    return;
+  near.belonging = nearest(near.belonging, here);
+  return near;
+}
+
+bool NearMap::is_due(const PlacedScans& keys) const {
+  constexpr double kMoved = 5.0;  // [m]
+  return !map_ || distance(keys.back(), center_) >= kMoved;
+}
+
+void NearMap::take_new(const PlacedScans& keys, const MapOptions& map_options) {
+  for (; taken_ < keys.size(); ++taken_) {
+    const PlacedScan& key = keys[taken_];
+    if (map_ && distance(key, center_) < kReach) {
+      insert_scan(*key.scan->points(), key.map_from_base, map_options, *map_);
+    }
   }
-  if (map_ && (here - center_).norm() < kMoved) {
-    return;
-  }
-  map_ = rendered(nearest(belonging, here), map_options, field_options);
-  center_ = here;
 }
 
 }  // namespace matchbox_slam

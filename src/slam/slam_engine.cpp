@@ -62,6 +62,7 @@ void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   whereabouts.here = 0;
   whereabouts.search = {};
   near_map.clear();
+  loops.abandon();
   is_moved = false;
   is_continued = false;
 }
@@ -95,7 +96,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
     outcome.odom_from_base = input.odometry->odom_from_base;
   }
   weigh_doubt(weighed, outcome, predicted.motion.previous_from_current.translation().norm());
-  if (options_.slam.loop_closing && options_.slam.update_map && !parts_.is_lost() &&
+  if (closes_loops() && options_.slam.update_map && !parts_.is_lost() &&
       doubt_.is_blind(options_.tracking)) {
     // Nothing says that it is elsewhere. How badly it is known where, the graph is told.
     doubt_ = {};
@@ -116,7 +117,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
                     is_doubted ? predicted.covariance : outcome.covariance,
                     outcome.match.accepted() || outcome.inserted);
   ++scan_count_;
-  if (!parts_.is_lost() && outcome.inserted && options_.slam.loop_closing) {
+  if (!parts_.is_lost() && outcome.inserted && closes_loops()) {
     close_loops(outcome);
   }
   outcome.left_out += insert_pending();
@@ -134,8 +135,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
 
 WeighedMatch SlamEngine::match(const PointScan& scan, const MotionPrediction& predicted) const {
   const MapPart& part = parts_.here();
-  const SlamMap& map =
-      !parts_.is_lost() && near_map_.map() != nullptr ? *near_map_.map() : part.map;
+  const SlamMap& map = matched_map();
   const PlacedScans recent =
       part.key_scans.newest(static_cast<std::size_t>(options_.slam.recent_scans));
   const MatchProblem problem{scan,   predicted.fixed_from_base,   predicted.covariance, map.field,
@@ -148,6 +148,10 @@ WeighedMatch SlamEngine::match(const PointScan& scan, const MotionPrediction& pr
   }
   return match_and_weigh(*matcher_, problem, map.occupancy, {usual_score_, doubt_.doubts},
                          options_.doubt);
+}
+
+const SlamMap& SlamEngine::matched_map() const {
+  return !parts_.is_lost() && near_map_.map() != nullptr ? *near_map_.map() : parts_.here().map;
 }
 
 TrackingState SlamEngine::state() const {
@@ -190,7 +194,7 @@ bool SlamEngine::map_apart() {
   search_ = {};
   // Nor is it known how it moves: the next two matches will tell.
   tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
-  near_map_.clear();
+  loops_.abandon();
   match_whole_map();
   const bool gave_up_part = parts_.begin_apart(empty_part(options_, *tracker_.state().stamp));
   find_places_to_search();
@@ -237,7 +241,7 @@ void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   tracker_.set_pose(map_from_base, covariance);
   parts_.go_to_map();
   is_continued_ = false;
-  near_map_.clear();
+  loops_.abandon();
   match_whole_map();
   doubt_ = {};
   held_.clear();
@@ -253,8 +257,8 @@ void SlamEngine::set_options(const EngineOptions& options) {
     doubt_ = {};
     held_.clear();
   }
+  loops_.abandon();
   if (!options.slam.loop_closing) {
-    near_map_.clear();
     match_whole_map();
   }
 }
@@ -281,17 +285,26 @@ void SlamEngine::start_from(MapStart start) {
   near_map_ = std::move(start.near_map);
   is_moved_ = start.is_moved;
   is_outdated_ = false;
+  drawn_ = key_scans().size();
+  is_of_key_scans_ = start.is_of_key_scans;
   is_continued_ = start.is_continued;
   tracker_.set_state(start.motion);
   scan_count_ = start.scan_count;
+  loops_.begin_again(key_scans(), near_request(), options_.loops);
 }
 
 const SlamMap& SlamEngine::map() {
+  MapPart& part = parts_.map();
+  const PlacedScans& keys = part.key_scans.all();
   if (is_outdated_) {
-    parts_.map().map = rendered(key_scans().all(), options_.map, options_.field);
+    part.map = rendered(keys, options_.map, options_.field);
     is_outdated_ = false;
+    drawn_ = keys.size();
   }
-  return parts_.map().map;
+  for (; drawn_ < keys.size(); ++drawn_) {
+    insert_scan(*keys[drawn_].scan->points(), keys[drawn_].map_from_base, options_.map, part.map);
+  }
+  return part.map;
 }
 
 void SlamEngine::take_rendered(SlamMap map, const PlacedScans& keys) {
@@ -303,11 +316,9 @@ void SlamEngine::take_rendered(SlamMap map, const PlacedScans& keys) {
       !std::equal(keys.begin(), keys.end(), now.begin(), is_same)) {
     return;
   }
-  for (std::size_t i = keys.size(); i < now.size(); ++i) {
-    insert_scan(*now[i].scan->points(), now[i].map_from_base, options_.map, map);
-  }
   parts_.map().map = std::move(map);
   is_outdated_ = false;
+  drawn_ = keys.size();
 }
 
 std::size_t SlamEngine::map_bytes() const {
@@ -316,6 +327,7 @@ std::size_t SlamEngine::map_bytes() const {
 }
 
 void SlamEngine::match_whole_map() {
+  near_map_.clear();
   static_cast<void>(map());
   is_moved_ = false;
 }
@@ -338,7 +350,8 @@ MapStart SlamEngine::snapshot() {
           loops_,
           near_map_,
           is_moved_,
-          is_continued_};
+          is_continued_,
+          is_of_key_scans_};
 }
 
 // --- loops ---
@@ -346,13 +359,49 @@ MapStart SlamEngine::snapshot() {
 /// With the newest scan, which was inserted.
 void SlamEngine::close_loops(ScanOutcome& outcome) {
   const PlacedScans& keys = key_scans().all();
-  if (const std::optional<MapCorrection> found = loops_.search(key_scans(), options_.loops)) {
-    move_map(*found, outcome);
+  if (loops_.is_due(key_scans())) {
+    outcome.corrected = finish_loops();
+    if (outcome.corrected) {
+      const Pose2& new_from_old = outcome.corrected->newest;
+      outcome.map_from_base = new_from_old * outcome.map_from_base;
+      outcome.predicted_map_from_base = new_from_old * outcome.predicted_map_from_base;
+    }
   }
-  near_map_.add(keys, loops_.apart(options_.loops), is_moved_, options_.map, options_.field);
+  NearRequest near = near_request();
+  const bool is_any_apart = near_scans(keys, loops_.apart(options_.loops)).is_any_apart;
+  if (is_any_apart || is_moved_) {
+    near.is_due = near_map_.is_due(keys);
+  } else if (near_map_.map() != nullptr) {
+    match_whole_map();
+  }
+  if (!has_pending()) {
+    loops_.begin(key_scans(), near, options_.loops);
+  }
 }
 
-void SlamEngine::move_map(const MapCorrection& correction, ScanOutcome& outcome) {
+std::optional<MapCorrection> SlamEngine::finish_loops() {
+  if (!loops_.is_pending()) {
+    return std::nullopt;
+  }
+  LoopCloser::Result result = loops_.finish(key_scans());
+  if (result.near) {
+    near_map_ = std::move(*result.near);
+  }
+  if (result.correction) {
+    move_map(*result.correction);
+  }
+  near_map_.take_new(key_scans().all(), options_.map);
+  return result.correction;
+}
+
+NearRequest SlamEngine::near_request() const { return {false, options_.map, options_.field}; }
+
+void SlamEngine::move_map(const MapCorrection& correction) {
+  is_moved_ = is_moved_ || correction.most_moved > kLeastMoved * options_.map.resolution;
+  if (!is_moved_) {
+    static_cast<void>(map());  // stays; whoever asked for it before, it is of the places until now
+  }
+  is_outdated_ = is_moved_;
   MapPart& part = parts_.map();
   for (std::size_t i = 0; i < part.key_scans.size(); ++i) {
     part.key_scans.move(i, loops_.graph().poses[i]);
@@ -363,14 +412,6 @@ void SlamEngine::move_map(const MapCorrection& correction, ScanOutcome& outcome)
     map_from_base = here * map_from_base;
   }
   tracker_.change_frame(here);
-  outcome.map_from_base = here * outcome.map_from_base;
-  outcome.predicted_map_from_base = here * outcome.predicted_map_from_base;
-  outcome.corrected = correction;
-  if (correction.most_moved > 0.5 * options_.map.resolution) {
-    near_map_.clear();
-    is_moved_ = true;
-  }
-  is_outdated_ = is_moved_;  // by little, too, whether or not it was rendered in between
 }
 
 // --- insertion ---
@@ -427,11 +468,17 @@ bool SlamEngine::insert(const PointScan& scan, const PlacedScan& placed,
     return false;
   }
   const bool is_map = &part == &parts_.map();
-  if (!is_map || !is_outdated_) {
-    insert_scan(scan, placed.map_from_base, options_.map, part.map);
-  }
+  const bool is_drawn = is_map && !is_outdated_ && drawn_ == part.key_scans.size();
   part.key_scans.add(placed);
-  if (is_map && options_.slam.loop_closing) {
+  // While the map is not matched against, it is drawn when somebody asks for it.
+  if (!is_map || (is_drawn && near_map_.map() == nullptr)) {
+    insert_scan(scan, placed.map_from_base, options_.map, part.map);
+    drawn_ += is_map ? 1 : 0;
+  }
+  if (is_map) {
+    near_map_.take_new(part.key_scans.all(), options_.map);
+  }
+  if (is_map && closes_loops()) {
     loops_.add(part.key_scans, covariance, is_continued, options_.loops);
   }
   part.last_inserted[placed.scan->laser()] = placed.map_from_base;
@@ -448,16 +495,13 @@ std::size_t SlamEngine::insert_pending() {
   constexpr int kAtATime = 2;      // so that no scan waits for all of them
   constexpr double kXy = 0.05;     // [m]
   constexpr double kTheta = 0.02;  // [rad]
-  if (is_moved_ && has_pending()) {
-    match_whole_map();
-  }
   MapPart& part = parts_.here();
   std::size_t left_out = 0;
   for (int i = 0; i < kAtATime && !doubt_.doubts && has_pending(); ++i) {
     const PlacedScan waiting = parts_.next_waiting()->scan;
     const std::shared_ptr<const PointScan> points = waiting.scan->points();
-    const PlacedScan placed{
-        waiting.scan, placed_best(*points, waiting.map_from_base, part.map.field, options_.doubt)};
+    const PlacedScan placed{waiting.scan, placed_best(*points, waiting.map_from_base,
+                                                      matched_map().field, options_.doubt)};
     const std::map<int, Pose2> last_inserted = part.last_inserted;
     left_out += insert(*points, placed, covariance_of(kXy, kTheta), false, part) ? 0 : 1;
     is_continued_ = false;

@@ -201,6 +201,7 @@ void BagMapping::write() {
   if (run_->trajectory().empty()) {
     scans_.throw_nothing_used();
   }
+  run_->finish();
   const Trajectory trajectory(run_->trajectory());
   const Trajectory odometry(run_->odometry());
   const SlamMap& map = run_->map();

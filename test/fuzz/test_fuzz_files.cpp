@@ -197,7 +197,7 @@ std::string small_map() {
 class SavedFields {
  public:
   explicit SavedFields(const std::string& bytes)
-      : bytes_(bytes), at_(std::string("matchbox_slam map, version 3\n").size()) {
+      : bytes_(bytes), at_(std::string("matchbox_slam map, version 4\n").size()) {
     add(3, 8, numbers);
     for (std::uint64_t cells = count(); cells > 0; --cells) {
       add(2, 4, coordinates);
@@ -250,7 +250,7 @@ class SavedFields {
     EXPECT_EQ(count(), 0U) << "no loops";
     add(1, 8, state);
     add(1, 8, rest);
-    add(3, 1, rest);
+    add(5, 1, rest);
     EXPECT_EQ(at_, bytes.size()) << "the format has changed";
   }
 

@@ -26,6 +26,7 @@ LoopCloser::State sound_loops() {
   loops.loops = {{{0, {0.1, 0.2, 0.3}, covariance, 0.9, 0.5, 0.05}, 2, true, 1.5, 0.25}};
   loops.way = 0.75;
   loops.tries = 7;
+  loops.pending = LoopCloser::Pending{1, 2, true, false, true};
   return loops;
 }
 
@@ -71,6 +72,12 @@ TEST(SavedLoops, ComeBack) {
   EXPECT_EQ(loop.moved, 0.25);
   EXPECT_EQ(again.way, 0.75);
   EXPECT_EQ(again.tries, 7U);
+  ASSERT_TRUE(again.pending);
+  EXPECT_EQ(again.pending->newest, 1U);
+  EXPECT_EQ(again.pending->edges, 2U);
+  EXPECT_TRUE(again.pending->is_search_due);
+  EXPECT_FALSE(again.pending->is_near_due);
+  EXPECT_TRUE(again.pending->is_abandoned);
 }
 
 TEST(SavedLoops, NameNoKeyScanThatThereIsNot) {
@@ -84,6 +91,13 @@ TEST(SavedLoops, NameNoKeyScanThatThereIsNot) {
                        "is damaged: its graph has 4 key scans; the map has 3"));
   EXPECT_TRUE(contains(error_after([](auto& lie) { lie.graph.poses.clear(); }),
                        "is damaged: it names key scan 0 of a graph of 0"));
+}
+
+TEST(SavedLoops, GoOnWithKeyScansAndEdgesThatThereAre) {
+  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.pending->newest = 3; }),
+                       "is damaged: it names key scan 3 of a graph of 3"));
+  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.pending->edges = 4; }),
+                       "is damaged: it goes on with 4 edges of a graph of 3"));
 }
 
 TEST(SavedLoops, HoldAGraphThatIsOne) {

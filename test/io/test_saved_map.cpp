@@ -215,7 +215,7 @@ TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
   EXPECT_EQ(points->points[3].position.x(), -0.73786027155316258);
   EXPECT_EQ(points->stamp, 1.1);
   write(to_saved_map(start));
-  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 3";
+  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 4";
 }
 
 TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
@@ -246,7 +246,7 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 /// Bytes of what follows the motion and the lasers' number, and of what follows the key scans, when
 /// there are no lasers and nothing was ever in doubt: see write_whereabouts, transfer_motion.
 constexpr std::size_t kWhereaboutsBytes = (1 + 1 + 2 + 3 + 1 + 2 + 1 + 1 + 1) * 8 + 3 * 4 + 2 + 1;
-constexpr std::size_t kLoopBytes = (1 + 1 + 1 + 1 + 1) * 8 + 3;
+constexpr std::size_t kLoopBytes = (1 + 1 + 1 + 1 + 1) * 8 + 5;
 constexpr std::size_t kEndBytes = kWhereaboutsBytes + kLoopBytes;
 constexpr std::size_t kStateBytes = (3 + 9 + 9 + 1 + 3 + 4 + 3 + 1) * 8 + 4 + 4 + 8 + 8 + kEndBytes;
 
@@ -257,7 +257,7 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   map.occupancy.restore({1, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
   std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 3\n").size() + 4 * 8;
+  const std::size_t first_cell = std::string("matchbox_slam map, version 4\n").size() + 4 * 8;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
@@ -290,7 +290,7 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t head = std::string("matchbox_slam map, version 3\n").size();
+  const std::size_t head = std::string("matchbox_slam map, version 4\n").size();
   const auto error_with = [&](double number, std::size_t at) {
     std::string sound(bytes, at, sizeof number);
     std::memcpy(bytes.data() + at, &number, sizeof number);

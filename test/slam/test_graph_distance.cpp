@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "matchbox_slam/common/random.hpp"
-#include "slam/graph_distance.hpp"
+#include "matchbox_slam/slam/graph_distance.hpp"
 
 namespace matchbox_slam {
 namespace {

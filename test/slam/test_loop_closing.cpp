@@ -49,7 +49,8 @@ class Drive {
   }
 
   [[nodiscard]] std::optional<MapCorrection> search(const LoopOptions& options) {
-    return closer_.search(keys_, options);
+    closer_.begin(keys_, {}, options);
+    return closer_.is_pending() ? closer_.finish(keys_).correction : std::nullopt;
   }
 
   [[nodiscard]] std::optional<MapCorrection> take_all(const std::vector<Sight>& sights,
@@ -86,6 +87,8 @@ class Drive {
 
   [[nodiscard]] const Pose2& truth(std::size_t i) const { return truth_[i]; }
   [[nodiscard]] const LoopCloser& closer() const { return closer_; }
+  [[nodiscard]] LoopCloser& closer() { return closer_; }
+  [[nodiscard]] const KeyScans& keys() const { return keys_; }
 
  private:
   World world_;
@@ -112,7 +115,8 @@ std::vector<Sight> lap_with_a_slip(const World& world, const Pose2& slip) {
   const std::size_t middle = truth.size() / 2;
   const Pose2 map_from_world = truth[middle] * slip * truth[middle].inverse();
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    sights.push_back({truth[i], i < middle ? truth[i] : map_from_world * truth[i]});
+    sights.push_back({truth[i], i < middle ? truth[i] : map_from_world * truth[i],
+                      0.2 * static_cast<double>(i)});
   }
   return sights;
 }
@@ -238,6 +242,81 @@ TEST(LoopClosing, WaitsForItsWayBeforeASearch) {
   options.search_way = 100.0;
   Drive waiting(world);
   EXPECT_FALSE(waiting.take_all(sights, options));
+}
+
+// --- beside the mapping ---
+
+class BesideTheMappingTest : public testing::Test {
+ protected:
+  /// Until a search is under way that will find the loop.
+  void SetUp() override {
+    ASSERT_TRUE(immediate_.take_all(sights_));
+    found_with_ = immediate_.closer().loops().back().newest;
+    for (next_ = 0; next_ <= found_with_; ++next_) {
+      drive_.take(sights_[next_], kOptions);
+      if (drive_.closer().is_due(drive_.keys())) {
+        ASSERT_FALSE(drive_.closer().finish(drive_.keys()).correction);
+      }
+      drive_.closer().begin(drive_.keys(), {}, kOptions);
+    }
+    ASSERT_TRUE(drive_.closer().is_pending());
+    begun_with_ = drive_.closer().state().pending->newest;
+  }
+
+  /// Until what is pending is due.
+  void drive_on() {
+    while (!drive_.closer().is_due(drive_.keys())) {
+      drive_.take(sights_[next_++], kOptions);
+    }
+  }
+
+  const World world_ = make_loop_world(1);
+  const std::vector<Sight> sights_ = lap_with_a_slip(world_, kSlip);
+  Drive immediate_{world_};
+  Drive drive_{world_};
+  std::size_t found_with_ = 0;
+  std::size_t begun_with_ = 0;
+  std::size_t next_ = 0;
+};
+
+TEST_F(BesideTheMappingTest, ALoopTakesEffectHalfAMetreOnAndWhatCameSinceMovesWithIt) {
+  drive_on();
+  EXPECT_EQ(drive_.keys().size(), begun_with_ + 3) << "of 0.3 m";
+  const std::vector<Pose2> before = drive_.believed();
+  const auto correction = drive_.closer().finish(drive_.keys()).correction;
+  ASSERT_TRUE(correction);
+  EXPECT_FALSE(drive_.closer().is_pending());
+  const std::vector<Pose2>& after = drive_.closer().graph().poses;
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t i = begun_with_ + 1; i < after.size(); ++i) {
+    const Pose2 seen_before = before[begun_with_].inverse() * before[i];
+    EXPECT_LT(difference(after[begun_with_].inverse() * after[i], seen_before).norm(), 1e-9);
+  }
+  EXPECT_LT(drive_.newest_error(), 0.02);
+  EXPECT_NO_THROW(require_sound(drive_.closer().graph()));
+}
+
+TEST_F(BesideTheMappingTest, WhatIsBegunAgainFromAStateFindsTheSame) {
+  drive_.take(sights_[next_++], kOptions);
+  LoopCloser again(drive_.closer().state());
+  again.begin_again(drive_.keys(), {}, kOptions);
+  EXPECT_TRUE(drive_.closer().finish(drive_.keys()).correction);
+  EXPECT_TRUE(again.finish(drive_.keys()).correction);
+  ASSERT_EQ(again.graph().poses.size(), drive_.closer().graph().poses.size());
+  for (std::size_t i = 0; i < again.graph().poses.size(); ++i) {
+    EXPECT_EQ(again.graph().poses[i], drive_.closer().graph().poses[i]) << i;
+  }
+}
+
+TEST_F(BesideTheMappingTest, WhatIsAbandonedChangesNothing) {
+  drive_.closer().abandon();
+  drive_on();
+  const std::vector<Pose2> before = drive_.believed();
+  EXPECT_FALSE(drive_.closer().finish(drive_.keys()).correction);
+  EXPECT_EQ(drive_.closer().closed(), 0U);
+  EXPECT_EQ(drive_.closer().graph().poses.back(), before.back());
+  drive_.closer().begin(drive_.keys(), {true, {}, {}}, kOptions);
+  EXPECT_TRUE(drive_.closer().is_pending()) << "the next may begin";
 }
 
 // --- places that look alike ---

@@ -39,77 +39,76 @@ SlamMap inserted(const PlacedScans& keys) {
   return map;
 }
 
-void add(const PlacedScans& keys, const std::vector<bool>& is_apart, bool is_outdated,
-         NearMap& near) {
-  near.add(keys, is_apart, is_outdated, kMap, kField);
-}
-
 TEST(NearMap, WhatIsRenderedIsAsInserted) {
   const PlacedScans keys = drive_through_rooms(6);
   EXPECT_TRUE(same_map(rendered(keys, kMap, kField), inserted(keys)));
 }
 
-TEST(NearMap, IsNoneWhileAllBelongsTogether) {
-  const PlacedScans keys = drive_through_rooms(6);
-  NearMap near;
-  EXPECT_EQ(near.map(), nullptr);
-  add(keys, std::vector<bool>(6, false), false, near);
-  EXPECT_EQ(near.map(), nullptr);
-  add(keys, std::vector<bool>(6, false), true, near);
-  ASSERT_NE(near.map(), nullptr) << "the whole map is outdated";
-  EXPECT_TRUE(same_map(*near.map(), inserted(keys)));
-  add(keys, std::vector<bool>(6, false), false, near);
-  EXPECT_EQ(near.map(), nullptr) << "all belongs together again";
+std::vector<double> stamps(const PlacedScans& keys) {
+  std::vector<double> stamps;
+  for (const PlacedScan& key : keys) {
+    stamps.push_back(key.scan->stamp());
+  }
+  return stamps;
 }
 
-TEST(NearMap, HoldsWhatBelongsOnly) {
+TEST(NearScans, AreThoseThatBelong) {
   const PlacedScans keys = drive_through_rooms(6);
-  NearMap near;
-  add(keys, {true, false, true, false, false, false}, false, near);
+  const NearScans all = near_scans(keys, std::vector<bool>(6, false));
+  EXPECT_FALSE(all.is_any_apart);
+  EXPECT_EQ(stamps(all.belonging), stamps(keys));
+  const NearScans some = near_scans(keys, {true, false, true, false, false, false});
+  EXPECT_TRUE(some.is_any_apart);
+  EXPECT_EQ(stamps(some.belonging), stamps({keys[1], keys[3], keys[4], keys[5]}));
+}
+
+TEST(NearScans, AreNoFartherThanTheRobotSees) {
+  PlacedScans keys = drive_through_rooms(4);
+  const Pose2& newest = keys.back().map_from_base;
+  keys[0].map_from_base = Pose2{newest.x + 14.9, newest.y, 0.0};
+  keys[1].map_from_base = Pose2{newest.x, newest.y - 25.1, 0.0};
+  EXPECT_FALSE(near_scans(keys, {false, true, false, false}).is_any_apart);
+  keys[1].map_from_base = Pose2{newest.x, newest.y - 24.9, 0.0};
+  EXPECT_TRUE(near_scans(keys, {false, true, false, false}).is_any_apart) << "it will be soon";
+  EXPECT_EQ(stamps(near_scans(keys, {false, false, true, false}).belonging),
+            stamps({keys[0], keys[3]}));
+}
+
+TEST(NearScans, AreTheNearestOfMany) {
+  const PlacedScans few = drive_through_rooms(6);
+  PlacedScans keys;
+  for (std::size_t i = 0; i < 150; ++i) {  // from 7.45 m to 0
+    keys.push_back({few[i % 6].scan, {0.05 * static_cast<double>(149 - i), 0.0, 0.0}});
+  }
+  const PlacedScans near = near_scans(keys, std::vector<bool>(150, false)).belonging;
+  ASSERT_EQ(near.size(), 100U);
+  EXPECT_EQ(near.front().map_from_base, keys[50].map_from_base);
+  EXPECT_EQ(near.back().map_from_base, keys.back().map_from_base);
+}
+
+TEST(NearMap, TakesInWhatCameSince) {
+  PlacedScans keys = drive_through_rooms(6);
+  const PlacedScans first(keys.begin(), keys.begin() + 3);
+  NearMap near(near_scans(first, {true, false, false}), first, kMap, kField);
+  keys[4].map_from_base.x += 40.0;  // mapped elsewhere
+  near.take_new(keys, kMap);
   ASSERT_NE(near.map(), nullptr);
-  EXPECT_TRUE(same_map(*near.map(), inserted({keys[1], keys[3], keys[4], keys[5]})));
+  EXPECT_TRUE(same_map(*near.map(), inserted({keys[1], keys[2], keys[3], keys[5]})));
+  near.take_new(keys, kMap);
+  EXPECT_TRUE(same_map(*near.map(), inserted({keys[1], keys[2], keys[3], keys[5]})));
   near.clear();
   EXPECT_EQ(near.map(), nullptr);
 }
 
-TEST(NearMap, LooksNoFartherThanTheRobotSees) {
-  PlacedScans keys = drive_through_rooms(4);
-  const Pose2& newest = keys.back().map_from_base;
-  keys[0].map_from_base = Pose2{newest.x + 14.9, newest.y, 0.0};
-  keys[1].map_from_base = Pose2{newest.x, newest.y - 15.1, 0.0};
-  NearMap near;
-  add(keys, {false, true, false, false}, false, near);
-  EXPECT_EQ(near.map(), nullptr) << "what lies apart is far";
-  add(keys, {false, false, true, false}, false, near);
-  ASSERT_NE(near.map(), nullptr);
-  EXPECT_TRUE(same_map(*near.map(), inserted({keys[0], keys[3]})));
-}
-
-TEST(NearMap, TakesNewKeyScansInUntilItHasMovedFarEnough) {
-  const PlacedScans keys = drive_through_rooms(24);
-  NearMap near;
-  PlacedScans expected = {keys[1], keys[2]};
-  Eigen::Vector2d center = keys[2].map_from_base.translation();
-  int renewed = 0;
-  for (std::size_t count = 3; count <= keys.size(); ++count) {
-    const PlacedScans so_far(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(count));
-    // From the fourth on the second one lies apart, too.
-    std::vector<bool> is_apart(count, false);
-    is_apart[0] = true;
-    is_apart[1] = count > 3;
-    add(so_far, is_apart, false, near);
-    if (count > 3) {
-      expected.push_back(so_far.back());
-      if ((so_far.back().map_from_base.translation() - center).norm() >= 5.0) {
-        expected = {so_far.begin() + 2, so_far.end()};
-        center = so_far.back().map_from_base.translation();
-        ++renewed;
-      }
-    }
-    ASSERT_NE(near.map(), nullptr);
-    ASSERT_TRUE(same_map(*near.map(), inserted(expected))) << count;
-  }
-  EXPECT_GE(renewed, 1);
+TEST(NearMap, IsDueWhenThereIsNoneOrTheRobotHasMoved) {
+  PlacedScans keys = drive_through_rooms(2);
+  EXPECT_TRUE(NearMap().is_due(keys));
+  const NearMap near(near_scans(keys, {false, false}), keys, kMap, kField);
+  EXPECT_FALSE(near.is_due(keys));
+  keys.back().map_from_base.y += 4.9;
+  EXPECT_FALSE(near.is_due(keys));
+  keys.back().map_from_base.y += 0.2;
+  EXPECT_TRUE(near.is_due(keys));
 }
 
 }  // namespace

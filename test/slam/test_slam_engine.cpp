@@ -415,6 +415,40 @@ TEST(SlamEngineLoops, TheSameDriveGivesTheSameBits) {
   EXPECT_TRUE(same_map(drive.engine->map(), again.engine->map()));
 }
 
+TEST(SlamEngineLoops, GoneOnWithFromAnyScanTheDriveIsTheSame) {
+  LoopDrive whole;
+  whole.process_all();
+  std::size_t moved_at = 0;
+  while (!whole.outcomes[moved_at].corrected) {
+    ++moved_at;
+  }
+  for (const std::size_t at : {moved_at - 12, moved_at - 2, moved_at, moved_at + 1}) {
+    LoopDrive interrupted;
+    while (interrupted.outcomes.size() <= at) {
+      interrupted.process_next();
+    }
+    MapStart start = interrupted.engine->snapshot();
+    start.loops = LoopCloser(start.loops.state());  // as a file keeps it
+    interrupted.engine->start_from(start);
+    interrupted.process_all();
+    for (std::size_t i = at; i < whole.outcomes.size(); ++i) {
+      ASSERT_EQ(whole.outcomes[i].map_from_base, interrupted.outcomes[i].map_from_base)
+          << i << " after " << at;
+    }
+    EXPECT_TRUE(same_map(whole.engine->map(), interrupted.engine->map()));
+  }
+}
+
+TEST(SlamEngineLoops, AreNotClosedInAMapWithWallsOfItsOwn) {
+  LoopDrive drive;
+  drive.process_next();
+  MapStart start = drive.engine->snapshot();
+  start.is_of_key_scans = false;
+  drive.engine->start_from(start);
+  drive.process_all();
+  EXPECT_EQ(drive.engine->loops().tries(), 0U);
+}
+
 TEST(SlamEngineLoops, WhereNoneIsClosedTheyChangeNothing) {
   LoopDrive closing;
   LoopDrive open(false);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -9,7 +10,9 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/graph/pose_graph.hpp"
 #include "matchbox_slam/slam/doubt.hpp"
+#include "matchbox_slam/slam/graph_distance.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
+#include "matchbox_slam/slam/near_map.hpp"
 
 namespace matchbox_slam {
 
@@ -76,23 +79,54 @@ struct MapCorrection {
   double most_moved = 0.0;  ///< [m], of any key scan
 };
 
+/// A map of what lies near, to be made beside the mapping.
+struct NearRequest {
+  bool is_due = false;  ///< else only when a loop moves the key scans
+  MapOptions map;
+  LikelihoodFieldOptions field;
+};
+
+/// A loop moves the map when it moves a key scan by more than this share of a cell.
+constexpr double kLeastMoved = 0.5;
+
+struct LoopWork;
+
 /// Keeps the graph of the key scans of a map, and closes loops in it: a value, to be copied and
 /// saved. Key scans are joined to the one before, and to one seen earlier that they are matched
 /// with; where the way between two says little of where one is from the other, a search has to find
 /// it (several scans at once, against the key scans there; exact, Olson 2009).
+///
+/// What takes long is begun with one key scan, done in a thread of its own, and takes effect with a
+/// later one that does not depend on how long it took: the same drive gives the same bits.
 class LoopCloser {
  public:
+  /// Work under way, as it takes to begin it again.
+  struct Pending {
+    std::size_t newest = 0;      ///< key scan that it was begun with
+    std::size_t edges = 0;       ///< that the graph had then
+    bool is_search_due = false;  ///< for a loop
+    bool is_near_due = false;    ///< a map of what lies near
+    bool is_abandoned = false;   ///< its result is not to be used
+  };
+
   /// What it takes to go on.
   struct State {
     PoseGraph graph;
     std::vector<ClosedLoop> loops;
     double way = 0.0;  ///< [m] since the last search
     std::size_t tries = 0;
+    std::optional<Pending> pending = {};
+  };
+
+  /// What has come of it.
+  struct Result {
+    std::optional<MapCorrection> correction;  ///< poses of all key scans that fit together
+    std::optional<NearMap> near;              ///< of the corrected key scans
   };
 
   LoopCloser() = default;
   explicit LoopCloser(State state);
-  [[nodiscard]] State state() const { return {graph_, loops_, way_, tries_}; }
+  [[nodiscard]] State state() const { return {graph_, loops_, way_, tries_, pending_}; }
 
   /// Takes the newest key scan.
   /// @param map_covariance  of its pose by its match, in the map frame.
@@ -101,10 +135,24 @@ class LoopCloser {
   void add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance, bool is_continued,
            const LoopOptions& options);
 
-  /// Searches for a loop with the newest key scan, if it is time to, and closes it: poses of all
-  /// key scans that fit together. None: nothing was found, or it cannot be.
-  [[nodiscard]] std::optional<MapCorrection> search(const KeyScans& keys,
-                                                    const LoopOptions& options);
+  /// Begins to search for a loop with the newest key scan, if it is time to, and to make a map of
+  /// what lies near; nothing if there is neither to do or work is under way.
+  void begin(const KeyScans& keys, const NearRequest& near, const LoopOptions& options);
+
+  /// Begins work again that was under way when the state was taken.
+  void begin_again(const KeyScans& keys, NearRequest near, const LoopOptions& options);
+
+  /// Whether something was begun that has not taken effect.
+  [[nodiscard]] bool is_pending() const { return pending_.has_value(); }
+
+  /// Whether what was begun is to take effect now.
+  [[nodiscard]] bool is_due(const KeyScans& keys) const;
+
+  /// Waits for what was begun, and lets it take effect.
+  [[nodiscard]] Result finish(const KeyScans& keys);
+
+  /// What is under way will not take effect: the robot is elsewhere than it was thought to be.
+  void abandon();
 
   /// Whether each key scan lies apart from the newest: hardly known where, and far in the graph.
   [[nodiscard]] std::vector<bool> apart(const LoopOptions& options) const;
@@ -124,11 +172,12 @@ class LoopCloser {
   void join_rigidly(const PlacedScans& keys);
 
   PoseGraph graph_;
-  std::vector<double> variances_;   ///< [m^2] of each key scan's place as seen from the newest
-  std::vector<std::size_t> edges_;  ///< from each key scan to the newest
+  GraphWays ways_;  ///< to the newest key scan
   std::vector<ClosedLoop> loops_;
   double way_ = 0.0;  ///< [m] since the last search
   std::size_t tries_ = 0;
+  std::optional<Pending> pending_;
+  std::shared_ptr<const LoopWork> work_;  ///< of what is pending; copies share it
 };
 
 }  // namespace matchbox_slam

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -14,24 +15,42 @@ namespace matchbox_slam {
 [[nodiscard]] SlamMap rendered(const PlacedScans& keys, const MapOptions& map_options,
                                const LikelihoodFieldOptions& field_options);
 
+/// Key scans around the newest one.
+struct NearScans {
+  PlacedScans belonging;      ///< with the newest, the nearest ones: many of one place say the same
+  bool is_any_apart = false;  ///< of those that are near, or will be soon
+};
+
+/// @param is_apart  whether each key scan does not belong with the newest.
+[[nodiscard]] NearScans near_scans(const PlacedScans& keys, const std::vector<bool>& is_apart);
+
 /// A map of the key scans around the robot that are known to lie well to each other, for scans to
 /// be matched against where a drifted robot would else see the whole map's walls twice. A value.
 class NearMap {
  public:
   NearMap() = default;
-  /// @param center  where it was made; it is made anew farther from there.
-  NearMap(SlamMap map, const Eigen::Vector2d& center) : map_(std::move(map)), center_(center) {}
+  /// @param center  where the newest key scan of its making was taken.
+  /// @param taken   how many key scans there were then.
+  NearMap(SlamMap map, const Eigen::Vector2d& center, std::size_t taken)
+      : map_(std::move(map)), center_(center), taken_(taken) {}
+
+  /// @param near  of these.
+  NearMap(const NearScans& near, const PlacedScans& keys, const MapOptions& map_options,
+          const LikelihoodFieldOptions& field_options)
+      : NearMap(rendered(near.belonging, map_options, field_options),
+                keys.back().map_from_base.translation(), keys.size()) {}
 
   /// Nothing, where the whole map is to be matched against.
   [[nodiscard]] const SlamMap* map() const { return map_ ? &*map_ : nullptr; }
 
   [[nodiscard]] const Eigen::Vector2d& center() const { return center_; }
 
-  /// Takes the newest key scan, once it is inserted into the whole map, and decides.
-  /// @param is_apart     whether each key scan does not belong with the newest.
-  /// @param is_outdated  the whole map is not to be matched against anyway.
-  void add(const PlacedScans& keys, const std::vector<bool>& is_apart, bool is_outdated,
-           const MapOptions& map_options, const LikelihoodFieldOptions& field_options);
+  /// Whether it is to be made anew for the newest key scan: others have come near since, or have
+  /// drifted apart.
+  [[nodiscard]] bool is_due(const PlacedScans& keys) const;
+
+  /// Takes the key scans in that have come since it was made.
+  void take_new(const PlacedScans& keys, const MapOptions& map_options);
 
   /// What it was made of has moved.
   void clear() { map_.reset(); }
@@ -39,6 +58,7 @@ class NearMap {
  private:
   std::optional<SlamMap> map_;
   Eigen::Vector2d center_ = Eigen::Vector2d::Zero();
+  std::size_t taken_ = 0;  ///< key scans that it knows of
 };
 
 }  // namespace matchbox_slam

@@ -71,6 +71,9 @@ struct MapStart {
   NearMap near_map = {};
   bool is_moved = false;      ///< by loops, and matched against near_map alone since
   bool is_continued = false;  ///< the newest key scan is from where the base is
+  /// Made of its key scans alone. Loops are not closed in one that holds walls that came without:
+  /// nobody knows how they would move.
+  bool is_of_key_scans = true;
 
   /// Keeps the map alone: the base may be here, and how it moves is not known.
   /// @param covariance  over (x, y, theta) in the map frame.
@@ -127,10 +130,16 @@ class SlamEngine {
   /// or likelihood field.
   void start_from(MapStart start);
 
+  /// Where a drive ends: waits for a search for a loop that is under way, and closes what it finds.
+  std::optional<MapCorrection> finish_loops();
+
   /// What it takes to go on from here.
   [[nodiscard]] MapStart snapshot();
 
  private:
+  [[nodiscard]] const SlamMap& matched_map() const;
+  [[nodiscard]] bool closes_loops() const { return options_.slam.loop_closing && is_of_key_scans_; }
+  [[nodiscard]] NearRequest near_request() const;
   [[nodiscard]] WeighedMatch match(const PointScan& scan, const MotionPrediction& predicted) const;
   [[nodiscard]] bool is_to_be_inserted(const ScanOutcome& outcome, int laser) const;
   [[nodiscard]] bool is_worth_inserting(const ScanOutcome& outcome, int laser) const;
@@ -146,7 +155,7 @@ class SlamEngine {
   void join(const PlaceHypothesis& found);
   void match_whole_map();
   void close_loops(ScanOutcome& outcome);
-  void move_map(const MapCorrection& correction, ScanOutcome& outcome);
+  void move_map(const MapCorrection& correction);
   void find_places_to_search();
 
   EngineOptions options_;
@@ -164,7 +173,9 @@ class SlamEngine {
   NearMap near_map_;                   ///< of the map
   bool is_moved_ = false;              ///< see MapStart
   bool is_outdated_ = false;           ///< the map is to be rendered anew; no match asks for it
+  std::size_t drawn_ = 0;              ///< key scans that the map shows
   bool is_continued_ = false;          ///< see MapStart
+  bool is_of_key_scans_ = true;        ///< see MapStart
 };
 
 }  // namespace matchbox_slam

@@ -18,4 +18,8 @@ struct GraphWays {
 
 [[nodiscard]] GraphWays ways_from(const PoseGraph& graph, std::size_t node);
 
+/// Whether each node lies apart from that one: hardly known where, and far in the graph.
+/// @param sigma  [m] from which on a place is hardly known.
+[[nodiscard]] std::vector<bool> apart(const GraphWays& ways, double sigma);
+
 }  // namespace matchbox_slam

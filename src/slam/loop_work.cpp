@@ -1,0 +1,76 @@
+#include "slam/loop_work.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "matchbox_slam/graph/optimise.hpp"
+#include "matchbox_slam/slam/graph_distance.hpp"
+#include "slam/loop_search.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+double most_moved(const PlacedScans& keys, const std::vector<Pose2>& poses) {
+  double most = 0.0;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const Eigen::Vector2d moved = poses[i].translation() - keys[i].map_from_base.translation();
+    most = std::max(most, moved.norm());
+  }
+  return most;
+}
+
+/// Until one is believed.
+void close_a_loop(const LoopTask& task, LoopTaskDone& done) {
+  const std::size_t newest = task.keys.size() - 1;
+  const GraphWays ways = ways_from(task.graph, newest);
+  for (const std::size_t candidate :
+       loop_candidates(task.keys, apart(ways, task.options.apart), ways.variances, task.options)) {
+    ++done.tries;
+    const std::optional<FoundLoop> found =
+        find_loop(task.keys, candidate, std::sqrt(ways.variances[candidate]), task.options);
+    if (!found) {
+      continue;
+    }
+    done.graph.edges.push_back(
+        {found->key, newest, found->key_from_newest, found->covariance, EdgeKind::kLoop});
+    OptimisedGraph best = optimise(done.graph);
+    ClosedLoop loop{*found, newest, best.graph.edges.back().belief == Belief::kBelieved,
+                    best.chi_square.back(), 0.0};
+    if (loop.believed) {
+      loop.moved = most_moved(task.keys, best.graph.poses);
+      done.graph = std::move(best.graph);
+    }
+    done.loops.push_back(loop);
+    if (loop.believed) {
+      return;
+    }
+  }
+}
+
+NearMap rendered_near(const LoopTask& task, const PoseGraph& graph) {
+  PlacedScans keys = task.keys;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    keys[i].map_from_base = graph.poses[i];
+  }
+  const GraphWays ways = ways_from(graph, keys.size() - 1);
+  return {near_scans(keys, apart(ways, task.options.apart)), keys, task.near.map, task.near.field};
+}
+
+}  // namespace
+
+LoopTaskDone do_loop_task(const LoopTask& task) {
+  LoopTaskDone done;
+  done.graph = task.graph;
+  if (task.is_search_due) {
+    close_a_loop(task, done);
+  }
+  const bool has_moved =
+      !done.loops.empty() && done.loops.back().moved > kLeastMoved * task.near.map.resolution;
+  if (has_moved || task.near.is_due) {
+    done.near = rendered_near(task, done.graph);
+  }
+  return done;
+}
+
+}  // namespace matchbox_slam
