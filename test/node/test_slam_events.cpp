@@ -336,7 +336,7 @@ TEST_F(SlamLoop, MovesAllThatTheNodePublishes) {
   EXPECT_EQ(closed(), 2);
   EXPECT_TRUE(all_follow());
   EXPECT_EQ(lines("loops"), 2U);
-  EXPECT_GE(lines("motion"), 264U);
+  EXPECT_GE(lines("motion"), 250U);  // 260: the key scans, and what they were matched with
 
   std_srvs::Trigger save;
   ASSERT_TRUE(ros::service::call("/looping/save_map", save));
