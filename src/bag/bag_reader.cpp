@@ -162,6 +162,13 @@ BagReader::BagReader(const std::vector<std::string>& paths) {
 
 BagReader::~BagReader() = default;
 
+bool BagReader::has_begin_between(double from, double to) const {
+  return std::any_of(bags_.begin(), bags_.end(), [&](const auto& bag) {
+    const double begin = bag->entries().front().time.toSec();
+    return from < begin && begin < to;
+  });
+}
+
 std::vector<std::string> BagReader::scan_topics() const {
   std::vector<std::string> names;
   for (const BagTopic& topic : topics_) {

@@ -67,6 +67,8 @@ class BagReader {
   [[nodiscard]] std::vector<std::string> scan_topics() const;
 
   [[nodiscard]] ros::Time begin_time() const { return begin_; }
+  /// Whether one of the bags begins between two times [s].
+  [[nodiscard]] bool has_begin_between(double from, double to) const;
   [[nodiscard]] ros::Time end_time() const { return end_; }
 
   /// Scans of these topics together with /tf and /tf_static of the period. What was said on

@@ -75,6 +75,12 @@ class BagScans {
   /// Stamp [s] of the scan that comes next, after `next` has given an event.
   [[nodiscard]] double stamp_after_event() const;
 
+  /// Whether a bag begins between scans of these stamps [s].
+  [[nodiscard]] bool begins_bag(double before, double stamp) const {
+    constexpr double kLatency = 1.0;  // [s] from a scan's stamp to its recording
+    return reader_.has_begin_between(before, stamp + kLatency);
+  }
+
   /// Reads no further.
   void stop();
 

@@ -28,10 +28,9 @@ void put_on_mark(const RunOptions& options, MapStart& start) {
   }
 }
 
-bool is_followed_by(const MapStart& start, double stamp) {
+bool is_same_drive(double stamp, std::optional<double> before) {
   constexpr double kSameDrive = 10.0;  // [s]
-  return start.motion.stamp && stamp > *start.motion.stamp &&
-         stamp <= *start.motion.stamp + kSameDrive;
+  return before && stamp > *before && stamp <= *before + kSameDrive;
 }
 
 }  // namespace matchbox_slam

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "matchbox_slam/slam/slam_engine.hpp"
@@ -15,8 +16,8 @@ namespace matchbox_slam {
 /// The same of a map that was read.
 void put_on_mark(const RunOptions& options, MapStart& start);
 
-/// Whether a scan of this stamp [s] comes within 10 s after the map's last one, so that it is of
-/// the same drive: odometry goes on, too.
-[[nodiscard]] bool is_followed_by(const MapStart& start, double stamp);
+/// Whether a scan of this stamp [s] comes within 10 s after one of another recording, so that both
+/// are of the same drive: odometry goes on, too.
+[[nodiscard]] bool is_same_drive(double stamp, std::optional<double> before);
 
 }  // namespace matchbox_slam

@@ -122,7 +122,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   }
   outcome.left_out += insert_pending();
   if (doubt_.is_lost(input.scan.stamp, options_.tracking)) {
-    outcome.gave_up_part = map_apart();
+    outcome.gave_up_part = map_apart(input.scan.stamp);
   } else if (parts_.is_lost() && outcome.match.accepted()) {
     search_for_map(scan, outcome);
   }
@@ -186,9 +186,7 @@ void SlamEngine::weigh_doubt(const WeighedMatch& match, const ScanOutcome& outco
   held_.clear();
 }
 
-/// The robot may be anywhere. What it sees from now on is mapped apart. Returns whether another map
-/// apart had to be given up for that.
-bool SlamEngine::map_apart() {
+bool SlamEngine::map_apart(double stamp) {
   doubt_ = {};
   held_.clear();
   search_ = {};
@@ -196,7 +194,7 @@ bool SlamEngine::map_apart() {
   tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
   loops_.abandon();
   match_whole_map();
-  const bool gave_up_part = parts_.begin_apart(empty_part(options_, *tracker_.state().stamp));
+  const bool gave_up_part = parts_.begin_apart(empty_part(options_, stamp));
   find_places_to_search();
   return gave_up_part;
 }

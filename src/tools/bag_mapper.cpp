@@ -89,6 +89,7 @@ class BagMapping {
   void handle(const RunEvent& event);
   void forget_map();
   void go_on_with_saved_map(double stamp);
+  void begin_drive_if_new(double stamp);
 
   const std::string& out_;
   const std::string& map_file_;
@@ -126,26 +127,43 @@ void BagMapping::map() {
   }
 }
 
-/// As if nothing had been between, where the first scan is of the same drive.
+/// As if nothing had been between, where the first scan is of the same drive. Else the robot may be
+/// anywhere; an image holds nothing to find it by.
 void BagMapping::go_on_with_saved_map(double stamp) {
-  const bool same_drive = is_followed_by(*saved_, stamp);
-  const bool is_lost = saved_->whereabouts.here > 0;
+  const bool same_drive = is_same_drive(stamp, saved_->motion.stamp);
+  const bool has_key_scans = !saved_->key_scans.empty();
   if (!same_drive) {
     put_on_mark(run_->setup().run, *saved_);
   }
   run_->start_from(std::move(*saved_));
   saved_.reset();
+  if (!same_drive && has_key_scans) {
+    run_->begin_drive(stamp);
+  }
   dialog_.inform("going on with " + map_file_ +
-                 (is_lost ? ", which a lost robot saved: it is searched for in the map"
-                  : same_drive
-                      ? ", whose drive goes on"
-                      : "; where the robot is in it is known to 0.3 m and 0.2 rad, as this "
-                        "is another drive"));
+                 (same_drive      ? ", whose drive goes on"
+                  : has_key_scans ? "; this is another drive: the robot is searched for in the map"
+                                  : "; where the robot is in it is known to 0.3 m and 0.2 rad"));
+}
+
+/// The robot may have been carried, and its odometry may have begun anew.
+void BagMapping::begin_drive_if_new(double stamp) {
+  const std::vector<StampedPose2>& told = run_->live_trajectory();
+  if (told.empty() || is_same_drive(stamp, told.back().stamp) ||
+      !scans_.begins_bag(told.back().stamp, stamp) || run_->key_scans().empty()) {
+    return;
+  }
+  run_->begin_drive(stamp);
+  dialog_.inform("another drive begins after " + std::to_string(told.size()) +
+                 " scans: the robot is searched for in the map");
 }
 
 void BagMapping::handle(const ReadyScan& scan) {
+  const double stamp = scan.input.scan.stamp;
   if (saved_) {
-    go_on_with_saved_map(scan.input.scan.stamp);
+    go_on_with_saved_map(stamp);
+  } else {
+    begin_drive_if_new(stamp);
   }
   const std::optional<ScanOutcome> outcome = run_->process(scan.input);
   if (!outcome) {
@@ -237,6 +255,10 @@ void BagMapping::write() {
                  " matched, " + text_of_loops(*run_) + ", in " +
                  seconds_text(facts.used.wall_seconds) + ", " + seconds_text(facts.bag.seconds) +
                  " of bag; results in " + out_);
+  if (run_->parts_apart() > 0) {
+    dialog_.warn("maps of a lost robot that were found nowhere in the map: " +
+                 std::to_string(run_->parts_apart()) + "; map.slam alone holds them");
+  }
   if (const std::string few = text_of_few_matches(*run_); !few.empty()) {
     dialog_.warn(few);
   }

@@ -5,11 +5,14 @@
 #include <nav_msgs/Odometry.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "bag/simulated_bag.hpp"
 #include "common/error_text.hpp"
 #include "evaluation/absolute_trajectory_error.hpp"
 #include "io/temporary_folder.hpp"
@@ -18,6 +21,7 @@
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
 #include "ros/messages.hpp"
+#include "simulation/make_world.hpp"
 #include "tools/bag_mapper.hpp"
 #include "tools/run_command.hpp"
 
@@ -211,7 +215,7 @@ TEST_F(MapBag, GoesOnWithItsMapAsIfItHadNeverStopped) {
   }
 }
 
-TEST_F(MapBag, FindsItselfInAMapOfAnotherDrive) {
+TEST_F(MapBag, ARobotOfAnotherDriveIsLostUntilItMoves) {
   ASSERT_EQ(run_small({}).exit_code, 0);
   const std::string old = folder_ / "old.slam";
   std::filesystem::copy_file(out_ + "/map.slam", old);
@@ -219,23 +223,94 @@ TEST_F(MapBag, FindsItselfInAMapOfAnotherDrive) {
   for (const double begin : {500.0, 2000.0}) {
     SmallBag other;
     other.begin = begin;
-    const Outcome outcome = run_small(other, "--set slam/update_map=false --map " + old);
+    const Outcome outcome = run_small(other, "--map " + old);
     ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
-    EXPECT_TRUE(contains(outcome.output, "as this is another drive")) << outcome.output;
-    EXPECT_TRUE(contains(outcome.output, "50 of 50 scans used, 50 matched")) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "old.slam; this is another drive: the robot is searched"))
+        << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "found nowhere in the map: 1; ")) << outcome.output;
     EXPECT_TRUE(read_file(out_ + "/map.pgm") == map);
-    EXPECT_NEAR(read_tum(out_ + "/trajectory.tum").poses().back().pose.x, 0.0, 0.01);
+    EXPECT_EQ(report("scans/state/lost"), 50.0);
   }
-  MapStart lost = read_saved_map(old);
-  lost.whereabouts.apart.push_back({SlamMap({}, {}), {}, {}, 0.0});
-  lost.whereabouts.here = 1;
-  replace_file(folder_ / "lost.slam", to_saved_map(lost));
-  const Outcome outcome = run_small({}, "--map " + (folder_ / "lost.slam"));
-  EXPECT_TRUE(contains(outcome.output, "lost.slam, which a lost robot saved: it is searched for"))
-      << outcome.output;
   std::filesystem::remove_all(out_);
   expect_one_line(run("--map " + (folder_ / "none.slam")), 1, "none.slam");
   expect_one_line(run("--quiet --map " + old + " --set map/resolution=0.1"), 2, "map/resolution");
+}
+
+/// Part of a run as a drive of its own, whose odometry begins at zero.
+SimulatedRun part_of(const SimulatedRun& run, std::size_t from, std::size_t to) {
+  SimulatedRun part;
+  part.base_from_laser = run.base_from_laser;
+  part.scans = {run.scans.begin() + static_cast<std::ptrdiff_t>(from),
+                run.scans.begin() + static_cast<std::ptrdiff_t>(to)};
+  const double begin = part.scans.front().stamp - 0.1;
+  const double end = part.scans.back().stamp + 0.1;
+  for (const OdometryReading& reading : run.odometry) {
+    if (reading.stamp > begin && reading.stamp < end) {
+      part.odometry.push_back(reading);
+    }
+  }
+  const Pose2 odom_from_begin = part.odometry.front().odom_from_base;
+  for (OdometryReading& reading : part.odometry) {
+    reading.odom_from_base = odom_from_begin.inverse() * reading.odom_from_base;
+  }
+  return part;
+}
+
+/// Two drives in one world, the second an hour later and from another start, which it sees again.
+class TwoDrives : public MapBag {
+ protected:
+  TwoDrives() {
+    const World world = make_world("loop", 3);
+    SimulationOptions options;
+    options.laser.beams = 260;
+    options.laser.scan_rate = 2.5;
+    options.drive.speed = 1.0;
+    const auto record = [&](const std::string& bag, std::uint64_t seed, std::size_t from,
+                            std::size_t to) {
+      const SimulatedRun run = simulate_run(world, world.route(), options, seed);
+      SimulatedBagWriter(bag, {}).write(part_of(run, from, std::min(to, run.scans.size())),
+                                        {"loop", 3, options.laser, {}});
+      for (std::size_t i = 0; i < run.scans.size(); ++i) {
+        truth_[std::lround(1e3 * run.scans[i].stamp)] = run.world_from_base[i];
+      }
+      return run.world_from_base[from];
+    };
+    world_from_map_ = record(bag_, 3, 0, 190);
+    options.time.start_stamp += 3600.0;
+    record(second_, 4, 80, 1000);
+  }
+
+  /// Farthest from the truth [m] of a file of poses.
+  double worst(const std::string& file) {
+    double worst = 0.0;
+    const Trajectory poses = read_tum(out_ + "/" + file);
+    for (const StampedPose2& pose : poses.poses()) {
+      const Pose2 truth = world_from_map_.inverse() * truth_.at(std::lround(1e3 * pose.stamp));
+      worst = std::max(worst, (pose.pose.translation() - truth.translation()).norm());
+    }
+    return worst;
+  }
+
+  const std::string second_ = folder_ / "second.bag";
+  std::map<long, Pose2> truth_;  ///< world_from_base by stamp [ms]
+  Pose2 world_from_map_;
+};
+
+TEST_F(TwoDrives, BecomeOneMap) {
+  const auto expect_one_map = [this](const Outcome& outcome, const std::string& told) {
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, told)) << outcome.output;
+    EXPECT_LT(worst("trajectory.tum"), 0.02);  // 0.012
+    EXPECT_LT(worst("key_scans.tum"), 0.02) << "a wall is drawn twice";
+    EXPECT_GE(report("loops/closed"), 1.0);  // where the second one ends and the first began
+    EXPECT_EQ(report("scans/maps_apart"), 0.0);
+  };
+  expect_one_map(run(second_), "\nanother drive begins after 190 scans: the robot is searched for");
+  ASSERT_EQ(run("").exit_code, 0);
+  const std::string old = folder_ / "old.slam";
+  std::filesystem::copy_file(out_ + "/map.slam", old);
+  expect_one_map(run_command(MATCHBOX_MAP_BAG, second_ + " --out " + out_ + " --map " + old),
+                 "old.slam; this is another drive: the robot is searched for in the map");
 }
 
 TEST_F(MapBag, LaterConfigurationsReplaceEarlierOnes) {

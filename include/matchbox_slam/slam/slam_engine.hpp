@@ -126,6 +126,11 @@ class SlamEngine {
   /// @param covariance  over (x, y, theta) in the map frame.
   void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
 
+  /// From the scan of this stamp [s] on the robot may be anywhere, as at the begin of another drive.
+  /// What it sees is mapped apart until it is found. Returns whether another map apart had to be
+  /// given up for that.
+  bool map_apart(double stamp);
+
   /// Goes on from there. Throws ConfigurationError when that map was made with another resolution
   /// or likelihood field.
   void start_from(MapStart start);
@@ -148,7 +153,6 @@ class SlamEngine {
   [[nodiscard]] bool insert(const PointScan& scan, const PlacedScan& placed,
                             const Eigen::Matrix3d& covariance, bool is_continued, MapPart& part);
   void weigh_doubt(const WeighedMatch& match, const ScanOutcome& outcome, double way);
-  [[nodiscard]] bool map_apart();
   [[nodiscard]] bool has_pending() const;
   [[nodiscard]] std::size_t insert_pending();
   void search_for_map(const PointScan& scan, ScanOutcome& outcome);
