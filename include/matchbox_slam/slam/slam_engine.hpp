@@ -126,9 +126,9 @@ class SlamEngine {
   /// @param covariance  over (x, y, theta) in the map frame.
   void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
 
-  /// From the scan of this stamp [s] on the robot may be anywhere, as at the begin of another drive.
-  /// What it sees is mapped apart until it is found. Returns whether another map apart had to be
-  /// given up for that.
+  /// From the scan of this stamp [s] on the robot may be anywhere, as at the begin of another
+  /// drive. What it sees is mapped apart until it is found. Returns whether another map apart had
+  /// to be given up for that.
   bool map_apart(double stamp);
 
   /// Goes on from there. Throws ConfigurationError when that map was made with another resolution
