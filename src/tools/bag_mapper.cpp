@@ -18,44 +18,16 @@
 #include "run/events_file.hpp"
 #include "run/slam_run.hpp"
 #include "run/start_map.hpp"
+#include "tools/fit_record.hpp"
 #include "tools/run_report.hpp"
 #include "tools/scan_table.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-std::size_t count_of(MatchStatus status, const SlamRun& run) {
-  const auto found = run.statuses().find(status);
-  return found == run.statuses().end() ? 0 : found->second;
-}
-
 std::string text_of_loops(const SlamRun& run) {
   const std::size_t closed = run.loops().closed();
   return std::to_string(closed) + (closed == 1 ? " loop closed" : " loops closed");
-}
-
-/// What to tell people when fewer than half of the scans matched; else nothing.
-std::string text_of_few_matches(const SlamRun& run) {
-  const std::size_t matched = count_of(MatchStatus::kAccepted, run);
-  const std::size_t without_map = count_of(MatchStatus::kRejectedNoReference, run);
-  const std::size_t starting = std::min<std::size_t>(1, without_map);  // the first starts the map
-  const std::size_t tried = run.scans() - starting;
-  if (2 * matched >= tried) {
-    return "";
-  }
-  std::string text = "only " + std::to_string(matched) + " of " + std::to_string(tried) +
-                     " scans match the map; the others are placed by the prediction alone";
-  const auto add = [&](std::size_t count, const std::string& reason) {
-    if (count > 0) {
-      text += "; " + std::to_string(count) + " " + reason;
-    }
-  };
-  add(count_of(MatchStatus::kRejectedTooFewPoints, run),
-      "have too few hits: see slam/min_points and what scan/* leaves out");
-  add(count_of(MatchStatus::kRejectedLowScore, run),
-      "fit nowhere near the prediction: see motion/* and the matcher's window");
-  add(without_map - starting, "met no map: see slam/update_map and what scan/* leaves out");
-  return text;
 }
 
 /// One run over one bag.
@@ -104,6 +76,7 @@ class BagMapping {
   std::optional<MapStart> saved_;  ///< until the first scan comes, or an event before it
   std::vector<std::shared_ptr<const KeyScan>> first_key_scans_;  ///< of the map
   ScanTable scan_table_;
+  FitRecord fit_;
   bool told_of_left_out_ = false;
 };
 
@@ -171,6 +144,7 @@ void BagMapping::handle(const ReadyScan& scan) {
     return;
   }
   scan_table_.add(*outcome);
+  fit_.add(*outcome);
   if (outcome->inserted && outcome->state == TrackingState::kTracking && !debug_.empty() &&
       first_key_scans_.size() <= kMostHoughPictures) {
     first_key_scans_.push_back(run_->key_scans().all().back().scan);
@@ -200,6 +174,7 @@ void BagMapping::handle(const RunEvent& event) {
 void BagMapping::forget_map() {
   first_key_scans_.clear();
   scan_table_.clear();
+  fit_ = {};
   scans_.discard_delivered();
 }
 
@@ -251,16 +226,15 @@ void BagMapping::write() {
   }
   replace_files(pictures);
   dialog_.inform(std::to_string(account.delivered) + " of " + std::to_string(account.received) +
-                 " scans used, " + std::to_string(count_of(MatchStatus::kAccepted, *run_)) +
-                 " matched, " + text_of_loops(*run_) + ", in " +
-                 seconds_text(facts.used.wall_seconds) + ", " + seconds_text(facts.bag.seconds) +
-                 " of bag; results in " + out_);
+                 " scans used, " + std::to_string(fit_.matched()) + " matched, " +
+                 text_of_loops(*run_) + ", in " + seconds_text(facts.used.wall_seconds) + ", " +
+                 seconds_text(facts.bag.seconds) + " of bag; results in " + out_);
   if (run_->parts_apart() > 0) {
     dialog_.warn("maps of a lost robot that were found nowhere in the map: " +
                  std::to_string(run_->parts_apart()) + "; map.slam alone holds them");
   }
-  if (const std::string few = text_of_few_matches(*run_); !few.empty()) {
-    dialog_.warn(few);
+  for (const std::string& warning : fit_.warnings()) {
+    dialog_.warn(warning);
   }
   if (scans_.events_left() > 0) {
     dialog_.warn(std::to_string(scans_.events_left()) +

@@ -168,6 +168,16 @@ TEST_F(MapBag, WarnsWhenHardlyAScanMatches) {
       << outcome.output;
 }
 
+TEST_F(MapBag, SaysAtItsEndThatTheScansFitPoorly) {
+  const Outcome simulated = run_command(
+      MATCHBOX_SIMULATE, "--world rooms --seed 2 --duration 10 --scan-rate 5 --beams 260 --bag " +
+                             bag_ + " --truth " + (folder_ / "truth.tum") + " --range-noise 0.3");
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.output;
+  const std::string told = run("--quiet").output;
+  EXPECT_TRUE(contains(told, "warning: the scans fit the map poorly (in the median a score of 0."))
+      << told;
+}
+
 TEST_F(MapBag, OneSeedGivesTheSameBytesWithAnyNumberOfThreads) {
   ASSERT_EQ(run_small({}).exit_code, 0);
   const std::string trajectory = read_file(out_ + "/trajectory.tum");

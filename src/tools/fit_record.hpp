@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "matchbox_slam/slam/slam_engine.hpp"
+
+namespace matchbox_slam {
+
+/// How the scans of a run fitted the map, for what is told at its end: without truth these are the
+/// signs that a map is not to be trusted.
+class FitRecord {
+ public:
+  void add(const ScanOutcome& outcome);
+
+  [[nodiscard]] std::size_t matched() const { return count_of(MatchStatus::kAccepted); }
+
+  /// One text each, for people: that a tenth of the scans or more match nowhere; that for 5 % of
+  /// the time, or for half a minute at a stretch, it was not sure where the robot is; that matches
+  /// fit poorly in the median; that the pose jumps
+  /// against the odometry. Empty: nothing speaks against the map.
+  [[nodiscard]] std::vector<std::string> warnings() const;
+
+ private:
+  [[nodiscard]] std::size_t count_of(MatchStatus status) const;
+  [[nodiscard]] std::string text_of_few_matches() const;
+  [[nodiscard]] std::string text_of_doubt() const;
+  [[nodiscard]] std::string text_of_poor_fit() const;
+  [[nodiscard]] std::string text_of_jumps() const;
+
+  std::size_t scans_ = 0;
+  std::map<MatchStatus, std::size_t> statuses_;
+  std::vector<float> scores_;           ///< of accepted matches
+  std::vector<float> contradictions_;   ///< likewise
+  std::optional<Pose2> map_from_odom_;  ///< at the newest scan
+  std::size_t steps_ = 0;               ///< from scan to scan, soon after each other
+  std::size_t jumps_ = 0;               ///< of these
+  std::optional<double> first_stamp_;   ///< [s]
+  double last_stamp_ = 0.0;             ///< [s]
+  std::optional<double> unsure_since_;  ///< [s]
+  double unsure_ = 0.0;                 ///< [s] in all
+  double longest_ = 0.0;                ///< [s]
+  double longest_since_ = 0.0;          ///< stamp [s]
+};
+
+}  // namespace matchbox_slam

@@ -1,0 +1,71 @@
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tools/fit_record.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+using Texts = std::vector<std::string>;
+
+ScanOutcome outcome_of(double stamp) {
+  ScanOutcome outcome;
+  outcome.stamp = stamp;
+  outcome.match.status = MatchStatus::kAccepted;
+  outcome.match.score = 0.8;
+  outcome.map_from_base = {stamp, 0.0, 0.0};
+  outcome.odom_from_base = Pose2{stamp, 0.0, 0.0};
+  return outcome;
+}
+
+TEST(FitRecord, HasNothingToSayOfAGoodRun) {
+  FitRecord record;
+  EXPECT_EQ(record.warnings(), Texts{});
+  for (int k = 0; k < 100; ++k) {
+    ScanOutcome outcome = outcome_of(0.1 * k);
+    if (k > 40 && k < 45) {
+      outcome.match.status = MatchStatus::kRejectedContradiction;
+      outcome.state = TrackingState::kDoubt;
+    }
+    record.add(outcome);
+  }
+  EXPECT_EQ(record.warnings(), Texts{});
+}
+
+TEST(FitRecord, SaysForHowLongItWasNotSure) {
+  FitRecord record;
+  for (int k = 0; k <= 100; ++k) {
+    ScanOutcome outcome = outcome_of(0.1 * k);
+    outcome.state = k >= 20 && k < 50 ? TrackingState::kLost : TrackingState::kTracking;
+    record.add(outcome);
+  }
+  EXPECT_EQ(
+      record.warnings(),
+      Texts{"for 3.0 of 10.0 s it was not sure where the robot is, the longest 3.0 s from the "
+            "scan of 2.000 s on; scans.csv has the state of each scan"});
+}
+
+TEST(FitRecord, SaysThatThePosesJumpAgainstTheOdometry) {
+  FitRecord record;
+  for (int k = 0; k <= 100; ++k) {
+    ScanOutcome outcome = outcome_of(0.1 * k);
+    outcome.map_from_base.y = k % 4 == 0 ? 0.06 : 0.0;
+    record.add(outcome);
+  }
+  EXPECT_EQ(record.warnings(),
+            Texts{"in 50 of 100 steps from scan to scan the pose jumps by more than 5 cm against "
+                  "the odometry, so that odometry alone may be better: do several lasers disagree, "
+                  "or a laser's place in tf and the odometry?"});
+  FitRecord sparse;  // between scans seconds apart odometry may err by that
+  for (int k = 0; k <= 100; ++k) {
+    ScanOutcome outcome = outcome_of(3.0 * k);
+    outcome.map_from_base.y = k % 4 == 0 ? 0.06 : 0.0;
+    sparse.add(outcome);
+  }
+  EXPECT_EQ(sparse.warnings(), Texts{});
+}
+
+}  // namespace
+}  // namespace matchbox_slam
