@@ -99,27 +99,30 @@ LikelihoodField::LikelihoodField(double resolution, const LikelihoodFieldOptions
 
 void LikelihoodField::update(const std::vector<SurfaceHit>& hits,
                              const std::vector<Cell>& cleared) {
-  std::vector<Cell> changed;
-  changed.reserve(hits.size() + cleared.size());
+  take(hits, cleared);
+  render();
+}
+
+void LikelihoodField::take(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared) {
+  changed_.reserve(changed_.size() + hits.size() + cleared.size());
   for (const Cell& cell : cleared) {
     if (remove_surface(cell)) {
-      changed.push_back(cell);
+      changed_.push_back(cell);
     }
   }
   for (const SurfaceHit& hit : hits) {
     add_hit(hit);
-    changed.push_back(geometry_.cell_at(hit.position));
+    changed_.push_back(geometry_.cell_at(hit.position));
   }
-  render_around(std::move(changed));
+  constexpr std::size_t kMostChanged = 1'000'000;
+  if (changed_.size() > kMostChanged) {
+    render();
+  }
 }
 
-void LikelihoodField::take(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared) {
-  for (const Cell& cell : cleared) {
-    remove_surface(cell);
-  }
-  for (const SurfaceHit& hit : hits) {
-    add_hit(hit);
-  }
+void LikelihoodField::render() {
+  render_around(std::move(changed_));
+  changed_.clear();
 }
 
 void LikelihoodField::restore(const std::vector<std::pair<Cell, StoredSurface>>& surfaces) {

@@ -38,7 +38,7 @@ SlamMap rendered(const PlacedScans& keys, const MapOptions& map_options,
   for (const PlacedScan& key : keys) {
     insert_unrendered(*key.scan->points(), key.map_from_base, map_options, map);
   }
-  map.field.render_all();
+  map.field.render();
   return map;
 }
 

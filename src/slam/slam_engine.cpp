@@ -300,8 +300,10 @@ const SlamMap& SlamEngine::map() {
     drawn_ = keys.size();
   }
   for (; drawn_ < keys.size(); ++drawn_) {
-    insert_scan(*keys[drawn_].scan->points(), keys[drawn_].map_from_base, options_.map, part.map);
+    insert_unrendered(*keys[drawn_].scan->points(), keys[drawn_].map_from_base, options_.map,
+                      part.map);
   }
+  part.map.field.render();
   return part.map;
 }
 

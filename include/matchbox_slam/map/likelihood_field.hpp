@@ -70,11 +70,11 @@ class LikelihoodField {
   /// Takes in new hits and drops the surfaces of cells that turned out free, then renders.
   void update(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared);
 
-  /// The same without rendering: for many updates, of which only the last is to be looked at.
+  /// The same without rendering, for many updates of which only the last is looked at: after
+  /// `render`.
   void take(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared);
 
-  /// Renders all that was taken into a field that was empty.
-  void render_all() { render_around(surface_cells()); }
+  void render();
 
   [[nodiscard]] const GridGeometry& geometry() const { return geometry_; }
   [[nodiscard]] const LikelihoodFieldOptions& options() const { return options_; }
@@ -149,6 +149,7 @@ class LikelihoodField {
   std::vector<std::uint8_t> likelihood_of_square_;
   std::vector<std::uint8_t> distance_of_square_;
   std::size_t surface_count_ = 0;
+  std::vector<Cell> changed_;  ///< since it was rendered
   SurfaceTiles surfaces_;
   Tiles tiles_;
   MaximumPyramid bounds_;

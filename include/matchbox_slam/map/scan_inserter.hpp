@@ -59,8 +59,8 @@ struct SlamMap {
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                  SlamMap& map);
 
-/// The same into a map that began empty, whose field is to be rendered by `render_all` before it is
-/// read: many scans then cost a third of what they cost one by one.
+/// The same into a map whose field is to be rendered before it is read: many scans then cost a
+/// third of what they cost one by one.
 void insert_unrendered(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                        SlamMap& map);
 
