@@ -77,6 +77,7 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
                  ", base frame " + frames.base +
                  (frames.odom ? ", odometry frame " + *frames.odom : ", without odometry"));
   choose_clock(survey, options);
+  facts_.no_return_from = survey.no_return_from;
   options.scan_topics = facts_.scan_topics;
   queue_.emplace(queue_settings(options, facts_.scan_time_offset));
   stream_ = reader_.stream(facts_.scan_topics, request_.period);

@@ -6,6 +6,7 @@
 #include "ros/clock_comparison.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/transform_store.hpp"
+#include "sensor/no_return_pile.hpp"
 
 namespace matchbox_slam {
 
@@ -144,6 +145,7 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
                      const std::function<bool()>& is_interrupted) {
   BagSurvey survey;
   ClockComparison clocks;
+  std::map<int, NoReturnPile> piles;
   std::optional<ros::Time> begin;
   const std::unique_ptr<BagStream> stream = reader.stream(scan_topics, period);
   while (const std::optional<BagMessage> message = stream->next()) {
@@ -161,6 +163,9 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
         survey.scan_frame = without_leading_slash(scan->header.frame_id);
       }
       clocks.add_scan(scan->header.stamp, message->time);
+      if (find_defect(*scan).empty()) {
+        piles[message->laser].add(to_laser_scan(*scan));
+      }
     }
     begin = begin ? begin : message->time;
     const bool knows_place = survey.parents.count(survey.scan_frame) != 0;
@@ -170,6 +175,10 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
   }
   survey.moving = clocks.moving();
   survey.scan_time_offset = clocks.offset();
+  for (const auto& [laser, pile] : piles) {
+    const std::optional<double> from = pile.first_range();
+    survey.no_return_from = from ? from : survey.no_return_from;
+  }
   return survey;
 }
 

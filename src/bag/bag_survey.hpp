@@ -25,6 +25,8 @@ struct BagSurvey {
   /// To be added to the stamps of scans so that they agree with tf's [s]: by how much the two
   /// differ from the time of recording, in the median. None without scans or tf.
   std::optional<double> scan_time_offset;
+  /// The range [m] from which on readings of any laser are no return, as NoReturnPile finds it.
+  std::optional<double> no_return_from;
 };
 
 /// Reads the first ten seconds of a period, and on until a scan and its frame's place in tf are

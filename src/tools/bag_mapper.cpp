@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/number_text.hpp"
 #include "io/g2o.hpp"
 #include "io/hough_picture.hpp"
 #include "io/map_picture.hpp"
@@ -60,6 +61,7 @@ class BagMapping {
   void handle(const TimeJump& jump);
   void handle(const RunEvent& event);
   void forget_map();
+  void cut_no_returns();
   void go_on_with_saved_map(double stamp);
   void begin_drive_if_new(double stamp);
 
@@ -94,10 +96,30 @@ void BagMapping::map() {
   parameters_.set("base_frame", found.base_frame);
   parameters_.set("odom_frame", found.odom_frame);
   parameters_.set("scan_topics", found.scan_topics);
+  cut_no_returns();
   run_.emplace(LiveConfiguration(parameters_, loader_));
   while (const std::optional<ScanQueue::Item> item = scans_.next()) {
     std::visit([this](const auto& one) { handle(one); }, *item);
   }
+}
+
+/// A limit set by hand stays; with several lasers one of them alone is no reason to cut all.
+void BagMapping::cut_no_returns() {
+  const std::optional<double> from = scans_.facts().no_return_from;
+  if (!from || parameters_.find("scan/max_range") != nullptr) {
+    return;
+  }
+  const std::string found =
+      "where they meet nothing, beams of a laser read its range_max plus noise";
+  if (scans_.facts().scan_topics.size() > 1) {
+    dialog_.warn(found +
+                 ", which draws walls where none are; to cut them give --set scan/max_range=" +
+                 fixed_text(*from, 3));
+    return;
+  }
+  parameters_.set("scan/max_range", *from);
+  dialog_.warn(found + "; scan/max_range is set to " + fixed_text(*from, 3) +
+               " m, from which on they are no return");
 }
 
 /// As if nothing had been between, where the first scan is of the same drive. Else the robot may be

@@ -17,6 +17,7 @@
 #include "evaluation/absolute_trajectory_error.hpp"
 #include "io/temporary_folder.hpp"
 #include "io/tum.hpp"
+#include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
@@ -464,6 +465,33 @@ void write_bag_with_time_jump(const std::string& path) {
                                make_transform(stamp, "base_link", "laser", 0.2)}));
     bag.write("/scan", recorded, make_scan(stamp));
   }
+}
+
+TEST_F(MapBag, CutsBeamsThatReadTheLargestRangePlusNoise) {
+  write_small_bag(bag_);
+  rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+  Random random(1);
+  for (int i = 0; i < 50; ++i) {
+    const double stamp = 1000.01 + 0.1 * i;
+    sensor_msgs::LaserScan scan = make_scan(stamp);
+    for (std::size_t k = 0; k < scan.ranges.size(); k += 2) {
+      scan.ranges[k] = scan.range_max + 0.02F * static_cast<float>(random.gaussian());
+    }
+    bag.write("/far_scan", ros::Time(stamp), scan);
+  }
+  bag.close();
+  const Outcome cut = run("--scan-topic /far_scan");
+  EXPECT_EQ(cut.exit_code, 0) << cut.output;
+  EXPECT_TRUE(contains(cut.output,
+                       "beams of a laser read its range_max plus noise; scan/max_range "
+                       "is set to 29."))
+      << cut.output;
+  EXPECT_NEAR(report("configuration/scan~1max_range"), 29.9, 0.02);
+  EXPECT_LT(read_map(out_ + "/map.yaml").width, 200);
+  const Outcome kept = run("--scan-topic /far_scan --set scan/max_range=40");
+  EXPECT_FALSE(contains(kept.output, "plus noise")) << kept.output;
+  EXPECT_GT(read_map(out_ + "/map.yaml").width, 500) << "walls at 30 m";
+  EXPECT_FALSE(contains(run("--scan-topic /scan").output, "plus noise"));
 }
 
 TEST_F(MapBag, StartsAnewOrStopsWhenTimeJumpsBack) {
