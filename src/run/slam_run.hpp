@@ -51,7 +51,10 @@ class SlamRun {
   void start_from(MapStart start) { engine_->start_from(std::move(start)); }
 
   /// The next scan, of this stamp [s], is of another drive: where the robot is has to be found.
-  void begin_drive(double stamp) { parts_given_up_ += engine_->map_apart(stamp) ? 1 : 0; }
+  void begin_drive(double stamp) {
+    finish();
+    parts_given_up_ += engine_->map_apart(stamp) ? 1 : 0;
+  }
 
   /// Time has jumped back: map and poses are forgotten, and stamps begin anew.
   void jump_back();
