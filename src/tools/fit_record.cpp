@@ -112,14 +112,15 @@ std::string FitRecord::text_of_doubt() const {
 std::string FitRecord::text_of_poor_fit() const {
   const double score = statistics_of(scores_).median;
   const double contradiction = statistics_of(contradictions_).median;
-  if (scores_.empty() || (score >= kPoorScore && contradiction <= kMuchContradiction)) {
+  const bool is_matched = score > 0.0;  // by odometry_only nothing is
+  if (!is_matched || (score >= kPoorScore && contradiction <= kMuchContradiction)) {
     return "";
   }
   return "the scans fit the map poorly (in the median a score of " + fixed_text(score, 2) +
          ", and " + fixed_text(100.0 * contradiction, 1) +
          " % of the beams cross mapped walls), so that odometry alone may be better, which "
-         "--matcher "
-         "odometry_only shows: do the ranges, the lasers' places in tf and the clocks agree?";
+         "--matcher odometry_only shows: do the ranges, the lasers' places in tf and the clocks "
+         "agree?";
 }
 
 std::string FitRecord::text_of_jumps() const {

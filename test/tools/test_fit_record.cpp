@@ -34,6 +34,19 @@ TEST(FitRecord, HasNothingToSayOfAGoodRun) {
   EXPECT_EQ(record.warnings(), Texts{});
 }
 
+TEST(FitRecord, SaysThatMatchesArePoorButNothingOfAMatcherThatMatchesNothing) {
+  for (const double score : {0.4, 0.0}) {
+    FitRecord record;
+    for (int k = 0; k < 100; ++k) {
+      ScanOutcome outcome = outcome_of(0.1 * k);
+      outcome.match.score = score;
+      outcome.match.contradiction = 0.04;
+      record.add(outcome);
+    }
+    EXPECT_EQ(record.warnings().size(), score > 0.0 ? 1U : 0U);
+  }
+}
+
 TEST(FitRecord, SaysForHowLongItWasNotSure) {
   FitRecord record;
   for (int k = 0; k <= 100; ++k) {
