@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "common/number_text.hpp"
 #include "node/subscribe.hpp"
 #include "ros/message_conversion.hpp"
 #include "run/slam_setup.hpp"
@@ -31,10 +32,13 @@ std::vector<std::string> topics_with_scans() {
 
 }  // namespace
 
-SlamInput::SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const RunOptions& options,
+SlamInput::SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node,
+                     const ros::NodeHandle& private_node, const RunOptions& options,
                      ScanWorker& worker)
     : options_(options),
       worker_(worker),
+      private_name_(private_node.getNamespace()),
+      looks_for_no_returns_(!private_node.hasParam("scan/max_range")),
       clock_watch_(options.map_frame),
       holds_scans_(!fixed_scan_time_offset(options)) {
   subscribe(node);
@@ -95,6 +99,7 @@ void SlamInput::on_scan(const ScanEvent& event, int laser) {
   worker_.use_queue([&](ScanQueue& queue) {
     const sensor_msgs::LaserScan& scan = *event.getConstMessage();
     heard_lasers_.insert(laser);
+    look_for_no_returns(scan, laser);
     clock_watch_.add_scan(scan.header.stamp, event.getReceiptTime());
     settle_clocks(event.getReceiptTime(), queue);
     if (holds_scans_) {
@@ -169,6 +174,23 @@ void SlamInput::warn_of_silence() {
                   << (there.empty() ? "nobody publishes scans"
                                     : "scans are published on " + join(there)));
   silence_timer_.setPeriod(ros::WallDuration(kReminder));
+}
+
+/// Not cut as by map_bag, which reads the recording twice: the map would have begun with them.
+void SlamInput::look_for_no_returns(const sensor_msgs::LaserScan& scan, int laser) {
+  constexpr int kWatched = 200;  // scans
+  if (!looks_for_no_returns_ || !find_defect(scan).empty()) {
+    return;
+  }
+  no_returns_[laser].add(to_laser_scan(scan));
+  const std::optional<double> from = no_returns_[laser].first_range();
+  looks_for_no_returns_ = !from && ++watched_scans_ < kWatched;
+  if (from) {
+    ROS_WARN_STREAM(
+        "where they meet nothing, beams of a laser read its range_max plus noise, which "
+        "draws walls where none are; to cut them: rosrun dynamic_reconfigure dynparam set "
+        << private_name_ << " scan/max_range " << fixed_text(*from, 3) << ", then ~reset");
+  }
 }
 
 void SlamInput::warn_of_map_link(const TransformEvent& event) {

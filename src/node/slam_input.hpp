@@ -7,6 +7,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <deque>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "node/scan_worker.hpp"
 #include "ros/clock_watch.hpp"
 #include "run/run_options.hpp"
+#include "sensor/no_return_pile.hpp"
 
 namespace matchbox_slam {
 
@@ -23,8 +25,9 @@ namespace matchbox_slam {
 class SlamInput {
  public:
   /// Subscribes at once. @param timer_node  whose callback queue watches for silence.
-  SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const RunOptions& options,
-            ScanWorker& worker);
+  /// @param private_node  whose scan/max_range, where it is set, is not called in question.
+  SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const ros::NodeHandle& private_node,
+            const RunOptions& options, ScanWorker& worker);
 
   /// Of the scans, with what they are remapped to.
   [[nodiscard]] std::vector<std::string> topics() const;
@@ -48,15 +51,20 @@ class SlamInput {
   void release_scans(const ros::Time& now, ScanQueue& queue);
   void warn_of_silence();
   void warn_of_map_link(const TransformEvent& event);
+  void look_for_no_returns(const sensor_msgs::LaserScan& scan, int laser);
 
   const RunOptions options_;
   ScanWorker& worker_;
+  const std::string private_name_;
+  bool looks_for_no_returns_;
   ClockWatch clock_watch_;  ///< as what follows, used only while the queue is
   bool holds_scans_;        ///< until the offset of their clock is known
   std::deque<std::pair<ScanEvent, int>> held_scans_;
   double untold_clock_offset_ = 0.0;
   std::set<int> heard_lasers_;
   bool told_of_map_link_ = false;
+  std::map<int, NoReturnPile> no_returns_;  ///< by laser
+  int watched_scans_ = 0;
 
   std::vector<ros::Subscriber> scan_subscribers_;
   ros::Subscriber transform_subscriber_;

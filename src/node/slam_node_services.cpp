@@ -65,7 +65,7 @@ void SlamNode::start_services() {
   diagnostic_timer_ = prompt.createWallTimer(
       ros::WallDuration(diagnostic_updater_.getPeriod()),
       [this](const ros::WallTimerEvent& /*event*/) { diagnostic_updater_.force_update(); });
-  input_ = std::make_unique<SlamInput>(node_, prompt, options_, worker_);
+  input_ = std::make_unique<SlamInput>(node_, prompt, private_node_, options_, worker_);
   for (ros::CallbackQueue* queue : {&prompt_queue_, &patient_queue_}) {
     spinners_.push_back(std::make_unique<ros::AsyncSpinner>(1, queue));
   }

@@ -19,6 +19,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -242,6 +243,28 @@ TEST(SlamFaults, AnotherLocaliserIsNamedAndOurselvesAreNot) {
                             "; if that is another localiser, set publish_tf to false or stop it");
   EXPECT_EQ(process.exit_code_after(SIGINT), 0);
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+}
+
+TEST(SlamFaults, TellsOfBeamsThatReadTheLargestRangePlusNoise) {
+  Robot robot;
+  const LogWatch log("plus noise");
+  ros::NodeHandle node;
+  const ros::Publisher scans = node.advertise<sensor_msgs::LaserScan>("/far_scan", 100);
+  const TemporaryFolder folder;
+  NodeProcess process("far", folder, {"scan:=/far_scan"});
+  ASSERT_TRUE(wait_until([&] { return scans.getNumSubscribers() > 0; }));
+  double stamp = 1000.0;
+  ASSERT_TRUE(wait_until([&] {
+    sensor_msgs::LaserScan scan = make_scan(stamp += 0.05);
+    for (std::size_t k = 0; k < scan.ranges.size(); k += 2) {
+      scan.ranges[k] = scan.range_max +
+                       0.02F * std::sin(static_cast<float>(k) + 50.0F * static_cast<float>(stamp));
+    }
+    scans.publish(scan);
+    return !log.line().empty();
+  })) << "it says nothing";
+  EXPECT_TRUE(contains(log.line(), "dynparam set /far scan/max_range 29.8")) << log.line();
+  EXPECT_EQ(process.exit_code_after(SIGINT), 0);
 }
 
 /// Scans that the node says it has received.
