@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "map/scan_surfaces.hpp"
@@ -18,8 +19,8 @@ constexpr std::size_t kAround = 10;  // key scans to each side of the candidate
 constexpr double kFarPoint = 100.0;  // [m]
 
 /// The walls that key scans saw, in the frame of one of them.
-LikelihoodField field_of(const PlacedScans& keys, const Pose2& map_from_frame, double resolution,
-                         const LikelihoodFieldOptions& options) {
+std::vector<SurfaceHit> walls_of(const PlacedScans& keys, const Pose2& map_from_frame,
+                                 double resolution) {
   std::vector<SurfaceHit> hits;
   for (const PlacedScan& key : keys) {
     const Pose2 frame_from_base = map_from_frame.inverse() * key.map_from_base;
@@ -32,9 +33,44 @@ LikelihoodField field_of(const PlacedScans& keys, const Pose2& map_from_frame, d
       });
     }
   }
+  return hits;
+}
+
+LikelihoodField field_of(const std::vector<SurfaceHit>& walls, double resolution,
+                         const LikelihoodFieldOptions& options) {
   LikelihoodField field(resolution, options);
-  field.update(hits, {});
+  field.update(walls, {});
   return field;
+}
+
+/// The share of a scan's points, of those on walls, that lie on what was seen of these from the
+/// other side. Both sides of a thin wall look alike; a beam that ends on its back is on none.
+double share_on_backs(const PointScan& scan, const Pose2& frame_from_base,
+                      const std::vector<SurfaceHit>& walls) {
+  constexpr double kCell = 0.1;      // [m]
+  constexpr double kOneSided = 0.7;  // mean length of normals that all point to one side
+  const auto cell_of = [](const Eigen::Vector2d& place) {
+    return std::make_pair(std::lround(place.x() / kCell), std::lround(place.y() / kCell));
+  };
+  std::map<std::pair<long, long>, Eigen::Vector3d> normals;  // sums, and how many
+  for (const SurfaceHit& wall : walls) {
+    Eigen::Vector3d& sum =
+        normals.try_emplace(cell_of(wall.position), Eigen::Vector3d::Zero()).first->second;
+    sum += Eigen::Vector3d(wall.normal.x(), wall.normal.y(), wall.normal.norm());
+  }
+  const Eigen::Rotation2Dd turn(frame_from_base.theta);
+  double on_backs = 0.0;
+  double on_walls = 0.0;
+  for (const ScanPoint& point : scan.points) {
+    const auto found = normals.find(cell_of(frame_from_base * point.position));
+    if (found == normals.end() || found->second.head<2>().norm() < kOneSided * found->second.z()) {
+      continue;
+    }
+    const double facing = found->second.head<2>().normalized().dot(turn * point.normal);
+    on_walls += point.weight * std::abs(facing);
+    on_backs += point.weight * std::max(0.0, -facing);
+  }
+  return on_walls > 0.0 ? on_backs / on_walls : 0.0;
 }
 
 PlacedScans around(const PlacedScans& keys, std::size_t candidate) {
@@ -109,7 +145,7 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
   coarse.prior_weight = 0.01;
   coarse.refinement.first_kernel = 0.3;
   coarse.refinement.last_kernel = 0.1;
-  const LikelihoodField wide_field = field_of(there, map_from_key, 0.1, {0.1, 0.4});
+  const LikelihoodField wide_field = field_of(walls_of(there, map_from_key, 0.1), 0.1, {0.1, 0.4});
   const MatchResult rough = OlsonMatcher(coarse).match(
       {scan, guess, covariance_of(std::max(1.0, sigma), 0.3), wide_field, none, 0});
   if (!rough.accepted() || rough.rival_share > options.most_rival) {
@@ -122,12 +158,16 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
   fine.window_theta = 0.04;
   fine.widenings = 1;
   fine.least_rival = 1.0;
-  const LikelihoodField field = field_of(there, map_from_key, MapOptions{}.resolution, {});
+  const double resolution = MapOptions{}.resolution;
+  const std::vector<SurfaceHit> walls = walls_of(there, map_from_key, resolution);
+  const LikelihoodField field = field_of(walls, resolution, {});
   const MatchResult match = OlsonMatcher(fine).match(
       {scan, rough.map_from_base, covariance_of(1.0, 1.0), field, none, 0});
-  FoundLoop found{candidate,         match.map_from_base,
-                  match.covariance,  match.score,
-                  rough.rival_share, contradiction(scan, match.map_from_base, field)};
+  // A beam that ends on the back of a wall went through it, too.
+  const double through_walls = contradiction(scan, match.map_from_base, field) +
+                               share_on_backs(scan, match.map_from_base, walls);
+  FoundLoop found{candidate,   match.map_from_base, match.covariance,
+                  match.score, rough.rival_share,   through_walls};
   if (!match.accepted() || !match.unconstrained_directions.empty() ||
       match.score < options.least_score || found.contradiction > options.most_contradiction) {
     return std::nullopt;

@@ -395,5 +395,36 @@ TEST(LoopClosing, APlaceThatWasNotSeenIsNoLoop) {
   EXPECT_FALSE(search_at_end(from_room_to_room(2.0 * kPitch, {-2.0 * kPitch, 0.0, 0.0}), drive));
 }
 
+/// Ten places beside a wall, a long way elsewhere, and ten beside the wall again.
+std::vector<Sight> beside_a_wall(double first_y, double then_y) {
+  std::vector<Sight> sights;
+  const auto see = [&](double x, double y) { sights.push_back({{x, y, 0.2}, {x, y, 0.2}}); };
+  for (int i = 0; i < 10; ++i) {
+    see(0.1 * i - 1.0, first_y);
+  }
+  for (int i = 0; i < 60; ++i) {
+    see(1.0 + 0.1 * i, 12.0 + 1.0 * std::abs(i % 12 - 6));
+  }
+  for (int i = 0; i < 10; ++i) {
+    see(0.1 * i - 1.0, then_y);
+  }
+  return sights;
+}
+
+TEST(LoopClosing, AWallSeenFromItsOtherSideIsNotTakenForTheSame) {
+  std::vector<WallSegment> walls;
+  const std::vector<Eigen::Vector2d> corners = {{-5.0, 0.0}, {-2.0, 0.0}, {-2.0, 0.7}, {0.0, 0.7},
+                                                {0.0, -0.4}, {2.5, -0.4}, {2.5, 0.2},  {5.0, 0.2}};
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    walls.push_back({corners[i - 1], corners[i]});
+  }
+  add_room({4.0, 11.0}, false, walls);
+  const World world(walls, {});
+  Drive same(world);
+  EXPECT_TRUE(search_at_end(beside_a_wall(-1.2, -1.3), same));
+  Drive other(world);
+  EXPECT_FALSE(search_at_end(beside_a_wall(-1.2, 1.4), other));
+}
+
 }  // namespace
 }  // namespace matchbox_slam
