@@ -16,6 +16,7 @@
 #include "matchbox_slam/geometry/angles.hpp"
 #include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
+#include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
@@ -461,6 +462,25 @@ TEST(SlamEngineLoops, WhereNoneIsClosedTheyChangeNothing) {
   EXPECT_TRUE(open.engine->loops().empty());
   EXPECT_TRUE(same_map(open.engine->map(), rendered(open.engine->key_scans().all(),
                                                     open.options.map, open.options.field)));
+}
+
+// --- along a corridor ---
+
+TEST(SlamEngine, AlongACorridorItIsNoWorseThanOdometry) {
+  SimulationOptions options;
+  options.laser.beams = 130;
+  options.laser.scan_rate = 10.0;
+  const SimulatedRun run = drive_through("corridor", 100.0, 1, options);
+  SlamEngine engine = make_engine(run, std::make_shared<OlsonMatcher>());
+  double worst = 0.0;
+  std::size_t i = 0;
+  for (const ScanOutcome& outcome : process(run, engine)) {
+    worst = std::max(
+        worst,
+        (outcome.map_from_base.translation() - run.world_from_base[i++].translation()).norm());
+    ASSERT_LT(outcome.covariance(0, 0), 25.0);
+  }
+  EXPECT_LT(worst, 0.8);
 }
 
 // --- at rest ---

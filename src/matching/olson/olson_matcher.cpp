@@ -344,9 +344,10 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
     const double coarser = std::max(1.0, problem.field.geometry().resolution() / found.step_xy);
     result.covariance += step_covariance(coarser * found.step_xy, coarser * found.step_theta);
   }
-  // What was not looked at may be the truth, anywhere that the prior allows.
-  result.covariance +=
-      (found.proof.gap() > 0.0 ? 1.0 : found.share_beyond) * problem.prior_covariance;
+  // What was not looked at may be the truth, anywhere that the prior allows. A mixture, and no sum:
+  // in a corridor the prior is all that is known of the way along it, scan after scan.
+  const double unseen = found.proof.gap() > 0.0 ? 1.0 : found.share_beyond;
+  result.covariance = (1.0 - unseen) * result.covariance + unseen * problem.prior_covariance;
   return result;
 }
 

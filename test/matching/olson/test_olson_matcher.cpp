@@ -287,6 +287,26 @@ TEST(Olson, TellsThatItLeftOutTheRestOfAWindowThatIsTooWide) {
   EXPECT_FALSE(result.proof->is_proven());
 }
 
+TEST(Olson, AlongACorridorTheWayIsAsSureAsThePriorHoweverWideThatIs) {
+  MatchScene corridor;
+  std::vector<SurfaceHit> hits;
+  for (int i = -2000; i <= 2000; ++i) {
+    for (const double side : {-1.0, 1.0}) {
+      const Eigen::Vector2d point(0.02 * i, side);
+      hits.push_back({point, {0.0, -side}});
+      if (std::abs(i) < 200) {
+        corridor.scan.points.push_back({point, {0.0, 0.0}, {0.0, -side}, 0.02, false});
+      }
+    }
+  }
+  corridor.map.field.update(hits, {});
+  const MatchResult result =
+      OlsonMatcher().match(corridor.problem({0.3, 0.01, 0.0}, prior_of(10.0, 0.02)));
+  ASSERT_TRUE(result.accepted());
+  EXPECT_TRUE(result.proof->clipped);
+  EXPECT_NEAR(result.covariance(0, 0), 100.0, 1.0);
+}
+
 TEST(Olson, LooksForRivalsOnlyAboveTheLeastShare) {
   const MatchScene twice = two_places(0.8);
   OlsonOptions options;
