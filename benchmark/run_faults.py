@@ -162,18 +162,24 @@ def table(results):
     return "\n".join(lines) + "\n"
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__,
+def study_parser(description, seeds, rate):
+    """Arguments that studies over simulated drives share."""
+    parser = argparse.ArgumentParser(description=description,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=pathlib.Path, required=True)
+    parser.add_argument("--seeds", type=int, default=seeds)
+    parser.add_argument("--first-seed", type=int, default=1)
+    parser.add_argument("--rate", type=float, default=rate, help="scans a second")
+    parser.add_argument("--set", action="append", default=[], dest="overrides")
+    parser.add_argument("--jobs", type=int, default=2)
+    return parser
+
+
+def main():
+    parser = study_parser(__doc__, seeds=20, rate=10.0)
     parser.add_argument("--worlds", nargs="+", default=["rooms", "random"])
     parser.add_argument("--faults", nargs="+", default=list(FAULTS), choices=list(FAULTS))
     parser.add_argument("--matchers", nargs="+", default=["olson", "hough", "monte_carlo"])
-    parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--first-seed", type=int, default=1)
-    parser.add_argument("--rate", type=float, default=10.0, help="scans a second")
-    parser.add_argument("--set", action="append", default=[], dest="overrides")
-    parser.add_argument("--jobs", type=int, default=2)
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     tasks = [(world, fault, arguments.first_seed + seed)

@@ -6,14 +6,12 @@ says that its two key scans are to each other differs from the truth by more tha
 With the workspace sourced: run_loops.py --out DIR [--seeds 10] [--set section/option=value ...]
 Writes DIR/loops.json (a row a run) and DIR/LOOPS.md (a row for each world and drive).
 """
-import argparse
 import collections
 import concurrent.futures
 import json
 import math
-import pathlib
 
-from run_faults import composed, error, inverse, output_of, read_tum
+from run_faults import composed, error, inverse, output_of, read_tum, study_parser
 
 DRIVES = {
     "default": [],
@@ -94,18 +92,12 @@ def table(results):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=pathlib.Path, required=True)
+    parser = study_parser(__doc__, seeds=10, rate=5.0)
     parser.add_argument("--worlds", nargs="+", default=["campus", "hotel"])
     parser.add_argument("--drives", nargs="+", default=list(DRIVES), choices=list(DRIVES))
-    parser.add_argument("--seeds", type=int, default=10)
-    parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--matcher", default="olson")
-    parser.add_argument("--rate", type=float, default=5.0, help="scans a second")
     parser.add_argument("--beams", type=int, default=360)
     parser.add_argument("--speed", type=float, default=1.0, help="m/s")
-    parser.add_argument("--set", action="append", default=[], dest="overrides")
-    parser.add_argument("--jobs", type=int, default=2)
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     tasks = [(world, drive, arguments.first_seed + seed) for world in arguments.worlds
