@@ -151,7 +151,7 @@ WeighedMatch SlamEngine::match(const PointScan& scan, const MotionPrediction& pr
 }
 
 const SlamMap& SlamEngine::matched_map() const {
-  return !parts_.is_lost() && near_map_.map() != nullptr ? *near_map_.map() : parts_.here().map;
+  return parts_.is_lost() ? parts_.here().map : drawing_.matched(parts_.map());
 }
 
 TrackingState SlamEngine::state() const {
@@ -280,10 +280,7 @@ void SlamEngine::start_from(MapStart start) {
   search_ = std::move(whereabouts.search);
   find_places_to_search();
   loops_ = std::move(start.loops);
-  near_map_ = std::move(start.near_map);
-  is_moved_ = start.is_moved;
-  is_outdated_ = false;
-  drawn_ = key_scans().size();
+  drawing_ = MapDrawing(std::move(start.near_map), start.is_moved, key_scans().size());
   is_of_key_scans_ = start.is_of_key_scans;
   is_continued_ = start.is_continued;
   tracker_.set_state(start.motion);
@@ -291,45 +288,9 @@ void SlamEngine::start_from(MapStart start) {
   loops_.begin_again(key_scans(), near_request(), options_.loops);
 }
 
-const SlamMap& SlamEngine::map() {
-  MapPart& part = parts_.map();
-  const PlacedScans& keys = part.key_scans.all();
-  if (is_outdated_) {
-    part.map = rendered(keys, options_.map, options_.field);
-    is_outdated_ = false;
-    drawn_ = keys.size();
-  }
-  for (; drawn_ < keys.size(); ++drawn_) {
-    insert_unrendered(*keys[drawn_].scan->points(), keys[drawn_].map_from_base, options_.map,
-                      part.map);
-  }
-  part.map.field.render();
-  return part.map;
-}
-
-void SlamEngine::take_rendered(SlamMap map, const PlacedScans& keys) {
-  const PlacedScans& now = key_scans().all();
-  const auto is_same = [](const PlacedScan& then, const PlacedScan& key) {
-    return then.scan == key.scan && then.map_from_base == key.map_from_base;
-  };
-  if (!is_outdated_ || keys.size() > now.size() ||
-      !std::equal(keys.begin(), keys.end(), now.begin(), is_same)) {
-    return;
-  }
-  parts_.map().map = std::move(map);
-  is_outdated_ = false;
-  drawn_ = keys.size();
-}
-
 std::size_t SlamEngine::map_bytes() const {
   const SlamMap& map = parts_.map().map;
   return map.occupancy.bytes() + map.field.bytes();
-}
-
-void SlamEngine::match_whole_map() {
-  near_map_.clear();
-  static_cast<void>(map());
-  is_moved_ = false;
 }
 
 MapStart SlamEngine::snapshot() {
@@ -348,8 +309,8 @@ MapStart SlamEngine::snapshot() {
            parts_.here_number(),
            search_},
           loops_,
-          near_map_,
-          is_moved_,
+          drawing_.near(),
+          drawing_.is_moved(),
           is_continued_,
           is_of_key_scans_};
 }
@@ -369,9 +330,9 @@ void SlamEngine::close_loops(ScanOutcome& outcome) {
   }
   NearRequest near = near_request();
   const bool is_any_apart = near_scans(keys, loops_.apart(options_.loops)).is_any_apart;
-  if (is_any_apart || is_moved_) {
-    near.is_due = near_map_.is_due(keys);
-  } else if (near_map_.map() != nullptr) {
+  if (is_any_apart || drawing_.is_moved()) {
+    near.is_due = drawing_.near().is_due(keys);
+  } else if (drawing_.near().map() != nullptr) {
     match_whole_map();
   }
   if (!has_pending()) {
@@ -385,24 +346,20 @@ std::optional<MapCorrection> SlamEngine::finish_loops() {
   }
   LoopCloser::Result result = loops_.finish(key_scans());
   if (result.near) {
-    near_map_ = std::move(*result.near);
+    drawing_.match_near(std::move(*result.near));
   }
   if (result.correction) {
     move_map(*result.correction);
   }
-  near_map_.take_new(key_scans().all(), options_.map);
+  drawing_.catch_up(parts_.map(), options_);
   return result.correction;
 }
 
 NearRequest SlamEngine::near_request() const { return {false, options_.map, options_.field}; }
 
 void SlamEngine::move_map(const MapCorrection& correction) {
-  is_moved_ = is_moved_ || correction.most_moved > kLeastMoved * options_.map.resolution;
-  if (!is_moved_) {
-    static_cast<void>(map());  // stays; whoever asked for it before, it is of the places until now
-  }
-  is_outdated_ = is_moved_;
   MapPart& part = parts_.map();
+  drawing_.expect_move(correction.most_moved, part, options_);
   for (std::size_t i = 0; i < part.key_scans.size(); ++i) {
     part.key_scans.move(i, loops_.graph().poses[i]);
   }
@@ -467,19 +424,14 @@ bool SlamEngine::insert(const PointScan& scan, const PlacedScan& placed,
   if (!has_room(scan, placed.map_from_base, options_.map, part.map)) {
     return false;
   }
-  const bool is_map = &part == &parts_.map();
-  const bool is_drawn = is_map && !is_outdated_ && drawn_ == part.key_scans.size();
-  part.key_scans.add(placed);
-  // While the map is not matched against, it is drawn when somebody asks for it.
-  if (!is_map || (is_drawn && near_map_.map() == nullptr)) {
+  if (&part == &parts_.map()) {
+    drawing_.add(placed, scan, part, options_);
+    if (closes_loops()) {
+      loops_.add(part.key_scans, covariance, is_continued, options_.loops);
+    }
+  } else {
+    part.key_scans.add(placed);
     insert_scan(scan, placed.map_from_base, options_.map, part.map);
-    drawn_ += is_map ? 1 : 0;
-  }
-  if (is_map) {
-    near_map_.take_new(part.key_scans.all(), options_.map);
-  }
-  if (is_map && closes_loops()) {
-    loops_.add(part.key_scans, covariance, is_continued, options_.loops);
   }
   part.last_inserted[placed.scan->laser()] = placed.map_from_base;
   return true;

@@ -3,11 +3,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/near_map.hpp"
-#include "simulation/make_world.hpp"
-#include "simulation/robot.hpp"
-#include "simulation/simulation_support.hpp"
+#include "slam/key_scans_of_rooms.hpp"
 #include "slam/map_equality.hpp"
 
 namespace matchbox_slam {
@@ -15,21 +12,6 @@ namespace {
 
 const MapOptions kMap;
 const LikelihoodFieldOptions kField;
-
-/// Key scans a metre apart through rooms.
-PlacedScans drive_through_rooms(std::size_t scans) {
-  LaserOptions laser;
-  laser.beams = 90;
-  const World world = make_rooms_world(3);
-  const RobotMotion motion = drive(world.route(), {});
-  KeyScans keys;
-  for (std::size_t i = 0; i < scans; ++i) {
-    const Pose2 pose = motion.pose(4.0 + 2.0 * static_cast<double>(i));
-    keys.add(MeasuredScan{ideal_scan(world, laser, pose), laser.base_from_laser(), {}, {}}, 0,
-             pose);
-  }
-  return keys.all();
-}
 
 SlamMap inserted(const PlacedScans& keys) {
   SlamMap map(kMap, kField);

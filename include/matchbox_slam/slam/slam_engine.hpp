@@ -15,6 +15,7 @@
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/loop_closing.hpp"
+#include "matchbox_slam/slam/map_drawing.hpp"
 #include "matchbox_slam/slam/map_parts.hpp"
 #include "matchbox_slam/slam/motion_tracker.hpp"
 #include "matchbox_slam/slam/near_map.hpp"
@@ -98,12 +99,14 @@ class SlamEngine {
 
   /// The map so far, without what a lost robot maps apart; copy it for a snapshot.
   /// Renders anew what loops have moved.
-  [[nodiscard]] const SlamMap& map();
+  [[nodiscard]] const SlamMap& map() { return drawing_.whole(parts_.map(), options_); }
   /// Whether map() would render it, which takes 2 ms a key scan, so that others may do it beside.
-  [[nodiscard]] bool is_outdated() const { return is_outdated_; }
+  [[nodiscard]] bool is_outdated() const { return drawing_.is_outdated(); }
   /// Takes what another thread has `rendered` from key scans as they were. Left alone where they
   /// have moved since.
-  void take_rendered(SlamMap map, const PlacedScans& keys);
+  void take_rendered(SlamMap map, const PlacedScans& keys) {
+    drawing_.take_rendered(std::move(map), keys, parts_.map());
+  }
   /// Of the map as it is, rendered or not.
   [[nodiscard]] std::size_t map_bytes() const;
   [[nodiscard]] const KeyScans& key_scans() const { return parts_.map().key_scans; }
@@ -157,7 +160,7 @@ class SlamEngine {
   [[nodiscard]] std::size_t insert_pending();
   void search_for_map(const PointScan& scan, ScanOutcome& outcome);
   void join(const PlaceHypothesis& found);
-  void match_whole_map();
+  void match_whole_map() { drawing_.match_whole(parts_.map(), options_); }
   void close_loops(ScanOutcome& outcome);
   void move_map(const MapCorrection& correction);
   void find_places_to_search();
@@ -174,10 +177,7 @@ class SlamEngine {
   PlaceSearch search_;
   std::vector<SearchedPlace> places_;  ///< follows from the parts
   LoopCloser loops_;                   ///< in the map, not in the parts apart
-  NearMap near_map_;                   ///< of the map
-  bool is_moved_ = false;              ///< see MapStart
-  bool is_outdated_ = false;           ///< the map is to be rendered anew; no match asks for it
-  std::size_t drawn_ = 0;              ///< key scans that the map shows
+  MapDrawing drawing_;                 ///< of the map
   bool is_continued_ = false;          ///< see MapStart
   bool is_of_key_scans_ = true;        ///< see MapStart
 };

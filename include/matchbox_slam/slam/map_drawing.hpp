@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstddef>
+#include <utility>
+
+#include "matchbox_slam/slam/engine_options.hpp"
+#include "matchbox_slam/slam/loop_closing.hpp"
+#include "matchbox_slam/slam/map_parts.hpp"
+#include "matchbox_slam/slam/near_map.hpp"
+
+namespace matchbox_slam {
+
+/// How much of a map is drawn, and what scans are matched against in it: the whole map while all
+/// its key scans lie well to each other, else a map of those near the robot that do. Then the whole
+/// one is drawn when somebody asks for it. A value; the map itself is its MapPart's.
+class MapDrawing {
+ public:
+  MapDrawing() = default;
+  /// @param near      empty: the whole map is matched against.
+  /// @param is_moved  by loops, and matched against `near` alone since.
+  /// @param drawn     key scans that the whole map shows.
+  MapDrawing(NearMap near, bool is_moved, std::size_t drawn)
+      : near_(std::move(near)), is_moved_(is_moved), drawn_(drawn) {}
+
+  [[nodiscard]] const NearMap& near() const { return near_; }
+  [[nodiscard]] bool is_moved() const { return is_moved_; }
+  /// Whether the whole map is to be rendered anew, not only to be added to.
+  [[nodiscard]] bool is_outdated() const { return is_outdated_; }
+
+  [[nodiscard]] const SlamMap& matched(const MapPart& part) const {
+    return near_.map() != nullptr ? *near_.map() : part.map;
+  }
+
+  /// Draws what the whole map lacks.
+  const SlamMap& whole(MapPart& part, const EngineOptions& options);
+
+  /// Takes a whole map that was `rendered` from key scans as they were. Left alone where they have
+  /// moved since.
+  void take_rendered(SlamMap map, const PlacedScans& keys, MapPart& part);
+
+  /// Adds a key scan, and draws it where it is matched against.
+  /// @param points  of it.
+  void add(const PlacedScan& key, const PointScan& points, MapPart& part,
+           const EngineOptions& options);
+
+  /// Lets a map of what lies near take effect.
+  void match_near(NearMap near) { near_ = std::move(near); }
+  /// From now on.
+  void match_whole(MapPart& part, const EngineOptions& options);
+
+  /// Before the key scans move. Those that hardly do are not drawn anew.
+  /// @param most_moved  [m], of any key scan.
+  void expect_move(double most_moved, MapPart& part, const EngineOptions& options);
+
+  /// Draws the key scans that have come while what lies near was made.
+  void catch_up(const MapPart& part, const EngineOptions& options) {
+    near_.take_new(part.key_scans.all(), options.map);
+  }
+
+ private:
+  NearMap near_;
+  bool is_moved_ = false;
+  bool is_outdated_ = false;
+  std::size_t drawn_ = 0;  ///< key scans that the whole map shows
+};
+
+}  // namespace matchbox_slam

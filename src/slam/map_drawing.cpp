@@ -1,0 +1,62 @@
+#include "matchbox_slam/slam/map_drawing.hpp"
+
+#include <algorithm>
+
+namespace matchbox_slam {
+
+const SlamMap& MapDrawing::whole(MapPart& part, const EngineOptions& options) {
+  const PlacedScans& keys = part.key_scans.all();
+  if (is_outdated_) {
+    part.map = rendered(keys, options.map, options.field);
+    is_outdated_ = false;
+    drawn_ = keys.size();
+  }
+  for (; drawn_ < keys.size(); ++drawn_) {
+    insert_unrendered(*keys[drawn_].scan->points(), keys[drawn_].map_from_base, options.map,
+                      part.map);
+  }
+  part.map.field.render();
+  return part.map;
+}
+
+void MapDrawing::take_rendered(SlamMap map, const PlacedScans& keys, MapPart& part) {
+  const PlacedScans& now = part.key_scans.all();
+  const auto is_same = [](const PlacedScan& then, const PlacedScan& key) {
+    return then.scan == key.scan && then.map_from_base == key.map_from_base;
+  };
+  if (!is_outdated_ || keys.size() > now.size() ||
+      !std::equal(keys.begin(), keys.end(), now.begin(), is_same)) {
+    return;
+  }
+  part.map = std::move(map);
+  is_outdated_ = false;
+  drawn_ = keys.size();
+}
+
+void MapDrawing::add(const PlacedScan& key, const PointScan& points, MapPart& part,
+                     const EngineOptions& options) {
+  const bool is_all_drawn = !is_outdated_ && drawn_ == part.key_scans.size();
+  part.key_scans.add(key);
+  if (is_all_drawn && near_.map() == nullptr) {
+    insert_scan(points, key.map_from_base, options.map, part.map);
+    ++drawn_;
+  }
+  catch_up(part, options);
+}
+
+void MapDrawing::match_whole(MapPart& part, const EngineOptions& options) {
+  near_.clear();
+  static_cast<void>(whole(part, options));
+  is_moved_ = false;
+}
+
+void MapDrawing::expect_move(double most_moved, MapPart& part, const EngineOptions& options) {
+  is_moved_ = is_moved_ || most_moved > kLeastMoved * options.map.resolution;
+  if (!is_moved_) {
+    // Stays; whoever asked for it before, it is of the places until now.
+    static_cast<void>(whole(part, options));
+  }
+  is_outdated_ = is_moved_;
+}
+
+}  // namespace matchbox_slam

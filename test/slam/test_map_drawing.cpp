@@ -1,0 +1,90 @@
+#include <gtest/gtest.h>
+
+#include "matchbox_slam/slam/map_drawing.hpp"
+#include "slam/key_scans_of_rooms.hpp"
+#include "slam/map_equality.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+const EngineOptions kOptions;
+
+MapPart empty_part() { return {SlamMap(kOptions.map, kOptions.field), {}, {}}; }
+
+void add(const PlacedScan& key, MapPart& part, MapDrawing& drawing) {
+  drawing.add(key, *key.scan->points(), part, kOptions);
+}
+
+SlamMap rendered_all(const MapPart& part) {
+  return rendered(part.key_scans.all(), kOptions.map, kOptions.field);
+}
+
+/// Moves a key scan by a metre.
+void move_first(MapPart& part, MapDrawing& drawing) {
+  drawing.expect_move(1.0, part, kOptions);
+  const Pose2 before = part.key_scans.all().front().map_from_base;
+  part.key_scans.move(0, {before.x + 1.0, before.y, before.theta});
+}
+
+class MapDrawingTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (std::size_t i = 0; i < 4; ++i) {
+      add(keys_[i], part_, drawing_);
+    }
+  }
+
+  const PlacedScans keys_ = drive_through_rooms(6);
+  MapPart part_ = empty_part();
+  MapDrawing drawing_;
+};
+
+TEST_F(MapDrawingTest, DrawsEachKeyScanWhileTheWholeIsMatchedAgainst) {
+  EXPECT_EQ(&drawing_.matched(part_), &part_.map);
+  EXPECT_TRUE(same_map(part_.map, rendered_all(part_)));
+}
+
+TEST_F(MapDrawingTest, DrawsTheWholeWhenAskedWhileWhatLiesNearIsMatchedAgainst) {
+  const PlacedScans& all = part_.key_scans.all();
+  drawing_.match_near(
+      {near_scans(all, {true, true, false, false}), all, kOptions.map, kOptions.field});
+  const SlamMap before = part_.map;
+  add(keys_[4], part_, drawing_);
+  EXPECT_TRUE(same_map(part_.map, before));
+  EXPECT_TRUE(same_map(drawing_.matched(part_),
+                       rendered({keys_[2], keys_[3], keys_[4]}, kOptions.map, kOptions.field)));
+  EXPECT_TRUE(same_map(drawing_.whole(part_, kOptions), rendered_all(part_)));
+  drawing_.match_whole(part_, kOptions);
+  add(keys_[5], part_, drawing_);
+  EXPECT_TRUE(same_map(drawing_.matched(part_), rendered_all(part_)));
+}
+
+TEST_F(MapDrawingTest, DrawsAnewWhatHasMovedAndOnlyThat) {
+  drawing_.expect_move(0.4 * kOptions.map.resolution, part_, kOptions);
+  EXPECT_FALSE(drawing_.is_outdated());
+  move_first(part_, drawing_);
+  EXPECT_TRUE(drawing_.is_outdated());
+  EXPECT_TRUE(drawing_.is_moved());
+  EXPECT_TRUE(same_map(drawing_.whole(part_, kOptions), rendered_all(part_)));
+  EXPECT_FALSE(drawing_.is_outdated());
+}
+
+TEST_F(MapDrawingTest, TakesWhatAnotherRenderedUnlessItHasMovedSince) {
+  move_first(part_, drawing_);
+  const PlacedScans keys = part_.key_scans.all();
+  const SlamMap map = rendered_all(part_);
+  move_first(part_, drawing_);
+  drawing_.take_rendered(map, keys, part_);
+  EXPECT_TRUE(drawing_.is_outdated());
+
+  const PlacedScans now = part_.key_scans.all();
+  const SlamMap of_now = rendered_all(part_);
+  add(keys_[4], part_, drawing_);  // meanwhile
+  drawing_.take_rendered(of_now, now, part_);
+  EXPECT_FALSE(drawing_.is_outdated());
+  EXPECT_TRUE(same_map(part_.map, of_now));
+  EXPECT_TRUE(same_map(drawing_.whole(part_, kOptions), rendered_all(part_)));
+}
+
+}  // namespace
+}  // namespace matchbox_slam
