@@ -1,22 +1,10 @@
 #include "matchbox_slam/map/occupancy_grid.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace matchbox_slam {
 
-double OccupancyGrid::blend(const Cell& cell, double observed, double quality) {
+OccupancyGrid::Tile& OccupancyGrid::touch(const Cell& tile) {
   static const Tile kBlank{};
-  Stored& stored = tiles_.touch(Tiles::tile_of(cell), kBlank)[Tiles::index_in_tile(cell)];
-  const double before = to_probability(stored);
-  const double after = before + quality * (observed - before);
-  stored = static_cast<Stored>(1 + std::lround(after * 65534.0));
-  return after;
-}
-
-void OccupancyGrid::restore(const Cell& cell, Stored value) {
-  static const Tile kBlank{};
-  tiles_.touch(Tiles::tile_of(cell), kBlank)[Tiles::index_in_tile(cell)] = value;
+  return tiles_.touch(tile, kBlank);
 }
 
 CellBox OccupancyGrid::known_bounds() const {

@@ -9,128 +9,212 @@
 #include <utility>
 #include <vector>
 
+#include "common/simd.hpp"
 #include "map/scan_surfaces.hpp"
+#include "matchbox_slam/geometry/transform2.hpp"
 
 namespace matchbox_slam {
 namespace {
 
+constexpr int kTileSize = OccupancyGrid::Tiles::kTileSize;
+
 /// What one scan says about the cells that it saw, before the map hears of it.
 class Observations {
  public:
-  using Tile = std::array<std::uint8_t, std::size_t{64} * 64>;
-  using Tiles = TiledGrid<Tile, 6>;
+  /// Rows lie two tiles apart, so that a step out of the tile shows in the position's bits.
+  static constexpr int kPitch = 2 * kTileSize;
+  using Tile = std::array<std::uint8_t, static_cast<std::size_t>(kPitch* kTileSize)>;
+  using Tiles = TiledGrid<Tile, OccupancyGrid::Tiles::kTileBits>;
 
   static constexpr std::uint8_t kUnseen = 0;
   static constexpr std::uint8_t kFreeNoReturn = 1;
   static constexpr std::uint8_t kFree = 2;
   static constexpr double kOccupiedSteps = 253.0;  // 3...255 are occupancies from just above 0 to 1
 
+  explicit Observations(double resolution) : geometry_(resolution) {}
+
   [[nodiscard]] static std::uint8_t occupied(double occupancy) {
     return static_cast<std::uint8_t>(2 + std::lround(occupancy * kOccupiedSteps));
   }
-  [[nodiscard]] static double occupancy(std::uint8_t mark) {
-    return mark <= kFree ? 0.0 : (mark - 2) / kOccupiedSteps;
-  }
 
   /// The most occupied observation of a cell wins.
-  void mark(Cell cell, std::uint8_t value) {
-    if (const Cell tile = Tiles::tile_of(cell); current_ == nullptr || tile != current_position_) {
-      enter(tile);
-    }
-    std::uint8_t& marked = (*current_)[Tiles::index_in_tile(cell)];
+  void mark(const Eigen::Vector2d& point, std::uint8_t value) {
+    const Cell cell = geometry_.cell_at(point);
+    enter(Tiles::tile_of(cell));
+    std::uint8_t& marked = (*current_)[static_cast<std::size_t>(position_in_tile(cell))];
     marked = std::max(marked, value);
   }
+
+  /// Marks every cell that the segment from `a` to `b` crosses (Amanatides and Woo 1987), whatever
+  /// was seen there.
+  void mark_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b, std::uint8_t value);
 
   [[nodiscard]] const Tiles& tiles() const { return tiles_; }
 
  private:
-  /// Apart, so that `mark` stays small enough to become part of the loops that call it.
-  [[gnu::noinline]] void enter(const Cell& tile) {
-    static const Tile kBlank{};
-    current_ = &tiles_.touch(tile, kBlank);
-    current_position_ = tile;
+  [[nodiscard]] static int position_in_tile(const Cell& cell) {
+    return (cell.y & Tiles::kTileMask) * kPitch + (cell.x & Tiles::kTileMask);
   }
 
+  void enter(const Cell& tile) {
+    if (current_ == nullptr || tile != current_position_) {
+      static const Tile kBlank{};
+      current_ = &tiles_.touch(tile, kBlank);
+      current_position_ = tile;
+    }
+  }
+
+  GridGeometry geometry_;
   Tiles tiles_;
   Tile* current_ = nullptr;  // consecutive cells of a ray mostly share their tile
   Cell current_position_;
 };
 
-/// Marks every cell that the segment from `a` to `b` crosses (Amanatides and Woo 1987).
-void mark_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const GridGeometry& geometry,
-                  std::uint8_t value, Observations& observations) {
-  Cell cell = geometry.cell_at(a);
-  const Cell end = geometry.cell_at(b);
-  const Eigen::Vector2d step = b - a;
-  const int step_x = step.x() < 0.0 ? -1 : 1;
-  const int step_y = step.y() < 0.0 ? -1 : 1;
-  const double per_cell_x = geometry.resolution() / std::max(std::abs(step.x()), 1e-12);
-  const double per_cell_y = geometry.resolution() / std::max(std::abs(step.y()), 1e-12);
-  const Eigen::Vector2d from_corner = (a - geometry.corner(cell)) / geometry.resolution();
-  double next_x = (step_x > 0 ? 1.0 - from_corner.x() : from_corner.x()) * per_cell_x;
-  double next_y = (step_y > 0 ? 1.0 - from_corner.y() : from_corner.y()) * per_cell_y;
+void Observations::mark_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+                                std::uint8_t value) {
+  const Cell cell = geometry_.cell_at(a);
+  const Cell end = geometry_.cell_at(b);
+  const Eigen::Vector2d way = (b - a).cwiseAbs();
+  const int step_x = b.x() < a.x() ? -1 : 1;
+  const int step_y = b.y() < a.y() ? -1 : 1;
+  const Eigen::Vector2d from_corner = (a - geometry_.corner(cell)) / geometry_.resolution();
+  const double to_next_x = step_x > 0 ? 1.0 - from_corner.x() : from_corner.x();
+  const double to_next_y = step_y > 0 ? 1.0 - from_corner.y() : from_corner.y();
+  // Where the line's next edges in x and in y are, on a common scale, and which comes first: in
+  // integers, since with them a step waits a third as long for the one before.
+  const double scale = 0x1p60 / std::max(way.maxCoeff(), 1e-12);
+  auto per_x = static_cast<std::int64_t>(scale * way.y());
+  auto per_y = static_cast<std::int64_t>(scale * way.x());
+  auto x_after_y = static_cast<std::int64_t>(scale * (to_next_x * way.y() - to_next_y * way.x()));
   // The number of steps is known beforehand, so that rounding cannot make the walk miss its end.
-  int left_x = std::abs(end.x - cell.x);
-  int left_y = std::abs(end.y - cell.y);
-  observations.mark(cell, value);
-  while (left_x + left_y > 0) {
-    // Without branches: nobody foretells where a line goes next.
-    const int along_x = static_cast<int>((left_y == 0) | ((left_x > 0) & (next_x < next_y)));
-    const int along_y = 1 - along_x;
-    cell.x += along_x * step_x;
-    cell.y += along_y * step_y;
-    next_x += along_x * per_cell_x;
-    next_y += along_y * per_cell_y;
-    left_x -= along_x;
-    left_y -= along_y;
-    observations.mark(cell, value);
+  int left = std::abs(end.x - cell.x) + std::abs(end.y - cell.y);
+  if (end.x == cell.x) {
+    per_y = 0;
+    x_after_y = 0;
+  } else if (end.y == cell.y) {
+    per_x = 0;
+    x_after_y = -1;
+  }
+  const int move_x = step_x;
+  const int move_y = step_y * kPitch;
+  constexpr int kInside = (kTileSize - 1) * (kPitch + 1);
+  Cell tile = Tiles::tile_of(cell);
+  int position = position_in_tile(cell);
+  while (true) {
+    enter(tile);
+    std::uint8_t* const marks = current_->data();
+    std::int64_t along_x = 0;  // all bits set, or none
+    do {
+      marks[position] = value;
+      if (left-- == 0) {
+        return;
+      }
+      // Without branches: nobody foretells where a line goes next.
+      along_x = x_after_y >> 63;
+      x_after_y += (along_x & (per_x + per_y)) - per_y;
+      position += (static_cast<int>(along_x) & (move_x - move_y)) + move_y;
+    } while ((position & ~kInside) == 0);
+    if (along_x != 0) {
+      tile.x += step_x;
+      position -= step_x * kTileSize;
+    } else {
+      tile.y += step_y;
+      position -= move_y * kTileSize;
+    }
   }
 }
 
 /// A hit: free up to half a hole in front of it, then rising to an obstacle at the hit.
 /// Deviation from tinySLAM: behind the hit the profile stops where it says rather free than
 /// occupied, because nothing was seen there.
-void mark_hit(const Eigen::Vector2d& origin, const Eigen::Vector2d& hit, double half_hole,
-              const GridGeometry& geometry, Observations& observations) {
-  const double range = (hit - origin).norm();
-  const Eigen::Vector2d direction = (hit - origin) / std::max(range, 1e-9);
-  const double free_length = range - half_hole;
-  if (free_length > 0.0) {
-    mark_segment(origin, origin + free_length * direction, geometry, Observations::kFree,
-                 observations);
+struct Hole {
+  Hole(double half_width, double resolution) : half(half_width) {
+    for (double offset = -half; offset < 0.5 * half; offset += 0.5 * resolution) {
+      marks.emplace_back(offset, Observations::occupied(1.0 - std::abs(offset) / half));
+    }
+    marks.emplace_back(0.0, Observations::occupied(1.0));
   }
-  const double step = 0.5 * geometry.resolution();
-  for (double offset = -std::min(half_hole, range); offset < 0.5 * half_hole; offset += step) {
-    const double occupancy = 1.0 - std::abs(offset) / half_hole;
-    observations.mark(geometry.cell_at(hit + offset * direction),
-                      Observations::occupied(occupancy));
-  }
-  observations.mark(geometry.cell_at(hit), Observations::occupied(1.0));
-}
+
+  double half;                                         ///< of the width [m]
+  std::vector<std::pair<double, std::uint8_t>> marks;  ///< by the way beyond the hit [m]
+};
 
 Observations observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
                      const Pose2& map_from_base, const MapOptions& options) {
-  const GridGeometry geometry(options.resolution);
-  Observations observations;
+  const Transform2 to_map(map_from_base);
+  const Hole hole(0.5 * options.hole_width, options.resolution);
+  Observations observations(options.resolution);
   for (const FreeRay& ray : scan.free_rays) {
-    mark_segment(map_from_base * ray.origin, map_from_base * ray.end, geometry,
-                 Observations::kFreeNoReturn, observations);
+    observations.mark_segment(to_map * ray.origin, to_map * ray.end, Observations::kFreeNoReturn);
+  }
+  // What is more occupied comes later.
+  for (const ScanPoint& point : scan.points) {
+    const Eigen::Vector2d origin = to_map * point.origin;
+    const Eigen::Vector2d way = to_map * point.position - origin;
+    const double range = way.norm();
+    if (range > hole.half) {
+      observations.mark_segment(origin, origin + (range - hole.half) * (way / range),
+                                Observations::kFree);
+    }
   }
   for (const ScanPoint& point : scan.points) {
-    mark_hit(map_from_base * point.origin, map_from_base * point.position, 0.5 * options.hole_width,
-             geometry, observations);
+    const Eigen::Vector2d hit = to_map * point.position;
+    const Eigen::Vector2d way = hit - to_map * point.origin;
+    const double range = way.norm();
+    const Eigen::Vector2d direction = way / std::max(range, 1e-9);
+    for (const auto& [offset, value] : hole.marks) {
+      if (offset >= -range) {
+        observations.mark(hit + offset * direction, value);
+      }
+    }
   }
   // Far away the beams are wider apart than cells, and those grazing along a wall would erase it.
   for (const SurfaceHit& hit : wall_between) {
-    observations.mark(geometry.cell_at(hit.position), Observations::occupied(1.0));
+    observations.mark(hit.position, Observations::occupied(1.0));
   }
   return observations;
+}
+
+/// How a row of observations is blended into the map.
+struct Blending {
+  explicit Blending(const MapOptions& options)
+      : quality(options.quality),
+        no_return_quality(options.no_return_quality),
+        occupied_from(
+            static_cast<int>(std::ceil(options.occupied_threshold * OccupancyGrid::kSteps)) + 1) {}
+
+  double quality;
+  double no_return_quality;
+  int occupied_from;  ///< in the stored form
+
+  [[nodiscard]] bool ceases(int before, int after) const {
+    return before >= occupied_from && after < occupied_from;
+  }
+};
+
+/// Blends a tile's row into the map. Whether a cell of it ceased to be occupied.
+MATCHBOX_SIMD_CLONES bool blend_row(const std::uint8_t* __restrict__ marks,
+                                    const Blending& blending,
+                                    const OccupancyGrid::Stored* __restrict__ before,
+                                    OccupancyGrid::Stored* __restrict__ after) {
+  constexpr double kSteps = OccupancyGrid::kSteps / Observations::kOccupiedSteps;
+  int ceased = 0;
+  for (int i = 0; i < kTileSize; ++i) {
+    const int mark = marks[i];
+    const double observed = kSteps * std::max(mark - Observations::kFree, 0);
+    const double quality =
+        mark == Observations::kFreeNoReturn ? blending.no_return_quality : blending.quality;
+    const auto blended = OccupancyGrid::blended(before[i], observed, quality);
+    after[i] = mark == Observations::kUnseen ? before[i] : blended;
+    ceased |= static_cast<int>(blending.ceases(before[i], after[i]));
+  }
+  return ceased != 0;
 }
 
 /// Blends all observations into the map. Returns the cells that ceased to be occupied.
 std::vector<Cell> blend(const Observations& observations, const MapOptions& options,
                         OccupancyGrid& occupancy) {
-  constexpr int kSize = Observations::Tiles::kTileSize;
+  const Blending blending(options);
   std::vector<Cell> cleared;
   const CellBox tiles = observations.tiles().tile_bounds();
   for (int ty = tiles.min.y; ty < tiles.max.y; ++ty) {
@@ -139,19 +223,21 @@ std::vector<Cell> blend(const Observations& observations, const MapOptions& opti
       if (tile == nullptr) {
         continue;
       }
-      for (int i = 0; i < kSize * kSize; ++i) {
-        const std::uint8_t mark = (*tile)[static_cast<std::size_t>(i)];
-        if (mark == Observations::kUnseen) {
+      OccupancyGrid::Stored* row = occupancy.touch({tx, ty}).data();
+      const std::uint8_t* marks = tile->data();
+      for (int y = 0; y < kTileSize; ++y, row += kTileSize, marks += Observations::kPitch) {
+        if (std::all_of(marks, marks + kTileSize, [](int mark) { return mark == 0; })) {
           continue;
         }
-        const Cell cell{tx * kSize + i % kSize, ty * kSize + i / kSize};
-        const double before = occupancy.occupancy(cell);
-        const double after = occupancy.blend(
-            cell, Observations::occupancy(mark),
-            mark == Observations::kFreeNoReturn ? options.no_return_quality : options.quality);
-        if (before >= options.occupied_threshold && after < options.occupied_threshold) {
-          cleared.push_back(cell);
+        std::array<OccupancyGrid::Stored, kTileSize> after;
+        if (blend_row(marks, blending, row, after.data())) {
+          for (int x = 0; x < kTileSize; ++x) {
+            if (blending.ceases(row[x], after[static_cast<std::size_t>(x)])) {
+              cleared.push_back({tx * kTileSize + x, ty * kTileSize + y});
+            }
+          }
         }
+        std::copy(after.begin(), after.end(), row);
       }
     }
   }

@@ -1,24 +1,25 @@
 #include "map/scan_surfaces.hpp"
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <cstddef>
+
+#include "matchbox_slam/geometry/transform2.hpp"
 
 namespace matchbox_slam {
 
 std::vector<SurfaceHit> surfaces_at_hits(const PointScan& scan, const Pose2& map_from_base) {
-  const Eigen::Rotation2Dd rotation(map_from_base.theta);
+  const Transform2 to_map(map_from_base);
   std::vector<SurfaceHit> hits;
   hits.reserve(scan.points.size());
   for (const ScanPoint& point : scan.points) {
-    hits.push_back({map_from_base * point.position, rotation * point.normal});
+    hits.push_back({to_map * point.position, to_map.turned(point.normal)});
   }
   return hits;
 }
 
 std::vector<SurfaceHit> surfaces_between_hits(const PointScan& scan, const Pose2& map_from_base,
                                               double spacing) {
-  const Eigen::Rotation2Dd rotation(map_from_base.theta);
+  const Transform2 to_map(map_from_base);
   std::vector<SurfaceHit> wall;
   for (std::size_t i = 0; i + 1 < scan.points.size(); ++i) {
     const ScanPoint& a = scan.points[i];
@@ -29,8 +30,8 @@ std::vector<SurfaceHit> surfaces_between_hits(const PointScan& scan, const Pose2
     const Eigen::Vector2d step = b.position - a.position;
     const int pieces = static_cast<int>(std::ceil(step.norm() / spacing));
     for (int k = 1; k < pieces; ++k) {
-      wall.push_back({map_from_base * Eigen::Vector2d(a.position + step * k / pieces),
-                      rotation * (2 * k < pieces ? a.normal : b.normal)});
+      wall.push_back({to_map * Eigen::Vector2d(a.position + step * k / pieces),
+                      to_map.turned(2 * k < pieces ? a.normal : b.normal)});
     }
   }
   return wall;

@@ -7,6 +7,7 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/geometry/transform2.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -76,6 +77,13 @@ TEST(Pose2, ActsOnPointsAsItComposes) {
     }
     EXPECT_LT((a * Eigen::Vector2d::Zero() - a.translation()).norm(), 1e-15);
   }
+}
+
+TEST(Transform2, YieldsTheSameBitsAsThePose) {
+  const Pose2 pose{1.3, -0.7, 2.1};
+  const Eigen::Vector2d point(0.9, 4.2);
+  EXPECT_EQ(Transform2(pose) * point, pose * point);
+  EXPECT_EQ(Transform2(pose).turned(point), (Pose2{0.0, 0.0, pose.theta} * point));
 }
 
 TEST(Pose2, AngleWrapsOnCompositionAndInversion) {

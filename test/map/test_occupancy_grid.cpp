@@ -22,7 +22,7 @@ TEST(OccupancyGrid, UnknownIsNotTheSameAsUndecided) {
 
 TEST(OccupancyGrid, BlendGoesAFractionOfTheWay) {
   OccupancyGrid grid(0.05);
-  EXPECT_DOUBLE_EQ(grid.blend({0, 0}, 1.0, 0.4), 0.7);
+  EXPECT_NEAR(grid.blend({0, 0}, 1.0, 0.4), 0.7, kStep);
   EXPECT_NEAR(grid.occupancy({0, 0}), 0.7, kStep);
   EXPECT_NEAR(grid.blend({0, 0}, 0.0, 0.5), 0.35, kStep);
   EXPECT_NEAR(grid.blend({0, 0}, 0.85, 0.1), 0.40, 2 * kStep);

@@ -90,7 +90,7 @@ TEST(ScanInserter, WithoutAHoleOnlyTheHitIsOccupied) {
   EXPECT_FALSE(map.occupancy.is_known(map.occupancy.geometry().cell_at({1.15, 0.05})));
 }
 
-TEST(ScanInserter, ABeamIsFreeInEveryCellThatItCrosses) {
+TEST(ScanInserter, ABeamIsFreeInTheCellsThatItCrossesAndInNoOther) {
   Random random(6);
   for (int i = 0; i < 200; ++i) {
     SlamMap map = make_map();
@@ -108,6 +108,33 @@ TEST(ScanInserter, ABeamIsFreeInEveryCellThatItCrosses) {
         ASSERT_LT(map.occupancy.occupancy(geometry.cell_at(at)), 0.5);
       }
     }
+    // Nor does it leave the line, along x, along y or across.
+    const CellBox bounds = map.occupancy.known_bounds();
+    const Eigen::Vector2d direction = (point.position - point.origin) / range;
+    for (int y = bounds.min.y; y < bounds.max.y; ++y) {
+      for (int x = bounds.min.x; x < bounds.max.x; ++x) {
+        const Eigen::Vector2d off = map.occupancy.geometry().center({x, y}) - point.origin;
+        const double beside = std::abs(off.x() * direction.y() - off.y() * direction.x());
+        const double half_cell = 0.05 * direction.cwiseAbs().sum();
+        ASSERT_TRUE(!map.occupancy.is_known({x, y}) || beside < half_cell + 1e-9);
+      }
+    }
+  }
+}
+
+TEST(ScanInserter, ABeamAlongAnEdgeOfCellsStaysInItsCells) {
+  // By rounding 0.3 lies in cell 3, and yet below its edge.
+  SlamMap map = make_map();
+  const double edge = map.occupancy.geometry().corner({3, 3}).x();
+  const double below = 0.3;
+  ASSERT_EQ(map.occupancy.geometry().cell_at({edge, below}), (Cell{3, 3}));
+  ASSERT_LT(below, edge);
+  insert_scan(scan_of({}, {{{edge, edge}, {below, 20.0}}, {{edge, edge}, {20.0, below}}}), {},
+              tidy_options(), map);
+  EXPECT_EQ(map.occupancy.known_bounds().min, (Cell{3, 3}));
+  for (int i = 3; i < 199; ++i) {
+    EXPECT_TRUE(map.occupancy.is_known({i, 3})) << i;
+    EXPECT_TRUE(map.occupancy.is_known({3, i})) << i;
   }
 }
 

@@ -18,6 +18,7 @@ class OccupancyGrid {
   /// Stored form of a probability: 0 says that the cell was never observed, 1...65535 is 0...1.
   using Stored = std::uint16_t;
   static constexpr Stored kUnknown = 0;
+  static constexpr double kSteps = 65534.0;  ///< from probability 0 to 1
 
   using Tile = std::array<Stored, std::size_t{64} * 64>;
   using Tiles = TiledGrid<Tile, 6>;
@@ -39,10 +40,25 @@ class OccupancyGrid {
 
   /// Moves the cell's probability towards `observed` by the fraction `quality`; both in [0, 1].
   /// Returns the new probability.
-  double blend(const Cell& cell, double observed, double quality);
+  double blend(const Cell& cell, double observed, double quality) {
+    Stored& stored = touch(Tiles::tile_of(cell))[Tiles::index_in_tile(cell)];
+    stored = blended(stored, kSteps * observed, quality);
+    return to_probability(stored);
+  }
+
+  /// What `blend` makes of a cell; `observed` in steps of the stored form, 0...kSteps.
+  [[nodiscard]] static Stored blended(Stored stored, double observed, double quality) {
+    const double before = stored == kUnknown ? 0.5 * kSteps : stored - 1.0;
+    return static_cast<Stored>(static_cast<int>(before + quality * (observed - before) + 1.5));
+  }
 
   /// Gives the cell what `stored` of another grid said.
-  void restore(const Cell& cell, Stored value);
+  void restore(const Cell& cell, Stored value) {
+    touch(Tiles::tile_of(cell))[Tiles::index_in_tile(cell)] = value;
+  }
+
+  /// The tile for writing, by rows; unknown at first.
+  Tile& touch(const Cell& tile);
 
   /// Smallest box around all observed cells; empty when there are none.
   [[nodiscard]] CellBox known_bounds() const;
@@ -52,7 +68,7 @@ class OccupancyGrid {
   [[nodiscard]] std::size_t bytes() const { return tiles_.bytes(); }
 
   [[nodiscard]] static double to_probability(Stored stored) {
-    return stored == kUnknown ? 0.5 : (stored - 1) / 65534.0;
+    return stored == kUnknown ? 0.5 : (stored - 1) / kSteps;
   }
 
  private:
