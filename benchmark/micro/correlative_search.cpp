@@ -120,9 +120,9 @@ std::int64_t naive(const MatchScene& scene, const Search& search) {
           const int shift = 4 * lattice.half_xy;
           const int cell_x = turned.cells[i].x + (turned.steps[i].x + x + n * shift) / n - shift;
           const int cell_y = turned.cells[i].y + (turned.steps[i].y + y + n * shift) / n - shift;
-          sum +=
-              search.points[i].weight *
-              table.data()[(cell_y - table.corner().y) * table.pitch() + cell_x - table.corner().x];
+          sum += search.points[i].weight *
+                 table.data()[(cell_y - table.layout().corner.y) * table.pitch() + cell_x -
+                              table.layout().corner.x];
         }
         best = std::max(best, sum);
       }
@@ -138,13 +138,13 @@ std::int64_t dense(const MatchScene& scene, const Search& search) {
   const int n = lattice.steps_per_cell;
   const int half = lattice.half_xy / n + 1;
   const int rows = 2 * half + 1;
-  const int columns = (rows + kSumColumns - 1) / kSumColumns * kSumColumns;
+  const int columns = summed_columns(rows);
   std::vector<std::uint16_t> weights;
   for (const SearchPoint& point : search.points) {
     weights.push_back(static_cast<std::uint16_t>(point.weight));
   }
   std::vector<std::int32_t> offsets(weights.size());
-  std::vector<std::uint32_t> sums(static_cast<std::size_t>(rows * columns));
+  std::vector<std::uint32_t> sums(static_cast<std::size_t>(summed_rows(rows, columns) * columns));
   std::int64_t best = 0;
   for (int theta = -lattice.half_theta; theta <= lattice.half_theta; ++theta) {
     const Turned turned = turn(search, theta, scene.map.field.geometry().resolution());
@@ -153,11 +153,11 @@ std::int64_t dense(const MatchScene& scene, const Search& search) {
         for (std::size_t i = 0; i < offsets.size(); ++i) {
           const int x = turned.cells[i].x + (turned.steps[i].x + step_x >= n ? 1 : 0) - half;
           const int y = turned.cells[i].y + (turned.steps[i].y + step_y >= n ? 1 : 0) - half;
-          offsets[i] = static_cast<std::int32_t>((y - table.corner().y) * table.pitch() + x -
-                                                 table.corner().x);
+          offsets[i] = static_cast<std::int32_t>((y - table.layout().corner.y) * table.pitch() + x -
+                                                 table.layout().corner.x);
         }
         sum_windows({table.data(), table.pitch(), offsets.data(), weights.data(), weights.size()},
-                    rows, columns, sums.data());
+                    summed_rows(rows, columns), columns, sums.data());
         best =
             std::max(best, static_cast<std::int64_t>(*std::max_element(sums.begin(), sums.end())));
       }

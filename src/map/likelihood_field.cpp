@@ -16,7 +16,6 @@ namespace {
 // surfaces around it are gathered once for many cells.
 constexpr int kBlockBits = 4;
 constexpr int kBlockSize = 1 << kBlockBits;
-static_assert(kBlockSize == MaximumPyramid::kBlockSize);
 constexpr std::size_t kBlockCells = std::size_t{kBlockSize} * kBlockSize;
 
 // Of the tables by squared distance. By default one is 0.4 cm^2 and changes the likelihood by at
@@ -74,12 +73,10 @@ double from_fixed(std::int16_t value) { return value / 32767.0; }
 
 }  // namespace
 
-LikelihoodField::LikelihoodField(double resolution, const LikelihoodFieldOptions& options,
-                                 bool with_bounds)
+LikelihoodField::LikelihoodField(double resolution, const LikelihoodFieldOptions& options)
     : geometry_(resolution),
       options_(options),
       reach_cells_(static_cast<int>(std::ceil(options.reach / resolution)) + 1),
-      with_bounds_(with_bounds),
       likelihood_of_square_(kSquareSteps),
       distance_of_square_(kSquareSteps) {
   if (options.reach / resolution > 120.0) {
@@ -127,7 +124,7 @@ void LikelihoodField::render() {
 
 void LikelihoodField::restore(const std::vector<std::pair<Cell, StoredSurface>>& surfaces) {
   static const SurfaceTile kBlank{};
-  *this = LikelihoodField(geometry_.resolution(), options_, with_bounds_);
+  *this = LikelihoodField(geometry_.resolution(), options_);
   std::vector<Cell> cells;
   cells.reserve(surfaces.size());
   for (const auto& [cell, surface] : surfaces) {
@@ -141,15 +138,8 @@ void LikelihoodField::restore(const std::vector<std::pair<Cell, StoredSurface>>&
 }
 
 void LikelihoodField::render_around(std::vector<Cell> changed) {
-  const std::vector<Cell> blocks = blocks_around(std::move(changed));
-  for (const Cell& block : blocks) {
+  for (const Cell& block : blocks_around(std::move(changed))) {
     render_block(block);
-  }
-  if (with_bounds_) {
-    bounds_.update(blocks, [this](const Cell& position) {
-      const Tile* tile = tiles_.find(position);
-      return tile == nullptr ? nullptr : &tile->likelihood;
-    });
   }
 }
 

@@ -40,7 +40,7 @@ LikelihoodField field_of(const PointScan& scan) {
   std::vector<SurfaceHit> hits = surfaces_between_hits(points, Pose2{}, kResolution);
   const std::vector<SurfaceHit> own = surfaces_at_hits(points, Pose2{});
   hits.insert(hits.end(), own.begin(), own.end());
-  LikelihoodField field(kResolution, kOptions, false);  // nothing searches it with bounds
+  LikelihoodField field(kResolution, kOptions);
   field.update(hits, {});
   return field;
 }

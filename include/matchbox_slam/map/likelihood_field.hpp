@@ -7,7 +7,6 @@
 
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/map/grid_geometry.hpp"
-#include "matchbox_slam/map/maximum_pyramid.hpp"
 #include "matchbox_slam/map/tiled_grid.hpp"
 
 namespace matchbox_slam {
@@ -62,10 +61,8 @@ class LikelihoodField {
   static constexpr std::uint8_t kFar = 255;  ///< `distance` of cells without a surface in reach
 
   /// @param resolution  edge of a cell [m], > 0. `reach / resolution` must not exceed 120 cells.
-  /// @param with_bounds  whether `bounds` is kept up to date, for exact searches alone.
   /// Throws ConfigurationError otherwise.
-  LikelihoodField(double resolution, const LikelihoodFieldOptions& options,
-                  bool with_bounds = true);
+  LikelihoodField(double resolution, const LikelihoodFieldOptions& options);
 
   /// Takes in new hits and drops the surfaces of cells that turned out free, then renders.
   void update(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared);
@@ -81,9 +78,6 @@ class LikelihoodField {
   [[nodiscard]] bool empty() const { return surface_count_ == 0; }
 
   [[nodiscard]] const Tiles& tiles() const { return tiles_; }
-
-  /// Upper bounds of the likelihood over windows of cells; empty when they are not kept.
-  [[nodiscard]] const MaximumPyramid& bounds() const { return bounds_; }
 
   /// Likelihood of a scan point in this cell, 0...255; 0 far from everything.
   [[nodiscard]] std::uint8_t likelihood(const Cell& cell) const {
@@ -125,9 +119,7 @@ class LikelihoodField {
   /// every cell of `surface_cells` and its `stored_surface` the copy is the original, bit by bit.
   void restore(const std::vector<std::pair<Cell, StoredSurface>>& surfaces);
 
-  [[nodiscard]] std::size_t bytes() const {
-    return tiles_.bytes() + surfaces_.bytes() + bounds_.bytes();
-  }
+  [[nodiscard]] std::size_t bytes() const { return tiles_.bytes() + surfaces_.bytes(); }
 
  private:
   using SurfaceTile = std::array<StoredSurface, std::size_t{8} * 8>;
@@ -144,7 +136,6 @@ class LikelihoodField {
   GridGeometry geometry_;
   LikelihoodFieldOptions options_;
   int reach_cells_;
-  bool with_bounds_;
   /// Likelihood and distance by squared distance, in equal steps from 0 to reach squared.
   std::vector<std::uint8_t> likelihood_of_square_;
   std::vector<std::uint8_t> distance_of_square_;
@@ -152,7 +143,6 @@ class LikelihoodField {
   std::vector<Cell> changed_;  ///< since it was rendered
   SurfaceTiles surfaces_;
   Tiles tiles_;
-  MaximumPyramid bounds_;
 };
 
 }  // namespace matchbox_slam

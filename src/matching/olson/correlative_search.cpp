@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <tuple>
@@ -15,7 +16,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr int kTop = MaximumPyramid::kLevels - 1;
+constexpr int kTop = FieldWindow::kLevels - 1;
 constexpr std::int64_t kTopValue = 255;  // of a cell
 
 /// Rounded towards minus infinity, for a positive divisor.
@@ -67,13 +68,6 @@ CellBox cells_of(const LikelihoodField& field) {
   return {{tiles.min.x * kSize, tiles.min.y * kSize}, {tiles.max.x * kSize, tiles.max.y * kSize}};
 }
 
-/// Entries of a level that stand for cells of the box.
-CellBox entries_of(const CellBox& cells, int level) {
-  const int shift = 2 * level;
-  return {{cells.min.x >> shift, cells.min.y >> shift},
-          {(cells.max.x >> shift) + 1, (cells.max.y >> shift) + 1}};
-}
-
 class LatticeSearch {
  public:
   LatticeSearch(const std::vector<SearchPoint>& points, const LikelihoodField& field,
@@ -107,15 +101,15 @@ class LatticeSearch {
   struct Slice {
     int theta = 0;
     std::int64_t bound = 0;
+    std::size_t sums = 0;  ///< of its coarsest blocks, the first one
   };
 
   void read_windows(const LikelihoodField& field, const SearchScoring& scoring);
   [[nodiscard]] bool is_in_range() const;
-  void rotate(int theta);
+  void rotate();
   void locate(std::size_t table);
-  [[nodiscard]] PointWindows windows_from(std::size_t table, int x, int y) const;
-  void sum_blocks();
-  std::int64_t bound_of_slice();
+  [[nodiscard]] PointWindows windows_from(std::size_t table, int x, int y);
+  void bound_slice();
   void bound_slices();
   std::int64_t search_slices();
   void search_slice(const Slice& slice);
@@ -128,16 +122,18 @@ class LatticeSearch {
 
   /// Offsets in steps that a block of a level stands for, within the lattice.
   [[nodiscard]] StepRange steps_of(int level, int block) const {
-    const int width = lattice_.steps_per_cell * MaximumPyramid::stride(level);
+    const int width = lattice_.steps_per_cell * FieldWindow::stride(level);
     return {std::max(block * width, -lattice_.half_xy),
             std::min(block * width + width - 1, lattice_.half_xy)};
   }
 
   /// Blocks of a level that cover the lattice along an axis.
   [[nodiscard]] StepRange blocks_of(int level) const {
-    const int width = lattice_.steps_per_cell * MaximumPyramid::stride(level);
+    const int width = lattice_.steps_per_cell * FieldWindow::stride(level);
     return {floor_div(-lattice_.half_xy, width), floor_div(lattice_.half_xy, width)};
   }
+
+  static constexpr int kNowhere = std::numeric_limits<int>::min();
 
   const SearchLattice& lattice_;
   SearchDeadline deadline_;
@@ -147,14 +143,15 @@ class LatticeSearch {
   int top_ = 0;                       ///< coarsest level in use
   CellBox cells_;                     ///< that can be looked up
   CellBox useful_;                    ///< those from which every look-up stays there
-  std::vector<FieldWindow> windows_;  ///< the likelihoods, then the bounds by level; see `packed`
+  std::vector<FieldWindow> windows_;  ///< the likelihoods, then the bounds by level
   RotatedPoints rotated_;
   std::vector<std::vector<std::int32_t>> offsets_;  ///< at the present rotation, in each window
   std::vector<std::uint16_t> weights_;  ///< of the points that can meet anything, else 0
   std::vector<std::int32_t> classes_;   ///< step within the cell, row by row
-  int theta_ = std::numeric_limits<int>::min();
-  std::vector<std::uint32_t> packed_sums_;
-  std::vector<std::uint32_t> sums_;  ///< of the coarsest blocks at the present rotation, by rows
+  int theta_ = kNowhere;                ///< the present rotation
+  int rotated_to_ = kNowhere;
+  std::vector<int> located_at_;      ///< rotation at which the points were found in each window
+  std::vector<std::uint32_t> sums_;  ///< of the coarsest blocks, by rotations, then by rows
   std::vector<Slice> slices_;
   Leader leader_;
   Excluded excluded_;
@@ -191,7 +188,7 @@ void LatticeSearch::read_windows(const LikelihoodField& field, const SearchScori
   }
   // From the cell of a point without offset, a look-up goes this far at most.
   const int farthest =
-      lattice_.half_xy / lattice_.steps_per_cell + 2 + 2 * MaximumPyramid::stride(top_);
+      lattice_.half_xy / lattice_.steps_per_cell + 2 + 2 * FieldWindow::stride(top_);
   const CellBox reach = grown(cells_in_reach(points_, lattice_, field.geometry()), farthest);
   // Twice: a point beyond that meets nothing with any offset.
   cells_ = intersection(reach, grown(cells_of(field), 2 * farthest));
@@ -202,14 +199,10 @@ void LatticeSearch::read_windows(const LikelihoodField& field, const SearchScori
     return;
   }
   windows_.push_back(FieldWindow::of_likelihood(field, cells_, scoring.value_of_likelihood));
-  for (int level = 0; level <= top_; ++level) {
-    windows_.push_back(FieldWindow::of_bounds(field, level, entries_of(cells_, level),
-                                              scoring.value_of_likelihood));
-  }
-  if (top_ > 0) {  // the finest table is too large for what it would save
-    windows_.back() = windows_.back().packed();
-  }
+  std::vector<FieldWindow> bounds = windows_.front().bounds(top_);
+  std::move(bounds.begin(), bounds.end(), std::back_inserter(windows_));
   offsets_.resize(windows_.size());
+  located_at_.resize(windows_.size(), kNowhere);
   classes_.resize(points_.x.size());
 }
 
@@ -221,9 +214,8 @@ bool LatticeSearch::is_in_range() const {
   return farthest / lattice_.step_xy(resolution_) < kMost;
 }
 
-void LatticeSearch::rotate(int theta) {
-  theta_ = theta;
-  const double angle = lattice_.center.theta + lattice_.step_theta * theta;
+void LatticeSearch::rotate() {
+  const double angle = lattice_.center.theta + lattice_.step_theta * theta_;
   const Rotation rotation{std::cos(angle),
                           std::sin(angle),
                           lattice_.center.x,
@@ -231,51 +223,49 @@ void LatticeSearch::rotate(int theta) {
                           lattice_.steps_per_cell / resolution_,
                           static_cast<double>(lattice_.steps_per_cell)};
   rotate_points(points_, rotation, rotated_);
+  rotated_to_ = theta_;
 }
 
 /// Finds the points' windows in a table at the present rotation.
 void LatticeSearch::locate(std::size_t table) {
-  const TableView view{
-      useful_, windows_[table].corner(), static_cast<std::int32_t>(windows_[table].pitch()),
-      table == 0 ? 0 : 2 * static_cast<std::int32_t>(table - 1), windows_[table].entry_bytes()};
-  find_offsets(rotated_, points_.weights, view, offsets_[table], weights_);
+  if (located_at_[table] == theta_) {
+    return;
+  }
+  if (rotated_to_ != theta_) {
+    rotate();
+  }
+  find_offsets(rotated_, points_.weights, useful_, windows_[table].layout(), offsets_[table],
+               weights_);
+  for (std::size_t i = 0; table == 0 && i < classes_.size(); ++i) {
+    classes_[i] = rotated_.step_y[i] * lattice_.steps_per_cell + rotated_.step_x[i];
+  }
+  located_at_[table] = theta_;
 }
 
 /// The points' windows in a table, moved by entries.
-PointWindows LatticeSearch::windows_from(std::size_t table, int x, int y) const {
+PointWindows LatticeSearch::windows_from(std::size_t table, int x, int y) {
+  locate(table);
   const FieldWindow& window = windows_[table];
-  const std::ptrdiff_t row_bytes = window.pitch() * window.entry_bytes();
-  return {window.data() + y * row_bytes + x * window.entry_bytes(),
-          row_bytes * window.entry_bytes(),  // an entry has as many rows as bytes
-          offsets_[table].data(), weights_.data(), weights_.size()};
+  return {window.data() + y * window.pitch() + x, window.pitch(), offsets_[table].data(),
+          weights_.data(), weights_.size()};
 }
 
-/// The sums of the coarsest blocks at the present rotation, row by row.
-void LatticeSearch::sum_blocks() {
+/// At the present rotation: sums of the coarsest blocks, and what no pose scores more than.
+void LatticeSearch::bound_slice() {
   const std::size_t table = static_cast<std::size_t>(top_) + 1;
   const StepRange blocks = blocks_of(top_);
-  const int count = blocks.count();
-  const int together = windows_[table].entry_bytes();  // rows in a vector
-  const int rows = (count + together - 1) / together;
-  const int columns = (count * together + kSumColumns - 1) / kSumColumns * kSumColumns;
-  packed_sums_.resize(static_cast<std::size_t>(rows * columns));
-  sum_windows(windows_from(table, blocks.first, blocks.first), rows, columns, packed_sums_.data());
-  sums_.clear();
-  for (int y = 0; y < count; ++y) {
-    const std::uint32_t* row = packed_sums_.data() + y / together * columns + y % together;
-    for (int x = 0; x < count; ++x) {
-      sums_.push_back(row[x * together]);
-    }
+  const int columns = summed_columns(blocks.count());
+  const int rows = summed_rows(blocks.count(), columns);
+  const std::size_t first = sums_.size();
+  sums_.resize(first + static_cast<std::size_t>(rows * columns));
+  sum_windows(windows_from(table, blocks.first, blocks.first), rows, columns, &sums_[first]);
+  result_.bounded += static_cast<std::size_t>(blocks.count() * blocks.count());
+  std::uint32_t most = 0;
+  for (int row = 0; row < blocks.count(); ++row) {
+    const std::uint32_t* sums = &sums_[first] + static_cast<std::ptrdiff_t>(row) * columns;
+    most = std::max(most, *std::max_element(sums, sums + blocks.count()));
   }
-}
-
-/// What no pose of the present rotation scores more than.
-std::int64_t LatticeSearch::bound_of_slice() {
-  locate(static_cast<std::size_t>(top_) + 1);
-  sum_blocks();
-  result_.bounded += sums_.size();
-  const std::uint32_t most = *std::max_element(sums_.begin(), sums_.end());
-  return static_cast<std::int64_t>(most) - penalty_.least(theta_);
+  slices_.push_back({theta_, static_cast<std::int64_t>(most) - penalty_.least(theta_), first});
 }
 
 void LatticeSearch::bound_slices() {
@@ -286,8 +276,8 @@ void LatticeSearch::bound_slices() {
                                                  std::int64_t{0});
       break;
     }
-    rotate(theta);
-    slices_.push_back({theta, bound_of_slice()});
+    theta_ = theta;
+    bound_slice();
   }
   std::sort(slices_.begin(), slices_.end(), [](const Slice& a, const Slice& b) {
     return std::make_tuple(-a.bound, std::abs(a.theta), a.theta) <
@@ -340,16 +330,9 @@ std::int64_t LatticeSearch::search_slices() {
 }
 
 void LatticeSearch::search_slice(const Slice& slice) {
-  rotate(slice.theta);
-  for (std::size_t table = 0; table < windows_.size(); ++table) {
-    locate(table);
-  }
-  for (std::size_t i = 0; i < classes_.size(); ++i) {
-    classes_[i] = rotated_.step_y[i] * lattice_.steps_per_cell + rotated_.step_x[i];
-  }
-  sum_blocks();
+  theta_ = slice.theta;
   const StepRange blocks = blocks_of(top_);
-  search_blocks(top_, blocks, blocks, sums_.data(), blocks.count());
+  search_blocks(top_, blocks, blocks, &sums_[slice.sums], summed_columns(blocks.count()));
 }
 
 /// Searches the blocks that may hold something better, the most promising first.
@@ -393,11 +376,13 @@ void LatticeSearch::search_children(int level, const Block& block) {
                     std::min(all.last, kPerAxis * block.x + kPerAxis - 1)};
   const StepRange y{std::max(all.first, kPerAxis * block.y),
                     std::min(all.last, kPerAxis * block.y + kPerAxis - 1)};
-  std::array<std::uint32_t, static_cast<std::size_t>(kPerAxis * kSumColumns)> sums{};
-  sum_windows(windows_from(static_cast<std::size_t>(level), x.first, y.first), y.count(),
-              kSumColumns, sums.data());
+  std::array<std::uint32_t, static_cast<std::size_t>(kPerAxis * kPerAxis)> sums{};
+  static_assert(summed_columns(kPerAxis) == kPerAxis &&
+                summed_rows(kPerAxis, kPerAxis) == kPerAxis);
+  sum_windows(windows_from(static_cast<std::size_t>(level), x.first, y.first), kPerAxis, kPerAxis,
+              sums.data());
   result_.bounded += static_cast<std::size_t>(x.count() * y.count());
-  search_blocks(level - 1, x, y, sums.data(), kSumColumns);
+  search_blocks(level - 1, x, y, sums.data(), kPerAxis);
 }
 
 /// All poses within one cell's width of translations. A point crosses into the next cell when its

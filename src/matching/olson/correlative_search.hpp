@@ -95,7 +95,7 @@ constexpr int kFarthestCells = 6000;
 
 /// Finds the best pose of the lattice, the same as trying every one: rotations outer, integer
 /// offsets inner, blocks of translations pruned by a valid bound in up to three resolutions
-/// (MaximumPyramid) less the least penalty of the block. Of equal scores the pose with the smaller
+/// (FieldWindow) less the least penalty of the block. Of equal scores the pose with the smaller
 /// rotation wins, then the smaller |x| + |y|, then the smaller theta, y, x.
 /// (Olson, "Real-Time Correlative Scan Matching", ICRA 2009; bounds at full resolution as by Hess
 /// et al., ICRA 2016.)

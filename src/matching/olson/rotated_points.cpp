@@ -42,27 +42,28 @@ MATCHBOX_SIMD_CLONES void rotate_arrays(const double* __restrict__ x, const doub
 MATCHBOX_SIMD_CLONES void find_offset_arrays(const std::int32_t* __restrict__ cell_x,
                                              const std::int32_t* __restrict__ cell_y,
                                              const std::uint16_t* __restrict__ weights,
-                                             std::size_t count, const TableView& table,
+                                             std::size_t count, const CellBox& useful,
+                                             const TableLayout& table,
                                              std::int32_t* __restrict__ offsets,
                                              std::uint16_t* __restrict__ useful_weights) {
-  const std::int32_t min_x = table.useful.min.x;
-  const std::int32_t min_y = table.useful.min.y;
-  const auto width = static_cast<std::uint32_t>(std::max(0, table.useful.width()));
-  const auto height = static_cast<std::uint32_t>(std::max(0, table.useful.height()));
-  const std::int32_t bits = table.level_bits;
-  const std::int32_t bytes = table.entry_bytes;
-  const std::int32_t pitch = table.pitch;
-  const std::int32_t first_x = min_x >> bits;
-  const std::int32_t first_y = min_y >> bits;
-  const std::int32_t first = (first_y - table.corner.y) * pitch + (first_x - table.corner.x);
+  const TableLayout layout = table;  // which no store may change
+  const std::int32_t min_x = useful.min.x;
+  const std::int32_t min_y = useful.min.y;
+  const auto width = static_cast<std::uint32_t>(std::max(0, useful.width()));
+  const auto height = static_cast<std::uint32_t>(std::max(0, useful.height()));
+  const std::int32_t last_phase = (1 << layout.phase_bits) - 1;
   for (std::size_t i = 0; i < count; ++i) {
     const auto is_useful =
         static_cast<std::int32_t>((static_cast<std::uint32_t>(cell_x[i] - min_x) < width) &
                                   (static_cast<std::uint32_t>(cell_y[i] - min_y) < height));
     // Products, since compilers vectorise no choice between values of two sizes.
-    const std::int32_t x = is_useful * ((cell_x[i] >> bits) - first_x);
-    const std::int32_t y = is_useful * ((cell_y[i] >> bits) - first_y);
-    offsets[i] = bytes * (first + y * pitch + x);
+    const std::int32_t x =
+        (is_useful * (cell_x[i] - min_x) + min_x - layout.corner.x) >> layout.grain_bits;
+    const std::int32_t y =
+        (is_useful * (cell_y[i] - min_y) + min_y - layout.corner.y) >> layout.grain_bits;
+    const std::int32_t phase = ((y & last_phase) << layout.phase_bits) + (x & last_phase);
+    offsets[i] =
+        phase * layout.plane + (y >> layout.phase_bits) * layout.pitch + (x >> layout.phase_bits);
     useful_weights[i] = static_cast<std::uint16_t>(is_useful * weights[i]);
   }
 }
@@ -79,12 +80,12 @@ void rotate_points(const PointArrays& points, const Rotation& rotation, RotatedP
 }
 
 void find_offsets(const RotatedPoints& points, const std::vector<std::uint16_t>& weights,
-                  const TableView& table, std::vector<std::int32_t>& offsets,
-                  std::vector<std::uint16_t>& useful_weights) {
+                  const CellBox& useful, const TableLayout& table,
+                  std::vector<std::int32_t>& offsets, std::vector<std::uint16_t>& useful_weights) {
   offsets.resize(weights.size());
   useful_weights.resize(weights.size());
-  find_offset_arrays(points.x.data(), points.y.data(), weights.data(), weights.size(), table,
-                     offsets.data(), useful_weights.data());
+  find_offset_arrays(points.x.data(), points.y.data(), weights.data(), weights.size(), useful,
+                     table, offsets.data(), useful_weights.data());
 }
 
 }  // namespace matchbox_slam

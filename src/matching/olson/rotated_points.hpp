@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "matchbox_slam/map/grid_geometry.hpp"
+#include "matching/olson/field_window.hpp"
 
 namespace matchbox_slam {
 
@@ -30,20 +31,12 @@ struct Rotation {
 /// Turns and moves all points; `rotated` gets their number of elements.
 void rotate_points(const PointArrays& points, const Rotation& rotation, RotatedPoints& rotated);
 
-/// Where in a table the entries of cells are.
-struct TableView {
-  CellBox useful;  ///< cells whose windows lie in the table
-  Cell corner;     ///< first entry of the table
-  std::int32_t pitch = 0;
-  std::int32_t level_bits = 0;   ///< an entry stands for 2^bits cells along each axis
-  std::int32_t entry_bytes = 1;  ///< see FieldWindow
-};
-
 /// Offsets of the points' windows in a table. Points whose windows do not lie in the table meet
 /// nothing: they get the weight 0, and the window of some useful cell.
+/// @param useful   cells whose windows lie in the table.
 /// @param offsets, useful_weights  the result, one element a point.
 void find_offsets(const RotatedPoints& points, const std::vector<std::uint16_t>& weights,
-                  const TableView& table, std::vector<std::int32_t>& offsets,
-                  std::vector<std::uint16_t>& useful_weights);
+                  const CellBox& useful, const TableLayout& table,
+                  std::vector<std::int32_t>& offsets, std::vector<std::uint16_t>& useful_weights);
 
 }  // namespace matchbox_slam

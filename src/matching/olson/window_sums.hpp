@@ -14,13 +14,26 @@ struct PointWindows {
   std::size_t count = 0;
 };
 
-/// Columns are summed in whole vectors; rows are read up to the next multiple of this.
-constexpr int kSumColumns = 16;
+/// Bytes that are summed at once: so many columns of one row, half of them of two, or a quarter of
+/// four.
+constexpr int kSumBytes = 16;
+
+/// Columns that are summed where so many are wanted: 4, 8, or a multiple of kSumBytes.
+[[nodiscard]] constexpr int summed_columns(int columns) {
+  return columns <= kSumBytes / 4   ? kSumBytes / 4
+         : columns <= kSumBytes / 2 ? kSumBytes / 2
+                                    : (columns + kSumBytes - 1) / kSumBytes * kSumBytes;
+}
+
+/// Rows that are summed with so many columns.
+[[nodiscard]] constexpr int summed_rows(int rows, int columns) {
+  const int together = columns < kSumBytes ? kSumBytes / columns : 1;
+  return (rows + together - 1) / together * together;
+}
 
 /// The sum of the points' windows, each times its weight:
 /// sums[row * columns + column] = sum of weight * table[offset + row * pitch + column].
-/// All columns of a row are added at once; the work is rows times columns / 16 vectors a point.
-/// @param columns  multiple of kSumColumns.
+/// @param rows, columns  as they are summed.
 void sum_windows(const PointWindows& points, int rows, int columns, std::uint32_t* sums);
 
 /// Adds up the 2 x 2 cells at each point's offset, apart for each class of points:

@@ -1,0 +1,95 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "matchbox_slam/common/random.hpp"
+#include "matching/olson/field_window.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+LikelihoodField random_field(Random& random) {
+  LikelihoodField field(0.05, {});
+  std::vector<SurfaceHit> hits;
+  for (int i = 0; i < 40; ++i) {
+    hits.push_back({{random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0)}, {0.0, 0.0}});
+  }
+  field.update(hits, {});
+  return field;
+}
+
+FieldWindow::Values unchanged() {
+  FieldWindow::Values values;
+  std::iota(values.begin(), values.end(), std::uint8_t{0});
+  return values;
+}
+
+std::uint8_t entry(const FieldWindow& window, const Cell& cell) {
+  const TableLayout& layout = window.layout();
+  const int x = (cell.x - layout.corner.x) >> layout.grain_bits;
+  const int y = (cell.y - layout.corner.y) >> layout.grain_bits;
+  const int last_phase = (1 << layout.phase_bits) - 1;
+  const int phase = ((y & last_phase) << layout.phase_bits) + (x & last_phase);
+  return window.data()[phase * layout.plane + (y >> layout.phase_bits) * layout.pitch +
+                       (x >> layout.phase_bits)];
+}
+
+std::uint8_t maximum(const LikelihoodField& field, const Cell& first, int width) {
+  std::uint8_t most = 0;
+  for (int y = first.y; y < first.y + width; ++y) {
+    for (int x = first.x; x < first.x + width; ++x) {
+      most = std::max(most, field.likelihood({x, y}));
+    }
+  }
+  return most;
+}
+
+TEST(FieldWindow, HoldsTheValuesOfLikelihoods) {
+  Random random(3);
+  const LikelihoodField field = random_field(random);
+  FieldWindow::Values values = unchanged();
+  std::reverse(values.begin() + 1, values.end());
+  const CellBox box{{-75, -9}, {81, 77}};
+  const FieldWindow window = FieldWindow::of_likelihood(field, box, values);
+  for (int y = box.min.y; y < box.max.y; ++y) {
+    for (int x = box.min.x; x < box.max.x; ++x) {
+      ASSERT_EQ(entry(window, {x, y}), values[field.likelihood({x, y})]) << x << ", " << y;
+    }
+  }
+}
+
+TEST(FieldWindow, BoundsWhatAnyShiftByAStrideMeets) {
+  Random random(4);
+  const LikelihoodField field = random_field(random);
+  const CellBox box{{-80, -64}, {96, 80}};
+  const std::vector<FieldWindow> bounds =
+      FieldWindow::of_likelihood(field, box, unchanged()).bounds(FieldWindow::kLevels - 1);
+  ASSERT_EQ(bounds.size(), std::size_t{FieldWindow::kLevels});
+  for (int level = 0; level < FieldWindow::kLevels; ++level) {
+    const int grain = level == 2 ? 4 : 1;
+    const int width = FieldWindow::stride(level) + grain;
+    for (int y = box.min.y; y + width < box.max.y; ++y) {
+      for (int x = box.min.x; x + width < box.max.x; ++x) {
+        const Cell first{x & -grain, y & -grain};
+        ASSERT_EQ(entry(bounds[static_cast<std::size_t>(level)], {x, y}),
+                  maximum(field, first, width))
+            << "level " << level << " at " << x << ", " << y;
+      }
+    }
+  }
+}
+
+TEST(FieldWindow, KeepsBlocksThatAreAStrideApartTogether) {
+  Random random(5);
+  const LikelihoodField field = random_field(random);
+  const std::vector<FieldWindow> bounds =
+      FieldWindow::of_likelihood(field, {{-80, -80}, {80, 80}}, unchanged()).bounds(2);
+  for (const FieldWindow& level : bounds) {
+    EXPECT_EQ(1 << (level.layout().grain_bits + level.layout().phase_bits),
+              FieldWindow::stride(static_cast<int>(&level - bounds.data())));
+  }
+}
+
+}  // namespace
+}  // namespace matchbox_slam
