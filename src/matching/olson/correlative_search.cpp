@@ -82,7 +82,7 @@ class LatticeSearch {
   /// The best pose that was seen so far; what cannot beat it is passed over.
   struct Leader {
     LatticePose pose;
-    std::int64_t score = std::numeric_limits<std::int64_t>::min();
+    std::int64_t score = 0;
   };
 
   /// Poses that are not looked for: all that are near another one.
@@ -139,6 +139,7 @@ class LatticeSearch {
   SearchDeadline deadline_;
   double resolution_;
   SearchPenalty penalty_;
+  std::int64_t floor_;
   PointArrays points_;
   int top_ = 0;                       ///< coarsest level in use
   CellBox cells_;                     ///< that can be looked up
@@ -170,7 +171,8 @@ LatticeSearch::LatticeSearch(const std::vector<SearchPoint>& points, const Likel
     : lattice_(lattice),
       deadline_(deadline),
       resolution_(field.geometry().resolution()),
-      penalty_(lattice, scoring, resolution_) {
+      penalty_(lattice, scoring, resolution_),
+      floor_(scoring.floor) {
   for (const SearchPoint& point : points) {
     points_.x.push_back(point.position.x());
     points_.y.push_back(point.position.y());
@@ -289,10 +291,13 @@ void LatticeSearch::find_best() {
   if (windows_.empty()) {
     // Nothing is in reach of any pose, so the least penalty wins: the center's.
     result_.candidates = 1;
+    result_.is_found = result_.score > floor_;
     return;
   }
+  leader_.score = floor_;
   bound_slices();
   const std::int64_t left = search_slices();
+  result_.is_found = leader_.score > floor_;
   result_.best = leader_.pose;
   result_.score = leader_.score;
   result_.bound = std::max({leader_.score, left, passed_over_});
@@ -301,7 +306,7 @@ void LatticeSearch::find_best() {
 void LatticeSearch::find_rival(const RivalSearch& rivals) {
   const Excluded around_best{result_.best, rivals.xy, rivals.theta};
   const StepRange all{-lattice_.half_xy, lattice_.half_xy};
-  if (slices_.empty() || result_.bound > result_.score || result_.score <= 0 ||
+  if (!result_.is_found || slices_.empty() || result_.bound > result_.score || result_.score <= 0 ||
       (around_best.covers(all, all, -lattice_.half_theta) &&
        around_best.covers(all, all, lattice_.half_theta))) {
     return;
@@ -439,8 +444,8 @@ void LatticeSearch::consider(const LatticePose& pose, std::int64_t fit) {
 }
 
 bool LatticeSearch::is_late() {
-  const bool has_pose = leader_.score > std::numeric_limits<std::int64_t>::min();
-  late_ = late_ || (deadline_ && has_pose && std::chrono::steady_clock::now() >= *deadline_);
+  const bool may_end = leader_.score > floor_ || floor_ > SearchScoring{}.floor;
+  late_ = late_ || (deadline_ && may_end && std::chrono::steady_clock::now() >= *deadline_);
   return late_;
 }
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -56,6 +57,8 @@ struct SearchScoring {
   /// semidefinite.
   Eigen::Matrix3d prior_information = Eigen::Matrix3d::Zero();
   double prior_weight = 0.0;
+  /// Poses that score no more than this are not looked for.
+  std::int64_t floor = std::numeric_limits<std::int64_t>::min();
 };
 
 /// A pose this improbable is never the answer but for want of any other.
@@ -77,6 +80,7 @@ struct Rival {
 
 /// The best pose, and what is known about it.
 struct SearchResult {
+  bool is_found = false;  ///< else nothing scores more than the floor
   LatticePose best;
   std::int64_t score = 0;
   /// Nothing on the lattice scores more than this; the score itself when the search was not ended

@@ -154,6 +154,9 @@ SearchScoring make_scoring(const MatchProblem& problem, double top, const OlsonO
   }
   scoring.prior_information = prior_information(problem.prior_covariance);
   scoring.prior_weight = options.prior_weight * top;
+  if (options.search_floor > 0.0) {
+    scoring.floor = static_cast<std::int64_t>(options.search_floor * top) - 1;
+  }
   return scoring;
 }
 
@@ -185,6 +188,7 @@ bool widen(const LatticePose& best, double most_xy, SearchLattice& lattice, doub
 
 /// What the search found, in metres and shares of the highest score.
 struct Found {
+  bool is_any = false;  ///< else nothing is above the floor
   OptimalityProof proof;
   std::optional<Pose2> rival;
   double rival_share = 0.0;
@@ -231,6 +235,11 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
       options.least_rival};
   SearchResult result = search_lattice(points, problem.field, lattice, scoring, rivals, deadline);
   found.candidates = result.candidates;
+  found.proof.remaining_bound = static_cast<double>(result.bound) / top;
+  if (!result.is_found) {
+    return found;
+  }
+  found.is_any = true;
   for (int widening = 0; widening < options.widenings && result.bound <= result.score &&
                          widen(result.best, options.max_window_xy, lattice, resolution);
        ++widening) {
@@ -315,15 +324,18 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
     return *rejection;
   }
   const Found found = find(problem, options_);
+  MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);
+  result.candidates = found.candidates;
+  result.proof = found.proof;
+  if (!found.is_any) {
+    return result;
+  }
   const RefinedPose refined =
       refine(problem.scan.points, problem.field, found.proof.map_from_base,
              {problem.predicted_map_from_base, problem.prior_covariance}, options_.refinement);
-  MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);
   if (std::isfinite(refined.score)) {
     result.score = std::clamp(refined.score, 0.0, 1.0);
   }
-  result.candidates = found.candidates;
-  result.proof = found.proof;
   result.rival_share = found.rival_share;
   if (!(refined.score >= options_.min_score)) {
     return result;

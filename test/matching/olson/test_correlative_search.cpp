@@ -220,6 +220,30 @@ TEST(CorrelativeSearch, FindsTheRivalOfBruteForce) {
   EXPECT_GT(found_some, 50);
 }
 
+TEST(CorrelativeSearch, FindsWhatIsAboveTheFloorAndNothingElse) {
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Scene scene = make_scene(seed);
+    const SearchResult any =
+        search_lattice(scene.points, scene.field, scene.lattice, scene.scoring);
+    ASSERT_TRUE(any.is_found);
+    scene.scoring.floor = any.score - 1;
+    const SearchResult same =
+        search_lattice(scene.points, scene.field, scene.lattice, scene.scoring);
+    EXPECT_TRUE(same.is_found);
+    EXPECT_EQ(same.score, any.score);
+    EXPECT_EQ(std::tie(same.best.x, same.best.y, same.best.theta),
+              std::tie(any.best.x, any.best.y, any.best.theta));
+    EXPECT_LE(same.candidates, any.candidates);
+    scene.scoring.floor = any.score;
+    const SearchResult none =
+        search_lattice(scene.points, scene.field, scene.lattice, scene.scoring, RivalSearch{});
+    EXPECT_FALSE(none.is_found);
+    EXPECT_GE(none.bound, any.score);
+    EXPECT_FALSE(none.rival);
+  }
+}
+
 TEST(CorrelativeSearch, SeesNothingWhereStepsCannotBeCounted) {
   Scene scene = make_scene(3);
   for (const double far : {4e6, 1e8, 1e12}) {

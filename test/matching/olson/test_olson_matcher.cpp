@@ -45,6 +45,18 @@ TEST(Olson, ProvesThatNothingInTheWindowIsBetter) {
   EXPECT_LT(std::abs(error_of(result).z()), 0.0005);
 }
 
+TEST(Olson, FindsNothingThatExplainsLessThanTheFloor) {
+  const Eigen::Vector3d off(0.1, -0.08, 0.05);
+  const MatchResult any = match({}, off, prior_of(0.1, 0.06));
+  OlsonOptions options;
+  options.search_floor = any.proof->best_score - 0.01;
+  EXPECT_EQ(match(options, off, prior_of(0.1, 0.06)).map_from_base, any.map_from_base);
+  options.search_floor = any.proof->best_score + 0.01;
+  const MatchResult none = match(options, off, prior_of(0.1, 0.06));
+  EXPECT_EQ(none.status, MatchStatus::kRejectedLowScore);
+  EXPECT_LT(none.candidates, any.candidates);
+}
+
 TEST(Olson, ComesWithinAStepBeforeItRefines) {
   for (const char* likelihood : {"linear", "log"}) {
     for (const char* weighting : {"walls", "beams"}) {

@@ -22,6 +22,7 @@ struct OlsonOptions {
   double point_spacing = 0.025;
   double prior_weight = 0.03;
   double min_score = 0.25;
+  double search_floor = 0.0;
   double rival_distance = 0.3;
   double least_rival = 0.8;
   double deadline = 0.0;
@@ -57,6 +58,9 @@ struct OlsonOptions {
            "Score lost by a pose one standard deviation of the prior away from the prediction.");
     option(self.min_score, "min_score", between(0.0, 1.0), "",
            "Matches that explain less of the scan than this are rejected.");
+    option(self.search_floor, "search_floor", between(0.0, 1.0), "",
+           "Poses that explain less of the scan than this, before they are refined, are not looked "
+           "for, which ends the search sooner where nothing fits; 0: any.");
     option(self.rival_distance, "rival_distance", between(0.05, 10.0), "m",
            "Poses this far from the best one, or by the angle that moves the points as far, may be "
            "its rivals.");
