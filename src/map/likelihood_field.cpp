@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <string>
-#include <tuple>
 
 #include "common/simd.hpp"
 
@@ -31,28 +30,70 @@ constexpr int kMostHits = 64;
 // double of what is missing to 1 the median error of pairs stays within 1 %.
 constexpr double kLine = 0.85;
 
-struct BlockBuffer {
-  alignas(64) std::array<float, kBlockCells> square;         // to the nearest surface, in cells
-  alignas(64) std::array<std::int32_t, kBlockCells> winner;  // its number
+/// A surface near a block, in cells from the block's corner.
+struct Contestant {
+  float x, y;
+  std::int16_t cell_x, cell_y;
 };
 
-/// Lets the surface at (x, y), in cells from the block's corner, win the cells that it is nearest
-/// to.
-MATCHBOX_SIMD_CLONES void compete(float x, float y, std::int32_t number, int first_row,
-                                  int last_row, BlockBuffer& buffer) {
-  for (int row = first_row; row <= last_row; ++row) {
-    const float dy = static_cast<float>(row) + 0.5F - y;
-    const float dy_square = dy * dy;
-    const std::ptrdiff_t first = std::ptrdiff_t{row} * kBlockSize;
-    float* square = buffer.square.data() + first;
-    std::int32_t* winner = buffer.winner.data() + first;
-    for (int column = 0; column < kBlockSize; ++column) {
-      const float dx = static_cast<float>(column) + 0.5F - x;
-      const float candidate = dx * dx + dy_square;
-      const bool wins = candidate < square[column];
-      square[column] = wins ? candidate : square[column];
-      winner[column] = wins ? number : winner[column];
+/// Of each cell of a block: row by row.
+template <typename Value>
+using OfBlock = std::array<Value, kBlockCells>;
+
+/// Which of these is nearest to each cell of a block, into the tile's arrays from `index` on.
+/// @param of_square  likelihood and distance, by steps of the squared distance and beyond them.
+MATCHBOX_SIMD_CLONES void render_nearest(const Contestant* contestants, std::size_t count,
+                                         float reach, int reach_rows,
+                                         const std::uint16_t* of_square, std::size_t index,
+                                         LikelihoodField::Tile& tile) {
+  const float reach_square = reach * reach;
+  alignas(64) OfBlock<float> squares;         // to the nearest surface
+  alignas(64) OfBlock<std::int32_t> winners;  // its cell
+  squares.fill(reach_square);
+  winners.fill(0);
+  for (const Contestant* it = contestants; it != contestants + count; ++it) {
+    const std::int32_t cell = it->cell_y * 65536 + static_cast<std::uint16_t>(it->cell_x);
+    alignas(64) std::array<float, kBlockSize> dx_square;
+    // What is unrolled before it is vectorised takes one cell after the other.
+#pragma GCC unroll 1
+    for (std::size_t column = 0; column < kBlockSize; ++column) {
+      const float dx = static_cast<float>(static_cast<int>(column)) + 0.5F - it->x;
+      dx_square[column] = dx * dx;
     }
+    const int last_row = std::min(kBlockSize - 1, it->cell_y + reach_rows);
+    for (int row = std::max(0, it->cell_y - reach_rows); row <= last_row; ++row) {
+      const float dy = static_cast<float>(row) + 0.5F - it->y;
+      const float dy_square = dy * dy;
+      float* square = squares.data() + std::ptrdiff_t{row} * kBlockSize;
+      std::int32_t* winner = winners.data() + std::ptrdiff_t{row} * kBlockSize;
+#pragma GCC unroll 1
+      for (std::size_t column = 0; column < kBlockSize; ++column) {
+        const float candidate = dx_square[column] + dy_square;
+        const bool wins = candidate < square[column];
+        square[column] = wins ? candidate : square[column];
+        winner[column] = wins ? cell : winner[column];
+      }
+    }
+  }
+  const float steps = static_cast<float>(kSquareSteps) / reach_square;
+  alignas(64) OfBlock<std::int32_t> step_of;
+  for (std::size_t i = 0; i < kBlockCells; ++i) {
+    const int step = std::min(static_cast<int>(squares[i] * steps), kSquareSteps - 1);
+    step_of[i] = squares[i] < reach_square ? step : kSquareSteps;
+  }
+  for (std::size_t i = 0; i < kBlockCells; ++index) {
+    const int row = static_cast<int>(i / kBlockSize);
+    for (int column = 0; column < kBlockSize; ++column, ++i, ++index) {
+      const bool is_near = step_of[i] < kSquareSteps;
+      const std::uint16_t value = of_square[step_of[i]];
+      tile.likelihood[index] = static_cast<std::uint8_t>(value);
+      tile.distance[index] = static_cast<std::uint8_t>(value >> 8);
+      const int x = static_cast<std::int16_t>(winners[i]) - column;
+      const int y = (winners[i] >> 16) - row;
+      tile.nearest_x[index] = static_cast<std::int8_t>(is_near ? x : 0);
+      tile.nearest_y[index] = static_cast<std::int8_t>(is_near ? y : 0);
+    }
+    index += LikelihoodField::Tiles::kTileSize - kBlockSize - 1;
   }
 }
 
@@ -76,9 +117,9 @@ double from_fixed(std::int16_t value) { return value / 32767.0; }
 LikelihoodField::LikelihoodField(double resolution, const LikelihoodFieldOptions& options)
     : geometry_(resolution),
       options_(options),
-      reach_cells_(static_cast<int>(std::ceil(options.reach / resolution)) + 1),
-      likelihood_of_square_(kSquareSteps),
-      distance_of_square_(kSquareSteps) {
+      // Farther cells' centres are out of reach of any place in a cell.
+      reach_cells_(static_cast<int>(options.reach / resolution + 0.501)),
+      of_square_(kSquareSteps + 1, kFar << 8) {
   if (options.reach / resolution > 120.0) {
     throw ConfigurationError("field/reach: " + std::to_string(options.reach) +
                              " m is not allowed with cells of " + std::to_string(resolution) +
@@ -87,10 +128,9 @@ LikelihoodField::LikelihoodField(double resolution, const LikelihoodFieldOptions
   for (int i = 0; i < kSquareSteps; ++i) {
     const double distance = options.reach * std::sqrt((i + 0.5) / kSquareSteps);
     const double sigmas = distance / options.sigma;
-    likelihood_of_square_[static_cast<std::size_t>(i)] =
-        static_cast<std::uint8_t>(std::lround(255.0 * std::exp(-0.5 * sigmas * sigmas)));
-    distance_of_square_[static_cast<std::size_t>(i)] =
-        static_cast<std::uint8_t>(std::min(254L, std::lround(255.0 * distance / options.reach)));
+    const long likelihood = std::lround(255.0 * std::exp(-0.5 * sigmas * sigmas));
+    const long steps = std::min(254L, std::lround(255.0 * distance / options.reach));
+    of_square_[static_cast<std::size_t>(i)] = static_cast<std::uint16_t>((steps << 8) + likelihood);
   }
 }
 
@@ -118,39 +158,60 @@ void LikelihoodField::take(const std::vector<SurfaceHit>& hits, const std::vecto
 }
 
 void LikelihoodField::render() {
-  render_around(std::move(changed_));
+  render_around(changed_);
   changed_.clear();
 }
 
 void LikelihoodField::restore(const std::vector<std::pair<Cell, StoredSurface>>& surfaces) {
-  static const SurfaceTile kBlank{};
   *this = LikelihoodField(geometry_.resolution(), options_);
   std::vector<Cell> cells;
   cells.reserve(surfaces.size());
   for (const auto& [cell, surface] : surfaces) {
-    StoredSurface& kept =
-        surfaces_.touch(SurfaceTiles::tile_of(cell), kBlank)[SurfaceTiles::index_in_tile(cell)];
-    surface_count_ += kept.hits == 0 && surface.hits > 0 ? 1U : 0U;
-    kept = surface;
-    cells.push_back(cell);
+    if (surface.hits > 0) {
+      touch_surface(cell) = surface;
+      cells.push_back(cell);
+    }
   }
-  render_around(std::move(cells));
+  render_around(cells);
 }
 
-void LikelihoodField::render_around(std::vector<Cell> changed) {
-  for (const Cell& block : blocks_around(std::move(changed))) {
-    render_block(block);
+void LikelihoodField::render_around(const std::vector<Cell>& changed) {
+  static const Tile kBlank = make_blank_tile();
+  const auto reach = static_cast<float>(options_.reach / geometry_.resolution());
+  std::vector<Contestant> contestants;
+  for (const Cell& block : blocks_around(changed)) {
+    const Cell corner{block.x * kBlockSize, block.y * kBlockSize};
+    contestants.clear();
+    visit_surfaces({{corner.x - reach_cells_, corner.y - reach_cells_},
+                    {corner.x + kBlockSize + reach_cells_, corner.y + kBlockSize + reach_cells_}},
+                   [&](const Cell& cell, const StoredSurface& surface) {
+                     const Cell at{cell.x - corner.x, cell.y - corner.y};
+                     contestants.push_back(
+                         {static_cast<float>(at.x + 0.5 + 0.5 * from_fixed(surface.offset_x)),
+                          static_cast<float>(at.y + 0.5 + 0.5 * from_fixed(surface.offset_y)),
+                          static_cast<std::int16_t>(at.x), static_cast<std::int16_t>(at.y)});
+                   });
+    const Cell tile = Tiles::tile_of(corner);
+    if (!contestants.empty() || tiles_.find(tile) != nullptr) {
+      render_nearest(contestants.data(), contestants.size(), reach, reach_cells_, of_square_.data(),
+                     Tiles::index_in_tile(corner), tiles_.touch(tile, kBlank));
+    }
   }
+}
+
+LikelihoodField::StoredSurface& LikelihoodField::touch_surface(const Cell& cell) {
+  static const SurfaceTile kBlank{};
+  SurfaceTile& tile = surfaces_.touch(SurfaceTiles::tile_of(cell), kBlank);
+  const std::size_t index = SurfaceTiles::index_in_tile(cell);
+  const std::uint64_t bit = std::uint64_t{1} << index;
+  surface_count_ += (tile.present & bit) == 0 ? 1U : 0U;
+  tile.present |= bit;
+  return tile.surfaces[index];
 }
 
 void LikelihoodField::add_hit(const SurfaceHit& hit) {
-  static const SurfaceTile kBlank{};
   const Cell cell = geometry_.cell_at(hit.position);
-  StoredSurface& surface =
-      surfaces_.touch(SurfaceTiles::tile_of(cell), kBlank)[SurfaceTiles::index_in_tile(cell)];
-  if (surface.hits == 0) {
-    ++surface_count_;
-  }
+  StoredSurface& surface = touch_surface(cell);
   surface.hits = static_cast<std::uint16_t>(std::min(surface.hits + 1, kMostHits));
   const double share = 1.0 / surface.hits;
   const auto blend = [share](std::int16_t& mean, double value) {
@@ -177,8 +238,10 @@ bool LikelihoodField::remove_surface(const Cell& cell) {
   if (!has_surface(cell)) {
     return false;
   }
-  static const SurfaceTile kBlank{};
-  surfaces_.touch(SurfaceTiles::tile_of(cell), kBlank)[SurfaceTiles::index_in_tile(cell)] = {};
+  SurfaceTile& tile = surfaces_.touch(SurfaceTiles::tile_of(cell), {});
+  const std::size_t index = SurfaceTiles::index_in_tile(cell);
+  tile.surfaces[index] = {};
+  tile.present &= ~(std::uint64_t{1} << index);
   --surface_count_;
   return true;
 }
@@ -188,7 +251,7 @@ const LikelihoodField::StoredSurface* LikelihoodField::find_surface(const Cell& 
   if (tile == nullptr) {
     return nullptr;
   }
-  const StoredSurface& surface = (*tile)[SurfaceTiles::index_in_tile(cell)];
+  const StoredSurface& surface = tile->surfaces[SurfaceTiles::index_in_tile(cell)];
   return surface.hits == 0 ? nullptr : &surface;
 }
 
@@ -217,107 +280,63 @@ bool LikelihoodField::nearest_surface(const Cell& cell, Surface& surface) const 
   return true;
 }
 
-std::vector<Cell> LikelihoodField::blocks_around(std::vector<Cell> changed) const {
-  const auto by_row = [](const Cell& a, const Cell& b) {
-    return std::tie(a.y, a.x) < std::tie(b.y, b.x);
-  };
-  const auto make_unique = [&](std::vector<Cell>& cells) {
-    std::sort(cells.begin(), cells.end(), by_row);
-    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-  };
-  make_unique(changed);
-  std::vector<Cell> blocks;
-  blocks.reserve(4 * changed.size());
+std::vector<Cell> LikelihoodField::blocks_around(const std::vector<Cell>& changed) const {
+  const auto block_at = [](int x, int y) { return Cell{x >> kBlockBits, y >> kBlockBits}; };
+  CellBox box;
   for (const Cell& cell : changed) {
-    for (int y = (cell.y - reach_cells_) >> kBlockBits; y <= (cell.y + reach_cells_) >> kBlockBits;
-         ++y) {
-      for (int x = (cell.x - reach_cells_) >> kBlockBits;
-           x <= (cell.x + reach_cells_) >> kBlockBits; ++x) {
-        blocks.push_back({x, y});
+    box.include(block_at(cell.x - reach_cells_, cell.y - reach_cells_));
+    box.include(block_at(cell.x + reach_cells_, cell.y + reach_cells_));
+  }
+  const auto width = static_cast<std::size_t>(box.width());
+  std::vector<bool> is_due(width * static_cast<std::size_t>(box.height()));
+  for (const Cell& cell : changed) {
+    const Cell first = block_at(cell.x - reach_cells_, cell.y - reach_cells_);
+    const Cell last = block_at(cell.x + reach_cells_, cell.y + reach_cells_);
+    for (int y = first.y; y <= last.y; ++y) {
+      for (int x = first.x; x <= last.x; ++x) {
+        is_due[static_cast<std::size_t>(y - box.min.y) * width +
+               static_cast<std::size_t>(x - box.min.x)] = true;
       }
     }
   }
-  make_unique(blocks);
+  std::vector<Cell> blocks;
+  for (std::size_t i = 0; i < is_due.size(); ++i) {
+    if (is_due[i]) {
+      blocks.push_back(
+          {box.min.x + static_cast<int>(i % width), box.min.y + static_cast<int>(i / width)});
+    }
+  }
   return blocks;
 }
 
-std::vector<Cell> LikelihoodField::surfaces_in(const CellBox& box) const {
+template <typename Visitor>
+void LikelihoodField::visit_surfaces(const CellBox& box, Visitor&& visit) const {
   constexpr int kSize = SurfaceTiles::kTileSize;
-  std::vector<Cell> cells;
   const Cell first = SurfaceTiles::tile_of(box.min);
   const Cell last = SurfaceTiles::tile_of({box.max.x - 1, box.max.y - 1});
   for (int ty = first.y; ty <= last.y; ++ty) {
     for (int tx = first.x; tx <= last.x; ++tx) {
       const SurfaceTile* tile = surfaces_.find({tx, ty});
-      if (tile == nullptr) {
-        continue;
-      }
-      for (int i = 0; i < kSize * kSize; ++i) {
-        const Cell cell{tx * kSize + i % kSize, ty * kSize + i / kSize};
-        if ((*tile)[static_cast<std::size_t>(i)].hits > 0 && box.contains(cell)) {
-          cells.push_back(cell);
+      for (std::uint64_t left = tile == nullptr ? 0 : tile->present; left != 0; left &= left - 1) {
+        const auto i = static_cast<std::size_t>(__builtin_ctzll(left));
+        const Cell cell{tx * kSize + static_cast<int>(i) % kSize,
+                        ty * kSize + static_cast<int>(i) / kSize};
+        if (box.contains(cell)) {
+          visit(cell, tile->surfaces[i]);
         }
       }
     }
   }
-  return cells;
 }
 
 std::vector<Cell> LikelihoodField::surface_cells() const {
   constexpr int kSize = SurfaceTiles::kTileSize;
   const CellBox tiles = surfaces_.tile_bounds();
-  if (tiles.empty()) {
-    return {};
-  }
-  return surfaces_in(
-      {{tiles.min.x * kSize, tiles.min.y * kSize}, {tiles.max.x * kSize, tiles.max.y * kSize}});
-}
-
-void LikelihoodField::render_block(const Cell& block) {
-  static const Tile kBlank = make_blank_tile();
-  const Cell corner{block.x * kBlockSize, block.y * kBlockSize};
-  const std::vector<Cell> surfaces =
-      surfaces_in({{corner.x - reach_cells_, corner.y - reach_cells_},
-                   {corner.x + kBlockSize + reach_cells_, corner.y + kBlockSize + reach_cells_}});
-  const Cell tile_position = Tiles::tile_of(corner);
-  if (surfaces.empty() && tiles_.find(tile_position) == nullptr) {
-    return;
-  }
-  const auto reach = static_cast<float>(options_.reach / geometry_.resolution());
-  const float reach_square = reach * reach;
-  BlockBuffer buffer;
-  buffer.square.fill(reach_square);
-  buffer.winner.fill(-1);
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    const StoredSurface& surface = *find_surface(surfaces[i]);
-    const Cell from_corner{surfaces[i].x - corner.x, surfaces[i].y - corner.y};
-    compete(static_cast<float>(from_corner.x + 0.5 + 0.5 * from_fixed(surface.offset_x)),
-            static_cast<float>(from_corner.y + 0.5 + 0.5 * from_fixed(surface.offset_y)),
-            static_cast<std::int32_t>(i), std::max(0, from_corner.y - reach_cells_),
-            std::min(kBlockSize - 1, from_corner.y + reach_cells_), buffer);
-  }
-  Tile& tile = tiles_.touch(tile_position, kBlank);
-  const float steps = static_cast<float>(kSquareSteps) / reach_square;
-  for (std::size_t i = 0; i < kBlockCells; ++i) {
-    const int number = static_cast<int>(i);
-    const Cell cell{corner.x + number % kBlockSize, corner.y + number / kBlockSize};
-    const std::size_t index = Tiles::index_in_tile(cell);
-    const std::int32_t winner = buffer.winner[i];
-    if (winner < 0) {
-      tile.likelihood[index] = 0;
-      tile.distance[index] = kFar;
-      tile.nearest_x[index] = 0;
-      tile.nearest_y[index] = 0;
-      continue;
-    }
-    const auto step = std::min(static_cast<std::size_t>(buffer.square[i] * steps),
-                               static_cast<std::size_t>(kSquareSteps - 1));
-    const Cell& nearest = surfaces[static_cast<std::size_t>(winner)];
-    tile.likelihood[index] = likelihood_of_square_[step];
-    tile.distance[index] = distance_of_square_[step];
-    tile.nearest_x[index] = static_cast<std::int8_t>(nearest.x - cell.x);
-    tile.nearest_y[index] = static_cast<std::int8_t>(nearest.y - cell.y);
-  }
+  std::vector<Cell> cells;
+  visit_surfaces(
+      {{tiles.min.x * kSize, tiles.min.y * kSize}, {tiles.max.x * kSize, tiles.max.y * kSize}},
+      [&cells](const Cell& cell, const StoredSurface&) { cells.push_back(cell); });
+  return cells;
 }
 
 }  // namespace matchbox_slam

@@ -122,23 +122,29 @@ class LikelihoodField {
   [[nodiscard]] std::size_t bytes() const { return tiles_.bytes() + surfaces_.bytes(); }
 
  private:
-  using SurfaceTile = std::array<StoredSurface, std::size_t{8} * 8>;
+  struct SurfaceTile {
+    std::uint64_t present = 0;  ///< a bit for every cell with hits
+    std::array<StoredSurface, std::size_t{8} * 8> surfaces;
+  };
   using SurfaceTiles = TiledGrid<SurfaceTile, 3>;
 
   void add_hit(const SurfaceHit& hit);
   bool remove_surface(const Cell& cell);
   [[nodiscard]] const StoredSurface* find_surface(const Cell& cell) const;
-  void render_around(std::vector<Cell> changed);
-  [[nodiscard]] std::vector<Cell> blocks_around(std::vector<Cell> changed) const;
-  [[nodiscard]] std::vector<Cell> surfaces_in(const CellBox& box) const;
-  void render_block(const Cell& block);
+  /// The surface of a cell for writing; it counts as there from now on.
+  StoredSurface& touch_surface(const Cell& cell);
+  void render_around(const std::vector<Cell>& changed);
+  [[nodiscard]] std::vector<Cell> blocks_around(const std::vector<Cell>& changed) const;
+  /// Calls `visit(cell, stored_surface)` tile by tile, each by rows.
+  template <typename Visitor>
+  void visit_surfaces(const CellBox& box, Visitor&& visit) const;
 
   GridGeometry geometry_;
   LikelihoodFieldOptions options_;
   int reach_cells_;
-  /// Likelihood and distance by squared distance, in equal steps from 0 to reach squared.
-  std::vector<std::uint8_t> likelihood_of_square_;
-  std::vector<std::uint8_t> distance_of_square_;
+  /// Likelihood and distance (times 256) by squared distance, in equal steps from 0 to reach
+  /// squared; the last entry is for what is farther.
+  std::vector<std::uint16_t> of_square_;
   std::size_t surface_count_ = 0;
   std::vector<Cell> changed_;  ///< since it was rendered
   SurfaceTiles surfaces_;
