@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "common/simd.hpp"
 
@@ -43,8 +44,6 @@ struct View {
   const double* rotated_y;
   const double* offset_x;
   const double* offset_y;
-  const double* moved_x;
-  const double* moved_y;
   const double* c;
   const double* s;
   const double* weight;
@@ -54,10 +53,10 @@ struct View {
 
 template <typename Arrays>
 View view_of(const Arrays& arrays) {
-  return {arrays.weight.size(),   arrays.rotated_x.data(), arrays.rotated_y.data(),
-          arrays.offset_x.data(), arrays.offset_y.data(),  arrays.moved_x.data(),
-          arrays.moved_y.data(),  arrays.c.data(),         arrays.s.data(),
-          arrays.weight.data(),   arrays.variance.data(),  arrays.information.data()};
+  return {arrays.weight.size(),     arrays.rotated_x.data(), arrays.rotated_y.data(),
+          arrays.offset_x.data(),   arrays.offset_y.data(),  arrays.c.data(),
+          arrays.s.data(),          arrays.weight.data(),    arrays.variance.data(),
+          arrays.information.data()};
 }
 
 /// Upper triangle of the information by rows, then the gradient.
@@ -116,13 +115,15 @@ MATCHBOX_SIMD_CLONES void add_closeness(const View& view, double kernel_square, 
 /// Sums of squared residuals and of their variances for a point's noise of unit variance, of the
 /// points as they were measured: those moved onto one wall share their error, so that their
 /// residuals no longer show the noise.
-MATCHBOX_SIMD_CLONES void add_variance(const View& view, double kernel_square,
+/// @param moved_x, moved_y  from where they were measured, map axes [m].
+MATCHBOX_SIMD_CLONES void add_variance(const View& view, const double* moved_x,
+                                       const double* moved_y, double kernel_square,
                                        double* __restrict__ lanes) {
   for (std::size_t i = 0; i < view.size; i += kLanes) {
     for (std::size_t k = 0; k < kLanes; ++k) {
       const std::size_t j = i + k;
-      const double square = square_of(view, j, view.offset_x[j] - view.moved_x[j],
-                                      view.offset_y[j] - view.moved_y[j]);
+      const double square =
+          square_of(view, j, view.offset_x[j] - moved_x[j], view.offset_y[j] - moved_y[j]);
       const double closeness = kernel_square / (kernel_square + square);
       // Surfaces without a direction do not count: there the distance is that between hits.
       const double directed = view.c[j] * view.c[j] + view.s[j] * view.s[j];
@@ -143,33 +144,30 @@ Eigen::Vector2d moved(const ScanPoint& point) {
 /// Counts the points at each surface.
 class SurfaceCounts {
  public:
-  struct Entry {
-    Eigen::Vector2d position;
-    double own;     ///< variance of a point's distance, in units of its noise, ...
-    double common;  ///< ... and of what all points at the surface share
-    double points;
-  };
+  explicit SurfaceCounts(std::size_t points) { entries_.reserve(points); }
 
   /// Counts a point and returns the number of its surface's entry. Neighbouring points lie next to
   /// few surfaces, between which noise makes them jump, so the latest ones are looked through.
-  std::size_t add(const Surface& surface) {
+  std::size_t add(const Eigen::Vector2d& surface) {
     constexpr std::size_t kLatest = 8;
-    for (std::size_t k = 1; k <= std::min(kLatest, entries_.size()); ++k) {
-      Entry& entry = entries_[entries_.size() - k];
-      if (entry.position == surface.position) {
+    const std::size_t first = entries_.size() - std::min(kLatest, entries_.size());
+    for (std::size_t i = entries_.size(); i > first; --i) {
+      if (Entry& entry = entries_[i - 1]; entry.x == surface.x() && entry.y == surface.y()) {
         entry.points += 1.0;
-        return entries_.size() - k;
+        return i - 1;
       }
     }
-    const double bluntness = 1.0 - std::min(1.0, surface.double_angle.norm());
-    entries_.push_back(
-        {surface.position, 1.0 + kBluntness * bluntness, 1.0 / surface.hits + kSurfaceError, 1.0});
+    entries_.push_back({surface.x(), surface.y(), 1.0});
     return entries_.size() - 1;
   }
 
-  [[nodiscard]] const Entry& operator[](std::size_t number) const { return entries_[number]; }
+  [[nodiscard]] double points(std::size_t number) const { return entries_[number].points; }
 
  private:
+  struct Entry {
+    double x, y;  ///< where the surface is
+    double points;
+  };
   std::vector<Entry> entries_;
 };
 
@@ -190,9 +188,9 @@ Correspondences::Correspondences(const std::vector<ScanPoint>& points, const Pla
     }
   }
   const std::size_t padded = (points.size() + kLanes - 1) / kLanes * kLanes;
-  for (auto* array : {&arrays_.rotated_x, &arrays_.rotated_y, &arrays_.offset_x, &arrays_.offset_y,
-                      &arrays_.moved_x, &arrays_.moved_y, &arrays_.c, &arrays_.s, &arrays_.weight,
-                      &arrays_.variance, &arrays_.information}) {
+  for (auto* array :
+       {&arrays_.rotated_x, &arrays_.rotated_y, &arrays_.offset_x, &arrays_.offset_y, &arrays_.c,
+        &arrays_.s, &arrays_.weight, &arrays_.variance, &arrays_.information}) {
     array->resize(padded, 0.0);
   }
   move_to(map_from_base);
@@ -204,7 +202,7 @@ Correspondences::TurnedField::TurnedField(const PlacedField& placed)
       cosine(std::cos(placed.map_from_field.theta)),
       sine(std::sin(placed.map_from_field.theta)) {}
 
-Cell Correspondences::TurnedField::cell_at(const Eigen::Vector2d& map_position) const {
+inline Cell Correspondences::TurnedField::cell_at(const Eigen::Vector2d& map_position) const {
   const Eigen::Vector2d from_origin = map_position - origin;
   return field->geometry().cell_at({cosine * from_origin.x() + sine * from_origin.y(),
                                     cosine * from_origin.y() - sine * from_origin.x()});
@@ -219,71 +217,103 @@ Surface Correspondences::TurnedField::to_map(const Surface& surface) const {
           surface.hits};
 }
 
-/// Finds the nearest of the surfaces next to a point, unless it is the one that was found last.
-void Correspondences::look_up(const Eigen::Vector2d& position, Point& point) const {
-  std::size_t nearest = 0;
-  Cell cell = fields_.front().cell_at(position);
-  if (fields_.size() > 1) {  // a single one need not be compared
-    nearest = fields_.size();
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < fields_.size(); ++i) {
-      const LikelihoodField& field = *fields_[i].field;
-      const Cell here = fields_[i].cell_at(position);
-      const std::uint8_t steps = field.distance(here);
-      const double distance = field.options().reach * steps;
-      if (steps != LikelihoodField::kFar && distance < least) {
-        nearest = i;
-        cell = here;
-        least = distance;
-      }
+/// Gives the point the surface next to a cell. Whether it is another one than before.
+bool Correspondences::take_surface(std::size_t field, const Cell& cell, Point& point) const {
+  const bool was_same_field = point.field == field;
+  point.field = field;
+  point.cell = cell;
+  Surface surface;
+  const bool had_surface =
+      std::exchange(point.has_surface, fields_[field].field->nearest_surface(cell, surface));
+  if (!point.has_surface) {
+    return had_surface;
+  }
+  const Eigen::Vector2d before = point.surface.position;
+  point.surface = fields_[field].to_map(surface);
+  if (had_surface && was_same_field && before == point.surface.position) {
+    return false;
+  }
+  const double bluntness = 1.0 - std::min(1.0, point.surface.double_angle.norm());
+  point.own = 1.0 + kBluntness * bluntness;
+  point.common = 1.0 / point.surface.hits + kSurfaceError;
+  return true;
+}
+
+/// Finds the nearest of the surfaces next to a point. Whether it is another one than before.
+inline bool Correspondences::look_up(const Eigen::Vector2d& position, Point& point) const {
+  if (fields_.size() == 1) {  // it need not be compared
+    const Cell cell = fields_.front().cell_at(position);
+    return (point.field != 0 || cell != point.cell) && take_surface(0, cell, point);
+  }
+  std::size_t nearest = fields_.size();
+  Cell cell;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    const LikelihoodField& field = *fields_[i].field;
+    const Cell here = fields_[i].cell_at(position);
+    const std::uint8_t steps = field.distance(here);
+    const double distance = field.options().reach * steps;
+    if (steps != LikelihoodField::kFar && distance < least) {
+      nearest = i;
+      cell = here;
+      least = distance;
     }
   }
   if (nearest == fields_.size()) {
     point.field = nearest;
-    point.has_surface = false;
-  } else if (nearest != point.field || cell != point.cell) {
-    point.field = nearest;
-    point.cell = cell;
-    point.has_surface = fields_[nearest].field->nearest_surface(cell, point.surface);
-    if (point.has_surface) {
-      point.surface = fields_[nearest].to_map(point.surface);
-    }
+    return std::exchange(point.has_surface, false);
   }
+  return (nearest != point.field || cell != point.cell) && take_surface(nearest, cell, point);
 }
 
 void Correspondences::move_to(const Pose2& map_from_base) {
-  const double cosine = std::cos(map_from_base.theta);
-  const double sine = std::sin(map_from_base.theta);
-  SurfaceCounts surfaces;
+  cosine_ = std::cos(map_from_base.theta);
+  sine_ = std::sin(map_from_base.theta);
+  bool is_weighed = true;
+  std::size_t count = 0;
+  for (Point& point : points_) {
+    const Eigen::Vector2d rotated(cosine_ * point.position.x() - sine_ * point.position.y(),
+                                  sine_ * point.position.x() + cosine_ * point.position.y());
+    const Eigen::Vector2d position = rotated + map_from_base.translation();
+    if (look_up(position, point)) {
+      is_weighed = false;
+    }
+    if (point.has_surface) {
+      arrays_.rotated_x[count] = rotated.x();
+      arrays_.rotated_y[count] = rotated.y();
+      arrays_.offset_x[count] = position.x() - point.surface.position.x();
+      arrays_.offset_y[count] = position.y() - point.surface.position.y();
+      ++count;
+    }
+  }
+  if (!is_weighed) {
+    weigh();
+  }
+}
+
+/// What hangs on the points' surfaces alone, and not on where the points lie.
+void Correspondences::weigh() {
+  SurfaceCounts surfaces(points_.size());
   std::vector<std::size_t> surface_of;
   surface_of.reserve(points_.size());
-  for (Point& point : points_) {
-    const Eigen::Vector2d rotated(cosine * point.position.x() - sine * point.position.y(),
-                                  sine * point.position.x() + cosine * point.position.y());
-    const Eigen::Vector2d position = rotated + map_from_base.translation();
-    look_up(position, point);
-    if (!point.has_surface) {
-      continue;
+  for (const Point& point : points_) {
+    if (point.has_surface) {
+      surface_of.push_back(surfaces.add(point.surface.position));
     }
-    const Surface& surface = point.surface;
-    const std::size_t count = surface_of.size();
-    surface_of.push_back(surfaces.add(surface));
-    arrays_.rotated_x[count] = rotated.x();
-    arrays_.rotated_y[count] = rotated.y();
-    arrays_.offset_x[count] = position.x() - surface.position.x();
-    arrays_.offset_y[count] = position.y() - surface.position.y();
-    arrays_.moved_x[count] = cosine * point.moved.x() - sine * point.moved.y();
-    arrays_.moved_y[count] = sine * point.moved.x() + cosine * point.moved.y();
-    arrays_.c[count] = surface.double_angle.x();
-    arrays_.s[count] = surface.double_angle.y();
-    arrays_.weight[count] = point.weight;
   }
-  for (std::size_t i = 0; i < surface_of.size(); ++i) {
-    const SurfaceCounts::Entry& at = surfaces[surface_of[i]];
-    arrays_.variance[i] = at.own + at.common;
-    arrays_.information[i] = 1.0 / (at.own + at.points * at.common);
+  std::size_t count = 0;
+  for (const Point& point : points_) {
+    if (point.has_surface) {
+      arrays_.c[count] = point.surface.double_angle.x();
+      arrays_.s[count] = point.surface.double_angle.y();
+      arrays_.weight[count] = point.weight;
+      arrays_.variance[count] = point.own + point.common;
+      arrays_.information[count] =
+          1.0 / (point.own + surfaces.points(surface_of[count]) * point.common);
+      ++count;
+    }
   }
-  const auto rest = static_cast<std::ptrdiff_t>(surface_of.size());
+  const auto rest = static_cast<std::ptrdiff_t>(count);
   std::fill(arrays_.weight.begin() + rest, arrays_.weight.end(), 0.0);
   std::fill(arrays_.information.begin() + rest, arrays_.information.end(), 0.0);
 }
@@ -316,8 +346,18 @@ double Correspondences::closeness(double kernel, const Eigen::Vector3d& step) co
 }
 
 ResidualSum Correspondences::residuals(double kernel) const {
+  std::vector<double> moved_x(arrays_.weight.size());
+  std::vector<double> moved_y(arrays_.weight.size());
+  std::size_t count = 0;
+  for (const Point& point : points_) {
+    if (point.has_surface) {
+      moved_x[count] = cosine_ * point.moved.x() - sine_ * point.moved.y();
+      moved_y[count] = sine_ * point.moved.x() + cosine_ * point.moved.y();
+      ++count;
+    }
+  }
   LaneSums<2> lanes{};
-  add_variance(view_of(arrays_), kernel * kernel, lanes.data());
+  add_variance(view_of(arrays_), moved_x.data(), moved_y.data(), kernel * kernel, lanes.data());
   return {sum_of(lanes.data()), sum_of(&lanes[kLanes])};
 }
 

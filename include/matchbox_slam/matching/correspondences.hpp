@@ -87,7 +87,9 @@ class Correspondences {
     std::size_t field = std::numeric_limits<std::size_t>::max();
     Cell cell;  ///< in that field
     bool has_surface = false;
-    Surface surface;  ///< in the map frame
+    Surface surface;      ///< in the map frame
+    double own = 0.0;     ///< variance of the distance to it, in units of the point's noise, ...
+    double common = 0.0;  ///< ... and of what all points next to it share
   };
 
   /// A field with its pose as numbers.
@@ -101,13 +103,14 @@ class Correspondences {
     double cosine, sine;     ///< of its heading there
   };
 
-  void look_up(const Eigen::Vector2d& position, Point& point) const;
+  bool look_up(const Eigen::Vector2d& position, Point& point) const;
+  bool take_surface(std::size_t field, const Cell& cell, Point& point) const;
+  void weigh();
 
   /// Padded with points that count nothing to a whole number of lanes.
   struct Arrays {
     std::vector<double> rotated_x, rotated_y;  ///< point minus the base's position, map axes [m]
     std::vector<double> offset_x, offset_y;    ///< point minus the wall's middle [m]
-    std::vector<double> moved_x, moved_y;      ///< from where it was measured, map axes [m]
     /// The matrix [1 + c, s; s, 1 - c] / 2 projects on the wall's normal; with c = s = 0 it is half
     /// the identity, so that point to line and point to point are one formula.
     std::vector<double> c, s;
@@ -120,6 +123,7 @@ class Correspondences {
   std::vector<Point> points_;
   Arrays arrays_;
   double total_weight_ = 0.0;
+  double cosine_ = 1.0, sine_ = 0.0;  ///< of the pose's heading
 };
 
 }  // namespace matchbox_slam
