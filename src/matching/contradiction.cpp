@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "matchbox_slam/geometry/transform2.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -73,13 +75,14 @@ class BeamWalk {
 double contradiction(const PointScan& scan, const Pose2& map_from_base,
                      const LikelihoodField& field) {
   const BeamWalk walk(field);
+  const Transform2 to_map(map_from_base);
   const std::size_t stride = (scan.points.size() + kBeams - 1) / kBeams;
   double crossing = 0.0;
   double all = 0.0;
   for (std::size_t i = 0; i < scan.points.size(); i += stride) {
     const ScanPoint& point = scan.points[i];
-    const Eigen::Vector2d from = map_from_base * point.origin;
-    const Eigen::Vector2d to = map_from_base * point.position;
+    const Eigen::Vector2d from = to_map * point.origin;
+    const Eigen::Vector2d to = to_map * point.position;
     if (!(point.weight > 0.0) || !from.allFinite() || !to.allFinite()) {
       continue;
     }

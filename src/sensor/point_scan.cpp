@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <string>
 
+#include "matchbox_slam/geometry/transform2.hpp"
 #include "sensor/straight_walls.hpp"
 
 namespace matchbox_slam {
@@ -102,6 +103,7 @@ struct Neighbourhood {
 /// Distance from each point to the one after it; one element less than points.
 std::vector<double> gaps_between(const std::vector<ScanPoint>& points) {
   std::vector<double> gaps;
+  gaps.reserve(points.size());
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     gaps.push_back((points[i + 1].position - points[i].position).norm());
   }
@@ -285,7 +287,7 @@ PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from
         mount + axes * Eigen::Vector2d(length * std::cos(angle), length * std::sin(angle));
     if (moving) {
       const double fraction = static_cast<double>(k) / static_cast<double>(count - 1);
-      const Pose2 first_from_here = interpolate(Pose2{}, motion, fraction);
+      const Transform2 first_from_here(interpolate(Pose2{}, motion, fraction));
       origin = first_from_here * origin;
       end = first_from_here * end;
     }
