@@ -107,7 +107,8 @@ LikelihoodField::Tile make_blank_tile() {
 }
 
 std::int16_t to_fixed(double value) {
-  return static_cast<std::int16_t>(std::lround(std::clamp(value, -1.0, 1.0) * 32767.0));
+  const double steps = std::clamp(value, -1.0, 1.0) * 32767.0;
+  return static_cast<std::int16_t>(steps + (steps < 0.0 ? -0.5 : 0.5));
 }
 
 double from_fixed(std::int16_t value) { return value / 32767.0; }
@@ -141,7 +142,6 @@ void LikelihoodField::update(const std::vector<SurfaceHit>& hits,
 }
 
 void LikelihoodField::take(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared) {
-  changed_.reserve(changed_.size() + hits.size() + cleared.size());
   for (const Cell& cell : cleared) {
     if (remove_surface(cell)) {
       changed_.push_back(cell);

@@ -188,27 +188,45 @@ struct Blending {
   int occupied_from;  ///< in the stored form
 
   [[nodiscard]] bool ceases(int before, int after) const {
-    return before >= occupied_from && after < occupied_from;
+    return (before >= occupied_from) & (after < occupied_from);
   }
 };
 
 /// Blends a tile's row into the map. Whether a cell of it ceased to be occupied.
-MATCHBOX_SIMD_CLONES bool blend_row(const std::uint8_t* __restrict__ marks,
-                                    const Blending& blending,
+MATCHBOX_SIMD_CLONES bool blend_row(const std::uint8_t* __restrict__ marks, const Blending blending,
                                     const OccupancyGrid::Stored* __restrict__ before,
                                     OccupancyGrid::Stored* __restrict__ after) {
   constexpr double kSteps = OccupancyGrid::kSteps / Observations::kOccupiedSteps;
-  int ceased = 0;
-  for (int i = 0; i < kTileSize; ++i) {
+  // In turns: with all choices in one loop the compiler makes ways through it and no vectors.
+  std::array<double, kTileSize> observed;
+  std::array<double, kTileSize> quality;
+  std::array<int, kTileSize> blended;
+  const double no_return = blending.no_return_quality;
+  const double hit_or_free = blending.quality;
+  for (std::size_t i = 0; i < kTileSize; ++i) {
     const int mark = marks[i];
-    const double observed = kSteps * std::max(mark - Observations::kFree, 0);
-    const double quality =
-        mark == Observations::kFreeNoReturn ? blending.no_return_quality : blending.quality;
-    const auto blended = OccupancyGrid::blended(before[i], observed, quality);
-    after[i] = mark == Observations::kUnseen ? before[i] : blended;
-    ceased |= static_cast<int>(blending.ceases(before[i], after[i]));
+    observed[i] = kSteps * (mark > Observations::kFree ? mark - Observations::kFree : 0);
+    quality[i] = mark == Observations::kFreeNoReturn ? no_return : hit_or_free;
+  }
+  for (std::size_t i = 0; i < kTileSize; ++i) {
+    blended[i] = OccupancyGrid::blended(before[i], observed[i], quality[i]);
+  }
+  int ceased = 0;
+  for (std::size_t i = 0; i < kTileSize; ++i) {
+    const int now = marks[i] == Observations::kUnseen ? before[i] : blended[i];
+    after[i] = static_cast<OccupancyGrid::Stored>(now);
+    ceased |= static_cast<int>(blending.ceases(before[i], now));
   }
   return ceased != 0;
+}
+
+/// Whether anything was seen in a tile's row.
+bool is_seen(const std::uint8_t* marks) {
+  unsigned any = 0;
+  for (int i = 0; i < kTileSize; ++i) {
+    any |= marks[i];
+  }
+  return any != 0;
 }
 
 /// Blends all observations into the map. Returns the cells that ceased to be occupied.
@@ -226,7 +244,7 @@ std::vector<Cell> blend(const Observations& observations, const MapOptions& opti
       OccupancyGrid::Stored* row = occupancy.touch({tx, ty}).data();
       const std::uint8_t* marks = tile->data();
       for (int y = 0; y < kTileSize; ++y, row += kTileSize, marks += Observations::kPitch) {
-        if (std::all_of(marks, marks + kTileSize, [](int mark) { return mark == 0; })) {
+        if (!is_seen(marks)) {
           continue;
         }
         std::array<OccupancyGrid::Stored, kTileSize> after;
