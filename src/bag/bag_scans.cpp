@@ -79,7 +79,8 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   choose_clock(survey, options);
   facts_.no_return_from = survey.no_return_from;
   options.scan_topics = facts_.scan_topics;
-  queue_.emplace(queue_settings(options, facts_.scan_time_offset));
+  const auto scan = read_options<ProjectionOptions>(parameters.section("scan"), "scan");
+  queue_.emplace(queue_settings(options, scan.max_tilt, facts_.scan_time_offset));
   stream_ = reader_.stream(facts_.scan_topics, request_.period);
   if (request_.threads > 1) {
     stream_ = read_ahead(std::move(stream_), kReadAhead);

@@ -88,9 +88,9 @@ class BagScans {
   /// Counts the scans delivered so far as skipped: what came of them is given up.
   void discard_delivered() { queue_->discard_delivered(); }
 
-  /// As ScanQueue::leave_out and set_max_lag.
+  /// As ScanQueue::leave_out and set_limits.
   void leave_out(const ReadyScan& scan) { queue_->leave_out(scan); }
-  void set_max_lag(double seconds) { queue_->set_max_lag(seconds); }
+  void set_limits(double max_lag, double max_tilt) { queue_->set_limits(max_lag, max_tilt); }
 
   /// Events that no scan has come after yet.
   [[nodiscard]] std::size_t events_left() const { return events_.size(); }

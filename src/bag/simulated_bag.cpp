@@ -25,8 +25,6 @@ constexpr const char* kOdometryFrame = "odom_combined";
 constexpr const char* kFootprintFrame = "base_footprint";
 constexpr const char* kBaseFrame = "base_link";
 constexpr const char* kLaserFrame = "base_laser_link";
-// [m], of base_link above the ground; the PR2's.
-constexpr double kBaseHeight = 0.051;
 // [s] from the end of a measurement until it is recorded.
 constexpr double kScanLatency = 0.012;
 constexpr double kOdometryLatency = 0.004;
@@ -37,9 +35,8 @@ ros::Time to_time(double stamp) { return ros::Time().fromSec(stamp); }
 /// Makes messages in the frames of the recording.
 class MessageMaker {
  public:
-  /// @param scan_rate  of the laser [Hz].
-  MessageMaker(SimulatedBagOptions options, double scan_rate)
-      : options_(std::move(options)), scan_rate_(scan_rate) {}
+  MessageMaker(SimulatedBagOptions options, LaserOptions laser)
+      : options_(std::move(options)), laser_(std::move(laser)) {}
 
   [[nodiscard]] sensor_msgs::LaserScan scan(const LaserScan& scan) const {
     sensor_msgs::LaserScan message;
@@ -50,7 +47,7 @@ class MessageMaker {
         scan.angle_min + scan.angle_increment * static_cast<double>(scan.ranges.size() - 1));
     message.angle_increment = static_cast<float>(scan.angle_increment);
     message.time_increment = static_cast<float>(scan.time_increment);
-    message.scan_time = static_cast<float>(1.0 / scan_rate_);
+    message.scan_time = static_cast<float>(1.0 / laser_.scan_rate);
     message.range_min = static_cast<float>(scan.range_min);
     message.range_max = static_cast<float>(scan.range_max);
     message.ranges = scan.ranges;
@@ -61,7 +58,7 @@ class MessageMaker {
     const Pose2& pose = reading.odom_from_base;
     const Eigen::Isometry3d odom_from_base =
         Eigen::Translation3d(pose.x, pose.y, 0.0) *
-        Eigen::AngleAxisd(pose.theta, Eigen::Vector3d::UnitZ());
+        Eigen::AngleAxisd(pose.theta, Eigen::Vector3d::UnitZ()) * laser_.rocked(reading.stamp);
     tf2_msgs::TFMessage message;
     message.transforms = {
         transform(reading.stamp, kOdometryFrame, kFootprintFrame, odom_from_base)};
@@ -73,8 +70,9 @@ class MessageMaker {
     Eigen::Isometry3d footprint_from_base = Eigen::Isometry3d::Identity();
     footprint_from_base.translation().z() = kBaseHeight;
     tf2_msgs::TFMessage message;
-    message.transforms = {transform(stamp, kFootprintFrame, kBaseFrame, footprint_from_base),
-                          transform(stamp, kBaseFrame, kLaserFrame, base_from_laser)};
+    message.transforms = {
+        transform(stamp, kFootprintFrame, kBaseFrame, footprint_from_base),
+        transform(stamp, kBaseFrame, kLaserFrame, base_from_laser * laser_.nodded(stamp))};
     return message;
   }
 
@@ -94,7 +92,7 @@ class MessageMaker {
   }
 
   SimulatedBagOptions options_;
-  double scan_rate_;
+  LaserOptions laser_;
 };
 
 rosbag::CompressionType compression_type(const std::string& name) {
@@ -120,9 +118,10 @@ void write_record(const SimulationRecord& record, double record_time, rosbag::Ba
   bag.write(kSimulationTopic, to_time(record_time), message);
 }
 
-void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options, double scan_rate,
-                    const std::function<bool()>& is_interrupted, rosbag::Bag& bag) {
-  const MessageMaker make(options, scan_rate);
+void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options,
+                    const LaserOptions& laser, const std::function<bool()>& is_interrupted,
+                    rosbag::Bag& bag) {
+  const MessageMaker make(options, laser);
   // Messages are made only when it is their turn.
   std::vector<std::pair<double, std::function<void(const ros::Time&)>>> writes;
   for (const LaserScan& scan : run.scans) {
@@ -192,7 +191,7 @@ void SimulatedBagWriter::write(const SimulatedRun& run, const SimulationRecord& 
   check_stamps(run, options_.clock_offset);
   try {
     write_record(record, run.odometry.front().stamp + kLinksLatency, *bag_);
-    write_messages(run, options_, record.laser.scan_rate, is_interrupted, *bag_);
+    write_messages(run, options_, record.laser, is_interrupted, *bag_);
     bag_->close();
     std::filesystem::rename(unfinished_path_, path_);
   } catch (const rosbag::BagException& error) {

@@ -22,7 +22,8 @@ Eigen::Matrix3d guess_covariance(const PairOptions& options, const MotionPriorOp
 }
 
 PointScan project(const LocatedScan& located, const EngineOptions& options) {
-  return project_scan(located.scan, located.base_from_laser, located.motion, options.scan);
+  return project_scan(located.scan, located.base_from_laser, located.motion, options.scan,
+                      located.laser_motion);
 }
 
 struct ScanIndices {

@@ -24,6 +24,7 @@ struct LocatedScan {
   Pose2 motion;  ///< pose of the base at the last beam in the base at the first
   Pose2 world_from_base;
   std::size_t number = 0;  ///< of the scan in the recording, which holds others without truth
+  Eigen::Isometry3d laser_motion = Eigen::Isometry3d::Identity();  ///< as of ScanInput
 };
 
 /// Which pairs of scans to match, and how wrong the guess is.

@@ -24,10 +24,14 @@ constexpr std::int32_t kFarthestCell = 1 << 24;
 // What is written and what is read are one function each, given a MapWriter and something constant
 // or a MapReader and something to fill.
 
+/// Of the format, that is written.
+constexpr int kSavedVersion = 5;
+
 /// Numbers in the order of their bytes, the lowest first, on every machine.
 class MapWriter {
  public:
   static constexpr bool kReads = false;
+  static constexpr int version() { return kSavedVersion; }
 
   template <typename Integer>
   void integer(Integer value) {
@@ -85,6 +89,15 @@ class MapReader {
 
   MapReader(const std::string& bytes, const std::string& path, double max_cells)
       : bytes_(bytes), path_(path), max_cells_(max_cells) {}
+
+  /// Of the format, that is read.
+  [[nodiscard]] int version() const { return version_; }
+
+  /// Reads the head of that version, if it is there.
+  [[nodiscard]] bool begins_with_version(int version, const std::string& head) {
+    version_ = version;
+    return begins_with(head);
+  }
 
   [[noreturn]] void fail(const std::string& text) const {
     throw FileError("'" + path_ + "' " + text);
@@ -184,6 +197,7 @@ class MapReader {
   const std::string& bytes_;
   const std::string& path_;
   double max_cells_;
+  int version_ = kSavedVersion;
   std::size_t position_ = 0;
   CellBox box_;  ///< around all cells so far
 };

@@ -32,6 +32,14 @@ void transfer_option(Archive& archive, Value& value, const char* name, const All
   }
 }
 
+template <typename Archive, typename Pose>
+void transfer_laser(Archive& archive, Pose& pose) {
+  for (Eigen::Index i = 0; i < 12; ++i) {
+    archive.number(pose.matrix()(i % 3, i / 3));
+  }
+}
+
+/// Before version 5 no beam was cut for its height.
 template <typename Archive, typename Measured>
 void transfer_measured(Archive& archive, Measured& measured) {
   constexpr double kLargestFloat = 3.5e38;
@@ -46,19 +54,33 @@ void transfer_measured(Archive& archive, Measured& measured) {
   for (auto& range : scan.ranges) {  // of any bits, as a laser sends them
     archive.template image<std::uint32_t>(range);
   }
-  for (Eigen::Index i = 0; i < 12; ++i) {
-    archive.number(measured.base_from_laser.matrix()(i % 3, i / 3));
-  }
+  transfer_laser(archive, measured.base_from_laser);
   transfer_pose(archive, measured.motion);
   ProjectionOptions::visit(
-      measured.options,
-      [&](auto& value, const char* name, const Allowed& allowed, const char* /*unit*/,
-          const char* /*meaning*/) { transfer_option(archive, value, name, allowed); });
+      measured.options, [&](auto& value, const char* name, const Allowed& allowed,
+                            const char* /*unit*/, const char* /*meaning*/) {
+        const bool is_new = name == std::string("max_drop") || name == std::string("max_rise") ||
+                            name == std::string("max_tilt");
+        if (archive.version() >= 5 || !is_new) {
+          transfer_option(archive, value, name, allowed);
+        }
+      });
+  if (archive.version() >= 5) {
+    transfer_laser(archive, measured.laser_motion);
+    if constexpr (Archive::kReads) {
+      if (!measured.laser_motion.linear().isUnitary(1e-3)) {
+        archive.fail("is damaged: what a laser turned in a scan is no rotation");
+      }
+    }
+  } else if constexpr (Archive::kReads) {
+    measured.options.max_drop = measured.options.max_rise = 1000.0;
+  }
 }
 
 /// Version 1 has no `moved` and no free rays.
 template <typename Archive, typename Scan>
-void transfer_points(Archive& archive, bool version_1, Scan& scan) {
+void transfer_points(Archive& archive, Scan& scan) {
+  const bool version_1 = archive.version() == 1;
   archive.number(scan.stamp, kLargest);
   archive.size(scan.points, version_1 ? 57 : 65, kMostPoints, "points in a key scan");
   for (auto& point : scan.points) {
@@ -97,19 +119,19 @@ void write_key_scans(const KeyScans& key_scans, MapWriter& writer) {
     if (measured != nullptr) {
       transfer_measured(writer, *measured);
     } else {
-      transfer_points(writer, false, *key.scan->points());
+      transfer_points(writer, *key.scan->points());
     }
   }
 }
 
-KeyScans read_key_scans(bool version_1, MapReader& reader) {
+KeyScans read_key_scans(MapReader& reader) {
   KeyScans key_scans;
   for (std::size_t left = reader.count(40, kMostKeyScans, "key scans"); left > 0; --left) {
     Pose2 map_from_base;
     std::int32_t laser = 0;
     bool is_measured = false;
     transfer_pose(reader, map_from_base);
-    if (!version_1) {
+    if (reader.version() > 1) {
       reader.integer(laser);
       reader.flag(is_measured);
     }
@@ -119,7 +141,7 @@ KeyScans read_key_scans(bool version_1, MapReader& reader) {
       key_scans.add(std::move(measured), laser, map_from_base);
     } else {
       PointScan points;
-      transfer_points(reader, version_1, points);
+      transfer_points(reader, points);
       key_scans.add(std::move(points), laser, map_from_base);
     }
   }

@@ -117,7 +117,7 @@ void write_loops(const MapStart& map, MapWriter& writer) {
   writer.flag(map.is_of_key_scans);
 }
 
-void read_loops(bool version_3, MapReader& reader, MapStart& map) {
+void read_loops(MapReader& reader, MapStart& map) {
   const PlacedScans& keys = map.key_scans.all();
   LoopCloser::State state;
   std::uint64_t nodes = 0;
@@ -143,7 +143,7 @@ void read_loops(bool version_3, MapReader& reader, MapStart& map) {
   }
   reader.flag(map.is_moved);
   reader.flag(map.is_continued);
-  if (!version_3) {
+  if (reader.version() > 3) {
     bool has_pending = false;
     reader.flag(has_pending);
     if (has_pending) {

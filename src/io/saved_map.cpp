@@ -6,10 +6,7 @@ namespace matchbox_slam {
 namespace {
 
 const std::string kHead = "matchbox_slam map, version ";
-const std::string kVersion1 = kHead + "1\n";
-const std::string kVersion2 = kHead + "2\n";
-const std::string kVersion3 = kHead + "3\n";
-const std::string kVersion4 = kHead + "4\n";
+std::string head_of(int version) { return kHead + std::to_string(version) + "\n"; }
 constexpr double kLeastInterval = 1e-9;  // [s] between stamps of messages
 
 /// What may be missing: whether it is there, then its value or a default one.
@@ -55,7 +52,7 @@ void transfer_motion(Archive& archive, Motion& motion) {
 
 std::string to_saved_map(const MapStart& map) {
   MapWriter writer;
-  writer.text(kVersion4);
+  writer.text(head_of(kSavedVersion));
   write_grids(map.map, writer);
   write_key_scans(map.key_scans, writer);
   transfer_motion(writer, map.motion);
@@ -69,17 +66,18 @@ std::string to_saved_map(const MapStart& map) {
 MapStart read_saved_map(const std::string& path, double max_cells) {
   const std::string bytes = decompress(read_file(path), path);
   MapReader reader(bytes, path, max_cells);
-  const bool version_1 = reader.begins_with(kVersion1);
-  const bool version_3 = reader.begins_with(kVersion3);
-  const bool version_4 = reader.begins_with(kVersion4);
-  if (!version_1 && !version_3 && !version_4 && !reader.begins_with(kVersion2)) {
+  int version = kSavedVersion;
+  while (version > 0 && !reader.begins_with_version(version, head_of(version))) {
+    --version;
+  }
+  if (version == 0) {
     reader.fail("is no saved map that this version reads; it should begin with '" + kHead +
-                "' and 1 to 4");
+                "' and 1 to " + std::to_string(kSavedVersion));
   }
   MapStart start{read_grids(reader), {}, {}, {}, 0};
-  start.key_scans = read_key_scans(version_1, reader);
-  start.is_of_key_scans = !version_1;  // which kept the last ones alone
-  if (version_1) {
+  start.key_scans = read_key_scans(reader);
+  start.is_of_key_scans = version > 1;  // which kept the last ones alone
+  if (version == 1) {
     transfer_pose(reader, start.motion.fixed_from_base);
     transfer_covariance(reader, "its pose", start.motion.covariance);
   } else {
@@ -88,8 +86,8 @@ MapStart read_saved_map(const std::string& path, double max_cells) {
     reader.integer(start.scan_count);
     start.whereabouts = read_whereabouts(reader);
   }
-  if (version_3 || version_4) {
-    read_loops(version_3, reader, start);
+  if (version >= 3) {
+    read_loops(reader, start);
   }
   if (!reader.at_end()) {
     reader.fail("is damaged: it goes on after its end");

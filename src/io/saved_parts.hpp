@@ -15,7 +15,7 @@ void write_grids(const SlamMap& map, MapWriter& writer);
 
 /// Version 1 of the format has points alone.
 void write_key_scans(const KeyScans& key_scans, MapWriter& writer);
-[[nodiscard]] KeyScans read_key_scans(bool version_1, MapReader& reader);
+[[nodiscard]] KeyScans read_key_scans(MapReader& reader);
 
 /// map_from_base by laser, as in MapPart.
 void write_last_inserted(const std::map<int, Pose2>& last_inserted, MapWriter& writer);
@@ -27,7 +27,7 @@ void write_whereabouts(const Whereabouts& whereabouts, MapWriter& writer);
 /// What closing loops knows: of the graph the edges, as its poses are those of the key scans.
 /// Version 3 has no work that is pending.
 void write_loops(const MapStart& map, MapWriter& writer);
-void read_loops(bool version_3, MapReader& reader, MapStart& map);
+void read_loops(MapReader& reader, MapStart& map);
 
 template <typename Archive, typename Matrix>
 void transfer_covariance(Archive& archive, const std::string& name, Matrix& matrix) {

@@ -32,7 +32,7 @@ void write_waiting(const std::vector<WaitingScan>& waiting, MapWriter& writer) {
 }
 
 std::vector<WaitingScan> read_waiting(std::size_t parts, MapReader& reader) {
-  const KeyScans scans = read_key_scans(false, reader);
+  const KeyScans scans = read_key_scans(reader);
   std::vector<WaitingScan> waiting;
   for (const PlacedScan& scan : scans.all()) {
     waiting.push_back({0, scan});
@@ -109,7 +109,7 @@ Whereabouts read_whereabouts(MapReader& reader) {
   Whereabouts whereabouts;
   const std::size_t parts = reader.count(60, kMostPartsApart, "maps apart") + 1;
   while (whereabouts.apart.size() + 1 < parts) {
-    MapPart part{read_grids(reader), read_key_scans(false, reader), read_last_inserted(reader), 0};
+    MapPart part{read_grids(reader), read_key_scans(reader), read_last_inserted(reader), 0};
     reader.number(part.begin, kLargest);
     transfer_part(reader, part.left, parts);
     transfer_pose(reader, part.left_from_here);

@@ -39,8 +39,9 @@ LiveConfiguration read_configuration(const ros::NodeHandle& private_node,
   return configuration;
 }
 
-ScanQueueSettings node_queue_settings(const RunOptions& options) {
-  return queue_settings(options, fixed_scan_time_offset(options).value_or(0.0));
+ScanQueueSettings node_queue_settings(const SlamSetup& setup) {
+  return queue_settings(setup.run, setup.engine.scan.max_tilt,
+                        fixed_scan_time_offset(setup.run).value_or(0.0));
 }
 
 /// All is only kept where it is asked for: it grows as long as the node runs.
@@ -59,7 +60,7 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
         const RunRecords records = records_for(configuration.setup().node);
         return SlamRun(std::move(configuration), records);
       }()),
-      worker_("mapping", node_queue_settings(run_.setup().run),
+      worker_("mapping", node_queue_settings(run_.setup()),
               [this](const ScanQueue::Item& item) {
                 std::visit([this](const auto& one) { handle(one); }, item);
               }),
@@ -184,10 +185,9 @@ void SlamNode::handle(const RunEvent& event) {
   if (gives_up_map(event)) {
     forget_map();
   } else if (std::holds_alternative<Reconfigure>(event)) {
-    const SlamNodeOptions node_options = run_.setup().node;
-    const double max_lag = run_.setup().run.max_lag;
+    const SlamSetup setup = run_.setup();
     lock.unlock();
-    adopt_options(node_options, max_lag);
+    adopt_options(setup);
   }
 }
 
@@ -198,10 +198,11 @@ void SlamNode::forget_map() {
   poses_.forget();
 }
 
-void SlamNode::adopt_options(const SlamNodeOptions& node_options, double max_lag) {
-  poses_.set_options(node_options);
-  map_publisher_->set_interval(node_options.map_update_interval);
-  worker_.use_queue([&](ScanQueue& queue) { queue.set_max_lag(max_lag); });
+void SlamNode::adopt_options(const SlamSetup& setup) {
+  poses_.set_options(setup.node);
+  map_publisher_->set_interval(setup.node.map_update_interval);
+  worker_.use_queue(
+      [&](ScanQueue& queue) { queue.set_limits(setup.run.max_lag, setup.engine.scan.max_tilt); });
 }
 
 // --- from any thread ---

@@ -54,7 +54,7 @@ class SlamNode {
   void handle(const TimeJump& jump);
   void handle(const RunEvent& event);
   void forget_map();
-  void adopt_options(const SlamNodeOptions& node_options, double max_lag);
+  void adopt_options(const SlamSetup& setup);
   void remember_health(const ReadyScan& scan, const ScanOutcome& outcome);
 
   bool answer_dynamic_map(nav_msgs::GetMap::Request& request, nav_msgs::GetMap::Response& response);

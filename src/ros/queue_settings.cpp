@@ -7,7 +7,8 @@
 
 namespace matchbox_slam {
 
-ScanQueueSettings queue_settings(const RunOptions& options, double scan_time_offset) {
+ScanQueueSettings queue_settings(const RunOptions& options, double max_tilt,
+                                 double scan_time_offset) {
   ScanQueueSettings settings;
   settings.base_frame = options.base_frame;
   if (options.use_odometry) {
@@ -19,6 +20,7 @@ ScanQueueSettings queue_settings(const RunOptions& options, double scan_time_off
   settings.scan_time_offset = ros::Duration(scan_time_offset);
   settings.lasers = std::max(1, static_cast<int>(options.scan_topics.size()));
   settings.max_lag = options.max_lag;
+  settings.max_tilt = max_tilt;
   settings.stop_at_time_jump = options.time_jump == "stop";
   return settings;
 }
@@ -36,6 +38,7 @@ ScanQueueSettings queue_settings(const ScanMatcherSetup& setup) {
   settings.transform_timeout = setup.node.transform_timeout;
   settings.max_waiting = static_cast<std::size_t>(setup.node.queue_size);
   settings.scan_time_offset = ros::Duration(setup.node.scan_time_offset);
+  settings.max_tilt = setup.odometry.scan.max_tilt;
   return settings;
 }
 

@@ -7,8 +7,10 @@
 namespace matchbox_slam {
 
 /// How the queue is to be set up for a configuration.
+/// @param max_tilt          [rad], of ProjectionOptions.
 /// @param scan_time_offset  [s], what 'auto' has come to.
-[[nodiscard]] ScanQueueSettings queue_settings(const RunOptions& options, double scan_time_offset);
+[[nodiscard]] ScanQueueSettings queue_settings(const RunOptions& options, double max_tilt,
+                                               double scan_time_offset);
 
 /// How the queue of scans is to be set up. An IMU's heading comes as a link of tf, from
 /// kImuHeadingFrame, so that scans wait for it as they do for odometry.

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "common/number_text.hpp"
 #include "ros/imu_heading.hpp"
 #include "ros/message_conversion.hpp"
 
@@ -54,6 +55,25 @@ std::string find_defect(const ScanInput& input) {
   return {};
 }
 
+/// Below, a laser that moves on the robot is taken to have the same place for the whole scan [rad].
+constexpr double kLevel = 1e-3;
+
+/// The rotation of a frame but for its heading; exactly none where its z axis is upright.
+Eigen::Isometry3d lean_of(const Eigen::Isometry3d& odom_from_base) {
+  Eigen::Isometry3d lean = Eigen::Isometry3d::Identity();
+  if (odom_from_base.linear()(2, 2) != 1.0) {
+    const double heading = project_to_plane(odom_from_base).theta;
+    lean.linear() = Eigen::AngleAxisd(-heading, Eigen::Vector3d::UnitZ()) * odom_from_base.linear();
+  }
+  return lean;
+}
+
+/// Of the first beam's plane or the last's, whichever is more [rad].
+double largest_tilt(const ScanInput& input) {
+  return std::max(tilt_of(input.base_from_laser),
+                  tilt_of(input.base_from_laser * input.laser_motion));
+}
+
 ros::Time last_beam_stamp(const ros::Time& stamp, const LaserScan& scan) {
   return stamp + ros::Duration(scan.duration());
 }
@@ -64,7 +84,8 @@ const char* to_string(SkipReason reason) {
   // In the order of SkipReason.
   constexpr std::array kNames = {"no_transform", "duplicate_stamp", "out_of_order", "invalid",
                                  "empty",        "queue_full",      "too_late",     "time_jump",
-                                 "stopped",      "paused",          "before_reset", "interrupted"};
+                                 "stopped",      "paused",          "before_reset", "interrupted",
+                                 "tilted"};
   return kNames.at(static_cast<std::size_t>(reason));
 }
 
@@ -238,6 +259,12 @@ void ScanQueue::deliver(const Turn& turn, ReadyScan&& scan) {
     skip(scan.stamp, SkipReason::kInvalid, defect);
     return;
   }
+  if (const double tilt = largest_tilt(scan.input); tilt > settings_.max_tilt) {
+    skip(scan.stamp, SkipReason::kTilted,
+         "its plane is tilted by " + fixed_text(tilt, 3) + " rad; scan/max_tilt allows " +
+             fixed_text(settings_.max_tilt, 3));
+    return;
+  }
   last_ready_ = turn;
   ready_.emplace_back(std::move(scan));
   ++ready_scans_;
@@ -373,12 +400,27 @@ std::optional<ScanQueue::Needed> ScanQueue::missing_transform(const ros::Time& s
     needed.push_back({*settings_.odom_frame, base, stamp});
     needed.push_back({*settings_.odom_frame, base, last_beam_stamp(stamp, scan.scan)});
   }
-  for (const Needed& one : needed) {
-    if (!transforms_.covers(one.target, one.source, one.stamp)) {
-      return one;
-    }
+  const auto missing = std::find_if(needed.begin(), needed.end(),
+                                    [this](const Needed& one) { return is_missing(one); });
+  if (missing != needed.end()) {
+    return *missing;
+  }
+  // Where it is tilted, it may be tilting.
+  const Needed last{base, scan.frame, last_beam_stamp(stamp, scan.scan)};
+  if (is_tilted(scan.frame, stamp) && is_missing(last)) {
+    return last;
   }
   return std::nullopt;
+}
+
+bool ScanQueue::is_missing(const Needed& needed) const {
+  return !transforms_.covers(needed.target, needed.source, needed.stamp);
+}
+
+/// Whether a laser's plane is not that of the base. Its transform is there.
+bool ScanQueue::is_tilted(const std::string& frame, const ros::Time& stamp) const {
+  return frame != settings_.base_frame &&
+         tilt_of(*transforms_.lookup(settings_.base_frame, frame, stamp)) > kLevel;
 }
 
 ReadyScan ScanQueue::make_ready(const Turn& turn, WaitingScan&& scan) const {
@@ -388,16 +430,28 @@ ReadyScan ScanQueue::make_ready(const Turn& turn, WaitingScan&& scan) const {
   ready.arrival = scan.arrival;
   ready.input.laser = turn.laser;
   ready.frame = std::move(scan.frame);
-  if (ready.frame != settings_.base_frame) {
-    ready.input.base_from_laser = *transforms_.lookup(settings_.base_frame, ready.frame, stamp);
-  }
+  const ros::Time last = last_beam_stamp(stamp, scan.scan);
+  const Eigen::Isometry3d identity = Eigen::Isometry3d::Identity();
+  const auto base_from_laser = [&](const ros::Time& time) {
+    return ready.frame == settings_.base_frame
+               ? identity
+               : *transforms_.lookup(settings_.base_frame, ready.frame, time);
+  };
+  Eigen::Isometry3d at_first = base_from_laser(stamp);
+  Eigen::Isometry3d at_last = is_tilted(ready.frame, stamp) ? base_from_laser(last) : at_first;
   if (settings_.odom_frame) {
     const auto odom_from_base = [&](const ros::Time& time) {
-      return project_to_plane(
-          *transforms_.lookup(*settings_.odom_frame, settings_.base_frame, time));
+      return *transforms_.lookup(*settings_.odom_frame, settings_.base_frame, time);
     };
-    ready.input.odometry =
-        ScanOdometry{odom_from_base(stamp), odom_from_base(last_beam_stamp(stamp, scan.scan))};
+    const Eigen::Isometry3d first_base = odom_from_base(stamp);
+    const Eigen::Isometry3d last_base = odom_from_base(last);
+    ready.input.odometry = ScanOdometry{project_to_plane(first_base), project_to_plane(last_base)};
+    at_first = lean_of(first_base) * at_first;
+    at_last = lean_of(last_base) * at_last;
+  }
+  ready.input.base_from_laser = at_first;
+  if (at_last.matrix() != at_first.matrix()) {
+    ready.input.laser_motion = at_first.inverse() * at_last;
   }
   ready.input.scan = std::move(scan.scan);
   return ready;

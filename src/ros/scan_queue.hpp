@@ -33,6 +33,7 @@ enum class SkipReason {
   kPaused,          ///< its turn came while its user had paused the mapping
   kBeforeReset,     ///< it was used, or waiting, for a map that was given up since
   kInterrupted,     ///< it was waiting when its user ended the run
+  kTilted,          ///< its plane is too far from level
 };
 
 /// A word for reports, such as "no_transform".
@@ -82,13 +83,15 @@ struct ScanQueueSettings {
   bool stop_at_time_jump = false;   ///< else start anew
   int lasers = 1;                   ///< whose scans are merged
   double max_lag = 0.0;             ///< [s] after its arrival a scan is given up; 0: never
+  double max_tilt = kPi / 2.0;      ///< [rad] of a scan's plane
 };
 
 /// Scans and transforms go in as they arrive, scans ready to be processed come out in the order of
 /// their stamps, and events between them. A scan is ready when tf covers its first beam and its
-/// last; its transforms are looked up at that moment. What comes out depends on the messages and
-/// not on how scans and transforms interleave, so a replayed bag gives what reading it gives. No
-/// scan is lost uncounted.
+/// last; its transforms are looked up at that moment. Roll and pitch of the base in the odometry
+/// frame count as the laser's: the base comes out upright. What comes out depends on the messages
+/// and not on how scans and transforms interleave, so a replayed bag gives what reading it gives.
+/// No scan is lost uncounted.
 ///
 /// Scans of several lasers come out merged by their stamps: a scan waits until every other laser
 /// that is alive has sent one as late, but not for long.
@@ -118,7 +121,11 @@ class ScanQueue {
 
   /// Added to the stamps of scans that come from now on.
   void set_scan_time_offset(const ros::Duration& offset) { settings_.scan_time_offset = offset; }
-  void set_max_lag(double seconds) { settings_.max_lag = seconds; }
+  /// These of the settings, from now on.
+  void set_limits(double max_lag, double max_tilt) {
+    settings_.max_lag = max_lag;
+    settings_.max_tilt = max_tilt;
+  }
 
   /// Whether scans are skipped since a time jump at which to stop.
   [[nodiscard]] bool stopped() const { return stopped_; }
@@ -198,6 +205,8 @@ class ScanQueue {
   void skip(const ros::Time& stamp, SkipReason reason, const std::string& why);
   [[nodiscard]] std::optional<Needed> missing_transform(const ros::Time& stamp,
                                                         const WaitingScan& scan) const;
+  [[nodiscard]] bool is_missing(const Needed& needed) const;
+  [[nodiscard]] bool is_tilted(const std::string& frame, const ros::Time& stamp) const;
   [[nodiscard]] ReadyScan make_ready(const Turn& turn, WaitingScan&& scan) const;
 
   ScanQueueSettings settings_;

@@ -20,6 +20,14 @@ Reading classify(double range, double min_range, double max_range) {
   return range >= max_range ? Reading::kNoReturn : Reading::kHit;
 }
 
+/// Pose of the laser after a fraction of the scan.
+Eigen::Isometry3d laser_at(double fraction, const Eigen::Isometry3d& base_from_laser,
+                           const Eigen::Isometry3d& laser_motion) {
+  const Eigen::Quaterniond turn(laser_motion.linear());
+  return base_from_laser * Eigen::Translation3d(fraction * laser_motion.translation()) *
+         Eigen::Quaterniond::Identity().slerp(fraction, turn);
+}
+
 /// Whether the angle lies in one of the sectors: pairs of from and to, counter-clockwise, each less
 /// than a turn.
 bool is_masked(double angle, const std::vector<double>& sectors) {
@@ -258,35 +266,56 @@ void check_projection_options(const ProjectionOptions& options) {
   }
 }
 
+double tilt_of(const Eigen::Isometry3d& base_from_laser) {
+  return std::acos(std::min(1.0, std::abs(base_from_laser.linear()(2, 2))));
+}
+
 PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from_laser,
-                       const Pose2& motion, const ProjectionOptions& options) {
+                       const Pose2& motion, const ProjectionOptions& options,
+                       const Eigen::Isometry3d& laser_motion) {
   const double min_range = std::max(options.min_range, scan.range_min);
   const double max_range = std::min(options.max_range, scan.range_max);
   const double free_range = std::min(options.free_range, max_range);
-  const Eigen::Matrix<double, 2, 2> axes = base_from_laser.linear().topLeftCorner<2, 2>();
-  const Eigen::Vector2d mount = base_from_laser.translation().head<2>();
   const std::size_t count = scan.ranges.size();
   const bool moving = motion != Pose2{} && count > 1;
+  const bool swaying = laser_motion.matrix() != Eigen::Matrix4d::Identity() && count > 1;
+  Eigen::Isometry3d laser = base_from_laser;
 
   PointScan result;
+  std::vector<std::size_t> cut_after;  // points that a cut beam follows, where a door may be
   result.stamp = scan.stamp;
   result.points.reserve(count);
   for (std::size_t k = 0; k < count; ++k) {
     const auto range = static_cast<double>(scan.ranges[k]);
-    const Reading reading = classify(range, min_range, max_range);
+    const double fraction = static_cast<double>(k) / static_cast<double>(count - 1);
+    Reading reading = classify(range, min_range, max_range);
     const double angle = scan.angle_min + static_cast<double>(k) * scan.angle_increment;
     if (is_masked(angle, options.masked_angles)) {
       continue;
     }
-    if (reading == Reading::kIgnored || (reading == Reading::kNoReturn && free_range <= 0.0)) {
+    if (reading == Reading::kIgnored) {
       continue;
     }
-    const double length = reading == Reading::kHit ? range : free_range;
-    Eigen::Vector2d origin = mount;
-    Eigen::Vector2d end =
-        mount + axes * Eigen::Vector2d(length * std::cos(angle), length * std::sin(angle));
+    if (swaying) {
+      laser = laser_at(fraction, base_from_laser, laser_motion);
+    }
+    double length = reading == Reading::kHit ? range : free_range;
+    const Eigen::Vector2d beam(std::cos(angle), std::sin(angle));
+    const double rise = laser.linear().row(2).head<2>().dot(beam);
+    const double band = rise < 0.0 ? options.max_drop : options.max_rise;
+    if (std::abs(rise) * length > band) {
+      if (!result.points.empty()) {
+        cut_after.push_back(result.points.size() - 1);
+      }
+      reading = Reading::kNoReturn;
+      length = std::min(free_range, band / std::abs(rise));
+    }
+    if (length <= 0.0) {
+      continue;
+    }
+    Eigen::Vector2d origin = laser.translation().head<2>();
+    Eigen::Vector2d end = origin + laser.linear().topLeftCorner<2, 2>() * (length * beam);
     if (moving) {
-      const double fraction = static_cast<double>(k) / static_cast<double>(count - 1);
       const Transform2 first_from_here(interpolate(Pose2{}, motion, fraction));
       origin = first_from_here * origin;
       end = first_from_here * end;
@@ -301,6 +330,9 @@ PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from
     take_noise_out(result.points, options);
   }
   add_surfaces(result.points, options);
+  for (const std::size_t point : cut_after) {
+    result.points[point].joined_to_next = false;
+  }
   add_weights(result.points, options.max_point_weight);
   return result;
 }

@@ -1,5 +1,6 @@
 #include "simulation/laser.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -20,10 +21,25 @@ double first_angle(const LaserOptions& options) {
   return options.clockwise ? 0.5 * options.field_of_view : -0.5 * options.field_of_view;
 }
 
-BeamTruth trace_beam(const World& world, const Pose2& world_from_base,
-                     const Eigen::Isometry3d& base_from_laser, double angle, double reach) {
+/// By up to `amplitude` to either side.
+double swing(double amplitude, double stamp, double period, double phase) {
+  return amplitude * std::sin(2.0 * kPi * stamp / period + phase);
+}
+
+/// Part of a ray on which it is no higher than this; its height goes on by `slope`.
+RayPart part_below(double limit, double height, double slope) {
+  const double range = (limit - height) / slope;
+  if (slope < 0.0) {
+    return {range, kInfinity};
+  }
+  return slope > 0.0 ? RayPart{-kInfinity, range}
+                     : RayPart{0.0, height <= limit ? kInfinity : -1.0};
+}
+
+BeamTruth trace_beam(const World& world, const LaserOptions& options, const Pose2& world_from_base,
+                     const Eigen::Isometry3d& ground_from_laser, double angle, double reach) {
   const Eigen::Vector3d in_base =
-      base_from_laser.linear() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
+      ground_from_laser.linear() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
   const double horizontal = in_base.head<2>().norm();
   if (horizontal < 1e-9) {
     return {};  // straight up or down: walls are never met
@@ -31,12 +47,18 @@ BeamTruth trace_beam(const World& world, const Pose2& world_from_base,
   const Pose2 turn{0.0, 0.0, world_from_base.theta};
   const Eigen::Vector2d direction = turn * Eigen::Vector2d(in_base.head<2>() / horizontal);
   const Eigen::Vector2d origin =
-      world_from_base * Eigen::Vector2d(base_from_laser.translation().head<2>());
-  const std::optional<RayHit> hit = world.cast_ray(origin, direction, reach * horizontal);
-  if (!hit) {
-    return {};
-  }
+      world_from_base * Eigen::Vector2d(ground_from_laser.translation().head<2>());
+  const double height = ground_from_laser.translation().z();
+  const double slope = in_base.z() / horizontal;
+  const double floor = options.floor && slope < 0.0 ? -height / slope : kInfinity;
+  const std::optional<RayHit> hit =
+      world.cast_ray(origin, direction, std::min(floor, reach * horizontal),
+                     part_below(options.table_height, height, slope));
   BeamTruth truth;
+  if (!hit) {
+    truth.range = floor <= reach * horizontal ? floor / horizontal : kInfinity;
+    return truth;
+  }
   truth.range = hit->range / horizontal;
   truth.segment = hit->segment;
   truth.normal = hit->normal;
@@ -67,6 +89,17 @@ Eigen::Isometry3d LaserOptions::base_from_laser() const {
   return transform;
 }
 
+Eigen::Isometry3d LaserOptions::nodded(double stamp) const {
+  return Eigen::Isometry3d(
+      Eigen::AngleAxisd(swing(nod, stamp, 4.0, 0.0), Eigen::Vector3d::UnitY()));
+}
+
+Eigen::Isometry3d LaserOptions::rocked(double stamp) const {
+  return Eigen::Isometry3d(
+      Eigen::AngleAxisd(swing(rock, stamp, 2.3, 1.0), Eigen::Vector3d::UnitY()) *
+      Eigen::AngleAxisd(swing(rock, stamp, 3.1, 0.0), Eigen::Vector3d::UnitX()));
+}
+
 void check_laser_options(const LaserOptions& options) {
   if (options.range_min >= options.range_max) {
     throw ConfigurationError("laser: range_min is " + std::to_string(options.range_min) +
@@ -85,7 +118,13 @@ void check_laser_options(const LaserOptions& options) {
 std::vector<BeamTruth> trace_beams(const World& world, const LaserOptions& options,
                                    const PoseAtTime& world_from_base, double stamp) {
   check_laser_options(options);
-  const Eigen::Isometry3d base_from_laser = options.base_from_laser();
+  const Eigen::Isometry3d mount =
+      Eigen::Translation3d(0.0, 0.0, kBaseHeight) * options.base_from_laser();
+  const bool sways = options.rock > 0.0 || options.nod > 0.0;
+  const auto laser_at = [&](double time) {
+    return sways ? options.rocked(time) * mount * options.nodded(time) : mount;
+  };
+  Eigen::Isometry3d laser = laser_at(stamp);
   // Noise may bring a surface a little out of reach into it.
   const double reach = options.range_max + 10.0 * options.range_noise;
   std::vector<BeamTruth> beams;
@@ -94,9 +133,10 @@ std::vector<BeamTruth> trace_beams(const World& world, const LaserOptions& optio
   for (int k = 0; k < options.beams; ++k) {
     if (options.time_increment > 0.0) {
       pose = world_from_base(stamp + k * options.time_increment);
+      laser = laser_at(stamp + k * options.time_increment);
     }
     const double angle = first_angle(options) + k * beam_increment(options);
-    beams.push_back(trace_beam(world, pose, base_from_laser, angle, reach));
+    beams.push_back(trace_beam(world, options, pose, laser, angle, reach));
   }
   return beams;
 }

@@ -16,6 +16,9 @@
 
 namespace matchbox_slam {
 
+// [m], of base_link, which carries the laser, above the ground; the PR2's.
+constexpr double kBaseHeight = 0.051;
+
 /// A planar laser on the robot. The defaults are the base laser of the PR2 that drove through the
 /// MIT Stata Center: a Hokuyo UTM-30LX at 20 Hz.
 struct LaserOptions {
@@ -35,6 +38,10 @@ struct LaserOptions {
   double mount_roll = 0.0;
   double mount_pitch = 0.0;
   double mount_yaw = 0.0;
+  double rock = 0.0;
+  double nod = 0.0;
+  bool floor = false;
+  double table_height = 100.0;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -63,10 +70,23 @@ struct LaserOptions {
            "Turn of the laser about its y axis, positive looks down.");
     option(self.mount_yaw, "mount_yaw", between(-kPi, kPi), "rad",
            "Turn of the laser about its z axis, positive to the left.");
+    option(self.rock, "rock", between(0.0, 0.5), "rad",
+           "The robot rocks, by up to this in roll and in pitch; its odometry tells.");
+    option(self.nod, "nod", between(0.0, 1.5), "rad",
+           "The laser nods, by up to this down and up about its y axis; tf tells.");
+    option(self.floor, "floor", any(), "",
+           "There is a floor, on which beams end that look down; else they go on for ever.");
+    option(self.table_height, "table_height", between(0.0, 100.0), "m",
+           "Of the tables and boxes in the rooms above the floor; all else is without end.");
   }
 
-  /// Pose of the laser in the base: turned by roll, pitch, yaw about the fixed axes x, y, z.
+  /// Pose of the laser in the base: turned by roll, pitch, yaw about the fixed axes x, y, z. Where
+  /// it nods, that of its middle.
   [[nodiscard]] Eigen::Isometry3d base_from_laser() const;
+
+  /// What nodding adds to that, on the right, and rocking, on the left, at a time [s].
+  [[nodiscard]] Eigen::Isometry3d nodded(double stamp) const;
+  [[nodiscard]] Eigen::Isometry3d rocked(double stamp) const;
 };
 
 /// What one beam met, before noise.
@@ -92,8 +112,8 @@ using PoseAtTime = std::function<Pose2(double)>;
 void check_laser_options(const LaserOptions& options);
 
 /// What each beam of a scan at `stamp` meets. Walls are upright and without end, so a tilted laser
-/// sees them farther away; there is no floor. The base moves while the beams are swept. Throws
-/// ConfigurationError as check_laser_options does.
+/// sees them farther away. A beam that ends on the floor meets no segment. The base moves while the
+/// beams are swept. Throws ConfigurationError as check_laser_options does.
 [[nodiscard]] std::vector<BeamTruth> trace_beams(const World& world, const LaserOptions& options,
                                                  const PoseAtTime& world_from_base, double stamp);
 

@@ -22,6 +22,13 @@ void append(std::vector<WallSegment>& lines, const std::vector<WallSegment>& mor
   lines.insert(lines.end(), more.begin(), more.end());
 }
 
+std::vector<WallSegment> low(std::vector<WallSegment> lines) {
+  for (WallSegment& line : lines) {
+    line.is_table = true;
+  }
+  return lines;
+}
+
 /// A leaf that hangs on one jamb and opens into the room.
 void add_door_leaf(const Room& room, double door_width, Random& random, FloorPlan& plan) {
   constexpr double kThickness = 0.04;
@@ -75,7 +82,7 @@ void add_table(const Room& room, Random& random, FloorPlan& plan) {
   const double angle = random.uniform(-kPi, kPi);
   std::vector<WallSegment> legs;
   for (const Eigen::Vector2d& corner : box(centre, {length, depth}, angle)) {
-    append(legs, outline(box(corner, {0.06, 0.06}, angle)));
+    append(legs, low(outline(box(corner, {0.06, 0.06}, angle))));
   }
   plan.add_if_clear(legs, kClearance, kGap);
 }
@@ -84,8 +91,8 @@ void add_box(const Room& room, Random& random, FloorPlan& plan) {
   const Eigen::Vector2d centre = draw_place(room, random);
   const double length = random.uniform(0.3, 1.0);
   const double depth = random.uniform(0.3, 0.7);
-  plan.add_if_clear(outline(box(centre, {length, depth}, random.uniform(-kPi, kPi))), kClearance,
-                    kGap);
+  plan.add_if_clear(low(outline(box(centre, {length, depth}, random.uniform(-kPi, kPi)))),
+                    kClearance, kGap);
 }
 
 void add_pillar(const Room& room, Random& random, FloorPlan& plan) {

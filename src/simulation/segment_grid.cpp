@@ -112,7 +112,8 @@ bool SegmentGrid::touches(const WallSegment& segment, int column, int row) const
 std::optional<SegmentGrid::Hit> SegmentGrid::first_hit(const std::vector<WallSegment>& segments,
                                                        const Eigen::Vector2d& origin,
                                                        const Eigen::Vector2d& direction,
-                                                       double max_range) const {
+                                                       double max_range,
+                                                       const RayPart& at_tables) const {
   const Interval in_x = clip(origin.x(), direction.x(), low_.x(), high_.x());
   const Interval in_y = clip(origin.y(), direction.y(), low_.y(), high_.y());
   const double enter = std::max({0.0, in_x.from, in_y.from});
@@ -131,6 +132,9 @@ std::optional<SegmentGrid::Hit> SegmentGrid::first_hit(const std::vector<WallSeg
     for (std::size_t k = first_in_cell_[cell]; k < first_in_cell_[cell + 1]; ++k) {
       const std::size_t i = in_cells_[k];
       const std::optional<double> range = intersect_ray(segments[i], origin, direction);
+      if (range && segments[i].is_table && !(*range >= at_tables.from && *range <= at_tables.to)) {
+        continue;
+      }
       if (range && *range <= max_range &&
           (!best || *range < best->range || (*range == best->range && i < best->segment))) {
         best = Hit{*range, i};

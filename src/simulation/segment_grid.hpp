@@ -2,12 +2,19 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <vector>
 
 #include "simulation/wall_segment.hpp"
 
 namespace matchbox_slam {
+
+/// From one range to another [m].
+struct RayPart {
+  double from = 0.0;
+  double to = std::numeric_limits<double>::infinity();
+};
 
 /// A uniform grid of buckets that holds, for each square cell, the segments that touch it, so that
 /// a ray is tested against few of them. The cells along a ray are visited in order (Amanatides and
@@ -23,10 +30,11 @@ class SegmentGrid {
 
   /// The first of `segments` that the ray meets up to `max_range`. They are the ones that the grid
   /// was built of; it keeps only their numbers.
+  /// @param at_tables  part of the ray [m] on which it is low enough to meet tables.
   [[nodiscard]] std::optional<Hit> first_hit(const std::vector<WallSegment>& segments,
                                              const Eigen::Vector2d& origin,
-                                             const Eigen::Vector2d& direction,
-                                             double max_range) const;
+                                             const Eigen::Vector2d& direction, double max_range,
+                                             const RayPart& at_tables) const;
 
  private:
   [[nodiscard]] bool touches(const WallSegment& segment, int column, int row) const;

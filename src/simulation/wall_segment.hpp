@@ -9,6 +9,7 @@ namespace matchbox_slam {
 struct WallSegment {
   Eigen::Vector2d start;  ///< [m]
   Eigen::Vector2d end;    ///< [m]
+  bool is_table = false;  ///< or another thing lower than walls
 
   [[nodiscard]] double length() const { return (end - start).norm(); }
 

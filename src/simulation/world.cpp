@@ -25,9 +25,10 @@ World::World(std::vector<WallSegment> segments, Route route)
     : segments_(checked(std::move(segments))), route_(std::move(route)), grid_(segments_) {}
 
 std::optional<RayHit> World::cast_ray(const Eigen::Vector2d& origin,
-                                      const Eigen::Vector2d& direction, double max_range) const {
+                                      const Eigen::Vector2d& direction, double max_range,
+                                      const RayPart& at_tables) const {
   const std::optional<SegmentGrid::Hit> hit =
-      grid_.first_hit(segments_, origin, direction, max_range);
+      grid_.first_hit(segments_, origin, direction, max_range, at_tables);
   if (!hit) {
     return std::nullopt;
   }

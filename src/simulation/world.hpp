@@ -37,9 +37,10 @@ class World {
   /// `max_range`. Of two segments met at the same range the one with the lower index is taken; a
   /// ray along a segment does not hit it. `direction` has length 1. Cost: the segments near the
   /// ray.
+  /// @param at_tables  part of the ray [m] on which it is low enough to meet tables.
   [[nodiscard]] std::optional<RayHit> cast_ray(const Eigen::Vector2d& origin,
-                                               const Eigen::Vector2d& direction,
-                                               double max_range) const;
+                                               const Eigen::Vector2d& direction, double max_range,
+                                               const RayPart& at_tables = {}) const;
 
  private:
   std::vector<WallSegment> segments_;

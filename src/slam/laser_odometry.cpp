@@ -64,7 +64,8 @@ LaserOdometry::LaserOdometry(const LaserOdometrySettings& settings,
 
 LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
   const MotionPrediction guess = tracker_.predict(input);
-  MeasuredScan measured{input.scan, input.base_from_laser, guess.during_scan, settings_.scan};
+  MeasuredScan measured{input.scan, input.base_from_laser, guess.during_scan, settings_.scan,
+                        input.laser_motion};
   PointScan scan = project_scan(measured);
 
   // A rejected match carries the guess, which stands then.

@@ -19,7 +19,7 @@ void MotionTracker::check(const ScanInput& input) const {
     throw std::invalid_argument("the odometry of the " + scan +
                                 " is no number; leave it out to go on without odometry");
   }
-  if (!input.base_from_laser.matrix().allFinite()) {
+  if (!(input.base_from_laser * input.laser_motion).matrix().allFinite()) {
     throw std::invalid_argument("the laser's pose for the " + scan + " is no number");
   }
 }

@@ -79,7 +79,8 @@ SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanM
 
 ScanOutcome SlamEngine::process(const ScanInput& input) {
   const MotionPrediction predicted = tracker_.predict(input);
-  MeasuredScan measured{input.scan, input.base_from_laser, predicted.during_scan, options_.scan};
+  MeasuredScan measured{input.scan, input.base_from_laser, predicted.during_scan, options_.scan,
+                        input.laser_motion};
   PointScan scan = project_scan(measured);
 
   // A rejected match carries the prediction, which stands then.

@@ -188,7 +188,7 @@ void BagMapping::handle(const RunEvent& event) {
   if (gives_up_map(event)) {
     forget_map();
   } else if (std::holds_alternative<Reconfigure>(event)) {
-    scans_.set_max_lag(run_->setup().run.max_lag);
+    scans_.set_limits(run_->setup().run.max_lag, run_->setup().engine.scan.max_tilt);
   }
 }
 

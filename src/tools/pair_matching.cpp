@@ -94,7 +94,7 @@ std::vector<LocatedScan> locate_scans(BagScans& scans, const TruthAtScans& truth
     ScanInput& input = std::get<ReadyScan>(*item).input;
     if (const std::optional<Pose2> world_from_base = truth.at(input.scan.stamp)) {
       located.push_back({std::move(input.scan), input.base_from_laser, motion_during(input),
-                         *world_from_base, number});
+                         *world_from_base, number, input.laser_motion});
     }
     ++number;
   }
@@ -222,8 +222,8 @@ void describe_pairs(const std::vector<LocatedScan>& scans, const std::vector<Sca
     const LocatedScan& located = scans[pair.scan];
     gaps.push_back(located.scan.stamp - scans[pair.reference].scan.stamp);
     beams.push_back(static_cast<double>(located.scan.ranges.size()));
-    const PointScan projected =
-        project_scan(located.scan, located.base_from_laser, located.motion, options.scan);
+    const PointScan projected = project_scan(located.scan, located.base_from_laser, located.motion,
+                                             options.scan, located.laser_motion);
     reaches.push_back(hough_points(projected.points, 0.0).reach);
   }
   facts.gap_seconds = quantile(gaps, 0.5);
@@ -236,7 +236,8 @@ void draw_pairs_for_debugging(const std::vector<LocatedScan>& scans,
                               const std::vector<ScanPair>& pairs, const SlamSetup& setup,
                               const std::string& folder) {
   const auto project = [&](const LocatedScan& located) {
-    return project_scan(located.scan, located.base_from_laser, located.motion, setup.engine.scan);
+    return project_scan(located.scan, located.base_from_laser, located.motion, setup.engine.scan,
+                        located.laser_motion);
   };
   std::vector<FileContents> files;
   for (std::size_t i = 0; i < std::min(kMostHoughPictures, pairs.size()); ++i) {

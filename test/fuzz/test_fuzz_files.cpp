@@ -197,7 +197,7 @@ std::string small_map() {
 class SavedFields {
  public:
   explicit SavedFields(const std::string& bytes)
-      : bytes_(bytes), at_(std::string("matchbox_slam map, version 4\n").size()) {
+      : bytes_(bytes), at_(std::string("matchbox_slam map, version 5\n").size()) {
     add(3, 8, numbers);
     for (std::uint64_t cells = count(); cells > 0; --cells) {
       add(2, 4, coordinates);
@@ -213,9 +213,10 @@ class SavedFields {
       add(1, 1, rest);  // measured
       add(6, 8, numbers);
       add(count(), 4, rest);
-      add(12 + 3 + 6, 8, numbers);
+      add(12 + 3 + 9, 8, numbers);
       EXPECT_EQ(count(), 0U) << "no masked angles";
       add(1, 1, rest);
+      add(12, 8, numbers);
     }
     add(3 + 9 + 9, 8, state);
     add(1, 1, rest);

@@ -141,7 +141,8 @@ class Fuzzed {
   Fuzzed(const LiveConfiguration& configuration, std::uint64_t number)
       : random_(mix_seed(21, number)),
         run_(configuration),
-        queue_(queue_settings(configuration.setup().run, 0.0)) {}
+        queue_(queue_settings(configuration.setup().run, configuration.setup().engine.scan.max_tilt,
+                              0.0)) {}
 
   void send_messages() {
     for (std::uint64_t k = 0; k < kMessagesPerRun; ++k) {

@@ -215,7 +215,36 @@ TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
   EXPECT_EQ(points->points[3].position.x(), -0.73786027155316258);
   EXPECT_EQ(points->stamp, 1.1);
   write(to_saved_map(start));
-  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 4";
+  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 5";
+}
+
+/// Written before lasers could be tilted, after ten scans of twelve beams.
+TEST_F(SavedMap, ReadsVersion4OfTheFormat) {
+  const MapStart start =
+      read_saved_map(std::string(MATCHBOX_SOURCE_DIR) + "/test/io/version_4.slam");
+  ASSERT_GT(start.key_scans.size(), 1U);
+  EXPECT_EQ(start.loops.graph().poses.size(), start.key_scans.size());
+  for (const PlacedScan& key : start.key_scans.all()) {
+    const MeasuredScan* measured = key.scan->measured();
+    ASSERT_NE(measured, nullptr);
+    EXPECT_EQ(measured->options.max_drop, 1000.0);
+    EXPECT_EQ(measured->options.free_range, 0.0);
+    EXPECT_EQ(measured->laser_motion.matrix(), Eigen::Matrix4d::Identity());
+    EXPECT_EQ(measured->base_from_laser.translation().x(), 0.275);
+  }
+}
+
+TEST_F(SavedMap, KeepsHowALaserWasTilted) {
+  MapStart start = mapped();
+  MeasuredScan measured = *start.key_scans.all().back().scan->measured();
+  measured.laser_motion.translation().z() = 0.01;
+  measured.laser_motion.rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY()));
+  measured.options.max_drop = 0.3;
+  start.key_scans.add(measured, 0, {});
+  write(to_saved_map(start));
+  const MeasuredScan again = *read_saved_map(path_).key_scans.all().back().scan->measured();
+  EXPECT_EQ(again.laser_motion.matrix(), measured.laser_motion.matrix());
+  EXPECT_EQ(again.options.max_drop, 0.3);
 }
 
 TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
@@ -257,7 +286,7 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   map.occupancy.restore({1, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
   std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 4\n").size() + 4 * 8;
+  const std::size_t first_cell = std::string("matchbox_slam map, version 5\n").size() + 4 * 8;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
@@ -290,7 +319,7 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t head = std::string("matchbox_slam map, version 4\n").size();
+  const std::size_t head = std::string("matchbox_slam map, version 5\n").size();
   const auto error_with = [&](double number, std::size_t at) {
     std::string sound(bytes, at, sizeof number);
     std::memcpy(bytes.data() + at, &number, sizeof number);

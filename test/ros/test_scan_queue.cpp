@@ -94,6 +94,84 @@ TEST(ScanQueue, WaitsForTheLastBeam) {
   EXPECT_NEAR(input.base_from_laser.translation().x(), 0.2, 1e-12);
 }
 
+/// A link that leans by some angle about an axis.
+tf2_msgs::TFMessage leaning(double stamp, const std::string& parent, const std::string& child,
+                            double angle, const Eigen::Vector3d& axis, double yaw = 0.0) {
+  geometry_msgs::TransformStamped link = make_transform(stamp, parent, child, 0.2);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
+                                Eigen::AngleAxisd(angle, axis));
+  link.transform.rotation.x = turn.x();
+  link.transform.rotation.y = turn.y();
+  link.transform.rotation.z = turn.z();
+  link.transform.rotation.w = turn.w();
+  return make_transforms({link});
+}
+
+TEST(ScanQueue, ABaseThatLeansComesOutUprightWithALaserThatLeans) {
+  Feed feed(settings());
+  feed.laser();
+  sensor_msgs::LaserScan scan = make_scan(100.0);
+  scan.time_increment = 0.1F / 89.0F;
+  const Eigen::Vector3d y = Eigen::Vector3d::UnitY();
+  feed.queue.add_transforms(leaning(100.0, "odom", "base", 0.10, y, 2.0), false, ros::Time(100.0));
+  feed.queue.add_transforms(leaning(100.2, "odom", "base", 0.16, y, 2.0), false, ros::Time(100.2));
+  feed.queue.add_scan(scan, ros::Time(100.2));
+  const auto item = feed.queue.next();
+  ASSERT_TRUE(item);
+  const ScanInput& input = std::get<ReadyScan>(*item).input;
+  EXPECT_NEAR(input.odometry->odom_from_base.theta, 2.0, 1e-9);
+  const Eigen::Matrix3d first = Eigen::AngleAxisd(0.10, y).toRotationMatrix();
+  EXPECT_TRUE(input.base_from_laser.linear().isApprox(first, 1e-9));
+  EXPECT_NEAR(input.base_from_laser.translation().z(), -0.2 * std::sin(0.10), 1e-9);
+  const Eigen::Matrix3d last = Eigen::AngleAxisd(0.13, y).toRotationMatrix();
+  EXPECT_TRUE((input.base_from_laser * input.laser_motion).linear().isApprox(last, 1e-6));
+}
+
+TEST(ScanQueue, WaitsForTheLastBeamOfALaserThatIsTilted) {
+  Feed feed(settings());
+  feed.odometry(100.0);
+  feed.odometry(101.0);
+  sensor_msgs::LaserScan scan = make_scan(100.0);
+  scan.time_increment = 0.1F / 89.0F;
+  const Eigen::Vector3d y = Eigen::Vector3d::UnitY();
+  feed.queue.add_transforms(leaning(100.0, "base", "laser", 0.1, y), false, ros::Time(101.0));
+  feed.queue.add_scan(scan, ros::Time(101.0));
+  EXPECT_EQ(feed.queue.waiting(), 1U);
+  EXPECT_FALSE(feed.queue.next());
+  feed.queue.add_transforms(leaning(100.2, "base", "laser", 0.2, y), false, ros::Time(101.0));
+  const auto item = feed.queue.next();
+  ASSERT_TRUE(item);
+  const ScanInput& input = std::get<ReadyScan>(*item).input;
+  EXPECT_NEAR(tilt_of(input.base_from_laser), 0.1, 1e-9);
+  EXPECT_NEAR(tilt_of(input.base_from_laser * input.laser_motion), 0.15, 1e-6);
+}
+
+TEST(ScanQueue, SkipsScansThatAreTiltedTooMuch) {
+  ScanQueueSettings limited = settings();
+  limited.max_tilt = 0.2;
+  Feed feed(limited);
+  feed.odometry(100.0);
+  feed.odometry(103.0);
+  const auto scan_at_tilt = [&](double stamp, double tilt) {
+    feed.queue.add_transforms(leaning(stamp, "base", "laser", tilt, Eigen::Vector3d::UnitX()),
+                              false, ros::Time(103.0));
+    feed.scan_at(stamp, 103.0);
+  };
+  scan_at_tilt(101.0, 0.19);
+  scan_at_tilt(101.5, 0.25);
+  scan_at_tilt(102.0, kPi - 0.19);  // upside down
+  EXPECT_EQ(feed.ready(), (Stamps{101.0, 102.0}));
+  const std::vector<SkippedScan> skipped = feed.queue.take_skipped();
+  ASSERT_EQ(skipped.size(), 1U);
+  EXPECT_EQ(skipped[0].text,
+            "scan of 101.500 s skipped (tilted): its plane is tilted by 0.250 rad; "
+            "scan/max_tilt allows 0.200");
+  feed.queue.set_limits(0.0, 0.3);
+  scan_at_tilt(102.5, 0.25);
+  EXPECT_EQ(feed.ready(), Stamps{102.5});
+  feed.expect_all_accounted_for();
+}
+
 TEST(ScanQueue, TheResultDoesNotDependOnHowMessagesInterleave) {
   Feed late_scans(settings());
   Feed late_transforms(settings());

@@ -325,6 +325,7 @@ TEST(PointScan, PointsLieOnTheWallsHoweverTheLaserIsMounted) {
     measure(scan, base_from_laser);
     ProjectionOptions options = plain();
     options.free_range = 0.5;
+    options.max_drop = options.max_rise = 100.0;
     scan.ranges[7] = kInf;
     const PointScan projected = project(scan, options, base_from_laser);
     ASSERT_EQ(projected.points.size(), 399U);
@@ -360,6 +361,87 @@ TEST(PointScan, MotionDuringTheScanIsTakenOut) {
   // Without it, the scan is bent by centimetres.
   const PointScan bent = project(scan, plain(), base_from_laser);
   EXPECT_GT(distance_to_walls(bent.points[400].position), 0.01);
+}
+
+// --- heights ---
+
+/// Beams ahead, to the left, back and to the right of a laser that looks down.
+PointScan look_down(double pitch, double range, const ProjectionOptions& options) {
+  LaserScan scan = sweep(4, 1.5 * kPi);
+  scan.angle_min = 0.0;
+  std::fill(scan.ranges.begin(), scan.ranges.end(), static_cast<float>(range));
+  return project(scan, options, mount(0.0, 0.0, 0.0, pitch, 0.0));
+}
+
+TEST(Heights, ABeamCountsUpToWhereItLeavesTheBand) {
+  ProjectionOptions options = plain();
+  options.max_drop = 0.2;
+  options.max_rise = 0.5;
+  // 0.5 m along: 0.05 m down and up. All within the band.
+  EXPECT_EQ(look_down(0.1, 0.5, options).points.size(), 4U);
+  // 3 m: 0.3 m. The one ahead has left it at 2 m, as a ray that met nothing.
+  const PointScan cut = look_down(0.1, 3.0, options);
+  EXPECT_EQ(cut.points.size(), 3U);
+  ASSERT_EQ(cut.free_rays.size(), 1U);
+  EXPECT_NEAR(cut.free_rays[0].end.x(), 0.2 / std::tan(0.1), 1e-9);
+  // 6 m: the one back is too high, and clears no more than other rays do.
+  const PointScan both = look_down(0.1, 6.0, options);
+  EXPECT_EQ(both.points.size(), 2U);
+  ASSERT_EQ(both.free_rays.size(), 2U);
+  EXPECT_NEAR(both.free_rays[1].end.x(), -5.0 * std::cos(0.1), 1e-9);
+  // What meets nothing clears no more.
+  const PointScan nothing = look_down(0.1, kInf, options);
+  ASSERT_EQ(nothing.free_rays.size(), 4U);
+  EXPECT_NEAR(nothing.free_rays[0].end.x(), 0.2 / std::tan(0.1), 1e-9);
+  EXPECT_NEAR(nothing.free_rays[1].end.y(), 5.0, 1e-9);
+  options.free_range = 0.0;
+  EXPECT_TRUE(look_down(0.1, 3.0, options).free_rays.empty());
+}
+
+TEST(Heights, ADoorThroughWhichBeamsAreCutStaysOpen) {
+  LaserScan scan = sweep(400, 2.5);
+  measure(scan, mount(0.0, 0.0, 0.0, 0.1, 0.0));
+  for (std::size_t k = 190; k < 210; ++k) {
+    scan.ranges[k] = 10.0F;
+  }
+  ProjectionOptions options = plain();
+  options.max_drop = 0.6;  // the wall is 4 m ahead
+  const PointScan projected = project(scan, options, mount(0.0, 0.0, 0.0, 0.1, 0.0));
+  ASSERT_EQ(projected.points.size(), 380U);
+  EXPECT_TRUE(projected.points[188].joined_to_next);
+  EXPECT_FALSE(projected.points[189].joined_to_next);
+  EXPECT_TRUE(projected.points[190].joined_to_next);
+}
+
+TEST(Heights, ALevelLaserIsNotCut) {
+  ProjectionOptions options = plain();
+  options.max_drop = options.max_rise = 1e-3;
+  EXPECT_EQ(look_down(0.0, 19.0, options).points.size(), 4U);
+}
+
+TEST(Heights, TheLasersOwnMotionIsTakenOut) {
+  const Eigen::Isometry3d first = mount(0.2, 0.0, 0.05, -0.3, 0.1);
+  const Eigen::Isometry3d last = mount(0.22, 0.01, 0.05, 0.3, 0.1);
+  const Eigen::Isometry3d motion = first.inverse() * last;
+  LaserScan scan = sweep(200, 4.5);
+  for (std::size_t k = 0; k < 200; ++k) {
+    LaserScan one = scan;
+    const double fraction = static_cast<double>(k) / 199.0;
+    Eigen::Isometry3d here = first * Eigen::Translation3d(fraction * motion.translation());
+    here.rotate(
+        Eigen::Quaterniond::Identity().slerp(fraction, Eigen::Quaterniond(motion.linear())));
+    measure(one, here);
+    scan.ranges[k] = one.ranges[k];
+  }
+  ProjectionOptions options = plain();
+  options.max_drop = options.max_rise = 100.0;
+  const PointScan projected = project_scan(scan, first, {}, options, motion);
+  ASSERT_EQ(projected.points.size(), 200U);
+  for (const ScanPoint& point : projected.points) {
+    EXPECT_LT(distance_to_walls(point.position), 2e-6);
+  }
+  EXPECT_NEAR(tilt_of(first), std::acos(std::cos(0.05) * std::cos(0.3)), 1e-12);
+  EXPECT_NEAR(tilt_of(mount(0.0, 0.0, kPi - 0.1, 0.0, 2.0)), 0.1, 1e-12);
 }
 
 // --- surfaces ---

@@ -113,6 +113,55 @@ TEST(Laser, TiltedItSeesUprightWallsFartherAway) {
   EXPECT_NEAR(ideal_scan(one_wall(), tilted, {}).ranges[520], 4.0 / std::cos(0.3), 1e-5);
 }
 
+TEST(Laser, LookingDownItSeesTheFloorAndTables) {
+  const auto table = [] {
+    WallSegment line{{2.0, -50.0}, {2.0, 50.0}};
+    line.is_table = true;
+    return line;
+  }();
+  const World world({{{4.0, -50.0}, {4.0, 50.0}}, table}, {});
+  LaserOptions laser = centred_laser();
+  laser.mount_z = 0.35 - kBaseHeight;
+  laser.table_height = 0.2;
+  EXPECT_NEAR(ideal_scan(world, laser, {}).ranges[520], 4.0, 1e-5) << "over the table";
+  laser.mount_pitch = 0.1;
+  EXPECT_NEAR(ideal_scan(world, laser, {}).ranges[520], 2.0 / std::cos(0.1), 1e-5);
+  laser.mount_pitch = 0.06;  // it is 0.23 m above the floor at the table, and 0.11 m at the wall
+  EXPECT_NEAR(ideal_scan(world, laser, {}).ranges[520], 4.0 / std::cos(0.06), 1e-5);
+  laser.mount_pitch = 0.25;
+  EXPECT_NEAR(ideal_scan(world, laser, {}).ranges[520], 2.0 / std::cos(0.25), 1e-5) << "no floor";
+  laser.floor = true;
+  const auto truth = trace_beams(world, laser, at_rest({}), 0.0);
+  EXPECT_NEAR(truth[520].range, 0.35 / std::sin(0.25), 1e-9);
+  EXPECT_FALSE(truth[520].segment);
+  laser.mount_pitch = -0.25;
+  EXPECT_NEAR(ideal_scan(world, laser, {}).ranges[520], 4.0 / std::cos(0.25), 1e-5);
+}
+
+TEST(Laser, RocksAndNodsByUpToWhatIsAskedFor) {
+  LaserOptions laser = centred_laser();
+  laser.rock = 0.1;
+  laser.nod = 0.3;
+  double most_pitch = 0.0;
+  double most_roll = 0.0;
+  double most_nod = 0.0;
+  for (double time = 0.0; time < 20.0; time += 0.01) {
+    const Eigen::Matrix3d rocked = laser.rocked(time).linear();
+    most_pitch = std::max(most_pitch, std::abs(std::asin(rocked(2, 0))));
+    most_roll = std::max(most_roll, std::abs(std::atan2(rocked(2, 1), rocked(2, 2))));
+    most_nod = std::max(most_nod, std::abs(std::asin(laser.nodded(time).linear()(2, 0))));
+  }
+  EXPECT_NEAR(most_pitch, 0.1, 1e-3);
+  EXPECT_NEAR(most_roll, 0.1, 1e-3);
+  EXPECT_NEAR(most_nod, 0.3, 1e-3);
+  const double stamp = 1000.7;
+  LaserOptions mounted = centred_laser();
+  mounted.mount_pitch = std::asin(-laser.nodded(stamp).linear()(2, 0));
+  laser.rock = 0.0;
+  EXPECT_NEAR(ideal_scan(one_wall(), laser, {}, stamp).ranges[520],
+              ideal_scan(one_wall(), mounted, {}, stamp).ranges[520], 1e-5);
+}
+
 TEST(Laser, ReadsWhatRep117Asks) {
   LaserOptions options = centred_laser();
   options.range_min = 4.1;

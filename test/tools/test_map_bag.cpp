@@ -121,6 +121,78 @@ TEST_F(MapBag, TellsOfTheLoopsThatItCloses) {
   EXPECT_EQ(live.poses().back().pose.x, trajectory.poses().back().pose.x);
 }
 
+/// A robot or laser that tilts, over a floor, among tables lower than the laser.
+class TiltedLaser : public MapBag {
+ protected:
+  void simulate(const std::string& tilt) {
+    const Outcome simulated =
+        run_command(MATCHBOX_SIMULATE,
+                    "--world rooms --seed 1 --duration 30 --beams 520 --floor --table-height 0.2 " +
+                        tilt + " --bag " + bag_ + " --truth " + truth_);
+    ASSERT_EQ(simulated.exit_code, 0) << simulated.output;
+  }
+
+  /// Of the trajectory [m].
+  [[nodiscard]] double error() const {
+    return absolute_trajectory_error(read_tum(out_ + "/trajectory.tum"), read_tum(truth_))
+        .translation.rmse;
+  }
+
+  /// Occupied cells of the map that are farther than 0.6 m from all walls and things:
+  /// half a door, which a level laser draws shut from far away, too.
+  [[nodiscard]] std::size_t cells_on_the_floor() const {
+    const World world = make_world("rooms", 1);
+    const MapImage map = read_map(out_ + "/map.yaml");
+    const Pose2 world_from_map = read_tum(truth_).poses().front().pose;
+    std::size_t count = 0;
+    for (int y = 0; y < map.height; ++y) {
+      for (int x = 0; x < map.width; ++x) {
+        const Eigen::Vector2d middle =
+            world_from_map *
+            (map.origin * Eigen::Vector2d((x + 0.5) * map.resolution, (y + 0.5) * map.resolution));
+        const bool is_far =
+            std::all_of(world.segments().begin(), world.segments().end(),
+                        [&](const WallSegment& line) { return distance(line, middle) > 0.6; });
+        count += map.state({x, y}) == CellState::kOccupied && is_far ? 1 : 0;
+      }
+    }
+    return count;
+  }
+
+  std::string truth_ = folder_ / "truth.tum";
+};
+
+TEST_F(TiltedLaser, ARobotThatRocksGetsAMapWithoutFloor) {
+  simulate("--rock 0.0873");
+  ASSERT_EQ(run("").exit_code, 0);
+  EXPECT_LT(error(), 0.01);
+  EXPECT_EQ(cells_on_the_floor(), 0U);
+  EXPECT_EQ(report("scans/used"), report("scans/received"));
+}
+
+TEST_F(TiltedLaser, ALaserThatNodsGetsAMapOfItsLevelScans) {
+  simulate("--nod 0.5 --time-increment 4e-5");
+  const Outcome outcome = run("");
+  ASSERT_EQ(outcome.exit_code, 0);
+  EXPECT_TRUE(contains(outcome.output, "skipped (tilted): its plane is tilted by "))
+      << outcome.output;
+  EXPECT_LT(error(), 0.05);
+  EXPECT_EQ(cells_on_the_floor(), 0U);
+  EXPECT_GT(report("scans/used"), 0.15 * report("scans/received"));
+  EXPECT_EQ(report("scans/used") + report("scans/skipped/tilted"), report("scans/received"));
+}
+
+TEST_F(TiltedLaser, OneThatIsNeverLevelGetsAClearWord) {
+  simulate("--mount-pitch 0.3");
+  const Outcome outcome = run("--quiet");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(
+      contains(outcome.output,
+               "none of 601 scans could be used; the first: scan of 1327500000.000 s skipped "
+               "(tilted): its plane is tilted by 0.300 rad; scan/max_tilt allows 0.150"))
+      << outcome.output;
+}
+
 TEST_F(MapBag, DrawsHoughDomainsForDebugging) {
   const std::string debug = folder_ / "debug";
   ASSERT_EQ(run_small({}, "--set slam/insert_distance=0 --debug " + debug).exit_code, 0);

@@ -49,6 +49,9 @@ struct ProjectionOptions {
   double max_point_weight = 0.1;
   double surface_radius = 0.15;
   double max_wall_gap = 2.0;
+  double max_drop = 0.15;
+  double max_rise = 1.0;
+  double max_tilt = 0.15;
   std::vector<double> masked_angles;
   bool straighten_walls = true;
 
@@ -67,6 +70,15 @@ struct ProjectionOptions {
            "A point's surface normal comes from its neighbours within this distance.");
     option(self.max_wall_gap, "max_wall_gap", between(0.0, 100.0), "m",
            "Neighbouring hits on one straight line are joined to a wall up to this distance.");
+    option(self.max_drop, "max_drop", between(1e-3, 1000.0), "m",
+           "A beam of a tilted laser counts up to where it is this much lower than the laser: what "
+           "it meets below may be the floor.");
+    option(
+        self.max_rise, "max_rise", between(1e-3, 1000.0), "m",
+        "A beam of a tilted laser counts up to where it is this much higher than the laser: what "
+        "it meets above may be the ceiling.");
+    option(self.max_tilt, "max_tilt", between(0.0, kPi / 2.0), "rad",
+           "Scans whose plane is tilted by more than this are skipped.");
     option(self.masked_angles, "masked_angles", between(-2.0 * kPi, 2.0 * kPi), "rad",
            "Sectors in which readings are ignored, such as behind the robot's own mast: [from, to, "
            "from, to, ...], each counter-clockwise and less than a turn, by the angles of every "
@@ -83,15 +95,23 @@ void check_projection_options(const ProjectionOptions& options);
 /// Turns measured ranges into points, by REP-117: NaN, -inf, 0 and anything below the minimum range
 /// is ignored, and so are masked angles; +inf and anything from the maximum range on is a ray
 /// without return; the rest hits. Where `straighten_walls` is on, hits that agree with a straight
-/// wall are moved onto it along their beams, whose range noise is estimated from the scan.
-/// @param base_from_laser  pose of the laser in the base, in full 3-D: tilted, upside down,
-/// anywhere.
+/// wall are moved onto it along their beams, whose range noise is estimated from the scan. Beams
+/// are projected to the horizontal plane; one that leaves the band of heights from `max_drop` below
+/// the laser to `max_rise` above it is cut there, and is a ray without return then. `max_tilt` is
+/// left to whoever has the scan.
+/// @param base_from_laser  pose of the laser in the upright base, at the first beam, in full 3-D:
+///                tilted, upside down, anywhere.
 /// @param motion  pose of the base at the last beam in the base at the first; beams in between are
 ///                placed by interpolation. Identity for a robot at rest or an instantaneous scan.
+/// @param laser_motion  of the laser besides, as of ScanInput; interpolated as well.
 /// Cost: beams times the neighbours within the surface radius.
-[[nodiscard]] PointScan project_scan(const LaserScan& scan,
-                                     const Eigen::Isometry3d& base_from_laser, const Pose2& motion,
-                                     const ProjectionOptions& options);
+[[nodiscard]] PointScan project_scan(
+    const LaserScan& scan, const Eigen::Isometry3d& base_from_laser, const Pose2& motion,
+    const ProjectionOptions& options,
+    const Eigen::Isometry3d& laser_motion = Eigen::Isometry3d::Identity());
+
+/// Angle between the plane of a laser, upside down or not, and the horizontal [rad]: 0 to pi / 2.
+[[nodiscard]] double tilt_of(const Eigen::Isometry3d& base_from_laser);
 
 /// A scan as it was measured, and what it takes to make the same points of it again.
 struct MeasuredScan {
@@ -99,10 +119,12 @@ struct MeasuredScan {
   Eigen::Isometry3d base_from_laser = Eigen::Isometry3d::Identity();
   Pose2 motion;  ///< of the base from the first beam to the last
   ProjectionOptions options;
+  Eigen::Isometry3d laser_motion = Eigen::Isometry3d::Identity();  ///< as of ScanInput
 };
 
 [[nodiscard]] inline PointScan project_scan(const MeasuredScan& measured) {
-  return project_scan(measured.scan, measured.base_from_laser, measured.motion, measured.options);
+  return project_scan(measured.scan, measured.base_from_laser, measured.motion, measured.options,
+                      measured.laser_motion);
 }
 
 }  // namespace matchbox_slam
