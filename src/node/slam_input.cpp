@@ -5,8 +5,8 @@
 #include <ros/this_node.h>
 
 #include <cmath>
+#include <utility>
 
-#include "common/number_text.hpp"
 #include "node/subscribe.hpp"
 #include "ros/message_conversion.hpp"
 #include "run/slam_setup.hpp"
@@ -32,13 +32,11 @@ std::vector<std::string> topics_with_scans() {
 
 }  // namespace
 
-SlamInput::SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node,
-                     const ros::NodeHandle& private_node, const RunOptions& options,
-                     ScanWorker& worker)
+SlamInput::SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const RunOptions& options,
+                     ScanWorker& worker, std::function<void(double)> on_no_returns)
     : options_(options),
       worker_(worker),
-      private_name_(private_node.getNamespace()),
-      looks_for_no_returns_(!private_node.hasParam("scan/max_range")),
+      on_no_returns_(std::move(on_no_returns)),
       clock_watch_(options.map_frame),
       holds_scans_(!fixed_scan_time_offset(options)) {
   subscribe(node);
@@ -96,10 +94,11 @@ double SlamInput::untold_clock_offset() {
 }
 
 void SlamInput::on_scan(const ScanEvent& event, int laser) {
+  std::optional<double> no_returns_from;
   worker_.use_queue([&](ScanQueue& queue) {
     const sensor_msgs::LaserScan& scan = *event.getConstMessage();
     heard_lasers_.insert(laser);
-    look_for_no_returns(scan, laser);
+    no_returns_from = look_for_no_returns(scan, laser);
     clock_watch_.add_scan(scan.header.stamp, event.getReceiptTime());
     settle_clocks(event.getReceiptTime(), queue);
     if (holds_scans_) {
@@ -108,6 +107,9 @@ void SlamInput::on_scan(const ScanEvent& event, int laser) {
       queue.add_scan(scan, event.getReceiptTime(), laser);
     }
   });
+  if (no_returns_from) {
+    std::exchange(on_no_returns_, nullptr)(*no_returns_from);
+  }
 }
 
 void SlamInput::on_transforms(const TransformEvent& event, bool is_static) {
@@ -176,21 +178,16 @@ void SlamInput::warn_of_silence() {
   silence_timer_.setPeriod(ros::WallDuration(kReminder));
 }
 
-/// Not cut as by map_bag, which reads the recording twice: the map would have begun with them.
-void SlamInput::look_for_no_returns(const sensor_msgs::LaserScan& scan, int laser) {
+/// By the number of scans alone, so that the same recording is always cut at the same scan.
+std::optional<double> SlamInput::look_for_no_returns(const sensor_msgs::LaserScan& scan,
+                                                     int laser) {
   constexpr int kWatched = 200;  // scans
-  if (!looks_for_no_returns_ || !find_defect(scan).empty()) {
-    return;
+  if (!on_no_returns_ || watched_scans_ == kWatched || !find_defect(scan).empty()) {
+    return std::nullopt;
   }
+  ++watched_scans_;
   no_returns_[laser].add(to_laser_scan(scan));
-  const std::optional<double> from = no_returns_[laser].first_range();
-  looks_for_no_returns_ = !from && ++watched_scans_ < kWatched;
-  if (from) {
-    ROS_WARN_STREAM(
-        "where they meet nothing, beams of a laser read its range_max plus noise, which "
-        "draws walls where none are; to cut them: rosrun dynamic_reconfigure dynparam set "
-        << private_name_ << " scan/max_range " << fixed_text(*from, 3) << ", then ~reset");
-  }
+  return no_returns_[laser].first_range();
 }
 
 void SlamInput::warn_of_map_link(const TransformEvent& event) {

@@ -7,7 +7,9 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <deque>
+#include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -25,9 +27,10 @@ namespace matchbox_slam {
 class SlamInput {
  public:
   /// Subscribes at once. @param timer_node  whose callback queue watches for silence.
-  /// @param private_node  whose scan/max_range, where it is set, is not called in question.
-  SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const ros::NodeHandle& private_node,
-            const RunOptions& options, ScanWorker& worker);
+  /// @param on_no_returns  called once with the range [m] from which on beams of a laser are found
+  ///                       to be no return; null: nobody wants to know.
+  SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const RunOptions& options,
+            ScanWorker& worker, std::function<void(double)> on_no_returns);
 
   /// Of the scans, with what they are remapped to.
   [[nodiscard]] std::vector<std::string> topics() const;
@@ -51,14 +54,13 @@ class SlamInput {
   void release_scans(const ros::Time& now, ScanQueue& queue);
   void warn_of_silence();
   void warn_of_map_link(const TransformEvent& event);
-  void look_for_no_returns(const sensor_msgs::LaserScan& scan, int laser);
+  std::optional<double> look_for_no_returns(const sensor_msgs::LaserScan& scan, int laser);
 
   const RunOptions options_;
   ScanWorker& worker_;
-  const std::string private_name_;
-  bool looks_for_no_returns_;
-  ClockWatch clock_watch_;  ///< as what follows, used only while the queue is
-  bool holds_scans_;        ///< until the offset of their clock is known
+  std::function<void(double)> on_no_returns_;  ///< null when it has been called
+  ClockWatch clock_watch_;                     ///< as what follows, used only while the queue is
+  bool holds_scans_;                           ///< until the offset of their clock is known
   std::deque<std::pair<ScanEvent, int>> held_scans_;
   double untold_clock_offset_ = 0.0;
   std::set<int> heard_lasers_;

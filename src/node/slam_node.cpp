@@ -4,6 +4,7 @@
 #include <utility>
 #include <variant>
 
+#include "common/number_text.hpp"
 #include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "ros/message_conversion.hpp"
@@ -105,6 +106,34 @@ SlamNode::~SlamNode() {
   } catch (const std::exception& error) {
     ROS_ERROR_STREAM(error.what());
   }
+}
+
+/// As map_bag does, which reads the recording twice; here the map has begun with them, and begins
+/// anew unless it is one that was loaded. With several lasers one is no reason to cut all.
+void SlamNode::cut_no_returns(double from) {
+  const std::string found =
+      "where they meet nothing, beams of a laser read its range_max plus noise";
+  const std::string limit = fixed_text(from, 3);
+  if (options_.scan_topics.size() > 1) {
+    ROS_WARN_STREAM(found << ", which draws walls where none are; to cut them: rosrun "
+                             "dynamic_reconfigure dynparam set "
+                          << private_node_.getNamespace() << " scan/max_range " << limit
+                          << ", then ~reset");
+    return;
+  }
+  Parameters changes;
+  changes.set("scan/max_range", from);
+  worker_.post(Reconfigure{changes});
+  const bool begins_anew = [&] {
+    const std::lock_guard<std::mutex> lock(run_mutex_);
+    return run_.resets() == 0;
+  }();
+  if (begins_anew) {
+    worker_.post(Reset{});
+  }
+  ROS_WARN_STREAM(found << "; scan/max_range is set to " << limit
+                        << " m, from which on they are no return"
+                        << (begins_anew ? ", and the map begins anew" : ""));
 }
 
 void SlamNode::on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& message) {

@@ -47,6 +47,7 @@ class SlamNode {
 
  private:
   void start_services();
+  void cut_no_returns(double from);
   void on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& message);
 
   // In the worker's thread.

@@ -65,7 +65,11 @@ void SlamNode::start_services() {
   diagnostic_timer_ = prompt.createWallTimer(
       ros::WallDuration(diagnostic_updater_.getPeriod()),
       [this](const ros::WallTimerEvent& /*event*/) { diagnostic_updater_.force_update(); });
-  input_ = std::make_unique<SlamInput>(node_, prompt, private_node_, options_, worker_);
+  std::function<void(double)> cut;  // a limit set by hand stays
+  if (!private_node_.hasParam("scan/max_range")) {
+    cut = [this](double from) { cut_no_returns(from); };
+  }
+  input_ = std::make_unique<SlamInput>(node_, prompt, options_, worker_, cut);
   for (ros::CallbackQueue* queue : {&prompt_queue_, &patient_queue_}) {
     spinners_.push_back(std::make_unique<ros::AsyncSpinner>(1, queue));
   }
