@@ -330,6 +330,26 @@ NormalEquations Correspondences::linearise(double kernel) const {
   return equations;
 }
 
+double Correspondences::facing_information(double kernel, const Eigen::Vector3d& motion) const {
+  // Of the surface's direction with the motion's, as double angles: within 18 degrees of it, and
+  // nearer where the hits agree less.
+  constexpr double kFacing = 0.8;
+  const View view = view_of(arrays_);
+  const double c = motion.x() * motion.x() - motion.y() * motion.y();
+  const double s = 2.0 * motion.x() * motion.y();
+  double sum = 0.0;
+  for (std::size_t j = 0; j < view.size; ++j) {
+    if (view.c[j] * c + view.s[j] * s > kFacing) {
+      const double square = square_of(view, j, view.offset_x[j], view.offset_y[j]);
+      const double closeness = kernel * kernel / (kernel * kernel + square);
+      sum += view.information[j] * closeness * closeness *
+             square_of(view, j, motion.x() - motion.z() * view.rotated_y[j],
+                       motion.y() + motion.z() * view.rotated_x[j]);
+    }
+  }
+  return sum;
+}
+
 double Correspondences::cost(double kernel, const Eigen::Vector3d& step) const {
   LaneSums<2> lanes{};
   add_closeness(view_of(arrays_), kernel * kernel, step.x(), step.y(), step.z(), lanes.data());

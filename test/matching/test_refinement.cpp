@@ -142,36 +142,67 @@ TEST(Refine, KeepsThePriorAlongPerfectlyStraightWallsInAnyDirection) {
   }
 }
 
-/// The same corridor, but not along an axis of the map.
-TEST(Refine, NamesTheDirectionOfASlantingCorridor) {
-  LikelihoodField field(0.05, LikelihoodFieldOptions{});
-  const Pose2 map_from_corridor{1.0, 2.0, 0.6};
-  const Eigen::Rotation2Dd turn(0.6);
+/// A corridor that is not along an axis of the map, 12 m long.
+struct Corridor {
+  /// @param at_end  of that many points on the wall across its end.
+  /// @param noise   of the points [m].
+  explicit Corridor(int at_end = 0, double noise = 0.0) {
+    Random random(5);
+    for (double x = -6.0; x < 6.0; x += 0.02) {
+      for (const double side : {-1.0, 1.0}) {
+        add({x, side}, {0.0, -side}, {x, side + random.gaussian() * noise});
+      }
+    }
+    for (int i = 0; i < at_end; ++i) {
+      add({6.0, 0.05 * i}, {-1.0, 0.0}, {6.0 + random.gaussian() * noise, 0.05 * i});
+    }
+    field.update(hits, {});
+  }
+
+  void add(const Eigen::Vector2d& wall, const Eigen::Vector2d& normal,
+           const Eigen::Vector2d& seen) {
+    hits.push_back({map_from_corridor * wall, Eigen::Rotation2Dd(0.6) * normal});
+    ScanPoint point;
+    point.position = seen;
+    point.origin = Eigen::Vector2d::Zero();
+    point.weight = 0.02;
+    points.push_back(point);
+  }
+
+  [[nodiscard]] RefinedPose refined() const {
+    const Pose2 predicted = map_from_corridor * Pose2{0.05, 0.03, 0.01};
+    return refine(points, field, predicted, {predicted, prior_of(0.1, 0.05)}, RefinementOptions{});
+  }
+
+  Pose2 map_from_corridor{1.0, 2.0, 0.6};
+  LikelihoodField field{0.05, LikelihoodFieldOptions{}};
   std::vector<SurfaceHit> hits;
   std::vector<ScanPoint> points;
-  for (double x = -6.0; x < 6.0; x += 0.02) {
-    for (const double side : {-1.0, 1.0}) {
-      const Eigen::Vector2d normal(0.0, -side);
-      hits.push_back({map_from_corridor * Eigen::Vector2d(x, side), turn * normal});
-      ScanPoint point;
-      point.position = {x, side};
-      point.origin = Eigen::Vector2d::Zero();
-      point.weight = 0.02;
-      points.push_back(point);
-    }
-  }
-  field.update(hits, {});
-  const Pose2 predicted = map_from_corridor * Pose2{0.05, 0.03, 0.01};
-  const RefinedPose refined =
-      refine(points, field, predicted, {predicted, prior_of(0.1, 0.05)}, RefinementOptions{});
+};
+
+TEST(Refine, NamesTheDirectionOfASlantingCorridor) {
+  const Corridor corridor;
+  const RefinedPose refined = corridor.refined();
   ASSERT_EQ(refined.unconstrained_directions.size(), 1U);
   EXPECT_NEAR(std::abs(refined.unconstrained_directions[0].dot(
                   Eigen::Vector2d(std::cos(0.6), std::sin(0.6)))),
               1.0, 1e-6);
-  const Pose2 off = map_from_corridor.inverse() * refined.map_from_base;
+  const Pose2 off = corridor.map_from_corridor.inverse() * refined.map_from_base;
   EXPECT_NEAR(off.x, 0.05, 2e-3);
   EXPECT_NEAR(off.y, 0.0, 1e-3);
   EXPECT_NEAR(off.theta, 0.0, 1e-3);
+}
+
+TEST(Refine, IsHeldByAFewBeamsOnTheEndOfACorridor) {
+  const Corridor corridor(5);  // of 1205
+  const RefinedPose refined = corridor.refined();
+  EXPECT_TRUE(refined.unconstrained_directions.empty());
+  const Pose2 off = corridor.map_from_corridor.inverse() * refined.map_from_base;
+  EXPECT_NEAR(off.x, 0.0, 5e-3);
+}
+
+TEST(Refine, IsNotHeldByAFewBeamsAmongManyNoisyOnes) {
+  EXPECT_EQ(Corridor(5, 0.04).refined().unconstrained_directions.size(), 1U);
 }
 
 /// Off the middle of a round room nobody can tell going round from turning: the scan holds the

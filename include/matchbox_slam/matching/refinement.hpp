@@ -33,7 +33,7 @@ struct RefinementOptions {
            "Standard deviation of a point's distance to its wall, before the scan shows its own.");
     option(self.weakest_direction, "weakest_direction", between(0.0, 1.0), "",
            "A direction of translation with less than this share of the strongest direction's "
-           "information counts as unconstrained.");
+           "information counts as unconstrained, unless walls clearly face it.");
   }
 };
 
