@@ -25,6 +25,7 @@ constexpr const char* kOdometryFrame = "odom_combined";
 constexpr const char* kFootprintFrame = "base_footprint";
 constexpr const char* kBaseFrame = "base_link";
 constexpr const char* kLaserFrame = "base_laser_link";
+constexpr const char* kSecondLaserFrame = "second_laser_link";
 // [s] from the end of a measurement until it is recorded.
 constexpr double kScanLatency = 0.012;
 constexpr double kOdometryLatency = 0.004;
@@ -38,10 +39,11 @@ class MessageMaker {
   MessageMaker(SimulatedBagOptions options, LaserOptions laser)
       : options_(std::move(options)), laser_(std::move(laser)) {}
 
-  [[nodiscard]] sensor_msgs::LaserScan scan(const LaserScan& scan) const {
+  [[nodiscard]] sensor_msgs::LaserScan scan(const LaserScan& scan,
+                                            const std::string& frame_name) const {
     sensor_msgs::LaserScan message;
     message.header.stamp = to_time(scan.stamp - options_.clock_offset);
-    message.header.frame_id = frame(kLaserFrame);
+    message.header.frame_id = frame(frame_name);
     message.angle_min = static_cast<float>(scan.angle_min);
     message.angle_max = static_cast<float>(
         scan.angle_min + scan.angle_increment * static_cast<double>(scan.ranges.size() - 1));
@@ -65,14 +67,17 @@ class MessageMaker {
     return message;
   }
 
-  [[nodiscard]] tf2_msgs::TFMessage links(double stamp,
-                                          const Eigen::Isometry3d& base_from_laser) const {
+  [[nodiscard]] tf2_msgs::TFMessage links(double stamp, const SimulatedRun& run) const {
     Eigen::Isometry3d footprint_from_base = Eigen::Isometry3d::Identity();
     footprint_from_base.translation().z() = kBaseHeight;
     tf2_msgs::TFMessage message;
     message.transforms = {
         transform(stamp, kFootprintFrame, kBaseFrame, footprint_from_base),
-        transform(stamp, kBaseFrame, kLaserFrame, base_from_laser * laser_.nodded(stamp))};
+        transform(stamp, kBaseFrame, kLaserFrame, run.base_from_laser * laser_.nodded(stamp))};
+    if (!run.second_scans.empty()) {
+      message.transforms.push_back(transform(stamp, kBaseFrame, kSecondLaserFrame,
+                                             run.base_from_second * laser_.nodded(stamp)));
+    }
     return message;
   }
 
@@ -124,14 +129,20 @@ void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options,
   const MessageMaker make(options, laser);
   // Messages are made only when it is their turn.
   std::vector<std::pair<double, std::function<void(const ros::Time&)>>> writes;
-  for (const LaserScan& scan : run.scans) {
-    writes.emplace_back(scan.stamp + scan.duration() + kScanLatency, [&](const ros::Time& time) {
-      bag.write("/base_scan", time, make.scan(scan));
-    });
-  }
+  const auto write_scans = [&](const std::vector<LaserScan>& scans, const char* topic,
+                               const char* frame) {
+    for (const LaserScan& scan : scans) {
+      writes.emplace_back(scan.stamp + scan.duration() + kScanLatency,
+                          [&bag, &make, &scan, topic, frame](const ros::Time& time) {
+                            bag.write(topic, time, make.scan(scan, frame));
+                          });
+    }
+  };
+  write_scans(run.scans, "/base_scan", kLaserFrame);
+  write_scans(run.second_scans, "/second_scan", kSecondLaserFrame);
   for (const OdometryReading& reading : run.odometry) {
     writes.emplace_back(reading.stamp + kLinksLatency, [&](const ros::Time& time) {
-      bag.write("/tf", time, make.links(reading.stamp, run.base_from_laser));
+      bag.write("/tf", time, make.links(reading.stamp, run));
     });
     if (!options.no_odometry) {
       writes.emplace_back(reading.stamp + kOdometryLatency, [&](const ros::Time& time) {

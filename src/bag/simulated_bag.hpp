@@ -33,8 +33,9 @@ struct SimulatedBagOptions {
 
 /// Records a run as the MIT Stata bags are: `/base_scan`, and on `/tf`, the links that never move
 /// included, `odom_combined` -> `base_footprint` -> `base_link` -> `base_laser_link`; and how it
-/// was made on `/simulation`. A message is recorded a little later than its stamp says, so the
-/// transforms around a scan may come after it.
+/// was made on `/simulation`. A second laser is on `/second_scan`, in `second_laser_link`. A
+/// message is recorded a little later than its stamp says, so the transforms around a scan may come
+/// after it.
 class SimulatedBagWriter {
  public:
   /// Opens the bag, so that a path that cannot be written shows before the work starts. The bag is

@@ -52,7 +52,8 @@ void transfer_motion(Archive& archive, Motion& motion) {
 
 std::string to_saved_map(const MapStart& map) {
   MapWriter writer;
-  writer.text(head_of(kSavedVersion));
+  const bool has_further = !map.further_lasers.all().empty();
+  writer.text(head_of(has_further ? kSavedVersion : kSavedVersion - 1));
   write_grids(map.map, writer);
   write_key_scans(map.key_scans, writer);
   transfer_motion(writer, map.motion);
@@ -60,6 +61,9 @@ std::string to_saved_map(const MapStart& map) {
   writer.integer(map.scan_count);
   write_whereabouts(map.whereabouts, writer);
   write_loops(map, writer);
+  if (has_further) {
+    write_further_lasers(map.further_lasers, writer);
+  }
   return writer.finish();
 }
 
@@ -88,6 +92,9 @@ MapStart read_saved_map(const std::string& path, double max_cells) {
   }
   if (version >= 3) {
     read_loops(reader, start);
+  }
+  if (version >= 6) {
+    start.further_lasers = read_further_lasers(reader);
   }
   if (!reader.at_end()) {
     reader.fail("is damaged: it goes on after its end");

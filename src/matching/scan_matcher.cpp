@@ -18,6 +18,8 @@ const char* to_string(MatchStatus status) {
       return "rejected_contradiction";
     case MatchStatus::kRejectedInvalidPrior:
       return "rejected_invalid_prior";
+    case MatchStatus::kOfFurtherLaser:
+      return "of_further_laser";
   }
   return "unknown";
 }

@@ -140,6 +140,9 @@ void SlamDiagnostics::fill(const SlamHealth& health, DiagnosticStatusWrapper& st
   status.add("Loops closed", health.loops_closed);
   status.add("Maps apart", health.parts_apart);
   status.add("Maps apart given up", health.parts_given_up);
+  for (std::size_t i = 0; i < health.further_lasers.size(); ++i) {
+    status.add("Further laser " + std::to_string(i + 1), health.further_lasers[i]);
+  }
   add_recent(health.recent, status);
   status.addf("Map memory [MB]", "%.1f", static_cast<double>(health.map_bytes) / (1024.0 * 1024.0));
   before_ = health.account;

@@ -6,6 +6,7 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "matchbox_slam/slam/slam_engine.hpp"
 #include "ros/scan_queue.hpp"
@@ -36,10 +37,11 @@ struct SlamHealth {
   std::size_t map_bytes = 0;
   std::size_t loops_closed = 0;
   std::size_t parts_apart = 0;
-  std::size_t parts_given_up = 0;       ///< of those
-  std::size_t left_out = 0;             ///< scans that the map had no room for
-  std::string last_skip;                ///< why a scan was skipped last, for people
-  double estimated_clock_offset = 0.0;  ///< [s] that scans should be moved by and are not
+  std::size_t parts_given_up = 0;           ///< of those
+  std::vector<std::string> further_lasers;  ///< where each is, for people
+  std::size_t left_out = 0;                 ///< scans that the map had no room for
+  std::string last_skip;                    ///< why a scan was skipped last, for people
+  double estimated_clock_offset = 0.0;      ///< [s] that scans should be moved by and are not
 };
 
 /// Judges the mapping by what has happened since it was asked last, and by the newest scans: an

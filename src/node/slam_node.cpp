@@ -156,14 +156,18 @@ void SlamNode::handle(const ReadyScan& scan) {
   std::optional<ScanOutcome> outcome;
   double match_seconds = 0.0;
   std::string matcher;
+  std::vector<std::string> laser_news;
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
     outcome = run_.process(scan.input);
     if (outcome) {
       match_seconds = run_.last_match_seconds();
       matcher = run_.setup().matcher_name;
-      newest_scan_ = scan;
-      remember_health(scan, *outcome);
+      if (outcome->match.status != MatchStatus::kOfFurtherLaser) {
+        newest_scan_ = scan;
+        remember_health(scan, *outcome);
+      }
+      laser_news = run_.laser_news();
     }
   }
   if (!outcome) {
@@ -175,6 +179,9 @@ void SlamNode::handle(const ReadyScan& scan) {
   }
   if (outcome->gave_up_part) {
     ROS_WARN_STREAM(kGaveUpPart);
+  }
+  for (const std::string& news : laser_news) {
+    ROS_WARN_STREAM(news);
   }
   poses_.publish(scan, *outcome, match_seconds, matcher);
 }

@@ -241,6 +241,9 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
     health.left_out = run_.left_out();
     health.loops_closed = run_.loops().closed();
     health.parts_apart = run_.parts_apart();
+    for (const auto& [number, laser] : run_.further_lasers()) {
+      health.further_lasers.push_back(text_of(laser, run_.scan_topic(number)));
+    }
     health.parts_given_up = run_.parts_given_up();
     health.map_bytes = run_.map_bytes();
   }

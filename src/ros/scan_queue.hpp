@@ -160,13 +160,14 @@ class ScanQueue {
     std::string frame;
     LaserScan scan;
   };
-  /// The order in which scans come out: by stamp, then by laser.
+  /// The order in which scans come out: by stamp; of one stamp, the first laser's last, so that it
+  /// is matched with the others'.
   struct Turn {
     ros::Time stamp;
     int laser = 0;
 
     [[nodiscard]] bool operator<(const Turn& other) const {
-      return stamp < other.stamp || (stamp == other.stamp && laser < other.laser);
+      return stamp < other.stamp || (stamp == other.stamp && laser > other.laser);
     }
   };
   using Waiting = std::map<Turn, WaitingScan>;

@@ -59,8 +59,8 @@ struct ScanMoment {
   int laser = 0;
 
   [[nodiscard]] bool operator<(const ScanMoment& other) const {
-    return std::tie(time_jumps, stamp, laser) <
-           std::tie(other.time_jumps, other.stamp, other.laser);
+    return std::tie(time_jumps, stamp, other.laser) <
+           std::tie(other.time_jumps, other.stamp, laser);
   }
 };
 

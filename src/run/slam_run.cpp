@@ -186,7 +186,26 @@ std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
     keep_recent(odometry_);
   }
   record(outcome);
+  note_lasers();
   return outcome;
+}
+
+std::string SlamRun::scan_topic(int laser) const {
+  const std::vector<std::string>& topics = setup().run.scan_topics;
+  const auto index = static_cast<std::size_t>(laser);
+  return index < topics.size() ? topics[index] : "number " + std::to_string(laser);
+}
+
+void SlamRun::note_lasers() {
+  laser_news_.clear();
+  for (const auto& [number, laser] : further_lasers()) {
+    LaserUse& told = laser_uses_[number];
+    const LaserUse use = use_of(laser);
+    if (use != told && use != LaserUse::kUnsure) {
+      laser_news_.push_back(text_of(laser, scan_topic(number)));
+    }
+    told = use;
+  }
 }
 
 void SlamRun::put_right_by(const std::optional<MapCorrection>& correction) {

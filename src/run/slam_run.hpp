@@ -12,6 +12,7 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
+#include "run/laser_text.hpp"
 #include "run/live_configuration.hpp"
 #include "run/run_event.hpp"
 #include "run/timed_matcher.hpp"
@@ -79,6 +80,14 @@ class SlamRun {
   /// With their graph, those of a map that it went on with, too.
   [[nodiscard]] const LoopCloser& loops() const { return engine_->loops(); }
 
+  [[nodiscard]] const std::map<int, FurtherLaser>& further_lasers() const {
+    return engine_->further_lasers().all();
+  }
+  [[nodiscard]] std::string scan_topic(int laser) const;
+
+  /// Texts of lasers that came into use with the newest scan, or contradict the first one now.
+  [[nodiscard]] const std::vector<std::string>& laser_news() const { return laser_news_; }
+
   /// Scans that were processed.
   [[nodiscard]] std::size_t scans() const { return scans_; }
 
@@ -136,6 +145,7 @@ class SlamRun {
   [[nodiscard]] std::unique_ptr<SlamEngine> make_engine() const;
   void start_with(std::unique_ptr<SlamEngine> engine);
   void note_scan(const ScanInput& input);
+  void note_lasers();
   void record(const ScanOutcome& outcome);
   void put_right_by(const std::optional<MapCorrection>& correction);
 
@@ -165,6 +175,8 @@ class SlamRun {
   std::size_t left_out_ = 0;
   std::size_t parts_given_up_ = 0;
   double last_match_seconds_ = 0.0;
+  std::map<int, LaserUse> laser_uses_;
+  std::vector<std::string> laser_news_;
 };
 
 }  // namespace matchbox_slam

@@ -15,8 +15,16 @@ enum Stream : std::uint64_t {
   kFaultTimes,
   kKidnaps,
   kJumps,
-  kPeople
+  kPeople,
+  kSecondLaserStream
 };
+
+LaserOptions mounted(LaserOptions laser, const Pose2& base_from_laser) {
+  laser.mount_x = base_from_laser.x;
+  laser.mount_y = base_from_laser.y;
+  laser.mount_yaw = base_from_laser.theta;
+  return laser;
+}
 
 /// Stamps at a rate [Hz] from `start` on, the last at or after `end`.
 std::vector<double> stamps_at_rate(double start, double end, double rate) {
@@ -40,6 +48,12 @@ SimulatedRun simulate_run(const World& world, const Route& route, const Simulati
   const KidnappedMotion kidnapped(motion, run.faults, mix_seed(seed, kKidnaps));
   const PoseAtTime world_from_base = [&](double stamp) { return kidnapped.pose(stamp - start); };
   run.base_from_laser = options.laser.base_from_laser();
+  LaserOptions second;
+  if (options.second_laser) {
+    second = mounted(options.laser, options.second_laser->base_from_laser);
+    run.base_from_second =
+        mounted(options.laser, options.second_laser->tf_base_from_laser).base_from_laser();
+  }
   const std::vector<double> scan_stamps =
       stamps_at_rate(start, start + duration, options.laser.scan_rate);
   run.scans.reserve(scan_stamps.size());
@@ -56,6 +70,12 @@ SimulatedRun simulate_run(const World& world, const Route& route, const Simulati
     run.scans.push_back(
         simulate_scan(world, options.laser, world_from_base, stamp, scan_seed).scan);
     add_scan_faults(stamp - start, run.faults, mix_seed(seed, kPeople), run.scans.back());
+    if (options.second_laser) {
+      const std::uint64_t second_seed = mix_seed(mix_seed(seed, kSecondLaserStream), i);
+      run.second_scans.push_back(
+          simulate_scan(world, second, world_from_base, stamp, second_seed).scan);
+      add_scan_faults(stamp - start, run.faults, mix_seed(seed, kPeople), run.second_scans.back());
+    }
     run.world_from_base.push_back(world_from_base(stamp));
   }
   if (run.scans.empty()) {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
@@ -31,6 +32,12 @@ struct RunTimeOptions {
   }
 };
 
+/// A laser beside the first, of the same kind and at the same height.
+struct SecondLaserOptions {
+  Pose2 base_from_laser;
+  Pose2 tf_base_from_laser;  ///< as tf says, which may be wrong
+};
+
 /// All options of a run.
 struct SimulationOptions {
   LaserOptions laser;
@@ -38,12 +45,15 @@ struct SimulationOptions {
   OdometryOptions odometry;
   RunTimeOptions time;
   std::vector<Fault> faults;  ///< those whose times are random get theirs by the seed
+  std::optional<SecondLaserOptions> second_laser;
 };
 
 /// All that the sensors of a robot told on its way, and the truth.
 struct SimulatedRun {
   Eigen::Isometry3d base_from_laser = Eigen::Isometry3d::Identity();
   std::vector<LaserScan> scans;
+  Eigen::Isometry3d base_from_second = Eigen::Isometry3d::Identity();  ///< as tf says
+  std::vector<LaserScan> second_scans;    ///< one with each scan, where there is a second laser
   std::vector<Pose2> world_from_base;     ///< truth at the stamp of each scan
   std::vector<OdometryReading> odometry;  ///< from the first scan's stamp to after the last beam
   std::vector<Fault> faults;              ///< what went wrong, with its times

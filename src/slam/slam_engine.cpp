@@ -65,6 +65,7 @@ void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   loops.abandon();
   is_moved = false;
   is_continued = false;
+  further_lasers = {};  // what tf said may have been put right
 }
 
 SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
@@ -79,13 +80,24 @@ SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanM
 
 ScanOutcome SlamEngine::process(const ScanInput& input) {
   const MotionPrediction predicted = tracker_.predict(input);
-  MeasuredScan measured{input.scan, input.base_from_laser, predicted.during_scan, options_.scan,
-                        input.laser_motion};
+  if (!further_lasers_.leads(input, tracker_.state().stamp)) {
+    return take_aside(input, predicted);
+  }
+  MeasuredScan measured{input.scan,
+                        further_lasers_.base_from_laser(input, tracker_.state().velocity()),
+                        predicted.during_scan, options_.scan, input.laser_motion};
   PointScan scan = project_scan(measured);
+  const Pose2 before = tracker_.state().fixed_from_base;
+  const auto further =
+      further_lasers_.take_waiting(input.scan.stamp, before.inverse() * predicted.fixed_from_base);
+  PointScan all = scan;
+  for (const auto& [laser, one] : further) {
+    all = merged(std::move(all), project_scan(one.measured), one.there_from_base);
+  }
 
   // A rejected match carries the prediction, which stands then.
   ScanOutcome outcome;
-  const WeighedMatch weighed = match(scan, predicted);
+  const WeighedMatch weighed = match(all, predicted);
   outcome.match = weighed.match;
   outcome.certainty = weighed.certainty;
   const MatchedMotion matched = tracker_.after_match(input, predicted, outcome.match);
@@ -111,12 +123,19 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
       scan = project_scan(measured);
     }
     insert_or_hold(scan, measured, input.laser, outcome);
+    for (const auto& [laser, one] : further) {
+      ScanOutcome beside = outcome;
+      beside.map_from_base = outcome.map_from_base * one.there_from_base;
+      insert_or_hold(project_scan(one.measured), one.measured, laser, beside);
+      outcome.left_out += beside.left_out;
+    }
   }
   // What covers a doubt is told, and does not grow from scan to scan.
   const bool is_doubted = outcome.certainty == Certainty::kDoubtful;
   tracker_.remember(input, predicted, outcome.map_from_base,
                     is_doubted ? predicted.covariance : outcome.covariance,
                     outcome.match.accepted() || outcome.inserted);
+  further_lasers_.move_on(before.inverse() * outcome.map_from_base);
   ++scan_count_;
   if (!parts_.is_lost() && outcome.inserted && closes_loops()) {
     close_loops(outcome);
@@ -125,11 +144,42 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   if (doubt_.is_lost(input.scan.stamp, options_.tracking)) {
     outcome.gave_up_part = map_apart(input.scan.stamp);
   } else if (parts_.is_lost() && outcome.match.accepted()) {
-    search_for_map(scan, outcome);
+    search_for_map(further.empty() ? scan : all, outcome);
   }
   if (parts_.is_lost()) {
     outcome.covariance += anywhere_in(parts_.map().map);
   }
+  outcome.state = state();
+  return outcome;
+}
+
+/// What a laser that does not lead sees: where it is is the prediction.
+ScanOutcome SlamEngine::take_aside(const ScanInput& input, const MotionPrediction& predicted) {
+  const MotionState& newest = tracker_.state();
+  const Pose2 newest_from_base = newest.fixed_from_base.inverse() * predicted.fixed_from_base;
+  if (newest.matched && !doubt_.doubts && !parts_.is_lost() &&
+      further_lasers_.is_sample_due(input.laser, newest_from_base)) {
+    const PointScan scan = project_scan(input.scan, input.base_from_laser, predicted.during_scan,
+                                        options_.scan, input.laser_motion);
+    further_lasers_.sample(input.laser, scan, predicted.fixed_from_base, newest_from_base,
+                           newest.velocity(), key_scans().all(), options_.map, options_.field);
+  }
+  further_lasers_.wait(input, newest.velocity(), newest_from_base, predicted.during_scan,
+                       options_.scan);
+  ScanOutcome outcome;
+  outcome.stamp = input.scan.stamp;
+  outcome.map_from_base = predicted.fixed_from_base;
+  outcome.covariance = predicted.covariance;
+  if (parts_.is_lost()) {
+    outcome.covariance += anywhere_in(parts_.map().map);
+  }
+  outcome.predicted_map_from_base = predicted.fixed_from_base;
+  if (input.odometry) {
+    outcome.odom_from_base = input.odometry->odom_from_base;
+  }
+  outcome.match.map_from_base = predicted.fixed_from_base;
+  outcome.match.covariance = predicted.covariance;
+  outcome.match.status = MatchStatus::kOfFurtherLaser;
   outcome.state = state();
   return outcome;
 }
@@ -286,6 +336,7 @@ void SlamEngine::start_from(MapStart start) {
   is_continued_ = start.is_continued;
   tracker_.set_state(start.motion);
   scan_count_ = start.scan_count;
+  further_lasers_ = std::move(start.further_lasers);
   loops_.begin_again(key_scans(), near_request(), options_.loops);
 }
 
@@ -313,7 +364,8 @@ MapStart SlamEngine::snapshot() {
           drawing_.near(),
           drawing_.is_moved(),
           is_continued_,
-          is_of_key_scans_};
+          is_of_key_scans_,
+          further_lasers_};
 }
 
 // --- loops ---

@@ -144,7 +144,7 @@ void BagMapping::go_on_with_saved_map(double stamp) {
 /// The robot may have been carried, and its odometry may have begun anew.
 void BagMapping::begin_drive_if_new(double stamp) {
   const std::vector<StampedPose2>& told = run_->live_trajectory();
-  if (told.empty() || is_same_drive(stamp, told.back().stamp) ||
+  if (told.empty() || stamp == told.back().stamp || is_same_drive(stamp, told.back().stamp) ||
       !scans_.begins_bag(told.back().stamp, stamp) || run_->key_scans().empty()) {
     return;
   }
@@ -177,6 +177,9 @@ void BagMapping::handle(const ReadyScan& scan) {
   }
   if (outcome->gave_up_part) {
     dialog_.warn(kGaveUpPart);
+  }
+  for (const std::string& news : run_->laser_news()) {
+    dialog_.inform(news);
   }
 }
 
@@ -251,6 +254,9 @@ void BagMapping::write() {
                  " scans used, " + std::to_string(fit_.matched()) + " matched, " +
                  text_of_loops(*run_) + ", in " + seconds_text(facts.used.wall_seconds) + ", " +
                  seconds_text(facts.bag.seconds) + " of bag; results in " + out_);
+  for (const auto& [number, laser] : run_->further_lasers()) {
+    (laser.is_used ? dialog_.inform : dialog_.warn)(text_of(laser, run_->scan_topic(number)));
+  }
   if (run_->parts_apart() > 0) {
     dialog_.warn("maps of a lost robot that were found nowhere in the map: " +
                  std::to_string(run_->parts_apart()) + "; map.slam alone holds them");

@@ -28,6 +28,9 @@ bool is_sure(TrackingState state) {
 }  // namespace
 
 void FitRecord::add(const ScanOutcome& outcome) {
+  if (outcome.match.status == MatchStatus::kOfFurtherLaser) {
+    return;
+  }
   ++scans_;
   ++statuses_[outcome.match.status];
   if (outcome.match.accepted()) {

@@ -74,6 +74,31 @@ json map_facts(const SlamMap& map) {
                        {"memory_mb", rounded(bytes / (1024.0 * 1024.0))}});
 }
 
+/// Those beside the first.
+json laser_facts(const SlamRun& run) {
+  json lasers = json::array();
+  for (const auto& [number, laser] : run.further_lasers()) {
+    const LaserPlace place = place_of(laser);
+    const Pose2& pose = place.base_from_laser;
+    lasers.push_back({{"topic", run.scan_topic(number)},
+                      {"used", laser.is_used},
+                      {"contradictory", use_of(laser) == LaserUse::kContradictory},
+                      {"matches", laser.mount.samples().size()},
+                      {"agreeing", laser.mount.agreeing()},
+                      {"x_m", rounded(pose.x)},
+                      {"y_m", rounded(pose.y)},
+                      {"yaw_rad", rounded(pose.theta)},
+                      {"sigma_x_m", rounded(place.sigma.x())},
+                      {"sigma_y_m", rounded(place.sigma.y())},
+                      {"sigma_yaw_rad", rounded(place.sigma.z())},
+                      {"from_tf_m", rounded(place.from_tf)},
+                      {"from_tf_rad", rounded(place.turned)},
+                      {"delay_s", rounded(place.delay)},
+                      {"sigma_delay_s", rounded(place.delay_sigma)}});
+  }
+  return lasers;
+}
+
 /// Those that were found and can be, and how many that cannot.
 json loop_facts(const SlamRun& run) {
   const PlacedScans& keys = run.key_scans().all();
@@ -144,6 +169,7 @@ std::string to_json(const RunFacts& facts, const ScanAccount& account, const Sla
   add_cost(facts, run, report);
   report["map"] = map_facts(run.map());
   report["loops"] = loop_facts(run);
+  report["further_lasers"] = laser_facts(run);
   add_incidents(facts, report);
   report["configuration"] = values_of(describe_setup(setup));
   return json_text(report) + "\n";

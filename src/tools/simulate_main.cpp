@@ -31,6 +31,8 @@ struct Request {
   std::string bag;
   std::string truth;
   bool inverted_laser = false;
+  std::vector<double> second_laser;
+  std::vector<double> second_laser_error;
   Parameters laser;
   Parameters drive;
   Parameters odometry;
@@ -53,6 +55,19 @@ void declare_options(CLI::App& app, Request& request) {
       ->type_name("OUT.tum");
   app.add_flag("--inverted-laser", request.inverted_laser,
                "The laser hangs upside down; the same as --mount-roll 3.14159...");
+  CLI::Option* second =
+      app.add_option("--second-laser", request.second_laser,
+                     "Another laser of the same kind, on /second_scan: where it is on the base [m, "
+                     "m, rad], such as -0.3,0,3.14")
+          ->type_name("X,Y,YAW")
+          ->delimiter(',')
+          ->expected(3);
+  app.add_option("--second-laser-error", request.second_laser_error,
+                 "By how much tf has it elsewhere [m, m, rad]")
+      ->type_name("X,Y,YAW")
+      ->delimiter(',')
+      ->expected(3)
+      ->needs(second);
   add_option_flags<LaserOptions>(app, "Laser", request.laser);
   add_option_flags<DriveOptions>(app, "Path", request.drive);
   add_option_flags<OdometryOptions>(app, "Odometry", request.odometry);
@@ -80,6 +95,14 @@ SimulationOptions read_simulation_options(Request request) {
   options.odometry = read_options<OdometryOptions>(request.odometry, "");
   options.time = read_options<RunTimeOptions>(request.time, "");
   check_laser_options(options.laser);
+  if (!request.second_laser.empty()) {
+    const std::vector<double>& at = request.second_laser;
+    std::vector<double> error = request.second_laser_error;
+    error.resize(3, 0.0);
+    options.second_laser =
+        SecondLaserOptions{{at[0], at[1], wrap_angle(at[2])},
+                           {at[0] + error[0], at[1] + error[1], wrap_angle(at[2] + error[2])}};
+  }
   for (const std::string& text : request.faults) {
     options.faults.push_back(parse_fault(text));
   }

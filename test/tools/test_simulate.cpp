@@ -45,6 +45,20 @@ TEST_F(Simulate, WritesBagAndTruthOfEveryScan) {
   EXPECT_EQ(truth.poses().front().stamp, 1327500000.0);
 }
 
+TEST_F(Simulate, HasASecondLaserThatTfHasElsewhere) {
+  ASSERT_EQ(run_simulate(arguments("run") +
+                         " --second-laser=-0.3,0.1,3.1 --second-laser-error=0.03,0,0.02")
+                .exit_code,
+            0);
+  const Outcome mapped =
+      run_command(MATCHBOX_MAP_BAG, (folder_ / "run.bag") + " --out " + folder_.path() +
+                                        " --set 'scan_topics=[/base_scan, /second_scan]'");
+  EXPECT_EQ(mapped.exit_code, 0) << mapped.output;
+  EXPECT_TRUE(contains(mapped.output, "122 of 122 scans used, 60 matched")) << mapped.output;
+  EXPECT_TRUE(contains(mapped.output, "the laser of /second_scan")) << mapped.output;
+  expect_one_line(2, arguments("b") + " --second-laser-error 0,0,0", "--second-laser");
+}
+
 TEST_F(Simulate, TheSameSeedWritesTheSameBytes) {
   for (const char* name : {"a", "b"}) {
     EXPECT_EQ(run_simulate(arguments(name) + " --seed 5").exit_code, 0);

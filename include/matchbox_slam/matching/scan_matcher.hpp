@@ -32,6 +32,7 @@ enum class MatchStatus {
   kRejectedLowScore,       ///< even the best pose explains too little of the scan
   kRejectedContradiction,  ///< beams cross walls of the map there; the engine's verdict
   kRejectedInvalidPrior,   ///< the prediction or its covariance is not a number
+  kOfFurtherLaser,         ///< not matched for itself; see FurtherLasers
 };
 
 /// A word for logs, tables and reports, such as "accepted" or "rejected_low_score".

@@ -37,6 +37,13 @@ struct MotionState {
   std::optional<Fix> fix;               ///< the newest one
   Pose2 motion;           ///< between the last two fixes, by the earlier one's base frame
   double interval = 0.0;  ///< [s] that this motion took; 0: none is known
+
+  /// By that: (x [m/s], y [m/s], theta [rad/s]) in the base frame.
+  [[nodiscard]] Eigen::Vector3d velocity() const {
+    return interval > 0.0
+               ? Eigen::Vector3d(Eigen::Vector3d(motion.x, motion.y, motion.theta) / interval)
+               : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  }
 };
 
 /// What is known of a scan before it is matched.

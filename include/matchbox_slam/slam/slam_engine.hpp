@@ -13,6 +13,7 @@
 #include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
+#include "matchbox_slam/slam/further_lasers.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/loop_closing.hpp"
 #include "matchbox_slam/slam/map_drawing.hpp"
@@ -75,6 +76,7 @@ struct MapStart {
   /// Made of its key scans alone. Loops are not closed in one that holds walls that came without:
   /// nobody knows how they would move.
   bool is_of_key_scans = true;
+  FurtherLasers further_lasers = {};
 
   /// Keeps the map alone: the base may be here, and how it moves is not known.
   /// @param covariance  over (x, y, theta) in the map frame.
@@ -115,6 +117,7 @@ class SlamEngine {
   [[nodiscard]] std::size_t parts_apart() const { return parts_.all().size() - 1; }
   [[nodiscard]] TrackingState state() const;
   [[nodiscard]] const LoopCloser& loops() const { return loops_; }
+  [[nodiscard]] const FurtherLasers& further_lasers() const { return further_lasers_; }
   [[nodiscard]] const EngineOptions& options() const { return options_; }
 
   /// Matches from the next scan on are made by this matcher; map and pose stay.
@@ -148,6 +151,7 @@ class SlamEngine {
   [[nodiscard]] const SlamMap& matched_map() const;
   [[nodiscard]] bool closes_loops() const { return options_.slam.loop_closing && is_of_key_scans_; }
   [[nodiscard]] NearRequest near_request() const;
+  ScanOutcome take_aside(const ScanInput& input, const MotionPrediction& predicted);
   [[nodiscard]] WeighedMatch match(const PointScan& scan, const MotionPrediction& predicted) const;
   [[nodiscard]] bool is_to_be_inserted(const ScanOutcome& outcome, int laser) const;
   [[nodiscard]] bool is_worth_inserting(const ScanOutcome& outcome, int laser) const;
@@ -170,6 +174,7 @@ class SlamEngine {
   std::uint64_t seed_;
   std::uint64_t scan_count_ = 0;
   MotionTracker tracker_;
+  FurtherLasers further_lasers_;
   MapParts parts_;
   TrackingDoubt doubt_;
   double usual_score_ = 0.0;
