@@ -143,21 +143,18 @@ void FurtherLasers::sample(int laser_number, const PointScan& scan, const Pose2&
   laser.newest_from_tried = newest_from_base;
   const bool is_found = laser.mount.is_found();
   const Pose2 expected = map_from_base * (is_found ? laser.mount.correction(velocity) : Pose2{});
-  for (const std::size_t most : {3U, 12U}) {
-    constexpr std::size_t kLeastPoints = 30;
-    const SlamMap seen = rendered(newest_of(lead_.laser, keys, most), map_options, field_options);
-    const PointScan part = seen_part(scan, expected, seen);
-    if (part.points.size() < kLeastPoints) {
-      continue;
-    }
-    if (const std::optional<MatchResult> match = match_near(part, expected, is_found, seen.field)) {
-      const Pose2 off = map_from_base.inverse() * match->map_from_base;
-      laser.mount.add(
-          {{off.x, off.y, off.theta}, seen_from(map_from_base, match->covariance), velocity});
-      laser.is_used =
-          laser.is_used ? !laser.mount.is_contradictory() : laser.mount.is_sure(velocity);
-    }
+  constexpr std::size_t kLeastPoints = 30;
+  constexpr std::size_t kNewest = 3;  // more would tell how the map has drifted
+  const SlamMap seen = rendered(newest_of(lead_.laser, keys, kNewest), map_options, field_options);
+  const PointScan part = seen_part(scan, expected, seen);
+  if (part.points.size() < kLeastPoints) {
     return;
+  }
+  if (const std::optional<MatchResult> match = match_near(part, expected, is_found, seen.field)) {
+    const Pose2 off = map_from_base.inverse() * match->map_from_base;
+    laser.mount.add(
+        {{off.x, off.y, off.theta}, seen_from(map_from_base, match->covariance), velocity});
+    laser.is_used = laser.is_used ? !laser.mount.is_contradictory() : laser.mount.is_sure(velocity);
   }
 }
 
