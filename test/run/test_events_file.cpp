@@ -49,8 +49,8 @@ TEST_F(EventsFile, ReadsBackWhatWasWritten) {
   changes.set("map_file", "1e3");  // a text that looks like a number
   const double stamp = 1353943200.123456789;
   const std::vector<TimedEvent> events = {
-      {{0, stamp, 0}, SetPose{{1.0 / 3.0, -2e-9, 3.0}, covariance}},
-      {{0, stamp, 1}, CorrectPose{stamp - 0.1, {0.1, 0.7, -0.3}}},
+      {{0, stamp, 1}, SetPose{{1.0 / 3.0, -2e-9, 3.0}, covariance}},
+      {{0, stamp, 0}, CorrectPose{stamp - 0.1, {0.1, 0.7, -0.3}}},
       {{0, stamp + 1.0, 0}, Pause{true}},
       {{0, stamp + 2.0, 0}, Pause{false}},
       {{0, stamp + 2.0, 0}, Reconfigure{changes}},
