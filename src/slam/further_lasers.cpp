@@ -179,18 +179,4 @@ void FurtherLasers::move_on(const Pose2& before_from_newest) {
   }
 }
 
-PointScan merged(PointScan scan, const PointScan& further, const Pose2& base_from_further) {
-  const Eigen::Rotation2Dd turn(base_from_further.theta);
-  for (ScanPoint point : further.points) {
-    point.position = base_from_further * point.position;
-    point.origin = base_from_further * point.origin;
-    point.normal = turn * point.normal;
-    scan.points.push_back(point);
-  }
-  for (const FreeRay& ray : further.free_rays) {
-    scan.free_rays.push_back({base_from_further * ray.origin, base_from_further * ray.end});
-  }
-  return scan;
-}
-
 }  // namespace matchbox_slam

@@ -88,14 +88,7 @@ PointScan merged_newest(const PlacedScans& keys) {
   PointScan merged;
   merged.stamp = keys.back().scan->points()->stamp;
   for (std::size_t i = keys.size() - std::min(keys.size(), kMerged); i < keys.size(); ++i) {
-    const Pose2 newest_from_base = newest_from_map * keys[i].map_from_base;
-    const Eigen::Rotation2Dd turn(newest_from_base.theta);
-    for (ScanPoint point : keys[i].scan->points()->points) {
-      point.position = newest_from_base * point.position;
-      point.origin = newest_from_base * point.origin;
-      point.normal = turn * point.normal;
-      merged.points.push_back(point);
-    }
+    append(*keys[i].scan->points(), newest_from_map * keys[i].map_from_base, merged);
   }
   return merged;
 }

@@ -8,23 +8,10 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "slam/seen_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
-
-/// Throws ConfigurationError when the map was not made with these options.
-void check_map(const SlamMap& map, const EngineOptions& options) {
-  const auto require = [](const std::string& name, double wanted, double made) {
-    if (wanted != made) {
-      throw ConfigurationError(name + ": " + to_string(wanted) +
-                               " is not allowed with a map that was made with " + to_string(made) +
-                               "; allowed: the same, or a new map");
-    }
-  };
-  require("map/resolution", options.map.resolution, map.field.geometry().resolution());
-  require("field/sigma", options.field.sigma, map.field.options().sigma);
-  require("field/reach", options.field.reach, map.field.options().reach);
-}
 
 MapPart empty_part(const EngineOptions& options, double begin) {
   return {SlamMap(options.map, options.field), {}, {}, begin};
@@ -41,6 +28,19 @@ Pose2 placed_best(const PointScan& scan, const Pose2& map_from_base, const Likel
   return is_convincing(match, options) ? match.map_from_base : map_from_base;
 }
 
+/// Before it is matched.
+ScanOutcome outcome_of(const ScanInput& input, const MotionPrediction& predicted) {
+  ScanOutcome outcome;
+  outcome.stamp = input.scan.stamp;
+  outcome.map_from_base = predicted.fixed_from_base;
+  outcome.covariance = predicted.covariance;
+  outcome.predicted_map_from_base = predicted.fixed_from_base;
+  if (input.odometry) {
+    outcome.odom_from_base = input.odometry->odom_from_base;
+  }
+  return outcome;
+}
+
 /// A lost robot may be anywhere in the map, in any heading.
 Eigen::Matrix3d anywhere_in(const SlamMap& map) {
   const CellBox box = map.occupancy.known_bounds();
@@ -49,24 +49,6 @@ Eigen::Matrix3d anywhere_in(const SlamMap& map) {
 }
 
 }  // namespace
-
-void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
-  MotionState at_rest;  // made first: the arguments may be the present motion's own
-  at_rest.fixed_from_base = map_from_base;
-  at_rest.covariance = covariance;
-  motion = at_rest;
-  last_inserted.clear();
-  whereabouts.doubt = {};
-  whereabouts.usual_score = 0.0;
-  whereabouts.held.clear();
-  whereabouts.here = 0;
-  whereabouts.search = {};
-  near_map.clear();
-  loops.abandon();
-  is_moved = false;
-  is_continued = false;
-  further_lasers = {};  // what tf said may have been put right
-}
 
 SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
                        std::uint64_t seed, const Pose2& start)
@@ -83,31 +65,16 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   if (!further_lasers_.leads(input, tracker_.state().stamp)) {
     return take_aside(input, predicted);
   }
-  MeasuredScan measured{input.scan,
-                        further_lasers_.base_from_laser(input, tracker_.state().velocity()),
-                        predicted.during_scan, options_.scan, input.laser_motion};
-  PointScan scan = project_scan(measured);
   const Pose2 before = tracker_.state().fixed_from_base;
-  const auto further =
-      further_lasers_.take_waiting(input.scan.stamp, before.inverse() * predicted.fixed_from_base);
-  PointScan all = scan;
-  for (const auto& [laser, one] : further) {
-    all = merged(std::move(all), project_scan(one.measured), one.there_from_base);
-  }
-
+  SeenScans seen = see(input, predicted);
+  ScanOutcome outcome = outcome_of(input, predicted);
   // A rejected match carries the prediction, which stands then.
-  ScanOutcome outcome;
-  const WeighedMatch weighed = match(all, predicted);
+  const WeighedMatch weighed = match(seen.all(), predicted);
   outcome.match = weighed.match;
   outcome.certainty = weighed.certainty;
   const MatchedMotion matched = tracker_.after_match(input, predicted, outcome.match);
-  outcome.stamp = input.scan.stamp;
   outcome.map_from_base = matched.fixed_from_base;
   outcome.covariance = outcome.match.covariance;
-  outcome.predicted_map_from_base = predicted.fixed_from_base;
-  if (input.odometry) {
-    outcome.odom_from_base = input.odometry->odom_from_base;
-  }
   weigh_doubt(weighed, outcome, predicted.motion.previous_from_current.translation().norm());
   if (closes_loops() && options_.slam.update_map && !parts_.is_lost() &&
       doubt_.is_blind(options_.tracking)) {
@@ -118,17 +85,8 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   }
 
   if (is_to_be_inserted(outcome, input.laser)) {
-    if (matched.during_scan != predicted.during_scan) {
-      measured.motion = matched.during_scan;
-      scan = project_scan(measured);
-    }
-    insert_or_hold(scan, measured, input.laser, outcome);
-    for (const auto& [laser, one] : further) {
-      ScanOutcome beside = outcome;
-      beside.map_from_base = outcome.map_from_base * one.there_from_base;
-      insert_or_hold(project_scan(one.measured), one.measured, laser, beside);
-      outcome.left_out += beside.left_out;
-    }
+    seen.put_right(matched.during_scan);
+    insert_or_hold(seen, input.laser, outcome);
   }
   // What covers a doubt is told, and does not grow from scan to scan.
   const bool is_doubted = outcome.certainty == Certainty::kDoubtful;
@@ -144,13 +102,21 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   if (doubt_.is_lost(input.scan.stamp, options_.tracking)) {
     outcome.gave_up_part = map_apart(input.scan.stamp);
   } else if (parts_.is_lost() && outcome.match.accepted()) {
-    search_for_map(further.empty() ? scan : all, outcome);
+    search_for_map(seen.all(), outcome);
   }
   if (parts_.is_lost()) {
     outcome.covariance += anywhere_in(parts_.map().map);
   }
   outcome.state = state();
   return outcome;
+}
+
+SeenScans SlamEngine::see(const ScanInput& input, const MotionPrediction& predicted) {
+  const MotionState& newest = tracker_.state();
+  return {{input.scan, further_lasers_.base_from_laser(input, newest.velocity()),
+           predicted.during_scan, options_.scan, input.laser_motion},
+          further_lasers_.take_waiting(
+              input.scan.stamp, newest.fixed_from_base.inverse() * predicted.fixed_from_base)};
 }
 
 /// What a laser that does not lead sees: where it is is the prediction.
@@ -166,16 +132,9 @@ ScanOutcome SlamEngine::take_aside(const ScanInput& input, const MotionPredictio
   }
   further_lasers_.wait(input, newest.velocity(), newest_from_base, predicted.during_scan,
                        options_.scan);
-  ScanOutcome outcome;
-  outcome.stamp = input.scan.stamp;
-  outcome.map_from_base = predicted.fixed_from_base;
-  outcome.covariance = predicted.covariance;
+  ScanOutcome outcome = outcome_of(input, predicted);
   if (parts_.is_lost()) {
     outcome.covariance += anywhere_in(parts_.map().map);
-  }
-  outcome.predicted_map_from_base = predicted.fixed_from_base;
-  if (input.odometry) {
-    outcome.odom_from_base = input.odometry->odom_from_base;
   }
   outcome.match.map_from_base = predicted.fixed_from_base;
   outcome.match.covariance = predicted.covariance;
@@ -237,10 +196,15 @@ void SlamEngine::weigh_doubt(const WeighedMatch& match, const ScanOutcome& outco
   held_.clear();
 }
 
-bool SlamEngine::map_apart(double stamp) {
+/// Where the robot is thought to be now; what was held or searched for until now is dropped.
+void SlamEngine::believe() {
   doubt_ = {};
   held_.clear();
   search_ = {};
+}
+
+bool SlamEngine::map_apart(double stamp) {
+  believe();
   // Nor is it known how it moves: the next two matches will tell.
   tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
   loops_.abandon();
@@ -280,9 +244,7 @@ void SlamEngine::join(const PlaceHypothesis& found) {
   tracker_.change_frame(found.part_from_apart);
   parts_.join(found.part, found.part_from_apart, options_.slam.update_map);
   is_continued_ = false;
-  doubt_ = {};
-  held_.clear();
-  search_ = {};
+  believe();
   find_places_to_search();
 }
 
@@ -292,9 +254,7 @@ void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   is_continued_ = false;
   loops_.abandon();
   match_whole_map();
-  doubt_ = {};
-  held_.clear();
-  search_ = {};
+  believe();
   places_.clear();
 }
 
@@ -313,13 +273,7 @@ void SlamEngine::set_options(const EngineOptions& options) {
 }
 
 void SlamEngine::start_from(MapStart start) {
-  check_map(start.map, options_);
-  for (const MapPart& part : start.whereabouts.apart) {
-    check_map(part.map, options_);
-  }
-  if (const SlamMap* near = start.near_map.map()) {
-    check_map(*near, options_);
-  }
+  check_maps(start, options_);
   Whereabouts& whereabouts = start.whereabouts;
   std::vector<MapPart> parts{
       {std::move(start.map), std::move(start.key_scans), std::move(start.last_inserted), 0.0}};
@@ -453,6 +407,16 @@ bool SlamEngine::is_worth_inserting(const ScanOutcome& outcome, int laser) const
   return moved.translation().norm() >= options_.slam.insert_distance ||
          std::abs(moved.theta) >= options_.slam.insert_angle ||
          outcome.match.score < options_.slam.insert_overlap;
+}
+
+void SlamEngine::insert_or_hold(const SeenScans& seen, int laser, ScanOutcome& outcome) {
+  insert_or_hold(seen.points(), seen.leading(), laser, outcome);
+  for (const auto& [further, one] : seen.further()) {
+    ScanOutcome beside = outcome;
+    beside.map_from_base = outcome.map_from_base * one.there_from_base;
+    insert_or_hold(project_scan(one.measured), one.measured, further, beside);
+    outcome.left_out += beside.left_out;
+  }
 }
 
 void SlamEngine::insert_or_hold(const PointScan& scan, const MeasuredScan& measured, int laser,

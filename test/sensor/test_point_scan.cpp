@@ -632,5 +632,30 @@ TEST(PointScan, WallsAreNotJoinedBeyondTheLargestGap) {
   }
 }
 
+TEST(PointScan, AppendedIsWhatALaserMountedThereSees) {
+  const Pose2 base_from_other{0.7, -0.4, 2.1};
+  LaserScan scan = sweep(300, 4.5);
+  measure(scan, mount(base_from_other.x, base_from_other.y, 0.0, 0.0, base_from_other.theta));
+  for (std::size_t k = 100; k < 140; ++k) {
+    scan.ranges[k] = kInf;
+  }
+  const PointScan there = project(
+      scan, plain(), mount(base_from_other.x, base_from_other.y, 0.0, 0.0, base_from_other.theta));
+  PointScan both = scan_of_room(50);
+  append(project(scan), base_from_other, both);
+  ASSERT_EQ(both.points.size(), 50 + there.points.size());
+  ASSERT_EQ(both.free_rays.size(), there.free_rays.size());
+  for (std::size_t i = 0; i < there.points.size(); ++i) {
+    const ScanPoint& point = both.points[50 + i];
+    EXPECT_LT((point.position - there.points[i].position).norm(), 1e-9);
+    EXPECT_LT((point.origin - there.points[i].origin).norm(), 1e-9);
+    EXPECT_LT((point.normal - there.points[i].normal).norm(), 1e-6);
+  }
+  for (std::size_t i = 0; i < there.free_rays.size(); ++i) {
+    EXPECT_LT((both.free_rays[i].origin - there.free_rays[i].origin).norm(), 1e-9);
+    EXPECT_LT((both.free_rays[i].end - there.free_rays[i].end).norm(), 1e-9);
+  }
+}
+
 }  // namespace
 }  // namespace matchbox_slam

@@ -127,4 +127,8 @@ struct MeasuredScan {
                       measured.laser_motion);
 }
 
+/// Adds the points and rays of another scan.
+/// @param base_from_other  of that one's frame in the frame of `scan`.
+void append(const PointScan& other, const Pose2& base_from_other, PointScan& scan);
+
 }  // namespace matchbox_slam

@@ -88,8 +88,4 @@ class FurtherLasers {
   Lead lead_;
 };
 
-/// Both as one scan in the frame of the first.
-[[nodiscard]] PointScan merged(PointScan scan, const PointScan& further,
-                               const Pose2& base_from_further);
-
 }  // namespace matchbox_slam

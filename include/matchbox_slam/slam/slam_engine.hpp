@@ -18,6 +18,7 @@
 #include "matchbox_slam/slam/loop_closing.hpp"
 #include "matchbox_slam/slam/map_drawing.hpp"
 #include "matchbox_slam/slam/map_parts.hpp"
+#include "matchbox_slam/slam/map_start.hpp"
 #include "matchbox_slam/slam/motion_tracker.hpp"
 #include "matchbox_slam/slam/near_map.hpp"
 #include "matchbox_slam/slam/recovery.hpp"
@@ -50,38 +51,7 @@ struct ScanOutcome {
   std::size_t left_out = 0;
 };
 
-/// Where the robot is, and how sure that is: doubts, and what waits until they are gone.
-struct Whereabouts {
-  TrackingDoubt doubt;
-  double usual_score = 0.0;          ///< of matches lately; 0: none is known
-  std::vector<WaitingScan> held;     ///< inserted once the place is confirmed, else dropped
-  std::vector<WaitingScan> pending;  ///< inserted a few with each scan, oldest first
-  std::vector<MapPart> apart;        ///< maps that the robot made while it was lost, not yet joined
-  std::size_t here = 0;              ///< the part that it is in: 0 the map, n apart[n - 1]
-  PlaceSearch search;
-};
-
-/// All that an engine knows: what it takes to go on from there as if nothing had been between.
-struct MapStart {
-  SlamMap map;
-  KeyScans key_scans;
-  MotionState motion;                  ///< in the map frame
-  std::map<int, Pose2> last_inserted;  ///< map_from_base, by laser
-  std::uint64_t scan_count = 0;
-  Whereabouts whereabouts = {};
-  LoopCloser loops = {};
-  NearMap near_map = {};
-  bool is_moved = false;      ///< by loops, and matched against near_map alone since
-  bool is_continued = false;  ///< the newest key scan is from where the base is
-  /// Made of its key scans alone. Loops are not closed in one that holds walls that came without:
-  /// nobody knows how they would move.
-  bool is_of_key_scans = true;
-  FurtherLasers further_lasers = {};
-
-  /// Keeps the map alone: the base may be here, and how it moves is not known.
-  /// @param covariance  over (x, y, theta) in the map frame.
-  void begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
-};
+class SeenScans;
 
 /// The SLAM loop: predict, match, decide, insert. Single-threaded; the same scans, options and seed
 /// yield the same bits.
@@ -151,14 +121,17 @@ class SlamEngine {
   [[nodiscard]] const SlamMap& matched_map() const;
   [[nodiscard]] bool closes_loops() const { return options_.slam.loop_closing && is_of_key_scans_; }
   [[nodiscard]] NearRequest near_request() const;
+  [[nodiscard]] SeenScans see(const ScanInput& input, const MotionPrediction& predicted);
   ScanOutcome take_aside(const ScanInput& input, const MotionPrediction& predicted);
   [[nodiscard]] WeighedMatch match(const PointScan& scan, const MotionPrediction& predicted) const;
   [[nodiscard]] bool is_to_be_inserted(const ScanOutcome& outcome, int laser) const;
   [[nodiscard]] bool is_worth_inserting(const ScanOutcome& outcome, int laser) const;
+  void insert_or_hold(const SeenScans& seen, int laser, ScanOutcome& outcome);
   void insert_or_hold(const PointScan& scan, const MeasuredScan& measured, int laser,
                       ScanOutcome& outcome);
   [[nodiscard]] bool insert(const PointScan& scan, const PlacedScan& placed,
                             const Eigen::Matrix3d& covariance, bool is_continued, MapPart& part);
+  void believe();
   void weigh_doubt(const WeighedMatch& match, const ScanOutcome& outcome, double way);
   [[nodiscard]] bool has_pending() const;
   [[nodiscard]] std::size_t insert_pending();

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/map/scan_inserter.hpp"
+#include "matchbox_slam/slam/engine_options.hpp"
+#include "matchbox_slam/slam/further_lasers.hpp"
+#include "matchbox_slam/slam/key_scans.hpp"
+#include "matchbox_slam/slam/loop_closing.hpp"
+#include "matchbox_slam/slam/map_parts.hpp"
+#include "matchbox_slam/slam/motion_tracker.hpp"
+#include "matchbox_slam/slam/near_map.hpp"
+#include "matchbox_slam/slam/recovery.hpp"
+#include "matchbox_slam/slam/tracking_state.hpp"
+
+namespace matchbox_slam {
+
+/// Where the robot is, and how sure that is: doubts, and what waits until they are gone.
+struct Whereabouts {
+  TrackingDoubt doubt;
+  double usual_score = 0.0;          ///< of matches lately; 0: none is known
+  std::vector<WaitingScan> held;     ///< inserted once the place is confirmed, else dropped
+  std::vector<WaitingScan> pending;  ///< inserted a few with each scan, oldest first
+  std::vector<MapPart> apart;        ///< maps that the robot made while it was lost, not yet joined
+  std::size_t here = 0;              ///< the part that it is in: 0 the map, n apart[n - 1]
+  PlaceSearch search;
+};
+
+/// All that an engine knows: what it takes to go on from there as if nothing had been between.
+struct MapStart {
+  SlamMap map;
+  KeyScans key_scans;
+  MotionState motion;                  ///< in the map frame
+  std::map<int, Pose2> last_inserted;  ///< map_from_base, by laser
+  std::uint64_t scan_count = 0;
+  Whereabouts whereabouts = {};
+  LoopCloser loops = {};
+  NearMap near_map = {};
+  bool is_moved = false;      ///< by loops, and matched against near_map alone since
+  bool is_continued = false;  ///< the newest key scan is from where the base is
+  /// Made of its key scans alone. Loops are not closed in one that holds walls that came without:
+  /// nobody knows how they would move.
+  bool is_of_key_scans = true;
+  FurtherLasers further_lasers = {};
+
+  /// Keeps the map alone: the base may be here, and how it moves is not known.
+  /// @param covariance  over (x, y, theta) in the map frame.
+  void begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
+};
+
+/// Throws ConfigurationError when the map was made with another resolution or likelihood field.
+void check_map(const SlamMap& map, const EngineOptions& options);
+
+/// The same of all maps that it holds.
+void check_maps(const MapStart& start, const EngineOptions& options);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,48 @@
+#include "matchbox_slam/slam/map_start.hpp"
+
+#include <string>
+
+namespace matchbox_slam {
+
+void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
+  MotionState at_rest;  // made first: the arguments may be the present motion's own
+  at_rest.fixed_from_base = map_from_base;
+  at_rest.covariance = covariance;
+  motion = at_rest;
+  last_inserted.clear();
+  whereabouts.doubt = {};
+  whereabouts.usual_score = 0.0;
+  whereabouts.held.clear();
+  whereabouts.here = 0;
+  whereabouts.search = {};
+  near_map.clear();
+  loops.abandon();
+  is_moved = false;
+  is_continued = false;
+  further_lasers = {};  // what tf said may have been put right
+}
+
+void check_map(const SlamMap& map, const EngineOptions& options) {
+  const auto require = [](const std::string& name, double wanted, double made) {
+    if (wanted != made) {
+      throw ConfigurationError(name + ": " + to_string(wanted) +
+                               " is not allowed with a map that was made with " + to_string(made) +
+                               "; allowed: the same, or a new map");
+    }
+  };
+  require("map/resolution", options.map.resolution, map.field.geometry().resolution());
+  require("field/sigma", options.field.sigma, map.field.options().sigma);
+  require("field/reach", options.field.reach, map.field.options().reach);
+}
+
+void check_maps(const MapStart& start, const EngineOptions& options) {
+  check_map(start.map, options);
+  for (const MapPart& part : start.whereabouts.apart) {
+    check_map(part.map, options);
+  }
+  if (const SlamMap* near = start.near_map.map()) {
+    check_map(*near, options);
+  }
+}
+
+}  // namespace matchbox_slam
