@@ -27,18 +27,16 @@ PlacedScans nearest(const PlacedScans& key_scans, const Pose2& pose) {
   return sorted;
 }
 
-/// Refines a pose against the key scans nearest to it.
-RefinedPose refine_against_nearest(const MatchProblem& problem, const Pose2& map_from_base,
-                                   const PosePrior& prior, const HoughOptions& options) {
-  PlacedScans key_scans = nearest(problem.recent_scans, map_from_base);
-  key_scans.resize(std::min(key_scans.size(), static_cast<std::size_t>(options.refine_key_scans)));
-  std::vector<std::shared_ptr<const LikelihoodField>> fields;
-  PlacedFields placed;
-  for (const PlacedScan& key : key_scans) {
-    fields.push_back(key.scan->field());
-    placed.push_back({fields.back().get(), key.map_from_base});
+/// Refines a pose against the map, or while there is none, against the nearest key scan.
+RefinedPose refined(const MatchProblem& problem, const Pose2& map_from_base, const PosePrior& prior,
+                    const RefinementOptions& options) {
+  if (!problem.field.empty()) {
+    return refine(problem.scan.points, problem.field, map_from_base, prior, options);
   }
-  return refine(problem.scan.points, placed, map_from_base, prior, options.refinement);
+  const PlacedScan key = nearest(problem.recent_scans, map_from_base).front();
+  const std::shared_ptr<const LikelihoodField> field = key.scan->field();
+  return refine(problem.scan.points, PlacedFields{{field.get(), key.map_from_base}}, map_from_base,
+                prior, options);
 }
 
 }  // namespace
@@ -75,27 +73,27 @@ MatchResult HoughMatcher::match(const MatchProblem& problem) const {
   if (poses.empty()) {
     return result;
   }
-  const RefinedPose refined =
-      refine_against_nearest(problem, poses.front().map_from_base, prior, options_);
-  if (!std::isfinite(refined.score) || !refined.map_from_base.is_finite() ||
-      !refined.covariance.allFinite()) {
+  const RefinedPose answer =
+      refined(problem, poses.front().map_from_base, prior, options_.refinement);
+  if (!std::isfinite(answer.score) || !answer.map_from_base.is_finite() ||
+      !answer.covariance.allFinite()) {
     return result;
   }
-  result.score = std::clamp(refined.score, 0.0, 1.0);
+  result.score = std::clamp(answer.score, 0.0, 1.0);
   if (poses.size() > 1 && poses[0].score > 0.0) {
     result.rival_share = std::clamp(poses[1].score / poses[0].score, 0.0, 1.0);
   }
-  if (refined.score < options_.min_score) {
+  if (answer.score < options_.min_score) {
     return result;
   }
   result.status = MatchStatus::kAccepted;
-  result.map_from_base = refined.map_from_base;
-  result.covariance = refined.covariance;
+  result.map_from_base = answer.map_from_base;
+  result.covariance = answer.covariance;
   if (options_.refinement.iterations == 0) {
     const HoughAlignmentOptions& alignment = options_.alignment;
     result.covariance += step_covariance(alignment.rho_cell, kPi / alignment.angles);
   }
-  result.unconstrained_directions = refined.unconstrained_directions;
+  result.unconstrained_directions = answer.unconstrained_directions;
   return result;
 }
 

@@ -13,7 +13,6 @@ struct HoughOptions {
   double prior_weight = 0.03;
   double enough_score = 0.5;
   int searched_key_scans = 6;
-  int refine_key_scans = 5;
   double min_score = 0.15;
   RefinementOptions refinement = {5};
 
@@ -26,8 +25,6 @@ struct HoughOptions {
            "The next key scan is searched too while the best pose scores less than this.");
     option(self.searched_key_scans, "searched_key_scans", between(1, 100), "",
            "Key scans that are searched at most.");
-    option(self.refine_key_scans, "refine_key_scans", between(1, 100), "",
-           "Nearest key scans that the answer is refined against.");
     option(self.min_score, "min_score", between(0.0, 1.0), "",
            "Matches that explain less of the scan than this are rejected.");
     RefinementOptions::visit(self.refinement, option);
@@ -36,8 +33,9 @@ struct HoughOptions {
 
 /// Scan matching in the Hough domain (Censi, Iocchi and Grisetti 2005), of scan to scan: the
 /// rotation and the translation that take the scan's Hough transform to that of a key scan, ranked
-/// by likelihood and refined below the size of a cell against the nearest key scans. The map is not
-/// looked at. Cost: columns times points, and what refining costs.
+/// by likelihood. The best is refined below the size of a cell against the map, where there is one:
+/// from scan to scan, as in the paper, errors add up. Cost: columns times points, and what refining
+/// costs.
 class HoughMatcher : public ScanMatcher {
  public:
   HoughMatcher() = default;
