@@ -78,6 +78,16 @@ def in_map(truth, first):
     return {stamp: composed(map_from_world, pose) for stamp, pose in truth.items()}
 
 
+def aligned(truth, keys):
+    """The truth where it fits the map best: where the first scan was taken is known no better than a match."""
+    pairs = [(truth[stamp], pose) for stamp, pose in keys.items()]
+    (ax, ay), (bx, by) = ([sum(pair[i][k] for pair in pairs) / len(pairs) for k in (0, 1)] for i in (0, 1))
+    cross = sum((a[0] - ax) * (b[1] - by) - (a[1] - ay) * (b[0] - bx) for a, b in pairs)
+    dot = sum((a[0] - ax) * (b[0] - bx) + (a[1] - ay) * (b[1] - by) for a, b in pairs)
+    centre = composed((bx, by, math.atan2(cross, dot)), (-ax, -ay, 0.0))
+    return {stamp: composed(centre, pose) for stamp, pose in truth.items()}
+
+
 def error(pose, true):
     return math.hypot(pose[0] - true[0], pose[1] - true[1]), abs(wrapped(pose[2] - true[2]))
 
@@ -105,7 +115,8 @@ def weigh(folder, truth):
     wrong = [s for s, (way, turn) in errors.items() if way > 0.2 or turn > math.radians(5.0)]
     end_error = error(final[stamps[-1]], true[stamps[-1]])[0]
     accepted = [(r, s) for r, s in zip(rows, stamps) if r["status"] == "accepted"]
-    inside = sum(squared_distance(r, true[s]) <= ELLIPSE for r, s in accepted[1:])
+    in_place = aligned(truth, keys)
+    inside = sum(squared_distance(r, in_place[s]) <= ELLIPSE for r, s in accepted[1:])
     states = [r["state"] for r in rows]
     unsure = [b - a for a, b, state in zip(stamps, stamps[1:], states) if state not in ("tracking", "recovered")]
     way = sum(math.hypot(true[a][0] - true[b][0], true[a][1] - true[b][1])

@@ -104,6 +104,10 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   } else if (parts_.is_lost() && outcome.match.accepted()) {
     search_for_map(seen.all(), outcome);
   }
+  if (outcome.match.accepted() && options_.slam.update_map) {
+    // What it was matched with was drawn where scans were thought to be that were no surer.
+    outcome.covariance += outcome.match.covariance;
+  }
   if (parts_.is_lost()) {
     outcome.covariance += anywhere_in(parts_.map().map);
   }

@@ -23,19 +23,38 @@ namespace {
 
 using Matcher = std::shared_ptr<const ScanMatcher>;
 
-/// Root mean square error of the trajectory after alignment [m].
-double error_of_run(const std::string& world_name, std::uint64_t seed, const Matcher& matcher) {
+struct RunErrors {
+  double translation = 0.0;  ///< root mean square error of the trajectory after alignment [m]
+  double inside = 0.0;       ///< share of poses in the 99.9 % ellipse of their covariance, then
+};
+
+/// Errors of a run of the engine through a simulated world.
+RunErrors errors_of_run(const std::string& world_name, std::uint64_t seed, const Matcher& matcher) {
   const World world = make_world(world_name, seed);
   const SimulatedRun run = simulate_run(world, world.route(), SimulationOptions{}, seed);
   SlamEngine engine(EngineOptions{}, matcher, 1);
   std::vector<StampedPose2> estimate;
+  std::vector<Eigen::Matrix3d> covariances;
   std::vector<StampedPose2> truth;
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     const ScanOutcome outcome = engine.process(scan_input(run, i));
     estimate.push_back({outcome.stamp, outcome.map_from_base});
+    covariances.push_back(outcome.covariance);
     truth.push_back({outcome.stamp, run.world_from_base[i]});
   }
-  return absolute_trajectory_error(Trajectory(estimate), Trajectory(truth)).translation.rmse;
+  const auto error = absolute_trajectory_error(Trajectory(estimate), Trajectory(truth));
+  double inside = 0.0;
+  for (std::size_t i = 1; i < estimate.size(); ++i) {  // the first one has no error by definition
+    const Pose2 true_pose = error.truth_from_estimate.inverse() * truth[i].pose;
+    const Eigen::Vector3d off(estimate[i].pose.x - true_pose.x, estimate[i].pose.y - true_pose.y,
+                              wrap_angle(estimate[i].pose.theta - true_pose.theta));
+    inside += off.dot(covariances[i].inverse() * off) < 16.27 ? 1.0 : 0.0;
+  }
+  return {error.translation.rmse, inside / static_cast<double>(estimate.size() - 1)};
+}
+
+double error_of_run(const std::string& world_name, std::uint64_t seed, const Matcher& matcher) {
+  return errors_of_run(world_name, seed, matcher).translation;
 }
 
 /// Without loop closure it is chance how the errors of the corridors add up in one run.
@@ -70,14 +89,22 @@ TEST(WholeRun, MonteCarloClosesTheRing) {
   EXPECT_LE(error_of_rings(kMonteCarlo), 0.035);  // 16 to 24 mm
 }
 
-// Scan to scan: errors add up from key scan to key scan, where scan to map has them once.
 TEST(WholeRun, HoughToursAllRooms) {
-  EXPECT_LE(error_of_run("rooms", 1, std::make_shared<HoughMatcher>()), 0.011);  // 7.2 mm
+  EXPECT_LE(error_of_run("rooms", 1, std::make_shared<HoughMatcher>()), 0.0017);  // 1.1 mm
 }
 
-TEST(WholeRun, OlsonToursAllRooms) { EXPECT_LE(error_of_run("rooms", 1, kOlson), 0.0018); }
+// The map bends a little from room to room, which covariances have to hold too.
+TEST(WholeRun, OlsonToursAllRoomsAndKnowsHowWell) {
+  const RunErrors errors = errors_of_run("rooms", 2, kOlson);
+  EXPECT_LE(errors.translation, 0.0013);  // 0.9 mm
+  EXPECT_GE(errors.inside, 0.99);         // 0.9998; 0.98 by the covariances of the matches
+}
 
-TEST(WholeRun, OlsonDrivesThroughChaos) { EXPECT_LE(error_of_run("random", 1, kOlson), 0.0023); }
+TEST(WholeRun, OlsonDrivesThroughChaosAndKnowsHowWell) {
+  const RunErrors errors = errors_of_run("random", 1, kOlson);
+  EXPECT_LE(errors.translation, 0.0011);  // 0.7 mm
+  EXPECT_GE(errors.inside, 0.99);
+}
 
 TEST(WholeRun, OlsonClosesTheRing) { EXPECT_LE(error_of_rings(kOlson), 0.020); }  // 13 mm
 
