@@ -3,13 +3,30 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
+#include <cstring>
 #include <limits>
-#include <utility>
+#include <numeric>
 
 #include "common/simd.hpp"
 
 namespace matchbox_slam {
+
+/// A scan's rows of numbers as bare pointers, which the compiler sees through.
+struct PointRows {
+  std::size_t size;
+  const double* rotated_x;
+  const double* rotated_y;
+  const double* offset_x;
+  const double* offset_y;
+  const double* c;
+  const double* s;
+  const double* wall;
+  const double* present;
+  const double* own;
+  const double* common;
+  const double* information;
+};
+
 namespace {
 
 // Sums are kept in this many interleaved parts: they can be added in parallel, and are added in the
@@ -37,30 +54,8 @@ double sum_of(const double* lanes) {
   return sum;
 }
 
-/// The arrays as bare pointers, which the compiler sees through.
-struct View {
-  std::size_t size;
-  const double* rotated_x;
-  const double* rotated_y;
-  const double* offset_x;
-  const double* offset_y;
-  const double* c;
-  const double* s;
-  const double* weight;
-  const double* variance;
-  const double* information;
-};
-
-template <typename Arrays>
-View view_of(const Arrays& arrays) {
-  return {arrays.weight.size(),     arrays.rotated_x.data(), arrays.rotated_y.data(),
-          arrays.offset_x.data(),   arrays.offset_y.data(),  arrays.c.data(),
-          arrays.s.data(),          arrays.weight.data(),    arrays.variance.data(),
-          arrays.information.data()};
-}
-
 /// Upper triangle of the information by rows, then the gradient.
-MATCHBOX_SIMD_CLONES void add_normal_equations(const View& view, double kernel_square,
+MATCHBOX_SIMD_CLONES void add_normal_equations(const PointRows& view, double kernel_square,
                                                double* __restrict__ lanes) {
   for (std::size_t i = 0; i < view.size; i += kLanes) {
     for (std::size_t k = 0; k < kLanes; ++k) {
@@ -92,12 +87,12 @@ MATCHBOX_SIMD_CLONES void add_normal_equations(const View& view, double kernel_s
 }
 
 /// Squared distance of the point from its surface when it is (x, y) away from the surface's middle.
-inline double square_of(const View& view, std::size_t j, double x, double y) {
+inline double square_of(const PointRows& view, std::size_t j, double x, double y) {
   return 0.5 * ((1.0 + view.c[j]) * x * x + 2.0 * view.s[j] * x * y + (1.0 - view.c[j]) * y * y);
 }
 
 /// Sums of closeness and of cost.
-MATCHBOX_SIMD_CLONES void add_closeness(const View& view, double kernel_square, double step_x,
+MATCHBOX_SIMD_CLONES void add_closeness(const PointRows& view, double kernel_square, double step_x,
                                         double step_y, double turn, double* __restrict__ lanes) {
   for (std::size_t i = 0; i < view.size; i += kLanes) {
     for (std::size_t k = 0; k < kLanes; ++k) {
@@ -106,7 +101,7 @@ MATCHBOX_SIMD_CLONES void add_closeness(const View& view, double kernel_square, 
       const double y = view.offset_y[j] + step_y + turn * view.rotated_x[j];
       const double square = square_of(view, j, x, y);
       const double closeness = kernel_square / (kernel_square + square);
-      lanes[0 * kLanes + k] += view.weight[j] * closeness;
+      lanes[0 * kLanes + k] += view.present[j] * view.wall[j] * closeness;
       lanes[1 * kLanes + k] += 0.5 * view.information[j] * square * closeness;
     }
   }
@@ -115,22 +110,149 @@ MATCHBOX_SIMD_CLONES void add_closeness(const View& view, double kernel_square, 
 /// Sums of squared residuals and of their variances for a point's noise of unit variance, of the
 /// points as they were measured: those moved onto one wall share their error, so that their
 /// residuals no longer show the noise.
-/// @param moved_x, moved_y  from where they were measured, map axes [m].
-MATCHBOX_SIMD_CLONES void add_variance(const View& view, const double* moved_x,
-                                       const double* moved_y, double kernel_square,
-                                       double* __restrict__ lanes) {
+/// @param moved_x, moved_y  from where they were measured, base axes [m].
+MATCHBOX_SIMD_CLONES void add_variance(const PointRows& view, const double* moved_x,
+                                       const double* moved_y, double cosine, double sine,
+                                       double kernel_square, double* __restrict__ lanes) {
   for (std::size_t i = 0; i < view.size; i += kLanes) {
     for (std::size_t k = 0; k < kLanes; ++k) {
       const std::size_t j = i + k;
-      const double square =
-          square_of(view, j, view.offset_x[j] - moved_x[j], view.offset_y[j] - moved_y[j]);
+      const double x = view.offset_x[j] - (cosine * moved_x[j] - sine * moved_y[j]);
+      const double y = view.offset_y[j] - (sine * moved_x[j] + cosine * moved_y[j]);
+      const double square = square_of(view, j, x, y);
       const double closeness = kernel_square / (kernel_square + square);
       // Surfaces without a direction do not count: there the distance is that between hits.
       const double directed = view.c[j] * view.c[j] + view.s[j] * view.s[j];
       const double w = directed * view.information[j] * closeness * closeness;
       lanes[0 * kLanes + k] += w * square;
-      lanes[1 * kLanes + k] += w * view.variance[j];
+      lanes[1 * kLanes + k] += w * (view.own[j] + view.common[j]);
     }
+  }
+}
+
+constexpr std::size_t kFloatLanes = 16;
+
+/// Sums of what steps and their opposites cost, over what none costs, in turn. With b = k^2 + r^2
+/// before a step, after it and after its opposite that is b + q + 2 p and b + q - 2 p: most of
+/// the work serves both.
+/// @param steps  x, y and turn of each.
+MATCHBOX_SIMD_CLONES void add_costs_of_both(const PointRows& view, float kernel_square,
+                                            const float* __restrict__ steps, std::size_t count,
+                                            float* __restrict__ lanes) {
+  using Numbers = std::array<float, kFloatLanes>;
+  for (std::size_t i = 0; i < view.size; i += kFloatLanes) {
+    alignas(64) Numbers rotated_x, rotated_y, p_xx, p_xy, p_yy, pull_x, pull_y, before, full, here;
+#pragma GCC unroll 1
+    for (std::size_t k = 0; k < kFloatLanes; ++k) {
+      const std::size_t j = i + k;
+      const auto x = static_cast<float>(view.offset_x[j]);
+      const auto y = static_cast<float>(view.offset_y[j]);
+      const auto c = static_cast<float>(view.c[j]);
+      const auto s = static_cast<float>(view.s[j]);
+      rotated_x[k] = static_cast<float>(view.rotated_x[j]);
+      rotated_y[k] = static_cast<float>(view.rotated_y[j]);
+      p_xx[k] = 0.5F * (1.0F + c);
+      p_xy[k] = s;
+      p_yy[k] = 0.5F * (1.0F - c);
+      pull_x[k] = (1.0F + c) * x + s * y;
+      pull_y[k] = s * x + (1.0F - c) * y;
+      before[k] = kernel_square + 0.5F * (x * pull_x[k] + y * pull_y[k]);
+      full[k] = 0.5F * static_cast<float>(view.information[j]) * kernel_square * kernel_square;
+      here[k] = full[k] / before[k];
+    }
+    for (std::size_t step = 0; step < count; ++step) {
+      const float step_x = steps[3 * step];
+      const float step_y = steps[3 * step + 1];
+      const float turn = steps[3 * step + 2];
+      float* there = lanes + 2 * kFloatLanes * step;
+      float* back = there + kFloatLanes;
+#pragma GCC unroll 1
+      for (std::size_t k = 0; k < kFloatLanes; ++k) {
+        const float x = step_x - turn * rotated_y[k];
+        const float y = step_y + turn * rotated_x[k];
+        const float p = x * pull_x[k] + y * pull_y[k];
+        const float middle = before[k] + (x * (x * p_xx[k] + y * p_xy[k]) + y * y * p_yy[k]);
+        const float after = middle + p;
+        const float opposite = middle - p;
+        const float share = full[k] / (after * opposite);  // one division for both
+        there[k] += here[k] - share * opposite;
+        back[k] += here[k] - share * after;
+      }
+    }
+  }
+}
+
+/// Points in the axes of the map.
+MATCHBOX_SIMD_CLONES void rotate(const double* __restrict__ x, const double* __restrict__ y,
+                                 std::size_t size, double cosine, double sine,
+                                 double* __restrict__ rotated_x, double* __restrict__ rotated_y) {
+  for (std::size_t j = 0; j < size; ++j) {
+    rotated_x[j] = cosine * x[j] - sine * y[j];
+    rotated_y[j] = sine * x[j] + cosine * y[j];
+  }
+}
+
+/// As GridGeometry has it, without branches.
+inline std::int32_t index_at(double cells) {
+  constexpr double kFarthest = 1 << 28;
+  const double above = cells > -kFarthest ? cells : -kFarthest;
+  const double within = above < kFarthest ? above : kFarthest;
+  const auto towards_zero = static_cast<std::int32_t>(within);
+  return towards_zero - (within < towards_zero ? 1 : 0);
+}
+
+/// The cells that points lie in, and which of them came into another one.
+/// @param base  less the field's origin [m]; cosine and sine are of the field's heading.
+MATCHBOX_SIMD_CLONES void find_cells(const double* __restrict__ rotated_x,
+                                     const double* __restrict__ rotated_y, std::size_t size,
+                                     const Pose2& base, const Pose2& field, double cosine,
+                                     double sine, double resolution,
+                                     std::int32_t* __restrict__ cell_x,
+                                     std::int32_t* __restrict__ cell_y,
+                                     std::int32_t* __restrict__ moved) {
+  const double cells = 1.0 / resolution;
+  const double base_x = base.x;
+  const double base_y = base.y;
+  const double field_x = field.x;
+  const double field_y = field.y;
+  for (std::size_t j = 0; j < size; ++j) {
+    const double x = rotated_x[j] + base_x - field_x;
+    const double y = rotated_y[j] + base_y - field_y;
+    const std::int32_t here_x = index_at((cosine * x + sine * y) * cells);
+    const std::int32_t here_y = index_at((cosine * y - sine * x) * cells);
+    moved[j] |= (here_x ^ cell_x[j]) | (here_y ^ cell_y[j]);
+    cell_x[j] = here_x;
+    cell_y[j] = here_y;
+  }
+}
+
+/// How far points are from their surfaces. Those without one are put to the origin, where they
+/// count nothing.
+MATCHBOX_SIMD_CLONES void find_offsets(const double* __restrict__ present,
+                                       const double* __restrict__ surface_x,
+                                       const double* __restrict__ surface_y, std::size_t size,
+                                       double base_x, double base_y, double* __restrict__ rotated_x,
+                                       double* __restrict__ rotated_y,
+                                       double* __restrict__ offset_x,
+                                       double* __restrict__ offset_y) {
+  for (std::size_t j = 0; j < size; ++j) {
+    const bool counts = present[j] > 0.0;
+    offset_x[j] = counts ? rotated_x[j] + base_x - surface_x[j] : 0.0;
+    offset_y[j] = counts ? rotated_y[j] + base_y - surface_y[j] : 0.0;
+    rotated_x[j] = counts ? rotated_x[j] : 0.0;
+    rotated_y[j] = counts ? rotated_y[j] : 0.0;
+  }
+}
+
+MATCHBOX_SIMD_CLONES void find_information(const double* __restrict__ present,
+                                           const double* __restrict__ own,
+                                           const double* __restrict__ common,
+                                           const std::int32_t* __restrict__ group_of,
+                                           const double* __restrict__ points_in, std::size_t size,
+                                           double* __restrict__ information) {
+  for (std::size_t j = 0; j < size; ++j) {
+    const double variance = own[j] + points_in[group_of[j]] * common[j];
+    information[j] = present[j] > 0.0 ? 1.0 / variance : 0.0;
   }
 }
 
@@ -141,186 +263,195 @@ Eigen::Vector2d moved(const ScanPoint& point) {
              : Eigen::Vector2d(point.moved * (point.position - point.origin).normalized());
 }
 
-/// Counts the points at each surface.
-class SurfaceCounts {
- public:
-  explicit SurfaceCounts(std::size_t points) { entries_.reserve(points); }
+/// Of a place's numbers.
+std::uint64_t hash_of(double x, double y) {
+  std::uint64_t x_bits = 0;
+  std::uint64_t y_bits = 0;
+  std::memcpy(&x_bits, &x, sizeof(x));
+  std::memcpy(&y_bits, &y, sizeof(y));
+  return ((x_bits * 0x9E3779B97F4A7C15U) ^ y_bits) * 0xC2B2AE3D27D4EB4FU;
+}
 
-  /// Counts a point and returns the number of its surface's entry. Neighbouring points lie next to
-  /// few surfaces, between which noise makes them jump, so the latest ones are looked through.
-  std::size_t add(const Eigen::Vector2d& surface) {
-    constexpr std::size_t kLatest = 8;
-    const std::size_t first = entries_.size() - std::min(kLatest, entries_.size());
-    for (std::size_t i = entries_.size(); i > first; --i) {
-      if (Entry& entry = entries_[i - 1]; entry.x == surface.x() && entry.y == surface.y()) {
-        entry.points += 1.0;
-        return i - 1;
-      }
-    }
-    entries_.push_back({surface.x(), surface.y(), 1.0});
-    return entries_.size() - 1;
+std::size_t power_of_two_from(std::size_t least) {
+  std::size_t power = 1;
+  while (power < least) {
+    power *= 2;
   }
-
-  [[nodiscard]] double points(std::size_t number) const { return entries_[number].points; }
-
- private:
-  struct Entry {
-    double x, y;  ///< where the surface is
-    double points;
-  };
-  std::vector<Entry> entries_;
-};
+  return power;
+}
 
 }  // namespace
 
 Correspondences::Correspondences(const std::vector<ScanPoint>& points, const PlacedFields& fields,
                                  const Pose2& map_from_base)
-    : fields_(fields.begin(), fields.end()) {
-  points_.reserve(points.size());
+    : blocks_((points.size() + Block().size() - 1) / Block().size()), numbers_(kRows * blocks_) {
   for (const ScanPoint& point : points) {
     // What is no number would make the whole sum none.
     if (point.position.allFinite() && std::isfinite(point.weight)) {
+      const Eigen::Vector2d from_measured = moved(point);
+      row(kX)[count_] = point.position.x();
+      row(kY)[count_] = point.position.y();
+      row(kMovedX)[count_] = from_measured.x();
+      row(kMovedY)[count_] = from_measured.y();
+      row(kWall)[count_] = point.weight;
       total_weight_ += point.weight;
-      points_.emplace_back();
-      points_.back().position = point.position;
-      points_.back().moved = moved(point);
-      points_.back().weight = point.weight;
+      ++count_;
     }
   }
-  const std::size_t padded = (points.size() + kLanes - 1) / kLanes * kLanes;
-  for (auto* array :
-       {&arrays_.rotated_x, &arrays_.rotated_y, &arrays_.offset_x, &arrays_.offset_y, &arrays_.c,
-        &arrays_.s, &arrays_.weight, &arrays_.variance, &arrays_.information}) {
-    array->resize(padded, 0.0);
+  const std::size_t padded = blocks_ * Block().size();
+  for (const auto& [field, pose] : fields) {
+    constexpr std::int32_t kNone = std::numeric_limits<std::int32_t>::min();
+    const std::vector<std::int32_t> cells(padded, kNone);
+    fields_.push_back(
+        {field, pose.translation(), std::cos(pose.theta), std::sin(pose.theta), cells, cells});
   }
+  moved_.resize(padded);
+  group_of_.resize(padded);
+  points_in_.resize(padded + 1);
+  table_.resize(power_of_two_from(2 * count_ + 1));
   move_to(map_from_base);
 }
 
-Correspondences::TurnedField::TurnedField(const PlacedField& placed)
-    : field(placed.field),
-      origin(placed.map_from_field.translation()),
-      cosine(std::cos(placed.map_from_field.theta)),
-      sine(std::sin(placed.map_from_field.theta)) {}
-
-inline Cell Correspondences::TurnedField::cell_at(const Eigen::Vector2d& map_position) const {
-  const Eigen::Vector2d from_origin = map_position - origin;
-  return field->geometry().cell_at({cosine * from_origin.x() + sine * from_origin.y(),
-                                    cosine * from_origin.y() - sine * from_origin.x()});
+PointRows Correspondences::rows() const {
+  return {blocks_ * Block().size(),
+          row(kRotatedX),
+          row(kRotatedY),
+          row(kOffsetX),
+          row(kOffsetY),
+          row(kC),
+          row(kS),
+          row(kWall),
+          row(kPresent),
+          row(kOwn),
+          row(kCommon),
+          row(kInformation)};
 }
 
-Surface Correspondences::TurnedField::to_map(const Surface& surface) const {
+/// Whether a point lies in the same cells as the one before, and so next to the same surface.
+bool Correspondences::is_with_the_one_before(std::size_t point) const {
+  return point > 0 &&
+         std::all_of(fields_.begin(), fields_.end(), [point](const TurnedField& field) {
+           return field.cell_of(point) == field.cell_of(point - 1);
+         });
+}
+
+/// The nearest of the surfaces next to a point.
+Correspondences::SurfaceNumbers Correspondences::nearest_surface(std::size_t point) const {
+  const TurnedField* nearest = fields_.data();
+  if (fields_.size() > 1) {
+    nearest = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const TurnedField& field : fields_) {
+      const std::uint8_t steps = field.field->distance(field.cell_of(point));
+      const double distance = field.field->options().reach * steps;
+      if (steps != LikelihoodField::kFar && distance < least) {
+        nearest = &field;
+        least = distance;
+      }
+    }
+  }
+  Surface surface;
+  if (nearest == nullptr || !nearest->field->nearest_surface(nearest->cell_of(point), surface)) {
+    return {};
+  }
   const auto turned = [](double c, double s, const Eigen::Vector2d& vector) {
     return Eigen::Vector2d(c * vector.x() - s * vector.y(), s * vector.x() + c * vector.y());
   };
-  return {origin + turned(cosine, sine, surface.position),
-          turned(cosine * cosine - sine * sine, 2.0 * cosine * sine, surface.double_angle),
-          surface.hits};
-}
-
-/// Gives the point the surface next to a cell. Whether it is another one than before.
-bool Correspondences::take_surface(std::size_t field, const Cell& cell, Point& point) const {
-  const bool was_same_field = point.field == field;
-  point.field = field;
-  point.cell = cell;
-  Surface surface;
-  const bool had_surface =
-      std::exchange(point.has_surface, fields_[field].field->nearest_surface(cell, surface));
-  if (!point.has_surface) {
-    return had_surface;
-  }
-  const Eigen::Vector2d before = point.surface.position;
-  point.surface = fields_[field].to_map(surface);
-  if (had_surface && was_same_field && before == point.surface.position) {
-    return false;
-  }
-  const double bluntness = 1.0 - std::min(1.0, point.surface.double_angle.norm());
-  point.own = 1.0 + kBluntness * bluntness;
-  point.common = 1.0 / point.surface.hits + kSurfaceError;
-  return true;
-}
-
-/// Finds the nearest of the surfaces next to a point. Whether it is another one than before.
-inline bool Correspondences::look_up(const Eigen::Vector2d& position, Point& point) const {
-  if (fields_.size() == 1) {  // it need not be compared
-    const Cell cell = fields_.front().cell_at(position);
-    return (point.field != 0 || cell != point.cell) && take_surface(0, cell, point);
-  }
-  std::size_t nearest = fields_.size();
-  Cell cell;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < fields_.size(); ++i) {
-    const LikelihoodField& field = *fields_[i].field;
-    const Cell here = fields_[i].cell_at(position);
-    const std::uint8_t steps = field.distance(here);
-    const double distance = field.options().reach * steps;
-    if (steps != LikelihoodField::kFar && distance < least) {
-      nearest = i;
-      cell = here;
-      least = distance;
-    }
-  }
-  if (nearest == fields_.size()) {
-    point.field = nearest;
-    return std::exchange(point.has_surface, false);
-  }
-  return (nearest != point.field || cell != point.cell) && take_surface(nearest, cell, point);
+  const double c = nearest->cosine;
+  const double s = nearest->sine;
+  const Eigen::Vector2d position = nearest->origin + turned(c, s, surface.position);
+  const Eigen::Vector2d direction = turned(c * c - s * s, 2.0 * c * s, surface.double_angle);
+  const double bluntness = 1.0 - std::min(1.0, direction.norm());
+  return {1.0,
+          position.x(),
+          position.y(),
+          direction.x(),
+          direction.y(),
+          1.0 + kBluntness * bluntness,
+          1.0 / surface.hits + kSurfaceError};
 }
 
 void Correspondences::move_to(const Pose2& map_from_base) {
   cosine_ = std::cos(map_from_base.theta);
   sine_ = std::sin(map_from_base.theta);
+  const std::size_t size = blocks_ * Block().size();
+  rotate(row(kX), row(kY), size, cosine_, sine_, row(kRotatedX), row(kRotatedY));
+  std::fill(moved_.begin(), moved_.end(), 0);
+  for (TurnedField& field : fields_) {
+    find_cells(row(kRotatedX), row(kRotatedY), size, map_from_base,
+               {field.origin.x(), field.origin.y(), 0.0}, field.cosine, field.sine,
+               field.field->geometry().resolution(), field.cell_x.data(), field.cell_y.data(),
+               moved_.data());
+  }
   bool is_weighed = true;
-  std::size_t count = 0;
-  for (Point& point : points_) {
-    const Eigen::Vector2d rotated(cosine_ * point.position.x() - sine_ * point.position.y(),
-                                  sine_ * point.position.x() + cosine_ * point.position.y());
-    const Eigen::Vector2d position = rotated + map_from_base.translation();
-    if (look_up(position, point)) {
-      is_weighed = false;
-    }
-    if (point.has_surface) {
-      arrays_.rotated_x[count] = rotated.x();
-      arrays_.rotated_y[count] = rotated.y();
-      arrays_.offset_x[count] = position.x() - point.surface.position.x();
-      arrays_.offset_y[count] = position.y() - point.surface.position.y();
-      ++count;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (moved_[i] != 0) {
+      double* number = row(kPresent) + i;
+      const std::size_t stride = blocks_ * Block().size();
+      SurfaceNumbers surface;
+      if (is_with_the_one_before(i)) {
+        for (std::size_t k = 0; k < kSurfaceRows; ++k) {
+          surface[k] = number[k * stride - 1];
+        }
+      } else {
+        surface = nearest_surface(i);
+      }
+      for (std::size_t k = 0; k < kSurfaceRows; ++k) {
+        is_weighed = is_weighed && number[k * stride] == surface[k];
+        number[k * stride] = surface[k];
+      }
     }
   }
+  find_offsets(row(kPresent), row(kSurfaceX), row(kSurfaceY), size, map_from_base.x,
+               map_from_base.y, row(kRotatedX), row(kRotatedY), row(kOffsetX), row(kOffsetY));
   if (!is_weighed) {
     weigh();
   }
 }
 
-/// What hangs on the points' surfaces alone, and not on where the points lie.
+/// What hangs on the points' surfaces alone, and not on where the points lie: how many points there
+/// are at each. Neighbouring points lie next to few surfaces, between which noise makes them jump;
+/// one that comes back later than that begins another group. With all points at a surface in one
+/// group the error of aces is 7 % larger, that of belgioioso 2 %, and that of rooms 2 % smaller.
 void Correspondences::weigh() {
-  SurfaceCounts surfaces(points_.size());
-  std::vector<std::size_t> surface_of;
-  surface_of.reserve(points_.size());
-  for (const Point& point : points_) {
-    if (point.has_surface) {
-      surface_of.push_back(surfaces.add(point.surface.position));
+  constexpr std::int32_t kLatest = 8;
+  constexpr std::int32_t kNone = -1;
+  std::fill(table_.begin(), table_.end(), kNone);
+  const double* present = row(kPresent);
+  const double* x = row(kSurfaceX);
+  const double* y = row(kSurfaceY);
+  const std::size_t mask = table_.size() - 1;
+  std::int32_t groups = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (!(present[i] > 0.0)) {
+      continue;
     }
-  }
-  std::size_t count = 0;
-  for (const Point& point : points_) {
-    if (point.has_surface) {
-      arrays_.c[count] = point.surface.double_angle.x();
-      arrays_.s[count] = point.surface.double_angle.y();
-      arrays_.weight[count] = point.weight;
-      arrays_.variance[count] = point.own + point.common;
-      arrays_.information[count] =
-          1.0 / (point.own + surfaces.points(surface_of[count]) * point.common);
-      ++count;
+    const auto is_at = [&](std::size_t other) { return x[other] == x[i] && y[other] == y[i]; };
+    if (i > 0 && present[i - 1] > 0.0 && is_at(i - 1)) {
+      group_of_[i] = group_of_[i - 1];
+    } else {
+      std::size_t slot = (hash_of(x[i], y[i]) >> 32U) & mask;
+      while (table_[slot] != kNone && !is_at(static_cast<std::size_t>(table_[slot]))) {
+        slot = (slot + 1) & mask;
+      }
+      const std::int32_t before = table_[slot];
+      table_[slot] = static_cast<std::int32_t>(i);
+      const std::int32_t group =
+          before == kNone ? kNone : group_of_[static_cast<std::size_t>(before)];
+      const bool is_late = group != kNone && group >= groups - kLatest;
+      group_of_[i] = is_late ? group : groups;
+      points_in_[static_cast<std::size_t>(groups)] = 0.0;
+      groups += is_late ? 0 : 1;
     }
+    points_in_[static_cast<std::size_t>(group_of_[i])] += 1.0;
   }
-  const auto rest = static_cast<std::ptrdiff_t>(count);
-  std::fill(arrays_.weight.begin() + rest, arrays_.weight.end(), 0.0);
-  std::fill(arrays_.information.begin() + rest, arrays_.information.end(), 0.0);
+  find_information(present, row(kOwn), row(kCommon), group_of_.data(), points_in_.data(),
+                   blocks_ * Block().size(), row(kInformation));
 }
 
 NormalEquations Correspondences::linearise(double kernel) const {
   LaneSums<9> lanes{};
-  add_normal_equations(view_of(arrays_), kernel * kernel, lanes.data());
+  add_normal_equations(rows(), kernel * kernel, lanes.data());
   const auto sum = [&lanes](std::size_t which) { return sum_of(&lanes[which * kLanes]); };
   NormalEquations equations;
   equations.information << sum(0), sum(1), sum(2),  //
@@ -334,7 +465,7 @@ double Correspondences::facing_information(double kernel, const Eigen::Vector3d&
   // Of the surface's direction with the motion's, as double angles: within 18 degrees of it, and
   // nearer where the hits agree less.
   constexpr double kFacing = 0.8;
-  const View view = view_of(arrays_);
+  const PointRows view = rows();
   const double c = motion.x() * motion.x() - motion.y() * motion.y();
   const double s = 2.0 * motion.x() * motion.y();
   double sum = 0.0;
@@ -352,7 +483,7 @@ double Correspondences::facing_information(double kernel, const Eigen::Vector3d&
 
 double Correspondences::cost(double kernel, const Eigen::Vector3d& step) const {
   LaneSums<2> lanes{};
-  add_closeness(view_of(arrays_), kernel * kernel, step.x(), step.y(), step.z(), lanes.data());
+  add_closeness(rows(), kernel * kernel, step.x(), step.y(), step.z(), lanes.data());
   return sum_of(&lanes[kLanes]);
 }
 
@@ -361,23 +492,36 @@ double Correspondences::closeness(double kernel, const Eigen::Vector3d& step) co
     return 0.0;
   }
   LaneSums<2> lanes{};
-  add_closeness(view_of(arrays_), kernel * kernel, step.x(), step.y(), step.z(), lanes.data());
+  add_closeness(rows(), kernel * kernel, step.x(), step.y(), step.z(), lanes.data());
   return sum_of(lanes.data()) / total_weight_;
 }
 
-ResidualSum Correspondences::residuals(double kernel) const {
-  std::vector<double> moved_x(arrays_.weight.size());
-  std::vector<double> moved_y(arrays_.weight.size());
-  std::size_t count = 0;
-  for (const Point& point : points_) {
-    if (point.has_surface) {
-      moved_x[count] = cosine_ * point.moved.x() - sine_ * point.moved.y();
-      moved_y[count] = sine_ * point.moved.x() + cosine_ * point.moved.y();
-      ++count;
+std::vector<std::array<double, 2>> Correspondences::costs_of_both(
+    double kernel, const std::vector<Eigen::Vector3d>& steps) const {
+  std::vector<float> numbers;
+  numbers.reserve(3 * steps.size());
+  for (const Eigen::Vector3d& step : steps) {
+    for (const double number : step) {
+      numbers.push_back(static_cast<float>(number));
     }
   }
+  std::vector<float> lanes(2 * kFloatLanes * steps.size());
+  add_costs_of_both(rows(), static_cast<float>(kernel * kernel), numbers.data(), steps.size(),
+                    lanes.data());
+  std::vector<std::array<double, 2>> costs(steps.size());
+  const float* lane = lanes.data();
+  for (std::array<double, 2>& both : costs) {
+    for (double& cost : both) {
+      cost = std::accumulate(lane, lane + kFloatLanes, 0.0);
+      lane += kFloatLanes;
+    }
+  }
+  return costs;
+}
+
+ResidualSum Correspondences::residuals(double kernel) const {
   LaneSums<2> lanes{};
-  add_variance(view_of(arrays_), moved_x.data(), moved_y.data(), kernel * kernel, lanes.data());
+  add_variance(rows(), row(kMovedX), row(kMovedY), cosine_, sine_, kernel * kernel, lanes.data());
   return {sum_of(lanes.data()), sum_of(&lanes[kLanes])};
 }
 

@@ -114,8 +114,7 @@ Eigen::Matrix3d step_covariance(double step_xy, double step_theta) {
   return covariance_of(step_xy, step_theta) / 12.0;
 }
 
-RefinedPose refine(const std::vector<ScanPoint>& points, const PlacedFields& fields,
-                   const Pose2& start_map_from_base, const PosePrior& prior,
+RefinedPose refine(Correspondences& pairs, const Pose2& start_map_from_base, const PosePrior& prior,
                    const RefinementOptions& options) {
   const Eigen::Matrix3d information = prior_information(prior.covariance);
   const auto weighted_prior = [&](const Pose2& pose) -> Eigen::Matrix3d {
@@ -129,7 +128,6 @@ RefinedPose refine(const std::vector<ScanPoint>& points, const PlacedFields& fie
   RefinedPose refined;
   Pose2& pose = refined.map_from_base;
   pose = start_map_from_base;
-  Correspondences pairs(points, fields, pose);
   for (int i = 0; i < options.iterations; ++i) {
     // The kernel reaches its last width half-way, so that the last steps converge.
     const double progress = std::min(1.0, 2.0 * i / std::max(1, options.iterations - 1));
@@ -164,22 +162,34 @@ RefinedPose refine(const std::vector<ScanPoint>& points, const PlacedFields& fie
   return refined;
 }
 
-LocalPosterior::LocalPosterior(const std::vector<ScanPoint>& points, const LikelihoodField& field,
-                               const Pose2& map_from_base, const PosePrior& prior,
-                               const RefinementOptions& options)
-    : correspondences_(points, field, map_from_base),
+LocalPosterior::LocalPosterior(const Correspondences& pairs, const Pose2& map_from_base,
+                               const PosePrior& prior, const RefinementOptions& options)
+    : correspondences_(pairs),
       prior_information_(prior_information(prior.covariance)),
       off_prior_(difference(map_from_base, prior.map_from_base)),
       kernel_(options.last_kernel),
       scan_information_(shown_information(correspondences_, options)),
       cost_here_(correspondences_.cost(kernel_, Eigen::Vector3d::Zero())) {}
 
-double LocalPosterior::cost(const Eigen::Vector3d& step) const {
-  const double scan_part = scan_information_ * (correspondences_.cost(kernel_, step) - cost_here_);
+double LocalPosterior::prior_cost(const Eigen::Vector3d& step) const {
   const auto penalty = [this](const Eigen::Vector3d& off) {
     return prior_penalty(off.dot(prior_information_ * off));
   };
-  return scan_part + 0.5 * (penalty(off_prior_ + step) - penalty(off_prior_));
+  return 0.5 * (penalty(off_prior_ + step) - penalty(off_prior_));
+}
+
+double LocalPosterior::cost(const Eigen::Vector3d& step) const {
+  return scan_information_ * (correspondences_.cost(kernel_, step) - cost_here_) + prior_cost(step);
+}
+
+std::vector<std::array<double, 2>> LocalPosterior::costs_of_both(
+    const std::vector<Eigen::Vector3d>& steps) const {
+  std::vector<std::array<double, 2>> costs = correspondences_.costs_of_both(kernel_, steps);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    costs[i] = {scan_information_ * costs[i][0] + prior_cost(steps[i]),
+                scan_information_ * costs[i][1] + prior_cost(-steps[i])};
+  }
+  return costs;
 }
 
 }  // namespace matchbox_slam

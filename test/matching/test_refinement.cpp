@@ -3,8 +3,10 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "matchbox_slam/common/random.hpp"
@@ -286,10 +288,9 @@ TEST(LocalPosterior, ItsCurvatureIsTheRefinedCovariance) {
   const MatchScene scene = make_match_scene(make_rooms_world(2), LaserOptions{}, 10.0, 1);
   const PosePrior prior{scene.map_from_base, prior_of(0.1, 0.05)};
   const RefinementOptions options;
-  const RefinedPose refined =
-      refine(scene.scan.points, scene.map.field, scene.map_from_base, prior, options);
-  const LocalPosterior posterior(scene.scan.points, scene.map.field, refined.map_from_base, prior,
-                                 options);
+  Correspondences pairs(scene.scan.points, scene.map.field, scene.map_from_base);
+  const RefinedPose refined = refine(pairs, scene.map_from_base, prior, options);
+  const LocalPosterior posterior(pairs, refined.map_from_base, prior, options);
   EXPECT_NEAR(posterior.cost(Eigen::Vector3d::Zero()), 0.0, 1e-12);
   // One standard deviation away along each axis of the covariance costs 1/2, on the mean of both
   // sides; less where the robust kernel forgives outliers.
@@ -299,6 +300,29 @@ TEST(LocalPosterior, ItsCurvatureIsTheRefinedCovariance) {
     const double mean = 0.5 * (posterior.cost(step) + posterior.cost(-step));
     EXPECT_GT(mean, 0.35);
     EXPECT_LT(mean, 0.55);
+  }
+}
+
+TEST(LocalPosterior, TheCostsOfManyStepsAreThoseOfEach) {
+  const MatchScene scene = make_match_scene(make_rooms_world(2), LaserOptions{}, 10.0, 1);
+  const Correspondences pairs(scene.scan.points, scene.map.field, scene.map_from_base);
+  const PosePrior off{shifted(scene.map_from_base, {0.03, -0.02, 0.01}), prior_of(0.02, 0.01)};
+  const LocalPosterior posterior(pairs, scene.map_from_base, off, {});
+  Random random(3);
+  std::vector<Eigen::Vector3d> steps;
+  for (int i = 0; i < 50; ++i) {
+    const double size = std::pow(10.0, random.uniform(-5.0, 0.0));
+    steps.emplace_back(size * random.gaussian(), size * random.gaussian(),
+                       size * random.gaussian());
+  }
+  const std::vector<std::array<double, 2>> costs = posterior.costs_of_both(steps);
+  ASSERT_EQ(costs.size(), steps.size());
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    for (const auto& [cost, step] :
+         {std::pair(costs[i][0], steps[i]), std::pair(costs[i][1], Eigen::Vector3d(-steps[i]))}) {
+      const double expected = posterior.cost(step);
+      EXPECT_NEAR(cost, expected, 5e-5 * std::max(1.0, std::abs(expected))) << step.transpose();
+    }
   }
 }
 

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
-#include <limits>
+#include <cstdint>
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
@@ -33,6 +34,8 @@ struct ResidualSum {
   double squares = 0.0;       ///< of squared residuals [m^2]
   double measurements = 0.0;  ///< of the variances expected for a point's noise of 1 m^2
 };
+
+struct PointRows;
 
 /// The points of a scan at one pose, each with the surface that is nearest to it. A point's
 /// residual is its distance to the line along that surface, or to its mean position where it has no
@@ -78,56 +81,70 @@ class Correspondences {
   /// moved them (ScanPoint::moved): unlike all else here, which takes the points as they are.
   [[nodiscard]] ResidualSum residuals(double kernel) const;
 
+  /// The cost of a step over that of none, and the same of its opposite. Of as many steps, in
+  /// single precision: much faster than `cost`.
+  [[nodiscard]] std::vector<std::array<double, 2>> costs_of_both(
+      double kernel, const std::vector<Eigen::Vector3d>& steps) const;
+
   /// Mean closeness, weighted by the points' lengths of wall, after a small step of the pose at
   /// which each point keeps its surface.
   /// @param step  (x [m], y [m], theta [rad]) in the map frame.
   [[nodiscard]] double closeness(double kernel, const Eigen::Vector3d& step) const;
 
  private:
-  /// A point of the scan, and what lies next to it.
-  struct Point {
-    Eigen::Vector2d position;  ///< [m], base frame
-    Eigen::Vector2d moved;     ///< from where it was measured [m]
-    double weight = 0.0;       ///< length of wall [m]
-    /// Number of the field that was looked up last; none yet.
-    std::size_t field = std::numeric_limits<std::size_t>::max();
-    Cell cell;  ///< in that field
-    bool has_surface = false;
-    Surface surface;      ///< in the map frame
-    double own = 0.0;     ///< variance of the distance to it, in units of the point's noise, ...
-    double common = 0.0;  ///< ... and of what all points next to it share
+  /// Numbers of the points, each kind a row of its own.
+  enum Row : std::size_t {
+    kX,  ///< base frame [m]
+    kY,
+    kMovedX,  ///< from where it was measured, base frame [m]
+    kMovedY,
+    kWall,      ///< length of wall that it stands for [m]
+    kPresent,   ///< 1 with a surface; without one, this and all that the surface tells is 0
+    kSurfaceX,  ///< its middle, map frame [m]
+    kSurfaceY,
+    kC,    ///< the matrix [1 + c, s; s, 1 - c] / 2 projects on the wall's normal; with c = s = 0 it
+    kS,    ///< is half the identity, so that point to line and point to point are one formula
+    kOwn,  ///< variance of the distance to it, in units of the point's noise, ...
+    kCommon,    ///< ... and of what all points next to it share
+    kRotatedX,  ///< point minus the base's position, map axes [m]
+    kRotatedY,
+    kOffsetX,  ///< point minus the wall's middle [m]
+    kOffsetY,
+    kInformation,  ///< that the point adds, in units of a point's alone
+    kRows
   };
+  static constexpr std::size_t kSurfaceRows = kCommon + 1 - kPresent;
+  using SurfaceNumbers = std::array<double, kSurfaceRows>;
 
-  /// A field with its pose as numbers.
+  /// A field with its pose as numbers, and the cells of it that the points lie in.
   struct TurnedField {
-    explicit TurnedField(const PlacedField& placed);
-    [[nodiscard]] Cell cell_at(const Eigen::Vector2d& map_position) const;
-    [[nodiscard]] Surface to_map(const Surface& surface) const;
-
     const LikelihoodField* field;
     Eigen::Vector2d origin;  ///< in the map
     double cosine, sine;     ///< of its heading there
+    std::vector<std::int32_t> cell_x, cell_y;
+
+    [[nodiscard]] Cell cell_of(std::size_t point) const { return {cell_x[point], cell_y[point]}; }
   };
 
-  bool look_up(const Eigen::Vector2d& position, Point& point) const;
-  bool take_surface(std::size_t field, const Cell& cell, Point& point) const;
+  [[nodiscard]] const double* row(Row which) const { return numbers_[which * blocks_].data(); }
+  [[nodiscard]] double* row(Row which) { return numbers_[which * blocks_].data(); }
+  [[nodiscard]] PointRows rows() const;
+  [[nodiscard]] SurfaceNumbers nearest_surface(std::size_t point) const;
+  [[nodiscard]] bool is_with_the_one_before(std::size_t point) const;
   void weigh();
 
-  /// Padded with points that count nothing to a whole number of lanes.
-  struct Arrays {
-    std::vector<double> rotated_x, rotated_y;  ///< point minus the base's position, map axes [m]
-    std::vector<double> offset_x, offset_y;    ///< point minus the wall's middle [m]
-    /// The matrix [1 + c, s; s, 1 - c] / 2 projects on the wall's normal; with c = s = 0 it is half
-    /// the identity, so that point to line and point to point are one formula.
-    std::vector<double> c, s;
-    std::vector<double> weight;       ///< length of wall [m]
-    std::vector<double> variance;     ///< of the residual, in units of a point's noise
-    std::vector<double> information;  ///< that the point adds, in units of a point's alone
-  };
+  struct alignas(64) Block : std::array<double, 16> {};
 
   std::vector<TurnedField> fields_;
-  std::vector<Point> points_;
-  Arrays arrays_;
+  std::size_t count_ = 0;  ///< of points
+  std::size_t blocks_ =
+      0;  ///< of a row, of which the last is filled with points that count nothing
+  std::vector<Block> numbers_;
+  std::vector<std::int32_t> moved_;  ///< whether a point came into another cell
+  std::vector<std::int32_t>
+      table_;  ///< of surfaces by their places: the latest point at one, or none
+  std::vector<std::int32_t> group_of_;  ///< of points at one surface, by point
+  std::vector<double> points_in_;       ///< a group
   double total_weight_ = 0.0;
   double cosine_ = 1.0, sine_ = 0.0;  ///< of the pose's heading
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
@@ -56,9 +57,17 @@ struct RefinedPose {
 /// (prior_penalty) counts less, also in the covariance, and so is told to be less sure in these
 /// directions. The covariance is scaled by the variance of the residuals that are left, as in least
 /// squares of unknown precision. Cost: one look-up a point and step.
-[[nodiscard]] RefinedPose refine(const std::vector<ScanPoint>& points, const PlacedFields& fields,
-                                 const Pose2& start_map_from_base, const PosePrior& prior,
-                                 const RefinementOptions& options);
+/// @param pairs  the scan next to what it is matched to, at the pose to start from; is at the
+///               refined one afterwards.
+[[nodiscard]] RefinedPose refine(Correspondences& pairs, const Pose2& start_map_from_base,
+                                 const PosePrior& prior, const RefinementOptions& options);
+[[nodiscard]] inline RefinedPose refine(const std::vector<ScanPoint>& points,
+                                        const PlacedFields& fields,
+                                        const Pose2& start_map_from_base, const PosePrior& prior,
+                                        const RefinementOptions& options) {
+  Correspondences pairs(points, fields, start_map_from_base);
+  return refine(pairs, start_map_from_base, prior, options);
+}
 [[nodiscard]] inline RefinedPose refine(const std::vector<ScanPoint>& points,
                                         const LikelihoodField& field,
                                         const Pose2& start_map_from_base, const PosePrior& prior,
@@ -69,15 +78,21 @@ struct RefinedPose {
 /// Probability of the poses around one pose, given scan and prior.
 class LocalPosterior {
  public:
-  LocalPosterior(const std::vector<ScanPoint>& points, const LikelihoodField& field,
-                 const Pose2& map_from_base, const PosePrior& prior,
+  /// @param pairs  at the pose; outlives this.
+  LocalPosterior(const Correspondences& pairs, const Pose2& map_from_base, const PosePrior& prior,
                  const RefinementOptions& options);
 
   /// Negative logarithm of the probability a small step (x, y, theta) away, over that at the pose.
   [[nodiscard]] double cost(const Eigen::Vector3d& step) const;
 
+  /// The same of many steps and their opposites at once; see Correspondences.
+  [[nodiscard]] std::vector<std::array<double, 2>> costs_of_both(
+      const std::vector<Eigen::Vector3d>& steps) const;
+
  private:
-  Correspondences correspondences_;
+  [[nodiscard]] double prior_cost(const Eigen::Vector3d& step) const;
+
+  const Correspondences& correspondences_;
   Eigen::Matrix3d prior_information_;
   Eigen::Vector3d off_prior_;
   double kernel_;

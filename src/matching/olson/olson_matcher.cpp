@@ -2,8 +2,10 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <vector>
 
 #include "matching/olson/correlative_search.hpp"
 
@@ -274,28 +276,30 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
 
 /// Second moment of the posterior around the answer, from its score on a grid of 5 x 5 x 5 poses as
 /// wide as two standard deviations to each side (Olson 2009, section III-D).
-Eigen::Matrix3d volume_covariance(const MatchProblem& problem, const RefinedPose& center,
-                                  const RefinementOptions& options) {
-  const LocalPosterior posterior(problem.scan.points, problem.field, center.map_from_base,
-                                 {problem.predicted_map_from_base, problem.prior_covariance},
-                                 options);
-  const Eigen::Matrix3d spread = center.covariance.llt().matrixL();
-  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
-  double total = 0.0;
+Eigen::Matrix3d volume_covariance(const LocalPosterior& posterior,
+                                  const Eigen::Matrix3d& covariance) {
+  const Eigen::Matrix3d spread = covariance.llt().matrixL();
   // Standard deviations; the grid's moment of a Gaussian is then 0.96 of its variance. The mean
   // NEES of pairs in rooms, 3 if honest, is 3.3; with half of this 6.8, with double 4.2.
   constexpr double kSpacing = 1.1;
-  for (int x = -2; x <= 2; ++x) {
-    for (int y = -2; y <= 2; ++y) {
-      for (int theta = -2; theta <= 2; ++theta) {
-        const Eigen::Vector3d step = spread * (kSpacing * Eigen::Vector3d(x, y, theta));
-        const double weight = std::exp(std::min(30.0, -posterior.cost(step)));
-        moment += weight * step * step.transpose();
-        total += weight;
-      }
-    }
+  constexpr int kSide = 5;
+  // Half of the grid: with each step its opposite is looked at, too.
+  std::vector<Eigen::Vector3d> steps;
+  steps.reserve(kSide * kSide * kSide / 2);
+  for (int i = 0; i < kSide * kSide * kSide / 2; ++i) {
+    const Eigen::Vector3d at(i % kSide, i / kSide % kSide, i / (kSide * kSide));
+    steps.emplace_back(spread * (kSpacing * (at.array() - kSide / 2).matrix()));
   }
-  return total > 0.0 ? Eigen::Matrix3d(moment / total) : center.covariance;
+  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+  double total = 1.0;  // the answer itself
+  const std::vector<std::array<double, 2>> costs = posterior.costs_of_both(steps);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const auto weight = [](double cost) { return std::exp(std::min(30.0, -cost)); };
+    const double both = weight(costs[i][0]) + weight(costs[i][1]);
+    moment += both * steps[i] * steps[i].transpose();
+    total += both;
+  }
+  return moment / total;
 }
 
 /// The covariance of a pose that is at the answer or at its rival, which are as likely when they
@@ -330,9 +334,9 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
   if (!found.is_any) {
     return result;
   }
-  const RefinedPose refined =
-      refine(problem.scan.points, problem.field, found.proof.map_from_base,
-             {problem.predicted_map_from_base, problem.prior_covariance}, options_.refinement);
+  const PosePrior prior{problem.predicted_map_from_base, problem.prior_covariance};
+  Correspondences pairs(problem.scan.points, problem.field, found.proof.map_from_base);
+  const RefinedPose refined = refine(pairs, found.proof.map_from_base, prior, options_.refinement);
   if (std::isfinite(refined.score)) {
     result.score = std::clamp(refined.score, 0.0, 1.0);
   }
@@ -346,7 +350,9 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
   result.unconstrained_directions = refined.unconstrained_directions;
   const bool is_held = refined.unconstrained_directions.empty();
   result.covariance =
-      is_held ? volume_covariance(problem, refined, options_.refinement) : refined.covariance;
+      is_held ? volume_covariance({pairs, refined.map_from_base, prior, options_.refinement},
+                                  refined.covariance)
+              : refined.covariance;
   if (found.rival && is_held) {
     result.covariance = with_rival(result.covariance, found.proof.map_from_base, *found.rival,
                                    found.proof.best_score * (1.0 - found.rival_share));

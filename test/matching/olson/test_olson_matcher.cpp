@@ -407,8 +407,8 @@ TEST(Olson, ItsCovarianceIsTheSecondMomentOfThePosterior) {
   ASSERT_TRUE(result.accepted());
   const RefinedPose refined =
       refine(few.scan.points, few.map.field, prior.map_from_base, prior, options.refinement);
-  const LocalPosterior posterior(few.scan.points, few.map.field, result.map_from_base, prior,
-                                 options.refinement);
+  const Correspondences pairs(few.scan.points, few.map.field, result.map_from_base);
+  const LocalPosterior posterior(pairs, result.map_from_base, prior, options.refinement);
   Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
   double total = 0.0;
   for (int i = 0; i < 15 * 15 * 15; ++i) {
