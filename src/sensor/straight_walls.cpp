@@ -1,9 +1,14 @@
 #include "sensor/straight_walls.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
+#include <utility>
+
+#include "common/simd.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -13,68 +18,92 @@ namespace {
 // double of it changes the median errors of pairs by up to 1 %.
 constexpr double kLeastCosine = 0.05;
 
-/// Points first...last, both included.
-struct Run {
-  std::size_t first = 0;
-  std::size_t last = 0;
+using Run = HitRows::Run;
 
-  [[nodiscard]] std::size_t size() const { return last + 1 - first; }
-};
+// Sums are kept in this many interleaved parts, which are added in the same order by every
+// instruction set.
+constexpr std::size_t kLanes = 8;
+
+std::size_t whole_lanes(std::size_t size) { return (size + kLanes - 1) / kLanes * kLanes; }
+
+/// The distance from each point to the next.
+MATCHBOX_SIMD_CLONES void find_gaps(const double* __restrict__ x, const double* __restrict__ y,
+                                    std::size_t count, double* __restrict__ gaps) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const double step_x = x[i + 1] - x[i];
+    const double step_y = y[i + 1] - y[i];
+    gaps[i] = std::sqrt(step_x * step_x + step_y * step_y);
+  }
+}
+
+MATCHBOX_SIMD_CLONES void normalise(std::size_t count, double* __restrict__ x,
+                                    double* __restrict__ y) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const double square = x[i] * x[i] + y[i] * y[i];
+    const double inverse = square > 0.0 ? 1.0 / std::sqrt(square) : 1.0;
+    x[i] *= inverse;
+    y[i] *= inverse;
+  }
+}
+
+/// How far points, from the second to the last but one, lie along their beams from the lines
+/// through their neighbours, over what they would if all three ranges had unit variance, squared.
+/// NaN or infinite where beam and line do not meet.
+MATCHBOX_SIMD_CLONES void find_squares_off_neighbours(
+    const double* __restrict__ x, const double* __restrict__ y, const double* __restrict__ beam_x,
+    const double* __restrict__ beam_y, std::size_t count, double* __restrict__ squares) {
+  for (std::size_t i = 1; i + 1 < count; ++i) {
+    const double wall_x = x[i + 1] - x[i - 1];
+    const double wall_y = y[i + 1] - y[i - 1];
+    const double here_x = x[i] - x[i - 1];
+    const double here_y = y[i] - y[i - 1];
+    const double inverse = 1.0 / (wall_x * beam_y[i] - wall_y * beam_x[i]);
+    const double off = (wall_x * here_y - wall_y * here_x) * inverse;
+    const double length_square = wall_x * wall_x + wall_y * wall_y;
+    const double share =
+        ((here_x - off * beam_x[i]) * wall_x + (here_y - off * beam_y[i]) * wall_y) /
+        (length_square > 1e-12 ? length_square : 1e-12);
+    const double from_a =
+        (1.0 - share) * (wall_x * beam_y[i - 1] - wall_y * beam_x[i - 1]) * inverse;
+    const double from_b = share * (wall_x * beam_y[i + 1] - wall_y * beam_x[i + 1]) * inverse;
+    squares[i] = off * off / (1.0 + from_a * from_a + from_b * from_b);
+  }
+}
+
+/// Of those up to a limit, sum and number.
+MATCHBOX_SIMD_CLONES void add_up_to(const double* squares, std::size_t size, double limit,
+                                    double* __restrict__ sums) {
+  for (std::size_t i = 0; i < size; i += kLanes) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      const bool counts = squares[i + k] <= limit;
+      sums[k] += counts ? squares[i + k] : 0.0;
+      sums[kLanes + k] += counts ? 1.0 : 0.0;
+    }
+  }
+}
+
+double sum_of(const double* lanes) { return std::accumulate(lanes, lanes + kLanes, 0.0); }
 
 /// Runs of points that follow each other without a gap, in which alone there are walls.
-std::vector<Run> unbroken_runs(const std::vector<ScanPoint>& points, double max_wall_gap) {
+std::vector<Run> unbroken_runs(const double* gaps, std::size_t size, double max_wall_gap) {
   // On a straight wall the gaps grow slowly from beam to beam, with beams 1 degree apart threefold
   // only beyond 87 degrees of incidence; at its end they jump. Half or double of it changes
   // the median error of pairs by up to 1 %.
   constexpr double kJump = 3.0;
   constexpr double kDense = 0.15;  // [m], three cells by default: shorter gaps are no jump
-  const auto gap = [&](std::size_t i) {
-    return i + 1 < points.size() ? (points[i + 1].position - points[i].position).norm() : 0.0;
-  };
   std::vector<Run> runs;
   std::size_t first = 0;
   double before = max_wall_gap;
-  double here = gap(0);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double after = i + 2 < points.size() ? gap(i + 1) : max_wall_gap;
+  for (std::size_t i = 0; i < size; ++i) {
+    const double after = i + 2 < size ? gaps[i + 1] : max_wall_gap;
     const double widest = std::min(max_wall_gap, std::max(kDense, kJump * std::min(before, after)));
-    if (i + 1 == points.size() || !(here <= widest)) {
+    if (i + 1 == size || !(gaps[i] <= widest)) {
       runs.push_back({first, i});
       first = i + 1;
     }
-    before = here;
-    here = after;
+    before = gaps[i];
   }
   return runs;
-}
-
-/// Unit vectors from the laser to each point.
-std::vector<Eigen::Vector2d> beams_of(const std::vector<ScanPoint>& points) {
-  std::vector<Eigen::Vector2d> beams;
-  beams.reserve(points.size());
-  for (const ScanPoint& point : points) {
-    beams.emplace_back((point.position - point.origin).normalized());
-  }
-  return beams;
-}
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
-/// How far a point lies along its beam from the line through its neighbours, over what it would if
-/// all three ranges had unit variance. NaN or infinite where beam and line do not meet.
-/// @param beam  directions of the three.
-double off_neighbours(const ScanPoint* point, const Eigen::Vector2d* beam) {
-  const Eigen::Vector2d& a = point[0].position;
-  const Eigen::Vector2d& here = point[1].position;
-  const Eigen::Vector2d wall = point[2].position - a;
-  const double crossing = cross(wall, beam[1]);
-  const double off = cross(wall, here - a) / crossing;
-  const double share = (here - off * beam[1] - a).dot(wall) / std::max(wall.squaredNorm(), 1e-12);
-  const double from_a = (1.0 - share) * cross(wall, beam[0]) / crossing;
-  const double from_b = share * cross(wall, beam[2]) / crossing;
-  return off / std::sqrt(1.0 + from_a * from_a + from_b * from_b);
 }
 
 /// A straight wall q p = 1, p being relative to the laser.
@@ -88,12 +117,13 @@ struct Fit {
 /// 1 / r = q u, and the range's error is r^2 (1 / r - q u) = r (1 - q p).
 class InverseRangeSums {
  public:
-  InverseRangeSums(const std::vector<ScanPoint>& points, const Run& run)
-      : first_(run.first), laser_(points[run.first + run.size() / 2].origin) {
+  /// @param laser  from where the run was measured.
+  InverseRangeSums(const HitRows& hits, const Run& run, Eigen::Vector2d laser)
+      : first_(run.first), laser_(std::move(laser)) {
     sums_.reserve(run.size() + 1);
     sums_.emplace_back();
     for (std::size_t i = run.first; i <= run.last; ++i) {
-      const Eigen::Vector2d p = points[i].position - laser_;
+      const Eigen::Vector2d p = Eigen::Vector2d(hits.x[i], hits.y[i]) - laser_;
       const double w = p.squaredNorm();
       const Sums& last = sums_.back();
       sums_.push_back({last.w + w, last.x + w * p.x(), last.y + w * p.y(),
@@ -103,22 +133,25 @@ class InverseRangeSums {
   }
 
   [[nodiscard]] Fit fit(const Run& part) const {
+    const Sums sums = of(part);
+    const double inverse = 1.0 / sums.determinant();
+    return {Eigen::Vector2d(inverse * (sums.yy * sums.x - sums.xy * sums.y),
+                            inverse * (sums.xx * sums.y - sums.xy * sums.x)),
+            squares(part)};
+  }
+
+  /// Of the wall through a part, the sum of the squared range errors [m^2].
+  [[nodiscard]] double squares(const Run& part) const {
     if (part.size() <= 2) {
-      return {};
+      return 0.0;
     }
-    const Sums& a = sums_[part.first - first_];
-    const Sums& b = sums_[part.last + 1 - first_];
-    const double x = b.x - a.x;
-    const double y = b.y - a.y;
-    const double xx = b.xx - a.xx;
-    const double xy = b.xy - a.xy;
-    const double yy = b.yy - a.yy;
-    const double determinant = xx * yy - xy * xy;
-    if (!(determinant > 0.0)) {  // all on one beam
-      return {Eigen::Vector2d::Zero(), std::numeric_limits<double>::infinity()};
-    }
-    const Eigen::Vector2d q((yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant);
-    return {q, std::max(0.0, b.w - a.w - q.x() * x - q.y() * y)};
+    const Sums sums = of(part);
+    const double determinant = sums.determinant();
+    const double explained =
+        sums.yy * sums.x * sums.x - 2.0 * sums.xy * sums.x * sums.y + sums.xx * sums.y * sums.y;
+    // Without a determinant all are on one beam.
+    return determinant > 0.0 ? std::max(0.0, sums.w - explained / determinant)
+                             : std::numeric_limits<double>::infinity();
   }
 
   [[nodiscard]] const Eigen::Vector2d& laser() const { return laser_; }
@@ -131,7 +164,16 @@ class InverseRangeSums {
     double xx = 0.0;
     double xy = 0.0;
     double yy = 0.0;
+
+    [[nodiscard]] double determinant() const { return xx * yy - xy * xy; }
   };
+
+  [[nodiscard]] Sums of(const Run& part) const {
+    const Sums& a = sums_[part.first - first_];
+    const Sums& b = sums_[part.last + 1 - first_];
+    return {b.w - a.w, b.x - a.x, b.y - a.y, b.xx - a.xx, b.xy - a.xy, b.yy - a.yy};
+  }
+
   std::size_t first_;
   Eigen::Vector2d laser_;
   std::vector<Sums> sums_;
@@ -141,6 +183,8 @@ class InverseRangeSums {
 /// Pavlidis and Horowitz, "Segmentation of plane curves", 1974).
 class SplitAndMerge {
  public:
+  static constexpr std::size_t kFewest = 3;  // two points are always on a line
+
   SplitAndMerge(const InverseRangeSums& sums, double noise)
       : sums_(sums), variance_(noise * noise) {}
 
@@ -155,7 +199,7 @@ class SplitAndMerge {
         continue;
       }
       const Split split = best_split(part, part.first, part.last - 1);
-      if (!is_worthwhile(split, sums_.fit(part).squares)) {
+      if (!is_worthwhile(split, sums_.squares(part))) {
         pieces.push_back(part);
         continue;
       }
@@ -174,7 +218,6 @@ class SplitAndMerge {
   }
 
  private:
-  static constexpr std::size_t kFewest = 3;  // two points are always on a line
   // By how much a split, of two more parameters, must reduce the sum of squares, in variances: by
   // chance alone two reduce it by more than 12 once in 400 splits (chi-squared), and a wall has
   // many places to be split. With 6 the median error of pairs in rooms is 7 % larger, with 24 as
@@ -216,7 +259,7 @@ class SplitAndMerge {
   }
 
   [[nodiscard]] double squares_of(const Run& part, std::size_t at) const {
-    return sums_.fit({part.first, at}).squares + sums_.fit({at + 1, part.last}).squares;
+    return sums_.squares({part.first, at}) + sums_.squares({at + 1, part.last});
   }
 
   /// The first splits are made while there are other bends in the parts, hence not quite where they
@@ -231,7 +274,7 @@ class SplitAndMerge {
         const std::size_t from = here - std::min(here - both.first, kReach);
         const std::size_t to = std::min(here + kReach, both.last - 1);
         const Split split = best_split(both, from, to);
-        if (is_worthwhile(split, sums_.fit(both).squares)) {
+        if (is_worthwhile(split, sums_.squares(both))) {
           merged.back().last = split.at;
           piece.first = split.at + 1;
           break;
@@ -255,35 +298,51 @@ struct Line {
   double spread = 0.0;  ///< [m^2], the variance of a range over that of the line's direction
 };
 
+/// Sums over the hits that are not far off a line: of their weights, and these times where they are
+/// along it (a) and across (b), a a and a b.
+MATCHBOX_SIMD_CLONES void add_near_line(const double* x, const double* y, const double* beam_x,
+                                        const double* beam_y, std::size_t count, const Line& line,
+                                        double far, double* __restrict__ lanes) {
+  const double middle_x = line.middle.x();
+  const double middle_y = line.middle.y();
+  const double normal_x = line.normal.x();
+  const double normal_y = line.normal.y();
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      const std::size_t j = i + k;
+      const double facing = std::abs(normal_x * beam_x[j] + normal_y * beam_y[j]);
+      const double cosine = facing > kLeastCosine ? facing : kLeastCosine;
+      const double from_x = x[j] - middle_x;
+      const double from_y = y[j] - middle_y;
+      const double across = normal_x * from_x + normal_y * from_y;
+      const double along = normal_x * from_y - normal_y * from_x;
+      const bool counts = j < count && std::abs(across) <= far * cosine;
+      const double w = counts ? 1.0 / (cosine * cosine) : 0.0;
+      lanes[0 * kLanes + k] += w;
+      lanes[1 * kLanes + k] += w * along;
+      lanes[2 * kLanes + k] += w * across;
+      lanes[3 * kLanes + k] += w * along * along;
+      lanes[4 * kLanes + k] += w * along * across;
+    }
+  }
+}
+
 /// One step of least squares, without the points far off. The first fit has weights from noisy
 /// ranges, which biases it a little.
-Line improved(const std::vector<ScanPoint>& points, const std::vector<Eigen::Vector2d>& beams,
-              const Run& part, const Line& line, double far) {
-  double n = 0.0;
-  double along = 0.0;
-  double across = 0.0;
-  double along_along = 0.0;
-  double along_across = 0.0;
-  const Eigen::Vector2d tangent(-line.normal.y(), line.normal.x());
-  for (std::size_t i = part.first; i <= part.last; ++i) {
-    const Eigen::Vector2d p = points[i].position - line.middle;
-    const double cosine = std::max(std::abs(line.normal.dot(beams[i])), kLeastCosine);
-    const double b = line.normal.dot(p);
-    if (std::abs(b) > far * cosine) {
-      continue;
-    }
-    const double w = 1.0 / (cosine * cosine);
-    const double a = tangent.dot(p);
-    n += w;
-    along += w * a;
-    across += w * b;
-    along_along += w * a * a;
-    along_across += w * a * b;
-  }
+Line improved(const HitRows& hits, const Run& part, const Line& line, double far) {
+  std::array<double, 5 * kLanes> lanes{};
+  add_near_line(&hits.x[part.first], &hits.y[part.first], &hits.beam_x[part.first],
+                &hits.beam_y[part.first], part.size(), line, far, lanes.data());
+  const double n = sum_of(lanes.data());
+  const double along = sum_of(&lanes[kLanes]);
+  const double across = sum_of(&lanes[2 * kLanes]);
+  const double along_along = sum_of(&lanes[3 * kLanes]);
+  const double along_across = sum_of(&lanes[4 * kLanes]);
   const double determinant = n * along_along - along * along;
   if (!(determinant > 0.0)) {
     return line;
   }
+  const Eigen::Vector2d tangent(-line.normal.y(), line.normal.x());
   const double offset = (along_along * across - along * along_across) / determinant;
   const double slope = (n * along_across - along * across) / determinant;
   return {line.middle + offset * line.normal, (line.normal - slope * tangent).normalized(),
@@ -303,18 +362,35 @@ void move_onto(const Line& line, const Eigen::Vector2d& beam, double far, ScanPo
 
 }  // namespace
 
-double range_noise(const std::vector<ScanPoint>& points, double max_wall_gap) {
+HitRows::HitRows(const std::vector<ScanPoint>& points, double max_wall_gap) : size(points.size()) {
+  for (auto* row : {&x, &y, &beam_x, &beam_y}) {
+    row->resize(size + kLanes);
+  }
+  for (std::size_t i = 0; i < size; ++i) {
+    x[i] = points[i].position.x();
+    y[i] = points[i].position.y();
+    beam_x[i] = x[i] - points[i].origin.x();
+    beam_y[i] = y[i] - points[i].origin.y();
+  }
+  normalise(size, beam_x.data(), beam_y.data());
+  std::vector<double> gaps(size);
+  find_gaps(x.data(), y.data(), std::max<std::size_t>(size, 1) - 1, gaps.data());
+  runs = unbroken_runs(gaps.data(), size, max_wall_gap);
+}
+
+double range_noise(const HitRows& hits) {
   constexpr std::size_t kFewest = 20;  // whose standard deviation is known to 1 / sqrt(40), 16 %
   constexpr double kFar = 3.0;  // standard deviations; with 1.5 the median error of pairs is 8 to
                                 // 13 % larger, with 6 up to 3 %
-  const std::vector<Eigen::Vector2d> beams = beams_of(points);
+  std::vector<double> all(hits.size);
+  find_squares_off_neighbours(hits.x.data(), hits.y.data(), hits.beam_x.data(), hits.beam_y.data(),
+                              hits.size, all.data());
   std::vector<double> squares;
-  squares.reserve(points.size());
-  for (const Run& run : unbroken_runs(points, max_wall_gap)) {
+  squares.reserve(whole_lanes(hits.size));
+  for (const Run& run : hits.runs) {
     for (std::size_t i = run.first + 1; i < run.last; ++i) {
-      const double off = off_neighbours(&points[i - 1], &beams[i - 1]);
-      if (std::isfinite(off)) {
-        squares.push_back(off * off);
+      if (std::isfinite(all[i])) {
+        squares.push_back(all[i]);
       }
     }
   }
@@ -325,20 +401,16 @@ double range_noise(const std::vector<ScanPoint>& points, double max_wall_gap) {
   const auto third = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() * 2 / 3);
   std::nth_element(squares.begin(), third, squares.end());
   double variance = *third;
+  squares.resize(whole_lanes(squares.size()), std::numeric_limits<double>::infinity());
   for (int i = 0; i < 3; ++i) {
-    double sum = 0.0;
-    double count = 0.0;
-    for (const double square : squares) {
-      const bool near = square <= kFar * kFar * variance;
-      sum += near ? square : 0.0;
-      count += near ? 1.0 : 0.0;
-    }
-    variance = sum / count;
+    std::array<double, 2 * kLanes> sums{};
+    add_up_to(squares.data(), squares.size(), kFar * kFar * variance, sums.data());
+    variance = sum_of(sums.data()) / sum_of(&sums[kLanes]);
   }
   return std::sqrt(variance);
 }
 
-void straighten_walls(std::vector<ScanPoint>& points, double noise, double max_wall_gap) {
+void straighten_walls(const HitRows& hits, double noise, std::vector<ScanPoint>& points) {
   // Standard deviations; farther off is something in front of the wall, or once in 2000 noise.
   // With 1.75 the median error of pairs in clutter is 12 % larger, with 7 in rooms 3 %.
   constexpr double kFar = 3.5;
@@ -346,9 +418,11 @@ void straighten_walls(std::vector<ScanPoint>& points, double noise, double max_w
   // single points are as good. With 0.1 the median error of pairs in clutter is 10 % larger, with
   // 0.4 4 % smaller.
   constexpr double kKnown = 0.2;
-  const std::vector<Eigen::Vector2d> beams = beams_of(points);
-  for (const Run& run : unbroken_runs(points, max_wall_gap)) {
-    const InverseRangeSums sums(points, run);
+  for (const Run& run : hits.runs) {
+    if (run.size() < SplitAndMerge::kFewest) {
+      continue;
+    }
+    const InverseRangeSums sums(hits, run, points[run.first + run.size() / 2].origin);
     const SplitAndMerge pieces(sums, noise);
     for (const Run& part : pieces.pieces_of(run)) {
       const Fit fit = sums.fit(part);
@@ -356,13 +430,13 @@ void straighten_walls(std::vector<ScanPoint>& points, double noise, double max_w
         continue;
       }
       Line line{sums.laser() + fit.q / fit.q.squaredNorm(), fit.q.normalized(), 0.0};
-      line = improved(points, beams, part, line, kFar * noise);
-      line = improved(points, beams, part, line, kFar * noise);
+      line = improved(hits, part, line, kFar * noise);
+      line = improved(hits, part, line, kFar * noise);
       if (!(line.spread * kKnown * kKnown >= noise * noise)) {
         continue;
       }
       for (std::size_t i = part.first; i <= part.last; ++i) {
-        move_onto(line, beams[i], kFar * noise, points[i]);
+        move_onto(line, {hits.beam_x[i], hits.beam_y[i]}, kFar * noise, points[i]);
       }
     }
   }

@@ -1,15 +1,34 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "matchbox_slam/sensor/point_scan.hpp"
 
 namespace matchbox_slam {
 
+/// The hits of a scan as rows of numbers, and which of them may be on one wall.
+struct HitRows {
+  HitRows(const std::vector<ScanPoint>& points, double max_wall_gap);
+
+  /// Hits first...last, both included.
+  struct Run {
+    std::size_t first = 0;
+    std::size_t last = 0;
+
+    [[nodiscard]] std::size_t size() const { return last + 1 - first; }
+  };
+
+  std::size_t size;
+  std::vector<double> x, y;            ///< where the beams ended [m]; like the next two padded
+  std::vector<double> beam_x, beam_y;  ///< unit vectors from the laser
+  std::vector<Run> runs;               ///< of hits that follow each other without a gap
+};
+
 /// Standard deviation of the ranges of neighbouring hits about a smooth surface [m]: how far each
 /// hit lies, along its beam, from the line through its two neighbours. Hits that lie much farther
 /// off than the others, as at corners and edges, do not count. 0 when there are too few.
-[[nodiscard]] double range_noise(const std::vector<ScanPoint>& points, double max_wall_gap);
+[[nodiscard]] double range_noise(const HitRows& hits);
 
 /// Cuts the scan into straight walls, as far as a straight wall explains the hits within their
 /// noise, and moves each hit along its beam onto its wall, whose normal it gets. Hits that are part
@@ -17,6 +36,7 @@ namespace matchbox_slam {
 /// are lines of least squares of the ranges: a grazing beam tells a wall's place much better than
 /// one that meets it head on. Where a full circle begins and ends, a wall is taken for two. Cost:
 /// linear in the number of points.
-void straighten_walls(std::vector<ScanPoint>& points, double noise, double max_wall_gap);
+/// @param hits  of these points.
+void straighten_walls(const HitRows& hits, double noise, std::vector<ScanPoint>& points);
 
 }  // namespace matchbox_slam

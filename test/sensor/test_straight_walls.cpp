@@ -52,10 +52,10 @@ double root_mean_square(const std::vector<ScanPoint>& points,
 TEST(RangeNoise, IsWhatTheRangesHave) {
   for (const double noise : {0.003, 0.01, 0.03}) {
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
-      EXPECT_NEAR(range_noise(measured(range_in_room, noise, seed), kGap), noise, 0.1 * noise);
+      EXPECT_NEAR(range_noise({measured(range_in_room, noise, seed), kGap}), noise, 0.1 * noise);
     }
   }
-  EXPECT_LT(range_noise(measured(range_in_room, 0.0), kGap), 1e-9);
+  EXPECT_LT(range_noise({measured(range_in_room, 0.0), kGap}), 1e-9);
 }
 
 TEST(RangeNoise, IsNotMistakenForCornersAndEdges) {
@@ -63,24 +63,24 @@ TEST(RangeNoise, IsNotMistakenForCornersAndEdges) {
     return range_in_room(angle) - (std::sin(40.0 * angle) > 0.5 ? 0.7 : 0.0);
   };
   for (const double noise : {0.003, 0.01, 0.03}) {
-    EXPECT_NEAR(range_noise(measured(pillars, noise), kGap), noise, 0.2 * noise);
+    EXPECT_NEAR(range_noise({measured(pillars, noise), kGap}), noise, 0.2 * noise);
   }
 }
 
 TEST(RangeNoise, IsNoneWhereNothingTellsIt) {
-  EXPECT_EQ(range_noise({}, kGap), 0.0);
-  EXPECT_EQ(range_noise(std::vector<ScanPoint>(1), kGap), 0.0);
+  EXPECT_EQ(range_noise({{}, kGap}), 0.0);
+  EXPECT_EQ(range_noise({std::vector<ScanPoint>(1), kGap}), 0.0);
   std::vector<ScanPoint> coincident(100);
   for (ScanPoint& point : coincident) {
     point.position = {1.0, 2.0};
   }
-  EXPECT_EQ(range_noise(coincident, kGap), 0.0);
+  EXPECT_EQ(range_noise({coincident, kGap}), 0.0);
 }
 
 TEST(StraightenWalls, PutsHitsWhereTheWallsAre) {
   std::vector<ScanPoint> points = measured(range_in_room, 0.01);
   const double before = root_mean_square(points, off_room);
-  straighten_walls(points, 0.01, kGap);
+  straighten_walls({points, kGap}, 0.01, points);
   // Four walls of some 260 hits: the root of 2 / 260 is 0.09.
   EXPECT_LT(root_mean_square(points, off_room), 0.2 * before);
   for (const ScanPoint& point : points) {
@@ -91,7 +91,7 @@ TEST(StraightenWalls, PutsHitsWhereTheWallsAre) {
 
 TEST(StraightenWalls, KeepsCornersSharp) {
   std::vector<ScanPoint> points = measured(range_in_room, 0.01);
-  straighten_walls(points, 0.01, kGap);
+  straighten_walls({points, kGap}, 0.01, points);
   std::size_t near_corner = 0;
   for (const ScanPoint& point : points) {
     const Eigen::Vector2d from_corner = Eigen::Vector2d(4.0, 5.0) - point.position;
@@ -109,7 +109,7 @@ TEST(StraightenWalls, KeepsCornersSharp) {
 TEST(StraightenWalls, MovesHitsAlongTheirBeamsAndSaysHowFar) {
   const std::vector<ScanPoint> before = measured(range_in_room, 0.01);
   std::vector<ScanPoint> points = before;
-  straighten_walls(points, 0.01, kGap);
+  straighten_walls({points, kGap}, 0.01, points);
   std::size_t moved = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector2d step = points[i].position - before[i].position;
@@ -128,7 +128,7 @@ TEST(StraightenWalls, LongWallsStayStraight) {
     return 1.0 / std::max(std::abs(std::sin(angle)), 1.0 / 30.0);
   };
   std::vector<ScanPoint> points = measured(corridor, 0.01);
-  straighten_walls(points, 0.01, kGap);
+  straighten_walls({points, kGap}, 0.01, points);
   std::size_t on_wall = 0;
   for (const ScanPoint& point : points) {
     if (!point.normal.isZero() && point.position.norm() < 8.0) {
@@ -146,7 +146,7 @@ TEST(StraightenWalls, DoesNotFlattenWhatIsRound) {
       std::vector<ScanPoint> points = measured([radius](double) { return radius; }, noise);
       const auto off = [radius](const Eigen::Vector2d& point) { return point.norm() - radius; };
       const double before = root_mean_square(points, off);
-      straighten_walls(points, noise, kGap);
+      straighten_walls({points, kGap}, noise, points);
       EXPECT_LT(root_mean_square(points, off), 0.9 * before) << radius << ' ' << noise;
     }
   }
@@ -158,7 +158,7 @@ TEST(StraightenWalls, LeavesAPostInFrontOfAWallAlone) {
   };
   std::vector<ScanPoint> points = measured(with_post, 0.01);
   const std::vector<ScanPoint> before = points;
-  straighten_walls(points, 0.01, kGap);
+  straighten_walls({points, kGap}, 0.01, points);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double angle = std::atan2(before[i].position.y(), before[i].position.x());
     EXPECT_NEAR(points[i].position.norm(), with_post(angle), 0.04) << i;
@@ -170,14 +170,14 @@ TEST(StraightenWalls, LeavesADotAlone) {
   for (ScanPoint& point : points) {
     point.position = {1.0, 2.0};
   }
-  straighten_walls(points, 0.01, kGap);
+  straighten_walls({points, kGap}, 0.01, points);
   // And hits one behind the other on one beam, as after a sweep of no width.
   for (std::size_t i = 0; i < 50; ++i) {
     points.emplace_back();
     points.back().position =
         Eigen::Vector2d(0.01 * static_cast<double>(i), 0.02 * static_cast<double>(i));
   }
-  straighten_walls(points, 0.01, kGap);
+  straighten_walls({points, kGap}, 0.01, points);
   for (const ScanPoint& point : points) {
     EXPECT_TRUE(point.position.allFinite());
     EXPECT_EQ(point.moved, 0.0);
@@ -188,7 +188,7 @@ TEST(StraightenWalls, LeavesADotAlone) {
 TEST(StraightenWalls, FewHitsAreNoWall) {
   for (std::size_t count = 0; count < 3; ++count) {
     std::vector<ScanPoint> points = measured(range_in_room, 0.01, 1, count);
-    straighten_walls(points, 0.01, kGap);
+    straighten_walls({points, kGap}, 0.01, points);
     for (const ScanPoint& point : points) {
       EXPECT_EQ(point.moved, 0.0);
     }
@@ -201,8 +201,8 @@ TEST(StraightenWalls, AMirroredScanGivesTheMirroredWalls) {
   for (ScanPoint& point : mirrored) {
     point.position.y() = -point.position.y();
   }
-  straighten_walls(points, 0.01, kGap);
-  straighten_walls(mirrored, 0.01, kGap);
+  straighten_walls({points, kGap}, 0.01, points);
+  straighten_walls({mirrored, kGap}, 0.01, mirrored);
   for (std::size_t i = 0; i < points.size(); ++i) {
     EXPECT_NEAR(mirrored[i].position.x(), points[i].position.x(), 1e-12);
     EXPECT_NEAR(mirrored[i].position.y(), -points[i].position.y(), 1e-12);
@@ -213,7 +213,7 @@ TEST(StraightenWalls, AMirroredScanGivesTheMirroredWalls) {
 TEST(StraightenWalls, AHundredThousandHitsOnOneWallAreFine) {
   std::vector<ScanPoint> points =
       measured([](double angle) { return 2.0 / std::cos(0.3 * angle); }, 0.01, 1, 100000);
-  straighten_walls(points, 0.01, kGap);
+  straighten_walls({points, kGap}, 0.01, points);
   for (const ScanPoint& point : points) {
     ASSERT_TRUE(point.position.allFinite());
     ASSERT_LE(std::abs(point.moved), 0.035);
