@@ -299,11 +299,12 @@ Correspondences::Correspondences(const std::vector<ScanPoint>& points, const Pla
     }
   }
   const std::size_t padded = blocks_ * Block().size();
+  fields_.reserve(fields.size());
   for (const auto& [field, pose] : fields) {
     constexpr std::int32_t kNone = std::numeric_limits<std::int32_t>::min();
-    const std::vector<std::int32_t> cells(padded, kNone);
-    fields_.push_back(
-        {field, pose.translation(), std::cos(pose.theta), std::sin(pose.theta), cells, cells});
+    fields_.push_back({field, pose.translation(), std::cos(pose.theta), std::sin(pose.theta),
+                       std::vector<std::int32_t>(padded, kNone),
+                       std::vector<std::int32_t>(padded, kNone)});
   }
   moved_.resize(padded);
   group_of_.resize(padded);

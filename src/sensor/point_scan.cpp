@@ -311,6 +311,7 @@ PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from
   std::vector<std::size_t> cut_after;  // points that a cut beam follows, where a door may be
   result.stamp = scan.stamp;
   result.points.reserve(count);
+  result.free_rays.reserve(count);
   for (std::size_t k = 0; k < count; ++k) {
     const auto range = static_cast<double>(scan.ranges[k]);
     const double fraction = static_cast<double>(k) / static_cast<double>(count - 1);
