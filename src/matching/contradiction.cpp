@@ -1,8 +1,10 @@
 #include "matchbox_slam/matching/contradiction.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 
 #include "matchbox_slam/geometry/transform2.hpp"
 
@@ -16,6 +18,14 @@ constexpr double kReach = 0.15;   // [m], to each side
 constexpr double kFarthest = 100.0;  // [m]; no laser sees farther, and a wild reading takes no time
 constexpr std::size_t kBeams = 300;
 
+/// On the way along a beam.
+struct Walk {
+  std::size_t beam = 0;
+  Eigen::Vector2d from, direction;
+  double length = 0.0;
+  double at = 0.0;
+};
+
 /// Walks along beams through a field from wall to wall, as far as the distances tell.
 class BeamWalk {
  public:
@@ -24,19 +34,25 @@ class BeamWalk {
         resolution_(field.geometry().resolution()),
         metres_(field.options().reach / LikelihoodField::kFar) {}
 
-  [[nodiscard]] bool crosses_wall(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
+  [[nodiscard]] static Walk begin(std::size_t beam, const Eigen::Vector2d& from,
+                                  const Eigen::Vector2d& to) {
     const double length = std::min((to - from).norm() - kClearly, kFarthest);
-    const Eigen::Vector2d direction = (to - from).normalized();
-    for (double at = 0.0; at < length;) {
-      const Eigen::Vector2d here = from + at * direction;
-      const Cell cell = field_.geometry().cell_at(here);
-      const double distance = metres_ * field_.distance(cell);
-      if (distance <= kOn * resolution_ && is_within_wall(here, cell, direction)) {
-        return true;
-      }
-      at += std::max(distance - resolution_, 0.5 * resolution_);
+    return {beam, from, (to - from).normalized(), length};
+  }
+
+  /// Makes a step, and says whether there is a wall, or that nothing is known yet.
+  [[nodiscard]] std::optional<bool> step(Walk& walk) const {
+    if (!(walk.at < walk.length)) {
+      return false;
     }
-    return false;
+    const Eigen::Vector2d here = walk.from + walk.at * walk.direction;
+    const Cell cell = field_.geometry().cell_at(here);
+    const double distance = metres_ * field_.distance(cell);
+    if (distance <= kOn * resolution_ && is_within_wall(here, cell, walk.direction)) {
+      return true;
+    }
+    walk.at += std::max(distance - resolution_, 0.5 * resolution_);
+    return std::nullopt;
   }
 
  private:
@@ -77,17 +93,37 @@ double contradiction(const PointScan& scan, const Pose2& map_from_base,
   const BeamWalk walk(field);
   const Transform2 to_map(map_from_base);
   const std::size_t stride = (scan.points.size() + kBeams - 1) / kBeams;
-  double crossing = 0.0;
+  const std::size_t beams = stride > 0 ? (scan.points.size() + stride - 1) / stride : 0;
+  const auto point_of = [&](std::size_t beam) -> const ScanPoint& {
+    return scan.points[beam * stride];
+  };
+  // Several at a time, since a step has to wait for the map's memory.
+  std::array<Walk, 8> walks;
+  std::size_t walking = 0;
+  std::array<bool, kBeams> crosses{};
   double all = 0.0;
-  for (std::size_t i = 0; i < scan.points.size(); i += stride) {
-    const ScanPoint& point = scan.points[i];
-    const Eigen::Vector2d from = to_map * point.origin;
-    const Eigen::Vector2d to = to_map * point.position;
-    if (!(point.weight > 0.0) || !from.allFinite() || !to.allFinite()) {
-      continue;
+  for (std::size_t next = 0; next < beams || walking > 0;) {
+    for (; next < beams && walking < walks.size(); ++next) {
+      const ScanPoint& point = point_of(next);
+      const Eigen::Vector2d from = to_map * point.origin;
+      const Eigen::Vector2d to = to_map * point.position;
+      if (point.weight > 0.0 && from.allFinite() && to.allFinite()) {
+        all += point.weight;
+        walks[walking++] = BeamWalk::begin(next, from, to);
+      }
     }
-    all += point.weight;
-    crossing += walk.crosses_wall(from, to) ? point.weight : 0.0;
+    for (std::size_t i = 0; i < walking;) {
+      if (const std::optional<bool> found = walk.step(walks[i])) {
+        crosses[walks[i].beam] = *found;
+        walks[i] = walks[--walking];
+      } else {
+        ++i;
+      }
+    }
+  }
+  double crossing = 0.0;
+  for (std::size_t beam = 0; beam < beams; ++beam) {
+    crossing += crosses[beam] ? point_of(beam).weight : 0.0;
   }
   return all > 0.0 ? crossing / all : 0.0;
 }
