@@ -92,9 +92,9 @@ def error(pose, true):
     return math.hypot(pose[0] - true[0], pose[1] - true[1]), abs(wrapped(pose[2] - true[2]))
 
 
-def squared_distance(row, true):
-    """Of the error, by the covariance that was told."""
-    d = [float(row["x"]) - true[0], float(row["y"]) - true[1], wrapped(float(row["theta"]) - true[2])]
+def squared_distance(row, pose, true):
+    """Of the error, by the covariance that was told of the scan."""
+    d = [pose[0] - true[0], pose[1] - true[1], wrapped(pose[2] - true[2])]
     a, b, c, e, f, i = (float(row["cov_" + k]) for k in ("xx", "xy", "xt", "yy", "yt", "tt"))
     det = a * (e * i - f * f) - b * (b * i - c * f) + c * (b * f - c * e)
     if det <= 0.0:
@@ -116,7 +116,7 @@ def weigh(folder, truth):
     end_error = error(final[stamps[-1]], true[stamps[-1]])[0]
     accepted = [(r, s) for r, s in zip(rows, stamps) if r["status"] == "accepted"]
     in_place = aligned(truth, keys)
-    inside = sum(squared_distance(r, in_place[s]) <= ELLIPSE for r, s in accepted[1:])
+    inside = sum(squared_distance(r, final[s], in_place[s]) <= ELLIPSE for r, s in accepted[1:])
     states = [r["state"] for r in rows]
     unsure = [b - a for a, b, state in zip(stamps, stamps[1:], states) if state not in ("tracking", "recovered")]
     way = sum(math.hypot(true[a][0] - true[b][0], true[a][1] - true[b][1])

@@ -26,10 +26,8 @@ Eigen::Matrix3d in_frame_of(const Pose2& map_from_frame, const Eigen::Matrix3d& 
   return turn * map_covariance * turn.transpose();
 }
 
-MapCorrection correction_of(const PlacedScans& keys, const std::vector<Pose2>& new_map_from_base,
-                            double most_moved) {
+MapCorrection correction_of(const PlacedScans& keys, const std::vector<Pose2>& new_map_from_base) {
   MapCorrection correction;
-  correction.most_moved = most_moved;
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const Pose2 new_from_old = new_map_from_base[i] * keys[i].map_from_base.inverse();
     correction.steps.push_back({keys[i].scan->stamp(), new_from_old});
@@ -190,10 +188,9 @@ LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
   if (pending.is_abandoned) {
     return {};
   }
-  const bool is_corrected = !done.loops.empty() && done.loops.back().believed;
   // What has come since moves with the key scan that it came after.
   const Pose2 new_from_old =
-      is_corrected ? done.graph.poses.back() * graph_.poses[pending.newest].inverse() : Pose2{};
+      done.has_moved ? done.graph.poses.back() * graph_.poses[pending.newest].inverse() : Pose2{};
   PoseGraph graph = done.graph;
   for (std::size_t i = pending.newest + 1; i < graph_.poses.size(); ++i) {
     graph.poses.push_back(new_from_old * graph_.poses[i]);
@@ -206,8 +203,8 @@ LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
   tries_ += done.tries;
   find_ways();
   Result result{std::nullopt, done.near};
-  if (is_corrected) {
-    result.correction = correction_of(keys.all(), graph_.poses, done.loops.back().moved);
+  if (done.has_moved) {
+    result.correction = correction_of(keys.all(), graph_.poses);
   }
   return result;
 }

@@ -39,7 +39,11 @@ void close_a_loop(const LoopTask& task, LoopTaskDone& done) {
                     best.chi_square.back(), 0.0};
     if (loop.believed) {
       loop.moved = most_moved(task.keys, best.graph.poses);
-      done.graph = std::move(best.graph);
+      done.has_moved = loop.moved > kLeastMoved * task.near.map.resolution;
+      done.graph.edges = std::move(best.graph.edges);
+      if (done.has_moved) {
+        done.graph.poses = std::move(best.graph.poses);
+      }
     }
     done.loops.push_back(loop);
     if (loop.believed) {
@@ -65,9 +69,7 @@ LoopTaskDone do_loop_task(const LoopTask& task) {
   if (task.is_search_due) {
     close_a_loop(task, done);
   }
-  const bool has_moved =
-      !done.loops.empty() && done.loops.back().moved > kLeastMoved * task.near.map.resolution;
-  if (has_moved || task.near.is_due) {
+  if (done.has_moved || task.near.is_due) {
     done.near = rendered_near(task, done.graph);
   }
   return done;

@@ -21,7 +21,8 @@ struct LoopTask {
 };
 
 struct LoopTaskDone {
-  PoseGraph graph;                ///< with the loops that were found, and where they put the poses
+  PoseGraph graph;                ///< with the loops that were found
+  bool has_moved = false;         ///< the poses are where they put them
   std::vector<ClosedLoop> loops;  ///< that were found; only the last one may be believed
   std::size_t tries = 0;
   std::optional<NearMap> near;  ///< when it was asked for, or the key scans have moved

@@ -50,13 +50,4 @@ void MapDrawing::match_whole(MapPart& part, const EngineOptions& options) {
   is_moved_ = false;
 }
 
-void MapDrawing::expect_move(double most_moved, MapPart& part, const EngineOptions& options) {
-  is_moved_ = is_moved_ || most_moved > kLeastMoved * options.map.resolution;
-  if (!is_moved_) {
-    // Stays; whoever asked for it before, it is of the places until now.
-    static_cast<void>(whole(part, options));
-  }
-  is_outdated_ = is_moved_;
-}
-
 }  // namespace matchbox_slam

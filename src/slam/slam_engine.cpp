@@ -370,7 +370,7 @@ NearRequest SlamEngine::near_request() const { return {false, options_.map, opti
 
 void SlamEngine::move_map(const MapCorrection& correction) {
   MapPart& part = parts_.map();
-  drawing_.expect_move(correction.most_moved, part, options_);
+  drawing_.expect_move();
   for (std::size_t i = 0; i < part.key_scans.size(); ++i) {
     part.key_scans.move(i, loops_.graph().poses[i]);
   }

@@ -76,7 +76,6 @@ struct MapCorrection {
   };
   std::vector<Step> steps;  ///< by their stamps
   Pose2 newest;             ///< new_from_old of the newest key scan
-  double most_moved = 0.0;  ///< [m], of any key scan
 };
 
 /// A map of what lies near, to be made beside the mapping.
@@ -86,8 +85,9 @@ struct NearRequest {
   LikelihoodFieldOptions field;
 };
 
-/// A loop moves the map when it moves a key scan by more than this share of a cell.
-constexpr double kLeastMoved = 0.5;
+/// A loop moves nothing unless it would move a key scan by more than this share of a cell: what is
+/// matched lies better than that, and the map and the robot in it stay together.
+constexpr double kLeastMoved = 0.1;
 
 struct LoopWork;
 

@@ -48,9 +48,8 @@ class MapDrawing {
   /// From now on.
   void match_whole(MapPart& part, const EngineOptions& options);
 
-  /// Before the key scans move. Those that hardly do are not drawn anew.
-  /// @param most_moved  [m], of any key scan.
-  void expect_move(double most_moved, MapPart& part, const EngineOptions& options);
+  /// The key scans move: what was drawn is outdated.
+  void expect_move() { is_moved_ = is_outdated_ = true; }
 
   /// Draws the key scans that have come while what lies near was made.
   void catch_up(const MapPart& part, const EngineOptions& options) {
