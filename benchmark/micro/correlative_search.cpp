@@ -25,11 +25,15 @@ struct Window {
   double step_theta;  // [rad]
 };
 
-const std::array<Window, 3> kWindows = {
+const std::array<Window, 5> kWindows = {
     Window{"0.2 m, 0.2 rad to each side at 1 cm, 0.1 deg", 0.2, 0.2, 0.01, degrees_to_radians(0.1)},
     Window{"0.5 m x 20 deg at 2.5 cm, 0.5 deg", 0.25, degrees_to_radians(10.0), 0.025,
            degrees_to_radians(0.5)},
     Window{"4 m x 90 deg at 2.5 cm, 0.5 deg", 2.0, degrees_to_radians(45.0), 0.025,
+           degrees_to_radians(0.5)},
+    Window{"7 m, 30 deg to each side at 5 cm, 0.5 deg", 7.0, degrees_to_radians(30.0), 0.05,
+           degrees_to_radians(0.5)},
+    Window{"5 m, 180 deg to each side at 5 cm, 0.5 deg", 5.0, degrees_to_radians(180.0), 0.05,
            degrees_to_radians(0.5)},
 };
 
@@ -224,14 +228,17 @@ BENCHMARK(search_pruned_by_window)
     ->Range(25, 800)
     ->Unit(benchmark::kMillisecond);
 
-/// By the scans that the map is made of, along the route.
-void search_pruned_by_map(benchmark::State& state) {
+/// The scene amid a map of so many scans along the route.
+MatchScene scene_in_map(int scans) {
   MatchScene scene = benchmark_scene(kCommonBeams);
-  for (const LocatedPoints& key :
-       scans_along_route(kCommonBeams, 200.0, static_cast<int>(state.range(0)))) {
+  for (const LocatedPoints& key : scans_along_route(kCommonBeams, 200.0, scans)) {
     insert_scan(key.scan, key.map_from_base, {}, scene.map);
   }
-  search_by_bounds(scene, kWindows[0], state);
+  return scene;
+}
+
+void search_pruned_by_map(benchmark::State& state) {
+  search_by_bounds(scene_in_map(static_cast<int>(state.range(0))), kWindows[0], state);
 }
 BENCHMARK(search_pruned_by_map)
     ->ArgName("scans")
@@ -239,6 +246,12 @@ BENCHMARK(search_pruned_by_map)
     ->Arg(30)
     ->Arg(300)
     ->Unit(benchmark::kMillisecond);
+
+/// As wide as for loops, and for a robot that is lost.
+void search_pruned_widely(benchmark::State& state) {
+  search_by_bounds(scene_in_map(300), kWindows.at(static_cast<std::size_t>(state.range(0))), state);
+}
+BENCHMARK(search_pruned_widely)->ArgName("window")->DenseRange(3, 4)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace matchbox_slam

@@ -7,9 +7,11 @@
 #include <limits>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 #include "matching/olson/field_window.hpp"
 #include "matching/olson/rotated_points.hpp"
+#include "matching/olson/scan_level.hpp"
 #include "matching/olson/search_penalty.hpp"
 #include "matching/olson/window_sums.hpp"
 
@@ -18,6 +20,11 @@ namespace {
 
 constexpr int kTop = FieldWindow::kLevels - 1;
 constexpr std::int64_t kTopValue = 255;  // of a cell
+constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::min();
+
+constexpr int kPerAxis = 4;  // blocks of a level in one of the next coarser one
+constexpr auto kPerBlock = static_cast<std::size_t>(kPerAxis * kPerAxis);
+using BlockSums = std::array<std::uint32_t, kPerBlock>;
 
 /// Rounded towards minus infinity, for a positive divisor.
 int floor_div(int value, int divisor) {
@@ -25,12 +32,30 @@ int floor_div(int value, int divisor) {
   return quotient * divisor > value ? quotient - 1 : quotient;
 }
 
-/// A square of translations: on level l, 4^l cells wide; its number counts such blocks from the
-/// offset 0.
-struct Block {
+/// What is searched as one: a group of rotations with a block of translations, both of one level,
+/// counted from the first group and from the offset 0. On level 1, whose blocks are as wide as
+/// those of level 0, with 4 x 4 blocks from this one on; above the highest one with all.
+struct Node {
+  std::int64_t bound = kNone;  ///< no pose scores more
+  int level = 0;
+  int group = 0;
   int x = 0;
   int y = 0;
-  std::int64_t bound = 0;
+  std::uint32_t blocks =
+      (1U << kPerBlock) - 1;  ///< a bit for each of 4 x 4 that may be good enough
+
+  /// Whether it is searched later; of equal bounds the finest is searched first.
+  [[nodiscard]] bool operator<(const Node& other) const {
+    return std::make_tuple(bound, -level, group, y, x) <
+           std::make_tuple(other.bound, -other.level, other.group, other.y, other.x);
+  }
+};
+
+/// Where the points of a level lie in its table, by groups of rotations.
+struct LocatedPoints {
+  std::vector<int> groups;  ///< of each slot
+  std::vector<std::int32_t> offsets;
+  std::vector<std::uint16_t> weights;  ///< of the points that can meet anything, else 0
 };
 
 /// Cells that the points may fall into at any pose of the lattice.
@@ -38,22 +63,24 @@ CellBox cells_in_reach(const PointArrays& points, const SearchLattice& lattice,
                        const GridGeometry& geometry) {
   const double turn = std::min(kPi, lattice.step_theta * lattice.half_theta);
   const double shift = lattice.step_xy(geometry.resolution()) * lattice.half_xy;
-  Eigen::Vector2d low = lattice.center.translation();
-  Eigen::Vector2d high = low;
+  const double cosine = std::cos(lattice.center.theta);
+  const double sine = std::sin(lattice.center.theta);
+  Eigen::Array2d low = Eigen::Array2d::Zero();
+  Eigen::Array2d high = Eigen::Array2d::Zero();
   for (std::size_t i = 0; i < points.x.size(); ++i) {
-    const Eigen::Vector2d point(points.x[i], points.y[i]);
-    const double range = point.norm();
+    const double x = points.x[i];
+    const double y = points.y[i];
+    const double range = std::sqrt(x * x + y * y);
     // No farther than the arc that the point moves on, nor than its distance from the base.
     const double arc = range * turn;
-    const Eigen::Vector2d at = lattice.center * point;
-    const Eigen::Vector2d reach = Eigen::Vector2d::Constant(range);
-    const Eigen::Vector2d away = Eigen::Vector2d::Constant(arc);
-    low = low.cwiseMin((at - away).cwiseMax(lattice.center.translation() - reach));
-    high = high.cwiseMax((at + away).cwiseMin(lattice.center.translation() + reach));
+    const Eigen::Array2d at(cosine * x - sine * y, sine * x + cosine * y);
+    low = low.min((at - arc).max(-range));
+    high = high.max((at + arc).min(range));
   }
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(shift);
-  const Cell first = geometry.cell_at(low - margin);
-  const Cell last = geometry.cell_at(high + margin);
+  const Eigen::Vector2d center = lattice.center.translation();
+  const Cell first = geometry.cell_at(center + low.matrix() - margin);
+  const Cell last = geometry.cell_at(center + high.matrix() + margin);
   return {{first.x - 1, first.y - 1}, {last.x + 2, last.y + 2}};
 }
 
@@ -68,10 +95,16 @@ CellBox cells_of(const LikelihoodField& field) {
   return {{tiles.min.x * kSize, tiles.min.y * kSize}, {tiles.max.x * kSize, tiles.max.y * kSize}};
 }
 
+/// One of 4 x 4 blocks.
+Node block_at(const Node& blocks, int i) {
+  return {kNone, blocks.level, blocks.group, blocks.x + i % kPerAxis, blocks.y + i / kPerAxis};
+}
+
 class LatticeSearch {
  public:
+  /// @param least_rival  share of the best score below which nothing matters later on.
   LatticeSearch(const std::vector<SearchPoint>& points, const LikelihoodField& field,
-                const SearchLattice& lattice, const SearchScoring& scoring,
+                const SearchLattice& lattice, const SearchScoring& scoring, double least_rival,
                 const SearchDeadline& deadline);
 
   void find_best();
@@ -91,97 +124,134 @@ class LatticeSearch {
     int xy = -1;
     int theta = -1;
 
-    [[nodiscard]] bool covers(const StepRange& x, const StepRange& y, int at_theta) const {
-      return std::abs(at_theta - center.theta) <= theta && x.first >= center.x - xy &&
-             x.last <= center.x + xy && y.first >= center.y - xy && y.last <= center.y + xy;
+    [[nodiscard]] bool covers(const StepRange& x, const StepRange& y,
+                              const StepRange& thetas) const {
+      return thetas.first >= center.theta - theta && thetas.last <= center.theta + theta &&
+             x.first >= center.x - xy && x.last <= center.x + xy && y.first >= center.y - xy &&
+             y.last <= center.y + xy;
     }
   };
 
-  /// All poses of one rotation.
-  struct Slice {
-    int theta = 0;
-    std::int64_t bound = 0;
-    std::size_t sums = 0;  ///< of its coarsest blocks, the first one
-  };
-
+  void choose_levels();
   void read_windows(const LikelihoodField& field, const SearchScoring& scoring);
   [[nodiscard]] bool is_in_range() const;
-  void rotate();
-  void locate(std::size_t table);
-  [[nodiscard]] PointWindows windows_from(std::size_t table, int x, int y);
-  void bound_slice();
-  void bound_slices();
-  std::int64_t search_slices();
-  void search_slice(const Slice& slice);
-  void search_blocks(int level, const StepRange& x, const StepRange& y, const std::uint32_t* sums,
-                     int columns);
-  void search_children(int level, const Block& block);
-  void search_leaf(const Block& block);
+  void rotate(const PointArrays& points, double theta, double shift);
+  [[nodiscard]] PointWindows windows_from(int level, int group, int x, int y);
+  void bound_roots();
+  void dive();
+  std::int64_t search_open();
+  template <typename Visitor>
+  void sum_within(const Node& node, Visitor&& visit);
+  template <typename Visitor>
+  void sum_within_root(int group, Visitor&& visit) const;
+  void add_blocks(const Node& blocks, const BlockSums& sums);
+  void add(const Node& node);
+  [[nodiscard]] std::int64_t bound_of(const Node& block, std::int64_t most) const;
+  [[nodiscard]] bool is_excluded(const Node& node) const;
+  void locate_leaf(int theta);
+  void search_leaf(const Node& block);
   void consider(const LatticePose& pose, std::int64_t fit);
+  void lead(const Leader& leader);
   [[nodiscard]] bool is_late();
 
-  /// Offsets in steps that a block of a level stands for, within the lattice.
+  [[nodiscard]] static const BoundLevel& bounds_of(int level) {
+    return FieldWindow::kBounds.at(static_cast<std::size_t>(level));
+  }
+
+  [[nodiscard]] const ScanLevel& scan_of(int level) const {
+    return levels_[static_cast<std::size_t>(level)];
+  }
+
+  /// Rotations of a group, within the lattice.
+  [[nodiscard]] StepRange thetas_of(int level, int group) const {
+    const int turns = scan_of(level).turns;
+    const int first = group * turns - lattice_.half_theta;
+    return {first, std::min(first + turns - 1, lattice_.half_theta)};
+  }
+
+  [[nodiscard]] int last_group(int level) const {
+    return 2 * lattice_.half_theta / scan_of(level).turns;
+  }
+
+  /// Offsets in steps that a block of a level stands for, within the lattice; none if it is
+  /// outside.
   [[nodiscard]] StepRange steps_of(int level, int block) const {
-    const int width = lattice_.steps_per_cell * FieldWindow::stride(level);
+    const int width = lattice_.steps_per_cell * bounds_of(level).stride;
     return {std::max(block * width, -lattice_.half_xy),
             std::min(block * width + width - 1, lattice_.half_xy)};
   }
 
   /// Blocks of a level that cover the lattice along an axis.
   [[nodiscard]] StepRange blocks_of(int level) const {
-    const int width = lattice_.steps_per_cell * FieldWindow::stride(level);
+    const int width = lattice_.steps_per_cell * bounds_of(level).stride;
     return {floor_div(-lattice_.half_xy, width), floor_div(lattice_.half_xy, width)};
   }
-
-  static constexpr int kNowhere = std::numeric_limits<int>::min();
 
   const SearchLattice& lattice_;
   SearchDeadline deadline_;
   double resolution_;
   SearchPenalty penalty_;
   std::int64_t floor_;
+  double least_rival_;
   PointArrays points_;
-  int top_ = 0;                       ///< coarsest level in use
-  CellBox cells_;                     ///< that can be looked up
-  CellBox useful_;                    ///< those from which every look-up stays there
+  int top_ = 1;  ///< coarsest level in use
+  std::vector<ScanLevel> levels_;
+  CellBox useful_;                    ///< cells from which every look-up stays in the tables
   std::vector<FieldWindow> windows_;  ///< the likelihoods, then the bounds by level
   RotatedPoints rotated_;
-  std::vector<std::vector<std::int32_t>> offsets_;  ///< at the present rotation, in each window
-  std::vector<std::uint16_t> weights_;  ///< of the points that can meet anything, else 0
+  std::vector<LocatedPoints> located_;  ///< by level
+  LocatedPoints leaf_;                  ///< in the likelihoods
   std::vector<std::int32_t> classes_;   ///< step within the cell, row by row
-  int theta_ = kNowhere;                ///< the present rotation
-  int rotated_to_ = kNowhere;
-  std::vector<int> located_at_;      ///< rotation at which the points were found in each window
-  std::vector<std::uint32_t> sums_;  ///< of the coarsest blocks, by rotations, then by rows
-  std::vector<Slice> slices_;
+  StepRange roots_across_;              ///< coarsest blocks along an axis
+  int root_columns_ = 0;                ///< that are summed for them
+  int root_rows_ = 0;
+  std::vector<std::uint32_t> sums_;  ///< of the coarsest blocks, by groups, then by rows
+  std::vector<Node> open_;           ///< to be searched, a heap
+  std::vector<Node> done_;           ///< leaves that were
   Leader leader_;
+  std::int64_t wanted_ = kNone;  ///< bound below which a node does not matter any more
   Excluded excluded_;
   SearchResult result_;
   bool late_ = false;
   /// What poses of rotations that there was no time to bound score at most.
-  std::int64_t passed_over_ = std::numeric_limits<std::int64_t>::min();
+  std::int64_t passed_over_ = kNone;
 };
-
-// More blocks along an axis than this are worth a coarser level.
-constexpr int kMostBlocks = 8;
 
 LatticeSearch::LatticeSearch(const std::vector<SearchPoint>& points, const LikelihoodField& field,
                              const SearchLattice& lattice, const SearchScoring& scoring,
-                             const SearchDeadline& deadline)
+                             double least_rival, const SearchDeadline& deadline)
     : lattice_(lattice),
       deadline_(deadline),
       resolution_(field.geometry().resolution()),
       penalty_(lattice, scoring, resolution_),
-      floor_(scoring.floor) {
+      floor_(scoring.floor),
+      least_rival_(least_rival) {
   for (const SearchPoint& point : points) {
     points_.x.push_back(point.position.x());
     points_.y.push_back(point.position.y());
     points_.weights.push_back(static_cast<std::uint16_t>(point.weight));
   }
-  while (top_ < kTop && blocks_of(top_).count() > kMostBlocks) {
+  choose_levels();
+  read_windows(field, scoring);
+}
+
+void LatticeSearch::choose_levels() {
+  // More blocks along an axis than this are worth a coarser level.
+  constexpr std::array<int, FieldWindow::kLevels> kMostBlocks = {0, 8, 12, 0};
+  while (top_ < kTop && blocks_of(top_).count() > kMostBlocks[static_cast<std::size_t>(top_)]) {
     ++top_;
   }
-  read_windows(field, scoring);
+  roots_across_ = blocks_of(top_);
+  root_columns_ = summed_columns(roots_across_.count());
+  root_rows_ = summed_rows(roots_across_.count(), root_columns_);
+  levels_ = scan_levels(points_, lattice_, resolution_, top_);
+  constexpr int kMostLocated = 256;  // groups of a level at a time, to bound the memory
+  located_.resize(levels_.size());
+  for (int level = 0; level <= top_; ++level) {
+    LocatedPoints& located = located_[static_cast<std::size_t>(level)];
+    located.groups.assign(static_cast<std::size_t>(std::min(kMostLocated, last_group(level) + 1)),
+                          -1);
+  }
 }
 
 void LatticeSearch::read_windows(const LikelihoodField& field, const SearchScoring& scoring) {
@@ -189,22 +259,20 @@ void LatticeSearch::read_windows(const LikelihoodField& field, const SearchScori
     return;
   }
   // From the cell of a point without offset, a look-up goes this far at most.
-  const int farthest =
-      lattice_.half_xy / lattice_.steps_per_cell + 2 + 2 * FieldWindow::stride(top_);
+  const int farthest = lattice_.half_xy / lattice_.steps_per_cell + 2 + bounds_of(top_).stride +
+                       bounds_of(top_).width();
   const CellBox reach = grown(cells_in_reach(points_, lattice_, field.geometry()), farthest);
   // Twice: a point beyond that meets nothing with any offset.
-  cells_ = intersection(reach, grown(cells_of(field), 2 * farthest));
+  CellBox cells = intersection(reach, grown(cells_of(field), 2 * farthest));
   const Cell center = field.geometry().cell_at(lattice_.center.translation());
-  cells_ = intersection(cells_, grown({center, {center.x + 1, center.y + 1}}, kFarthestCells));
-  useful_ = grown(cells_, -farthest);
+  cells = intersection(cells, grown({center, {center.x + 1, center.y + 1}}, kFarthestCells));
+  useful_ = grown(cells, -farthest);
   if (useful_.empty()) {
     return;
   }
-  windows_.push_back(FieldWindow::of_likelihood(field, cells_, scoring.value_of_likelihood));
+  windows_.push_back(FieldWindow::of_likelihood(field, cells, scoring.value_of_likelihood));
   std::vector<FieldWindow> bounds = windows_.front().bounds(top_);
   std::move(bounds.begin(), bounds.end(), std::back_inserter(windows_));
-  offsets_.resize(windows_.size());
-  located_at_.resize(windows_.size(), kNowhere);
   classes_.resize(points_.x.size());
 }
 
@@ -216,75 +284,72 @@ bool LatticeSearch::is_in_range() const {
   return farthest / lattice_.step_xy(resolution_) < kMost;
 }
 
-void LatticeSearch::rotate() {
-  const double angle = lattice_.center.theta + lattice_.step_theta * theta_;
+/// @param theta  [steps]
+/// @param shift  of all points, along both axes [cells].
+void LatticeSearch::rotate(const PointArrays& points, double theta, double shift) {
+  const double angle = lattice_.center.theta + lattice_.step_theta * theta;
   const Rotation rotation{std::cos(angle),
                           std::sin(angle),
-                          lattice_.center.x,
-                          lattice_.center.y,
+                          lattice_.center.x + shift * resolution_,
+                          lattice_.center.y + shift * resolution_,
                           lattice_.steps_per_cell / resolution_,
                           static_cast<double>(lattice_.steps_per_cell)};
-  rotate_points(points_, rotation, rotated_);
-  rotated_to_ = theta_;
+  rotate_points(points, rotation, rotated_);
 }
 
-/// Finds the points' windows in a table at the present rotation.
-void LatticeSearch::locate(std::size_t table) {
-  if (located_at_[table] == theta_) {
-    return;
+/// The windows of a level's points in its table, moved by blocks.
+PointWindows LatticeSearch::windows_from(int level, int group, int x, int y) {
+  const auto of_level = static_cast<std::size_t>(level);
+  const FieldWindow& window = windows_[of_level + 1];
+  const PointArrays& points = scan_of(level).points;
+  LocatedPoints& located = located_[of_level];
+  const std::size_t count = points.x.size();
+  const std::size_t slot = static_cast<std::size_t>(group) % located.groups.size();
+  const std::size_t first = slot * count;
+  if (located.groups[slot] != group) {
+    located.offsets.resize(located.groups.size() * count);
+    located.weights.resize(located.groups.size() * count);
+    const int slack = bounds_of(level).slack;
+    rotate(points, thetas_of(level, group).first + 0.5 * (scan_of(level).turns - 1), -0.5 * slack);
+    const CellBox useful{{useful_.min.x - slack, useful_.min.y - slack}, useful_.max};
+    find_offsets(rotated_, points.weights, useful, window.layout(), &located.offsets[first],
+                 &located.weights[first]);
+    located.groups[slot] = group;
   }
-  if (rotated_to_ != theta_) {
-    rotate();
-  }
-  find_offsets(rotated_, points_.weights, useful_, windows_[table].layout(), offsets_[table],
-               weights_);
-  for (std::size_t i = 0; table == 0 && i < classes_.size(); ++i) {
-    classes_[i] = rotated_.step_y[i] * lattice_.steps_per_cell + rotated_.step_x[i];
-  }
-  located_at_[table] = theta_;
+  return {window.data() + y * window.pitch() + x, window.pitch(), &located.offsets[first],
+          &located.weights[first], count};
 }
 
-/// The points' windows in a table, moved by entries.
-PointWindows LatticeSearch::windows_from(std::size_t table, int x, int y) {
-  locate(table);
-  const FieldWindow& window = windows_[table];
-  return {window.data() + y * window.pitch() + x, window.pitch(), offsets_[table].data(),
-          weights_.data(), weights_.size()};
-}
-
-/// At the present rotation: sums of the coarsest blocks, and what no pose scores more than.
-void LatticeSearch::bound_slice() {
-  const std::size_t table = static_cast<std::size_t>(top_) + 1;
-  const StepRange blocks = blocks_of(top_);
-  const int columns = summed_columns(blocks.count());
-  const int rows = summed_rows(blocks.count(), columns);
-  const std::size_t first = sums_.size();
-  sums_.resize(first + static_cast<std::size_t>(rows * columns));
-  sum_windows(windows_from(table, blocks.first, blocks.first), rows, columns, &sums_[first]);
-  result_.bounded += static_cast<std::size_t>(blocks.count() * blocks.count());
-  std::uint32_t most = 0;
-  for (int row = 0; row < blocks.count(); ++row) {
-    const std::uint32_t* sums = &sums_[first] + static_cast<std::ptrdiff_t>(row) * columns;
-    most = std::max(most, *std::max_element(sums, sums + blocks.count()));
-  }
-  slices_.push_back({theta_, static_cast<std::int64_t>(most) - penalty_.least(theta_), first});
-}
-
-void LatticeSearch::bound_slices() {
-  for (int i = 0; i <= 2 * lattice_.half_theta; ++i) {
-    const int theta = i % 2 == 0 ? -(i / 2) : i / 2 + 1;  // from the center outwards
+/// Sums of the coarsest blocks, and what no pose of each of the largest groups of rotations scores
+/// more than.
+void LatticeSearch::bound_roots() {
+  const int last = last_group(top_);
+  const int center = lattice_.half_theta / scan_of(top_).turns;
+  const auto size = static_cast<std::size_t>(root_columns_ * root_rows_);
+  sums_.resize(size * static_cast<std::size_t>(last + 1));
+  for (int i = 0; i <= 2 * std::max(center, last - center); ++i) {
+    const int group = i % 2 == 0 ? center - i / 2 : center + i / 2 + 1;  // from the center outwards
+    if (group < 0 || group > last) {
+      continue;
+    }
     if (i > 0 && deadline_ && std::chrono::steady_clock::now() >= *deadline_) {
       passed_over_ = kTopValue * std::accumulate(points_.weights.begin(), points_.weights.end(),
                                                  std::int64_t{0});
       break;
     }
-    theta_ = theta;
-    bound_slice();
+    std::uint32_t* sums = &sums_[size * static_cast<std::size_t>(group)];
+    sum_windows(windows_from(top_, group, roots_across_.first, roots_across_.first), root_rows_,
+                root_columns_, sums);
+    const int count = roots_across_.count();
+    result_.bounded += static_cast<std::size_t>(count * count);
+    std::uint32_t most = 0;
+    for (int row = 0; row < count; ++row, sums += root_columns_) {
+      most = std::max(most, *std::max_element(sums, sums + count));
+    }
+    open_.push_back(
+        {most + scan_of(top_).unbounded - penalty_.least(thetas_of(top_, group)), top_ + 1, group});
   }
-  std::sort(slices_.begin(), slices_.end(), [](const Slice& a, const Slice& b) {
-    return std::make_tuple(-a.bound, std::abs(a.theta), a.theta) <
-           std::make_tuple(-b.bound, std::abs(b.theta), b.theta);
-  });
+  std::make_heap(open_.begin(), open_.end());
 }
 
 void LatticeSearch::find_best() {
@@ -294,9 +359,10 @@ void LatticeSearch::find_best() {
     result_.is_found = result_.score > floor_;
     return;
   }
-  leader_.score = floor_;
-  bound_slices();
-  const std::int64_t left = search_slices();
+  lead({{}, floor_});
+  bound_roots();
+  dive();
+  const std::int64_t left = search_open();
   result_.is_found = leader_.score > floor_;
   result_.best = leader_.pose;
   result_.score = leader_.score;
@@ -306,98 +372,197 @@ void LatticeSearch::find_best() {
 void LatticeSearch::find_rival(const RivalSearch& rivals) {
   const Excluded around_best{result_.best, rivals.xy, rivals.theta};
   const StepRange all{-lattice_.half_xy, lattice_.half_xy};
-  if (!result_.is_found || slices_.empty() || result_.bound > result_.score || result_.score <= 0 ||
-      (around_best.covers(all, all, -lattice_.half_theta) &&
-       around_best.covers(all, all, lattice_.half_theta))) {
+  if (!result_.is_found || windows_.empty() || result_.bound > result_.score ||
+      result_.score <= 0 ||
+      around_best.covers(all, all, {-lattice_.half_theta, lattice_.half_theta})) {
     return;
   }
-  const auto least = static_cast<std::int64_t>(rivals.least * static_cast<double>(result_.score));
+  const auto least = static_cast<std::int64_t>(least_rival_ * static_cast<double>(result_.score));
   excluded_ = around_best;
-  leader_ = {result_.best, least};
-  search_slices();
+  least_rival_ = 1.0;
+  lead({result_.best, least});
+  for (const Node& leaf : std::exchange(done_, {})) {
+    add(leaf);
+  }
+  search_open();
   if (leader_.score > least) {
     result_.rival = Rival{leader_.pose, leader_.score};
   }
 }
 
-/// Looks for a better leader. Returns what the poses that it had no time for score at most.
-std::int64_t LatticeSearch::search_slices() {
-  for (const Slice& slice : slices_) {
-    if (slice.bound < leader_.score) {
-      break;
-    }
-    search_slice(slice);
-    if (late_) {
-      return slice.bound;
-    }
+/// Finds a first leader: the way down where the sums are best.
+void LatticeSearch::dive() {
+  Node node = open_.front();
+  while (node.level > 0) {
+    Node best;
+    sum_within(node, [&](const Node& blocks, const BlockSums& sums) {
+      const StepRange thetas = thetas_of(blocks.level, blocks.group);
+      for (int i = 0; i < static_cast<int>(kPerBlock); ++i) {
+        const Node block = block_at(blocks, i);
+        const StepRange x = steps_of(block.level, block.x);
+        const StepRange y = steps_of(block.level, block.y);
+        if (x.count() > 0 && y.count() > 0) {
+          const std::int64_t guess = sums[static_cast<std::size_t>(i)] -
+                                     penalty_.at({(x.first + x.last) / 2, (y.first + y.last) / 2,
+                                                  (thetas.first + thetas.last) / 2});
+          if (best.bound == kNone || guess > best.bound) {
+            best = block;
+            best.bound = guess;
+          }
+        }
+      }
+    });
+    node = best;
   }
-  return std::numeric_limits<std::int64_t>::min();
+  search_leaf(node);
 }
 
-void LatticeSearch::search_slice(const Slice& slice) {
-  theta_ = slice.theta;
-  const StepRange blocks = blocks_of(top_);
-  search_blocks(top_, blocks, blocks, &sums_[slice.sums], summed_columns(blocks.count()));
-}
-
-/// Searches the blocks that may hold something better, the most promising first.
-void LatticeSearch::search_blocks(int level, const StepRange& x, const StepRange& y,
-                                  const std::uint32_t* sums, int columns) {
-  const std::int64_t least = penalty_.least(theta_);
-  std::vector<Block> blocks;
-  for (int row = 0; row < y.count(); ++row) {
-    for (int column = 0; column < x.count(); ++column) {
-      Block block{x.first + column, y.first + row, sums[row * columns + column]};
-      if (block.bound - least < leader_.score) {
-        continue;
-      }
-      const StepRange steps_x = steps_of(level, block.x);
-      const StepRange steps_y = steps_of(level, block.y);
-      block.bound -= penalty_.least(steps_x, steps_y, theta_);
-      if (block.bound >= leader_.score && !excluded_.covers(steps_x, steps_y, theta_)) {
-        blocks.push_back(block);
-      }
+/// Looks for a better leader, always where the bound is highest. Returns what the poses that it had
+/// no time for score at most.
+std::int64_t LatticeSearch::search_open() {
+  while (!open_.empty() && open_.front().bound >= leader_.score) {
+    if (is_late()) {
+      return open_.front().bound;
     }
-  }
-  std::sort(blocks.begin(), blocks.end(), [](const Block& a, const Block& b) {
-    return std::make_tuple(-a.bound, a.y, a.x) < std::make_tuple(-b.bound, b.y, b.x);
-  });
-  for (const Block& block : blocks) {
-    if (block.bound < leader_.score || is_late()) {
-      return;
+    std::pop_heap(open_.begin(), open_.end());
+    const Node node = open_.back();
+    open_.pop_back();
+    if (is_excluded(node)) {
+      continue;
     }
-    if (level == 0) {
-      search_leaf(block);
+    if (node.level == 0) {
+      search_leaf(node);
+      done_.push_back(node);
     } else {
-      search_children(level, block);
+      sum_within(node,
+                 [&](const Node& blocks, const BlockSums& sums) { add_blocks(blocks, sums); });
     }
   }
+  return kNone;
 }
 
-void LatticeSearch::search_children(int level, const Block& block) {
-  constexpr int kPerAxis = 4;
-  const StepRange all = blocks_of(level - 1);
-  const StepRange x{std::max(all.first, kPerAxis * block.x),
-                    std::min(all.last, kPerAxis * block.x + kPerAxis - 1)};
-  const StepRange y{std::max(all.first, kPerAxis * block.y),
-                    std::min(all.last, kPerAxis * block.y + kPerAxis - 1)};
-  std::array<std::uint32_t, static_cast<std::size_t>(kPerAxis * kPerAxis)> sums{};
+/// Sums of the blocks of the next finer level that are within a node, 4 x 4 at a time.
+template <typename Visitor>
+void LatticeSearch::sum_within(const Node& node, Visitor&& visit) {
   static_assert(summed_columns(kPerAxis) == kPerAxis &&
                 summed_rows(kPerAxis, kPerAxis) == kPerAxis);
-  sum_windows(windows_from(static_cast<std::size_t>(level), x.first, y.first), kPerAxis, kPerAxis,
-              sums.data());
-  result_.bounded += static_cast<std::size_t>(x.count() * y.count());
-  search_blocks(level - 1, x, y, sums.data(), kPerAxis);
+  if (node.level > top_) {
+    sum_within_root(node.group, visit);
+    return;
+  }
+  Node blocks = node;
+  blocks.level = node.level - 1;
+  const int finer = bounds_of(node.level).stride / bounds_of(blocks.level).stride;
+  blocks.x *= finer;
+  blocks.y *= finer;
+  const StepRange thetas = thetas_of(node.level, node.group);
+  const int turns = scan_of(blocks.level).turns;
+  BlockSums sums;
+  for (int theta = thetas.first; theta <= thetas.last; theta += turns) {
+    blocks.group = (theta + lattice_.half_theta) / turns;
+    sum_windows(windows_from(blocks.level, blocks.group, blocks.x, blocks.y), kPerAxis, kPerAxis,
+                sums.data());
+    result_.bounded += kPerBlock;
+    visit(blocks, sums);
+  }
+}
+
+template <typename Visitor>
+void LatticeSearch::sum_within_root(int group, Visitor&& visit) const {
+  const std::uint32_t* from = &sums_[static_cast<std::size_t>(group * root_columns_ * root_rows_)];
+  BlockSums sums;
+  for (int y = 0; y < roots_across_.count(); y += kPerAxis) {
+    for (int x = 0; x < roots_across_.count(); x += kPerAxis) {
+      for (int i = 0; i < static_cast<int>(kPerBlock); ++i) {
+        const int row = std::min(y + i / kPerAxis, root_rows_ - 1);
+        const int column = std::min(x + i % kPerAxis, root_columns_ - 1);
+        sums[static_cast<std::size_t>(i)] = from[row * root_columns_ + column];
+      }
+      visit(Node{kNone, top_, group, roots_across_.first + x, roots_across_.first + y}, sums);
+    }
+  }
+}
+
+/// Adds those of 4 x 4 blocks that may be good enough: on level 1 together.
+void LatticeSearch::add_blocks(const Node& blocks, const BlockSums& sums) {
+  const std::int64_t unbounded = scan_of(blocks.level).unbounded;
+  const std::int64_t least = penalty_.least(thetas_of(blocks.level, blocks.group));
+  Node together = blocks;
+  together.bound = kNone;
+  together.blocks = 0;
+  for (int i = 0; i < static_cast<int>(kPerBlock); ++i) {
+    const std::int64_t most = sums[static_cast<std::size_t>(i)] + unbounded;
+    if ((blocks.blocks >> i & 1U) == 0 || most - least < wanted_) {
+      continue;
+    }
+    Node block = block_at(blocks, i);
+    block.bound = bound_of(block, most);
+    if (blocks.level != 1) {
+      add(block);
+    } else if (block.bound != kNone && block.bound >= wanted_) {
+      together.blocks |= 1U << i;
+      together.bound = std::max(together.bound, block.bound);
+    }
+  }
+  add(together);
+}
+
+/// What no pose of a block that may be the answer scores more than.
+/// @param most  that their points do.
+std::int64_t LatticeSearch::bound_of(const Node& block, std::int64_t most) const {
+  const StepRange x = steps_of(block.level, block.x);
+  const StepRange y = steps_of(block.level, block.y);
+  const StepRange thetas = thetas_of(block.level, block.group);
+  return x.count() <= 0 || y.count() <= 0 ? kNone : most - penalty_.least(x, y, thetas);
+}
+
+bool LatticeSearch::is_excluded(const Node& node) const {
+  if (node.level > top_) {
+    return false;
+  }
+  const int last = node.level == 1 ? kPerAxis - 1 : 0;  // of the blocks along an axis
+  const auto steps = [&](int first) -> StepRange {
+    return {steps_of(node.level, first).first, steps_of(node.level, first + last).last};
+  };
+  return excluded_.covers(steps(node.x), steps(node.y), thetas_of(node.level, node.group));
+}
+
+void LatticeSearch::add(const Node& node) {
+  if (node.bound != kNone && node.bound >= wanted_) {
+    open_.push_back(node);
+    std::push_heap(open_.begin(), open_.end());
+  }
+}
+
+/// Finds the points in the likelihoods.
+void LatticeSearch::locate_leaf(int theta) {
+  if (!leaf_.groups.empty() && leaf_.groups.front() == theta) {
+    return;
+  }
+  leaf_.groups = {theta};
+  leaf_.offsets.resize(points_.x.size());
+  leaf_.weights.resize(points_.x.size());
+  rotate(points_, theta, 0.0);
+  find_offsets(rotated_, points_.weights, useful_, windows_.front().layout(), leaf_.offsets.data(),
+               leaf_.weights.data());
+  for (std::size_t i = 0; i < classes_.size(); ++i) {
+    classes_[i] = rotated_.step_y[i] * lattice_.steps_per_cell + rotated_.step_x[i];
+  }
 }
 
 /// All poses within one cell's width of translations. A point crosses into the next cell when its
 /// step within the cell and the offset's add up to a cell; so the sums of four cells for each class
 /// of points give the fit of every pose.
-void LatticeSearch::search_leaf(const Block& block) {
+void LatticeSearch::search_leaf(const Node& block) {
   const int n = lattice_.steps_per_cell;
   const auto size = static_cast<std::size_t>(n);
+  const int theta = thetas_of(0, block.group).first;
+  locate_leaf(theta);
+  const FieldWindow& window = windows_.front();
   std::vector<std::uint32_t> of_class(4 * size * size, 0);
-  sum_corners(windows_from(0, block.x, block.y), classes_.data(), of_class.data());
+  sum_corners({window.data() + block.y * window.pitch() + block.x, window.pitch(),
+               leaf_.offsets.data(), leaf_.weights.data(), leaf_.weights.size()},
+              classes_.data(), of_class.data());
   const StepRange steps_x = steps_of(0, block.x);
   const StepRange steps_y = steps_of(0, block.y);
   std::vector<std::int64_t> of_row(2 * size);  // by row's class, then whether it crosses in y
@@ -422,7 +587,7 @@ void LatticeSearch::search_leaf(const Block& block) {
         const int crosses = row + offset_y >= n ? 2 * row + 1 : 2 * row;
         fit += of_row[static_cast<std::size_t>(crosses)];
       }
-      consider({x, y, theta_}, fit);
+      consider({x, y, theta}, fit);
     }
   }
 }
@@ -438,9 +603,16 @@ void LatticeSearch::consider(const LatticePose& pose, std::int64_t fit) {
   };
   const bool is_better =
       score > leader_.score || (score == leader_.score && order(pose) < order(leader_.pose));
-  if (is_better && !excluded_.covers({pose.x, pose.x}, {pose.y, pose.y}, pose.theta)) {
-    leader_ = {pose, score};
+  if (is_better &&
+      !excluded_.covers({pose.x, pose.x}, {pose.y, pose.y}, {pose.theta, pose.theta})) {
+    lead({pose, score});
   }
+}
+
+void LatticeSearch::lead(const Leader& leader) {
+  leader_ = leader;
+  wanted_ = std::min(leader.score,
+                     static_cast<std::int64_t>(least_rival_ * static_cast<double>(leader.score)));
 }
 
 bool LatticeSearch::is_late() {
@@ -461,7 +633,7 @@ SearchResult search_lattice(const std::vector<SearchPoint>& points, const Likeli
                             const SearchLattice& lattice, const SearchScoring& scoring,
                             const std::optional<RivalSearch>& rivals,
                             const SearchDeadline& deadline) {
-  LatticeSearch search(points, field, lattice, scoring, deadline);
+  LatticeSearch search(points, field, lattice, scoring, rivals ? rivals->least : 1.0, deadline);
   search.find_best();
   if (rivals) {
     search.find_rival(*rivals);

@@ -97,12 +97,13 @@ using SearchDeadline = std::optional<std::chrono::steady_clock::time_point>;
 /// The search sees the map no farther than this to each side of the center, to bound its memory.
 constexpr int kFarthestCells = 6000;
 
-/// Finds the best pose of the lattice, the same as trying every one: rotations outer, integer
-/// offsets inner, blocks of translations pruned by a valid bound in up to three resolutions
-/// (FieldWindow) less the least penalty of the block. Of equal scores the pose with the smaller
-/// rotation wins, then the smaller |x| + |y|, then the smaller theta, y, x.
-/// (Olson, "Real-Time Correlative Scan Matching", ICRA 2009; bounds at full resolution as by Hess
-/// et al., ICRA 2016.)
+/// Finds the best pose of the lattice, the same as trying every one: best first over groups of
+/// rotations with blocks of translations, in up to four resolutions of both, of the points
+/// (ScanLevel) and of the field (FieldWindow), pruned by a valid bound less the least penalty. Of
+/// equal scores the pose with the smaller rotation wins, then the smaller |x| + |y|, then the
+/// smaller theta, y, x. (Olson, "Real-Time Correlative Scan Matching", ICRA 2009; bounds at full
+/// resolution as by Hess et al., ICRA 2016; those over rotations as by Yang et al., "Go-ICP",
+/// 2016.)
 ///
 /// A point at p falls into the cell floor((floor(q n / r) + i) / n) along x: q is the x of the
 /// point moved by the center's position and the rotation's angle, r the edge of a cell, n the steps

@@ -80,12 +80,10 @@ void rotate_points(const PointArrays& points, const Rotation& rotation, RotatedP
 }
 
 void find_offsets(const RotatedPoints& points, const std::vector<std::uint16_t>& weights,
-                  const CellBox& useful, const TableLayout& table,
-                  std::vector<std::int32_t>& offsets, std::vector<std::uint16_t>& useful_weights) {
-  offsets.resize(weights.size());
-  useful_weights.resize(weights.size());
+                  const CellBox& useful, const TableLayout& table, std::int32_t* offsets,
+                  std::uint16_t* useful_weights) {
   find_offset_arrays(points.x.data(), points.y.data(), weights.data(), weights.size(), useful,
-                     table, offsets.data(), useful_weights.data());
+                     table, offsets, useful_weights);
 }
 
 }  // namespace matchbox_slam

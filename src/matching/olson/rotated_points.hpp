@@ -36,7 +36,7 @@ void rotate_points(const PointArrays& points, const Rotation& rotation, RotatedP
 /// @param useful   cells whose windows lie in the table.
 /// @param offsets, useful_weights  the result, one element a point.
 void find_offsets(const RotatedPoints& points, const std::vector<std::uint16_t>& weights,
-                  const CellBox& useful, const TableLayout& table,
-                  std::vector<std::int32_t>& offsets, std::vector<std::uint16_t>& useful_weights);
+                  const CellBox& useful, const TableLayout& table, std::int32_t* offsets,
+                  std::uint16_t* useful_weights);
 
 }  // namespace matchbox_slam

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "matchbox_slam/matching/pose_prior.hpp"
 #include "matching/olson/correlative_search.hpp"
@@ -40,32 +41,71 @@ class SearchPenalty {
         penalty(square(step_xy_ * pose.x, step_xy_ * pose.y, step_theta_ * pose.theta)));
   }
 
-  /// Not more than the penalty of any translation at this rotation.
-  [[nodiscard]] std::int64_t least(int theta) const {
-    const double turn = step_theta_ * theta;
+  /// Not more than the penalty of any translation at these rotations.
+  [[nodiscard]] std::int64_t least(const StepRange& theta) const {
+    const double turn = step_theta_ * std::clamp(0, theta.first, theta.last);
     const Eigen::Vector2d optimum = turn * follows_;
     return below(square(optimum.x(), optimum.y(), turn));
   }
 
-  /// Not more than the penalty of any pose with these translations at this rotation.
-  [[nodiscard]] std::int64_t least(const StepRange& x, const StepRange& y, int theta) const {
+  /// Not more than the penalty of any pose with these translations at these rotations.
+  [[nodiscard]] std::int64_t least(const StepRange& x, const StepRange& y,
+                                   const StepRange& theta) const {
+    // First where the rotation is closest to the center, which mostly settles it.
+    const bool is_rising = theta.first >= 0;
+    Least first = least_at(x, y, is_rising ? theta.first : theta.last);
+    if (theta.count() == 1 || (is_rising ? first.slope >= 0.0 : first.slope <= 0.0)) {
+      return below(first.square);
+    }
+    Least last = least_at(x, y, is_rising ? theta.last : theta.first);
+    if (!is_rising) {
+      std::swap(first, last);
+    }
+    if (first.slope >= 0.0) {
+      return below(first.square);
+    }
+    if (last.slope <= 0.0) {
+      return below(last.square);
+    }
+    // Over the rotations the least square is convex: nowhere below its tangents.
+    const double between = step_theta_ * (theta.count() - 1);
+    const double crossing =
+        (last.slope * between - (last.square - first.square)) / (last.slope - first.slope);
+    return below(std::max(0.0, first.square + first.slope * std::clamp(crossing, 0.0, between)));
+  }
+
+ private:
+  /// Least square over some translations, and its change with the rotation.
+  struct Least {
+    double square;
+    double slope;
+  };
+
+  [[nodiscard]] Least least_at(const StepRange& x, const StepRange& y, int theta) const {
     const double turn = step_theta_ * theta;
     const Eigen::Vector2d low(step_xy_ * x.first, step_xy_ * y.first);
     const Eigen::Vector2d high(step_xy_ * x.last, step_xy_ * y.last);
     const Eigen::Vector2d optimum = turn * follows_;
-    if ((optimum.array() >= low.array()).all() && (optimum.array() <= high.array()).all()) {
-      return below(square(optimum.x(), optimum.y(), turn));
+    const Eigen::Vector2d nearest = optimum.cwiseMax(low).cwiseMin(high);
+    if (nearest == optimum) {
+      return least_square(optimum, turn);
     }
-    double least = std::numeric_limits<double>::infinity();
+    // On an edge that faces the optimum, since on the way there the square only falls.
+    Least least{std::numeric_limits<double>::infinity(), 0.0};
     for (int axis = 0; axis < 2; ++axis) {
-      for (const double side : {low(axis), high(axis)}) {
-        least = std::min(least, least_on_edge(axis, side, low(1 - axis), high(1 - axis), turn));
+      if (nearest(axis) != optimum(axis)) {
+        const Least edge = least_on_edge(axis, nearest(axis), low(1 - axis), high(1 - axis), turn);
+        least = edge.square < least.square ? edge : least;
       }
     }
-    return below(least);
+    return least;
   }
 
- private:
+  [[nodiscard]] Least least_square(const Eigen::Vector2d& at, double turn) const {
+    const Eigen::Vector3d d(at.x(), at.y(), turn);
+    return {d.dot(information_ * d), 2.0 * information_.row(2).dot(d)};
+  }
+
   /// Squared distance from the center, in standard deviations of the prior.
   [[nodiscard]] double square(double x, double y, double theta) const {
     const Eigen::Vector3d d(x, y, theta);
@@ -74,17 +114,16 @@ class SearchPenalty {
 
   [[nodiscard]] double penalty(double square) const { return weight_ * prior_penalty(square); }
 
-  /// Least square where the coordinate `axis` is `side` and the other one between two limits.
-  [[nodiscard]] double least_on_edge(int axis, double side, double low, double high,
-                                     double turn) const {
+  /// Where the coordinate `axis` is `side` and the other one between two limits.
+  [[nodiscard]] Least least_on_edge(int axis, double side, double low, double high,
+                                    double turn) const {
     const int other = 1 - axis;
     const double curvature = information_(other, other);
     const double slope = information_(other, axis) * side + information_(other, 2) * turn;
-    const double best = curvature > 0.0 ? std::clamp(-slope / curvature, low, high) : low;
-    const auto at = [&](double along) {
-      return axis == 0 ? square(side, along, turn) : square(along, side, turn);
-    };
-    return std::min({at(best), at(low), at(high)});
+    Eigen::Vector2d at;
+    at(axis) = side;
+    at(other) = curvature > 0.0 ? std::clamp(-slope / curvature, low, high) : low;
+    return least_square(at, turn);
   }
 
   [[nodiscard]] static std::int64_t to_whole(double value) {

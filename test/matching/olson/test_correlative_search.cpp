@@ -199,11 +199,75 @@ TEST(CorrelativeSearch, FindsTheOptimumOfWideWindowsOnEveryLevel) {
   }
 }
 
+/// The scan in the order of its beams and the rotation in fine steps, so that neighbours and turns
+/// are taken together; walls that are many cells away; cells of 1 to 30 cm and up to 16 steps in
+/// one.
+Scene scene_of_beams(std::uint64_t seed) {
+  Random random(seed);
+  Scene scene;
+  const double resolution = random.uniform(0.01, 0.3);
+  scene.field = LikelihoodField(resolution, {});
+  const Pose2 truth{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0),
+                    random.uniform(-kPi, kPi)};
+  const double size = resolution * random.uniform(20.0, 60.0);
+  std::vector<SurfaceHit> hits;
+  constexpr int kBeams = 60;
+  for (int i = 0; i < kBeams; ++i) {
+    const double angle = random.uniform(-0.001, 0.001) + 2.0 * kPi * i / kBeams;
+    const double range = size * (1.0 + 0.4 * std::sin(2.0 * angle) + 0.1 * std::cos(5.0 * angle));
+    const Eigen::Vector2d point = range * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    hits.push_back({truth * point, Eigen::Vector2d::Zero()});
+    scene.points.push_back({point, 1 + static_cast<int>(random.uniform() * kMaxSearchWeight)});
+  }
+  scene.field.update(hits, {});
+  SearchLattice& lattice = scene.lattice;
+  lattice.center = {truth.x + resolution * random.uniform(-2.0, 2.0),
+                    truth.y + resolution * random.uniform(-2.0, 2.0),
+                    wrap_angle(truth.theta + random.uniform(-0.1, 0.1))};
+  lattice.steps_per_cell = 1 + static_cast<int>(random.uniform() * 16.0);
+  lattice.half_xy = static_cast<int>(random.uniform() * 20.0);
+  lattice.step_theta = resolution / lattice.steps_per_cell / size;
+  lattice.half_theta = 1 + static_cast<int>(random.uniform() * 20.0);
+  scene.scoring.prior_weight = std::exp(random.uniform(-2.0, 10.0));
+  scene.scoring.prior_information = random_penalty(random) / scene.scoring.prior_weight;
+  scene.scoring.value_of_likelihood = random_values(random);
+  if (seed % 2 == 0) {  // sharp, so that no bound may miss a cell
+    for (std::size_t i = 0; i < 256; ++i) {
+      scene.scoring.value_of_likelihood[i] = i < 250 ? 0 : 255;
+    }
+    scene.points.resize(4 + seed % 16);
+  }
+  return scene;
+}
+
+TEST(CorrelativeSearch, FindsTheOptimumAmongNeighboursAndTurns) {
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    expect_the_optimum(scene_of_beams(seed));
+  }
+}
+
+TEST(CorrelativeSearch, FindsTheOptimumOfEveryHeading) {
+  for (std::uint64_t seed = 100; seed < 104; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Scene scene = scene_of_beams(seed);
+    scene.lattice.steps_per_cell = 1;
+    scene.lattice.half_xy = seed % 2 == 0 ? 5 : 25;  // in blocks of one cell, and of four
+    scene.lattice.step_theta = 0.02 * (1 + static_cast<double>(seed % 2));
+    scene.lattice.half_theta = static_cast<int>(kPi / scene.lattice.step_theta);
+    scene.lattice.center.theta += 3.0;
+    if (seed % 2 == 1) {
+      scene.points.resize(20);
+    }
+    expect_the_optimum(scene);
+  }
+}
+
 TEST(CorrelativeSearch, FindsTheRivalOfBruteForce) {
   int found_some = 0;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    const Scene scene = make_scene(seed);
+    const Scene scene = seed % 4 == 0 ? scene_of_beams(seed) : make_scene(seed);
     const RivalSearch rivals{static_cast<int>(seed % 7), static_cast<int>(seed % 3),
                              0.25 * static_cast<double>(seed % 4)};
     const SearchResult found =

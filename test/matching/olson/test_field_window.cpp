@@ -66,14 +66,13 @@ TEST(FieldWindow, BoundsWhatAnyShiftByAStrideMeets) {
   const std::vector<FieldWindow> bounds =
       FieldWindow::of_likelihood(field, box, unchanged()).bounds(FieldWindow::kLevels - 1);
   ASSERT_EQ(bounds.size(), std::size_t{FieldWindow::kLevels});
-  for (int level = 0; level < FieldWindow::kLevels; ++level) {
-    const int grain = level == 2 ? 4 : 1;
-    const int width = FieldWindow::stride(level) + grain;
+  for (std::size_t level = 0; level < bounds.size(); ++level) {
+    const int grain = FieldWindow::kBounds[level].grain;
+    const int width = FieldWindow::kBounds[level].width();
     for (int y = box.min.y; y + width < box.max.y; ++y) {
       for (int x = box.min.x; x + width < box.max.x; ++x) {
         const Cell first{x & -grain, y & -grain};
-        ASSERT_EQ(entry(bounds[static_cast<std::size_t>(level)], {x, y}),
-                  maximum(field, first, width))
+        ASSERT_EQ(entry(bounds[level], {x, y}), maximum(field, first, width))
             << "level " << level << " at " << x << ", " << y;
       }
     }
@@ -84,10 +83,11 @@ TEST(FieldWindow, KeepsBlocksThatAreAStrideApartTogether) {
   Random random(5);
   const LikelihoodField field = random_field(random);
   const std::vector<FieldWindow> bounds =
-      FieldWindow::of_likelihood(field, {{-80, -80}, {80, 80}}, unchanged()).bounds(2);
-  for (const FieldWindow& level : bounds) {
-    EXPECT_EQ(1 << (level.layout().grain_bits + level.layout().phase_bits),
-              FieldWindow::stride(static_cast<int>(&level - bounds.data())));
+      FieldWindow::of_likelihood(field, {{-80, -80}, {80, 80}}, unchanged())
+          .bounds(FieldWindow::kLevels - 1);
+  for (std::size_t level = 0; level < bounds.size(); ++level) {
+    const TableLayout& layout = bounds[level].layout();
+    EXPECT_EQ(1 << (layout.grain_bits + layout.phase_bits), FieldWindow::kBounds[level].stride);
   }
 }
 
