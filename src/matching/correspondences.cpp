@@ -284,7 +284,7 @@ std::size_t power_of_two_from(std::size_t least) {
 
 Correspondences::Correspondences(const std::vector<ScanPoint>& points, const PlacedFields& fields,
                                  const Pose2& map_from_base)
-    : blocks_((points.size() + Block().size() - 1) / Block().size()), numbers_(kRows * blocks_) {
+    : blocks_(points.size() / Block().size() + 1), numbers_(kRows * blocks_) {
   for (const ScanPoint& point : points) {
     // What is no number would make the whole sum none.
     if (point.position.allFinite() && std::isfinite(point.weight)) {
