@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <iterator>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -54,8 +55,16 @@ struct Node {
 /// Where the points of a level lie in its table, by groups of rotations.
 struct LocatedPoints {
   std::vector<int> groups;  ///< of each slot
-  std::vector<std::int32_t> offsets;
-  std::vector<std::uint16_t> weights;  ///< of the points that can meet anything, else 0
+  // Not filled beforehand: most slots are never used.
+  std::unique_ptr<std::int32_t[]> offsets;
+  std::unique_ptr<std::uint16_t[]> weights;  ///< of the points that can meet anything, else 0
+
+  void reserve(std::size_t points) {
+    if (!offsets) {
+      offsets.reset(new std::int32_t[groups.size() * points]);
+      weights.reset(new std::uint16_t[groups.size() * points]);
+    }
+  }
 };
 
 /// Cells that the points may fall into at any pose of the lattice.
@@ -307,8 +316,7 @@ PointWindows LatticeSearch::windows_from(int level, int group, int x, int y) {
   const std::size_t slot = static_cast<std::size_t>(group) % located.groups.size();
   const std::size_t first = slot * count;
   if (located.groups[slot] != group) {
-    located.offsets.resize(located.groups.size() * count);
-    located.weights.resize(located.groups.size() * count);
+    located.reserve(count);
     const int slack = bounds_of(level).slack;
     rotate(points, thetas_of(level, group).first + 0.5 * (scan_of(level).turns - 1), -0.5 * slack);
     const CellBox useful{{useful_.min.x - slack, useful_.min.y - slack}, useful_.max};
@@ -540,11 +548,10 @@ void LatticeSearch::locate_leaf(int theta) {
     return;
   }
   leaf_.groups = {theta};
-  leaf_.offsets.resize(points_.x.size());
-  leaf_.weights.resize(points_.x.size());
+  leaf_.reserve(points_.x.size());
   rotate(points_, theta, 0.0);
-  find_offsets(rotated_, points_.weights, useful_, windows_.front().layout(), leaf_.offsets.data(),
-               leaf_.weights.data());
+  find_offsets(rotated_, points_.weights, useful_, windows_.front().layout(), leaf_.offsets.get(),
+               leaf_.weights.get());
   for (std::size_t i = 0; i < classes_.size(); ++i) {
     classes_[i] = rotated_.step_y[i] * lattice_.steps_per_cell + rotated_.step_x[i];
   }
@@ -561,7 +568,7 @@ void LatticeSearch::search_leaf(const Node& block) {
   const FieldWindow& window = windows_.front();
   std::vector<std::uint32_t> of_class(4 * size * size, 0);
   sum_corners({window.data() + block.y * window.pitch() + block.x, window.pitch(),
-               leaf_.offsets.data(), leaf_.weights.data(), leaf_.weights.size()},
+               leaf_.offsets.get(), leaf_.weights.get(), points_.x.size()},
               classes_.data(), of_class.data());
   const StepRange steps_x = steps_of(0, block.x);
   const StepRange steps_y = steps_of(0, block.y);
