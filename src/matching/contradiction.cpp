@@ -128,4 +128,29 @@ double contradiction(const PointScan& scan, const Pose2& map_from_base,
   return all > 0.0 ? crossing / all : 0.0;
 }
 
+PointScan without_backs(const PointScan& scan, const Pose2& map_from_base,
+                        const OccupancyGrid& occupancy, const LikelihoodField& field) {
+  constexpr double kOnWall = 0.1;  // [m]
+  constexpr double kAside = 0.12;  // [m] from a hit: the cells there are in front of it, or behind
+  const double metres = field.options().reach / LikelihoodField::kFar;
+  const Transform2 to_map(map_from_base);
+  const Eigen::Rotation2Dd turn(map_from_base.theta);
+  const auto is_free = [&](const Eigen::Vector2d& place) {
+    return occupancy.occupancy(occupancy.geometry().cell_at(place)) < 0.5;
+  };
+  PointScan result;
+  result.stamp = scan.stamp;
+  for (const ScanPoint& point : scan.points) {
+    const Eigen::Vector2d place = to_map * point.position;
+    const Eigen::Vector2d aside = kAside * (turn * point.normal);
+    const bool is_on_back = place.allFinite() &&
+                            metres * field.distance(field.geometry().cell_at(place)) <= kOnWall &&
+                            is_free(place - aside) && !is_free(place + aside);
+    if (!is_on_back) {
+      result.points.push_back(point);
+    }
+  }
+  return result;
+}
+
 }  // namespace matchbox_slam

@@ -11,9 +11,38 @@
 namespace matchbox_slam {
 namespace {
 
-MatchResult with_contradiction(MatchResult result, const MatchProblem& problem) {
-  result.contradiction = contradiction(problem.scan, result.map_from_base, problem.field);
+double weight_of(const PointScan& scan) {
+  double weight = 0.0;
+  for (const ScanPoint& point : scan.points) {
+    weight += point.weight;
+  }
+  return weight;
+}
+
+/// With the beams that end on a wall's back. They went through that wall, and what they fit is not
+/// what they saw, so they count twice.
+MatchResult with_contradiction(MatchResult result, const MatchProblem& problem,
+                               const OccupancyGrid& occupancy) {
+  const PointScan& scan = problem.scan;
+  const Pose2& pose = result.map_from_base;
+  const double all = weight_of(scan);
+  const double fronts = weight_of(without_backs(scan, pose, occupancy, problem.field));
+  const double on_backs = all > 0.0 ? 1.0 - fronts / all : 0.0;
+  result.contradiction = std::min(1.0, contradiction(scan, pose, problem.field) + 2.0 * on_backs);
   return result;
+}
+
+/// Of the second look, whose steps are wider than the matcher's: the refinement's basin is wider
+/// still.
+OlsonOptions look_options() {
+  OlsonOptions options;
+  options.step_xy = 0.05;       // [m]
+  options.step_theta = 0.02;    // [rad]
+  options.point_spacing = 0.1;  // [m]
+  options.window_sigmas = 2.0;
+  options.max_window_xy = 1.5;  // [m]
+  options.widenings = 0;
+  return options;
 }
 
 /// Share of a scan, by the length of wall that it stands for, that lies where nothing is mapped,
@@ -30,6 +59,20 @@ double unknown_share(const PointScan& scan, const Pose2& map_from_base,
       const bool is_new =
           !occupancy.is_known(cell) && field.distance(cell) >= LikelihoodField::kFar;
       unknown += is_new ? point.weight : 0.0;
+    }
+  }
+  return all > 0.0 ? unknown / all : 1.0;
+}
+
+double unmapped_share(const PointScan& scan, const Pose2& map_from_base,
+                      const OccupancyGrid& occupancy) {
+  double unknown = 0.0;
+  double all = 0.0;
+  for (const ScanPoint& point : scan.points) {
+    const Eigen::Vector2d place = map_from_base * point.position;
+    if (place.allFinite() && point.weight > 0.0) {
+      all += point.weight;
+      unknown += occupancy.is_known(occupancy.geometry().cell_at(place)) ? 0.0 : point.weight;
     }
   }
   return all > 0.0 ? unknown / all : 1.0;
@@ -78,8 +121,15 @@ bool is_near(const Pose2& a, const Pose2& b, double distance, double angle) {
   return apart.head<2>().norm() <= distance && std::abs(apart.z()) <= angle;
 }
 
-bool is_same_place(const MatchResult& a, const MatchResult& b) {
-  return is_near(a.map_from_base, b.map_from_base, 0.1, 0.05);
+bool is_same_place(const Pose2& a, const Pose2& b) { return is_near(a, b, 0.1, 0.05); }
+
+/// Where the prediction has it, a first look that was refuted is no rival.
+bool is_convincing_here(MatchResult match, const MatchResult& first, const MatchProblem& problem,
+                        const DoubtOptions& options) {
+  if (first.accepted() && is_same_place(match.map_from_base, problem.predicted_map_from_base)) {
+    match.rival_share = 0.0;
+  }
+  return is_convincing(match, options);
 }
 
 /// Whether a second look found the robot where the prediction does not have it.
@@ -87,26 +137,64 @@ bool is_jump(const MatchResult& found, const MatchProblem& problem) {
   return !is_near(found.map_from_base, problem.predicted_map_from_base, 0.2, 0.1);
 }
 
-/// A first look that the wide one does not better stays: what contradicts it has changed since it
-/// was mapped, say, unless that is too much. What speaks for a pose is its score on the map, less
-/// what contradicts it.
+double net_score(const MatchResult& match) { return match.score - match.contradiction; }
+
+/// In the window of a wide prior; and in that of the prior without the points that lay on backs of
+/// walls, which draw the rest of a scan there.
+MatchResult look_again(const MatchResult& first, const MatchProblem& problem,
+                       const MatchProblem& wide, const OccupancyGrid& occupancy) {
+  const MatchResult far = search_exactly(wide, occupancy);
+  const PointScan fronts =
+      without_backs(problem.scan, first.map_from_base, occupancy, problem.field);
+  if (fronts.points.size() == problem.scan.points.size()) {
+    return far;
+  }
+  MatchResult other =
+      search_exactly({fronts, problem.predicted_map_from_base, problem.prior_covariance,
+                      problem.field, problem.recent_scans, problem.seed});
+  if (!other.accepted()) {
+    return far;
+  }
+  other.score = score_on_map(problem, other.map_from_base);
+  other = with_contradiction(other, problem, occupancy);
+  return !far.accepted() || net_score(other) > net_score(far) ? other : far;
+}
+
+/// A first look that the second one does not better, clearly where the prediction does not speak
+/// for it, stays: what contradicts it has changed since it was mapped, say, unless that is too
+/// much. What speaks for a pose is its score on the map, less what contradicts it.
 bool is_upheld(const MatchResult& first, double first_score, const MatchResult& second,
-               const DoubtOptions& options) {
-  constexpr double kBetter = 0.1;
+               const MatchProblem& problem, const DoubtOptions& options) {
+  constexpr double kClearly = 0.1;
   const double net = first_score - first.contradiction;
-  const bool is_bettered = second.accepted() && !is_same_place(first, second) &&
-                           second.score - second.contradiction > net + kBetter;
+  const double better =
+      is_same_place(second.map_from_base, problem.predicted_map_from_base) ? 0.0 : kClearly;
+  const bool is_bettered = second.accepted() &&
+                           !is_same_place(first.map_from_base, second.map_from_base) &&
+                           net_score(second) > net + better;
+  // Walls may be so thin that both sides are one.
+  const double through = contradiction(problem.scan, first.map_from_base, problem.field);
   return first.accepted() && !is_bettered && net >= options.least_net &&
-         first.contradiction <= options.most_contradiction;
+         through <= options.most_contradiction;
 }
 
 /// Whether what is seen lies where nothing was mapped yet, and nothing says that the prediction is
-/// wrong: behind a corner, say, with few scans on the way.
-bool is_new_ground(const MatchResult& result, const MatchProblem& problem,
+/// wrong: behind a corner, say, with few scans on the way. Where what fits is the back of walls,
+/// what lies close behind walls counts, too.
+bool is_new_ground(const MatchResult& first, const MatchProblem& problem,
                    const OccupancyGrid& occupancy, const DoubtOptions& options) {
   constexpr double kMostly = 0.5;
-  return result.status == MatchStatus::kRejectedLowScore &&
-         result.contradiction <= options.contradiction &&
+  if (first.accepted()) {
+    if (net_score(first) >= options.least_net) {
+      return false;
+    }
+    const MatchResult there =
+        with_contradiction(rejected(problem, MatchStatus::kRejectedLowScore), problem, occupancy);
+    return there.contradiction <= options.contradiction &&
+           unmapped_share(problem.scan, problem.predicted_map_from_base, occupancy) > kMostly;
+  }
+  return first.status == MatchStatus::kRejectedLowScore &&
+         first.contradiction <= options.contradiction &&
          unknown_share(problem.scan, problem.predicted_map_from_base, occupancy, problem.field) >
              kMostly;
 }
@@ -143,21 +231,17 @@ bool is_convincing(const MatchResult& match, const DoubtOptions& options) {
 }
 
 MatchResult search_exactly(const MatchProblem& problem) {
-  OlsonOptions options;
-  // The basin of the refinement is wider than these: [m], [rad], [m].
-  options.step_xy = 0.05;
-  options.step_theta = 0.02;
-  options.point_spacing = 0.1;
-  options.window_sigmas = 2.0;
-  options.max_window_xy = 1.5;
-  options.widenings = 0;
-  return with_contradiction(OlsonMatcher(options).match(problem), problem);
+  return OlsonMatcher(look_options()).match(problem);
+}
+
+MatchResult search_exactly(const MatchProblem& problem, const OccupancyGrid& occupancy) {
+  return with_contradiction(search_exactly(problem), problem, occupancy);
 }
 
 WeighedMatch match_and_weigh(const ScanMatcher& matcher, const MatchProblem& problem,
                              const OccupancyGrid& occupancy, const Expectation& expected,
                              const DoubtOptions& options) {
-  WeighedMatch first{with_contradiction(matcher.match(problem), problem)};
+  WeighedMatch first{with_contradiction(matcher.match(problem), problem, occupancy)};
   const bool is_certain = problem.prior_covariance.isZero(0.0);
   if (!options.enabled || is_blind(first.match) || is_certain) {
     return first;
@@ -177,18 +261,19 @@ WeighedMatch match_and_weigh(const ScanMatcher& matcher, const MatchProblem& pro
     return first;
   }
   const MatchProblem wide = with_wider_prior(problem, options);
-  WeighedMatch second{search_exactly(wide), Certainty::kSecondLook};
-  if (is_upheld(first.match, score, second.match, options)) {
+  WeighedMatch second{look_again(first.match, problem, wide, occupancy), Certainty::kSecondLook};
+  if (is_upheld(first.match, score, second.match, problem, options)) {
     return first;
   }
-  if (is_convincing(second.match, options)) {
+  if (is_convincing_here(second.match, first.match, problem, options)) {
     second.fit = fit_of(second.match, second.match.score);
     second.jumped = is_jump(second.match, problem);
     return second;
   }
   if (is_new_ground(first.match, problem, occupancy, options)) {
-    first.certainty = Certainty::kNewGround;
-    return first;
+    return {
+        with_contradiction(rejected(problem, MatchStatus::kRejectedLowScore), problem, occupancy),
+        Certainty::kNewGround};
   }
   return {doubted(first.match, wide), Certainty::kDoubtful};
 }

@@ -18,13 +18,13 @@ MapPart empty_part(const EngineOptions& options, double begin) {
 }
 
 /// What waited is about where it is said to be; where the map holds it, that knows better.
-Pose2 placed_best(const PointScan& scan, const Pose2& map_from_base, const LikelihoodField& field,
+Pose2 placed_best(const PointScan& scan, const Pose2& map_from_base, const SlamMap& map,
                   const DoubtOptions& options) {
   constexpr double kXy = 0.1;      // [m]
   constexpr double kTheta = 0.03;  // [rad]
   const PlacedScans none;
-  const MatchResult match =
-      search_exactly({scan, map_from_base, covariance_of(kXy, kTheta), field, none, 0});
+  const MatchResult match = search_exactly(
+      {scan, map_from_base, covariance_of(kXy, kTheta), map.field, none, 0}, map.occupancy);
   return is_convincing(match, options) ? match.map_from_base : map_from_base;
 }
 
@@ -186,6 +186,7 @@ void SlamEngine::weigh_doubt(const WeighedMatch& match, const ScanOutcome& outco
     usual_score_ += (usual_score_ > 0.0 ? kNewest : 1.0) * (match.match.score - usual_score_);
   }
   const bool was_provisional = doubt_.is_provisional;
+  doubt_.pass(outcome.stamp - tracker_.state().stamp.value_or(outcome.stamp));
   doubt_.follow(match, outcome.stamp, way, outcome.map_from_base, options_.doubt,
                 options_.tracking);
   // What was held before a jump lies where the robot is not.
@@ -473,8 +474,8 @@ std::size_t SlamEngine::insert_pending() {
   for (int i = 0; i < kAtATime && !doubt_.doubts && has_pending(); ++i) {
     const PlacedScan waiting = parts_.next_waiting()->scan;
     const std::shared_ptr<const PointScan> points = waiting.scan->points();
-    const PlacedScan placed{waiting.scan, placed_best(*points, waiting.map_from_base,
-                                                      matched_map().field, options_.doubt)};
+    const PlacedScan placed{
+        waiting.scan, placed_best(*points, waiting.map_from_base, matched_map(), options_.doubt)};
     const std::map<int, Pose2> last_inserted = part.last_inserted;
     left_out += insert(*points, placed, covariance_of(kXy, kTheta), false, part) ? 0 : 1;
     is_continued_ = false;

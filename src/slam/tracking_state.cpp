@@ -1,5 +1,6 @@
 #include "matchbox_slam/slam/tracking_state.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace matchbox_slam {
@@ -39,6 +40,11 @@ const char* to_string(TrackingState state) {
       return "recovered";
   }
   return "unknown";
+}
+
+void TrackingDoubt::pass(double seconds) {
+  constexpr double kMost = 0.5;  // [s]
+  since += std::max(0.0, seconds - kMost);
 }
 
 void TrackingDoubt::follow(const WeighedMatch& match, double stamp, double way_since,

@@ -95,5 +95,29 @@ TEST(Contradiction, TellsWrongPlacesFromTheRightOne) {
   EXPECT_GT(sum_elsewhere / scenes, 0.25);
 }
 
+TEST(WithoutBacks, OnlyPointsThatFaceWhereTheMapIsFreeStay) {
+  OccupancyGrid occupancy(0.05);
+  for (int x = -20; x < 0; ++x) {
+    for (int y = -20; y < 20; ++y) {
+      occupancy.blend({x, y}, 0.0, 1.0);
+    }
+  }
+  const auto left = [&](double x, double normal_x) {
+    PointScan scan = beam({x + normal_x, 0.0}, {x, 0.1});
+    scan.points.front().normal = {normal_x, 0.0};
+    return without_backs(scan, {}, occupancy, wall()).points.size();
+  };
+  EXPECT_EQ(left(0.0, -1.0), 1U);  // seen from where the map is free
+  EXPECT_EQ(left(0.0, 1.0), 0U);   // from its other side
+  EXPECT_EQ(left(0.04, 1.0), 0U);  // about there
+  EXPECT_EQ(left(0.16, 1.0), 1U);  // where the other side of a wall may be
+  for (int x = 0; x < 20; ++x) {   // seen from both sides: as thin as a cell
+    for (int y = -20; y < 20; ++y) {
+      occupancy.blend({x, y}, 0.0, 1.0);
+    }
+  }
+  EXPECT_EQ(left(0.0, 1.0), 1U);
+}
+
 }  // namespace
 }  // namespace matchbox_slam

@@ -177,5 +177,56 @@ TEST(Doubt, ASecondLookThatFindsThePredictionIsNoJump) {
   EXPECT_TRUE(look_from({0.0, 0.0, 0.5}).jumped);
 }
 
+/// Of a wall, 16 cm thick, one side is mapped, and so is a wall across; a robot that came round
+/// sees the other side. By the prediction it is right, which the mapped side fits better.
+class BackOfAWall : public testing::Test {
+ protected:
+  BackOfAWall() {
+    std::vector<SurfaceHit> hits;
+    for (double y = -2.0; y < 2.0; y += 0.02) {
+      hits.push_back({{0.0, y}, {-1.0, 0.0}});
+      add({0.16, y}, {1.0, 0.0});
+    }
+    for (double x = -2.0; x < 4.0; x += 0.02) {
+      hits.push_back({{x, 2.0}, {0.0, -1.0}});
+    }
+    map_.field.update(hits, {});
+    for (int x = -40; x < 0; ++x) {
+      for (int y = -40; y < 40; ++y) {
+        map_.occupancy.blend({x, y}, 0.0, 1.0);
+      }
+    }
+  }
+
+  void add(const Eigen::Vector2d& position, const Eigen::Vector2d& normal) {
+    scan_.points.push_back({position, {1.5, 0.0}, normal, 0.02, false});
+  }
+
+  [[nodiscard]] WeighedMatch weigh() const {
+    const ToldMatcher matcher(answer({-0.16, 0.0, 0.0}, 0.9, MatchStatus::kAccepted));
+    return match_and_weigh(matcher, {scan_, {}, prior_of(0.3, 0.1), map_.field, {}, 1},
+                           map_.occupancy, {}, {});
+  }
+
+  SlamMap map_{MapOptions{}, LikelihoodFieldOptions{}};
+  PointScan scan_;
+};
+
+TEST_F(BackOfAWall, IsNotItsFront) {
+  for (double x = 0.3; x < 4.0; x += 0.02) {
+    add({x, 2.0}, {0.0, -1.0});
+  }
+  const WeighedMatch weighed = weigh();
+  EXPECT_EQ(weighed.certainty, Certainty::kSecondLook);
+  EXPECT_LT(distance(weighed.match.map_from_base, {}), 0.02);
+  EXPECT_LT(weighed.match.contradiction, 0.01);
+}
+
+TEST_F(BackOfAWall, IsNewGroundWhereNothingElseIsMapped) {
+  const WeighedMatch weighed = weigh();
+  EXPECT_EQ(weighed.certainty, Certainty::kNewGround);
+  EXPECT_EQ(weighed.match.map_from_base, Pose2{});
+}
+
 }  // namespace
 }  // namespace matchbox_slam

@@ -136,5 +136,22 @@ TEST_F(TrackingDoubtTest, SomethingThatCoversTheViewIsNotBeingLost) {
   EXPECT_TRUE(doubt_.is_lost(stamp_, {}));
 }
 
+TEST_F(TrackingDoubtTest, TimeWithoutScansSaysNothing) {
+  // 0.3 s of scans, 2 s apart from 0.3 s more, as of a laser that nods.
+  for (int i = 0; i < 3; ++i) {
+    follow(doubtful(0.5));
+  }
+  stamp_ += 2.0;
+  doubt_.pass(2.1);
+  for (int i = 0; i < 3; ++i) {
+    follow(doubtful(0.5));
+  }
+  EXPECT_FALSE(doubt_.is_lost(stamp_, {}));
+  for (int i = 0; i < 2; ++i) {
+    follow(doubtful(0.5));
+  }
+  EXPECT_TRUE(doubt_.is_lost(stamp_, {}));
+}
+
 }  // namespace
 }  // namespace matchbox_slam

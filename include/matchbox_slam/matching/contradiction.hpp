@@ -2,6 +2,7 @@
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/likelihood_field.hpp"
+#include "matchbox_slam/map/occupancy_grid.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 
 namespace matchbox_slam {
@@ -14,5 +15,11 @@ namespace matchbox_slam {
 /// Cost: of some 300 beams at most, spread evenly, a look-up about every 0.3 m.
 [[nodiscard]] double contradiction(const PointScan& scan, const Pose2& map_from_base,
                                    const LikelihoodField& field);
+
+/// A scan without the points that lie on the back of a wall at this pose, and without its rays: the
+/// map is free behind them, and not in front, where their beams came from. Both sides of a wall
+/// look alike to the score, and are a wall's thickness apart. Cost: three look-ups a point.
+[[nodiscard]] PointScan without_backs(const PointScan& scan, const Pose2& map_from_base,
+                                      const OccupancyGrid& occupancy, const LikelihoodField& field);
 
 }  // namespace matchbox_slam

@@ -89,7 +89,11 @@ struct Expectation {
 /// hardly a beam through walls.
 [[nodiscard]] bool is_convincing(const MatchResult& match, const DoubtOptions& options);
 
-/// By exact search in the window of the prior, with the contradiction told.
+/// By exact search in the window of the prior.
 [[nodiscard]] MatchResult search_exactly(const MatchProblem& problem);
+
+/// The same with the contradiction told.
+[[nodiscard]] MatchResult search_exactly(const MatchProblem& problem,
+                                         const OccupancyGrid& occupancy);
 
 }  // namespace matchbox_slam

@@ -54,6 +54,10 @@ struct TrackingDoubt {
   int confirmations = 0;        ///< scans since then that agree with a provisional pose
   Pose2 map_from_base;          ///< at the newest scan that counted
 
+  /// To be called before `follow` with the time [s] since the scan before: where it is long, such
+  /// as while a laser is tilted, most of it says nothing for or against the pose.
+  void pass(double seconds);
+
   /// Takes what became of the next scan. Scans that say nothing, such as those of a covered laser,
   /// lead nowhere.
   /// @param way  [m] that the base moved since the scan before.
