@@ -76,8 +76,8 @@ struct OlsonOptions {
 /// Real-time correlative scan matching (Olson 2009): the pose that maximises the likelihood of the
 /// scan times the prior over a window around the prediction, with proof that nothing on the search
 /// lattice is better, then refined below the size of a step. Where the best pose has a distant
-/// rival, the covariance covers both. Cost: rotations times points times the window's width in
-/// cells, plus a little for what the bounds leave open.
+/// rival, the covariance covers both. Cost: groups of rotations times points times the window's
+/// width in blocks, plus what the bounds leave open.
 ///
 /// Deviations from Olson: the reference is the map's likelihood field, which is kept up to date
 /// and not rendered for each scan; likelihoods are added by default and not multiplied, which
