@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <optional>
 
 #include "matchbox_slam/geometry/transform2.hpp"
@@ -86,6 +87,41 @@ class BeamWalk {
   double metres_;  ///< a step of the field's distances
 };
 
+/// Where the map is free behind a wall, and not in front, as seen from a pose.
+class BacksOfWalls {
+ public:
+  BacksOfWalls(const Pose2& map_from_base, const OccupancyGrid& occupancy,
+               const LikelihoodField& field)
+      : to_map_(map_from_base),
+        turn_(map_from_base.theta),
+        occupancy_(occupancy),
+        field_(field),
+        metres_(field.options().reach / LikelihoodField::kFar) {}
+
+  /// Whether a point, in the base frame, lies on one.
+  [[nodiscard]] bool has(const ScanPoint& point) const {
+    constexpr double kOnWall = 0.1;  // [m]
+    constexpr double kAside =
+        0.12;  // [m] from a hit: the cells there are in front of it, or behind
+    const Eigen::Vector2d place = to_map_ * point.position;
+    const Eigen::Vector2d aside = kAside * (turn_ * point.normal);
+    return place.allFinite() &&
+           metres_ * field_.distance(field_.geometry().cell_at(place)) <= kOnWall &&
+           is_free(place - aside) && !is_free(place + aside);
+  }
+
+ private:
+  [[nodiscard]] bool is_free(const Eigen::Vector2d& place) const {
+    return occupancy_.occupancy(occupancy_.geometry().cell_at(place)) < 0.5;
+  }
+
+  Transform2 to_map_;
+  Eigen::Rotation2Dd turn_;
+  const OccupancyGrid& occupancy_;
+  const LikelihoodField& field_;
+  double metres_;
+};
+
 }  // namespace
 
 double contradiction(const PointScan& scan, const Pose2& map_from_base,
@@ -130,27 +166,24 @@ double contradiction(const PointScan& scan, const Pose2& map_from_base,
 
 PointScan without_backs(const PointScan& scan, const Pose2& map_from_base,
                         const OccupancyGrid& occupancy, const LikelihoodField& field) {
-  constexpr double kOnWall = 0.1;  // [m]
-  constexpr double kAside = 0.12;  // [m] from a hit: the cells there are in front of it, or behind
-  const double metres = field.options().reach / LikelihoodField::kFar;
-  const Transform2 to_map(map_from_base);
-  const Eigen::Rotation2Dd turn(map_from_base.theta);
-  const auto is_free = [&](const Eigen::Vector2d& place) {
-    return occupancy.occupancy(occupancy.geometry().cell_at(place)) < 0.5;
-  };
+  const BacksOfWalls backs(map_from_base, occupancy, field);
   PointScan result;
   result.stamp = scan.stamp;
-  for (const ScanPoint& point : scan.points) {
-    const Eigen::Vector2d place = to_map * point.position;
-    const Eigen::Vector2d aside = kAside * (turn * point.normal);
-    const bool is_on_back = place.allFinite() &&
-                            metres * field.distance(field.geometry().cell_at(place)) <= kOnWall &&
-                            is_free(place - aside) && !is_free(place + aside);
-    if (!is_on_back) {
-      result.points.push_back(point);
-    }
-  }
+  std::copy_if(scan.points.begin(), scan.points.end(), std::back_inserter(result.points),
+               [&](const ScanPoint& point) { return !backs.has(point); });
   return result;
+}
+
+double share_on_backs(const PointScan& scan, const Pose2& map_from_base,
+                      const OccupancyGrid& occupancy, const LikelihoodField& field) {
+  const BacksOfWalls backs(map_from_base, occupancy, field);
+  double on_backs = 0.0;
+  double all = 0.0;
+  for (const ScanPoint& point : scan.points) {
+    all += point.weight;
+    on_backs += backs.has(point) ? point.weight : 0.0;
+  }
+  return all > 0.0 ? on_backs / all : 0.0;
 }
 
 }  // namespace matchbox_slam

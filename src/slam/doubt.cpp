@@ -11,23 +11,13 @@
 namespace matchbox_slam {
 namespace {
 
-double weight_of(const PointScan& scan) {
-  double weight = 0.0;
-  for (const ScanPoint& point : scan.points) {
-    weight += point.weight;
-  }
-  return weight;
-}
-
 /// With the beams that end on a wall's back. They went through that wall, and what they fit is not
 /// what they saw, so they count twice.
 MatchResult with_contradiction(MatchResult result, const MatchProblem& problem,
                                const OccupancyGrid& occupancy) {
   const PointScan& scan = problem.scan;
   const Pose2& pose = result.map_from_base;
-  const double all = weight_of(scan);
-  const double fronts = weight_of(without_backs(scan, pose, occupancy, problem.field));
-  const double on_backs = all > 0.0 ? 1.0 - fronts / all : 0.0;
+  const double on_backs = share_on_backs(scan, pose, occupancy, problem.field);
   result.contradiction = std::min(1.0, contradiction(scan, pose, problem.field) + 2.0 * on_backs);
   return result;
 }

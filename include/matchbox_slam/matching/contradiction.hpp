@@ -22,4 +22,8 @@ namespace matchbox_slam {
 [[nodiscard]] PointScan without_backs(const PointScan& scan, const Pose2& map_from_base,
                                       const OccupancyGrid& occupancy, const LikelihoodField& field);
 
+/// Share of a scan, by the length of wall that it stands for, that lies on backs of walls.
+[[nodiscard]] double share_on_backs(const PointScan& scan, const Pose2& map_from_base,
+                                    const OccupancyGrid& occupancy, const LikelihoodField& field);
+
 }  // namespace matchbox_slam
