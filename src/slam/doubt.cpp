@@ -35,37 +35,36 @@ OlsonOptions look_options() {
   return options;
 }
 
-/// Share of a scan, by the length of wall that it stands for, that lies where nothing is mapped,
-/// nor a wall is near: what is off by a little lies behind walls.
-double unknown_share(const PointScan& scan, const Pose2& map_from_base,
-                     const OccupancyGrid& occupancy, const LikelihoodField& field) {
-  double unknown = 0.0;
+/// Share of a scan, by the length of wall that it stands for, of the points that lie in such cells.
+template <typename IsSuch>
+double share_in(const PointScan& scan, const Pose2& map_from_base, const OccupancyGrid& occupancy,
+                IsSuch&& is_such) {
+  double such = 0.0;
   double all = 0.0;
   for (const ScanPoint& point : scan.points) {
     const Eigen::Vector2d place = map_from_base * point.position;
     if (place.allFinite() && point.weight > 0.0) {
       all += point.weight;
-      const Cell cell = occupancy.geometry().cell_at(place);
-      const bool is_new =
-          !occupancy.is_known(cell) && field.distance(cell) >= LikelihoodField::kFar;
-      unknown += is_new ? point.weight : 0.0;
+      such += is_such(occupancy.geometry().cell_at(place)) ? point.weight : 0.0;
     }
   }
-  return all > 0.0 ? unknown / all : 1.0;
+  return all > 0.0 ? such / all : 1.0;
 }
 
+/// That lies where nothing is mapped, nor a wall is near: what is off by a little lies behind
+/// walls.
+double unknown_share(const PointScan& scan, const Pose2& map_from_base,
+                     const OccupancyGrid& occupancy, const LikelihoodField& field) {
+  return share_in(scan, map_from_base, occupancy, [&](const Cell& cell) {
+    return !occupancy.is_known(cell) && field.distance(cell) >= LikelihoodField::kFar;
+  });
+}
+
+/// That lies where nothing is mapped, behind walls, too.
 double unmapped_share(const PointScan& scan, const Pose2& map_from_base,
                       const OccupancyGrid& occupancy) {
-  double unknown = 0.0;
-  double all = 0.0;
-  for (const ScanPoint& point : scan.points) {
-    const Eigen::Vector2d place = map_from_base * point.position;
-    if (place.allFinite() && point.weight > 0.0) {
-      all += point.weight;
-      unknown += occupancy.is_known(occupancy.geometry().cell_at(place)) ? 0.0 : point.weight;
-    }
-  }
-  return all > 0.0 ? unknown / all : 1.0;
+  return share_in(scan, map_from_base, occupancy,
+                  [&](const Cell& cell) { return !occupancy.is_known(cell); });
 }
 
 /// Odometry alone fits nothing, and is believed.
