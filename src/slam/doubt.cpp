@@ -70,7 +70,7 @@ double unmapped_share(const PointScan& scan, const Pose2& map_from_base,
 /// Odometry alone fits nothing, and is believed.
 bool is_blind(const MatchResult& result) { return result.accepted() && result.score == 0.0; }
 
-/// Scores of matchers do not compare: that of one is against key scans, say.
+/// Scores of matchers do not compare: one may be that against a key scan.
 double score_on_map(const MatchProblem& problem, const Pose2& map_from_base) {
   RefinementOptions none;
   none.iterations = 0;
