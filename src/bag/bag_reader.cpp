@@ -36,6 +36,11 @@ void check_bytes(ByteReader bytes, const sensor_msgs::LaserScan& /*type*/) {
   (void)bytes.array(sizeof(float));    // intensities
 }
 
+void check_bytes(ByteReader bytes, const sensor_msgs::Imu& /*type*/) {
+  skip_header(bytes);
+  (void)bytes.take(37, sizeof(double));  // orientation, rates, accelerations, their covariances
+}
+
 void check_bytes(ByteReader bytes, const tf2_msgs::TFMessage& /*type*/) {
   for (auto left = bytes.number<std::uint32_t>(); left > 0; --left) {
     skip_header(bytes);
@@ -71,8 +76,11 @@ struct Place {
 class PlaceStream : public BagStream {
  public:
   PlaceStream(const std::vector<std::unique_ptr<BagFile>>& bags, std::vector<Place> places,
-              std::vector<std::string> scan_topics)
-      : bags_(bags), places_(std::move(places)), scan_topics_(std::move(scan_topics)) {
+              std::vector<std::string> scan_topics, std::string imu_topic)
+      : bags_(bags),
+        places_(std::move(places)),
+        scan_topics_(std::move(scan_topics)),
+        imu_topic_(std::move(imu_topic)) {
     for (const auto& bag : bags_) {
       readers_.emplace_back(*bag);
     }
@@ -105,6 +113,9 @@ class PlaceStream : public BagStream {
     if (is_transform_topic(connection.topic) || is_static_transform_topic(connection.topic)) {
       message.content = BagTransforms{deserialize<tf2_msgs::TFMessage>(bytes, connection),
                                       is_static_transform_topic(connection.topic)};
+    } else if (connection.topic == imu_topic_) {
+      message.content =
+          sensor_msgs::Imu::ConstPtr(deserialize<sensor_msgs::Imu>(bytes, connection));
     } else {
       message.content =
           sensor_msgs::LaserScan::ConstPtr(deserialize<sensor_msgs::LaserScan>(bytes, connection));
@@ -119,6 +130,7 @@ class PlaceStream : public BagStream {
   std::vector<BagMessageReader> readers_;  ///< one a bag
   std::vector<Place> places_;
   std::vector<std::string> scan_topics_;
+  std::string imu_topic_;
   std::size_t next_ = 0;
   std::string last_read_ = "its beginning";
 };
@@ -169,10 +181,10 @@ bool BagReader::has_begin_between(double from, double to) const {
   });
 }
 
-std::vector<std::string> BagReader::scan_topics() const {
+std::vector<std::string> BagReader::topics_of(const std::string& type) const {
   std::vector<std::string> names;
   for (const BagTopic& topic : topics_) {
-    if (topic.type == "sensor_msgs/LaserScan") {
+    if (topic.type == type) {
       names.push_back(topic.name);
     }
   }
@@ -180,11 +192,13 @@ std::vector<std::string> BagReader::scan_topics() const {
 }
 
 std::unique_ptr<BagStream> BagReader::stream(const std::vector<std::string>& scan_topics,
-                                             const BagPeriod& period) const {
+                                             const BagPeriod& period,
+                                             const std::string& imu_topic) const {
   const ros::Time first = seconds_after(begin_, period.start);
   const ros::Time last = seconds_after(first, period.duration);
-  const auto is_scan_topic = [&](const std::string& topic) {
-    return std::find(scan_topics.begin(), scan_topics.end(), topic) != scan_topics.end();
+  const auto is_asked = [&](const std::string& topic) {
+    return topic == imu_topic ||
+           std::find(scan_topics.begin(), scan_topics.end(), topic) != scan_topics.end();
   };
   std::vector<Place> before;
   std::vector<Place> during;
@@ -194,7 +208,7 @@ std::unique_ptr<BagStream> BagReader::stream(const std::vector<std::string>& sca
       const bool is_static = is_static_transform_topic(topic);
       if (is_static && entry.time < first) {
         before.push_back({bag, entry});
-      } else if ((is_static || is_transform_topic(topic) || is_scan_topic(topic)) &&
+      } else if ((is_static || is_transform_topic(topic) || is_asked(topic)) &&
                  entry.time >= first && entry.time <= last) {
         during.push_back({bag, entry});
       }
@@ -205,7 +219,7 @@ std::unique_ptr<BagStream> BagReader::stream(const std::vector<std::string>& sca
                      [](const Place& a, const Place& b) { return a.entry.time < b.entry.time; });
   }
   before.insert(before.end(), during.begin(), during.end());
-  return std::make_unique<PlaceStream>(bags_, std::move(before), scan_topics);
+  return std::make_unique<PlaceStream>(bags_, std::move(before), scan_topics, imu_topic);
 }
 
 }  // namespace matchbox_slam

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <ros/time.h>
+#include <sensor_msgs/Imu.h>
 #include <sensor_msgs/LaserScan.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -30,7 +31,7 @@ struct BagTransforms {
 
 struct BagMessage {
   ros::Time time;  ///< at which it was recorded
-  std::variant<sensor_msgs::LaserScan::ConstPtr, BagTransforms> content;
+  std::variant<sensor_msgs::LaserScan::ConstPtr, BagTransforms, sensor_msgs::Imu::ConstPtr> content;
   int laser = 0;  ///< of a scan: number of its topic among those asked for
 };
 
@@ -63,8 +64,8 @@ class BagReader {
   /// Sorted by name.
   [[nodiscard]] const std::vector<BagTopic>& topics() const { return topics_; }
 
-  /// Names of the topics that carry laser scans.
-  [[nodiscard]] std::vector<std::string> scan_topics() const;
+  /// Names of the topics that carry messages of a type, such as "sensor_msgs/LaserScan".
+  [[nodiscard]] std::vector<std::string> topics_of(const std::string& type) const;
 
   [[nodiscard]] ros::Time begin_time() const { return begin_; }
   /// Whether one of the bags begins between two times [s].
@@ -73,9 +74,10 @@ class BagReader {
 
   /// Scans of these topics together with /tf and /tf_static of the period. What was said on
   /// /tf_static before the period comes first. The reader outlives its streams; one is read at a
-  /// time.
+  /// time. @param imu_topic  of sensor_msgs/Imu, read as well; empty: none.
   [[nodiscard]] std::unique_ptr<BagStream> stream(const std::vector<std::string>& scan_topics,
-                                                  const BagPeriod& period) const;
+                                                  const BagPeriod& period,
+                                                  const std::string& imu_topic = {}) const;
 
  private:
   std::vector<std::unique_ptr<BagFile>> bags_;

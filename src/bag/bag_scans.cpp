@@ -80,8 +80,11 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   facts_.no_return_from = survey.no_return_from;
   options.scan_topics = facts_.scan_topics;
   const auto scan = read_options<ProjectionOptions>(parameters.section("scan"), "scan");
+  if (!options.imu_topic.empty()) {
+    options.imu_topic = find_imu_topic(reader_, options.imu_topic);
+  }
   queue_.emplace(queue_settings(options, scan.max_tilt, facts_.scan_time_offset));
-  stream_ = reader_.stream(facts_.scan_topics, request_.period);
+  stream_ = reader_.stream(facts_.scan_topics, request_.period, options.imu_topic);
   if (request_.threads > 1) {
     stream_ = read_ahead(std::move(stream_), kReadAhead);
   }
@@ -163,6 +166,10 @@ void BagScans::take(const BagMessage& message) {
     warn_of_map_link();
     return;
   }
+  if (const auto* imu = std::get_if<sensor_msgs::Imu::ConstPtr>(&message.content)) {
+    warn_of_imu(queue_->add_imu(**imu, message.time));
+    return;
+  }
   queue_->add_scan(*std::get<sensor_msgs::LaserScan::ConstPtr>(message.content), message.time,
                    message.laser);
   first_time_ = first_time_ ? first_time_ : message.time;
@@ -194,6 +201,13 @@ void BagScans::warn_of_map_link() {
   if (!told_of_map_link_ && !link.empty()) {
     dialog_.warn("tf in the bag that touches the map frame is ignored: " + link);
     told_of_map_link_ = true;
+  }
+}
+
+void BagScans::warn_of_imu(const std::string& defect) {
+  if (!told_of_imu_ && !defect.empty()) {
+    dialog_.warn("messages of the IMU are ignored; the first: " + defect);
+    told_of_imu_ = true;
   }
 }
 

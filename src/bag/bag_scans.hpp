@@ -108,6 +108,7 @@ class BagScans {
   void take(const BagMessage& message);
   void warn_of_skipped();
   void warn_of_map_link();
+  void warn_of_imu(const std::string& defect);
   void show_progress(const ros::Time& time);
   void require_not_interrupted() const;
 
@@ -120,6 +121,7 @@ class BagScans {
   std::set<SkipReason> told_;
   std::string first_skip_;
   bool told_of_map_link_ = false;
+  bool told_of_imu_ = false;
   std::optional<ros::Time> first_time_;
   std::deque<TimedEvent> events_;
   int time_jumps_ = 0;

@@ -13,6 +13,7 @@ namespace matchbox_slam {
 namespace {
 
 constexpr double kSurveySeconds = 10.0;
+constexpr const char* kScanType = "sensor_msgs/LaserScan";
 const std::set<std::string> kNoParents;
 
 std::string list_of(const std::vector<std::string>& words) {
@@ -120,22 +121,22 @@ std::string base_without_odometry(const BagSurvey& survey) {
   return odometry ? odometry->base : way.back();
 }
 
-/// The bag's topic of this name. Throws ConfigurationError when there is none with scans.
-std::string find_scan_topic(const BagReader& reader, const std::string& asked,
-                            const std::vector<std::string>& candidates) {
+/// The bag's topic of this name. Throws ConfigurationError when there is none with such messages.
+/// @param things  what they are, for people.
+std::string find_topic(const BagReader& reader, const std::string& asked, const std::string& type,
+                       const std::string& things) {
+  const std::string there = "; topics with " + things + ": " + list_of(reader.topics_of(type));
   for (const BagTopic& topic : reader.topics()) {
     if (without_leading_slash(topic.name) != without_leading_slash(asked)) {
       continue;
     }
-    if (topic.type == "sensor_msgs/LaserScan") {
+    if (topic.type == type) {
       return topic.name;
     }
-    throw ConfigurationError(
-        "topic '" + asked + "' of the bag holds " + topic.type +
-        ", not sensor_msgs/LaserScan; topics with laser scans: " + list_of(candidates));
+    throw ConfigurationError("topic '" + asked + "' of the bag holds " + topic.type + ", not " +
+                             type + there);
   }
-  throw ConfigurationError("the bag has no topic '" + asked +
-                           "'; topics with laser scans: " + list_of(candidates));
+  throw ConfigurationError("the bag has no topic '" + asked + "'" + there);
 }
 
 }  // namespace
@@ -184,10 +185,10 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
 
 std::vector<std::string> choose_scan_topics(const BagReader& reader,
                                             const std::vector<std::string>& asked) {
-  const std::vector<std::string> candidates = reader.scan_topics();
+  const std::vector<std::string> candidates = reader.topics_of(kScanType);
   std::vector<std::string> chosen;
   for (const std::string& topic : asked) {
-    chosen.push_back(find_scan_topic(reader, topic, candidates));
+    chosen.push_back(find_topic(reader, topic, kScanType, "laser scans"));
     if (std::count(chosen.begin(), chosen.end(), chosen.back()) > 1) {
       throw ConfigurationError("topic '" + topic + "' is named twice");
     }
@@ -196,7 +197,7 @@ std::vector<std::string> choose_scan_topics(const BagReader& reader,
     return chosen;
   }
   if (candidates.empty()) {
-    throw ConfigurationError("the bag has no topic of type sensor_msgs/LaserScan");
+    throw ConfigurationError("the bag has no topic of type " + std::string(kScanType));
   }
   if (candidates.size() > 1) {
     throw ConfigurationError(
@@ -205,6 +206,10 @@ std::vector<std::string> choose_scan_topics(const BagReader& reader,
         list_of(candidates) + "]'");
   }
   return candidates;
+}
+
+std::string find_imu_topic(const BagReader& reader, const std::string& asked) {
+  return find_topic(reader, asked, "sensor_msgs/Imu", "orientations of an IMU");
 }
 
 BagFrames choose_frames(const BagSurvey& survey, const std::optional<std::string>& asked_base,

@@ -42,6 +42,10 @@ struct BagSurvey {
 [[nodiscard]] std::vector<std::string> choose_scan_topics(const BagReader& reader,
                                                           const std::vector<std::string>& asked);
 
+/// The topic of an IMU of this name, as the bag has it. Throws ConfigurationError when there is
+/// none.
+[[nodiscard]] std::string find_imu_topic(const BagReader& reader, const std::string& asked);
+
 struct BagFrames {
   std::string base;
   std::optional<std::string> odom;  ///< none: without odometry

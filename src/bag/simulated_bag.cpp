@@ -2,6 +2,7 @@
 
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/time.h>
+#include <sensor_msgs/Imu.h>
 #include <sensor_msgs/LaserScan.h>
 #include <std_msgs/String.h>
 #include <tf2_eigen/tf2_eigen.h>
@@ -26,6 +27,7 @@ constexpr const char* kFootprintFrame = "base_footprint";
 constexpr const char* kBaseFrame = "base_link";
 constexpr const char* kLaserFrame = "base_laser_link";
 constexpr const char* kSecondLaserFrame = "second_laser_link";
+constexpr const char* kImuFrame = "imu_link";
 // [s] from the end of a measurement until it is recorded.
 constexpr double kScanLatency = 0.012;
 constexpr double kOdometryLatency = 0.004;
@@ -60,10 +62,23 @@ class MessageMaker {
     const Pose2& pose = reading.odom_from_base;
     const Eigen::Isometry3d odom_from_base =
         Eigen::Translation3d(pose.x, pose.y, 0.0) *
-        Eigen::AngleAxisd(pose.theta, Eigen::Vector3d::UnitZ()) * laser_.rocked(reading.stamp);
+        Eigen::AngleAxisd(pose.theta, Eigen::Vector3d::UnitZ()) *
+        (options_.imu ? Eigen::Isometry3d::Identity() : laser_.rocked(reading.stamp));
     tf2_msgs::TFMessage message;
     message.transforms = {
         transform(reading.stamp, kOdometryFrame, kFootprintFrame, odom_from_base)};
+    return message;
+  }
+
+  [[nodiscard]] sensor_msgs::Imu imu(const OdometryReading& reading) const {
+    constexpr double kNorth = 2.0;  // rad
+    const Eigen::Isometry3d north_from_imu =
+        Eigen::AngleAxisd(kNorth + reading.odom_from_base.theta, Eigen::Vector3d::UnitZ()) *
+        laser_.rocked(reading.stamp) * base_from_imu();
+    sensor_msgs::Imu message;
+    message.header.stamp = to_time(reading.stamp);
+    message.header.frame_id = frame(kImuFrame);
+    message.orientation = tf2::toMsg(Eigen::Quaterniond(north_from_imu.linear()));
     return message;
   }
 
@@ -74,6 +89,9 @@ class MessageMaker {
     message.transforms = {
         transform(stamp, kFootprintFrame, kBaseFrame, footprint_from_base),
         transform(stamp, kBaseFrame, kLaserFrame, run.base_from_laser * laser_.nodded(stamp))};
+    if (options_.imu) {
+      message.transforms.push_back(transform(stamp, kBaseFrame, kImuFrame, base_from_imu()));
+    }
     if (!run.second_scans.empty()) {
       message.transforms.push_back(transform(stamp, kBaseFrame, kSecondLaserFrame,
                                              run.base_from_second * laser_.nodded(stamp)));
@@ -82,6 +100,11 @@ class MessageMaker {
   }
 
  private:
+  [[nodiscard]] static Eigen::Isometry3d base_from_imu() {
+    return Eigen::Translation3d(-0.1, 0.05, 0.3) *
+           Eigen::AngleAxisd(0.5 * kPi, Eigen::Vector3d::UnitX());
+  }
+
   [[nodiscard]] std::string frame(const std::string& name) const {
     return (options_.leading_slashes ? "/" : "") + name;
   }
@@ -144,6 +167,11 @@ void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options,
     writes.emplace_back(reading.stamp + kLinksLatency, [&](const ros::Time& time) {
       bag.write("/tf", time, make.links(reading.stamp, run));
     });
+    if (options.imu) {
+      writes.emplace_back(reading.stamp + kOdometryLatency, [&](const ros::Time& time) {
+        bag.write("/imu", time, make.imu(reading));
+      });
+    }
     if (!options.no_odometry) {
       writes.emplace_back(reading.stamp + kOdometryLatency, [&](const ros::Time& time) {
         bag.write("/tf", time, make.odometry(reading));

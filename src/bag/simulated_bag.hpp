@@ -18,6 +18,7 @@ struct SimulatedBagOptions {
   bool no_odometry = false;
   double clock_offset = 0.0;
   bool leading_slashes = false;
+  bool imu = false;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -28,14 +29,18 @@ struct SimulatedBagOptions {
            "By how much the clock of the laser, and with it the truth, is behind that of tf.");
     option(self.leading_slashes, "leading_slashes", any(), "",
            "Write frames as before tf2, such as /base_link.");
+    option(self.imu, "imu", any(), "",
+           "Write what an IMU tells on /imu; the odometry then tells nothing of how the robot "
+           "rocks.");
   }
 };
 
 /// Records a run as the MIT Stata bags are: `/base_scan`, and on `/tf`, the links that never move
 /// included, `odom_combined` -> `base_footprint` -> `base_link` -> `base_laser_link`; and how it
-/// was made on `/simulation`. A second laser is on `/second_scan`, in `second_laser_link`. A
-/// message is recorded a little later than its stamp says, so the transforms around a scan may come
-/// after it.
+/// was made on `/simulation`. A second laser is on `/second_scan`, in `second_laser_link`.
+/// The IMU lies on its side in `imu_link`, and its headings have an origin of their own. A message
+/// is recorded a little later than its stamp says, so the transforms around a scan may come after
+/// it.
 class SimulatedBagWriter {
  public:
   /// Opens the bag, so that a path that cannot be written shows before the work starts. The bag is

@@ -2,10 +2,7 @@
 
 #include <nav_msgs/Odometry.h>
 
-#include <optional>
-
 #include "node/subscribe.hpp"
-#include "ros/imu_heading.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/odometry_message.hpp"
 #include "ros/queue_settings.hpp"
@@ -77,8 +74,7 @@ void ScanMatcherNode::subscribe() {
   scan_subscriber_ = subscribe_to_events<sensor_msgs::LaserScan>(
       node_, "scan", kScanMessages, [this](const auto& event) { on_scan(event); });
   if (setup_.guess == GuessSource::kHeading) {
-    imu_subscriber_ = subscribe_to_events<sensor_msgs::Imu>(
-        node_, "imu", kTransformMessages, [this](const auto& event) { on_imu(event); });
+    imu_subscriber_ = subscribe_to_imu(node_, "imu", worker_);
   }
 }
 
@@ -93,27 +89,6 @@ void ScanMatcherNode::on_transforms(const ros::MessageEvent<const tf2_msgs::TFMe
     queue.add_transforms(*event.getConstMessage(), is_static, event.getReceiptTime());
   });
   look_for_rival(event);
-}
-
-void ScanMatcherNode::on_imu(const ros::MessageEvent<const sensor_msgs::Imu>& event) {
-  const sensor_msgs::Imu& message = *event.getConstMessage();
-  const std::string frame = without_leading_slash(message.header.frame_id);
-  const std::string& base = setup_.node.base_frame;
-  worker_.use_queue([&](ScanQueue& queue) {
-    std::string defect = find_defect(message);
-    std::optional<Eigen::Isometry3d> imu_from_base = Eigen::Isometry3d::Identity();
-    if (defect.empty() && frame != base) {
-      imu_from_base = queue.transforms().lookup(frame, base, ros::Time());
-      defect = imu_from_base ? "" : "tf does not say how '" + frame + "' lies in '" + base + "'";
-    }
-    if (!defect.empty()) {
-      ROS_WARN_STREAM_THROTTLE(kWarningInterval, "an IMU's message is ignored: " << defect);
-      return;
-    }
-    tf2_msgs::TFMessage heading;
-    heading.transforms.push_back(heading_link(message, *imu_from_base, base));
-    queue.add_transforms(heading, false, event.getReceiptTime());
-  });
 }
 
 void ScanMatcherNode::look_for_rival(const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {

@@ -54,6 +54,9 @@ void SlamInput::subscribe(ros::NodeHandle& node) {
   };
   static_transform_subscriber_ = subscribe_to_transforms("/tf_static", true);
   transform_subscriber_ = subscribe_to_transforms("/tf", false);
+  if (!options_.imu_topic.empty()) {
+    imu_subscriber_ = subscribe_to_imu(node, options_.imu_topic, worker_);
+  }
   const std::vector<std::string> topics =
       options_.scan_topics.empty() ? std::vector<std::string>{"scan"} : options_.scan_topics;
   for (int laser = 0; laser < static_cast<int>(topics.size()); ++laser) {
@@ -75,6 +78,7 @@ void SlamInput::stop() {
   for (ros::Subscriber& subscriber : scan_subscribers_) {
     subscriber.shutdown();
   }
+  imu_subscriber_.shutdown();
   transform_subscriber_.shutdown();
   static_transform_subscriber_.shutdown();
   silence_timer_.stop();

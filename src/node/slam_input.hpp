@@ -69,6 +69,7 @@ class SlamInput {
   int watched_scans_ = 0;
 
   std::vector<ros::Subscriber> scan_subscribers_;
+  ros::Subscriber imu_subscriber_;
   ros::Subscriber transform_subscriber_;
   ros::Subscriber static_transform_subscriber_;
   ros::WallTimer silence_timer_;

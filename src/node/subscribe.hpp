@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <string>
 
+#include "node/scan_worker.hpp"
+
 namespace matchbox_slam {
 
 /// Subscribes to messages with what came with them: publisher and time of arrival. A lambda that is
@@ -19,5 +21,10 @@ template <typename Message>
   return node.subscribe<Message>(topic, queue_size, callback, ros::VoidConstPtr(),
                                  ros::TransportHints().tcpNoDelay());
 }
+
+/// Subscribes to an IMU's messages and puts them into the worker's queue; warns of those that are
+/// ignored.
+[[nodiscard]] ros::Subscriber subscribe_to_imu(ros::NodeHandle& node, const std::string& topic,
+                                               ScanWorker& worker);
 
 }  // namespace matchbox_slam

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "run/frames.hpp"
+
 namespace matchbox_slam {
 
 namespace {
@@ -20,6 +22,9 @@ std::string find_defect(const sensor_msgs::Imu& message) {
   if (message.header.stamp.isZero()) {
     return "its stamp is 0";
   }
+  if (without_leading_slash(message.header.frame_id).empty()) {
+    return "it does not name its frame";
+  }
   if (message.orientation_covariance[0] == -1.0) {
     return "orientation_covariance[0] is -1, which says that it measures no orientation";
   }
@@ -31,16 +36,12 @@ std::string find_defect(const sensor_msgs::Imu& message) {
   return {};
 }
 
-geometry_msgs::TransformStamped heading_link(const sensor_msgs::Imu& message,
-                                             const Eigen::Isometry3d& imu_from_base,
-                                             const std::string& base_frame) {
-  const Eigen::Quaterniond heading_from_base =
-      orientation_of(message).normalized() * Eigen::Quaterniond(imu_from_base.linear());
+geometry_msgs::TransformStamped heading_link(const sensor_msgs::Imu& message) {
   geometry_msgs::TransformStamped link;
-  link.header.stamp = message.header.stamp;
-  link.header.frame_id = base_frame;
+  link.header = message.header;
   link.child_frame_id = kImuHeadingFrame;
-  link.transform.rotation = tf2::toMsg(heading_from_base.conjugate());  // the base from it
+  link.transform.rotation =
+      tf2::toMsg(orientation_of(message).normalized().conjugate());  // the IMU from it
   return link;
 }
 

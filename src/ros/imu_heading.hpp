@@ -3,7 +3,6 @@
 #include <geometry_msgs/TransformStamped.h>
 #include <sensor_msgs/Imu.h>
 
-#include <Eigen/Geometry>
 #include <string>
 
 namespace matchbox_slam {
@@ -14,12 +13,10 @@ constexpr const char* kImuHeadingFrame = "imu_heading";
 /// Why an IMU's message tells no orientation, for people; empty when it does.
 [[nodiscard]] std::string find_defect(const sensor_msgs::Imu& message);
 
-/// The orientation of the base by an IMU, as a link of tf from the base down to kImuHeadingFrame,
-/// so that a base with another parent in tf does not get a second one. Positions are 0.
-/// @param message        without defect.
-/// @param imu_from_base  how the IMU is mounted; its position does not matter.
-[[nodiscard]] geometry_msgs::TransformStamped heading_link(const sensor_msgs::Imu& message,
-                                                           const Eigen::Isometry3d& imu_from_base,
-                                                           const std::string& base_frame);
+/// The orientation of an IMU as a link of tf from its frame down to kImuHeadingFrame, so that one
+/// that has another parent in tf does not get a second one. The base's orientation follows by tf,
+/// however the IMU is mounted; positions in that frame mean nothing.
+/// @param message  without defect.
+[[nodiscard]] geometry_msgs::TransformStamped heading_link(const sensor_msgs::Imu& message);
 
 }  // namespace matchbox_slam

@@ -21,6 +21,7 @@ ScanQueueSettings queue_settings(const RunOptions& options, double max_tilt,
   settings.lasers = std::max(1, static_cast<int>(options.scan_topics.size()));
   settings.max_lag = options.max_lag;
   settings.max_tilt = max_tilt;
+  settings.use_imu = !options.imu_topic.empty();
   settings.stop_at_time_jump = options.time_jump == "stop";
   return settings;
 }

@@ -190,6 +190,16 @@ void ScanQueue::add_transforms(const tf2_msgs::TFMessage& message, bool is_stati
   collect_ready(true);
 }
 
+std::string ScanQueue::add_imu(const sensor_msgs::Imu& message, const ros::Time& now) {
+  std::string defect = find_defect(message);
+  if (defect.empty()) {
+    tf2_msgs::TFMessage heading;
+    heading.transforms = {heading_link(message)};
+    add_transforms(heading, false, now);
+  }
+  return defect;
+}
+
 void ScanQueue::advance(const ros::Time& now) {
   if (now_ && seconds_between(now, *now_) > kTimeJump) {
     jump_back(seconds_between(now, *now_), now);
@@ -391,14 +401,20 @@ void ScanQueue::skip(const ros::Time& stamp, SkipReason reason, const std::strin
 /// The first one; none: the scan is ready.
 std::optional<ScanQueue::Needed> ScanQueue::missing_transform(const ros::Time& stamp,
                                                               const WaitingScan& scan) const {
+  static const std::string kImu = kImuHeadingFrame;
   const std::string& base = settings_.base_frame;
+  const ros::Time last_beam = last_beam_stamp(stamp, scan.scan);
   std::vector<Needed> needed;
   if (scan.frame != base) {
     needed.push_back({base, scan.frame, stamp});
   }
   if (settings_.odom_frame) {
     needed.push_back({*settings_.odom_frame, base, stamp});
-    needed.push_back({*settings_.odom_frame, base, last_beam_stamp(stamp, scan.scan)});
+    needed.push_back({*settings_.odom_frame, base, last_beam});
+  }
+  if (settings_.use_imu) {
+    needed.push_back({kImu, base, stamp});
+    needed.push_back({kImu, base, last_beam});
   }
   const auto missing = std::find_if(needed.begin(), needed.end(),
                                     [this](const Needed& one) { return is_missing(one); });
@@ -406,7 +422,7 @@ std::optional<ScanQueue::Needed> ScanQueue::missing_transform(const ros::Time& s
     return *missing;
   }
   // Where it is tilted, it may be tilting.
-  const Needed last{base, scan.frame, last_beam_stamp(stamp, scan.scan)};
+  const Needed last{base, scan.frame, last_beam};
   if (is_tilted(scan.frame, stamp) && is_missing(last)) {
     return last;
   }
@@ -421,6 +437,15 @@ bool ScanQueue::is_missing(const Needed& needed) const {
 bool ScanQueue::is_tilted(const std::string& frame, const ros::Time& stamp) const {
   return frame != settings_.base_frame &&
          tilt_of(*transforms_.lookup(settings_.base_frame, frame, stamp)) > kLevel;
+}
+
+/// How the base leans by its odometry or, where that shows nothing, by the IMU.
+Eigen::Isometry3d ScanQueue::lean(const Eigen::Isometry3d& odom_from_base,
+                                  const ros::Time& stamp) const {
+  const Eigen::Isometry3d by_odometry = lean_of(odom_from_base);
+  return settings_.use_imu && tilt_of(by_odometry) < kLevel
+             ? lean_of(*transforms_.lookup(kImuHeadingFrame, settings_.base_frame, stamp))
+             : by_odometry;
 }
 
 ReadyScan ScanQueue::make_ready(const Turn& turn, WaitingScan&& scan) const {
@@ -439,16 +464,18 @@ ReadyScan ScanQueue::make_ready(const Turn& turn, WaitingScan&& scan) const {
   };
   Eigen::Isometry3d at_first = base_from_laser(stamp);
   Eigen::Isometry3d at_last = is_tilted(ready.frame, stamp) ? base_from_laser(last) : at_first;
+  Eigen::Isometry3d first_base = identity;
+  Eigen::Isometry3d last_base = identity;
   if (settings_.odom_frame) {
     const auto odom_from_base = [&](const ros::Time& time) {
       return *transforms_.lookup(*settings_.odom_frame, settings_.base_frame, time);
     };
-    const Eigen::Isometry3d first_base = odom_from_base(stamp);
-    const Eigen::Isometry3d last_base = odom_from_base(last);
+    first_base = odom_from_base(stamp);
+    last_base = odom_from_base(last);
     ready.input.odometry = ScanOdometry{project_to_plane(first_base), project_to_plane(last_base)};
-    at_first = lean_of(first_base) * at_first;
-    at_last = lean_of(last_base) * at_last;
   }
+  at_first = lean(first_base, stamp) * at_first;
+  at_last = lean(last_base, last) * at_last;
   ready.input.base_from_laser = at_first;
   if (at_last.matrix() != at_first.matrix()) {
     ready.input.laser_motion = at_first.inverse() * at_last;

@@ -2,6 +2,7 @@
 
 #include <ros/duration.h>
 #include <ros/time.h>
+#include <sensor_msgs/Imu.h>
 #include <sensor_msgs/LaserScan.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -84,14 +85,15 @@ struct ScanQueueSettings {
   int lasers = 1;                   ///< whose scans are merged
   double max_lag = 0.0;             ///< [s] after its arrival a scan is given up; 0: never
   double max_tilt = kPi / 2.0;      ///< [rad] of a scan's plane
+  bool use_imu = false;             ///< its roll and pitch count where the odometry has none
 };
 
 /// Scans and transforms go in as they arrive, scans ready to be processed come out in the order of
 /// their stamps, and events between them. A scan is ready when tf covers its first beam and its
 /// last; its transforms are looked up at that moment. Roll and pitch of the base in the odometry
-/// frame count as the laser's: the base comes out upright. What comes out depends on the messages
-/// and not on how scans and transforms interleave, so a replayed bag gives what reading it gives.
-/// No scan is lost uncounted.
+/// frame, or by an IMU where tf shows none, count as the laser's: the base comes out upright. What
+/// comes out depends on the messages and not on how scans and transforms interleave, so a replayed
+/// bag gives what reading it gives. No scan is lost uncounted.
 ///
 /// Scans of several lasers come out merged by their stamps: a scan waits until every other laser
 /// that is alive has sent one as late, but not for long.
@@ -107,6 +109,10 @@ class ScanQueue {
   /// @param laser  which one of the robot's, from 0.
   void add_scan(const sensor_msgs::LaserScan& message, const ros::Time& now, int laser = 0);
   void add_transforms(const tf2_msgs::TFMessage& message, bool is_static, const ros::Time& now);
+
+  /// The orientation of an IMU goes to the transforms, so that scans wait for it as for those, and
+  /// for tf to say how it is mounted. Returns why it tells none, for people; empty: it does.
+  [[nodiscard]] std::string add_imu(const sensor_msgs::Imu& message, const ros::Time& now);
 
   /// The event comes out after all that is ready now; scans that still wait for their transforms
   /// come after it, since nobody knows for how long. Where it gives up the map, scans that are
@@ -208,6 +214,8 @@ class ScanQueue {
                                                         const WaitingScan& scan) const;
   [[nodiscard]] bool is_missing(const Needed& needed) const;
   [[nodiscard]] bool is_tilted(const std::string& frame, const ros::Time& stamp) const;
+  [[nodiscard]] Eigen::Isometry3d lean(const Eigen::Isometry3d& odom_from_base,
+                                       const ros::Time& stamp) const;
   [[nodiscard]] ReadyScan make_ready(const Turn& turn, WaitingScan&& scan) const;
 
   ScanQueueSettings settings_;

@@ -178,7 +178,8 @@ std::string TransformStore::why_not(const std::string& target, const std::string
   const bool by_imu = source == kImuHeadingFrame || target == kImuHeadingFrame;
   std::ostringstream text;
   text << std::fixed << std::setprecision(3);
-  text << (by_imu ? "no heading" : "no transform from '" + source + "' to '" + target + "'")
+  text << (by_imu ? "no orientation by the IMU"
+                  : "no transform from '" + source + "' to '" + target + "'")
        << " at " << stamp.toSec() << ": ";
   for (const std::string& frame : {source, target}) {
     if (!buffer_._frameExists(frame)) {
@@ -196,7 +197,7 @@ std::string TransformStore::why_not(const std::string& target, const std::string
       text << "tf is there from later on only, up to " << -lag << " s after the scan";
     }
   } catch (const tf2::ConnectivityException&) {
-    text << "tf does not connect them";
+    text << (by_imu ? "tf does not say how it is mounted" : "tf does not connect them");
   } catch (const tf2::TransformException&) {
     text << "the links between them share no time";
   }

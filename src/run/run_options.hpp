@@ -17,6 +17,7 @@ struct RunOptions {
   std::string odom_frame = "odom";
   std::string map_frame = "map";
   bool use_odometry = true;
+  std::string imu_topic;
   double transform_timeout = 2.0;
   int queue_size = 2000;
   double max_lag = 0.0;
@@ -44,6 +45,9 @@ struct RunOptions {
     option(self.use_odometry, "use_odometry", any(), "",
            "Whether tf carries odometry; if not, the base moves at constant velocity until the "
            "match.");
+    option(self.imu_topic, "imu_topic", any(), "",
+           "Topic of an IMU, sensor_msgs/Imu: roll and pitch of the base by its orientation are "
+           "taken out of the scans where odometry shows none. Empty: none.");
     option(self.transform_timeout, "transform_timeout", between(0.0, 3600.0), "s",
            "A scan waits this long for its transforms, then it is skipped.");
     option(self.queue_size, "queue_size", between(1, 1e6), "",

@@ -71,7 +71,7 @@ struct LaserOptions {
     option(self.mount_yaw, "mount_yaw", between(-kPi, kPi), "rad",
            "Turn of the laser about its z axis, positive to the left.");
     option(self.rock, "rock", between(0.0, 0.5), "rad",
-           "The robot rocks, by up to this in roll and in pitch; its odometry tells.");
+           "The robot rocks, by up to this in roll and in pitch; its odometry tells, or its IMU.");
     option(self.nod, "nod", between(0.0, 1.5), "rad",
            "The laser nods, by up to this down and up about its y axis; tf tells.");
     option(self.floor, "floor", any(), "",

@@ -8,6 +8,7 @@
 #include <iostream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "common/interrupted.hpp"
 #include "matchbox_slam/common/options.hpp"
@@ -53,6 +54,14 @@ int run_program(const std::string& name, const std::string& description,
       const int exit_code = app.exit(request);
       require_printed();
       return exit_code;
+    } catch (const CLI::RequiredError& error) {
+      const std::vector<std::string> unknown = app.remaining(true);
+      if (unknown.empty()) {
+        throw;
+      }
+      // One of these may be what is missed, with a slip of the pen.
+      throw ConfigurationError(error.what() + std::string("; ") + CLI::ExtrasError(unknown).what() +
+                               "; see --help");
     }
     work();
     require_printed();

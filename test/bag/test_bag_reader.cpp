@@ -59,7 +59,7 @@ TEST_F(ReadBag, StreamsScansAndTransformsInOrder) {
   EXPECT_EQ(counted.scans, 50);
   EXPECT_GT(counted.transforms, 100);
   EXPECT_TRUE(counted.in_order);
-  EXPECT_EQ(reader.scan_topics(), std::vector<std::string>{"/scan"});
+  EXPECT_EQ(reader.topics_of("sensor_msgs/LaserScan"), std::vector<std::string>{"/scan"});
 }
 
 TEST_F(ReadBag, ReadsEveryCompression) {

@@ -135,6 +135,25 @@ void damage(geometry_msgs::TransformStamped& link, Random& random) {
   }
 }
 
+void damage(sensor_msgs::Imu& message, Random& random) {
+  switch (below(4, random)) {
+    case 0:
+      message.header.stamp = odd_stamp(random);
+      break;
+    case 1:
+      message.header.frame_id = odd_frame(random);
+      break;
+    case 2:
+      message.orientation_covariance[0] = odd_number(random);
+      break;
+    default:
+      one_of<double*>({&message.orientation.x, &message.orientation.y, &message.orientation.z,
+                       &message.orientation.w},
+                      random)[0] = odd_number(random);
+      break;
+  }
+}
+
 /// One robot with its queue and engine, and what is sent to it.
 class Fuzzed {
  public:
@@ -165,6 +184,9 @@ class Fuzzed {
   }
 
   void send_one() {
+    if (queue_.settings().use_imu && happens(0.5, random_)) {
+      send_imu();
+    }
     const double x = 0.1 * (stamp_ - 1000.0);
     switch (below(happens(0.1, random_) ? 4 : 3, random_)) {
       case 0:
@@ -194,6 +216,18 @@ class Fuzzed {
       damage(links[below(links.size(), random_)], random_);
     }
     queue_.add_transforms(make_transforms(links), is_static, now());
+  }
+
+  void send_imu() {
+    sensor_msgs::Imu message;
+    message.header.stamp = ros::Time(std::max(0.0, stamp_));
+    message.header.frame_id = "base";
+    message.orientation.x = 0.05 * std::sin(stamp_);
+    message.orientation.w = 1.0;
+    while (happens(0.2, random_)) {
+      damage(message, random_);
+    }
+    (void)queue_.add_imu(message, now());
   }
 
   void send_pose() {
@@ -256,6 +290,9 @@ TEST_P(FuzzMessages, NeverBreakTheMapping) {
                                 GetParam(),
                             "fuzz");
   const LiveConfiguration with_odometry(parameters, loader);
+  Parameters imu = parameters;
+  imu.set("imu_topic", "imu");
+  const LiveConfiguration with_imu(imu, loader);
   parameters.set("use_odometry", false);
   parameters.set("base_frame", "laser");
   const LiveConfiguration laser_alone(parameters, loader);
@@ -264,7 +301,10 @@ TEST_P(FuzzMessages, NeverBreakTheMapping) {
   for (std::uint64_t number = first; number < first + runs; ++number) {
     SCOPED_TRACE("MATCHBOX_FUZZ_FIRST=" + std::to_string(number * kMessagesPerRun));
     try {
-      Fuzzed(number % 4 == 3 ? laser_alone : with_odometry, number).send_messages();
+      const LiveConfiguration& configuration = number % 4 == 3   ? laser_alone
+                                               : number % 4 == 1 ? with_imu
+                                                                 : with_odometry;
+      Fuzzed(configuration, number).send_messages();
     } catch (const std::exception& error) {
       ADD_FAILURE() << error.what();
     }

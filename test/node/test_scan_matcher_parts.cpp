@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <tf2_eigen/tf2_eigen.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -115,18 +116,16 @@ TEST(ImuHeading, IsTheBasesHoweverTheImuIsMounted) {
        {Eigen::Quaterniond::Identity(), turn(kPi, Eigen::Vector3d::UnitX()),
         turn(1.2, Eigen::Vector3d::UnitZ()), turn(0.5 * kPi, Eigen::Vector3d::UnitY())}) {
     const Eigen::Quaterniond world_from_base = turn(kYaw, Eigen::Vector3d::UnitZ());
-    Eigen::Isometry3d imu_from_base = Eigen::Isometry3d::Identity();
-    imu_from_base.linear() = base_from_imu.conjugate().toRotationMatrix();
-    imu_from_base.translation() << 0.3, 0.1, 0.2;
+    geometry_msgs::TransformStamped mount = make_transform(0.0, "base_link", "imu_link", 0.3);
+    mount.transform.rotation = tf2::toMsg(base_from_imu);
     const sensor_msgs::Imu message = imu_message(world_from_base * base_from_imu);
     ASSERT_EQ(find_defect(message), "");
-    const geometry_msgs::TransformStamped link = heading_link(message, imu_from_base, "base_link");
     TransformStore store("");
-    store.add(make_transforms({link}), false);
+    store.add(make_transforms({mount}), true);
+    store.add(make_transforms({heading_link(message)}), false);
     const auto heading_from_base = store.lookup(kImuHeadingFrame, "base_link", ros::Time(5.0));
     ASSERT_TRUE(heading_from_base);
     EXPECT_NEAR(project_to_plane(*heading_from_base).theta, kYaw, 1e-9);
-    EXPECT_LT(heading_from_base->translation().norm(), 1e-12);
   }
 }
 
@@ -137,8 +136,8 @@ TEST(ImuHeading, DoesNotGiveTheBaseASecondParent) {
   for (const double stamp : {4.0, 6.0}) {
     sensor_msgs::Imu message = imu_message(turn(stamp, Eigen::Vector3d::UnitZ()));
     message.header.stamp = ros::Time(stamp);
-    store.add(make_transforms({heading_link(message, Eigen::Isometry3d::Identity(), "base_link")}),
-              false);
+    message.header.frame_id = "/base_link";
+    store.add(make_transforms({heading_link(message)}), false);
   }
   EXPECT_TRUE(store.covers("odom", "base_link", ros::Time(5.0)));
   const auto heading = store.lookup(kImuHeadingFrame, "base_link", ros::Time(5.0));
@@ -158,6 +157,9 @@ TEST(ImuHeading, ToldWhatIsNone) {
   message = imu_message(Eigen::Quaterniond::Identity());
   message.header.stamp = ros::Time();
   EXPECT_TRUE(contains(find_defect(message), "stamp"));
+  message = imu_message(Eigen::Quaterniond::Identity());
+  message.header.frame_id = "/";
+  EXPECT_EQ(find_defect(message), "it does not name its frame");
 }
 
 // --- messages out ---

@@ -6,6 +6,7 @@
 #include <ros/ros.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <sensor_msgs/Imu.h>
 #include <sensor_msgs/LaserScan.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
@@ -68,6 +69,8 @@ class Player {
       if (const auto scan = next_->instantiate<sensor_msgs::LaserScan>()) {
         scans_.publish(scan);
         --scans;
+      } else if (const auto imu = next_->instantiate<sensor_msgs::Imu>()) {
+        imus_.publish(imu);
       } else if (const auto transforms = next_->instantiate<tf2_msgs::TFMessage>()) {
         transforms_.publish(transforms);
       }
@@ -94,6 +97,7 @@ class Player {
   ros::NodeHandle node_;
   ros::Publisher scans_ = node_.advertise<sensor_msgs::LaserScan>("/scan", 1000);
   ros::Publisher transforms_ = node_.advertise<tf2_msgs::TFMessage>("/tf", 1000);
+  ros::Publisher imus_ = node_.advertise<sensor_msgs::Imu>("/imu", 1000);
   ros::Subscriber poses_ = node_.subscribe("/pose", 1000, &Player::on_pose, this);
   rosbag::Bag bag_;
   rosbag::View view_;
@@ -102,10 +106,10 @@ class Player {
 };
 
 SimulatedRun simulate(const std::string& bag, const std::string& name, std::uint64_t seed,
-                      const SimulationOptions& options) {
+                      const SimulationOptions& options, const SimulatedBagOptions& recording = {}) {
   const World world = make_world(name, seed);
   SimulatedRun run = simulate_run(world, world.route(), options, seed);
-  SimulatedBagWriter(bag, {}).write(run, {name, seed, options.laser, run.faults});
+  SimulatedBagWriter(bag, recording).write(run, {name, seed, options.laser, run.faults});
   return run;
 }
 
@@ -224,6 +228,36 @@ TEST(SlamEvents, MapBagRepeatsThemToTheByte) {
     kinds.insert(event.event.index());
   }
   EXPECT_EQ(kinds.size(), std::variant_size_v<RunEvent>) << "not every kind";
+}
+
+TEST(SlamEvents, MapBagTakesRollAndPitchFromAnImuAsTheNodeDoes) {
+  const TemporaryFolder folder;
+  const std::string bag = folder / "run.bag";
+  SimulationOptions options;
+  options.time.duration = 8.0;
+  options.laser.rock = 0.1;
+  options.laser.floor = true;
+  options.laser.time_increment = 2e-5;
+  SimulatedBagOptions recording;
+  recording.imu = true;
+  simulate(bag, "rooms", 4, options, recording);
+  set_parameters("/rocking", folder);
+  ros::param::set("/rocking/imu_topic", "imu");
+  ros::AsyncSpinner spinner(2);
+  spinner.start();
+  Player player(bag);
+  {
+    const SlamNode slam(ros::NodeHandle(), ros::NodeHandle("/rocking"));
+    ASSERT_TRUE(wait_until([&] { return player.is_heard(); }));
+    ASSERT_TRUE(player.drive(150));
+  }
+  const std::string map_bag = bag + " --quiet --out " + (folder / "map_bag");
+  const std::string node = read_file(folder / "node.tum");
+  ASSERT_GT(node.size(), 5000U);
+  ASSERT_EQ(run_command(MATCHBOX_MAP_BAG, map_bag).exit_code, 0);
+  EXPECT_NE(node, read_file(folder / "map_bag/trajectory.tum").substr(0, node.size()));
+  ASSERT_EQ(run_command(MATCHBOX_MAP_BAG, map_bag + " --set imu_topic=imu").exit_code, 0);
+  EXPECT_TRUE(node == read_file(folder / "map_bag/trajectory.tum").substr(0, node.size()));
 }
 
 /// A lap round a block by odometry alone, which is metres off when it comes home.

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <tf2_eigen/tf2_eigen.h>
 
 #include <algorithm>
 #include <string>
@@ -125,6 +126,57 @@ TEST(ScanQueue, ABaseThatLeansComesOutUprightWithALaserThatLeans) {
   EXPECT_NEAR(input.base_from_laser.translation().z(), -0.2 * std::sin(0.10), 1e-9);
   const Eigen::Matrix3d last = Eigen::AngleAxisd(0.13, y).toRotationMatrix();
   EXPECT_TRUE((input.base_from_laser * input.laser_motion).linear().isApprox(last, 1e-6));
+}
+
+/// An IMU lying on its side on the base, `leaning` with it.
+sensor_msgs::Imu imu_message(double stamp, const Eigen::Quaterniond& leaning) {
+  const Eigen::Quaterniond side(Eigen::AngleAxisd(0.5 * kPi, Eigen::Vector3d::UnitX()));
+  sensor_msgs::Imu message;
+  message.header.stamp = ros::Time(stamp);
+  message.header.frame_id = "imu";
+  message.orientation = tf2::toMsg(Eigen::Quaterniond(leaning * side));
+  return message;
+}
+
+TEST(ScanQueue, TakesRollAndPitchFromAnImuWhereTheOdometryShowsNone) {
+  const Eigen::Vector3d y = Eigen::Vector3d::UnitY();
+  for (const bool has_odometry : {true, false}) {
+    for (const double shown : {0.0, 0.05}) {
+      ScanQueueSettings by_imu = settings();
+      by_imu.use_imu = true;
+      if (!has_odometry) {
+        by_imu.odom_frame.reset();
+      }
+      Feed feed(by_imu);
+      feed.laser();
+      for (const double stamp : {100.0, 100.2}) {
+        feed.queue.add_transforms(leaning(stamp, "odom", "base", shown, y, 2.0), false,
+                                  ros::Time(stamp));
+      }
+      sensor_msgs::LaserScan scan = make_scan(100.0);
+      scan.time_increment = 0.1F / 89.0F;
+      feed.queue.add_scan(scan, ros::Time(100.2));
+      const auto add_imu = [&](double stamp, double pitch) {
+        const Eigen::Quaterniond leans(Eigen::AngleAxisd(-1.0, Eigen::Vector3d::UnitZ()) *
+                                       Eigen::AngleAxisd(pitch, y));
+        EXPECT_EQ(feed.queue.add_imu(imu_message(stamp, leans), ros::Time(100.2)), "");
+      };
+      add_imu(100.0, 0.10);
+      add_imu(100.2, 0.16);
+      EXPECT_FALSE(feed.queue.next()) << "tf does not say how it is mounted";
+      feed.queue.add_transforms(leaning(0.0, "base", "imu", 0.5 * kPi, Eigen::Vector3d::UnitX()),
+                                true, ros::Time(100.2));
+      const auto item = feed.queue.next();
+      ASSERT_TRUE(item);
+      const ScanInput& input = std::get<ReadyScan>(*item).input;
+      const bool by_tf = has_odometry && shown > 0.0;
+      const Eigen::Matrix3d first = Eigen::AngleAxisd(by_tf ? shown : 0.10, y).toRotationMatrix();
+      EXPECT_TRUE(input.base_from_laser.linear().isApprox(first, 1e-9)) << shown;
+      const Eigen::Matrix3d last = Eigen::AngleAxisd(by_tf ? shown : 0.13, y).toRotationMatrix();
+      EXPECT_TRUE((input.base_from_laser * input.laser_motion).linear().isApprox(last, 1e-6));
+      EXPECT_EQ(input.odometry.has_value(), has_odometry);
+    }
+  }
 }
 
 TEST(ScanQueue, WaitsForTheLastBeamOfALaserThatIsTilted) {

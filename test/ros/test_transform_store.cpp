@@ -125,10 +125,14 @@ TEST(TransformStore, SaysWhyThereIsNoTransform) {
             "no transform from 'base_link' to 'odom' at 100.000: tf has no frame 'base_link'; it "
             "has base, camera, odom, wall");
   EXPECT_EQ(store.why_not("base", kImuHeadingFrame, ros::Time(100.0)),
-            "no heading at 100.000: no usable message of the IMU has come yet");
-  store.add(make_link(100.0, "base", kImuHeadingFrame, 0.0), false);
+            "no orientation by the IMU at 100.000: no usable message of the IMU has come yet");
+  store.add(make_link(100.0, "imu_link", kImuHeadingFrame, 0.0), false);
+  store.add(make_link(100.0, "base", "laser", 0.0), true);
+  EXPECT_EQ(store.why_not("base", kImuHeadingFrame, ros::Time(100.0)),
+            "no orientation by the IMU at 100.000: tf does not say how it is mounted");
+  store.add(make_link(100.0, "base", "imu_link", 0.0), true);
   EXPECT_EQ(store.why_not("base", kImuHeadingFrame, ros::Time(100.25)),
-            "no heading at 100.250: the newest is 0.250 s older than the scan");
+            "no orientation by the IMU at 100.250: the newest is 0.250 s older than the scan");
   EXPECT_TRUE(contains(store.why_not("odom", "base", ros::Time(99.0)), "from later on only"));
   EXPECT_TRUE(contains(store.why_not("odom", "camera", ros::Time(100.0)), "does not connect them"));
 }

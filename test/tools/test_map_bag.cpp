@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
+#include <sensor_msgs/Imu.h>
 
 #include <algorithm>
 #include <cmath>
@@ -170,6 +171,40 @@ TEST_F(TiltedLaser, ARobotThatRocksGetsAMapWithoutFloor) {
   EXPECT_EQ(report("scans/used"), report("scans/received"));
 }
 
+TEST_F(TiltedLaser, ARobotThatRocksAsOnlyItsImuTellsGetsAMapWithoutFloor) {
+  simulate("--rock 0.0873 --imu");
+  ASSERT_EQ(run("").exit_code, 0);
+  EXPECT_GT(cells_on_the_floor(), 50U) << "it cannot know";  // 99
+  ASSERT_EQ(run("--set imu_topic=imu").exit_code, 0);
+  EXPECT_LT(error(), 0.01);
+  EXPECT_EQ(cells_on_the_floor(), 0U);
+  EXPECT_EQ(report("scans/used"), report("scans/received"));
+}
+
+TEST_F(TiltedLaser, AnImuThatMeasuresNoOrientationIsTold) {
+  write_small_bag(bag_);
+  {
+    rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+    sensor_msgs::Imu imu;
+    imu.header.stamp = ros::Time(1000.0);
+    imu.header.frame_id = "imu_link";
+    imu.orientation_covariance[0] = -1.0;
+    bag.write("/imu", ros::Time(1000.0), imu);
+    bag.write("/imu", ros::Time(1001.0), imu);
+  }
+  expect_one_line(run("--quiet --set imu_topic=gyro"), 2,
+                  "the bag has no topic 'gyro'; topics with orientations of an IMU: /imu");
+  const Outcome outcome = run("--quiet --set imu_topic=/imu");
+  EXPECT_EQ(outcome.exit_code, 1);
+  for (const char* words :
+       {"messages of the IMU are ignored; the first: orientation_covariance[0] is -1, which says "
+        "that it measures no orientation\n",
+        "skipped (no_transform): no orientation by the IMU at 1000.000: no usable message of the "
+        "IMU has come yet\n"}) {
+    EXPECT_TRUE(contains(outcome.output, words)) << outcome.output;
+  }
+}
+
 TEST_F(TiltedLaser, ALaserThatNodsGetsAMapOfItsLevelScans) {
   simulate("--nod 0.5 --time-increment 4e-5");
   const Outcome outcome = run("");
@@ -295,6 +330,30 @@ TEST_F(MapBag, GoesOnWithItsMapAsIfItHadNeverStopped) {
       EXPECT_TRUE(read_file(out_ + "/map.pgm") == map) << options;
       EXPECT_TRUE(read_file(out_ + "/map.slam") == saved) << options;
     }
+  }
+}
+
+TEST_F(MapBag, LocalisesInItsMapWithoutChangingIt) {
+  const std::string every = "--set slam/insert_distance=0 --set slam/insert_angle=0 ";
+  ASSERT_EQ(run_small({}, every).exit_code, 0);
+  const std::vector<StampedPose2> whole = read_tum(out_ + "/trajectory.tum").poses();
+  SmallBag half;
+  half.scans = 25;
+  ASSERT_EQ(run_small(half, every).exit_code, 0);
+  const std::string old = folder_ / "old.slam";
+  std::filesystem::copy_file(out_ + "/map.slam", old);
+  const std::string map = read_file(out_ + "/map.pgm");
+  SmallBag rest;
+  rest.first_scan = 25;
+  const Outcome outcome = run_small(rest, every + "--set slam/update_map=false --map " + old);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "25 of 25 scans used, 25 matched")) << outcome.output;
+  EXPECT_TRUE(read_file(out_ + "/map.pgm") == map);
+  EXPECT_TRUE(std::filesystem::exists(out_ + "/map.slam"));
+  const std::vector<StampedPose2> located = read_tum(out_ + "/trajectory.tum").poses();
+  ASSERT_EQ(located.size(), 25U);
+  for (std::size_t i = 0; i < located.size(); ++i) {
+    EXPECT_LT(difference(located[i].pose, whole[25 + i].pose).norm(), 0.01) << i;
   }
 }
 
@@ -783,6 +842,8 @@ TEST_F(MapBag, RefusesWrongUsage) {
   expect_one_line(run("--seed 1.5"), 2, "--seed: 1.5 is not a whole number");
   expect_one_line(run("--frobnicate"), 2, "--frobnicate");
   expect_one_line(run_command(MATCHBOX_MAP_BAG, ""), 2, "--help");
+  expect_one_line(run_command(MATCHBOX_MAP_BAG, bag_ + " --uot " + out_), 2,
+                  "--out is required; The following argument was not expected: --uot; see --help");
   const Outcome help = run_command(MATCHBOX_MAP_BAG, "--help");
   EXPECT_EQ(help.exit_code, 0);
   for (const char* flag :
