@@ -135,7 +135,9 @@ def end_at(way, moment, bag, scans, folder):
     rospy.wait_for_service('/slam/save_map', 30.0)
     stop = threading.Event()
     saver = threading.Thread(target=save_maps, args=(stop,))
-    player = subprocess.Popen(['rosbag', 'play', '--quiet', '-r', str(RATE), bag],
+    # Else it plays 0.2 s after it begins, whether the node has connected or not.
+    player = subprocess.Popen(['rosbag', 'play', '--quiet', '--wait-for-subscribers', '--queue=10000', '-r',
+                               str(RATE), bag],
                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     saver.start()
     end = time.monotonic() + moment

@@ -1,9 +1,11 @@
 #include "node/slam_input.hpp"
 
+#include <ros/callback_queue.h>
 #include <ros/master.h>
 #include <ros/message_traits.h>
 #include <ros/this_node.h>
 
+#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -35,6 +37,7 @@ std::vector<std::string> topics_with_scans() {
 SlamInput::SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const RunOptions& options,
                      ScanWorker& worker, std::function<void(double)> on_no_returns)
     : options_(options),
+      callbacks_(node.getCallbackQueue()),
       worker_(worker),
       on_no_returns_(std::move(on_no_returns)),
       clock_watch_(options.map_frame),
@@ -74,7 +77,19 @@ std::vector<std::string> SlamInput::topics() const {
   return topics;
 }
 
+/// Under load, scans may wait in roscpp's buffers; the account of an ended run has them, too.
+void SlamInput::take_what_has_come() {
+  constexpr std::chrono::milliseconds kLongest(500);
+  is_ending_ = true;
+  auto* const callbacks = dynamic_cast<ros::CallbackQueue*>(callbacks_);  // not that of nodelets
+  const auto end = std::chrono::steady_clock::now() + kLongest;
+  while (callbacks != nullptr && !callbacks->isEmpty() && std::chrono::steady_clock::now() < end) {
+    (void)callbacks->callOne();
+  }
+}
+
 void SlamInput::stop() {
+  take_what_has_come();
   for (ros::Subscriber& subscriber : scan_subscribers_) {
     subscriber.shutdown();
   }
@@ -117,6 +132,9 @@ void SlamInput::on_scan(const ScanEvent& event, int laser) {
 }
 
 void SlamInput::on_transforms(const TransformEvent& event, bool is_static) {
+  if (is_ending_) {
+    return;  // no scan is used any more
+  }
   worker_.use_queue([&](ScanQueue& queue) {
     if (!is_static) {
       clock_watch_.add_transforms(*event.getConstMessage(), event.getReceiptTime());

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <ros/callback_queue_interface.h>
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
 #include <ros/wall_timer.h>
 #include <sensor_msgs/LaserScan.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <atomic>
 #include <deque>
 #include <functional>
 #include <map>
@@ -35,7 +37,8 @@ class SlamInput {
   /// Of the scans, with what they are remapped to.
   [[nodiscard]] std::vector<std::string> topics() const;
 
-  /// No more messages come; all scans that came are in the queue.
+  /// No more messages come; all scans that came are in the queue, or as many as half a second
+  /// suffices for.
   void stop();
 
   /// Scans that are not in the queue yet.
@@ -48,6 +51,7 @@ class SlamInput {
   using TransformEvent = ros::MessageEvent<const tf2_msgs::TFMessage>;
 
   void subscribe(ros::NodeHandle& node);
+  void take_what_has_come();
   void on_scan(const ScanEvent& event, int laser);
   void on_transforms(const TransformEvent& event, bool is_static);
   void settle_clocks(const ros::Time& now, ScanQueue& queue);
@@ -57,6 +61,8 @@ class SlamInput {
   std::optional<double> look_for_no_returns(const sensor_msgs::LaserScan& scan, int laser);
 
   const RunOptions options_;
+  ros::CallbackQueueInterface* callbacks_;  ///< in which messages wait for this object
+  std::atomic<bool> is_ending_{false};
   ScanWorker& worker_;
   std::function<void(double)> on_no_returns_;  ///< null when it has been called
   ClockWatch clock_watch_;                     ///< as what follows, used only while the queue is

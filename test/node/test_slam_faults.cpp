@@ -338,6 +338,22 @@ TEST(SlamFaults, ASignalWaitsForNoScanThatIsQueuedAndAllAreCounted) {
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
 }
 
+TEST(SlamFaults, ScansThatNobodyHasTakenFromRoscppsBuffersAreCountedAtItsEnd) {
+  Robot robot;
+  const LogWatch log("mapping has ended");
+  ros::param::set("/unread/base_frame", "base");
+  {
+    const SlamNode slam(ros::NodeHandle(), ros::NodeHandle("/unread"));
+    ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+    for (int i = 0; i < 20; ++i) {  // which wait, since nobody spins
+      robot.step();
+    }
+  }
+  ASSERT_TRUE(wait_until([&] { return !log.line().empty(); }));
+  EXPECT_EQ(log.line(),
+            "mapping has ended: 20 scans received, 0 used, 20 skipped (interrupted: 20)");
+}
+
 TEST(SlamFaults, AFullDiskLeavesTheOldMapAndTheMapping) {
   Robot robot;
   const TemporaryFolder folder;
