@@ -48,6 +48,22 @@ Eigen::Matrix3d anywhere_in(const SlamMap& map) {
   return covariance_of(size, kPi);
 }
 
+/// A laser at half the tilt of when it took its newest key scan: what it sees before its beams
+/// leave the band of heights reaches twice as far. Below a hundredth of a radian it sees all either
+/// way.
+bool sees_farther(const ScanInput& input, const KeyScans& key_scans) {
+  constexpr double kLevel = 0.01;  // [rad]
+  const PlacedScans& all = key_scans.all();
+  const auto newest = std::find_if(all.rbegin(), all.rend(), [&](const PlacedScan& placed) {
+    return placed.scan->laser() == input.laser && placed.scan->measured() != nullptr;
+  });
+  if (newest == all.rend()) {
+    return false;
+  }
+  const double tilt = tilt_of(newest->scan->measured()->base_from_laser);
+  return tilt > kLevel && tilt_of(input.base_from_laser) < 0.5 * tilt;
+}
+
 }  // namespace
 
 SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
@@ -84,7 +100,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
     outcome.covariance = predicted.covariance;
   }
 
-  if (is_to_be_inserted(outcome, input.laser)) {
+  if (is_to_be_inserted(input, outcome)) {
     seen.put_right(matched.during_scan);
     insert_or_hold(seen, input.laser, outcome);
   }
@@ -182,11 +198,9 @@ TrackingState SlamEngine::state() const {
 
 void SlamEngine::weigh_doubt(const WeighedMatch& match, const ScanOutcome& outcome, double way) {
   constexpr double kNewest = 0.1;  // weight of the newest score among those of late
-  // What is found in doubt may be wrong, and fits less than it would elsewhere.
-  if (match.match.accepted() && !doubt_.doubts && !match.jumped) {
+  if (match.match.accepted()) {
     usual_score_ += (usual_score_ > 0.0 ? kNewest : 1.0) * (match.match.score - usual_score_);
   }
-  is_continued_ = is_continued_ && !match.jumped;
   const bool was_provisional = doubt_.is_provisional;
   doubt_.pass(outcome.stamp - tracker_.state().stamp.value_or(outcome.stamp));
   doubt_.follow(match, outcome.stamp, way, outcome.map_from_base, options_.doubt,
@@ -390,30 +404,31 @@ void SlamEngine::move_map(const MapCorrection& correction) {
 /// Only what was matched without a doubt goes into the map, except for what starts it. A further
 /// laser's first scan may show what no other has seen yet: then it goes where the others have just
 /// put the base.
-bool SlamEngine::is_to_be_inserted(const ScanOutcome& outcome, int laser) const {
+bool SlamEngine::is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome) const {
   const MatchResult& match = outcome.match;
   if (!options_.slam.update_map && !parts_.is_lost()) {
     return false;
   }
   if (match.accepted() || outcome.certainty == Certainty::kNewGround) {
-    return is_worth_inserting(outcome, laser);
+    return is_worth_inserting(input, outcome);
   }
   const MapPart& part = parts_.here();
   return part.map.field.empty() ||
          (match.status == MatchStatus::kRejectedLowScore && tracker_.state().matched &&
-          !part.last_inserted.empty() && part.last_inserted.count(laser) == 0);
+          !part.last_inserted.empty() && part.last_inserted.count(input.laser) == 0);
 }
 
-bool SlamEngine::is_worth_inserting(const ScanOutcome& outcome, int laser) const {
+bool SlamEngine::is_worth_inserting(const ScanInput& input, const ScanOutcome& outcome) const {
   const std::map<int, Pose2>& last_inserted = parts_.here().last_inserted;
-  const auto before = last_inserted.find(laser);
+  const auto before = last_inserted.find(input.laser);
   if (before == last_inserted.end()) {
     return true;
   }
   const Pose2 moved = before->second.inverse() * outcome.map_from_base;
   return moved.translation().norm() >= options_.slam.insert_distance ||
          std::abs(moved.theta) >= options_.slam.insert_angle ||
-         outcome.match.score < options_.slam.insert_overlap;
+         outcome.match.score < options_.slam.insert_overlap ||
+         sees_farther(input, parts_.here().key_scans);
 }
 
 void SlamEngine::insert_or_hold(const SeenScans& seen, int laser, ScanOutcome& outcome) {

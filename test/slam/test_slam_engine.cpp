@@ -593,6 +593,25 @@ TEST(SlamEngine, InsertsWhatOverlapsTooLittleToo) {
   EXPECT_FALSE(engine.process(input).inserted) << "never what was rejected";
 }
 
+TEST(SlamEngine, InsertsWhatALaserSeesAtHalfTheTilt) {
+  SlamEngine engine({}, odometry_only(), 1);
+  ScanInput input;
+  input.scan = lost_scan(100, 0.0, 3.0F);
+  input.odometry = at_rest_at({});
+  const auto inserts_at = [&](double tilt) {
+    input.scan.stamp += 1.0;
+    input.base_from_laser = Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitY());
+    return engine.process(input).inserted;
+  };
+  EXPECT_TRUE(inserts_at(-0.1));
+  EXPECT_FALSE(inserts_at(-0.12));
+  EXPECT_FALSE(inserts_at(-0.06));
+  EXPECT_TRUE(inserts_at(0.04));
+  EXPECT_FALSE(inserts_at(-0.03));
+  EXPECT_TRUE(inserts_at(0.008));
+  EXPECT_FALSE(inserts_at(0.0)) << "it saw all already";
+}
+
 // --- predictions ---
 
 TEST(SlamEngine, StartsWhereItIsTold) {

@@ -125,8 +125,8 @@ class SlamEngine {
   [[nodiscard]] SeenScans see(const ScanInput& input, const MotionPrediction& predicted);
   ScanOutcome take_aside(const ScanInput& input, const MotionPrediction& predicted);
   [[nodiscard]] WeighedMatch match(const PointScan& scan, const MotionPrediction& predicted) const;
-  [[nodiscard]] bool is_to_be_inserted(const ScanOutcome& outcome, int laser) const;
-  [[nodiscard]] bool is_worth_inserting(const ScanOutcome& outcome, int laser) const;
+  [[nodiscard]] bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome) const;
+  [[nodiscard]] bool is_worth_inserting(const ScanInput& input, const ScanOutcome& outcome) const;
   void insert_or_hold(const SeenScans& seen, int laser, ScanOutcome& outcome);
   void insert_or_hold(const PointScan& scan, const MeasuredScan& measured, int laser,
                       ScanOutcome& outcome);
