@@ -7,13 +7,16 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "evaluation/absolute_trajectory_error.hpp"
+#include "evaluation/map_quality.hpp"
 #include "evaluation/relation_error.hpp"
 #include "io/relations_file.hpp"
 #include "io/temporary_folder.hpp"
 #include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/map_file.hpp"
 #include "tools/run_command.hpp"
 
 namespace matchbox_slam {
@@ -127,6 +130,31 @@ TEST_F(RealBag, JarvisIsNoWorseWithBothLasers) {
     // 0.0204 and 0.0211 m; alone 0.0197 and 0.0212; 0.040 with both as tf and stamps have them
     EXPECT_LE(absolute_trajectory_error(trajectory_, truth).translation.rmse, 0.0217) << order;
   }
+}
+
+/// The figures of doc/evaluate.md.
+TEST_F(RealBag, QualityOfIntelsMapsIsAsThePageSays) {
+  const std::string page = read_file(MATCHBOX_SOURCE_DIR "/doc/evaluate.md");
+  const std::regex figures(
+      R"(occupied cells \(([\d.]+) % of the known ones\) and areas \((\d+)\) than the good one )"
+      R"(\(([\d.]+) %, (\d+)\), and as many corners \((\d+)\s+and (\d+)\))");
+  std::smatch printed;
+  ASSERT_TRUE(std::regex_search(page, printed, figures));
+  const auto expect_quality = [&](const std::string& arguments, int occupied, int areas,
+                                  int corners) {
+    map("intel.bag", arguments);
+    if (IsSkipped() || HasFatalFailure()) {
+      return;
+    }
+    const MapQuality quality = measure_map_quality(read_map(folder_ / "map.yaml"));
+    const auto number = [&](int group) { return std::stod(printed[group].str()); };
+    EXPECT_NEAR(100.0 * quality.occupied_of_known(), number(occupied), 0.1);
+    EXPECT_NEAR(static_cast<double>(quality.enclosed_areas.size()), number(areas), 2.0);
+    EXPECT_NEAR(static_cast<double>(quality.corners.size()), number(corners),
+                0.05 * number(corners));
+  };
+  expect_quality("--matcher odometry_only --set slam/loop_closing=false", 1, 2, 5);
+  expect_quality("", 3, 4, 6);
 }
 
 TEST_F(RealBag, IntelBecomesOneBuilding) {
