@@ -21,6 +21,23 @@ Reading classify(double range, double min_range, double max_range) {
   return range >= max_range ? Reading::kNoReturn : Reading::kHit;
 }
 
+/// Readings nearer than this [m] count for nothing. Where most beams end closer to the laser than a
+/// robot comes to walls, something covers it: that moves along, and would hold the robot where it
+/// is.
+double least_range(const LaserScan& scan, const ProjectionOptions& options) {
+  constexpr double kCover = 0.2;  // [m]
+  constexpr std::size_t kFewest = 10;
+  const double least = std::max(options.min_range, scan.range_min);
+  std::size_t read = 0;
+  std::size_t near = 0;
+  for (const float range : scan.ranges) {
+    const bool is_read = classify(range, least, options.max_range) != Reading::kIgnored;
+    read += is_read ? 1 : 0;
+    near += is_read && range < kCover ? 1 : 0;
+  }
+  return read >= kFewest && 2 * near > read ? std::max(least, kCover) : least;
+}
+
 /// Pose of the laser after a fraction of the scan.
 Eigen::Isometry3d laser_at(double fraction, const Eigen::Isometry3d& base_from_laser,
                            const Eigen::Isometry3d& laser_motion) {
@@ -298,7 +315,7 @@ double tilt_of(const Eigen::Isometry3d& base_from_laser) {
 PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from_laser,
                        const Pose2& motion, const ProjectionOptions& options,
                        const Eigen::Isometry3d& laser_motion) {
-  const double min_range = std::max(options.min_range, scan.range_min);
+  const double min_range = least_range(scan, options);
   const double max_range = std::min(options.max_range, scan.range_max);
   const double free_range = std::min(options.free_range, max_range);
   const std::size_t count = scan.ranges.size();

@@ -61,6 +61,8 @@ void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance
                      const LoopOptions& options) {
   constexpr double kFound = 0.1;          // [m], how well a place is found anew
   constexpr double kFoundHeading = 0.05;  // [rad]
+  constexpr double kWay = 1.0;            // [m], how well it is known how the robot came there
+  constexpr double kWayHeading = 0.2;     // [rad]
   const PlacedScans& all = keys.all();
   const std::size_t newest = all.size() - 1;
   while (graph_.poses.size() < newest) {
@@ -71,8 +73,13 @@ void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance
     covariance += covariance_of(kFound, kFoundHeading);
   }
   join_to_before(all, covariance, options);
+  const std::size_t way = graph_.edges.size() - 1;
   find_ways();
-  join_to_earlier(keys, is_continued, options);
+  if (join_to_earlier(keys, is_continued, options) && !is_continued) {
+    // What is wrong about the place goes to the way there, and not to all ways before it.
+    graph_.edges[way].covariance += covariance_of(kWay, kWayHeading);
+    find_ways();
+  }
 }
 
 /// Of a map that comes without its graph nobody knows how it drifted: it stays as it is.
@@ -112,16 +119,18 @@ void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& 
 }
 
 /// What is matched with belongs together from now on, too; and what lies where the robot was found.
-void LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
+/// Whether there is such a key scan.
+bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
                                  const LoopOptions& options) {
   constexpr double kNear = 2.0;         // [m]
   constexpr std::size_t kEarlier = 30;  // key scans
   const PlacedScans& all = keys.all();
   const std::size_t newest = all.size() - 1;
+  const std::size_t since = is_continued ? kEarlier : 0;
   const std::vector<bool> is_apart = apart(options);
   std::optional<std::size_t> nearest;
   double least = kNear;
-  for (std::size_t i = 0; i + kEarlier < newest; ++i) {
+  for (std::size_t i = 0; i + since < newest; ++i) {
     const double distance =
         (all[i].map_from_base.translation() - all[newest].map_from_base.translation()).norm();
     if (distance < least && (!is_apart[i] || !is_continued)) {
@@ -130,12 +139,15 @@ void LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
     }
   }
   if (!nearest) {
-    return;
+    return false;
   }
-  if (const std::optional<FoundLoop> found = find_near(all, *nearest)) {
-    graph_.edges.push_back({*nearest, newest, found->key_from_newest, found->covariance});
-    find_ways();
+  const std::optional<FoundLoop> found = find_near(all, *nearest);
+  if (!found) {
+    return false;
   }
+  graph_.edges.push_back({*nearest, newest, found->key_from_newest, found->covariance});
+  find_ways();
+  return true;
 }
 
 void LoopCloser::begin(const KeyScans& keys, const NearRequest& near, const LoopOptions& options) {

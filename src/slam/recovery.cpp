@@ -169,6 +169,27 @@ void add_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
   }
 }
 
+/// Share of key scans of one part that would see through walls of another.
+double share_through_walls(const MapPart& part, const MapPart& other, const Pose2& other_from_part,
+                           const DoubtOptions& doubt) {
+  const PlacedScans keys = spread_out(part.key_scans.all());
+  const auto through = std::count_if(keys.begin(), keys.end(), [&](const PlacedScan& key) {
+    return contradiction(*key.scan->points(), other_from_part * key.map_from_base,
+                         other.map.field) > doubt.contradiction;
+  });
+  return keys.empty() ? 0.0 : static_cast<double>(through) / static_cast<double>(keys.size());
+}
+
+/// Where rooms are alike, what lies around them tells: no more than a few key scans of either part
+/// see through walls of the other, joined as the place has it.
+bool fits_whole(const PlaceHypothesis& place, const std::vector<MapPart>& parts, std::size_t apart,
+                const DoubtOptions& doubt) {
+  constexpr double kFew = 0.1;
+  const MapPart& part = parts[place.part];
+  return share_through_walls(parts[apart], part, place.part_from_apart, doubt) <= kFew &&
+         share_through_walls(part, parts[apart], place.part_from_apart.inverse(), doubt) <= kFew;
+}
+
 }  // namespace
 
 std::vector<SearchedPlace> searched_places(const std::vector<MapPart>& parts, std::size_t apart) {
@@ -207,7 +228,14 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
   const int wanted = is_near ? options.confirmations : options.far_confirmations;
   const bool is_found = (is_near || search.complete) && best.confirmations >= wanted &&
                         best.confirmations >= next + wanted - 1;
-  return is_found ? std::optional<PlaceHypothesis>(best) : std::nullopt;
+  if (!is_found) {
+    return std::nullopt;
+  }
+  if (!is_near && !fits_whole(best, parts, apart, doubt)) {
+    search.hypotheses.erase(search.hypotheses.begin());
+    return std::nullopt;
+  }
+  return best;
 }
 
 }  // namespace matchbox_slam

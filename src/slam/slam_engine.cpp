@@ -198,9 +198,11 @@ TrackingState SlamEngine::state() const {
 
 void SlamEngine::weigh_doubt(const WeighedMatch& match, const ScanOutcome& outcome, double way) {
   constexpr double kNewest = 0.1;  // weight of the newest score among those of late
-  if (match.match.accepted()) {
+  // What is found in doubt may be wrong, and fits less than it would elsewhere.
+  if (match.match.accepted() && !doubt_.doubts && !match.jumped) {
     usual_score_ += (usual_score_ > 0.0 ? kNewest : 1.0) * (match.match.score - usual_score_);
   }
+  is_continued_ = is_continued_ && !match.jumped;
   const bool was_provisional = doubt_.is_provisional;
   doubt_.pass(outcome.stamp - tracker_.state().stamp.value_or(outcome.stamp));
   doubt_.follow(match, outcome.stamp, way, outcome.map_from_base, options_.doubt,

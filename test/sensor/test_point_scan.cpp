@@ -216,6 +216,21 @@ TEST(PointScan, AllBeamsLostIsAnEmptyScan) {
   EXPECT_TRUE(scan.free_rays.empty());
 }
 
+/// What covers a laser moves along with it.
+TEST(ACoveredLaser, IsReadBesideTheCoverAlone) {
+  LaserScan scan = sweep(100, 4.5);
+  scan.ranges.assign(100, 2.0F);
+  const auto covered = [&](std::size_t count, float range) {
+    LaserScan result = scan;
+    std::fill_n(result.ranges.begin(), count, range);
+    return project(result).points.size();
+  };
+  EXPECT_EQ(covered(60, 0.15F), 40U);
+  EXPECT_EQ(covered(100, 0.15F), 0U);
+  EXPECT_EQ(covered(40, 0.15F), 100U);  // a wall close by
+  EXPECT_EQ(covered(60, 0.25F), 100U);
+}
+
 // --- masked angles ---
 
 struct Mask {

@@ -200,12 +200,29 @@ TEST_F(SetDownTest, WhatLiesWhereItWasFoundIsJoinedHoweverFarTheWayThere) {
   EXPECT_EQ(edges_when(false), 2U);
 }
 
+TEST_F(SetDownTest, TheWayThereIsHardlyKnownWhereThePlaceIs) {
+  const auto variance_of_way_to = [this](const Pose2& place) {
+    keys_ = {};
+    closer_ = {};
+    for (int i = 0; i < 10; ++i) {
+      add({1.0 + 0.3 * i, 1.0, 0.0});
+      closer_.add(keys_, kMatch, true, kOptions);
+    }
+    const std::size_t way = closer_.graph().edges.size();
+    add(place);
+    closer_.add(keys_, kMatch, false, kOptions);
+    return closer_.graph().edges[way].covariance(0, 0);
+  };
+  EXPECT_GT(variance_of_way_to({1.6, 1.0, 0.0}), 1.0);
+  EXPECT_LT(variance_of_way_to({9.0, 1.0, 0.0}), 0.1) << "nothing else holds it";
+}
+
 TEST_F(SetDownTest, AMapWithoutAGraphStaysAsItIs) {
   for (int i = 0; i < 5; ++i) {
     add({1.0 + 0.3 * i, 1.0, 0.0});
   }
   closer_.add(keys_, kMatch, false, kOptions);
-  ASSERT_EQ(closer_.graph().edges.size(), 4U);
+  ASSERT_EQ(closer_.graph().edges.size(), 5U) << "the newest matches an earlier one";
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_LT(closer_.graph().edges[i].covariance.trace(), 1e-5) << i;
   }

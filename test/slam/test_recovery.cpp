@@ -7,10 +7,12 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
+#include "matchbox_slam/slam/recovery.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
 #include "simulation/fault.hpp"
 #include "simulation/make_world.hpp"
@@ -30,23 +32,22 @@ struct Drive {
   ScanOutcome last;
 };
 
-SimulatedRun drive_with(const std::string& fault) {
+SimulatedRun drive_with(const std::string& fault, std::uint64_t seed = 3, int beams = 520) {
   SimulationOptions options;
   options.laser.scan_rate = 10.0;
-  options.laser.beams = 520;
+  options.laser.beams = beams;
   if (!fault.empty()) {
     options.faults = {parse_fault(fault)};
   }
-  const World world = make_world("rooms", 3);
-  return simulate_run(world, world.route(), options, 3);
+  const World world = make_world("rooms", seed);
+  return simulate_run(world, world.route(), options, seed);
 }
 
 double distance(const Pose2& a, const Pose2& b) {
   return (a.translation() - b.translation()).norm();
 }
 
-Drive drive(const std::string& fault, const std::shared_ptr<const ScanMatcher>& matcher) {
-  const SimulatedRun run = drive_with(fault);
+Drive drive(const SimulatedRun& run, const std::shared_ptr<const ScanMatcher>& matcher) {
   SlamEngine engine(EngineOptions{}, matcher, 1, run.world_from_base.front());
   Drive result;
   std::map<double, Pose2> truth;
@@ -64,6 +65,10 @@ Drive drive(const std::string& fault, const std::shared_ptr<const ScanMatcher>& 
   }
   result.parts_apart = engine.parts_apart();
   return result;
+}
+
+Drive drive(const std::string& fault, const std::shared_ptr<const ScanMatcher>& matcher) {
+  return drive(drive_with(fault), matcher);
 }
 
 const std::shared_ptr<const ScanMatcher> kOlson = std::make_shared<OlsonMatcher>();
@@ -107,6 +112,84 @@ TEST(Recovery, ARobotThatIsCarriedAwayIsFound) {
     EXPECT_LT(carried.end_error, 0.015);     // 0.012
     EXPECT_LT(carried.worst_key_scan, 0.2);  // 0.150, of the first scan on the way elsewhere
   }
+}
+
+/// The second look follows it on all of its way, though what it sees fits less than usual.
+TEST(Recovery, ARobotThatIsFollowedWhileItIsCarriedIsKnownWhereItIsSetDown) {
+  const Drive carried = drive(drive_with("kidnap:random:2:2", 18, 1040), kOlson);
+  EXPECT_EQ(carried.states.count(TrackingState::kLost), 0U);
+  EXPECT_GT(carried.states.at(TrackingState::kProvisional), 10U);
+  expect_unharmed(carried);
+}
+
+TEST(Recovery, ALaserThatIsCoveredWhileItEntersARoomDoesNoHarm) {
+  const Drive covered = drive(drive_with("covered:random:5:0.8", 8, 1040), kOlson);
+  EXPECT_LT(covered.end_error, 0.005);
+  EXPECT_LT(covered.worst_key_scan, 0.05);  // 0.035
+}
+
+/// A room of 5 m by 4 m with things in it. Its door leads to a corridor, or to a hall.
+World room_beside(bool is_hall) {
+  const double x = is_hall ? 12.0 : 7.0;  // of the wall across the door
+  std::vector<WallSegment> walls{{{0, 0}, {5, 0}},   {{5, 0}, {5, 0.5}},   {{5, 0.8}, {5, 4}},
+                                 {{5, 4}, {0, 4}},   {{0, 4}, {0, 0}},     {{0, 2.5}, {0.6, 2.5}},
+                                 {{3, 4}, {3, 3.6}}, {{3, 3.6}, {4, 3.6}}, {{1.5, 0}, {1.5, 0.4}}};
+  walls.push_back({{x, -6}, {x, 8}});
+  walls.push_back({{5, -6}, {x, -6}});
+  walls.push_back({{5, 8}, {x, 8}});
+  walls.push_back({{5, -6}, {5, 0}});
+  walls.push_back({{5, 4}, {5, 8}});
+  return {walls, {}};
+}
+
+/// What was seen in the room, through its door and beside it.
+MapPart seen_of(const World& world) {
+  const EngineOptions options;
+  MapPart part{SlamMap(options.map, options.field), {}, {}, 0.0};
+  const LaserOptions laser;
+  std::vector<Pose2> places;
+  for (double x = 1.0; x < 6.5; x += 0.5) {
+    places.push_back({x, 0.65, 0.0});
+    places.push_back({x, 0.65, kPi});
+  }
+  for (double y = 1.5; y < 5.0; y += 0.5) {
+    places.push_back({6.0, y, 0.5 * kPi});
+  }
+  for (const Pose2& place : places) {
+    part.key_scans.add(
+        MeasuredScan{ideal_scan(world, laser, place), laser.base_from_laser(), {}, {}}, 0, place);
+    insert_scan(*part.key_scans.all().back().scan->points(), place, options.map, part.map);
+  }
+  return part;
+}
+
+/// Whether a robot that goes round the room is taken to be in the other one.
+bool is_found(MapPart map, MapPart apart, const World& room) {
+  apart.left_from_here = Pose2{20.0, 0.0, 0.0};  // by odometry far away
+  const std::vector<MapPart> parts{std::move(map), std::move(apart)};
+  const std::vector<SearchedPlace> places = searched_places(parts, 1);
+  const EngineOptions options;
+  const LaserOptions laser;
+  PlaceSearch search;
+  for (int i = 1; i < 100; ++i) {
+    const Pose2 base{2.2 + std::cos(0.3 * i), 2.0 + std::sin(0.3 * i), 0.3 * i};
+    PointScan scan = project_scan(ideal_scan(room, laser, base, 0.2 * i), laser.base_from_laser(),
+                                  {}, options.scan);
+    const auto found =
+        search_places(scan, base, parts, 1, places, options.doubt, options.recovery, search);
+    if (found) {
+      EXPECT_LT(distance(found->part_from_apart, {}), 0.02);
+      return true;
+    }
+  }
+  return false;
+}
+
+TEST(Recovery, AnEqualRoomIsToldByWhatLiesAroundIt) {
+  const World corridor = room_beside(false);
+  const World hall = room_beside(true);
+  EXPECT_TRUE(is_found(seen_of(corridor), seen_of(corridor), corridor));
+  EXPECT_FALSE(is_found(seen_of(corridor), seen_of(hall), hall));
 }
 
 TEST(Recovery, WithoutDoubtATurnThatIsMissedRuinsTheMap) {

@@ -168,7 +168,7 @@ class LoopCloser {
   void find_ways();
   void join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& map_covariance,
                       const LoopOptions& options);
-  void join_to_earlier(const KeyScans& keys, bool is_continued, const LoopOptions& options);
+  bool join_to_earlier(const KeyScans& keys, bool is_continued, const LoopOptions& options);
   void join_rigidly(const PlacedScans& keys);
 
   PoseGraph graph_;
