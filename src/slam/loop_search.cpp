@@ -132,6 +132,7 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
   const PlacedScans none;
 
   OlsonOptions coarse;
+  coarse.most_look_ups = 0;
   coarse.step_xy = 0.1;
   coarse.window_xy = std::min(options.max_window, std::max(1.0, 3.0 * sigma));
   coarse.window_theta = 0.5;
@@ -150,6 +151,7 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
   }
 
   OlsonOptions fine;
+  fine.most_look_ups = 0;
   fine.step_xy = 0.05;
   fine.window_xy = 0.2;
   fine.window_theta = 0.04;

@@ -1,10 +1,15 @@
 #include "matchbox_slam/slam/map_drawing.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace matchbox_slam {
 
 const SlamMap& MapDrawing::whole(MapPart& part, const EngineOptions& options) {
+  if (const std::shared_ptr<Rendering> begun = std::exchange(rendering_, nullptr);
+      begun && begun->map.valid()) {
+    take_rendered(begun->map.get(), begun->keys, part);
+  }
   const PlacedScans& keys = part.key_scans.all();
   if (is_outdated_) {
     part.map = rendered(keys, options.map, options.field);
@@ -48,6 +53,21 @@ void MapDrawing::match_whole(MapPart& part, const EngineOptions& options) {
   near_.clear();
   static_cast<void>(whole(part, options));
   is_moved_ = false;
+}
+
+bool MapDrawing::begin_whole(const MapPart& part, const EngineOptions& options) {
+  const PlacedScans& keys = part.key_scans.all();
+  const bool may_take_long = near_.map() != nullptr || is_moved_;
+  near_.clear();
+  is_moved_ = false;
+  if (!rendering_ && (is_outdated_ || drawn_ < keys.size())) {
+    is_outdated_ = true;
+    rendering_ = std::make_shared<Rendering>(Rendering{
+        keys, std::async(std::launch::async, [keys, map = options.map, field = options.field] {
+          return rendered(keys, map, field);
+        })});
+  }
+  return may_take_long;
 }
 
 }  // namespace matchbox_slam

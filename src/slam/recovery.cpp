@@ -169,25 +169,37 @@ void add_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
   }
 }
 
-/// Share of key scans of one part that would see through walls of another.
-double share_through_walls(const MapPart& part, const MapPart& other, const Pose2& other_from_part,
-                           const DoubtOptions& doubt) {
-  const PlacedScans keys = spread_out(part.key_scans.all());
-  const auto through = std::count_if(keys.begin(), keys.end(), [&](const PlacedScan& key) {
-    return contradiction(*key.scan->points(), other_from_part * key.map_from_base,
-                         other.map.field) > doubt.contradiction;
-  });
-  return keys.empty() ? 0.0 : static_cast<double>(through) / static_cast<double>(keys.size());
+/// Share of key scans of one part that would see through walls of another: of so many of them,
+/// spread evenly, that no scan waits long.
+double share_through_walls(const PlacedScans& keys, const MapPart& other,
+                           const Pose2& other_from_part, const DoubtOptions& doubt) {
+  constexpr std::size_t kMost = 30;
+  const std::size_t stride = keys.size() / kMost + 1;
+  std::size_t looked_at = 0;
+  std::size_t through = 0;
+  for (std::size_t i = 0; i < keys.size(); i += stride) {
+    const double against = contradiction(*keys[i].scan->points(),
+                                         other_from_part * keys[i].map_from_base, other.map.field);
+    through += against > doubt.contradiction ? 1 : 0;
+    ++looked_at;
+  }
+  return looked_at > 0 ? static_cast<double>(through) / static_cast<double>(looked_at) : 0.0;
 }
 
 /// Where rooms are alike, what lies around them tells: no more than a few key scans of either part
 /// see through walls of the other, joined as the place has it.
 bool fits_whole(const PlaceHypothesis& place, const std::vector<MapPart>& parts, std::size_t apart,
-                const DoubtOptions& doubt) {
+                const std::vector<SearchedPlace>& places, const DoubtOptions& doubt) {
   constexpr double kFew = 0.1;
-  const MapPart& part = parts[place.part];
-  return share_through_walls(parts[apart], part, place.part_from_apart, doubt) <= kFew &&
-         share_through_walls(part, parts[apart], place.part_from_apart.inverse(), doubt) <= kFew;
+  PlacedScans there;
+  for (const SearchedPlace& searched : places) {
+    if (searched.part == place.part) {
+      there.push_back(searched.key);
+    }
+  }
+  return share_through_walls(spread_out(parts[apart].key_scans.all()), parts[place.part],
+                             place.part_from_apart, doubt) <= kFew &&
+         share_through_walls(there, parts[apart], place.part_from_apart.inverse(), doubt) <= kFew;
 }
 
 }  // namespace
@@ -209,7 +221,8 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
                                              const std::vector<SearchedPlace>& places,
                                              const DoubtOptions& doubt,
                                              const RecoveryOptions& options, PlaceSearch& search) {
-  if (scan.stamp - search.stamp < options.interval) {
+  constexpr double kJitter = 0.1;  // share of an interval that is as long as that between scans
+  if (scan.stamp - search.stamp < (1.0 - kJitter) * options.interval) {
     return std::nullopt;
   }
   search.stamp = scan.stamp;
@@ -231,7 +244,7 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
   if (!is_found) {
     return std::nullopt;
   }
-  if (!is_near && !fits_whole(best, parts, apart, doubt)) {
+  if (!is_near && !fits_whole(best, parts, apart, places, doubt)) {
     search.hypotheses.erase(search.hypotheses.begin());
     return std::nullopt;
   }

@@ -231,7 +231,10 @@ bool SlamEngine::map_apart(double stamp) {
   // Nor is it known how it moves: the next two matches will tell.
   tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
   loops_.abandon();
-  match_whole_map();
+  if (drawing_.begin_whole(parts_.map(), options_)) {
+    constexpr double kDrawn = 0.003;  // [s] a key scan; what is searched is drawn meanwhile
+    search_.stamp = stamp + kDrawn * static_cast<double>(key_scans().size());
+  }
   const bool gave_up_part = parts_.begin_apart(empty_part(options_, stamp));
   find_places_to_search();
   return gave_up_part;
@@ -245,6 +248,10 @@ void SlamEngine::find_places_to_search() {
 }
 
 void SlamEngine::search_for_map(const PointScan& scan, ScanOutcome& outcome) {
+  if (outcome.stamp < search_.stamp) {
+    return;
+  }
+  static_cast<void>(map());
   const std::optional<PlaceHypothesis> found =
       search_places(scan, outcome.map_from_base, parts_.all(), parts_.here_number(), places_,
                     options_.doubt, options_.recovery, search_);

@@ -115,6 +115,17 @@ TEST(Doubt, ASecondLookHasToConvince) {
   EXPECT_EQ(certainty_with(options), Certainty::kDoubtful);
 }
 
+TEST(Doubt, ASearchThatWasEndedEarlyDoesNotConvince) {
+  const MatchScene scene = scene_in_rooms(30.0);
+  MatchResult match = answer(scene.map_from_base, 0.9, MatchStatus::kAccepted);
+  match.proof.emplace();
+  match.proof->best_score = 0.9;
+  match.proof->remaining_bound = 0.9;
+  EXPECT_TRUE(is_convincing(match, {}));
+  match.proof->remaining_bound = 0.95;
+  EXPECT_FALSE(is_convincing(match, {}));
+}
+
 TEST(Doubt, AScoreLowerThanUsualIsLookedAtAgain) {
   const MatchScene scene = scene_in_rooms(30.0);
   const Pose2 beside = shifted(scene.map_from_base, {0.15, 0.0, 0.0});

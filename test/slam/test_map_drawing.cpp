@@ -67,6 +67,26 @@ TEST_F(MapDrawingTest, DrawsAnewWhatHasMoved) {
   EXPECT_FALSE(drawing_.is_outdated());
 }
 
+TEST_F(MapDrawingTest, DrawsBesideWhatNobodyAsksForAtOnce) {
+  EXPECT_FALSE(drawing_.begin_whole(part_, kOptions)) << "it is all drawn";
+  move_first(part_, drawing_);
+  EXPECT_TRUE(drawing_.begin_whole(part_, kOptions));
+  EXPECT_FALSE(drawing_.is_moved());
+  EXPECT_TRUE(same_map(drawing_.whole(part_, kOptions), rendered_all(part_)));
+  EXPECT_FALSE(drawing_.is_outdated());
+
+  move_first(part_, drawing_);
+  drawing_.begin_whole(part_, kOptions);
+  move_first(part_, drawing_);  // meanwhile
+  EXPECT_TRUE(same_map(drawing_.whole(part_, kOptions), rendered_all(part_)));
+}
+
+TEST_F(MapDrawingTest, SaysThatAMapMayTakeLongWhoeverHasAskedForItBefore) {
+  move_first(part_, drawing_);
+  static_cast<void>(drawing_.whole(part_, kOptions));
+  EXPECT_TRUE(drawing_.begin_whole(part_, kOptions));
+}
+
 TEST_F(MapDrawingTest, TakesWhatAnotherRenderedUnlessItHasMovedSince) {
   move_first(part_, drawing_);
   const PlacedScans keys = part_.key_scans.all();

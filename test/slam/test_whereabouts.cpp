@@ -293,6 +293,21 @@ TEST(LostRobot, IsSearchedFromTheBeginningAgainAfterTheLastPlace) {
   EXPECT_TRUE(engine.snapshot().whereabouts.search.complete);
 }
 
+/// Stamps are no whole numbers of intervals: none of the scans is passed over.
+TEST(LostRobot, IsSearchedForWithEachScanThatComesAnIntervalAfterTheOneBefore) {
+  const SimulatedRun run = perfect_drive();
+  const MapStart start = lost_in(map_of(run), run.world_from_base.front());
+  EngineOptions options;
+  options.recovery.interval = run.scans[1].stamp - run.scans[0].stamp + 1e-6;
+  SlamEngine engine(options, std::make_shared<OlsonMatcher>(), 1);
+  engine.start_from(start);
+  engine.process(scan_input(run, 0));  // begins the map apart
+  for (std::size_t i = 1; i < 4; ++i) {
+    engine.process(scan_input(run, i));
+    EXPECT_EQ(engine.snapshot().whereabouts.search.stamp, run.scans[i].stamp);
+  }
+}
+
 /// Wheels that jumped: what was held before a second look put them right lies where the robot was
 /// not.
 TEST(LostRobot, WhatWasHeldBeforeASecondLookIsDropped) {

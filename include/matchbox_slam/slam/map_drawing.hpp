@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <future>
+#include <memory>
 #include <utility>
 
 #include "matchbox_slam/slam/engine_options.hpp"
@@ -31,7 +33,7 @@ class MapDrawing {
     return near_.map() != nullptr ? *near_.map() : part.map;
   }
 
-  /// Draws what the whole map lacks.
+  /// Draws what the whole map lacks, or waits until it is drawn.
   const SlamMap& whole(MapPart& part, const EngineOptions& options);
 
   /// Takes a whole map that was `rendered` from key scans as they were. Left alone where they have
@@ -47,6 +49,9 @@ class MapDrawing {
   void match_near(NearMap near) { near_ = std::move(near); }
   /// From now on.
   void match_whole(MapPart& part, const EngineOptions& options);
+  /// The same where nobody asks for the map for a while: what it lacks is drawn beside. Whether
+  /// that may take long, which does not depend on who has asked for the whole map before.
+  bool begin_whole(const MapPart& part, const EngineOptions& options);
 
   /// The key scans move: what was drawn is outdated.
   void expect_move() { is_moved_ = is_outdated_ = true; }
@@ -57,10 +62,17 @@ class MapDrawing {
   }
 
  private:
+  /// A map that another thread renders.
+  struct Rendering {
+    PlacedScans keys;
+    std::future<SlamMap> map;
+  };
+
   NearMap near_;
   bool is_moved_ = false;
   bool is_outdated_ = false;
-  std::size_t drawn_ = 0;  ///< key scans that the whole map shows
+  std::size_t drawn_ = 0;                 ///< key scans that the whole map shows
+  std::shared_ptr<Rendering> rendering_;  ///< null: none
 };
 
 }  // namespace matchbox_slam

@@ -59,6 +59,19 @@ std::vector<Pose2> poses_along(const HoughAlignment& alignment, const MotionGues
   return poses;
 }
 
+/// About so many of the points, spread evenly.
+HoughPoints thinned_out(const HoughPoints& points, std::size_t about) {
+  const std::size_t stride = std::max<std::size_t>(1, points.size() / about);
+  HoughPoints few;
+  few.reach = points.reach;
+  for (std::size_t i = 0; i < points.size(); i += stride) {
+    few.x.push_back(points.x[i]);
+    few.y.push_back(points.y[i]);
+    few.weight.push_back(points.weight[i]);
+  }
+  return few;
+}
+
 /// Adds the first pose, and of the others, which lie in a row, those that score more than their
 /// neighbours.
 void add_peaks(const std::vector<RankedPose>& row, std::vector<RankedPose>& poses) {
@@ -111,6 +124,12 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const PlacedSc
   const SearchedScan reference(*key.scan->points(), options.point_spacing);
   const std::shared_ptr<const LikelihoodField> field = key.scan->field();
   const MotionGuess guess = guess_of(prior, key.map_from_base);
+  // Where a few poses of thousands are wanted, a share of the points chooses which ones are ranked.
+  constexpr std::size_t kRoughPoints = 64;
+  constexpr std::size_t kRankedForEach = 24;
+  const bool is_rough = most < kRankedPoses;
+  const HoughPoints few = is_rough ? thinned_out(scan.points, kRoughPoints) : HoughPoints{};
+  const HoughPoints& ranked_by = is_rough ? few : scan.points;
   std::vector<RankedPose> poses;
   for (const HoughAlignment& alignment :
        align_in_hough_domain(reference.points, scan.points, guess, options)) {
@@ -119,12 +138,20 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const PlacedSc
       const Pose2 pose = key.map_from_base * key_from_base;
       const Eigen::Vector3d off = difference(pose, prior.map_from_base);
       const double penalty = prior_weight * prior_penalty(off.dot(information * off));
-      along.push_back({pose, mean_likelihood(scan.points, *field, key_from_base) - penalty});
+      along.push_back({pose, mean_likelihood(ranked_by, *field, key_from_base) - penalty});
     }
     add_peaks(along, poses);
   }
-  sort_and_thin(poses);
-  poses.resize(std::min(poses.size(), most));
+  if (is_rough) {
+    sort_and_thin(poses, kRankedForEach * most);
+    for (RankedPose& pose : poses) {
+      const Pose2 key_from_base = key.map_from_base.inverse() * pose.map_from_base;
+      const double gained = mean_likelihood(scan.points, *field, key_from_base) -
+                            mean_likelihood(few, *field, key_from_base);
+      pose.score += gained;
+    }
+  }
+  sort_and_thin(poses, most);
   for (RankedPose& pose : poses) {
     pose.score -= contradiction(reference, scan, key.map_from_base.inverse() * pose.map_from_base);
   }
@@ -143,13 +170,13 @@ bool is_near_any(const RankedPose& pose, const std::vector<RankedPose>& others) 
   });
 }
 
-void sort_and_thin(std::vector<RankedPose>& poses) {
+void sort_and_thin(std::vector<RankedPose>& poses, std::size_t most) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const RankedPose& a, const RankedPose& b) { return a.score > b.score; });
   std::vector<RankedPose> kept;
-  for (const RankedPose& pose : poses) {
-    if (!is_near_any(pose, kept)) {
-      kept.push_back(pose);
+  for (std::size_t i = 0; i < poses.size() && kept.size() < most; ++i) {
+    if (!is_near_any(poses[i], kept)) {
+      kept.push_back(poses[i]);
     }
   }
   poses = std::move(kept);

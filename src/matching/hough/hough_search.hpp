@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
@@ -43,6 +44,7 @@ constexpr std::size_t kRankedPoses = 32;
 /// says against them, and what each of the two scans saw to be free where the other saw a wall.
 /// @param prior_weight  score lost by a pose one standard deviation of the prior away.
 /// @param most  poses returned; what each of the scans saw to be free is looked at for these alone.
+///   Where they are few, a share of the scan's points chooses the ones that are ranked by all.
 /// Cost: as of the alignment, then alignments times points.
 [[nodiscard]] std::vector<RankedPose> search_key_scan(const SearchedScan& scan,
                                                       const PlacedScan& key, const PosePrior& prior,
@@ -53,7 +55,9 @@ constexpr std::size_t kRankedPoses = 32;
 /// Whether a pose is within 0.1 m and 0.05 rad of one of the others.
 [[nodiscard]] bool is_near_any(const RankedPose& pose, const std::vector<RankedPose>& others);
 
-/// Sorts by score, best first, and drops poses that are near a better one.
-void sort_and_thin(std::vector<RankedPose>& poses);
+/// Sorts by score, best first, and drops poses that are near a better one, and what follows the
+/// most that are wanted.
+void sort_and_thin(std::vector<RankedPose>& poses,
+                   std::size_t most = std::numeric_limits<std::size_t>::max());
 
 }  // namespace matchbox_slam

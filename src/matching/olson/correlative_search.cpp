@@ -162,6 +162,7 @@ class LatticeSearch {
   void consider(const LatticePose& pose, std::int64_t fit);
   void lead(const Leader& leader);
   [[nodiscard]] bool is_late();
+  [[nodiscard]] bool is_time_over() const;
 
   [[nodiscard]] static const BoundLevel& bounds_of(int level) {
     return FieldWindow::kBounds.at(static_cast<std::size_t>(level));
@@ -340,14 +341,17 @@ void LatticeSearch::bound_roots() {
     if (group < 0 || group > last) {
       continue;
     }
-    if (i > 0 && deadline_ && std::chrono::steady_clock::now() >= *deadline_) {
+    if (i > 0 && is_time_over()) {
       passed_over_ = kTopValue * std::accumulate(points_.weights.begin(), points_.weights.end(),
                                                  std::int64_t{0});
       break;
     }
     std::uint32_t* sums = &sums_[size * static_cast<std::size_t>(group)];
-    sum_windows(windows_from(top_, group, roots_across_.first, roots_across_.first), root_rows_,
-                root_columns_, sums);
+    const PointWindows windows =
+        windows_from(top_, group, roots_across_.first, roots_across_.first);
+    sum_windows(windows, root_rows_, root_columns_, sums);
+    result_.look_ups +=
+        windows.count * static_cast<std::size_t>(root_rows_ * root_columns_) / kPerBlock;
     const int count = roots_across_.count();
     result_.bounded += static_cast<std::size_t>(count * count);
     std::uint32_t most = 0;
@@ -392,7 +396,7 @@ void LatticeSearch::find_rival(const RivalSearch& rivals) {
   for (const Node& leaf : std::exchange(done_, {})) {
     add(leaf);
   }
-  search_open();
+  result_.rivals_left = std::max(std::int64_t{0}, search_open());
   if (leader_.score > least) {
     result_.rival = Rival{leader_.pose, leader_.score};
   }
@@ -468,8 +472,9 @@ void LatticeSearch::sum_within(const Node& node, Visitor&& visit) {
   BlockSums sums;
   for (int theta = thetas.first; theta <= thetas.last; theta += turns) {
     blocks.group = (theta + lattice_.half_theta) / turns;
-    sum_windows(windows_from(blocks.level, blocks.group, blocks.x, blocks.y), kPerAxis, kPerAxis,
-                sums.data());
+    const PointWindows windows = windows_from(blocks.level, blocks.group, blocks.x, blocks.y);
+    sum_windows(windows, kPerAxis, kPerAxis, sums.data());
+    result_.look_ups += windows.count;
     result_.bounded += kPerBlock;
     visit(blocks, sums);
   }
@@ -566,6 +571,7 @@ void LatticeSearch::search_leaf(const Node& block) {
   const int theta = thetas_of(0, block.group).first;
   locate_leaf(theta);
   const FieldWindow& window = windows_.front();
+  result_.look_ups += points_.x.size();
   std::vector<std::uint32_t> of_class(4 * size * size, 0);
   sum_corners({window.data() + block.y * window.pitch() + block.x, window.pitch(),
                leaf_.offsets.get(), leaf_.weights.get(), points_.x.size()},
@@ -624,8 +630,12 @@ void LatticeSearch::lead(const Leader& leader) {
 
 bool LatticeSearch::is_late() {
   const bool may_end = leader_.score > floor_ || floor_ > SearchScoring{}.floor;
-  late_ = late_ || (deadline_ && may_end && std::chrono::steady_clock::now() >= *deadline_);
+  late_ = late_ || (may_end && (is_time_over() || result_.look_ups > deadline_.look_ups));
   return late_;
+}
+
+bool LatticeSearch::is_time_over() const {
+  return deadline_.time && std::chrono::steady_clock::now() >= *deadline_.time;
 }
 
 }  // namespace

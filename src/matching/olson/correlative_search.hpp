@@ -88,11 +88,19 @@ struct SearchResult {
   std::int64_t bound = 0;
   std::size_t candidates = 0;  ///< poses whose score was computed
   std::size_t bounded = 0;     ///< blocks of poses whose bound was computed
+  std::size_t look_ups = 0;    ///< of points, as of SearchDeadline
   std::optional<Rival> rival;  ///< the best one, where one was asked for and found in time
+  /// What rivals that there was no time to look for score at most; 0: there was time.
+  std::int64_t rivals_left = 0;
 };
 
-/// When to give up, by the clock; none: never.
-using SearchDeadline = std::optional<std::chrono::steady_clock::time_point>;
+/// When to give up; by default never.
+struct SearchDeadline {
+  std::optional<std::chrono::steady_clock::time_point> time;
+  /// Of points, each in up to 16 blocks or cells at once: the same on all machines, and each takes
+  /// some nanoseconds.
+  std::size_t look_ups = std::numeric_limits<std::size_t>::max();
+};
 
 /// The search sees the map no farther than this to each side of the center, to bound its memory.
 constexpr int kFarthestCells = 6000;

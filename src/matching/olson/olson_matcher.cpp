@@ -212,8 +212,11 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
   using Clock = std::chrono::steady_clock;
   SearchDeadline deadline;
   if (options.deadline > 0.0) {
-    deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                  std::chrono::duration<double>(options.deadline));
+    deadline.time = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                       std::chrono::duration<double>(options.deadline));
+  }
+  if (options.most_look_ups > 0) {
+    deadline.look_ups = static_cast<std::size_t>(options.most_look_ups);
   }
   const std::vector<SearchPoint> points = search_points(problem.scan.points, options);
   Found found;
@@ -245,6 +248,7 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
   for (int widening = 0; widening < options.widenings && result.bound <= result.score &&
                          widen(result.best, options.max_window_xy, lattice, resolution);
        ++widening) {
+    deadline.look_ups -= std::min(deadline.look_ups, result.look_ups);
     SearchResult wider = search_lattice(points, problem.field, lattice, scoring, rivals, deadline);
     found.candidates += wider.candidates;
     if (wider.score < result.score) {  // the deadline ended the wider search early
@@ -268,8 +272,12 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
   }
   if (result.rival) {
     found.rival = pose_at(lattice, result.rival->pose, resolution);
+  }
+  if (const std::int64_t rival =
+          std::max(result.rivals_left, result.rival ? result.rival->score : 0);
+      rival > 0) {
     found.rival_share =
-        static_cast<double>(result.rival->score) / static_cast<double>(result.score);
+        std::min(1.0, static_cast<double>(rival) / static_cast<double>(result.score));
   }
   return found;
 }

@@ -75,6 +75,33 @@ TEST(Relocalise, RanksPosesAndTellsHowClearTheBestIs) {
             1U);
 }
 
+TEST(Relocalise, FindsAFewPosesByAShareOfThePoints) {
+  Random random(2);
+  int tried = 0;
+  int found = 0;
+  for (std::uint64_t seed = 20; seed < 25; ++seed) {
+    const World world = make_rooms_world(seed);
+    const RobotMotion motion = drive(world.route(), {});
+    for (std::uint64_t i = 0; i < 20; ++i, ++tried) {
+      const double time = random.uniform(3.0, 100.0);
+      const Pose2 truth = pose_around(motion, time, random);
+      const PlacedScan key =
+          placed(look_around(world, {}, motion.pose(time), i), motion.pose(time));
+      const SearchedScan scan(look_around(world, {}, truth, i + 100), 0.03);
+      const std::vector<RankedPose> poses = search_anywhere(scan, key, {}, 3);
+      EXPECT_LE(poses.size(), 3U);
+      found += std::any_of(poses.begin(), poses.end(),
+                           [&](const RankedPose& pose) {
+                             const Eigen::Vector3d error = shift_between(truth, pose.map_from_base);
+                             return error.head<2>().norm() < 0.2 && std::abs(error.z()) < 0.05;
+                           })
+                   ? 1
+                   : 0;
+    }
+  }
+  EXPECT_GE(found, 0.9 * tried);
+}
+
 TEST(Relocalise, SearchesAmongKeyScansThatSeeTheSameOnlyTheNewest) {
   const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
   PlacedScans many;

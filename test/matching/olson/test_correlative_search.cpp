@@ -346,7 +346,7 @@ TEST(CorrelativeSearch, TellsWhatIsLeftWhenItIsLate) {
     Scene scene = make_scene(seed);
     scene.lattice.half_xy = 20;
     scene.lattice.half_theta = 5;
-    const SearchDeadline passed = std::chrono::steady_clock::now();
+    const SearchDeadline passed{std::chrono::steady_clock::now()};
     const SearchResult late =
         search_lattice(scene.points, scene.field, scene.lattice, scene.scoring, {}, passed);
     const std::int64_t best = search_all(scene).score;
@@ -354,6 +354,34 @@ TEST(CorrelativeSearch, TellsWhatIsLeftWhenItIsLate) {
     EXPECT_GE(late.bound, best);
     EXPECT_GT(late.bound, late.score);
     EXPECT_EQ(late.score, score_of(scene, late.best));
+  }
+}
+
+TEST(CorrelativeSearch, EndsAfterSoManyLookUpsAndTellsWhatIsLeft) {
+  for (std::uint64_t seed = 10; seed < 30; ++seed) {
+    Scene scene = make_scene(seed);
+    scene.lattice.half_xy = 20;
+    scene.lattice.half_theta = 5;
+    const auto search = [&](std::size_t look_ups) {
+      return search_lattice(scene.points, scene.field, scene.lattice, scene.scoring,
+                            RivalSearch{3, 1, 0.5}, SearchDeadline{{}, look_ups});
+    };
+    const SearchResult whole = search(std::numeric_limits<std::size_t>::max());
+    EXPECT_EQ(whole.bound, whole.score);
+    EXPECT_EQ(whole.rivals_left, 0);
+    EXPECT_EQ(search(whole.look_ups).score, whole.score) << "as many as it takes";
+    const SearchResult late = search(1);
+    EXPECT_LT(late.look_ups, whole.look_ups);
+    EXPECT_LE(late.score, whole.score);
+    EXPECT_GE(late.bound, whole.score);
+    EXPECT_EQ(late.score, score_of(scene, late.best));
+    const SearchResult without_rivals =
+        search_lattice(scene.points, scene.field, scene.lattice, scene.scoring);
+    const SearchResult no_time_for_rivals = search(without_rivals.look_ups);
+    EXPECT_EQ(no_time_for_rivals.score, whole.score);
+    if (whole.rival && !no_time_for_rivals.rival) {
+      EXPECT_GE(no_time_for_rivals.rivals_left, whole.rival->score);
+    }
   }
 }
 

@@ -218,6 +218,25 @@ TEST(Olson, KeepsToItsDeadlineAndTellsTheGap) {
   EXPECT_LT(error_of(in_time).norm(), 0.004);
 }
 
+TEST(Olson, EndsAfterSoManyLookUpsTheSameEachTime) {
+  OlsonOptions options;
+  options.most_look_ups = 1;
+  options.min_score = 0.0;
+  options.window_xy = 2.0;
+  options.window_theta = 0.5;
+  const Eigen::Vector3d off(0.7, -0.4, 0.2);
+  const MatchResult result = match(options, off, prior_of(0.5, 0.3));
+  ASSERT_TRUE(result.proof);
+  EXPECT_GT(result.proof->gap(), 0.0);
+  EXPECT_GE(result.covariance(0, 0), 0.25) << "anything that the prior allows may be the truth";
+  EXPECT_EQ(result.map_from_base, match(options, off, prior_of(0.5, 0.3)).map_from_base);
+  options.most_look_ups = 0;
+  const MatchResult whole = match(options, off, prior_of(0.5, 0.3));
+  EXPECT_EQ(whole.proof->gap(), 0.0);
+  EXPECT_GT(whole.candidates, result.candidates);
+  EXPECT_LT(error_of(whole).norm(), 0.004);
+}
+
 TEST(Olson, CanBeAskedAnythingWithoutHarm) {
   const Pose2 predicted = shifted(scene().map_from_base, {0.05, 0.0, 0.0});
   const OlsonMatcher matcher;

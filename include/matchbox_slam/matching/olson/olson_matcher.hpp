@@ -26,6 +26,7 @@ struct OlsonOptions {
   double rival_distance = 0.3;
   double least_rival = 0.8;
   double deadline = 0.0;
+  int most_look_ups = 2000000;
   RefinementOptions refinement;
 
   template <typename Self, typename Visitor>
@@ -69,6 +70,10 @@ struct OlsonOptions {
     option(self.deadline, "deadline", between(0.0, 100.0), "s",
            "The search ends after this time with the best so far, which then depends on the "
            "machine; 0: never.");
+    option(self.most_look_ups, "most_look_ups", between(0, 2000000000), "",
+           "The search ends with the best so far after so many look-ups of points, each in up to "
+           "16 cells at once and of some nanoseconds, which are the same on all machines; 0: "
+           "never.");
     RefinementOptions::visit(self.refinement, option);
   }
 };
