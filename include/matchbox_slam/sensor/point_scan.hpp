@@ -95,11 +95,11 @@ void check_projection_options(const ProjectionOptions& options);
 /// Turns measured ranges into points, by REP-117: NaN, -inf, 0 and anything below the minimum range
 /// is ignored, and so are masked angles; +inf and anything from the maximum range on is a ray
 /// without return; the rest hits. Readings of less than 0.2 m are ignored, too, where most beams
-/// read so: of what covers the laser. Where `straighten_walls` is on, hits that agree with a straight
-/// wall are moved onto it along their beams, whose range noise is estimated from the scan. Beams
-/// are projected to the horizontal plane; one that leaves the band of heights from `max_drop` below
-/// the laser to `max_rise` above it is cut there, and is a ray without return then. `max_tilt` is
-/// left to whoever has the scan.
+/// read so: of what covers the laser. Where `straighten_walls` is on, hits that agree with a
+/// straight wall are moved onto it along their beams, whose range noise is estimated from the scan.
+/// Beams are projected to the horizontal plane; one that leaves the band of heights from `max_drop`
+/// below the laser to `max_rise` above it is cut there, and is a ray without return then.
+/// `max_tilt` is left to whoever has the scan.
 /// @param base_from_laser  pose of the laser in the upright base, at the first beam, in full 3-D:
 ///                tilted, upside down, anywhere.
 /// @param motion  pose of the base at the last beam in the base at the first; beams in between are
