@@ -137,7 +137,7 @@ def end_at(way, moment, bag, scans, folder):
     saver = threading.Thread(target=save_maps, args=(stop,))
     # Else it plays 0.2 s after it begins, whether the node has connected or not.
     player = subprocess.Popen(['rosbag', 'play', '--quiet', '--wait-for-subscribers', '--queue=10000', '-r',
-                               str(RATE), bag],
+                               str(RATE), bag, '--topics', '/base_scan', '/tf'],
                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     saver.start()
     end = time.monotonic() + moment
