@@ -5,7 +5,6 @@
 #include <ros/message_traits.h>
 #include <ros/this_node.h>
 
-#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -79,12 +78,9 @@ std::vector<std::string> SlamInput::topics() const {
 
 /// Under load, scans may wait in roscpp's buffers; the account of an ended run has them, too.
 void SlamInput::take_what_has_come() {
-  constexpr std::chrono::milliseconds kLongest(500);
   is_ending_ = true;
-  auto* const callbacks = dynamic_cast<ros::CallbackQueue*>(callbacks_);  // not that of nodelets
-  const auto end = std::chrono::steady_clock::now() + kLongest;
-  while (callbacks != nullptr && !callbacks->isEmpty() && std::chrono::steady_clock::now() < end) {
-    (void)callbacks->callOne();
+  if (auto* const callbacks = dynamic_cast<ros::CallbackQueue*>(callbacks_)) {  // not a nodelet's
+    callbacks->callAvailable();
   }
 }
 

@@ -37,8 +37,7 @@ class SlamInput {
   /// Of the scans, with what they are remapped to.
   [[nodiscard]] std::vector<std::string> topics() const;
 
-  /// No more messages come; all scans that came are in the queue, or as many as half a second
-  /// suffices for.
+  /// No more messages come; all scans that came are in the queue.
   void stop();
 
   /// Scans that are not in the queue yet.

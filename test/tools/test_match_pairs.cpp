@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/error_text.hpp"
+#include "common/interrupted.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "tools/pair_matching.hpp"
@@ -195,11 +196,16 @@ TEST_F(MatchPairsProgram, InterruptedItWritesThePairsThatAreDone) {
   bool interrupted = false;
   const auto ignore = [](const std::string& /*line*/) {};
   EXPECT_EQ(error_text<std::runtime_error>([&] {
-              match_pairs(request, {ignore, ignore,
-                                    [&](double /*done*/, const std::string& text) {
-                                      interrupted = interrupted || text == "7 pairs";
-                                    },
-                                    [&] { return interrupted; }});
+              try {
+                match_pairs(request, {ignore, ignore,
+                                      [&](double /*done*/, const std::string& text) {
+                                        interrupted = interrupted || text == "7 pairs";
+                                      },
+                                      [&] { return interrupted; }});
+              } catch (const Interrupted&) {
+                ADD_FAILURE() << "with which it would exit 0";
+                throw;
+              }
             }),
             "interrupted; the results cover 7 of 20 pairs");
   EXPECT_EQ(summary("part")["pairs"], 7);
