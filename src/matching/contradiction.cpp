@@ -93,7 +93,6 @@ class BacksOfWalls {
   BacksOfWalls(const Pose2& map_from_base, const OccupancyGrid& occupancy,
                const LikelihoodField& field)
       : to_map_(map_from_base),
-        turn_(map_from_base.theta),
         occupancy_(occupancy),
         field_(field),
         metres_(field.options().reach / LikelihoodField::kFar) {}
@@ -104,10 +103,10 @@ class BacksOfWalls {
     constexpr double kAside =
         0.12;  // [m] from a hit: the cells there are in front of it, or behind
     const Eigen::Vector2d place = to_map_ * point.position;
-    const Eigen::Vector2d aside = kAside * (turn_ * point.normal);
-    return place.allFinite() &&
-           metres_ * field_.distance(field_.geometry().cell_at(place)) <= kOnWall &&
-           is_free(place - aside) && !is_free(place + aside);
+    const Eigen::Vector2d aside = kAside * to_map_.turned(point.normal);
+    // First what most points fail, since they lie on fronts.
+    return place.allFinite() && !is_free(place + aside) && is_free(place - aside) &&
+           metres_ * field_.distance(field_.geometry().cell_at(place)) <= kOnWall;
   }
 
  private:
@@ -116,7 +115,6 @@ class BacksOfWalls {
   }
 
   Transform2 to_map_;
-  Eigen::Rotation2Dd turn_;
   const OccupancyGrid& occupancy_;
   const LikelihoodField& field_;
   double metres_;

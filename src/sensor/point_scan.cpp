@@ -381,11 +381,10 @@ PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from
 
 void append(const PointScan& other, const Pose2& base_from_other, PointScan& scan) {
   const Transform2 moved(base_from_other);
-  const Eigen::Rotation2Dd turn(base_from_other.theta);
   for (ScanPoint point : other.points) {
     point.position = moved * point.position;
     point.origin = moved * point.origin;
-    point.normal = turn * point.normal;
+    point.normal = moved.turned(point.normal);
     scan.points.push_back(point);
   }
   for (const FreeRay& ray : other.free_rays) {

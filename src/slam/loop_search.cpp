@@ -7,6 +7,7 @@
 
 #include "map/scan_surfaces.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "matchbox_slam/geometry/transform2.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/contradiction.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
@@ -61,15 +62,15 @@ double share_on_backs(const PointScan& scan, const Pose2& frame_from_base,
         normals.try_emplace(cell_of(wall.position), Eigen::Vector3d::Zero()).first->second;
     sum += Eigen::Vector3d(wall.normal.x(), wall.normal.y(), wall.normal.norm());
   }
-  const Eigen::Rotation2Dd turn(frame_from_base.theta);
+  const Transform2 to_frame(frame_from_base);
   double on_backs = 0.0;
   double on_walls = 0.0;
   for (const ScanPoint& point : scan.points) {
-    const auto found = normals.find(cell_of(frame_from_base * point.position));
+    const auto found = normals.find(cell_of(to_frame * point.position));
     if (found == normals.end() || found->second.head<2>().norm() < kOneSided * found->second.z()) {
       continue;
     }
-    const double facing = found->second.head<2>().normalized().dot(turn * point.normal);
+    const double facing = found->second.head<2>().normalized().dot(to_frame.turned(point.normal));
     on_walls += point.weight * std::abs(facing);
     on_backs += point.weight * std::max(0.0, -facing);
   }
@@ -86,7 +87,7 @@ PlacedScans around(const PlacedScans& keys, std::size_t candidate) {
 PointScan merged_newest(const PlacedScans& keys) {
   const Pose2 newest_from_map = keys.back().map_from_base.inverse();
   PointScan merged;
-  merged.stamp = keys.back().scan->points()->stamp;
+  merged.stamp = keys.back().scan->stamp();
   for (std::size_t i = keys.size() - std::min(keys.size(), kMerged); i < keys.size(); ++i) {
     append(*keys[i].scan->points(), newest_from_map * keys[i].map_from_base, merged);
   }

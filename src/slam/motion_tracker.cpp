@@ -7,20 +7,20 @@
 namespace matchbox_slam {
 
 void MotionTracker::check(const ScanInput& input) const {
-  const std::string scan = "scan at " + std::to_string(input.scan.stamp) + " s";
+  const auto scan = [&input] { return "scan at " + std::to_string(input.scan.stamp) + " s"; };
   const bool is_later = !state_.stamp || input.scan.stamp > *state_.stamp ||
                         (input.scan.stamp == *state_.stamp && input.laser != state_.laser);
   if (!is_later) {
-    throw std::invalid_argument(scan + " is not later than the one before, at " +
+    throw std::invalid_argument(scan() + " is not later than the one before, at " +
                                 std::to_string(*state_.stamp) + " s; process scans in order");
   }
   if (input.odometry && !(input.odometry->odom_from_base.is_finite() &&
                           input.odometry->odom_from_base_last_beam.is_finite())) {
-    throw std::invalid_argument("the odometry of the " + scan +
+    throw std::invalid_argument("the odometry of the " + scan() +
                                 " is no number; leave it out to go on without odometry");
   }
   if (!(input.base_from_laser * input.laser_motion).matrix().allFinite()) {
-    throw std::invalid_argument("the laser's pose for the " + scan + " is no number");
+    throw std::invalid_argument("the laser's pose for the " + scan() + " is no number");
   }
 }
 

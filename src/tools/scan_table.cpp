@@ -1,10 +1,10 @@
 #include "tools/scan_table.hpp"
 
 #include <algorithm>
+#include <iomanip>
+#include <locale>
 #include <utility>
 #include <vector>
-
-#include "common/number_text.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -15,32 +15,38 @@ constexpr const char* kHead =
 
 }  // namespace
 
+ScanTable::ScanTable() {
+  rows_.imbue(std::locale::classic());
+  rows_ << std::fixed;
+}
+
 void ScanTable::add(const ScanOutcome& outcome) {
   const Pose2& pose = outcome.map_from_base;
   const Eigen::Matrix3d& covariance = outcome.covariance;
-  rows_ += fixed_text(outcome.stamp, 6);
+  rows_ << std::setprecision(6) << outcome.stamp << std::setprecision(9);
   for (const double value :
        {pose.x, pose.y, pose.theta, covariance(0, 0), covariance(0, 1), covariance(0, 2),
         covariance(1, 1), covariance(1, 2), covariance(2, 2)}) {
-    rows_ += "," + fixed_text(value, 9);
+    rows_ << ',' << value;
   }
   for (const char* word :
        {to_string(outcome.state), to_string(outcome.certainty), to_string(outcome.match.status)}) {
-    rows_ += std::string(",") + word;
+    rows_ << ',' << word;
   }
+  rows_ << std::setprecision(4);
   for (const double value :
        {outcome.match.score, outcome.match.contradiction, outcome.match.rival_share}) {
-    rows_ += "," + fixed_text(value, 4);
+    rows_ << ',' << value;
   }
-  rows_ += outcome.inserted ? ",1\n" : ",0\n";
+  rows_ << (outcome.inserted ? ",1\n" : ",0\n");
 }
 
-std::string ScanTable::text() const { return kHead + rows_; }
+std::string ScanTable::text() const { return kHead + rows_.str(); }
 
 Trajectory key_scan_trajectory(const KeyScans& key_scans) {
   std::vector<StampedPose2> poses;
   for (const PlacedScan& key : key_scans.all()) {
-    poses.push_back({key.scan->points()->stamp, key.map_from_base});
+    poses.push_back({key.scan->stamp(), key.map_from_base});
   }
   std::stable_sort(poses.begin(), poses.end(),
                    [](const auto& a, const auto& b) { return a.stamp < b.stamp; });

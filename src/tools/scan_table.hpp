@@ -1,5 +1,6 @@
 #pragma once
 
+#include <sstream>
 #include <string>
 
 #include "geometry/trajectory.hpp"
@@ -11,12 +12,14 @@ namespace matchbox_slam {
 /// One row a scan, as text with commas: what became of it at the time it was matched.
 class ScanTable {
  public:
+  ScanTable();
+
   void add(const ScanOutcome& outcome);
-  void clear() { rows_.clear(); }
+  void clear() { rows_.str({}); }
   [[nodiscard]] std::string text() const;
 
  private:
-  std::string rows_;
+  std::ostringstream rows_;
 };
 
 /// Where the key scans of a map are now, by their stamps; of two at one stamp the first.
