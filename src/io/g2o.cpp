@@ -1,11 +1,11 @@
 #include "io/g2o.hpp"
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <limits>
 #include <locale>
 #include <sstream>
 
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/io/file.hpp"
 
 namespace matchbox_slam {
@@ -26,9 +26,7 @@ std::string to_g2o(const PoseGraph& graph) {
     const Pose2& pose = edge.from_to;
     text << "EDGE_SE2 " << edge.from << ' ' << edge.to << ' ' << pose.x << ' ' << pose.y << ' '
          << pose.theta;
-    Eigen::Matrix3d to_from = Eigen::Matrix3d::Identity();
-    to_from.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-pose.theta).toRotationMatrix();
-    const Eigen::Matrix3d information = (to_from * edge.covariance * to_from.transpose()).inverse();
+    const Eigen::Matrix3d information = in_turned_frame(edge.covariance, pose.theta).inverse();
     for (int row = 0; row < 3; ++row) {
       for (int column = row; column < 3; ++column) {
         text << ' ' << information(row, column);

@@ -55,8 +55,8 @@ double share_in(const PointScan& scan, const Pose2& map_from_base, const Occupan
   return all > 0.0 ? such / all : 1.0;
 }
 
-/// That lies where nothing is mapped, nor a wall is near: what is off by a little lies behind
-/// walls.
+/// Share of a scan that lies where nothing is mapped, nor a wall is near: what is off by a little
+/// lies behind walls.
 double unknown_share(const PointScan& scan, const Pose2& map_from_base,
                      const OccupancyGrid& occupancy, const LikelihoodField& field) {
   return share_in(scan, map_from_base, occupancy, [&](const Cell& cell) {
@@ -64,7 +64,7 @@ double unknown_share(const PointScan& scan, const Pose2& map_from_base,
   });
 }
 
-/// That lies where nothing is mapped, behind walls, too.
+/// Share of a scan that lies where nothing is mapped, close behind walls, too.
 double unmapped_share(const PointScan& scan, const Pose2& map_from_base,
                       const OccupancyGrid& occupancy) {
   return share_in(scan, map_from_base, occupancy,

@@ -52,13 +52,6 @@ PointScan seen_part(const PointScan& scan, const Pose2& map_from_base, const Sla
   return part;
 }
 
-/// In the frame of the base, a small one.
-Eigen::Matrix3d seen_from(const Pose2& map_from_base, const Eigen::Matrix3d& map_covariance) {
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-map_from_base.theta).toRotationMatrix();
-  return turn * map_covariance * turn.transpose();
-}
-
 /// A match that says where the scan is in all three directions.
 std::optional<MatchResult> match_near(const PointScan& scan, const Pose2& expected, bool is_found,
                                       const LikelihoodField& field) {
@@ -152,8 +145,9 @@ void FurtherLasers::sample(int laser_number, const PointScan& scan, const Pose2&
   }
   if (const std::optional<MatchResult> match = match_near(part, expected, is_found, seen.field)) {
     const Pose2 off = map_from_base.inverse() * match->map_from_base;
-    laser.mount.add(
-        {{off.x, off.y, off.theta}, seen_from(map_from_base, match->covariance), velocity});
+    laser.mount.add({{off.x, off.y, off.theta},
+                     in_turned_frame(match->covariance, map_from_base.theta),
+                     velocity});
     laser.is_used = laser.is_used ? !laser.mount.is_contradictory() : laser.mount.is_sure(velocity);
   }
 }

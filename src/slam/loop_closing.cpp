@@ -1,6 +1,5 @@
 #include "matchbox_slam/slam/loop_closing.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -18,13 +17,6 @@ namespace {
 // made up.)
 constexpr double kDelayWay = 0.5;  // [m]
 constexpr std::size_t kMostDelay = 5;
-
-/// Of a pose as seen from another one that it was found from.
-Eigen::Matrix3d in_frame_of(const Pose2& map_from_frame, const Eigen::Matrix3d& map_covariance) {
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-map_from_frame.theta).toRotationMatrix();
-  return turn * map_covariance * turn.transpose();
-}
 
 MapCorrection correction_of(const PlacedScans& keys, const std::vector<Pose2>& new_map_from_base) {
   MapCorrection correction;
@@ -115,7 +107,8 @@ void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& 
       std::max(kLeastWay, moved.translation().norm() + kMetresPerRadian * std::abs(moved.theta));
   way_ += way;
   const Eigen::Matrix3d drift = way * covariance_of(options.drift_xy, options.drift_theta);
-  graph_.edges.push_back({node - 1, node, moved, drift + in_frame_of(before, map_covariance)});
+  graph_.edges.push_back(
+      {node - 1, node, moved, drift + in_turned_frame(map_covariance, before.theta)});
 }
 
 /// What is matched with belongs together from now on, too; and what lies where the robot was found.

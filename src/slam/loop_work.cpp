@@ -20,7 +20,7 @@ double most_moved(const PlacedScans& keys, const std::vector<Pose2>& poses) {
   return most;
 }
 
-/// Until one is believed.
+/// Searches the candidates until one loop is believed.
 void close_a_loop(const LoopTask& task, LoopTaskDone& done) {
   const std::size_t newest = task.keys.size() - 1;
   const GraphWays ways = ways_from(task.graph, newest);

@@ -169,17 +169,25 @@ void add_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
   }
 }
 
-/// Share of key scans of one part that would see through walls of another: of so many of them,
-/// spread evenly, that no scan waits long.
+/// Share of key scans of one part, of those that lie within another, that would see through walls
+/// of that: of so many of them, spread evenly, that no scan waits long.
 double share_through_walls(const PlacedScans& keys, const MapPart& other,
                            const Pose2& other_from_part, const DoubtOptions& doubt) {
   constexpr std::size_t kMost = 30;
-  const std::size_t stride = keys.size() / kMost + 1;
+  const CellBox known = other.map.occupancy.known_bounds();
+  PlacedScans within;
+  for (const PlacedScan& key : keys) {
+    const Pose2 other_from_base = other_from_part * key.map_from_base;
+    if (known.contains(other.map.occupancy.geometry().cell_at(other_from_base.translation()))) {
+      within.push_back({key.scan, other_from_base});
+    }
+  }
+  const std::size_t stride = within.size() / kMost + 1;
   std::size_t looked_at = 0;
   std::size_t through = 0;
-  for (std::size_t i = 0; i < keys.size(); i += stride) {
-    const double against = contradiction(*keys[i].scan->points(),
-                                         other_from_part * keys[i].map_from_base, other.map.field);
+  for (std::size_t i = 0; i < within.size(); i += stride) {
+    const double against =
+        contradiction(*within[i].scan->points(), within[i].map_from_base, other.map.field);
     through += against > doubt.contradiction ? 1 : 0;
     ++looked_at;
   }

@@ -97,7 +97,9 @@ TEST(WholeRun, HoughToursAllRooms) {
 TEST(WholeRun, OlsonToursAllRoomsAndKnowsHowWell) {
   const RunErrors errors = errors_of_run("rooms", 2, kOlson);
   EXPECT_LE(errors.translation, 0.0013);  // 0.9 mm
-  EXPECT_GE(errors.inside, 0.99);         // 0.9998; 0.98 by the covariances of the matches
+  EXPECT_GE(errors.inside, 0.99);         // 1; 0.98 by the covariances of the matches
+  // The most bent of twenty: its rooms are 5 mm apart.
+  EXPECT_GE(errors_of_run("rooms", 5, kOlson).inside, 0.85);  // 0.888; 0.778 without the bend
 }
 
 TEST(WholeRun, OlsonDrivesThroughChaosAndKnowsHowWell) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace matchbox_slam {
 
@@ -10,6 +11,15 @@ namespace matchbox_slam {
 /// @param sigma_theta  [rad]
 [[nodiscard]] inline Eigen::Matrix3d covariance_of(double sigma_xy, double sigma_theta) {
   return Eigen::Vector3d(sigma_xy, sigma_xy, sigma_theta).cwiseAbs2().asDiagonal();
+}
+
+/// The covariance over (x, y, theta) of a pose, told in the axes of a frame that is turned by
+/// `theta` [rad] against those that it is given in.
+[[nodiscard]] inline Eigen::Matrix3d in_turned_frame(const Eigen::Matrix3d& covariance,
+                                                     double theta) {
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-theta).toRotationMatrix();
+  return turn * covariance * turn.transpose();
 }
 
 }  // namespace matchbox_slam

@@ -25,15 +25,17 @@ struct DoubtOptions {
     option(self.contradiction, "contradiction", between(0.0, 1.0), "",
            "A match is looked at again when more of its beams than this share cross walls of the "
            "map, or when its score is too low; what the second look finds contradicts less.");
-    option(
-        self.most_contradiction, "most_contradiction", between(0.0, 1.0), "",
-        "It is rejected when more than this share do, and the second look finds nothing better.");
+    option(self.most_contradiction, "most_contradiction", between(0.0, 1.0), "",
+           "A match is rejected when more than this share of its beams cross walls, and the second "
+           "look "
+           "finds nothing better.");
     option(self.score_drop, "score_drop", between(0.0, 1.0), "",
            "A match is looked at again, too, when it scores less than this share of what is usual "
            "lately, though what it sees is mapped.");
-    option(self.least_net, "least_net", between(-1.0, 1.0), "",
-           "It is rejected when its score less its contradiction is lower, and the second look "
-           "finds nothing better.");
+    option(
+        self.least_net, "least_net", between(-1.0, 1.0), "",
+        "A match is rejected when its score less its contradiction is lower, and the second look "
+        "finds nothing better.");
     option(self.look_xy, "look_xy", between(0.01, 2.0), "m",
            "Standard deviation of the position that a second look adds to the prior's.");
     option(self.look_theta, "look_theta", between(0.01, 3.2), "rad",

@@ -32,7 +32,7 @@ struct LoopOptions {
            "Standard deviation of the map's drift after one metre driven, beside what the matches "
            "say of themselves; it grows with the square root of the way.");
     option(self.drift_theta, "drift_theta", between(1e-5, 1.0), "rad/sqrt(m)",
-           "The same of the heading.");
+           "Standard deviation of the map's drift in heading after one metre driven.");
     option(self.apart, "apart", between(0.01, 10.0), "m",
            "Key scans whose places are known less well than this from where the robot is, by "
            "standard deviation, are not matched against; they are searched for loops.");
@@ -45,7 +45,7 @@ struct LoopOptions {
     option(self.most_rival, "most_rival", between(0.0, 1.0), "",
            "A place is no loop when another one fits more than this share as well.");
     option(self.most_contradiction, "most_contradiction", between(0.0, 1.0), "",
-           "Nor when more than this share of the beams cross walls.");
+           "A place is no loop when more than this share of the beams cross walls there.");
   }
 };
 

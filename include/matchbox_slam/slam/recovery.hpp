@@ -30,7 +30,8 @@ struct RecoveryOptions {
            "A lost robot counts as found at a place near where odometry says where so many scans "
            "match well, and hardly one at another place.");
     option(self.far_confirmations, "far_confirmations", between(1, 100), "",
-           "So many are wanted of a place elsewhere, since corridors and rooms may be alike.");
+           "Scans that have to match well at a place that is not near where odometry says, since "
+           "corridors and rooms may be alike.");
     option(self.least_score, "least_score", between(0.0, 1.0), "",
            "Scans that fit less than this do not confirm a place.");
     option(self.distance, "distance", between(0.05, 10.0), "m",

@@ -1,12 +1,13 @@
 #include "matching/hough/hough_search.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
+
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -17,9 +18,7 @@ constexpr double kFarthestKeyScan = 200.0;  // [m], twice as far as points count
 MotionGuess guess_of(const PosePrior& prior, const Pose2& map_from_key) {
   MotionGuess guess;
   guess.reference_from_scan = map_from_key.inverse() * prior.map_from_base;
-  Eigen::Matrix3d key_from_map = Eigen::Matrix3d::Identity();
-  key_from_map.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-map_from_key.theta).toRotationMatrix();
-  guess.covariance = key_from_map * prior.covariance * key_from_map.transpose();
+  guess.covariance = in_turned_frame(prior.covariance, map_from_key.theta);
   return guess;
 }
 
