@@ -100,9 +100,10 @@ class Measured:
     def __init__(self):
         self.sent = {}         # stamp -> seconds
         self.to_pose = []      # [s] from a scan to its pose
-        self.to_transform = []  # [s] from a scan to the first map transform after its pose
         self.match_times = []  # [s]
-        self.waiting = []      # stamps whose pose came but no transform yet
+        self.pose_sent = []    # when the scans of these were sent
+        self.changed = []      # when the map transform was another one than before
+        self.transform = None  # the newest
         self.unproven = 0
         self.skipped = {}      # reason -> scans
 
@@ -110,14 +111,29 @@ class Measured:
         stamp = message.header.stamp.to_nsec()
         if stamp in self.sent:
             self.to_pose.append(time.perf_counter() - self.sent[stamp])
-            self.waiting.append(stamp)
+            self.pose_sent.append(self.sent.pop(stamp))
 
     def on_transforms(self, message):
-        if all(transform.header.frame_id != 'map' for transform in message.transforms):
-            return
         now = time.perf_counter()
-        waiting, self.waiting = self.waiting, []
-        self.to_transform += [now - self.sent.pop(stamp) for stamp in waiting]
+        for transform in message.transforms:
+            if transform.header.frame_id == 'map':
+                moved, turned = transform.transform.translation, transform.transform.rotation
+                numbers = (moved.x, moved.y, turned.z, turned.w)
+                if numbers != self.transform:
+                    self.changed.append(now)
+                    self.transform = numbers
+
+    def to_transform(self):
+        """[s] from each scan to its map transform: the first new one that is no earlier scan's.
+        The timer repeats them in between."""
+        times = []
+        changed = collections.deque(self.changed)
+        for sent in sorted(self.pose_sent):
+            while changed and changed[0] < sent:
+                changed.popleft()
+            if changed:
+                times.append(changed.popleft() - sent)
+        return times
 
     def on_match(self, message):
         self.match_times.append(message.match_time)

@@ -52,7 +52,7 @@ def play(session, recording, seconds):
 def outcome(session, played):
     measured = session.measured
     return dict(played, used=len(measured.match_times), skipped=measured.skipped,
-                to_pose=quantiles(measured.to_pose), to_transform=quantiles(measured.to_transform),
+                to_pose=quantiles(measured.to_pose), to_transform=quantiles(measured.to_transform()),
                 match=quantiles(measured.match_times), unproven=measured.unproven)
 
 
@@ -173,7 +173,7 @@ def report(results):
               'rooms; the player and the listener share the machine',
               '- times are p50 / p95 / p99 / largest. Scan to pose: from the publishing of a scan to '
               'the reception of its pose, and so with the wait for odometry past its stamp. Scan to '
-              'tf: to the first `map` transform after that, by a timer of 20 Hz', '']
+              'tf: to the first `map` transform that it changed', '']
     rows = results.pop('soak', None)
     if results:
         lines += load_table(results)

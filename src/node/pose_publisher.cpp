@@ -40,6 +40,7 @@ void PosePublisher::publish(const ReadyScan& scan, const ScanOutcome& outcome, d
     map_transform_ = map_transform(scan, outcome);
   }
   publish_pose(scan, outcome);
+  publish_transform();
   publish_match_info(scan, outcome, match_seconds, matcher);
 }
 
@@ -109,21 +110,16 @@ geometry_msgs::TransformStamped PosePublisher::map_transform(const ReadyScan& sc
 }
 
 void PosePublisher::publish_transform() {
+  const std::lock_guard<std::mutex> lock(mutex_);
   // Simulated time goes in steps: within one, tf would complain of repeated data.
   const ros::Time now = ros::Time::now();
-  if (!publish_tf_ || now.isZero() || now == last_transform_time_) {
+  if (!publish_tf_ || !map_transform_ || now.isZero() || now == last_transform_time_) {
     return;
   }
   last_transform_time_ = now;
-  std::optional<geometry_msgs::TransformStamped> transform;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    transform = map_transform_;
-  }
-  if (transform) {
-    transform->header.stamp = now + ros::Duration(transform_tolerance_);
-    broadcaster_.sendTransform(*transform);
-  }
+  geometry_msgs::TransformStamped transform = *map_transform_;
+  transform.header.stamp = now + ros::Duration(transform_tolerance_);
+  broadcaster_.sendTransform(transform);
 }
 
 }  // namespace matchbox_slam

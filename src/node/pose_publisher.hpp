@@ -17,8 +17,8 @@
 
 namespace matchbox_slam {
 
-/// Publishes what became of each scan, as pose and match_info, and by a timer the transform from
-/// the map to the odometry, or to the base where there is none.
+/// Publishes what became of each scan, as pose and match_info, and the transform from the map to
+/// the odometry, or to the base where there is none: at once, and in between by a timer.
 class PosePublisher {
  public:
   PosePublisher(ros::NodeHandle& node, const SlamSetup& setup);
@@ -47,9 +47,9 @@ class PosePublisher {
   const RunOptions options_;
   std::atomic<bool> publish_tf_;
   std::atomic<double> transform_tolerance_;  ///< [s]
-  std::mutex mutex_;                         ///< guards the next one
+  std::mutex mutex_;                         ///< guards the next three
   std::optional<geometry_msgs::TransformStamped> map_transform_;
-  ros::Time last_transform_time_;  ///< used by the timer alone
+  ros::Time last_transform_time_;
   tf2_ros::TransformBroadcaster broadcaster_;
   ros::Publisher pose_;
   ros::Publisher match_info_;

@@ -21,8 +21,10 @@ struct SlamNodeOptions {
   static void visit(Self& self, Visitor&& option) {
     option(self.publish_tf, "publish_tf", any(), "",
            "Whether to publish the transform map -> odom (map -> base without odometry).");
-    option(self.transform_publish_period, "transform_publish_period", between(0.001, 10.0), "s",
-           "Time from one published transform to the next, by the ROS clock.");
+    option(
+        self.transform_publish_period, "transform_publish_period", between(0.001, 10.0), "s",
+        "Time from one repetition of the transform to the next, by the ROS clock; each scan sends "
+        "it at once.");
     option(self.transform_tolerance, "transform_tolerance", between(0.0, 10.0), "s",
            "Published transforms are stamped this far ahead, so that listeners need not wait.");
     option(self.map_update_interval, "map_update_interval", between(0.05, 3600.0), "s",
