@@ -27,8 +27,7 @@ struct DoubtOptions {
            "map, or when its score is too low; what the second look finds contradicts less.");
     option(self.most_contradiction, "most_contradiction", between(0.0, 1.0), "",
            "A match is rejected when more than this share of its beams cross walls, and the second "
-           "look "
-           "finds nothing better.");
+           "look finds nothing better.");
     option(self.score_drop, "score_drop", between(0.0, 1.0), "",
            "A match is looked at again, too, when it scores less than this share of what is usual "
            "lately, though what it sees is mapped.");
