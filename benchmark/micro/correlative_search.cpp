@@ -104,9 +104,11 @@ FieldWindow table_around(const MatchScene& scene, const Search& search) {
   const Eigen::Vector2d center = search.lattice.center.translation();
   const Eigen::Vector2d margin(reach, reach);
   const GridGeometry& geometry = scene.map.field.geometry();
-  return FieldWindow::of_likelihood(
-      scene.map.field, {geometry.cell_at(center - margin), geometry.cell_at(center + margin)},
-      search.scoring.value_of_likelihood);
+  FieldWindow table;
+  table.read(scene.map.field,
+             {geometry.cell_at(center - margin), geometry.cell_at(center + margin)},
+             search.scoring.value_of_likelihood);
+  return table;
 }
 
 std::int64_t naive(const MatchScene& scene, const Search& search) {
@@ -194,9 +196,10 @@ BENCHMARK(search_densely)->ArgName("window")->DenseRange(0, 2)->Unit(benchmark::
 
 void search_by_bounds(const MatchScene& scene, const Window& window, benchmark::State& state) {
   const Search search = make_search(scene, window);
+  SearchMemory memory;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(
-        search_lattice(search.points, scene.map.field, search.lattice, search.scoring));
+    benchmark::DoNotOptimize(search_lattice(search.points, scene.map.field, search.lattice,
+                                            search.scoring, {}, {}, memory));
   }
   state.SetLabel(window.name);
 }

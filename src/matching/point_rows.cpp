@@ -1,21 +1,9 @@
 #include "matching/point_rows.hpp"
 
 #include "common/simd.hpp"
+#include "matchbox_slam/map/grid_geometry.hpp"
 
 namespace matchbox_slam {
-namespace {
-
-/// As GridGeometry has it, without branches.
-inline std::int32_t index_at(double cells) {
-  constexpr double kFarthest = 1 << 28;
-  const double above = cells > -kFarthest ? cells : -kFarthest;
-  const double within = above < kFarthest ? above : kFarthest;
-  const auto towards_zero = static_cast<std::int32_t>(within);
-  return towards_zero - (within < towards_zero ? 1 : 0);
-}
-
-}  // namespace
-
 MATCHBOX_SIMD_CLONES void add_normal_equations(const PointRows& view, double kernel_square,
                                                double* __restrict__ lanes) {
   for (std::size_t i = 0; i < view.size; i += kLanes) {
@@ -151,8 +139,8 @@ MATCHBOX_SIMD_CLONES void find_cells(const double* __restrict__ rotated_x,
   for (std::size_t j = 0; j < size; ++j) {
     const double x = rotated_x[j] + base_x - field_x;
     const double y = rotated_y[j] + base_y - field_y;
-    const std::int32_t here_x = index_at((cosine * x + sine * y) * cells);
-    const std::int32_t here_y = index_at((cosine * y - sine * x) * cells);
+    const std::int32_t here_x = cell_index((cosine * x + sine * y) * cells);
+    const std::int32_t here_y = cell_index((cosine * y - sine * x) * cells);
     moved[j] |= (here_x ^ cell_x[j]) | (here_y ^ cell_y[j]);
     cell_x[j] = here_x;
     cell_y[j] = here_y;

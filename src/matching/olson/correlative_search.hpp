@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -105,6 +106,29 @@ struct SearchDeadline {
 /// The search sees the map no farther than this to each side of the center, to bound its memory.
 constexpr int kFarthestCells = 6000;
 
+/// What bounds the memory of a search, besides tables of the field in reach. Beyond these the
+/// answer is the same, but takes longer.
+struct SearchLimits {
+  std::size_t open = std::size_t{1} << 20;  ///< blocks that wait, and leaves kept; 32 bytes each
+  std::size_t sums = std::size_t{1} << 24;  ///< of the coarsest blocks that are kept; 4 bytes each
+};
+
+/// What a search works in, kept from one to the next but for what only a large one needs; what it
+/// holds never matters.
+class SearchMemory {
+ public:
+  explicit SearchMemory(const SearchLimits& limits = {});
+  SearchMemory(SearchMemory&& other) noexcept;
+  SearchMemory& operator=(SearchMemory&& other) noexcept;
+  ~SearchMemory();
+
+  struct Parts;
+  [[nodiscard]] Parts& parts() { return *parts_; }
+
+ private:
+  std::unique_ptr<Parts> parts_;
+};
+
 /// Finds the best pose of the lattice, the same as trying every one: best first over groups of
 /// rotations with blocks of translations, in up to four resolutions of both, of the points
 /// (ScanLevel) and of the field (FieldWindow), pruned by a valid bound less the least penalty. Of
@@ -118,6 +142,12 @@ constexpr int kFarthestCells = 6000;
 /// per cell and i the offset in steps; likewise along y. Cells more than kFarthestCells away from
 /// the center, or from the map's origin more than 2^30 steps, are worth nothing. Cost: besides the
 /// sums, a copy of the field in reach of the points.
+[[nodiscard]] SearchResult search_lattice(const std::vector<SearchPoint>& points,
+                                          const LikelihoodField& field,
+                                          const SearchLattice& lattice,
+                                          const SearchScoring& scoring,
+                                          const std::optional<RivalSearch>& rivals,
+                                          const SearchDeadline& deadline, SearchMemory& memory);
 [[nodiscard]] SearchResult search_lattice(const std::vector<SearchPoint>& points,
                                           const LikelihoodField& field,
                                           const SearchLattice& lattice,

@@ -12,6 +12,12 @@ namespace matchbox_slam {
 struct PointArrays {
   std::vector<double> x, y;  ///< [m], base frame
   std::vector<std::uint16_t> weights;
+
+  void clear() {
+    x.clear();
+    y.clear();
+    weights.clear();
+  }
 };
 
 /// Where the points fall at one rotation without an offset: the cell, and the step within it.

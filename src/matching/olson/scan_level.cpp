@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstddef>
 
-#include "matching/olson/field_window.hpp"
-
 namespace matchbox_slam {
 namespace {
 
@@ -48,8 +46,9 @@ class Cluster {
 };
 
 /// Range below which nine tenths of the points lie [m].
-double useful_range(const PointArrays& points) {
-  std::vector<double> ranges(points.x.size());
+/// @param ranges  on the way.
+double useful_range(const PointArrays& points, std::vector<double>& ranges) {
+  ranges.resize(points.x.size());
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     ranges[i] = std::hypot(points.x[i], points.y[i]);
   }
@@ -70,18 +69,18 @@ void add(const Cluster& cluster, double angle, double slack, ScanLevel& level) {
 
 }  // namespace
 
-std::vector<ScanLevel> scan_levels(const PointArrays& points, const SearchLattice& lattice,
-                                   double resolution, int top) {
-  std::vector<ScanLevel> levels(static_cast<std::size_t>(top) + 1);
-  levels.front().points = points;
-  if (points.x.empty()) {
-    return levels;
-  }
-  const double arc = lattice.step_theta * useful_range(points);
-  for (std::size_t i = 1; i < levels.size(); ++i) {
-    ScanLevel& level = levels[i];
+void ScanLevels::assign(const PointArrays& points, const SearchLattice& lattice, double resolution,
+                        int top) {
+  levels_.front().points = points;
+  const double arc = points.x.empty() ? 0.0 : lattice.step_theta * useful_range(points, ranges_);
+  for (std::size_t i = 1; i <= static_cast<std::size_t>(top); ++i) {
+    ScanLevel& level = levels_[i];
+    level.clear();
+    if (points.x.empty()) {
+      continue;
+    }
     const double slack = resolution * (0.5 * FieldWindow::kBounds.at(i).slack - kRounding);
-    const int finer = levels[i - 1].turns;
+    const int finer = levels_[i - 1].turns;
     const double most = std::min(2.0 * kTurning * slack / arc, 2.0 * lattice.half_theta);
     level.turns = finer * std::max(1, (1 + static_cast<int>(most)) / finer);
     const double angle = 0.5 * lattice.step_theta * (level.turns - 1);
@@ -97,7 +96,6 @@ std::vector<ScanLevel> scan_levels(const PointArrays& points, const SearchLattic
     }
     add(cluster, angle, slack, level);
   }
-  return levels;
 }
 
 }  // namespace matchbox_slam

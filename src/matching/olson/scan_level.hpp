@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "matching/olson/correlative_search.hpp"
+#include "matching/olson/field_window.hpp"
 #include "matching/olson/rotated_points.hpp"
 
 namespace matchbox_slam {
@@ -16,13 +18,29 @@ struct ScanLevel {
   int turns = 1;               ///< rotations in a group; a multiple of the next finer level's
   PointArrays points;          ///< weights up to 255
   std::int64_t unbounded = 0;  ///< what the points that move farther score at most
+
+  void clear() {
+    turns = 1;
+    points.clear();
+    unbounded = 0;
+  }
 };
 
-/// From the finest level, which has the points themselves and single rotations, up to one.
-/// @param points  neighbours one after the other, else few are seen as one.
-/// @param resolution  edge of a cell [m].
-[[nodiscard]] std::vector<ScanLevel> scan_levels(const PointArrays& points,
-                                                 const SearchLattice& lattice, double resolution,
-                                                 int top);
+/// The levels of a scan, made anew in the memory that they have.
+class ScanLevels {
+ public:
+  /// From the finest level, which has the points themselves and single rotations, up to one.
+  /// @param points  neighbours one after the other, else few are seen as one.
+  /// @param resolution  edge of a cell [m].
+  void assign(const PointArrays& points, const SearchLattice& lattice, double resolution, int top);
+
+  [[nodiscard]] const ScanLevel& operator[](int level) const {
+    return levels_[static_cast<std::size_t>(level)];
+  }
+
+ private:
+  std::array<ScanLevel, FieldWindow::kLevels> levels_;
+  std::vector<double> ranges_;  ///< of the points, on the way
+};
 
 }  // namespace matchbox_slam

@@ -284,6 +284,46 @@ TEST(CorrelativeSearch, FindsTheRivalOfBruteForce) {
   EXPECT_GT(found_some, 50);
 }
 
+TEST(CorrelativeSearch, FindsTheSameInMemoryOfOthersAndInLittle) {
+  SearchMemory used;
+  SearchLimits limits;
+  limits.open = 3;
+  limits.sums = 0;
+  SearchMemory little(limits);
+  int with_rival = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Scene scene = seed % 4 == 0 ? scene_of_beams(seed) : make_scene(seed);
+    scene.lattice.half_xy *= seed % 3 == 0 ? 10 : 1;
+    const RivalSearch rivals{static_cast<int>(seed % 7), static_cast<int>(seed % 3),
+                             0.25 * static_cast<double>(seed % 4)};
+    const SearchResult alone =
+        search_lattice(scene.points, scene.field, scene.lattice, scene.scoring, rivals);
+    with_rival += alone.rival ? 1 : 0;
+    for (SearchMemory* memory : {&used, &little}) {
+      const SearchResult found = search_lattice(scene.points, scene.field, scene.lattice,
+                                                scene.scoring, rivals, {}, *memory);
+      EXPECT_EQ(found.is_found, alone.is_found);
+      EXPECT_EQ(found.score, alone.score);
+      EXPECT_EQ(found.bound, alone.bound);
+      EXPECT_EQ(std::tie(found.best.x, found.best.y, found.best.theta),
+                std::tie(alone.best.x, alone.best.y, alone.best.theta));
+      ASSERT_EQ(found.rival.has_value(), alone.rival.has_value());
+      if (found.rival) {
+        const LatticePose& rival = alone.rival->pose;
+        EXPECT_EQ(found.rival->score, alone.rival->score);
+        EXPECT_EQ(std::tie(found.rival->pose.x, found.rival->pose.y, found.rival->pose.theta),
+                  std::tie(rival.x, rival.y, rival.theta));
+      }
+      if (memory == &used) {
+        EXPECT_EQ(found.candidates, alone.candidates);
+        EXPECT_EQ(found.bounded, alone.bounded);
+      }
+    }
+  }
+  EXPECT_GT(with_rival, 50);
+}
+
 TEST(CorrelativeSearch, FindsWhatIsAboveTheFloorAndNothingElse) {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -354,6 +394,12 @@ TEST(CorrelativeSearch, TellsWhatIsLeftWhenItIsLate) {
     EXPECT_GE(late.bound, best);
     EXPECT_GT(late.bound, late.score);
     EXPECT_EQ(late.score, score_of(scene, late.best));
+    SearchLimits limits;
+    limits.open = 2;
+    SearchMemory little(limits);
+    const SearchResult less =
+        search_lattice(scene.points, scene.field, scene.lattice, scene.scoring, {}, passed, little);
+    EXPECT_GE(less.bound, best);
   }
 }
 
@@ -383,6 +429,38 @@ TEST(CorrelativeSearch, EndsAfterSoManyLookUpsAndTellsWhatIsLeft) {
       EXPECT_GE(no_time_for_rivals.rivals_left, whole.rival->score);
     }
   }
+}
+
+TEST(CorrelativeSearch, TellsWhatIsLeftInLittleMemory) {
+  SearchLimits limits;
+  limits.open = 3;
+  limits.sums = 0;
+  SearchMemory little(limits);
+  int without_time_for_rivals = 0;
+  for (std::uint64_t seed = 10; seed < 60; ++seed) {
+    Scene scene = make_scene(seed);
+    scene.lattice.half_xy = 20;
+    scene.lattice.half_theta = 5;
+    const auto search = [&](std::size_t look_ups) {
+      return search_lattice(scene.points, scene.field, scene.lattice, scene.scoring,
+                            RivalSearch{3, 1, 0.5}, SearchDeadline{{}, look_ups}, little);
+    };
+    const SearchResult whole = search(std::numeric_limits<std::size_t>::max());
+    EXPECT_EQ(whole.bound, whole.score);
+    EXPECT_EQ(whole.rivals_left, 0);
+    for (std::size_t part = 1; part < 20; ++part) {
+      const SearchResult late = search(whole.look_ups * part / 20);
+      EXPECT_GE(late.bound, whole.score);
+      EXPECT_EQ(late.score, score_of(scene, late.best));
+      if (late.bound == late.score && whole.rival) {
+        EXPECT_EQ(late.score, whole.score);
+        without_time_for_rivals += late.rivals_left > 0 ? 1 : 0;
+        EXPECT_GE(std::max(late.rivals_left, late.rival ? late.rival->score : 0),
+                  whole.rival->score);
+      }
+    }
+  }
+  EXPECT_GT(without_time_for_rivals, 20);
 }
 
 }  // namespace

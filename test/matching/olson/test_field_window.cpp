@@ -25,6 +25,21 @@ FieldWindow::Values unchanged() {
   return values;
 }
 
+FieldWindow window_of(const LikelihoodField& field, const CellBox& box,
+                      const FieldWindow::Values& values) {
+  FieldWindow window;
+  window.read(field, box, values);
+  return window;
+}
+
+using Bounds = std::array<FieldWindow, FieldWindow::kLevels>;
+
+Bounds bounds_of(const LikelihoodField& field, const CellBox& box) {
+  Bounds bounds;
+  window_of(field, box, unchanged()).make_bounds(FieldWindow::kLevels - 1, bounds);
+  return bounds;
+}
+
 std::uint8_t entry(const FieldWindow& window, const Cell& cell) {
   const TableLayout& layout = window.layout();
   const int x = (cell.x - layout.corner.x) >> layout.grain_bits;
@@ -51,7 +66,7 @@ TEST(FieldWindow, HoldsTheValuesOfLikelihoods) {
   FieldWindow::Values values = unchanged();
   std::reverse(values.begin() + 1, values.end());
   const CellBox box{{-75, -9}, {81, 77}};
-  const FieldWindow window = FieldWindow::of_likelihood(field, box, values);
+  const FieldWindow window = window_of(field, box, values);
   for (int y = box.min.y; y < box.max.y; ++y) {
     for (int x = box.min.x; x < box.max.x; ++x) {
       ASSERT_EQ(entry(window, {x, y}), values[field.likelihood({x, y})]) << x << ", " << y;
@@ -63,9 +78,7 @@ TEST(FieldWindow, BoundsWhatAnyShiftByAStrideMeets) {
   Random random(4);
   const LikelihoodField field = random_field(random);
   const CellBox box{{-80, -64}, {96, 80}};
-  const std::vector<FieldWindow> bounds =
-      FieldWindow::of_likelihood(field, box, unchanged()).bounds(FieldWindow::kLevels - 1);
-  ASSERT_EQ(bounds.size(), std::size_t{FieldWindow::kLevels});
+  const Bounds bounds = bounds_of(field, box);
   for (std::size_t level = 0; level < bounds.size(); ++level) {
     const int grain = FieldWindow::kBounds[level].grain;
     const int width = FieldWindow::kBounds[level].width();
@@ -79,12 +92,45 @@ TEST(FieldWindow, BoundsWhatAnyShiftByAStrideMeets) {
   }
 }
 
+TEST(FieldWindow, BoundsTheSameWhereOnlyAPartIsNeeded) {
+  Random random(6);
+  const LikelihoodField field = random_field(random);
+  const CellBox box{{-80, -64}, {96, 80}};
+  const Bounds all = bounds_of(field, box);
+  FieldWindow window;
+  Bounds some;
+  for (const CellBox& part : {CellBox{{-37, -50}, {5, 8}}, CellBox{{30, 31}, {90, 79}},
+                              CellBox{{-200, -3}, {-40, 300}}, CellBox{{200, 0}, {300, 9}}}) {
+    // All is another value first, so that what is not made anew shows.
+    FieldWindow::Values other{};
+    other.fill(77);
+    window.read(field, box, other);
+    window.make_bounds(FieldWindow::kLevels - 1, some);
+    window.frame(box);
+    window.need({{-10, -10}, {2, 2}});
+    window.need(part);
+    window.read(field, unchanged());
+    window.make_bounds(FieldWindow::kLevels - 1, some);
+    const CellBox inside = intersection(part, box);
+    for (std::size_t level = 0; level < some.size(); ++level) {
+      const int width = FieldWindow::kBounds[level].width();
+      for (int y = inside.min.y; y + width < inside.max.y; ++y) {
+        for (int x = inside.min.x; x + width < inside.max.x; ++x) {
+          ASSERT_EQ(entry(some[level], {x, y}), entry(all[level], {x, y}))
+              << "level " << level << " at " << x << ", " << y;
+        }
+      }
+    }
+    const Cell aside{-60, 60};
+    EXPECT_EQ(entry(window, aside), part.contains(aside) ? field.likelihood(aside) : 77)
+        << "what nobody needs is left alone";
+  }
+}
+
 TEST(FieldWindow, KeepsBlocksThatAreAStrideApartTogether) {
   Random random(5);
   const LikelihoodField field = random_field(random);
-  const std::vector<FieldWindow> bounds =
-      FieldWindow::of_likelihood(field, {{-80, -80}, {80, 80}}, unchanged())
-          .bounds(FieldWindow::kLevels - 1);
+  const Bounds bounds = bounds_of(field, {{-80, -80}, {80, 80}});
   for (std::size_t level = 0; level < bounds.size(); ++level) {
     const TableLayout& layout = bounds[level].layout();
     EXPECT_EQ(1 << (layout.grain_bits + layout.phase_bits), FieldWindow::kBounds[level].stride);
