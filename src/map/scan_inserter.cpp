@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -24,14 +25,23 @@ class Observations {
   /// Rows lie two tiles apart, so that a step out of the tile shows in the position's bits.
   static constexpr int kPitch = 2 * kTileSize;
   using Tile = std::array<std::uint8_t, static_cast<std::size_t>(kPitch* kTileSize)>;
-  using Tiles = TiledGrid<Tile, OccupancyGrid::Tiles::kTileBits>;
+  using Tiles = OccupancyGrid::Tiles;
 
   static constexpr std::uint8_t kUnseen = 0;
   static constexpr std::uint8_t kFreeNoReturn = 1;
   static constexpr std::uint8_t kFree = 2;
   static constexpr double kOccupiedSteps = 253.0;  // 3...255 are occupancies from just above 0 to 1
 
-  explicit Observations(double resolution) : geometry_(resolution) {}
+  /// Begins with nothing seen, in the memory that there is.
+  /// @param cells  most of what is marked lies in these.
+  void assign(double resolution, const CellBox& cells) {
+    geometry_ = GridGeometry(resolution);
+    const Cell last = Tiles::tile_of({cells.max.x - 1, cells.max.y - 1});
+    bounds_ = {Tiles::tile_of(cells.min), {last.x + 1, last.y + 1}};
+    slots_.assign(area_of(bounds_), nullptr);
+    used_ = 0;
+    current_ = nullptr;
+  }
 
   [[nodiscard]] static std::uint8_t occupied(double occupancy) {
     return static_cast<std::uint8_t>(2 + std::lround(occupancy * kOccupiedSteps));
@@ -49,7 +59,10 @@ class Observations {
   /// was seen there.
   void mark_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b, std::uint8_t value);
 
-  [[nodiscard]] const Tiles& tiles() const { return tiles_; }
+  /// Calls take(tile, row, marks) for each row of a tile in which anything was seen, tile by tile,
+  /// and forgets it.
+  template <typename Take>
+  void take_rows(Take&& take);
 
  private:
   [[nodiscard]] static int position_in_tile(const Cell& cell) {
@@ -58,14 +71,53 @@ class Observations {
 
   void enter(const Cell& tile) {
     if (current_ == nullptr || tile != current_position_) {
-      static const Tile kBlank{};
-      current_ = &tiles_.touch(tile, kBlank);
+      current_ = &touch(tile);
       current_position_ = tile;
     }
   }
 
-  GridGeometry geometry_;
-  Tiles tiles_;
+  [[nodiscard]] static std::size_t area_of(const CellBox& box) {
+    return static_cast<std::size_t>(box.width()) * static_cast<std::size_t>(box.height());
+  }
+
+  [[nodiscard]] std::size_t slot_of(const Cell& tile) const {
+    return static_cast<std::size_t>(tile.y - bounds_.min.y) *
+               static_cast<std::size_t>(bounds_.width()) +
+           static_cast<std::size_t>(tile.x - bounds_.min.x);
+  }
+
+  void grow(const Cell& tile) {
+    const CellBox before = bounds_;
+    const std::vector<Tile*> slots = slots_;
+    bounds_.include(tile);
+    slots_.assign(area_of(bounds_), nullptr);
+    auto slot = slots.begin();
+    for (int y = before.min.y; y < before.max.y; ++y) {
+      for (int x = before.min.x; x < before.max.x; ++x) {
+        slots_[slot_of({x, y})] = *slot++;
+      }
+    }
+  }
+
+  Tile& touch(const Cell& tile) {
+    if (!bounds_.contains(tile)) {
+      grow(tile);
+    }
+    Tile*& slot = slots_[slot_of(tile)];
+    if (slot == nullptr) {
+      if (used_ == tiles_.size()) {
+        tiles_.push_back(std::make_unique<Tile>());
+      }
+      slot = tiles_[used_++].get();
+    }
+    return *slot;
+  }
+
+  GridGeometry geometry_{1.0};
+  CellBox bounds_;                            ///< in tiles
+  std::vector<Tile*> slots_;                  ///< row by row; null where nothing was seen
+  std::vector<std::unique_ptr<Tile>> tiles_;  ///< from `used_` on blank
+  std::size_t used_ = 0;
   Tile* current_ = nullptr;  // consecutive cells of a ray mostly share their tile
   Cell current_position_;
 };
@@ -128,22 +180,47 @@ void Observations::mark_segment(const Eigen::Vector2d& a, const Eigen::Vector2d&
 /// Deviation from tinySLAM: behind the hit the profile stops where it says rather free than
 /// occupied, because nothing was seen there.
 struct Hole {
-  Hole(double half_width, double resolution) : half(half_width) {
+  void assign(double half_width, double resolution) {
+    half = half_width;
+    marks.clear();
     for (double offset = -half; offset < 0.5 * half; offset += 0.5 * resolution) {
       marks.emplace_back(offset, Observations::occupied(1.0 - std::abs(offset) / half));
     }
     marks.emplace_back(0.0, Observations::occupied(1.0));
   }
 
-  double half;                                         ///< of the width [m]
+  double half = 0.0;                                   ///< of the width [m]
   std::vector<std::pair<double, std::uint8_t>> marks;  ///< by the way beyond the hit [m]
 };
 
-Observations observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
-                     const Pose2& map_from_base, const MapOptions& options) {
+/// Cells that a scan's beams and holes lie in.
+CellBox cells_of(const PointScan& scan, const Transform2& to_map, double half_hole,
+                 const GridGeometry& geometry) {
+  Eigen::AlignedBox2d box;
+  for (const FreeRay& ray : scan.free_rays) {
+    box.extend(to_map * ray.origin);
+    box.extend(to_map * ray.end);
+  }
+  for (const ScanPoint& point : scan.points) {
+    box.extend(to_map * point.origin);
+    box.extend(to_map * point.position);
+  }
+  if (box.isEmpty()) {
+    return {{0, 0}, {1, 1}};
+  }
+  const Eigen::Vector2d margin = Eigen::Vector2d::Constant(half_hole + geometry.resolution());
+  const Cell first = geometry.cell_at(box.min() - margin);
+  const Cell last = geometry.cell_at(box.max() + margin);
+  return {first, {last.x + 1, last.y + 1}};
+}
+
+void observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
+             const Pose2& map_from_base, const MapOptions& options, Hole& hole,
+             Observations& observations) {
   const Transform2 to_map(map_from_base);
-  const Hole hole(0.5 * options.hole_width, options.resolution);
-  Observations observations(options.resolution);
+  hole.assign(0.5 * options.hole_width, options.resolution);
+  observations.assign(options.resolution,
+                      cells_of(scan, to_map, hole.half, GridGeometry(options.resolution)));
   for (const FreeRay& ray : scan.free_rays) {
     observations.mark_segment(to_map * ray.origin, to_map * ray.end, Observations::kFreeNoReturn);
   }
@@ -172,7 +249,36 @@ Observations observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_
   for (const SurfaceHit& hit : wall_between) {
     observations.mark(hit.position, Observations::occupied(1.0));
   }
-  return observations;
+}
+
+/// Whether anything was seen in a tile's row.
+bool is_seen(const std::uint8_t* marks) {
+  unsigned any = 0;
+  for (int i = 0; i < kTileSize; ++i) {
+    any |= marks[i];
+  }
+  return any != 0;
+}
+
+template <typename Take>
+void Observations::take_rows(Take&& take) {
+  std::size_t slot = 0;
+  for (int ty = bounds_.min.y; ty < bounds_.max.y; ++ty) {
+    for (int tx = bounds_.min.x; tx < bounds_.max.x; ++tx, ++slot) {
+      if (slots_[slot] == nullptr) {
+        continue;
+      }
+      std::uint8_t* marks = slots_[slot]->data();
+      for (int y = 0; y < kTileSize; ++y, marks += kPitch) {
+        if (is_seen(marks)) {
+          take(Cell{tx, ty}, y, marks);
+          std::fill_n(marks, kTileSize, kUnseen);
+        }
+      }
+    }
+  }
+  constexpr std::size_t kKept = 512;  // 4 MB
+  tiles_.resize(std::min(tiles_.size(), kKept));
 }
 
 /// How a row of observations is blended into the map.
@@ -220,67 +326,73 @@ MATCHBOX_SIMD_CLONES bool blend_row(const std::uint8_t* __restrict__ marks, cons
   return ceased != 0;
 }
 
-/// Whether anything was seen in a tile's row.
-bool is_seen(const std::uint8_t* marks) {
-  unsigned any = 0;
-  for (int i = 0; i < kTileSize; ++i) {
-    any |= marks[i];
-  }
-  return any != 0;
-}
-
-/// Blends all observations into the map. Returns the cells that ceased to be occupied.
-std::vector<Cell> blend(const Observations& observations, const MapOptions& options,
-                        OccupancyGrid& occupancy) {
+/// Blends all observations into the map, and forgets them.
+/// @param cleared  gets the cells that ceased to be occupied.
+void blend(Observations& observations, const MapOptions& options, OccupancyGrid& occupancy,
+           std::vector<Cell>& cleared) {
   const Blending blending(options);
-  std::vector<Cell> cleared;
-  const CellBox tiles = observations.tiles().tile_bounds();
-  for (int ty = tiles.min.y; ty < tiles.max.y; ++ty) {
-    for (int tx = tiles.min.x; tx < tiles.max.x; ++tx) {
-      const Observations::Tile* tile = observations.tiles().find({tx, ty});
-      if (tile == nullptr) {
-        continue;
-      }
-      OccupancyGrid::Stored* row = occupancy.touch({tx, ty}).data();
-      const std::uint8_t* marks = tile->data();
-      for (int y = 0; y < kTileSize; ++y, row += kTileSize, marks += Observations::kPitch) {
-        if (!is_seen(marks)) {
-          continue;
+  cleared.clear();
+  OccupancyGrid::Stored* tile_rows = nullptr;
+  Cell current;
+  observations.take_rows([&](const Cell& tile, int y, const std::uint8_t* marks) {
+    if (tile_rows == nullptr || tile != current) {
+      tile_rows = occupancy.touch(tile).data();
+      current = tile;
+    }
+    OccupancyGrid::Stored* row = tile_rows + std::ptrdiff_t{y} * kTileSize;
+    std::array<OccupancyGrid::Stored, kTileSize> after;
+    if (blend_row(marks, blending, row, after.data())) {
+      for (int x = 0; x < kTileSize; ++x) {
+        if (blending.ceases(row[x], after[static_cast<std::size_t>(x)])) {
+          cleared.push_back({tile.x * kTileSize + x, tile.y * kTileSize + y});
         }
-        std::array<OccupancyGrid::Stored, kTileSize> after;
-        if (blend_row(marks, blending, row, after.data())) {
-          for (int x = 0; x < kTileSize; ++x) {
-            if (blending.ceases(row[x], after[static_cast<std::size_t>(x)])) {
-              cleared.push_back({tx * kTileSize + x, ty * kTileSize + y});
-            }
-          }
-        }
-        std::copy(after.begin(), after.end(), row);
       }
     }
-  }
-  return cleared;
+    std::copy(after.begin(), after.end(), row);
+  });
 }
 
-/// What a scan changes in the likelihood field.
-struct FieldChange {
+}  // namespace
+
+struct InsertionMemory::Parts {
+  Observations observations;
+  Hole hole;
+  // What a scan changes in the likelihood field.
   std::vector<SurfaceHit> hits;
   std::vector<Cell> cleared;
 };
 
-FieldChange draw(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
-                 OccupancyGrid& occupancy) {
-  std::vector<SurfaceHit> hits = surfaces_between_hits(scan, map_from_base, options.resolution);
-  std::vector<Cell> cleared =
-      blend(observe(scan, hits, map_from_base, options), options, occupancy);
-  const std::vector<SurfaceHit> own = surfaces_at_hits(scan, map_from_base);
-  hits.insert(hits.end(), own.begin(), own.end());
+InsertionMemory::InsertionMemory() = default;
+InsertionMemory::InsertionMemory(const InsertionMemory& /*other*/) {}
+InsertionMemory::InsertionMemory(InsertionMemory&& other) noexcept = default;
+InsertionMemory& InsertionMemory::operator=(const InsertionMemory& /*other*/) { return *this; }
+InsertionMemory& InsertionMemory::operator=(InsertionMemory&& other) noexcept = default;
+InsertionMemory::~InsertionMemory() = default;
+
+InsertionMemory::Parts& InsertionMemory::parts() {
+  if (parts_ == nullptr) {
+    parts_ = std::make_unique<Parts>();
+  }
+  return *parts_;
+}
+
+namespace {
+
+InsertionMemory::Parts& draw(const PointScan& scan, const Pose2& map_from_base,
+                             const MapOptions& options, SlamMap& map) {
+  InsertionMemory::Parts& parts = map.insertion.parts();
+  std::vector<SurfaceHit>& hits = parts.hits;
+  hits.clear();
+  add_surfaces_between_hits(scan, map_from_base, options.resolution, hits);
+  observe(scan, hits, map_from_base, options, parts.hole, parts.observations);
+  blend(parts.observations, options, map.occupancy, parts.cleared);
+  add_surfaces_at_hits(scan, map_from_base, hits);
   const auto is_free = [&](const SurfaceHit& hit) {
-    return occupancy.occupancy(occupancy.geometry().cell_at(hit.position)) <
+    return map.occupancy.occupancy(map.occupancy.geometry().cell_at(hit.position)) <
            options.occupied_threshold;
   };
   hits.erase(std::remove_if(hits.begin(), hits.end(), is_free), hits.end());
-  return {std::move(hits), std::move(cleared)};
+  return parts;
 }
 
 }  // namespace
@@ -311,13 +423,13 @@ bool has_room(const PointScan& scan, const Pose2& map_from_base, const MapOption
 
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                  SlamMap& map) {
-  const FieldChange change = draw(scan, map_from_base, options, map.occupancy);
+  const InsertionMemory::Parts& change = draw(scan, map_from_base, options, map);
   map.field.update(change.hits, change.cleared);
 }
 
 void insert_unrendered(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                        SlamMap& map) {
-  const FieldChange change = draw(scan, map_from_base, options, map.occupancy);
+  const InsertionMemory::Parts& change = draw(scan, map_from_base, options, map);
   map.field.take(change.hits, change.cleared);
 }
 

@@ -7,20 +7,24 @@
 
 namespace matchbox_slam {
 
-std::vector<SurfaceHit> surfaces_at_hits(const PointScan& scan, const Pose2& map_from_base) {
+void add_surfaces_at_hits(const PointScan& scan, const Pose2& map_from_base,
+                          std::vector<SurfaceHit>& hits) {
   const Transform2 to_map(map_from_base);
-  std::vector<SurfaceHit> hits;
-  hits.reserve(scan.points.size());
   for (const ScanPoint& point : scan.points) {
     hits.push_back({to_map * point.position, to_map.turned(point.normal)});
   }
+}
+
+std::vector<SurfaceHit> surfaces_at_hits(const PointScan& scan, const Pose2& map_from_base) {
+  std::vector<SurfaceHit> hits;
+  hits.reserve(scan.points.size());
+  add_surfaces_at_hits(scan, map_from_base, hits);
   return hits;
 }
 
-std::vector<SurfaceHit> surfaces_between_hits(const PointScan& scan, const Pose2& map_from_base,
-                                              double spacing) {
+void add_surfaces_between_hits(const PointScan& scan, const Pose2& map_from_base, double spacing,
+                               std::vector<SurfaceHit>& wall) {
   const Transform2 to_map(map_from_base);
-  std::vector<SurfaceHit> wall;
   for (std::size_t i = 0; i + 1 < scan.points.size(); ++i) {
     const ScanPoint& a = scan.points[i];
     const ScanPoint& b = scan.points[i + 1];
@@ -34,6 +38,12 @@ std::vector<SurfaceHit> surfaces_between_hits(const PointScan& scan, const Pose2
                       to_map.turned(2 * k < pieces ? a.normal : b.normal)});
     }
   }
+}
+
+std::vector<SurfaceHit> surfaces_between_hits(const PointScan& scan, const Pose2& map_from_base,
+                                              double spacing) {
+  std::vector<SurfaceHit> wall;
+  add_surfaces_between_hits(scan, map_from_base, spacing, wall);
   return wall;
 }
 

@@ -48,9 +48,13 @@ std::size_t power_of_two_from(std::size_t least) {
 
 }  // namespace
 
-Correspondences::Correspondences(const std::vector<ScanPoint>& points, const PlacedFields& fields,
-                                 const Pose2& map_from_base)
-    : blocks_(points.size() / Block().size() + 1), numbers_(kRows * blocks_) {
+void Correspondences::assign(const std::vector<ScanPoint>& points, const PlacedField* fields,
+                             std::size_t count, const Pose2& map_from_base) {
+  count_ = 0;
+  blocks_ = points.size() / Block().size() + 1;
+  const std::size_t padded = blocks_ * Block().size();
+  numbers_.resize(kRows * blocks_);
+  total_weight_ = 0.0;
   for (const ScanPoint& point : points) {
     // What is no number would make the whole sum none.
     if (point.position.allFinite() && std::isfinite(point.weight)) {
@@ -64,16 +68,25 @@ Correspondences::Correspondences(const std::vector<ScanPoint>& points, const Pla
       ++count_;
     }
   }
-  const std::size_t padded = blocks_ * Block().size();
-  fields_.reserve(fields.size());
-  for (const auto& [field, pose] : fields) {
+  for (const Row of_point : {kX, kY, kMovedX, kMovedY, kWall}) {
+    std::fill(row(of_point) + count_, row(of_point) + padded, 0.0);
+  }
+  std::fill_n(row(kPresent), kSurfaceRows * padded, 0.0);
+  std::fill_n(row(kInformation), padded, 0.0);
+  fields_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
     constexpr std::int32_t kNone = std::numeric_limits<std::int32_t>::min();
-    fields_.push_back({field, pose.translation(), std::cos(pose.theta), std::sin(pose.theta),
-                       std::vector<std::int32_t>(padded, kNone),
-                       std::vector<std::int32_t>(padded, kNone)});
+    const Pose2& pose = fields[i].map_from_field;
+    TurnedField& turned = fields_[i];
+    turned.field = fields[i].field;
+    turned.origin = pose.translation();
+    turned.cosine = std::cos(pose.theta);
+    turned.sine = std::sin(pose.theta);
+    turned.cell_x.assign(padded, kNone);
+    turned.cell_y.assign(padded, kNone);
   }
   moved_.resize(padded);
-  group_of_.resize(padded);
+  group_of_.assign(padded, 0);
   points_in_.resize(padded + 1);
   table_.resize(power_of_two_from(2 * count_ + 1));
   move_to(map_from_base);
@@ -263,27 +276,31 @@ double Correspondences::closeness(double kernel, const Eigen::Vector3d& step) co
   return sum_of(lanes.data()) / total_weight_;
 }
 
-std::vector<std::array<double, 2>> Correspondences::costs_of_both(
-    double kernel, const std::vector<Eigen::Vector3d>& steps) const {
-  std::vector<float> numbers;
-  numbers.reserve(3 * steps.size());
-  for (const Eigen::Vector3d& step : steps) {
-    for (const double number : step) {
-      numbers.push_back(static_cast<float>(number));
+void Correspondences::costs_of_both(double kernel, const std::vector<Eigen::Vector3d>& steps,
+                                    std::vector<std::array<double, 2>>& costs) const {
+  constexpr std::size_t kAtOnce = 64;
+  costs.resize(steps.size());
+  for (std::size_t first = 0; first < steps.size(); first += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, steps.size() - first);
+    std::array<float, 3 * kAtOnce> numbers;
+    for (std::size_t i = 0; i < count; ++i) {
+      for (int axis = 0; axis < 3; ++axis) {
+        numbers[3 * i + static_cast<std::size_t>(axis)] =
+            static_cast<float>(steps[first + i](axis));
+      }
+    }
+    std::array<float, 2 * kFloatLanes * kAtOnce> lanes;
+    std::fill_n(lanes.begin(), 2 * kFloatLanes * count, 0.0F);
+    add_costs_of_both(rows(), static_cast<float>(kernel * kernel), numbers.data(), count,
+                      lanes.data());
+    const float* lane = lanes.data();
+    for (std::size_t i = first; i < first + count; ++i) {
+      for (double& cost : costs[i]) {
+        cost = std::accumulate(lane, lane + kFloatLanes, 0.0);
+        lane += kFloatLanes;
+      }
     }
   }
-  std::vector<float> lanes(2 * kFloatLanes * steps.size());
-  add_costs_of_both(rows(), static_cast<float>(kernel * kernel), numbers.data(), steps.size(),
-                    lanes.data());
-  std::vector<std::array<double, 2>> costs(steps.size());
-  const float* lane = lanes.data();
-  for (std::array<double, 2>& both : costs) {
-    for (double& cost : both) {
-      cost = std::accumulate(lane, lane + kFloatLanes, 0.0);
-      lane += kFloatLanes;
-    }
-  }
-  return costs;
 }
 
 ResidualSum Correspondences::residuals(double kernel) const {

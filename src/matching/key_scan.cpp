@@ -87,6 +87,12 @@ std::shared_ptr<const PointScan> KeyScan::points() const {
   return cache_->points.get(cache_key_, [this] { return project_scan(*measured()); });
 }
 
+void KeyScan::keep(const PointScan& points) const {
+  if (measured() != nullptr) {
+    static_cast<void>(cache_->points.get(cache_key_, [&points] { return points; }));
+  }
+}
+
 std::shared_ptr<const LikelihoodField> KeyScan::field() const {
   return cache_->fields.get(cache_key_, [this] { return field_of(*points()); });
 }

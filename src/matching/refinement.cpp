@@ -182,14 +182,13 @@ double LocalPosterior::cost(const Eigen::Vector3d& step) const {
   return scan_information_ * (correspondences_.cost(kernel_, step) - cost_here_) + prior_cost(step);
 }
 
-std::vector<std::array<double, 2>> LocalPosterior::costs_of_both(
-    const std::vector<Eigen::Vector3d>& steps) const {
-  std::vector<std::array<double, 2>> costs = correspondences_.costs_of_both(kernel_, steps);
+void LocalPosterior::costs_of_both(const std::vector<Eigen::Vector3d>& steps,
+                                   std::vector<std::array<double, 2>>& costs) const {
+  correspondences_.costs_of_both(kernel_, steps, costs);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     costs[i] = {scan_information_ * costs[i][0] + prior_cost(steps[i]),
                 scan_information_ * costs[i][1] + prior_cost(-steps[i])};
   }
-  return costs;
 }
 
 }  // namespace matchbox_slam

@@ -46,28 +46,44 @@ Eigen::Isometry3d laser_at(double fraction, const Eigen::Isometry3d& base_from_l
          Eigen::Quaterniond::Identity().slerp(fraction, turn);
 }
 
-/// Unit vectors along the beams, in the laser's plane: by turning on some from few, since a cosine
-/// and a sine take much longer than a product. Off by less than 1e-15.
-std::vector<Eigen::Vector2d> beam_directions(const LaserScan& scan) {
-  constexpr std::size_t kFew = 32;
-  const auto direction = [](double angle) {
-    return Eigen::Vector2d(std::cos(angle), std::sin(angle));
-  };
-  std::array<Eigen::Vector2d, kFew> turns;
-  for (std::size_t i = 0; i < kFew; ++i) {
-    turns[i] = direction(static_cast<double>(i) * scan.angle_increment);
-  }
-  std::vector<Eigen::Vector2d> beams(scan.ranges.size());
-  for (std::size_t k = 0; k < beams.size(); k += kFew) {
-    const Eigen::Vector2d first =
-        direction(scan.angle_min + static_cast<double>(k) * scan.angle_increment);
-    for (std::size_t i = 0; i < std::min(kFew, beams.size() - k); ++i) {
-      beams[k + i] = {first.x() * turns[i].x() - first.y() * turns[i].y(),
-                      first.y() * turns[i].x() + first.x() * turns[i].y()};
+/// Unit vectors along the beams of a laser, in its plane.
+class BeamDirections {
+ public:
+  /// By turning on some from few, since a cosine and a sine take much longer than a product. Off by
+  /// less than 1e-15.
+  const std::vector<Eigen::Vector2d>& of(const LaserScan& scan) {
+    constexpr std::size_t kFew = 32;
+    const std::size_t count = scan.ranges.size();
+    if (count == beams_.size() && scan.angle_min == angle_min_ &&
+        scan.angle_increment == angle_increment_) {
+      return beams_;
     }
+    angle_min_ = scan.angle_min;
+    angle_increment_ = scan.angle_increment;
+    const auto direction = [](double angle) {
+      return Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    };
+    std::array<Eigen::Vector2d, kFew> turns;
+    for (std::size_t i = 0; i < kFew; ++i) {
+      turns[i] = direction(static_cast<double>(i) * scan.angle_increment);
+    }
+    beams_.resize(count);
+    for (std::size_t k = 0; k < count; k += kFew) {
+      const Eigen::Vector2d first =
+          direction(scan.angle_min + static_cast<double>(k) * scan.angle_increment);
+      for (std::size_t i = 0; i < std::min(kFew, count - k); ++i) {
+        beams_[k + i] = {first.x() * turns[i].x() - first.y() * turns[i].y(),
+                         first.y() * turns[i].x() + first.x() * turns[i].y()};
+      }
+    }
+    return beams_;
   }
-  return beams;
-}
+
+ private:
+  double angle_min_ = 0.0;  ///< [rad]
+  double angle_increment_ = 0.0;
+  std::vector<Eigen::Vector2d> beams_;
+};
 
 /// Whether the angle lies in one of the sectors: pairs of from and to, counter-clockwise, each less
 /// than a turn.
@@ -88,7 +104,8 @@ bool is_masked(double angle, const std::vector<double>& sectors) {
 /// constant time.
 class RunningSums {
  public:
-  explicit RunningSums(const std::vector<ScanPoint>& points) {
+  void assign(const std::vector<ScanPoint>& points) {
+    sums_.clear();
     sums_.reserve(points.size() + 1);
     sums_.emplace_back();
     for (const ScanPoint& point : points) {
@@ -150,13 +167,12 @@ struct Neighbourhood {
 };
 
 /// Distance from each point to the one after it; one element less than points.
-std::vector<double> gaps_between(const std::vector<ScanPoint>& points) {
-  std::vector<double> gaps;
+void find_gaps(const std::vector<ScanPoint>& points, std::vector<double>& gaps) {
+  gaps.clear();
   gaps.reserve(points.size());
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     gaps.push_back((points[i + 1].position - points[i].position).norm());
   }
-  return gaps;
 }
 
 Neighbourhood neighbourhood(const std::vector<ScanPoint>& points, const std::vector<double>& gaps,
@@ -238,10 +254,11 @@ bool on_one_wall(const ScanPoint& a, const ScanPoint& b, double gap) {
          std::abs(b.normal.dot(step)) <= limit;
 }
 
-/// @param gaps  of gaps_between.
+/// @param gaps  of find_gaps.
+/// @param sums  on the way.
 void add_surfaces(const std::vector<double>& gaps, const ProjectionOptions& options,
-                  std::vector<ScanPoint>& points) {
-  const RunningSums sums(points);
+                  RunningSums& sums, std::vector<ScanPoint>& points) {
+  sums.assign(points);
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!points[i].normal.isZero()) {
       continue;
@@ -259,20 +276,21 @@ void add_surfaces(const std::vector<double>& gaps, const ProjectionOptions& opti
 }
 
 /// Straightens walls where there is noise, but not so much that it may be shape.
-void take_noise_out(std::vector<ScanPoint>& points, const ProjectionOptions& options) {
+void take_noise_out(const ProjectionOptions& options, HitRows& hits, WallMemory& memory,
+                    std::vector<ScanPoint>& points) {
   constexpr double kLeast = 5e-4;  // [m]; ranges rounded to 1 mm alone have 0.3 mm
   // [m], a cell by default. With a range noise of 3 cm half of it makes the median error of pairs
   // in rooms 3.5 mm instead of 2.4.
   constexpr double kMost = 0.05;
-  const HitRows hits(points, options.max_wall_gap);
-  const double noise = range_noise(hits);
+  hits.assign(points, options.max_wall_gap);
+  const double noise = range_noise(hits, memory);
   if (noise >= kLeast && noise <= kMost) {
-    straighten_walls(hits, noise, points);
+    straighten_walls(hits, noise, memory, points);
   }
 }
 
 /// Each point stands for half the way to its neighbours on both sides.
-/// @param gaps  of gaps_between.
+/// @param gaps  of find_gaps.
 void add_weights(const std::vector<double>& gaps, double cap, std::vector<ScanPoint>& points) {
   double before = cap;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -312,9 +330,23 @@ double tilt_of(const Eigen::Isometry3d& base_from_laser) {
   return std::acos(std::min(1.0, std::abs(base_from_laser.linear()(2, 2))));
 }
 
-PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from_laser,
-                       const Pose2& motion, const ProjectionOptions& options,
-                       const Eigen::Isometry3d& laser_motion) {
+struct ScanProjector::Memory {
+  BeamDirections beams;
+  std::vector<std::size_t> cut_after;  ///< points that a cut beam follows, where a door may be
+  std::vector<double> gaps;
+  RunningSums sums;
+  HitRows hits;
+  WallMemory walls;
+};
+
+ScanProjector::ScanProjector() : memory_(std::make_unique<Memory>()) {}
+ScanProjector::ScanProjector(ScanProjector&& other) noexcept = default;
+ScanProjector& ScanProjector::operator=(ScanProjector&& other) noexcept = default;
+ScanProjector::~ScanProjector() = default;
+
+void ScanProjector::project(const LaserScan& scan, const Eigen::Isometry3d& base_from_laser,
+                            const Pose2& motion, const ProjectionOptions& options,
+                            const Eigen::Isometry3d& laser_motion, PointScan& result) {
   const double min_range = least_range(scan, options);
   const double max_range = std::min(options.max_range, scan.range_max);
   const double free_range = std::min(options.free_range, max_range);
@@ -322,12 +354,13 @@ PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from
   const bool moving = motion != Pose2{} && count > 1;
   const bool swaying = laser_motion.matrix() != Eigen::Matrix4d::Identity() && count > 1;
   Eigen::Isometry3d laser = base_from_laser;
-  const std::vector<Eigen::Vector2d> beams = beam_directions(scan);
-
-  PointScan result;
-  std::vector<std::size_t> cut_after;  // points that a cut beam follows, where a door may be
+  const std::vector<Eigen::Vector2d>& beams = memory_->beams.of(scan);
+  std::vector<std::size_t>& cut_after = memory_->cut_after;
+  cut_after.clear();
   result.stamp = scan.stamp;
+  result.points.clear();
   result.points.reserve(count);
+  result.free_rays.clear();
   result.free_rays.reserve(count);
   for (std::size_t k = 0; k < count; ++k) {
     const auto range = static_cast<double>(scan.ranges[k]);
@@ -368,14 +401,22 @@ PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from
     }
   }
   if (options.straighten_walls) {
-    take_noise_out(result.points, options);
+    take_noise_out(options, memory_->hits, memory_->walls, result.points);
   }
-  const std::vector<double> gaps = gaps_between(result.points);
-  add_surfaces(gaps, options, result.points);
+  std::vector<double>& gaps = memory_->gaps;
+  find_gaps(result.points, gaps);
+  add_surfaces(gaps, options, memory_->sums, result.points);
   for (const std::size_t point : cut_after) {
     result.points[point].joined_to_next = false;
   }
   add_weights(gaps, options.max_point_weight, result.points);
+}
+
+PointScan project_scan(const LaserScan& scan, const Eigen::Isometry3d& base_from_laser,
+                       const Pose2& motion, const ProjectionOptions& options,
+                       const Eigen::Isometry3d& laser_motion) {
+  PointScan result;
+  ScanProjector().project(scan, base_from_laser, motion, options, laser_motion, result);
   return result;
 }
 

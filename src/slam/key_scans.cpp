@@ -30,8 +30,9 @@ void KeyScans::move(std::uint64_t id, const Pose2& map_from_base) {
   scans_.at(id).map_from_base = map_from_base;
 }
 
-PlacedScans KeyScans::newest(std::size_t most) const {
-  return {scans_.end() - static_cast<std::ptrdiff_t>(std::min(most, scans_.size())), scans_.end()};
+void KeyScans::copy_newest(std::size_t most, PlacedScans& newest) const {
+  newest.assign(scans_.end() - static_cast<std::ptrdiff_t>(std::min(most, scans_.size())),
+                scans_.end());
 }
 
 }  // namespace matchbox_slam

@@ -42,6 +42,7 @@ void MapDrawing::add(const PlacedScan& key, const PointScan& points, MapPart& pa
                      const EngineOptions& options) {
   const bool is_all_drawn = !is_outdated_ && drawn_ == part.key_scans.size();
   part.key_scans.add(key);
+  part.key_scans.all().back().scan->keep(points);
   if (is_all_drawn && near_.map() == nullptr) {
     insert_scan(points, key.map_from_base, options.map, part.map);
     ++drawn_;

@@ -83,9 +83,14 @@ SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanM
       matcher_(std::move(matcher)),
       seed_(seed),
       tracker_(options.motion),
-      parts_({empty_part(options, 0.0)}) {
+      parts_({empty_part(options, 0.0)}),
+      seen_(std::make_unique<SeenScans>()) {
   tracker_.set_pose(start, Eigen::Matrix3d::Zero());
 }
+
+SlamEngine::SlamEngine(SlamEngine&& other) noexcept = default;
+SlamEngine& SlamEngine::operator=(SlamEngine&& other) noexcept = default;
+SlamEngine::~SlamEngine() = default;
 
 ScanOutcome SlamEngine::process(const ScanInput& input) {
   const MotionPrediction predicted = tracker_.predict(input);
@@ -93,10 +98,10 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
     return take_aside(input, predicted);
   }
   const Pose2 before = tracker_.state().fixed_from_base;
-  SeenScans seen = see(input, predicted);
+  see(input, predicted);
   ScanOutcome outcome = outcome_of(input, predicted);
   // A rejected match carries the prediction, which stands then.
-  const WeighedMatch weighed = match(seen.all(), predicted);
+  const WeighedMatch weighed = match(seen_->all(), predicted);
   outcome.match = weighed.match;
   outcome.certainty = weighed.certainty;
   const MatchedMotion matched = tracker_.after_match(input, predicted, outcome.match);
@@ -112,8 +117,8 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   }
 
   if (is_to_be_inserted(input, outcome)) {
-    seen.put_right(matched.during_scan);
-    insert_or_hold(seen, input.laser, outcome);
+    seen_->put_right(matched.during_scan, projector_);
+    insert_or_hold(*seen_, input.laser, outcome);
   }
   // What covers a doubt is told, and does not grow from scan to scan.
   const bool is_doubted = outcome.certainty == Certainty::kDoubtful;
@@ -129,7 +134,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   if (doubt_.is_lost(input.scan.stamp, options_.tracking)) {
     outcome.gave_up_part = map_apart(input.scan.stamp);
   } else if (parts_.is_lost() && outcome.match.accepted()) {
-    search_for_map(seen.all(), outcome);
+    search_for_map(seen_->all(), outcome);
   }
   const KeyScans& here = parts_.here().key_scans;
   if (outcome.match.accepted() && options_.slam.update_map && !here.empty()) {
@@ -143,12 +148,13 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   return outcome;
 }
 
-SeenScans SlamEngine::see(const ScanInput& input, const MotionPrediction& predicted) {
+void SlamEngine::see(const ScanInput& input, const MotionPrediction& predicted) {
   const MotionState& newest = tracker_.state();
-  return {{input.scan, further_lasers_.base_from_laser(input, newest.velocity()),
-           predicted.during_scan, options_.scan, input.laser_motion},
-          further_lasers_.take_waiting(
-              input.scan.stamp, newest.fixed_from_base.inverse() * predicted.fixed_from_base)};
+  seen_->assign(input, further_lasers_.base_from_laser(input, newest.velocity()),
+                predicted.during_scan, options_.scan,
+                further_lasers_.take_waiting(
+                    input.scan.stamp, newest.fixed_from_base.inverse() * predicted.fixed_from_base),
+                projector_);
 }
 
 /// What a laser that does not lead sees: where it is is the prediction.
@@ -175,13 +181,12 @@ ScanOutcome SlamEngine::take_aside(const ScanInput& input, const MotionPredictio
   return outcome;
 }
 
-WeighedMatch SlamEngine::match(const PointScan& scan, const MotionPrediction& predicted) const {
+WeighedMatch SlamEngine::match(const PointScan& scan, const MotionPrediction& predicted) {
   const MapPart& part = parts_.here();
   const SlamMap& map = matched_map();
-  const PlacedScans recent =
-      part.key_scans.newest(static_cast<std::size_t>(options_.slam.recent_scans));
-  const MatchProblem problem{scan,   predicted.fixed_from_base,   predicted.covariance, map.field,
-                             recent, mix_seed(seed_, scan_count_)};
+  part.key_scans.copy_newest(static_cast<std::size_t>(options_.slam.recent_scans), recent_);
+  const MatchProblem problem{scan,    predicted.fixed_from_base,   predicted.covariance, map.field,
+                             recent_, mix_seed(seed_, scan_count_)};
   if (map.field.empty()) {
     return {rejected(problem, MatchStatus::kRejectedNoReference)};
   }

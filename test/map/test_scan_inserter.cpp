@@ -64,6 +64,35 @@ TEST(ScanInserter, FreeAlongTheBeamOccupiedAtTheHitUnknownBehind) {
   EXPECT_EQ(map.field.surface_cells().size(), 1U);
 }
 
+TEST(ScanInserter, DrawsTheSameWhateverWasDrawnBefore) {
+  Random random(9);
+  SlamMap map = make_map();
+  for (int i = 0; i < 20; ++i) {
+    const double size = i % 3 == 0 ? 60.0 : 4.0;  // more tiles, then fewer, elsewhere
+    std::vector<ScanPoint> points;
+    std::vector<FreeRay> rays;
+    for (int k = 0; k < 50; ++k) {
+      points.push_back(hit(random.uniform(-size, size), random.uniform(-size, size)));
+      rays.push_back({{0.0, 0.0}, {random.uniform(-size, size), random.uniform(-size, size)}});
+    }
+    const PointScan scan = scan_of(points, rays);
+    const Pose2 pose{random.uniform(-30.0, 30.0), random.uniform(-30.0, 30.0),
+                     random.uniform(-kPi, kPi)};
+    SlamMap copy = map;  // without what the other one works in
+    insert_scan(scan, pose, tidy_options(), map);
+    insert_scan(scan, pose, tidy_options(), copy);
+    const CellBox known = map.occupancy.known_bounds();
+    ASSERT_EQ(known.min, copy.occupancy.known_bounds().min);
+    ASSERT_EQ(known.max, copy.occupancy.known_bounds().max);
+    for (int y = known.min.y; y < known.max.y; ++y) {
+      for (int x = known.min.x; x < known.max.x; ++x) {
+        ASSERT_EQ(map.occupancy.occupancy({x, y}), copy.occupancy.occupancy({x, y}));
+        ASSERT_EQ(map.field.likelihood({x, y}), copy.field.likelihood({x, y}));
+      }
+    }
+  }
+}
+
 TEST(ScanInserter, TheHoleRisesTowardsTheHit) {
   MapOptions options = tidy_options();
   options.resolution = 0.02;

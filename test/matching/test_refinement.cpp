@@ -315,7 +315,8 @@ TEST(LocalPosterior, TheCostsOfManyStepsAreThoseOfEach) {
     steps.emplace_back(size * random.gaussian(), size * random.gaussian(),
                        size * random.gaussian());
   }
-  const std::vector<std::array<double, 2>> costs = posterior.costs_of_both(steps);
+  std::vector<std::array<double, 2>> costs;
+  posterior.costs_of_both(steps, costs);
   ASSERT_EQ(costs.size(), steps.size());
   for (std::size_t i = 0; i < steps.size(); ++i) {
     for (const auto& [cost, step] :

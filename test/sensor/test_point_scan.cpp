@@ -99,6 +99,40 @@ PointScan scan_of_room(std::size_t beams, double field_of_view = 4.5) {
   return project(scan);
 }
 
+TEST(ScanProjector, ProjectsTheSameWhateverItProjectedBefore) {
+  ScanProjector projector;
+  PointScan points;
+  for (const std::size_t beams : {500, 180, 180, 1000, 180}) {
+    for (const double field_of_view : {4.5, 3.0}) {
+      for (const bool straighten : {false, true}) {
+        ProjectionOptions options = plain();
+        options.straighten_walls = straighten;
+        const Eigen::Isometry3d base_from_laser = mount(0.2, 0.1, 0.0, 0.0, 0.3 * field_of_view);
+        LaserScan scan = sweep(beams, field_of_view);
+        measure(scan, base_from_laser);
+        for (std::size_t k = 0; k < beams; ++k) {
+          scan.ranges[k] += 0.01F * static_cast<float>(std::sin(17.0 * static_cast<double>(k * k)));
+        }
+        scan.ranges[beams / 3] = std::numeric_limits<float>::infinity();
+        const Pose2 motion{0.02, 0.0, 0.01 * static_cast<double>(beams % 7)};
+        const PointScan alone = project(scan, options, base_from_laser, motion);
+        projector.project(scan, base_from_laser, motion, options, Eigen::Isometry3d::Identity(),
+                          points);
+        ASSERT_EQ(points.points.size(), alone.points.size());
+        ASSERT_EQ(points.free_rays.size(), alone.free_rays.size());
+        EXPECT_EQ(points.free_rays.front().end, alone.free_rays.front().end);
+        for (std::size_t i = 0; i < alone.points.size(); ++i) {
+          EXPECT_EQ(points.points[i].position, alone.points[i].position);
+          EXPECT_EQ(points.points[i].normal, alone.points[i].normal);
+          EXPECT_EQ(points.points[i].weight, alone.points[i].weight);
+          EXPECT_EQ(points.points[i].moved, alone.points[i].moved);
+          EXPECT_EQ(points.points[i].joined_to_next, alone.points[i].joined_to_next);
+        }
+      }
+    }
+  }
+}
+
 // --- which readings count ---
 
 struct Reading {

@@ -38,13 +38,18 @@ TEST(KeyScans, AreNumberedAndCanBeMoved) {
 
 TEST(KeyScans, TellTheNewestOldestFirst) {
   KeyScans scans;
-  EXPECT_TRUE(scans.newest(3).empty());
+  const auto newest = [&scans](std::size_t most) {
+    PlacedScans some(7);  // of before
+    scans.copy_newest(most, some);
+    return some;
+  };
+  EXPECT_TRUE(newest(3).empty());
   for (int i = 0; i < 5; ++i) {
     scans.add(scan_of(100), 0, {});
   }
-  ASSERT_EQ(scans.newest(3).size(), 3U);
-  EXPECT_EQ(scans.newest(3).front().scan->id(), 2U);
-  EXPECT_EQ(scans.newest(100).size(), 5U);
+  ASSERT_EQ(newest(3).size(), 3U);
+  EXPECT_EQ(newest(3).front().scan->id(), 2U);
+  EXPECT_EQ(newest(100).size(), 5U);
 }
 
 TEST(KeyScans, TakeAtMostSixKilobytesEach) {

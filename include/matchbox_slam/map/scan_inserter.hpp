@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
@@ -38,6 +39,24 @@ struct MapOptions {
   }
 };
 
+/// What insertions work in, kept from one to the next; what it holds never matters. A copy has
+/// none.
+class InsertionMemory {
+ public:
+  InsertionMemory();
+  InsertionMemory(const InsertionMemory& other);
+  InsertionMemory(InsertionMemory&& other) noexcept;
+  InsertionMemory& operator=(const InsertionMemory& other);
+  InsertionMemory& operator=(InsertionMemory&& other) noexcept;
+  ~InsertionMemory();
+
+  struct Parts;
+  [[nodiscard]] Parts& parts();
+
+ private:
+  std::unique_ptr<Parts> parts_;
+};
+
 /// Everything that a scan is matched against and inserted into. Copies are cheap snapshots.
 struct SlamMap {
   SlamMap(const MapOptions& map_options, const LikelihoodFieldOptions& field_options)
@@ -45,6 +64,7 @@ struct SlamMap {
 
   OccupancyGrid occupancy;
   LikelihoodField field;
+  InsertionMemory insertion;
 };
 
 /// Whether the map with the scan in it is no larger than the options allow.

@@ -52,14 +52,33 @@ struct PointRows;
 /// and a thousand points on a near wall no more than the wall is known.
 class Correspondences {
  public:
+  /// None, until there are some.
+  Correspondences() = default;
+
   /// Points without a surface in reach take part with closeness 0. Cost: one look-up a point.
   /// @param points  in the order in which they were measured: neighbours may share a surface.
   /// @param fields  one or more; they must outlive this, and stay as they are.
   Correspondences(const std::vector<ScanPoint>& points, const PlacedFields& fields,
-                  const Pose2& map_from_base);
+                  const Pose2& map_from_base)
+      : Correspondences() {
+    assign(points, fields, map_from_base);
+  }
   Correspondences(const std::vector<ScanPoint>& points, const LikelihoodField& field,
                   const Pose2& map_from_base)
-      : Correspondences(points, PlacedFields{{&field, Pose2{}}}, map_from_base) {}
+      : Correspondences() {
+    assign(points, field, map_from_base);
+  }
+
+  /// Other points, or in other fields, as if made anew; in the memory that there is.
+  void assign(const std::vector<ScanPoint>& points, const PlacedFields& fields,
+              const Pose2& map_from_base) {
+    assign(points, fields.data(), fields.size(), map_from_base);
+  }
+  void assign(const std::vector<ScanPoint>& points, const LikelihoodField& field,
+              const Pose2& map_from_base) {
+    const PlacedField in_map{&field, Pose2{}};
+    assign(points, &in_map, 1, map_from_base);
+  }
 
   /// The same points at another pose, as if made anew. Cost: look-ups for the points that get into
   /// another cell.
@@ -83,8 +102,9 @@ class Correspondences {
 
   /// The cost of a step over that of none, and the same of its opposite. Of as many steps, in
   /// single precision: much faster than `cost`.
-  [[nodiscard]] std::vector<std::array<double, 2>> costs_of_both(
-      double kernel, const std::vector<Eigen::Vector3d>& steps) const;
+  /// @param costs  gets one element a step.
+  void costs_of_both(double kernel, const std::vector<Eigen::Vector3d>& steps,
+                     std::vector<std::array<double, 2>>& costs) const;
 
   /// Mean closeness, weighted by the points' lengths of wall, after a small step of the pose at
   /// which each point keeps its surface.
@@ -126,6 +146,8 @@ class Correspondences {
     [[nodiscard]] Cell cell_of(std::size_t point) const { return {cell_x[point], cell_y[point]}; }
   };
 
+  void assign(const std::vector<ScanPoint>& points, const PlacedField* fields, std::size_t count,
+              const Pose2& map_from_base);
   [[nodiscard]] const double* row(Row which) const { return numbers_[which * blocks_].data(); }
   [[nodiscard]] double* row(Row which) { return numbers_[which * blocks_].data(); }
   [[nodiscard]] PointRows rows() const;

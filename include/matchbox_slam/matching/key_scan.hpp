@@ -41,6 +41,10 @@ class KeyScan {
   /// In the base frame. Cost: as of `project_scan`, unless they were asked for lately.
   [[nodiscard]] std::shared_ptr<const PointScan> points() const;
 
+  /// Keeps points that are at hand, so that they need not be made again at once.
+  /// @param points  the same as those of `points()`.
+  void keep(const PointScan& points) const;
+
   /// The likelihood field of this scan alone, in its own base frame, for matchers of scan to scan:
   /// about 1 MB in a room. Points farther than 100 m from the base are left out, and it has no
   /// `bounds`. Cost: as of a likelihood field's update, unless it was asked for lately.

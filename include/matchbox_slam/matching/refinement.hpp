@@ -86,8 +86,8 @@ class LocalPosterior {
   [[nodiscard]] double cost(const Eigen::Vector3d& step) const;
 
   /// The same of many steps and their opposites at once; see Correspondences.
-  [[nodiscard]] std::vector<std::array<double, 2>> costs_of_both(
-      const std::vector<Eigen::Vector3d>& steps) const;
+  void costs_of_both(const std::vector<Eigen::Vector3d>& steps,
+                     std::vector<std::array<double, 2>>& costs) const;
 
  private:
   [[nodiscard]] double prior_cost(const Eigen::Vector3d& step) const;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <memory>
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
@@ -110,6 +111,25 @@ void check_projection_options(const ProjectionOptions& options);
     const LaserScan& scan, const Eigen::Isometry3d& base_from_laser, const Pose2& motion,
     const ProjectionOptions& options,
     const Eigen::Isometry3d& laser_motion = Eigen::Isometry3d::Identity());
+
+/// Does as project_scan, in memory that it keeps from scan to scan, and with the directions of a
+/// laser's beams, which hardly ever change.
+class ScanProjector {
+ public:
+  ScanProjector();
+  ScanProjector(ScanProjector&& other) noexcept;
+  ScanProjector& operator=(ScanProjector&& other) noexcept;
+  ~ScanProjector();
+
+  /// @param result  gets the points; its memory is used again.
+  void project(const LaserScan& scan, const Eigen::Isometry3d& base_from_laser, const Pose2& motion,
+               const ProjectionOptions& options, const Eigen::Isometry3d& laser_motion,
+               PointScan& result);
+
+ private:
+  struct Memory;
+  std::unique_ptr<Memory> memory_;
+};
 
 /// Angle between the plane of a laser, upside down or not, and the horizontal [rad]: 0 to pi / 2.
 [[nodiscard]] double tilt_of(const Eigen::Isometry3d& base_from_laser);

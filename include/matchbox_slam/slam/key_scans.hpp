@@ -29,7 +29,7 @@ class KeyScans {
   [[nodiscard]] std::size_t size() const { return scans_.size(); }
 
   /// The last ones, up to so many, oldest first.
-  [[nodiscard]] PlacedScans newest(std::size_t most) const;
+  void copy_newest(std::size_t most, PlacedScans& newest) const;
 
  private:
   PlacedScans scans_;

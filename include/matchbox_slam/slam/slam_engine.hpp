@@ -63,6 +63,9 @@ class SlamEngine {
   /// @param start    pose of the base in the map at the first scan.
   SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
              std::uint64_t seed, const Pose2& start = {});
+  SlamEngine(SlamEngine&& other) noexcept;
+  SlamEngine& operator=(SlamEngine&& other) noexcept;
+  ~SlamEngine();
 
   /// Processes the next scan. Scans come in order of their stamps; those of different lasers may
   /// have the same one.
@@ -122,9 +125,9 @@ class SlamEngine {
   [[nodiscard]] const SlamMap& matched_map() const;
   [[nodiscard]] bool closes_loops() const { return options_.slam.loop_closing && is_of_key_scans_; }
   [[nodiscard]] NearRequest near_request() const;
-  [[nodiscard]] SeenScans see(const ScanInput& input, const MotionPrediction& predicted);
+  void see(const ScanInput& input, const MotionPrediction& predicted);
   ScanOutcome take_aside(const ScanInput& input, const MotionPrediction& predicted);
-  [[nodiscard]] WeighedMatch match(const PointScan& scan, const MotionPrediction& predicted) const;
+  [[nodiscard]] WeighedMatch match(const PointScan& scan, const MotionPrediction& predicted);
   [[nodiscard]] bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome) const;
   [[nodiscard]] bool is_worth_inserting(const ScanInput& input, const ScanOutcome& outcome) const;
   void insert_or_hold(const SeenScans& seen, int laser, ScanOutcome& outcome);
@@ -159,6 +162,10 @@ class SlamEngine {
   MapDrawing drawing_;                 ///< of the map
   bool is_continued_ = false;          ///< see MapStart
   bool is_of_key_scans_ = true;        ///< see MapStart
+  // Of the scan at hand; kept for their memory.
+  ScanProjector projector_;
+  std::unique_ptr<SeenScans> seen_;
+  PlacedScans recent_;
 };
 
 }  // namespace matchbox_slam

@@ -287,7 +287,8 @@ Eigen::Matrix3d sampled_covariance(const LocalPosterior& posterior,
     draws.push_back(gaussian_vector(random));
     steps.emplace_back(spread * draws.back());
   }
-  const std::vector<std::array<double, 2>> costs = posterior.costs_of_both(steps);
+  std::vector<std::array<double, 2>> costs;
+  posterior.costs_of_both(steps, costs);
   Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
   double total = 0.0;
   for (std::size_t i = 0; i < steps.size(); ++i) {

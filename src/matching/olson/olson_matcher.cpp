@@ -5,11 +5,23 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "matching/olson/correlative_search.hpp"
 
 namespace matchbox_slam {
+
+/// What a match works in.
+struct OlsonMatcher::Memory {
+  std::vector<SearchPoint> points;
+  std::vector<double> ranges;
+  SearchMemory search;
+  Correspondences pairs;
+  std::vector<Eigen::Vector3d> steps;
+  std::vector<std::array<double, 2>> costs;
+};
+
 namespace {
 
 constexpr double kFarthest = 1e4;  // [m], beyond any laser
@@ -59,12 +71,11 @@ void limit_weights(std::vector<SearchPoint>& points) {
   }
 }
 
-std::vector<SearchPoint> search_points(const std::vector<ScanPoint>& points,
-                                       const OlsonOptions& options) {
+void find_search_points(const std::vector<ScanPoint>& points, const OlsonOptions& options,
+                        std::vector<SearchPoint>& merged) {
   constexpr double kWallUnit = 0.00625;  // [m]; the usual cap of 0.1 m is 16 of them
   const double unit = options.weighting == "walls" ? kWallUnit : 0.0;
-  std::vector<SearchPoint> merged;
-  merged.reserve(points.size());
+  merged.clear();
   std::optional<PointGroup> group;
   for (const ScanPoint& point : points) {
     if (!(point.position.norm() < kFarthest) || !std::isfinite(point.weight)) {
@@ -83,15 +94,14 @@ std::vector<SearchPoint> search_points(const std::vector<ScanPoint>& points,
     merged.push_back(group->merged(unit));
   }
   limit_weights(merged);
-  return merged;
 }
 
 /// Range below which nine tenths of the points lie [m]: a few far ones would make the steps of
 /// rotation much finer for little.
-double useful_range(const std::vector<SearchPoint>& points) {
+/// @param ranges  on the way.
+double useful_range(const std::vector<SearchPoint>& points, std::vector<double>& ranges) {
   constexpr double kMostUseful = 100.0;  // what lies beyond is left to the refinement
-  std::vector<double> ranges;
-  ranges.reserve(points.size());
+  ranges.clear();
   for (const SearchPoint& point : points) {
     ranges.push_back(point.position.norm());
   }
@@ -208,7 +218,7 @@ double share_between(double within, double not_within, double sigma) {
          std::erf(not_within / (sigma * std::sqrt(2.0)));
 }
 
-Found find(const MatchProblem& problem, const OlsonOptions& options) {
+Found find(const MatchProblem& problem, const OlsonOptions& options, OlsonMatcher::Memory& memory) {
   using Clock = std::chrono::steady_clock;
   SearchDeadline deadline;
   if (options.deadline > 0.0) {
@@ -218,7 +228,8 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
   if (options.most_look_ups > 0) {
     deadline.look_ups = static_cast<std::size_t>(options.most_look_ups);
   }
-  const std::vector<SearchPoint> points = search_points(problem.scan.points, options);
+  find_search_points(problem.scan.points, options, memory.points);
+  const std::vector<SearchPoint>& points = memory.points;
   Found found;
   found.proof.map_from_base = problem.predicted_map_from_base;
   if (points.empty()) {
@@ -228,7 +239,7 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
   for (const SearchPoint& point : points) {
     top += kTopLikelihood * point.weight;
   }
-  const double range = useful_range(points);
+  const double range = useful_range(points, memory.ranges);
   const double resolution = problem.field.geometry().resolution();
   const SearchScoring scoring = make_scoring(problem, top, options);
   const Window window = make_window(problem, options);
@@ -238,7 +249,10 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
       steps_in(options.rival_distance / std::max(range, options.rival_distance),
                lattice.step_theta),
       options.least_rival};
-  SearchResult result = search_lattice(points, problem.field, lattice, scoring, rivals, deadline);
+  const auto search = [&] {
+    return search_lattice(points, problem.field, lattice, scoring, rivals, deadline, memory.search);
+  };
+  SearchResult result = search();
   found.candidates = result.candidates;
   found.proof.remaining_bound = static_cast<double>(result.bound) / top;
   if (!result.is_found) {
@@ -249,7 +263,7 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
                          widen(result.best, options.max_window_xy, lattice, resolution);
        ++widening) {
     deadline.look_ups -= std::min(deadline.look_ups, result.look_ups);
-    SearchResult wider = search_lattice(points, problem.field, lattice, scoring, rivals, deadline);
+    SearchResult wider = search();
     found.candidates += wider.candidates;
     if (wider.score < result.score) {  // the deadline ended the wider search early
       wider.best = result.best;
@@ -285,22 +299,23 @@ Found find(const MatchProblem& problem, const OlsonOptions& options) {
 /// Second moment of the posterior around the answer, from its score on a grid of 5 x 5 x 5 poses as
 /// wide as two standard deviations to each side (Olson 2009, section III-D).
 Eigen::Matrix3d volume_covariance(const LocalPosterior& posterior,
-                                  const Eigen::Matrix3d& covariance) {
+                                  const Eigen::Matrix3d& covariance, OlsonMatcher::Memory& memory) {
   const Eigen::Matrix3d spread = covariance.llt().matrixL();
   // Standard deviations; the grid's moment of a Gaussian is then 0.96 of its variance. The mean
   // NEES of pairs in rooms, 3 if honest, is 3.3; with half of this 6.8, with double 4.2.
   constexpr double kSpacing = 1.1;
   constexpr int kSide = 5;
   // Half of the grid: with each step its opposite is looked at, too.
-  std::vector<Eigen::Vector3d> steps;
-  steps.reserve(kSide * kSide * kSide / 2);
+  std::vector<Eigen::Vector3d>& steps = memory.steps;
+  steps.clear();
   for (int i = 0; i < kSide * kSide * kSide / 2; ++i) {
     const Eigen::Vector3d at(i % kSide, i / kSide % kSide, i / (kSide * kSide));
     steps.emplace_back(spread * (kSpacing * (at.array() - kSide / 2).matrix()));
   }
   Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
   double total = 1.0;  // the answer itself
-  const std::vector<std::array<double, 2>> costs = posterior.costs_of_both(steps);
+  const std::vector<std::array<double, 2>>& costs = memory.costs;
+  posterior.costs_of_both(steps, memory.costs);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const auto weight = [](double cost) { return std::exp(std::min(30.0, -cost)); };
     const double both = weight(costs[i][0]) + weight(costs[i][1]);
@@ -325,6 +340,10 @@ Eigen::Matrix3d with_rival(const Eigen::Matrix3d& covariance, const Pose2& answe
 
 }  // namespace
 
+OlsonMatcher::OlsonMatcher(OlsonOptions options) : options_(std::move(options)) {}
+
+OlsonMatcher::~OlsonMatcher() = default;
+
 void OlsonMatcher::configure(const Parameters& parameters) {
   options_ = read_options<OlsonOptions>(parameters, "olson");
 }
@@ -335,7 +354,8 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
   if (const std::optional<MatchResult> rejection = reject_unmatchable(problem)) {
     return *rejection;
   }
-  const Found found = find(problem, options_);
+  const Lender<Memory>::Loan memory = memory_.lend();
+  const Found found = find(problem, options_, *memory);
   MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);
   result.candidates = found.candidates;
   result.proof = found.proof;
@@ -343,7 +363,8 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
     return result;
   }
   const PosePrior prior{problem.predicted_map_from_base, problem.prior_covariance};
-  Correspondences pairs(problem.scan.points, problem.field, found.proof.map_from_base);
+  Correspondences& pairs = memory->pairs;
+  pairs.assign(problem.scan.points, problem.field, found.proof.map_from_base);
   const RefinedPose refined = refine(pairs, found.proof.map_from_base, prior, options_.refinement);
   if (std::isfinite(refined.score)) {
     result.score = std::clamp(refined.score, 0.0, 1.0);
@@ -359,7 +380,7 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
   const bool is_held = refined.unconstrained_directions.empty();
   result.covariance =
       is_held ? volume_covariance({pairs, refined.map_from_base, prior, options_.refinement},
-                                  refined.covariance)
+                                  refined.covariance, *memory)
               : refined.covariance;
   if (found.rival && is_held) {
     result.covariance = with_rival(result.covariance, found.proof.map_from_base, *found.rival,

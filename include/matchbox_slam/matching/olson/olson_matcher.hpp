@@ -1,8 +1,8 @@
 #pragma once
 
 #include <string>
-#include <utility>
 
+#include "matchbox_slam/common/lender.hpp"
 #include "matchbox_slam/matching/refinement.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 
@@ -89,15 +89,18 @@ struct OlsonOptions {
 /// forgives points that fit nothing; near points are merged.
 class OlsonMatcher : public ScanMatcher {
  public:
-  OlsonMatcher() = default;
-  explicit OlsonMatcher(OlsonOptions options) : options_(std::move(options)) {}
+  explicit OlsonMatcher(OlsonOptions options = {});
+  ~OlsonMatcher() override;
 
   void configure(const Parameters& parameters) override;
   [[nodiscard]] std::vector<OptionDescription> options() const override;
   [[nodiscard]] MatchResult match(const MatchProblem& problem) const override;
 
+  struct Memory;
+
  private:
   OlsonOptions options_;
+  mutable Lender<Memory> memory_;
 };
 
 }  // namespace matchbox_slam
