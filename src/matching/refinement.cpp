@@ -108,6 +108,16 @@ bool advance(const Eigen::Vector3d& step, Pose2& pose) {
   return step.head<2>().norm() >= kConverged || std::abs(step.z()) >= kConverged;
 }
 
+/// Whether the steps led away from prior and start alike: where neither holds a direction, the
+/// prior's weight having faded far from it, they may lead anywhere.
+bool has_run_off(const Pose2& pose, const Pose2& start, const PosePrior& prior) {
+  constexpr double kFarther = 0.5;  // [m], more than the first kernel reaches
+  const auto off = [&](const Pose2& some) {
+    return (some.translation() - prior.map_from_base.translation()).norm();
+  };
+  return !(off(pose) <= off(start) + kFarther);
+}
+
 }  // namespace
 
 Eigen::Matrix3d step_covariance(double step_xy, double step_theta) {
@@ -155,6 +165,13 @@ RefinedPose refine(Correspondences& pairs, const Pose2& start_map_from_base, con
         break;
       }
     }
+  }
+  if (has_run_off(pose, start_map_from_base, prior)) {
+    pose = start_map_from_base;
+    pairs.move_to(pose);
+    scan = pairs.linearise(options.last_kernel);
+    refined.unconstrained_directions = weak_directions(pairs, scan.information, options);
+    scan = without_weak_directions(scan, refined.unconstrained_directions);
   }
   refined.covariance =
       (shown_information(pairs, options) * scan.information + weighted_prior(pose)).inverse();

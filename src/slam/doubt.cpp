@@ -153,6 +153,17 @@ MatchResult look_again(const MatchResult& first, const MatchProblem& problem,
   return !far.accepted() || net_score(other) > net_score(far) ? other : far;
 }
 
+/// Whether a second look turned the robot far from where a first one that nothing contradicts has
+/// it. Such a turn that odometry missed would have beams go through walls; where none does, what
+/// fits little is new, and where corridors cross they are alike after a quarter of a turn.
+bool is_far_fetched(const MatchResult& first, const MatchResult& second,
+                    const MatchProblem& problem) {
+  constexpr double kHardly = 0.01;  // share of a scan
+  constexpr double kFar = 0.5;      // [rad]
+  const Eigen::Vector3d off = difference(second.map_from_base, problem.predicted_map_from_base);
+  return first.contradiction <= kHardly && std::abs(off.z()) > kFar;
+}
+
 /// A first look that the second one does not better, clearly where the prediction does not speak
 /// for it, stays: what contradicts it has changed since it was mapped, say, unless that is too
 /// much. What speaks for a pose is its score on the map, less what contradicts it.
@@ -162,9 +173,9 @@ bool is_upheld(const MatchResult& first, double first_score, const MatchResult& 
   const double net = first_score - first.contradiction;
   const double better =
       is_same_place(second.map_from_base, problem.predicted_map_from_base) ? 0.0 : kClearly;
-  const bool is_bettered = second.accepted() &&
-                           !is_same_place(first.map_from_base, second.map_from_base) &&
-                           net_score(second) > net + better;
+  const bool is_bettered =
+      second.accepted() && !is_same_place(first.map_from_base, second.map_from_base) &&
+      net_score(second) > net + better && !is_far_fetched(first, second, problem);
   // Walls may be so thin that both sides are one.
   const double through = contradiction(problem.scan, first.map_from_base, problem.field);
   return first.accepted() && !is_bettered && net >= options.least_net &&
