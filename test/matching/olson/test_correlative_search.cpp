@@ -284,12 +284,17 @@ TEST(CorrelativeSearch, FindsTheRivalOfBruteForce) {
   EXPECT_GT(found_some, 50);
 }
 
-TEST(CorrelativeSearch, FindsTheSameInMemoryOfOthersAndInLittle) {
-  SearchMemory used;
+/// For so few open blocks that a search goes deep at once, and for no sums that are kept.
+SearchMemory little_memory() {
   SearchLimits limits;
   limits.open = 3;
   limits.sums = 0;
-  SearchMemory little(limits);
+  return SearchMemory(limits);
+}
+
+TEST(CorrelativeSearch, FindsTheSameInMemoryOfOthersAndInLittle) {
+  SearchMemory used;
+  SearchMemory little = little_memory();
   int with_rival = 0;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -432,10 +437,7 @@ TEST(CorrelativeSearch, EndsAfterSoManyLookUpsAndTellsWhatIsLeft) {
 }
 
 TEST(CorrelativeSearch, TellsWhatIsLeftInLittleMemory) {
-  SearchLimits limits;
-  limits.open = 3;
-  limits.sums = 0;
-  SearchMemory little(limits);
+  SearchMemory little = little_memory();
   int without_time_for_rivals = 0;
   for (std::uint64_t seed = 10; seed < 60; ++seed) {
     Scene scene = make_scene(seed);

@@ -53,10 +53,15 @@ std::uint8_t likelihood_at(const Scene& scene, std::size_t point, const LatticeP
   return scene.field.likelihood(scene.field.geometry().cell_at(at));
 }
 
-TEST(SearchTables, HaveTheCellsOfPointsAndTheirSteps) {
-  const Scene scene = make_scene();
+LatticeBlocks blocks_of(const Scene& scene) {
   LatticeBlocks blocks;
   blocks.assign(scene.points, scene.lattice, kResolution);
+  return blocks;
+}
+
+TEST(SearchTables, HaveTheCellsOfPointsAndTheirSteps) {
+  const Scene scene = make_scene();
+  const LatticeBlocks blocks = blocks_of(scene);
   SearchTables tables;
   tables.assign(scene.points, blocks, scene.field, unchanged());
   ASSERT_FALSE(tables.empty());
@@ -83,8 +88,7 @@ TEST(SearchTables, HaveTheCellsOfPointsAndTheirSteps) {
 
 TEST(SearchTables, BoundWhatTheScanMeetsInABlockAtAGroupOfRotations) {
   const Scene scene = make_scene();
-  LatticeBlocks blocks;
-  blocks.assign(scene.points, scene.lattice, kResolution);
+  const LatticeBlocks blocks = blocks_of(scene);
   SearchTables tables;
   tables.assign(scene.points, blocks, scene.field, unchanged());
   Random random(3);
