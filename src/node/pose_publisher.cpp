@@ -21,11 +21,12 @@ geometry_msgs::Pose2D to_pose_2d(const Pose2& pose) {
 
 PosePublisher::PosePublisher(ros::NodeHandle& node, const SlamSetup& setup)
     : options_(setup.run),
+      transform_period_(setup.node.transform_publish_period),
       pose_(node.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10)),
       match_info_(node.advertise<MatchInfo>("match_info", 10)) {
   set_options(setup.node);
   timer_ = node.createTimer(ros::Duration(setup.node.transform_publish_period),
-                            [this](const ros::TimerEvent&) { publish_transform(); });
+                            [this](const ros::TimerEvent&) { repeat_transform(); });
 }
 
 void PosePublisher::set_options(const SlamNodeOptions& options) {
@@ -40,7 +41,10 @@ void PosePublisher::publish(const ReadyScan& scan, const ScanOutcome& outcome, d
     map_transform_ = map_transform(scan, outcome);
   }
   publish_pose(scan, outcome);
-  publish_transform();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    publish_transform(ros::Time::now());
+  }
   publish_match_info(scan, outcome, match_seconds, matcher);
 }
 
@@ -109,10 +113,18 @@ geometry_msgs::TransformStamped PosePublisher::map_transform(const ReadyScan& sc
   return transform;
 }
 
-void PosePublisher::publish_transform() {
+/// Not so soon after a scan has sent it: at 40 Hz none is repeated.
+void PosePublisher::repeat_transform() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  // Simulated time goes in steps: within one, tf would complain of repeated data.
   const ros::Time now = ros::Time::now();
+  const double passed = (now - last_transform_time_).toSec();
+  if (passed < 0.0 || passed >= 0.5 * transform_period_) {
+    publish_transform(now);
+  }
+}
+
+void PosePublisher::publish_transform(const ros::Time& now) {
+  // Simulated time goes in steps: within one, tf would complain of repeated data.
   if (!publish_tf_ || !map_transform_ || now.isZero() || now == last_transform_time_) {
     return;
   }

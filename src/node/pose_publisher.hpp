@@ -42,9 +42,11 @@ class PosePublisher {
                           const std::string& matcher);
   [[nodiscard]] geometry_msgs::TransformStamped map_transform(const ReadyScan& scan,
                                                               const ScanOutcome& outcome) const;
-  void publish_transform();
+  void repeat_transform();
+  void publish_transform(const ros::Time& now);  ///< under the mutex
 
   const RunOptions options_;
+  const double transform_period_;  ///< [s]
   std::atomic<bool> publish_tf_;
   std::atomic<double> transform_tolerance_;  ///< [s]
   std::mutex mutex_;                         ///< guards the next three

@@ -53,15 +53,20 @@ class ScanWorker {
   /// worker is stopped, or this process's ROS is.
   [[nodiscard]] bool is_ending() const;
 
-  /// Calls `use` with the queue, and nobody else meanwhile.
+  /// Calls `use` with the queue, and nobody else meanwhile. The thread is woken only for what it
+  /// can handle: of a hundred transforms a second most complete no scan.
   template <typename Use>
   void use_queue(const Use& use) {
+    bool is_any_ready = false;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       use(queue_);
       skip_warnings_.tell(queue_);
+      is_any_ready = queue_.peek() != nullptr;
     }
-    changed_.notify_all();
+    if (is_any_ready) {
+      changed_.notify_one();
+    }
   }
 
   /// Puts the event in the queue.

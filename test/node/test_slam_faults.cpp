@@ -247,6 +247,46 @@ TEST(SlamFaults, AnotherLocaliserIsNamedAndOurselvesAreNot) {
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
 }
 
+/// The transforms from the map that have come.
+class MapLinks {
+ public:
+  [[nodiscard]] int count() const { return count_; }
+
+ private:
+  void on_transforms(const tf2_msgs::TFMessage& message) {
+    count_ += find_map_link(message, "map").empty() ? 0 : 1;
+  }
+
+  ros::NodeHandle node_;
+  int count_ = 0;
+  ros::Subscriber transforms_ = node_.subscribe("/tf", 1000, &MapLinks::on_transforms, this);
+};
+
+TEST(SlamFaults, EachScanSendsTheTransform) {
+  Robot robot;
+  const MapLinks links;
+  const TemporaryFolder folder;
+  NodeProcess process("at_once", folder, {"_transform_publish_period:=10"});
+  ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+  ASSERT_TRUE(robot.drive(20));
+  EXPECT_TRUE(wait_until([&] { return links.count() >= 20; })) << links.count();
+  EXPECT_EQ(process.exit_code_after(SIGINT), 0);
+  ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+}
+
+TEST(SlamFaults, TheTransformIsRepeatedWhileNoScanComes) {
+  Robot robot;
+  const MapLinks links;
+  const TemporaryFolder folder;
+  NodeProcess process("repeating", folder);
+  ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+  ASSERT_TRUE(robot.drive(1));
+  const int before = links.count();
+  EXPECT_TRUE(wait_until([&] { return links.count() >= before + 20; })) << links.count();
+  EXPECT_EQ(process.exit_code_after(SIGINT), 0);
+  ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+}
+
 std_srvs::Trigger::Response save(const std::string& node) {
   std_srvs::Trigger service;
   EXPECT_TRUE(ros::service::call("/" + node + "/save_map", service));
