@@ -10,8 +10,7 @@ namespace {
 constexpr std::size_t kMostPoints = 100'000;      // more than a laser has
 constexpr std::size_t kMostKeyScans = 1'000'000;  // of 300 km
 constexpr std::size_t kMostAngles = 10'000;       // that bound masked sectors
-constexpr std::size_t kMostLasers = 1000;
-constexpr double kLongestNormal = 1.0 + 1e-6;  // rounded
+constexpr double kLongestNormal = 1.0 + 1e-6;     // rounded
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// An option, which is held to what is allowed.

@@ -47,7 +47,6 @@ void write_further_lasers(const FurtherLasers& lasers, MapWriter& writer) {
 }
 
 FurtherLasers read_further_lasers(MapReader& reader) {
-  constexpr std::size_t kMostLasers = 1000;
   FurtherLasers::Lead lead;
   transfer_lead(reader, lead);
   std::map<int, FurtherLaser> lasers;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 
@@ -7,6 +8,9 @@
 #include "matchbox_slam/slam/slam_engine.hpp"
 
 namespace matchbox_slam {
+
+/// More are no robot's, but a file that is damaged.
+constexpr std::size_t kMostLasers = 1000;
 
 // What a saved map is made of. Reading throws FileError for what no map could have made.
 

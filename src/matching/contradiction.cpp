@@ -16,7 +16,6 @@ constexpr double kClearly = 0.4;  // [m] from the wall that is crossed to the en
 constexpr double kAlong = 0.35;   // cosine between beam and normal; below, it goes along the wall
 constexpr double kLine = 0.5;     // length of the mean double angle from which hits tell a line
 constexpr double kReach = 0.15;   // [m], to each side
-constexpr double kFarthest = 100.0;  // [m]; no laser sees farther, and a wild reading takes no time
 constexpr std::size_t kBeams = 300;
 
 /// On the way along a beam.
@@ -37,7 +36,7 @@ class BeamWalk {
 
   [[nodiscard]] static Walk begin(std::size_t beam, const Eigen::Vector2d& from,
                                   const Eigen::Vector2d& to) {
-    const double length = std::min((to - from).norm() - kClearly, kFarthest);
+    const double length = std::min((to - from).norm() - kClearly, kFarthestPoint);
     return {beam, from, (to - from).normalized(), length};
   }
 

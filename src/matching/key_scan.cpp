@@ -18,8 +18,7 @@ constexpr LikelihoodFieldOptions kOptions{LikelihoodFieldOptions{}.sigma, 0.25};
 
 /// Whether a point lies where a laser can measure; farther ones would make the field endless.
 bool is_measured(const ScanPoint& point) {
-  constexpr double kFarthest = 100.0;  // [m]
-  return point.position.norm() < kFarthest && point.normal.allFinite();
+  return point.position.norm() < kFarthestPoint && point.normal.allFinite();
 }
 
 /// The scan without points that are no measurements, nor the walls to them.

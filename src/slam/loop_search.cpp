@@ -17,7 +17,6 @@ namespace {
 
 constexpr std::size_t kMerged = 8;   // key scans that are searched at once
 constexpr std::size_t kAround = 10;  // key scans to each side of the candidate
-constexpr double kFarPoint = 100.0;  // [m]
 // A place scores at least this share of its fine score in the coarse search, whose likelihoods are
 // wider: of 36 loops of four logs the lowest had 1.007, the median 1.1.
 constexpr double kCoarseShare = 0.9;
@@ -33,7 +32,7 @@ std::vector<SurfaceHit> walls_of(const PlacedScans& keys, const Pose2& map_from_
          {surfaces_between_hits(*points, frame_from_base, resolution),
           surfaces_at_hits(*points, frame_from_base)}) {
       std::copy_if(some.begin(), some.end(), std::back_inserter(hits), [](const SurfaceHit& hit) {
-        return hit.position.norm() < kFarPoint && hit.normal.allFinite();
+        return hit.position.norm() < kFarthestPoint && hit.normal.allFinite();
       });
     }
   }
@@ -94,6 +93,36 @@ PointScan merged_newest(const PlacedScans& keys) {
   return merged;
 }
 
+/// Of the first search, over all that drift may have made of the place: the walls are drawn wide,
+/// for they are bent where the map has drifted.
+OlsonOptions coarse_options(double sigma, const LoopOptions& options) {
+  OlsonOptions coarse;
+  coarse.most_look_ups = 0;
+  coarse.step_xy = 0.1;
+  coarse.window_xy = std::min(options.max_window, std::max(1.0, 3.0 * sigma));
+  coarse.window_theta = 0.5;
+  coarse.widenings = 0;
+  coarse.point_spacing = 0.1;
+  coarse.search_floor = kCoarseShare * options.least_score;
+  coarse.rival_distance = 0.5;
+  coarse.prior_weight = 0.01;
+  coarse.refinement.first_kernel = 0.3;
+  coarse.refinement.last_kernel = 0.1;
+  return coarse;
+}
+
+/// Of the second one, around what the first one found.
+OlsonOptions fine_options() {
+  OlsonOptions fine;
+  fine.most_look_ups = 0;
+  fine.step_xy = 0.05;
+  fine.window_xy = 0.2;
+  fine.window_theta = 0.04;
+  fine.widenings = 1;
+  fine.least_rival = 1.0;
+  return fine;
+}
+
 }  // namespace
 
 std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const std::vector<bool>& is_apart,
@@ -132,37 +161,20 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
   const PointScan scan = merged_newest(keys);
   const PlacedScans none;
 
-  OlsonOptions coarse;
-  coarse.most_look_ups = 0;
-  coarse.step_xy = 0.1;
-  coarse.window_xy = std::min(options.max_window, std::max(1.0, 3.0 * sigma));
-  coarse.window_theta = 0.5;
-  coarse.widenings = 0;
-  coarse.point_spacing = 0.1;
-  coarse.search_floor = kCoarseShare * options.least_score;
-  coarse.rival_distance = 0.5;
-  coarse.prior_weight = 0.01;
-  coarse.refinement.first_kernel = 0.3;
-  coarse.refinement.last_kernel = 0.1;
   const LikelihoodField wide_field = field_of(walls_of(there, map_from_key, 0.1), 0.1, {0.1, 0.4});
-  const MatchResult rough = OlsonMatcher(coarse).match(
-      {scan, guess, covariance_of(std::max(1.0, sigma), 0.3), wide_field, none, 0});
+  const MatchResult rough =
+      OlsonMatcher(coarse_options(sigma, options))
+          .match({scan, guess, covariance_of(std::max(1.0, sigma), 0.3), wide_field, none, 0});
   if (!rough.accepted() || rough.rival_share > options.most_rival) {
     return std::nullopt;
   }
 
-  OlsonOptions fine;
-  fine.most_look_ups = 0;
-  fine.step_xy = 0.05;
-  fine.window_xy = 0.2;
-  fine.window_theta = 0.04;
-  fine.widenings = 1;
-  fine.least_rival = 1.0;
   const double resolution = MapOptions{}.resolution;
   const std::vector<SurfaceHit> walls = walls_of(there, map_from_key, resolution);
   const LikelihoodField field = field_of(walls, resolution, {});
-  const MatchResult match = OlsonMatcher(fine).match(
-      {scan, rough.map_from_base, covariance_of(1.0, 1.0), field, none, 0});
+  const MatchResult match =
+      OlsonMatcher(fine_options())
+          .match({scan, rough.map_from_base, covariance_of(1.0, 1.0), field, none, 0});
   // A beam that ends on the back of a wall went through it, too.
   const double through_walls = contradiction(scan, match.map_from_base, field) +
                                share_on_backs(scan, match.map_from_base, walls);

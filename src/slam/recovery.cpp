@@ -40,6 +40,12 @@ MatchResult match_at(const PointScan& scan, const Pose2& part_from_base, double 
 /// nothing.
 enum class Verdict { kConfirmed, kOpen, kRefuted };
 
+/// By half as much again as what makes a doubt: there it is only looked at again, here a place is
+/// dropped for good.
+bool is_refuted(double contradiction, const DoubtOptions& doubt) {
+  return contradiction > 1.5 * doubt.contradiction;
+}
+
 Verdict judge(const MatchResult& match, bool is_near, const DoubtOptions& doubt,
               const RecoveryOptions& options) {
   // What a corridor does not hold fits all along it: there odometry has to tell.
@@ -47,8 +53,7 @@ Verdict judge(const MatchResult& match, bool is_near, const DoubtOptions& doubt,
   if (is_convincing(match, doubt) && is_held && (is_near || match.score >= options.least_score)) {
     return Verdict::kConfirmed;
   }
-  const bool is_refuted = match.contradiction > 1.5 * doubt.contradiction;
-  return is_refuted ? Verdict::kRefuted : Verdict::kOpen;
+  return is_refuted(match.contradiction, doubt) ? Verdict::kRefuted : Verdict::kOpen;
 }
 
 /// Robots are seldom carried away: what odometry says of the way through a doubt is about right. It
@@ -119,7 +124,7 @@ std::vector<PlaceHypothesis> find_around(const PointScan& scan, const SearchedSc
   std::vector<PlaceHypothesis> found;
   for (const RankedPose& pose : search_anywhere(searched, place.key, HoughOptions{}, kTries)) {
     // Cheap, and most are none: the walls of the part, which are more than the key scan's.
-    if (contradiction(scan, pose.map_from_base, part.map.field) > 1.5 * doubt.contradiction) {
+    if (is_refuted(contradiction(scan, pose.map_from_base, part.map.field), doubt)) {
       continue;
     }
     const MatchResult match = match_at(scan, pose.map_from_base, kPlaceXy, kPlaceTheta, part);

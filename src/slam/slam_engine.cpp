@@ -8,6 +8,7 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "slam/insertion.hpp"
 #include "slam/seen_scans.hpp"
 
 namespace matchbox_slam {
@@ -15,17 +16,6 @@ namespace {
 
 MapPart empty_part(const EngineOptions& options, double begin) {
   return {SlamMap(options.map, options.field), {}, {}, begin};
-}
-
-/// What waited is about where it is said to be; where the map holds it, that knows better.
-Pose2 placed_best(const PointScan& scan, const Pose2& map_from_base, const SlamMap& map,
-                  const DoubtOptions& options) {
-  constexpr double kXy = 0.1;      // [m]
-  constexpr double kTheta = 0.03;  // [rad]
-  const PlacedScans none;
-  const MatchResult match = search_exactly(
-      {scan, map_from_base, covariance_of(kXy, kTheta), map.field, none, 0}, map.occupancy);
-  return is_convincing(match, options) ? match.map_from_base : map_from_base;
 }
 
 /// Before it is matched.
@@ -57,22 +47,6 @@ Eigen::Matrix3d anywhere_in(const SlamMap& map) {
   const CellBox box = map.occupancy.known_bounds();
   const double size = map.field.geometry().resolution() * std::hypot(box.width(), box.height());
   return covariance_of(size, kPi);
-}
-
-/// A laser at half the tilt of when it took its newest key scan: what it sees before its beams
-/// leave the band of heights reaches twice as far. Below a hundredth of a radian it sees all either
-/// way.
-bool sees_farther(const ScanInput& input, const KeyScans& key_scans) {
-  constexpr double kLevel = 0.01;  // [rad]
-  const PlacedScans& all = key_scans.all();
-  const auto newest = std::find_if(all.rbegin(), all.rend(), [&](const PlacedScan& placed) {
-    return placed.scan->laser() == input.laser && placed.scan->measured() != nullptr;
-  });
-  if (newest == all.rend()) {
-    return false;
-  }
-  const double tilt = tilt_of(newest->scan->measured()->base_from_laser);
-  return tilt > kLevel && tilt_of(input.base_from_laser) < 0.5 * tilt;
 }
 
 }  // namespace
@@ -116,7 +90,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
     outcome.covariance = predicted.covariance;
   }
 
-  if (is_to_be_inserted(input, outcome)) {
+  if (is_to_be_inserted(input, outcome, parts_, tracker_.state().matched, options_.slam)) {
     seen_->put_right(matched.during_scan, projector_);
     insert_or_hold(*seen_, input.laser, outcome);
   }
@@ -426,36 +400,6 @@ void SlamEngine::move_map(const MapCorrection& correction) {
 }
 
 // --- insertion ---
-
-/// Only what was matched without a doubt goes into the map, except for what starts it. A further
-/// laser's first scan may show what no other has seen yet: then it goes where the others have just
-/// put the base.
-bool SlamEngine::is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome) const {
-  const MatchResult& match = outcome.match;
-  if (!options_.slam.update_map && !parts_.is_lost()) {
-    return false;
-  }
-  if (match.accepted() || outcome.certainty == Certainty::kNewGround) {
-    return is_worth_inserting(input, outcome);
-  }
-  const MapPart& part = parts_.here();
-  return part.map.field.empty() ||
-         (match.status == MatchStatus::kRejectedLowScore && tracker_.state().matched &&
-          !part.last_inserted.empty() && part.last_inserted.count(input.laser) == 0);
-}
-
-bool SlamEngine::is_worth_inserting(const ScanInput& input, const ScanOutcome& outcome) const {
-  const std::map<int, Pose2>& last_inserted = parts_.here().last_inserted;
-  const auto before = last_inserted.find(input.laser);
-  if (before == last_inserted.end()) {
-    return true;
-  }
-  const Pose2 moved = before->second.inverse() * outcome.map_from_base;
-  return moved.translation().norm() >= options_.slam.insert_distance ||
-         std::abs(moved.theta) >= options_.slam.insert_angle ||
-         outcome.match.score < options_.slam.insert_overlap ||
-         sees_farther(input, parts_.here().key_scans);
-}
 
 void SlamEngine::insert_or_hold(const SeenScans& seen, int laser, ScanOutcome& outcome) {
   insert_or_hold(seen.points(), seen.leading(), laser, outcome);

@@ -12,6 +12,10 @@
 
 namespace matchbox_slam {
 
+/// What a planar laser reaches [m]: long-range ones end at 80 m. A point beyond is a wild reading,
+/// and nothing may take memory or time up to there.
+constexpr double kFarthestPoint = 100.0;
+
 /// A beam that hit something.
 struct ScanPoint {
   Eigen::Vector2d position;                          ///< [m], where the beam ended

@@ -22,35 +22,10 @@
 #include "matchbox_slam/slam/motion_tracker.hpp"
 #include "matchbox_slam/slam/near_map.hpp"
 #include "matchbox_slam/slam/recovery.hpp"
+#include "matchbox_slam/slam/scan_outcome.hpp"
 #include "matchbox_slam/slam/tracking_state.hpp"
 
 namespace matchbox_slam {
-
-/// What became of one scan.
-struct ScanOutcome {
-  double stamp = 0.0;
-  Pose2 map_from_base;         ///< at the scan's stamp; see without_overshoot for why it may
-                               ///< differ from the match's
-  Eigen::Matrix3d covariance;  ///< over (x, y, theta) in the map frame; while mapping the match's,
-                               ///< and that of the map where it is
-  Pose2 predicted_map_from_base;
-  std::optional<Pose2> odom_from_base;
-  MatchResult match;  ///< status kRejectedNoReference for the scan that starts a map
-  Certainty certainty = Certainty::kSure;
-  TrackingState state = TrackingState::kTracking;  ///< after this scan
-  /// Set by the scan that finds a lost robot: poses since `begin` were of a map apart.
-  struct Joined {
-    double begin;  ///< [s]
-    Pose2 map_from_apart;
-  };
-  std::optional<Joined> joined;
-  /// Set by the scan that closes a loop: key scans have moved, and what was seen between them.
-  std::optional<MapCorrection> corrected;
-  bool inserted = false;
-  bool gave_up_part = false;  ///< a map apart; see kMostPartsApart
-  /// Scans that the map has no room for: this one, or what waited.
-  std::size_t left_out = 0;
-};
 
 class SeenScans;
 
@@ -128,8 +103,6 @@ class SlamEngine {
   void see(const ScanInput& input, const MotionPrediction& predicted);
   ScanOutcome take_aside(const ScanInput& input, const MotionPrediction& predicted);
   [[nodiscard]] WeighedMatch match(const PointScan& scan, const MotionPrediction& predicted);
-  [[nodiscard]] bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome) const;
-  [[nodiscard]] bool is_worth_inserting(const ScanInput& input, const ScanOutcome& outcome) const;
   void insert_or_hold(const SeenScans& seen, int laser, ScanOutcome& outcome);
   void insert_or_hold(const PointScan& scan, const MeasuredScan& measured, int laser,
                       ScanOutcome& outcome);

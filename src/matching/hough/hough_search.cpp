@@ -12,7 +12,8 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kFarthestKeyScan = 200.0;  // [m], twice as far as points count
+constexpr double kFarthestKeyScan =
+    2.0 * kFarthestPoint;  // [m]; beyond, none sees what another does
 
 /// The prior as seen from the key scan.
 MotionGuess guess_of(const PosePrior& prior, const Pose2& map_from_key) {

@@ -12,8 +12,6 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kFarthest = 100.0;  // [m], beyond what planar lasers reach
-
 constexpr std::size_t kLanes = 16;  // of a loop that the compiler vectorises
 
 /// Positions of the points in a column, in cells from its first one.
@@ -150,7 +148,7 @@ HoughPoints hough_points(const std::vector<ScanPoint>& points, double spacing) {
   std::vector<ScanPoint> usable;
   usable.reserve(points.size());
   for (const ScanPoint& point : points) {
-    if (point.position.norm() < kFarthest) {
+    if (point.position.norm() < kFarthestPoint) {
       usable.push_back(point);
     }
   }

@@ -100,14 +100,13 @@ void find_search_points(const std::vector<ScanPoint>& points, const OlsonOptions
 /// rotation much finer for little.
 /// @param ranges  on the way.
 double useful_range(const std::vector<SearchPoint>& points, std::vector<double>& ranges) {
-  constexpr double kMostUseful = 100.0;  // what lies beyond is left to the refinement
   ranges.clear();
   for (const SearchPoint& point : points) {
     ranges.push_back(point.position.norm());
   }
   const auto rank = static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(ranges.size() - 1));
   std::nth_element(ranges.begin(), ranges.begin() + rank, ranges.end());
-  return std::min(kMostUseful, ranges[static_cast<std::size_t>(rank)]);
+  return std::min(kFarthestPoint, ranges[static_cast<std::size_t>(rank)]);
 }
 
 int steps_in(double window, double step, int most = kMostSteps) {

@@ -1,0 +1,66 @@
+#include "slam/insertion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "matchbox_slam/geometry/pose_covariance.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// A laser at half the tilt of when it took its newest key scan: what it sees before its beams
+/// leave the band of heights reaches twice as far. Below a hundredth of a radian it sees all either
+/// way.
+bool sees_farther(const ScanInput& input, const KeyScans& key_scans) {
+  constexpr double kLevel = 0.01;  // [rad]
+  const PlacedScans& all = key_scans.all();
+  const auto newest = std::find_if(all.rbegin(), all.rend(), [&](const PlacedScan& placed) {
+    return placed.scan->laser() == input.laser && placed.scan->measured() != nullptr;
+  });
+  if (newest == all.rend()) {
+    return false;
+  }
+  const double tilt = tilt_of(newest->scan->measured()->base_from_laser);
+  return tilt > kLevel && tilt_of(input.base_from_laser) < 0.5 * tilt;
+}
+
+bool is_worth_inserting(const ScanInput& input, const ScanOutcome& outcome, const MapPart& here,
+                        const SlamOptions& options) {
+  const auto before = here.last_inserted.find(input.laser);
+  if (before == here.last_inserted.end()) {
+    return true;
+  }
+  const Pose2 moved = before->second.inverse() * outcome.map_from_base;
+  return moved.translation().norm() >= options.insert_distance ||
+         std::abs(moved.theta) >= options.insert_angle ||
+         outcome.match.score < options.insert_overlap || sees_farther(input, here.key_scans);
+}
+
+}  // namespace
+
+bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome, const MapParts& parts,
+                       bool was_matched, const SlamOptions& options) {
+  const MatchResult& match = outcome.match;
+  const MapPart& here = parts.here();
+  if (!options.update_map && !parts.is_lost()) {
+    return false;
+  }
+  if (match.accepted() || outcome.certainty == Certainty::kNewGround) {
+    return is_worth_inserting(input, outcome, here, options);
+  }
+  return here.map.field.empty() ||
+         (match.status == MatchStatus::kRejectedLowScore && was_matched &&
+          !here.last_inserted.empty() && here.last_inserted.count(input.laser) == 0);
+}
+
+Pose2 placed_best(const PointScan& scan, const Pose2& map_from_base, const SlamMap& map,
+                  const DoubtOptions& options) {
+  constexpr double kXy = 0.1;      // [m]
+  constexpr double kTheta = 0.03;  // [rad]
+  const PlacedScans none;
+  const MatchResult match = search_exactly(
+      {scan, map_from_base, covariance_of(kXy, kTheta), map.field, none, 0}, map.occupancy);
+  return is_convincing(match, options) ? match.map_from_base : map_from_base;
+}
+
+}  // namespace matchbox_slam
