@@ -64,6 +64,9 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
   const double p95 = statistics_of(match_seconds_of(health.recent)).p95;
   if (health.stopped) {
     status.summary(DiagnosticStatus::ERROR, "stopped, as time has jumped back");
+  } else if (health.paused) {
+    status.summary(DiagnosticStatus::WARN,
+                   "paused: scans are skipped until ~pause is called with false");
   } else if (!health.updates_map && !health.recent.empty() &&
              health.recent.back().status == MatchStatus::kRejectedNoReference) {
     status.summary(DiagnosticStatus::ERROR,
@@ -130,6 +133,7 @@ void add_recent(const std::deque<ScanHealth>& scans, DiagnosticStatusWrapper& st
 void SlamDiagnostics::fill(const SlamHealth& health, DiagnosticStatusWrapper& status) {
   summarize(health, before_, status);
   status.add("Matcher", health.matcher);
+  status.add("Paused", health.paused ? "yes" : "no");
   status.add("Scans received", health.account.received);
   status.add("Scans used", health.account.delivered);
   status.add("Scans waiting", health.waiting);
@@ -137,6 +141,7 @@ void SlamDiagnostics::fill(const SlamHealth& health, DiagnosticStatusWrapper& st
     status.add(std::string("Scans skipped: ") + to_string(reason), count);
   }
   status.add("Scans left out of the map", health.left_out);
+  status.add("Key scans", health.key_scans);
   status.add("Loops closed", health.loops_closed);
   status.add("Maps apart", health.parts_apart);
   status.add("Maps apart given up", health.parts_given_up);

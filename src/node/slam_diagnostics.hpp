@@ -33,8 +33,10 @@ struct SlamHealth {
   bool stopped = false;           ///< at a jump of time
   std::deque<ScanHealth> recent;  ///< scans, oldest first
   bool updates_map = true;
+  bool paused = false;
   std::string matcher;
   std::size_t map_bytes = 0;
+  std::size_t key_scans = 0;
   std::size_t loops_closed = 0;
   std::size_t parts_apart = 0;
   std::size_t parts_given_up = 0;           ///< of those

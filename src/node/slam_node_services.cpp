@@ -55,7 +55,8 @@ void SlamNode::start_services() {
                prompt_private.advertiseService("load_map", &SlamNode::answer_load_map, this),
                prompt_private.advertiseService("reset", &SlamNode::answer_reset, this),
                patient_private.advertiseService("pause", &SlamNode::answer_pause, this),
-               patient_private.advertiseService("relocalise", &SlamNode::answer_relocalise, this)};
+               patient_private.advertiseService("relocalise", &SlamNode::answer_relocalise, this),
+               patient_private.advertiseService("take_place", &SlamNode::answer_take_place, this)};
   reconfigure_server_ = std::make_unique<ReconfigureServer>(
       patient_private, run_.configuration().options(),
       [this](const Parameters& changes) { return reconfigure(changes); });
@@ -174,6 +175,7 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
     response.message = "the node is ending";
     return true;
   }
+  response.stamp = is_newest ? newest->stamp : request.scan.header.stamp;
   for (const RankedPose& pose : found.poses) {
     response.poses.push_back(to_pose_message(pose.map_from_base));
     response.scores.push_back(pose.score);
@@ -189,6 +191,18 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
                                         : "; the robot's pose stays, as " + why_not;
   }
   return true;
+}
+
+bool SlamNode::answer_take_place(TakePlace::Request& request, TakePlace::Response& response) {
+  return answer(response, [&] {
+    geometry_msgs::PoseWithCovariance place;
+    place.pose = request.pose;
+    if (const std::string defect = find_defect(place); !defect.empty()) {
+      throw std::runtime_error("the pose cannot be used: " + defect);
+    }
+    worker_.carry_out(CorrectPose{request.stamp.toSec(), to_pose2(request.pose)});
+    return std::string("it goes on from there");
+  });
 }
 
 /// Returns why the best pose is not the robot's now; empty: it is.
@@ -236,9 +250,11 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
     health.updates_map = run_.setup().engine.slam.update_map;
+    health.paused = run_.is_paused();
     health.matcher = run_.setup().matcher_name;
     health.recent = recent_;
     health.left_out = run_.left_out();
+    health.key_scans = run_.key_scans().size();
     health.loops_closed = run_.loops().closed();
     health.parts_apart = run_.parts_apart();
     for (const auto& [number, laser] : run_.further_lasers()) {

@@ -88,6 +88,9 @@ class SlamRun {
   /// Texts of lasers that came into use with the newest scan, or contradict the first one now.
   [[nodiscard]] const std::vector<std::string>& laser_news() const { return laser_news_; }
 
+  /// Whether scans are left out.
+  [[nodiscard]] bool is_paused() const { return paused_; }
+
   /// Scans that were processed.
   [[nodiscard]] std::size_t scans() const { return scans_; }
 

@@ -19,6 +19,7 @@ SlamHealth healthy() {
   health.account.received = 200;
   health.account.delivered = 200;
   health.map_bytes = 3 << 20;
+  health.key_scans = 12;
   health.loops_closed = 4;
   return health;
 }
@@ -49,6 +50,8 @@ TEST(SlamDiagnostics, TellsHowItGoes) {
   EXPECT_EQ(value_of(status, "Lag [s]"), "0.004");
   EXPECT_EQ(value_of(status, "Score"), "0.900");
   EXPECT_EQ(value_of(status, "Map memory [MB]"), "3.0");
+  EXPECT_EQ(value_of(status, "Paused"), "no");
+  EXPECT_EQ(value_of(status, "Key scans"), "12");
   EXPECT_EQ(value_of(status, "Loops closed"), "4");
   SlamHealth localising = healthy();
   localising.updates_map = false;
@@ -64,6 +67,16 @@ TEST(SlamDiagnostics, SaysThatThereIsNoMapToLocaliseIn) {
   EXPECT_EQ(status.message,
             "there is no map to localise in, and slam/update_map is false; give one by ~load_map "
             "or initial_map");
+}
+
+TEST(SlamDiagnostics, SaysThatItIsPaused) {
+  SlamHealth health = healthy();
+  health.paused = true;
+  health.account.skipped[SkipReason::kPaused] = 7;
+  const auto status = judge(health);
+  EXPECT_EQ(status.level, DiagnosticStatus::WARN);
+  EXPECT_EQ(status.message, "paused: scans are skipped until ~pause is called with false");
+  EXPECT_EQ(value_of(status, "Paused"), "yes");
 }
 
 TEST(SlamDiagnostics, WarnsOfSkippedScansOnce) {
