@@ -122,6 +122,7 @@ install_dependencies() {
   local kind=$1 system rosdep list types=()
   if [[ $kind == programs ]]; then
     types=(-t buildtool -t build)
+    local -x MATCHBOX_WITH_RVIZ=OFF
   fi
   system=$(operating_system)
   case $system in

@@ -51,6 +51,7 @@ const std::map<std::string, Room>& rooms() {
       {"ros", {files + std::set<std::string>{"run"}, {}, true}},
       {"bag", {ros + std::set<std::string>{"simulation"}, {}, true}},
       {"node", {ros, {}, true}},
+      {"rviz", {{"geometry", "common"}, {}, true}},
       {"tools", {ros + std::set<std::string>{"simulation", "bag"}, {}, true}},
   };
   return all;

@@ -1,0 +1,137 @@
+#include "rviz/slam_report.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "common/number_text.hpp"
+#include "matchbox_slam/geometry/angles.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr double kSilence = 4.0;     // [s]; the node tells how it is once a second
+constexpr double kLoopIsNew = 10.0;  // [s]
+constexpr int kError = 2;
+
+constexpr const char* kGreen = "#2e7d32";
+constexpr const char* kLime = "#9e9d24";
+constexpr const char* kAmber = "#ef6c00";
+constexpr const char* kRed = "#c62828";
+constexpr const char* kBlue = "#1565c0";
+constexpr const char* kGrey = "#616161";
+
+std::string value_of(const SlamReport& report, const std::string& name) {
+  const auto value = report.values.find(name);
+  return value == report.values.end() ? "" : value->second;
+}
+
+/// Whether what it tells about itself, once a second, is of the state after the newest scan.
+bool is_told_of_now(const SlamReport& report) {
+  return report.diagnostics_age < kSilence && value_of(report, "State") == report.state;
+}
+
+Assessment assess_tracking(const SlamReport& report) {
+  if (is_told_of_now(report) && report.level != 0) {
+    return {report.level == kError ? "Error" : "Tracking", report.message,
+            report.level == kError ? kRed : kGreen};
+  }
+  const bool is_new_loop = report.loop_age < kLoopIsNew;
+  return {"Tracking",
+          is_new_loop ? "A loop was closed: the map has moved, and the robot with it."
+                      : "The scans match the map.",
+          kGreen};
+}
+
+/// By the state after a scan, in the words of doc/doubt.md.
+Assessment assess_state(const SlamReport& report) {
+  if (report.state == "tracking") {
+    return assess_tracking(report);
+  }
+  if (report.state == "doubt") {
+    return {"In doubt",
+            "The scans do not fit the map where the robot should be. Nothing is inserted until "
+            "they do.",
+            kAmber};
+  }
+  if (report.state == "provisional") {
+    return {"Provisional",
+            "The scans fit again. Drive on: two good ones with motion between confirm where it "
+            "is, and what waited is inserted.",
+            kLime};
+  }
+  if (report.state == "lost") {
+    return {"Lost",
+            "What is seen is mapped apart, and searched in the map. Drive where the map is known, "
+            "or say where the robot is: Relocalise and click a place, or 2D Pose Estimate.",
+            kRed};
+  }
+  if (report.state == "recovered") {
+    return {"Recovered",
+            "The robot was found. What it mapped apart is being joined to the map; drive on.",
+            kBlue};
+  }
+  return {report.state, "", kGrey};
+}
+
+}  // namespace
+
+bool is_paused(const SlamReport& report) { return value_of(report, "Paused") == "yes"; }
+
+Assessment assess(const SlamReport& report, const std::string& node) {
+  if (std::min(report.match_age, report.diagnostics_age) > kSilence) {
+    return {"No node",
+            "Nothing is heard from " + node + ". Start it, or write its name into the field above.",
+            kGrey};
+  }
+  if (is_paused(report)) {
+    return {"Paused", "Scans are skipped until Resume.", kBlue};
+  }
+  if (report.match_age > kSilence) {
+    return {"No scans", report.message, report.level == kError ? kRed : kAmber};
+  }
+  return assess_state(report);
+}
+
+std::string figures_of(const SlamReport& report) {
+  std::string text;
+  if (report.match_age < kNever) {
+    text += "Score " + fixed_text(report.score, 2) + ", contradiction " +
+            fixed_text(report.contradiction, 2);
+  }
+  const std::string key_scans = value_of(report, "Key scans");
+  if (!key_scans.empty()) {
+    text += (text.empty() ? "" : "\n") + key_scans + " key scans, " +
+            value_of(report, "Loops closed") + " loops closed";
+  }
+  return text;
+}
+
+std::string text_of(const Place& place, std::size_t rank) {
+  return std::to_string(rank) + ":  score " + fixed_text(place.score, 2) + ",  x " +
+         fixed_text(place.x, 2) + " m,  y " + fixed_text(place.y, 2) + " m,  " +
+         fixed_text(radians_to_degrees(place.theta), 0) + "\u00b0";
+}
+
+std::vector<std::string> words_of(const std::string& edit_method) {
+  // It is a dictionary of Python's; the words come after these.
+  const std::string before = "'value': '";
+  std::vector<std::string> words;
+  for (std::size_t at = edit_method.find(before); at != std::string::npos;
+       at = edit_method.find(before, at)) {
+    at += before.size();
+    words.push_back(edit_method.substr(at, edit_method.find('\'', at) - at));
+  }
+  return words;
+}
+
+std::string without_map_extension(const std::string& file) {
+  for (const std::string extension : std::array{".slam", ".yaml", ".pgm", ".png"}) {
+    if (file.size() > extension.size() &&
+        file.compare(file.size() - extension.size(), extension.size(), extension) == 0) {
+      return file.substr(0, file.size() - extension.size());
+    }
+  }
+  return file;
+}
+
+}  // namespace matchbox_slam

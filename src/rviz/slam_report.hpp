@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace matchbox_slam {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+/// What a SLAM node has told of itself, and how long ago.
+struct SlamReport {
+  double match_age = kNever;  ///< [s] since it told of a scan
+  std::string state;          ///< after that scan, such as "tracking"
+  double score = 0.0;
+  double contradiction = 0.0;
+  double loop_age = kNever;         ///< [s] since a loop moved the map
+  double diagnostics_age = kNever;  ///< [s] since it told how it is
+  int level = 0;                    ///< then: 0 well, 1 a warning, 2 an error
+  std::string message;
+  std::map<std::string, std::string> values;  ///< by their names in /diagnostics
+};
+
+/// How a node is, for people.
+struct Assessment {
+  std::string headline;
+  std::string advice;  ///< what it means, and what to do
+  std::string color;   ///< of the headline's background, such as "#2e7d32"
+};
+
+/// @param node  its name, for the advice.
+[[nodiscard]] Assessment assess(const SlamReport& report, const std::string& node);
+
+/// Whether scans are skipped because somebody wanted that.
+[[nodiscard]] bool is_paused(const SlamReport& report);
+
+/// Score, contradiction, key scans and loops, as far as they are known; lines of text.
+[[nodiscard]] std::string figures_of(const SlamReport& report);
+
+/// Where the robot may be in the map.
+struct Place {
+  double x = 0.0;      ///< [m]
+  double y = 0.0;      ///< [m]
+  double theta = 0.0;  ///< [rad]
+  double score = 0.0;  ///< how well the scan fits there, 0 to 1
+};
+
+/// A line of text. @param rank  from 1 on, the best first.
+[[nodiscard]] std::string text_of(const Place& place, std::size_t rank);
+
+/// The words that an option may take, from its `edit_method` as dynamic_reconfigure has it; none
+/// where any will do.
+[[nodiscard]] std::vector<std::string> words_of(const std::string& edit_method);
+
+/// What `~save_map` calls a map, by the name of one of its files: without .slam and the like.
+[[nodiscard]] std::string without_map_extension(const std::string& file);
+
+}  // namespace matchbox_slam

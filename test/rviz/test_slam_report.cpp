@@ -1,0 +1,119 @@
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+
+#include "common/error_text.hpp"
+#include "matchbox_slam/geometry/angles.hpp"
+#include "rviz/slam_report.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// Of a node that maps.
+SlamReport report_of(const std::string& state) {
+  SlamReport report;
+  report.match_age = 0.1;
+  report.diagnostics_age = 0.5;
+  report.state = state;
+  report.score = 0.876;
+  report.contradiction = 0.021;
+  report.message = "mapping";
+  report.values = {{"State", state}, {"Paused", "no"}, {"Key scans", "120"}, {"Loops closed", "3"}};
+  return report;
+}
+
+TEST(SlamReport, EveryStateHasItsWordsAndColor) {
+  std::set<std::string> headlines;
+  std::set<std::string> colors;
+  for (const char* state : {"tracking", "doubt", "provisional", "lost", "recovered"}) {
+    const Assessment assessment = assess(report_of(state), "/slam");
+    headlines.insert(assessment.headline);
+    colors.insert(assessment.color);
+    EXPECT_NE(assessment.advice, "") << state;
+  }
+  EXPECT_EQ(headlines,
+            (std::set<std::string>{"In doubt", "Lost", "Provisional", "Recovered", "Tracking"}));
+  EXPECT_EQ(colors.size(), 5U);
+  EXPECT_TRUE(contains(assess(report_of("lost"), "/slam").advice, "2D Pose Estimate"));
+}
+
+TEST(SlamReport, SilenceMeansThatThereIsNoNode) {
+  const Assessment never = assess({}, "/robot/slam");
+  EXPECT_EQ(never.headline, "No node");
+  EXPECT_TRUE(contains(never.advice, "/robot/slam")) << never.advice;
+  SlamReport gone = report_of("tracking");
+  gone.match_age = gone.diagnostics_age = 10.0;
+  EXPECT_EQ(assess(gone, "/slam").headline, "No node");
+}
+
+TEST(SlamReport, WithoutScansTheNodesOwnWordsTellWhy) {
+  SlamReport report = report_of("tracking");
+  report.match_age = 10.0;
+  report.level = 1;
+  report.message = "no scans are coming in";
+  EXPECT_EQ(assess(report, "/slam").headline, "No scans");
+  EXPECT_EQ(assess(report, "/slam").advice, "no scans are coming in");
+  const std::string color = assess(report, "/slam").color;
+  report.level = 2;
+  EXPECT_NE(assess(report, "/slam").color, color) << "stopped, say";
+}
+
+TEST(SlamReport, APauseIsNoLackOfScans) {
+  SlamReport report = report_of("tracking");
+  report.match_age = 10.0;
+  report.values["Paused"] = "yes";
+  EXPECT_EQ(assess(report, "/slam").headline, "Paused");
+}
+
+TEST(SlamReport, AWarningIsToldWhileItTracks) {
+  SlamReport report = report_of("tracking");
+  report.level = 1;
+  report.message = "3 scans skipped; the last: no transform";
+  EXPECT_EQ(assess(report, "/slam").headline, "Tracking");
+  EXPECT_EQ(assess(report, "/slam").advice, report.message);
+  report.level = 2;
+  EXPECT_EQ(assess(report, "/slam").headline, "Error");
+  report.values["State"] = "lost";  // a moment ago
+  EXPECT_EQ(assess(report, "/slam").advice, "The scans match the map.");
+}
+
+TEST(SlamReport, ALoopIsToldForSomeSeconds) {
+  SlamReport report = report_of("tracking");
+  report.loop_age = 2.0;
+  EXPECT_TRUE(contains(assess(report, "/slam").advice, "A loop was closed"));
+  report.loop_age = 60.0;
+  EXPECT_FALSE(contains(assess(report, "/slam").advice, "loop"));
+}
+
+TEST(SlamReport, FiguresAreThoseThatAreKnown) {
+  EXPECT_EQ(figures_of(report_of("tracking")),
+            "Score 0.88, contradiction 0.02\n120 key scans, 3 loops closed");
+  EXPECT_EQ(figures_of({}), "");
+  SlamReport no_match = report_of("tracking");
+  no_match.match_age = kNever;
+  EXPECT_EQ(figures_of(no_match), "120 key scans, 3 loops closed");
+}
+
+TEST(SlamReport, APlaceIsALine) {
+  EXPECT_EQ(text_of({1.234, -5.678, kPi / 2.0, 0.913}, 2),
+            "2:  score 0.91,  x 1.23 m,  y -5.68 m,  90\u00b0");
+}
+
+TEST(SlamReport, ReadsTheWordsOfAnOption) {
+  EXPECT_EQ(words_of("{'enum_description': '', 'enum': [{'name': 'a', 'type': 'str', 'value': "
+                     "'a', 'srcline': 0}, {'name': 'b', 'type': 'str', 'value': 'b'}]}"),
+            (std::vector<std::string>{"a", "b"}));
+  EXPECT_TRUE(words_of("").empty());
+  EXPECT_EQ(words_of("'value': 'cut off"), std::vector<std::string>{"cut off"});
+}
+
+TEST(SlamReport, AMapIsNamedByAnyOfItsFiles) {
+  EXPECT_EQ(without_map_extension("/maps/office.slam"), "/maps/office");
+  EXPECT_EQ(without_map_extension("office.yaml"), "office");
+  EXPECT_EQ(without_map_extension("office.2"), "office.2");
+  EXPECT_EQ(without_map_extension(".slam"), ".slam");
+}
+
+}  // namespace
+}  // namespace matchbox_slam
