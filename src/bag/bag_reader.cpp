@@ -36,6 +36,30 @@ void check_bytes(ByteReader bytes, const sensor_msgs::LaserScan& /*type*/) {
   (void)bytes.array(sizeof(float));    // intensities
 }
 
+void check_bytes(ByteReader bytes, const sensor_msgs::MultiEchoLaserScan& /*type*/) {
+  skip_header(bytes);
+  (void)bytes.take(7, sizeof(float));     // angles, times and limits
+  for (int part = 0; part < 2; ++part) {  // ranges, then intensities
+    for (auto beams = bytes.number<std::uint32_t>(); beams > 0; --beams) {
+      (void)bytes.array(sizeof(float));
+    }
+  }
+}
+
+void check_bytes(ByteReader bytes, const sensor_msgs::PointCloud2& /*type*/) {
+  constexpr std::size_t kFieldBytes = 9;  // offset, datatype and count
+  skip_header(bytes);
+  (void)bytes.take(2, sizeof(std::uint32_t));  // height and width
+  for (auto fields = bytes.number<std::uint32_t>(); fields > 0; --fields) {
+    (void)bytes.array();  // name
+    (void)bytes.take(kFieldBytes);
+  }
+  (void)bytes.take(1);                         // byte order
+  (void)bytes.take(2, sizeof(std::uint32_t));  // point_step and row_step
+  (void)bytes.array();                         // data
+  (void)bytes.take(1);                         // is_dense
+}
+
 void check_bytes(ByteReader bytes, const sensor_msgs::Imu& /*type*/) {
   skip_header(bytes);
   (void)bytes.take(37, sizeof(double));  // orientation, rates, accelerations, their covariances
@@ -66,6 +90,18 @@ boost::shared_ptr<Message> deserialize(ByteReader bytes, const BagConnection& co
   return message;
 }
 
+ScanMessage read_scan(const ByteReader& bytes, const BagConnection& connection,
+                      const CloudOptions& cloud) {
+  if (connection.type == ros::message_traits::datatype<sensor_msgs::MultiEchoLaserScan>()) {
+    return to_scan(*deserialize<sensor_msgs::MultiEchoLaserScan>(bytes, connection));
+  }
+  if (connection.type == ros::message_traits::datatype<sensor_msgs::PointCloud2>()) {
+    return to_scan(*deserialize<sensor_msgs::PointCloud2>(bytes, connection), cloud);
+  }
+  return to_scan(
+      sensor_msgs::LaserScan::ConstPtr(deserialize<sensor_msgs::LaserScan>(bytes, connection)));
+}
+
 /// A message and the bag that it is in, by number.
 struct Place {
   std::size_t bag;
@@ -76,11 +112,13 @@ struct Place {
 class PlaceStream : public BagStream {
  public:
   PlaceStream(const std::vector<std::unique_ptr<BagFile>>& bags, std::vector<Place> places,
-              std::vector<std::string> scan_topics, std::string imu_topic)
+              std::vector<std::string> scan_topics, std::string imu_topic,
+              const CloudOptions& cloud)
       : bags_(bags),
         places_(std::move(places)),
         scan_topics_(std::move(scan_topics)),
-        imu_topic_(std::move(imu_topic)) {
+        imu_topic_(std::move(imu_topic)),
+        cloud_(cloud) {
     for (const auto& bag : bags_) {
       readers_.emplace_back(*bag);
     }
@@ -117,8 +155,7 @@ class PlaceStream : public BagStream {
       message.content =
           sensor_msgs::Imu::ConstPtr(deserialize<sensor_msgs::Imu>(bytes, connection));
     } else {
-      message.content =
-          sensor_msgs::LaserScan::ConstPtr(deserialize<sensor_msgs::LaserScan>(bytes, connection));
+      message.content = read_scan(bytes, connection, cloud_);
       message.laser =
           static_cast<int>(std::find(scan_topics_.begin(), scan_topics_.end(), connection.topic) -
                            scan_topics_.begin());
@@ -131,6 +168,7 @@ class PlaceStream : public BagStream {
   std::vector<Place> places_;
   std::vector<std::string> scan_topics_;
   std::string imu_topic_;
+  CloudOptions cloud_;
   std::size_t next_ = 0;
   std::string last_read_ = "its beginning";
 };
@@ -191,9 +229,15 @@ std::vector<std::string> BagReader::topics_of(const std::string& type) const {
   return names;
 }
 
+std::string BagReader::type_of(const std::string& topic) const {
+  const auto found = std::find_if(topics_.begin(), topics_.end(),
+                                  [&](const BagTopic& one) { return one.name == topic; });
+  return found->type;
+}
+
 std::unique_ptr<BagStream> BagReader::stream(const std::vector<std::string>& scan_topics,
-                                             const BagPeriod& period,
-                                             const std::string& imu_topic) const {
+                                             const BagPeriod& period, const std::string& imu_topic,
+                                             const CloudOptions& cloud) const {
   const ros::Time first = seconds_after(begin_, period.start);
   const ros::Time last = seconds_after(first, period.duration);
   const auto is_asked = [&](const std::string& topic) {
@@ -219,7 +263,7 @@ std::unique_ptr<BagStream> BagReader::stream(const std::vector<std::string>& sca
                      [](const Place& a, const Place& b) { return a.entry.time < b.entry.time; });
   }
   before.insert(before.end(), during.begin(), during.end());
-  return std::make_unique<PlaceStream>(bags_, std::move(before), scan_topics, imu_topic);
+  return std::make_unique<PlaceStream>(bags_, std::move(before), scan_topics, imu_topic, cloud);
 }
 
 }  // namespace matchbox_slam

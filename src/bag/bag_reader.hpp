@@ -2,7 +2,6 @@
 
 #include <ros/time.h>
 #include <sensor_msgs/Imu.h>
-#include <sensor_msgs/LaserScan.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <cstddef>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "bag/bag_file.hpp"
+#include "ros/scan_message.hpp"
 
 namespace matchbox_slam {
 
@@ -31,7 +31,7 @@ struct BagTransforms {
 
 struct BagMessage {
   ros::Time time;  ///< at which it was recorded
-  std::variant<sensor_msgs::LaserScan::ConstPtr, BagTransforms, sensor_msgs::Imu::ConstPtr> content;
+  std::variant<ScanMessage, BagTransforms, sensor_msgs::Imu::ConstPtr> content;
   int laser = 0;  ///< of a scan: number of its topic among those asked for
 };
 
@@ -67,6 +67,9 @@ class BagReader {
   /// Names of the topics that carry messages of a type, such as "sensor_msgs/LaserScan".
   [[nodiscard]] std::vector<std::string> topics_of(const std::string& type) const;
 
+  /// The type of a topic that there is.
+  [[nodiscard]] std::string type_of(const std::string& topic) const;
+
   [[nodiscard]] ros::Time begin_time() const { return begin_; }
   /// Whether one of the bags begins between two times [s].
   [[nodiscard]] bool has_begin_between(double from, double to) const;
@@ -74,10 +77,13 @@ class BagReader {
 
   /// Scans of these topics together with /tf and /tf_static of the period. What was said on
   /// /tf_static before the period comes first. The reader outlives its streams; one is read at a
-  /// time. @param imu_topic  of sensor_msgs/Imu, read as well; empty: none.
+  /// time.
+  /// @param imu_topic  of sensor_msgs/Imu, read as well; empty: none.
+  /// @param cloud      how clouds become scans.
   [[nodiscard]] std::unique_ptr<BagStream> stream(const std::vector<std::string>& scan_topics,
                                                   const BagPeriod& period,
-                                                  const std::string& imu_topic = {}) const;
+                                                  const std::string& imu_topic = {},
+                                                  const CloudOptions& cloud = {}) const;
 
  private:
   std::vector<std::unique_ptr<BagFile>> bags_;

@@ -59,8 +59,9 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   check_asked_frames(parameters, options);
   facts_.scan_topics = choose_scan_topics(
       reader_, request_.scan_topic ? std::vector{*request_.scan_topic} : options.scan_topics);
+  const CloudOptions cloud = read_cloud_options(parameters);
   const BagSurvey survey = survey_bag(reader_, facts_.scan_topics, request_.period,
-                                      options.map_frame, dialog_.is_interrupted);
+                                      options.map_frame, dialog_.is_interrupted, cloud);
   require_not_interrupted();
   if (survey.scan_frame.empty()) {
     throw BagError("the bag holds no scan on topic " + join(facts_.scan_topics) +
@@ -73,7 +74,7 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   options.base_frame = frames.base;
   options.odom_frame = frames.odom.value_or("");
   check_frames(options);
-  dialog_.inform("scan topic " + join(facts_.scan_topics) + ", scan frame " + survey.scan_frame +
+  dialog_.inform("scan topic " + text_of_topics() + ", scan frame " + survey.scan_frame +
                  ", base frame " + frames.base +
                  (frames.odom ? ", odometry frame " + *frames.odom : ", without odometry"));
   choose_clock(survey, options);
@@ -84,11 +85,21 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
     options.imu_topic = find_imu_topic(reader_, options.imu_topic);
   }
   queue_.emplace(queue_settings(options, scan.max_tilt, facts_.scan_time_offset));
-  stream_ = reader_.stream(facts_.scan_topics, request_.period, options.imu_topic);
+  stream_ = reader_.stream(facts_.scan_topics, request_.period, options.imu_topic, cloud);
   if (request_.threads > 1) {
     stream_ = read_ahead(std::move(stream_), kReadAhead);
   }
   return options;
+}
+
+/// With what they hold where it is not laser scans as such.
+std::string BagScans::text_of_topics() const {
+  std::vector<std::string> texts;
+  for (const std::string& topic : facts_.scan_topics) {
+    const std::string type = reader_.type_of(topic);
+    texts.push_back(topic + (type == scan_types().front() ? "" : " (" + type + ")"));
+  }
+  return join(texts);
 }
 
 void BagScans::choose_clock(const BagSurvey& survey, const RunOptions& options) {
@@ -170,8 +181,7 @@ void BagScans::take(const BagMessage& message) {
     warn_of_imu(queue_->add_imu(**imu, message.time));
     return;
   }
-  queue_->add_scan(*std::get<sensor_msgs::LaserScan::ConstPtr>(message.content), message.time,
-                   message.laser);
+  queue_->add_scan(std::get<ScanMessage>(message.content), message.time, message.laser);
   first_time_ = first_time_ ? first_time_ : message.time;
   facts_.seconds = seconds_between(*first_time_, message.time);
   show_progress(message.time);

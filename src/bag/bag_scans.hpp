@@ -102,6 +102,7 @@ class BagScans {
   [[noreturn]] void throw_nothing_used() const;
 
  private:
+  [[nodiscard]] std::string text_of_topics() const;
   void choose_clock(const BagSurvey& survey, const RunOptions& options);
   [[nodiscard]] bool is_event_due(const ScanQueue::Item& next) const;
   void read_message();

@@ -13,7 +13,6 @@ namespace matchbox_slam {
 namespace {
 
 constexpr double kSurveySeconds = 10.0;
-constexpr const char* kScanType = "sensor_msgs/LaserScan";
 const std::set<std::string> kNoParents;
 
 std::string list_of(const std::vector<std::string>& words) {
@@ -121,20 +120,30 @@ std::string base_without_odometry(const BagSurvey& survey) {
   return odometry ? odometry->base : way.back();
 }
 
+std::vector<std::string> topics_of(const BagReader& reader, const std::vector<std::string>& types) {
+  std::vector<std::string> topics;
+  for (const std::string& type : types) {
+    for (const std::string& topic : reader.topics_of(type)) {
+      topics.push_back(topic);
+    }
+  }
+  return topics;
+}
+
 /// The bag's topic of this name. Throws ConfigurationError when there is none with such messages.
 /// @param things  what they are, for people.
-std::string find_topic(const BagReader& reader, const std::string& asked, const std::string& type,
-                       const std::string& things) {
-  const std::string there = "; topics with " + things + ": " + list_of(reader.topics_of(type));
+std::string find_topic(const BagReader& reader, const std::string& asked,
+                       const std::vector<std::string>& types, const std::string& things) {
+  const std::string there = "; topics with " + things + ": " + list_of(topics_of(reader, types));
   for (const BagTopic& topic : reader.topics()) {
     if (without_leading_slash(topic.name) != without_leading_slash(asked)) {
       continue;
     }
-    if (topic.type == type) {
+    if (std::count(types.begin(), types.end(), topic.type) > 0) {
       return topic.name;
     }
     throw ConfigurationError("topic '" + asked + "' of the bag holds " + topic.type + ", not " +
-                             type + there);
+                             join(types) + there);
   }
   throw ConfigurationError("the bag has no topic '" + asked + "'" + there);
 }
@@ -143,12 +152,12 @@ std::string find_topic(const BagReader& reader, const std::string& asked, const 
 
 BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& scan_topics,
                      const BagPeriod& period, const std::string& map_frame,
-                     const std::function<bool()>& is_interrupted) {
+                     const std::function<bool()>& is_interrupted, const CloudOptions& cloud) {
   BagSurvey survey;
   ClockComparison clocks;
   std::map<int, NoReturnPile> piles;
   std::optional<ros::Time> begin;
-  const std::unique_ptr<BagStream> stream = reader.stream(scan_topics, period);
+  const std::unique_ptr<BagStream> stream = reader.stream(scan_topics, period, {}, cloud);
   while (const std::optional<BagMessage> message = stream->next()) {
     if (is_interrupted && is_interrupted()) {
       break;
@@ -159,7 +168,7 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
         continue;  // may be from long before the period
       }
     } else {
-      const auto& scan = std::get<sensor_msgs::LaserScan::ConstPtr>(message->content);
+      const auto& scan = std::get<ScanMessage>(message->content).scan;
       if (message->laser == 0) {
         survey.scan_frame = without_leading_slash(scan->header.frame_id);
       }
@@ -185,10 +194,9 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
 
 std::vector<std::string> choose_scan_topics(const BagReader& reader,
                                             const std::vector<std::string>& asked) {
-  const std::vector<std::string> candidates = reader.topics_of(kScanType);
   std::vector<std::string> chosen;
   for (const std::string& topic : asked) {
-    chosen.push_back(find_topic(reader, topic, kScanType, "laser scans"));
+    chosen.push_back(find_topic(reader, topic, scan_types(), "laser scans"));
     if (std::count(chosen.begin(), chosen.end(), chosen.back()) > 1) {
       throw ConfigurationError("topic '" + topic + "' is named twice");
     }
@@ -196,8 +204,12 @@ std::vector<std::string> choose_scan_topics(const BagReader& reader,
   if (!chosen.empty()) {
     return chosen;
   }
+  std::vector<std::string> candidates;
+  for (auto type = scan_types().begin(); candidates.empty() && type != scan_types().end(); ++type) {
+    candidates = reader.topics_of(*type);
+  }
   if (candidates.empty()) {
-    throw ConfigurationError("the bag has no topic of type " + std::string(kScanType));
+    throw ConfigurationError("the bag has no topic of type " + join(scan_types()));
   }
   if (candidates.size() > 1) {
     throw ConfigurationError(
@@ -209,7 +221,7 @@ std::vector<std::string> choose_scan_topics(const BagReader& reader,
 }
 
 std::string find_imu_topic(const BagReader& reader, const std::string& asked) {
-  return find_topic(reader, asked, "sensor_msgs/Imu", "orientations of an IMU");
+  return find_topic(reader, asked, {"sensor_msgs/Imu"}, "orientations of an IMU");
 }
 
 BagFrames choose_frames(const BagSurvey& survey, const std::optional<std::string>& asked_base,

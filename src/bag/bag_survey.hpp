@@ -34,11 +34,12 @@ struct BagSurvey {
 [[nodiscard]] BagSurvey survey_bag(const BagReader& reader,
                                    const std::vector<std::string>& scan_topics,
                                    const BagPeriod& period, const std::string& map_frame,
-                                   const std::function<bool()>& is_interrupted = {});
+                                   const std::function<bool()>& is_interrupted = {},
+                                   const CloudOptions& cloud = {});
 
-/// The topics asked for, or the only one that there is. Throws ConfigurationError listing the scan
-/// topics when there is more than one to choose from, none, or when one asked for carries something
-/// else.
+/// The topics asked for, or the only one that there is: with laser scans, else with those of
+/// several echoes, else with clouds. Throws ConfigurationError listing the scan topics when there
+/// is more than one to choose from, none, or when one asked for carries something else.
 [[nodiscard]] std::vector<std::string> choose_scan_topics(const BagReader& reader,
                                                           const std::vector<std::string>& asked);
 

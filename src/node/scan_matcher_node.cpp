@@ -2,6 +2,7 @@
 
 #include <nav_msgs/Odometry.h>
 
+#include "node/scan_subscription.hpp"
 #include "node/subscribe.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/odometry_message.hpp"
@@ -71,16 +72,13 @@ void ScanMatcherNode::subscribe() {
   };
   static_transform_subscriber_ = subscribe_to_transforms("/tf_static", true);
   transform_subscriber_ = subscribe_to_transforms("/tf", false);
-  scan_subscriber_ = subscribe_to_events<sensor_msgs::LaserScan>(
-      node_, "scan", kScanMessages, [this](const auto& event) { on_scan(event); });
+  scan_subscriber_ =
+      subscribe_to_scans(node_, "scan", setup_.cloud, [this](const ScanArrival& scan) {
+        worker_.use_queue([&](ScanQueue& queue) { queue.add_scan(scan.message, scan.time); });
+      });
   if (setup_.guess == GuessSource::kHeading) {
     imu_subscriber_ = subscribe_to_imu(node_, "imu", worker_);
   }
-}
-
-void ScanMatcherNode::on_scan(const ros::MessageEvent<const sensor_msgs::LaserScan>& event) {
-  worker_.use_queue(
-      [&](ScanQueue& queue) { queue.add_scan(*event.getConstMessage(), event.getReceiptTime()); });
 }
 
 void ScanMatcherNode::on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event,

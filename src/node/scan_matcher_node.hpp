@@ -3,7 +3,6 @@
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
-#include <sensor_msgs/LaserScan.h>
 #include <tf2_msgs/TFMessage.h>
 #include <tf2_ros/transform_broadcaster.h>
 
@@ -40,7 +39,6 @@ class ScanMatcherNode {
 
  private:
   void subscribe();
-  void on_scan(const ros::MessageEvent<const sensor_msgs::LaserScan>& event);
   void on_transforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event, bool is_static);
   void look_for_rival(const ros::MessageEvent<const tf2_msgs::TFMessage>& event);
 

@@ -2,7 +2,6 @@
 
 #include <ros/callback_queue.h>
 #include <ros/master.h>
-#include <ros/message_traits.h>
 #include <ros/this_node.h>
 
 #include <cmath>
@@ -10,7 +9,6 @@
 
 #include "node/subscribe.hpp"
 #include "ros/message_conversion.hpp"
-#include "run/slam_setup.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -24,7 +22,7 @@ std::vector<std::string> topics_with_scans() {
   ros::master::getTopics(topics);
   std::vector<std::string> names;
   for (const ros::master::TopicInfo& topic : topics) {
-    if (topic.datatype == ros::message_traits::datatype<sensor_msgs::LaserScan>()) {
+    if (is_scan_type(topic.datatype)) {
       names.push_back(topic.name);
     }
   }
@@ -33,22 +31,22 @@ std::vector<std::string> topics_with_scans() {
 
 }  // namespace
 
-SlamInput::SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const RunOptions& options,
+SlamInput::SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const SlamSetup& setup,
                      ScanWorker& worker, std::function<void(double)> on_no_returns)
-    : options_(options),
+    : options_(setup.run),
       callbacks_(node.getCallbackQueue()),
       worker_(worker),
       on_no_returns_(std::move(on_no_returns)),
-      clock_watch_(options.map_frame),
-      holds_scans_(!fixed_scan_time_offset(options)) {
-  subscribe(node);
+      clock_watch_(setup.run.map_frame),
+      holds_scans_(!fixed_scan_time_offset(setup.run)) {
+  subscribe(node, setup.cloud);
   // By the wall clock, so that it goes on when simulated time stands still.
   silence_timer_ = timer_node.createWallTimer(
       ros::WallDuration(kPatience),
       [this](const ros::WallTimerEvent& /*event*/) { warn_of_silence(); });
 }
 
-void SlamInput::subscribe(ros::NodeHandle& node) {
+void SlamInput::subscribe(ros::NodeHandle& node, const CloudOptions& cloud) {
   const auto subscribe_to_transforms = [&](const std::string& topic, bool is_static) {
     return subscribe_to_events<tf2_msgs::TFMessage>(
         node, topic, kTransformMessages,
@@ -62,9 +60,9 @@ void SlamInput::subscribe(ros::NodeHandle& node) {
   const std::vector<std::string> topics =
       options_.scan_topics.empty() ? std::vector<std::string>{"scan"} : options_.scan_topics;
   for (int laser = 0; laser < static_cast<int>(topics.size()); ++laser) {
-    scan_subscribers_.push_back(subscribe_to_events<sensor_msgs::LaserScan>(
-        node, topics[static_cast<std::size_t>(laser)], kScanMessages,
-        [this, laser](const ScanEvent& event) { on_scan(event, laser); }));
+    scan_subscribers_.push_back(
+        subscribe_to_scans(node, topics[static_cast<std::size_t>(laser)], cloud,
+                           [this, laser](const ScanArrival& scan) { on_scan(scan, laser); }));
   }
 }
 
@@ -108,18 +106,17 @@ double SlamInput::untold_clock_offset() {
   return offset;
 }
 
-void SlamInput::on_scan(const ScanEvent& event, int laser) {
+void SlamInput::on_scan(const ScanArrival& scan, int laser) {
   std::optional<double> no_returns_from;
   worker_.use_queue([&](ScanQueue& queue) {
-    const sensor_msgs::LaserScan& scan = *event.getConstMessage();
     heard_lasers_.insert(laser);
-    no_returns_from = look_for_no_returns(scan, laser);
-    clock_watch_.add_scan(scan.header.stamp, event.getReceiptTime());
-    settle_clocks(event.getReceiptTime(), queue);
+    no_returns_from = look_for_no_returns(scan.message, laser);
+    clock_watch_.add_scan(scan.message.scan->header.stamp, scan.time);
+    settle_clocks(scan.time, queue);
     if (holds_scans_) {
-      held_scans_.emplace_back(event, laser);
+      held_scans_.emplace_back(scan, laser);
     } else {
-      queue.add_scan(scan, event.getReceiptTime(), laser);
+      queue.add_scan(scan.message, scan.time, laser);
     }
   });
   if (no_returns_from) {
@@ -164,8 +161,8 @@ void SlamInput::settle_clocks(const ros::Time& now, ScanQueue& queue) {
 }
 
 void SlamInput::release_scans(const ros::Time& now, ScanQueue& queue) {
-  for (const auto& [event, laser] : held_scans_) {
-    queue.add_scan(*event.getConstMessage(), now, laser);
+  for (const auto& [scan, laser] : held_scans_) {
+    queue.add_scan(scan.message, now, laser);
   }
   held_scans_.clear();
   holds_scans_ = false;
@@ -197,9 +194,9 @@ void SlamInput::warn_of_silence() {
 }
 
 /// By the number of scans alone, so that the same recording is always cut at the same scan.
-std::optional<double> SlamInput::look_for_no_returns(const sensor_msgs::LaserScan& scan,
-                                                     int laser) {
+std::optional<double> SlamInput::look_for_no_returns(const ScanMessage& message, int laser) {
   constexpr int kWatched = 200;  // scans
+  const sensor_msgs::LaserScan& scan = *message.scan;
   if (!on_no_returns_ || watched_scans_ == kWatched || !find_defect(scan).empty()) {
     return std::nullopt;
   }

@@ -4,7 +4,6 @@
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
 #include <ros/wall_timer.h>
-#include <sensor_msgs/LaserScan.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <atomic>
@@ -17,9 +16,10 @@
 #include <utility>
 #include <vector>
 
+#include "node/scan_subscription.hpp"
 #include "node/scan_worker.hpp"
 #include "ros/clock_watch.hpp"
-#include "run/run_options.hpp"
+#include "run/slam_setup.hpp"
 #include "sensor/no_return_pile.hpp"
 
 namespace matchbox_slam {
@@ -31,7 +31,7 @@ class SlamInput {
   /// Subscribes at once. @param timer_node  whose callback queue watches for silence.
   /// @param on_no_returns  called once with the range [m] from which on beams of a laser are found
   ///                       to be no return; null: nobody wants to know.
-  SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const RunOptions& options,
+  SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const SlamSetup& setup,
             ScanWorker& worker, std::function<void(double)> on_no_returns);
 
   /// Of the scans, with what they are remapped to.
@@ -46,18 +46,17 @@ class SlamInput {
   [[nodiscard]] double untold_clock_offset();
 
  private:
-  using ScanEvent = ros::MessageEvent<const sensor_msgs::LaserScan>;
   using TransformEvent = ros::MessageEvent<const tf2_msgs::TFMessage>;
 
-  void subscribe(ros::NodeHandle& node);
+  void subscribe(ros::NodeHandle& node, const CloudOptions& cloud);
   void take_what_has_come();
-  void on_scan(const ScanEvent& event, int laser);
+  void on_scan(const ScanArrival& scan, int laser);
   void on_transforms(const TransformEvent& event, bool is_static);
   void settle_clocks(const ros::Time& now, ScanQueue& queue);
   void release_scans(const ros::Time& now, ScanQueue& queue);
   void warn_of_silence();
   void warn_of_map_link(const TransformEvent& event);
-  std::optional<double> look_for_no_returns(const sensor_msgs::LaserScan& scan, int laser);
+  std::optional<double> look_for_no_returns(const ScanMessage& message, int laser);
 
   const RunOptions options_;
   ros::CallbackQueueInterface* callbacks_;  ///< in which messages wait for this object
@@ -66,7 +65,7 @@ class SlamInput {
   std::function<void(double)> on_no_returns_;  ///< null when it has been called
   ClockWatch clock_watch_;                     ///< as what follows, used only while the queue is
   bool holds_scans_;                           ///< until the offset of their clock is known
-  std::deque<std::pair<ScanEvent, int>> held_scans_;
+  std::deque<std::pair<ScanArrival, int>> held_scans_;
   double untold_clock_offset_ = 0.0;
   std::set<int> heard_lasers_;
   bool told_of_map_link_ = false;

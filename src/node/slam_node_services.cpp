@@ -70,7 +70,7 @@ void SlamNode::start_services() {
   if (!private_node_.hasParam("scan/max_range")) {
     cut = [this](double from) { cut_no_returns(from); };
   }
-  input_ = std::make_unique<SlamInput>(node_, prompt, options_, worker_, cut);
+  input_ = std::make_unique<SlamInput>(node_, prompt, run_.setup(), worker_, cut);
   for (ros::CallbackQueue* queue : {&prompt_queue_, &patient_queue_}) {
     spinners_.push_back(std::make_unique<ros::AsyncSpinner>(1, queue));
   }

@@ -130,6 +130,17 @@ void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time&
   give_up_late();
 }
 
+void ScanQueue::add_scan(const ScanMessage& message, const ros::Time& now, int laser) {
+  if (message.defect.empty()) {
+    add_scan(*message.scan, now, laser);
+    return;
+  }
+  advance(now);
+  ++account_.received;
+  skip(message.scan->header.stamp, message.is_empty ? SkipReason::kEmpty : SkipReason::kInvalid,
+       message.defect);
+}
+
 void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const Turn& turn) {
   const ros::Time& stamp = turn.stamp;
   if (is_straggler(stamp)) {

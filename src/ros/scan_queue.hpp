@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "matchbox_slam/slam/slam_engine.hpp"
+#include "ros/scan_message.hpp"
 #include "ros/transform_store.hpp"
 #include "run/run_event.hpp"
 
@@ -108,6 +109,8 @@ class ScanQueue {
 
   /// @param laser  which one of the robot's, from 0.
   void add_scan(const sensor_msgs::LaserScan& message, const ros::Time& now, int laser = 0);
+  /// The same of any message; one with a defect is counted as skipped.
+  void add_scan(const ScanMessage& message, const ros::Time& now, int laser = 0);
   void add_transforms(const tf2_msgs::TFMessage& message, bool is_static, const ros::Time& now);
 
   /// The orientation of an IMU goes to the transforms, so that scans wait for it as for those, and

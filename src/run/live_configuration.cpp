@@ -16,7 +16,8 @@ bool may_change(const std::string& name) {
   if (name.find('/') == std::string::npos) {
     return std::find(kNodeOptions.begin(), kNodeOptions.end(), name) != kNodeOptions.end();
   }
-  return name != "map/resolution" && name.rfind("field/", 0) != 0;  // the map is made with these
+  // The map is made with these, and scans are by whoever subscribes.
+  return name != "map/resolution" && name.rfind("field/", 0) != 0 && name.rfind("cloud/", 0) != 0;
 }
 
 void append_changeable(std::vector<OptionDescription> from, std::vector<OptionDescription>& rows) {

@@ -50,15 +50,16 @@ ScanMatcherSetup make_scan_matcher_setup(const Parameters& parameters,
   ScanMatcherSetup setup;
   std::vector<std::string> names;
   setup.node = read_options_among<ScanMatcherNodeOptions>(parameters, "", names);
-  reject_unknown_names(
-      parameters, names,
-      {"odometry", "scan", "map", "field", "motion", "doubt", "tracking", "recovery", "slam"},
-      catalog);
+  reject_unknown_names(parameters, names,
+                       {"odometry", "scan", "cloud", "map", "field", "motion", "doubt", "tracking",
+                        "recovery", "slam"},
+                       catalog);
   for (std::string* frame :
        {&setup.node.base_frame, &setup.node.odom_frame, &setup.node.guess_frame}) {
     *frame = without_leading_slash(*frame);
   }
   check_frames(setup.node);
+  setup.cloud = read_cloud_options(parameters);
   setup.guess = guess_source(setup.node.guess);
   setup.odometry = read_laser_odometry_settings(parameters);
   setup.matcher_name = catalog.find(setup.node.matcher);

@@ -7,6 +7,7 @@
 #include "matchbox_slam/common/parameters.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 #include "matchbox_slam/slam/laser_odometry.hpp"
+#include "run/cloud_options.hpp"
 #include "run/matcher_catalog.hpp"
 
 namespace matchbox_slam {
@@ -55,6 +56,7 @@ struct ScanMatcherNodeOptions {
 /// A configuration of the laser odometry node as it takes effect.
 struct ScanMatcherSetup {
   ScanMatcherNodeOptions node;
+  CloudOptions cloud;
   GuessSource guess = GuessSource::kVelocity;
   LaserOdometrySettings odometry;
   std::string matcher_name;  ///< lookup name

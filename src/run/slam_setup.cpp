@@ -51,10 +51,11 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& ca
   setup.node = read_options_among<SlamNodeOptions>(parameters, "", names);
   reject_unknown_names(
       parameters, names,
-      {"slam", "scan", "map", "field", "motion", "doubt", "tracking", "recovery", "loops"},
+      {"slam", "scan", "cloud", "map", "field", "motion", "doubt", "tracking", "recovery", "loops"},
       catalog);
   check_scan_time_offset(setup.run);
   strip_leading_slashes(setup.run);
+  setup.cloud = read_cloud_options(parameters);
   setup.engine = read_engine_options(parameters);
   setup.matcher_name = catalog.find(setup.run.matcher);
   setup.matcher = make_matcher(parameters, catalog, setup.matcher_name);
@@ -64,8 +65,9 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& ca
 
 std::vector<OptionDescription> describe_setup(const SlamSetup& setup) {
   std::vector<OptionDescription> rows = describe_options(setup.run);
-  for (OptionDescription& row : describe_engine_options(setup.engine)) {
-    rows.push_back(std::move(row));
+  for (auto& section :
+       {describe_cloud_options(setup.cloud), describe_engine_options(setup.engine)}) {
+    rows.insert(rows.end(), section.begin(), section.end());
   }
   const std::string section = matcher_short_name(setup.matcher_name);
   for (OptionDescription& row : setup.matcher->options()) {

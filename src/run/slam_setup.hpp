@@ -10,6 +10,7 @@
 #include "matchbox_slam/matching/hough/hough_matcher.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
+#include "run/cloud_options.hpp"
 #include "run/matcher_catalog.hpp"
 #include "run/run_options.hpp"
 #include "run/slam_node_options.hpp"
@@ -20,6 +21,7 @@ namespace matchbox_slam {
 struct SlamSetup {
   RunOptions run;
   SlamNodeOptions node;
+  CloudOptions cloud;
   EngineOptions engine;
   std::string matcher_name;  ///< lookup name
   std::shared_ptr<const ScanMatcher> matcher;

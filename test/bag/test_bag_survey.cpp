@@ -6,6 +6,7 @@
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/common/options.hpp"
 #include "ros/messages.hpp"
+#include "ros/scan_types.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -132,6 +133,22 @@ TEST_F(SurveyBag, MeasuresTheOffsetOfTheClocks) {
 
 using Topics = std::vector<std::string>;
 
+TEST_F(SurveyBag, PrefersLaserScansToEchoesAndTheseToClouds) {
+  write_small_bag(path_);
+  const std::string echoes = folder_ / "echoes.bag";
+  convert_bag(path_, echoes, "/scan", "/echoes", to_multi_echo);
+  const std::string clouds = folder_ / "clouds.bag";
+  convert_bag(path_, clouds, "/scan", "/points", to_cloud);
+  EXPECT_EQ(choose_scan_topics(BagReader({clouds}), {}), Topics{"/points"});
+  EXPECT_EQ(choose_scan_topics(BagReader({clouds, echoes}), {}), Topics{"/echoes"});
+  EXPECT_EQ(choose_scan_topics(BagReader({clouds, echoes, path_}), {}), Topics{"/scan"});
+  EXPECT_EQ(choose_scan_topics(BagReader({clouds, echoes, path_}), {"/points"}), Topics{"/points"});
+  EXPECT_TRUE(contains(error_text<ConfigurationError>([&] {
+                         (void)choose_scan_topics(BagReader({clouds, path_}), {"/laser"});
+                       }),
+                       "topics with laser scans: /scan, /points"));
+}
+
 TEST_F(SurveyBag, ChoosesTheOnlyScanTopic) {
   write_small_bag(path_);
   {
@@ -142,8 +159,9 @@ TEST_F(SurveyBag, ChoosesTheOnlyScanTopic) {
   EXPECT_EQ(choose_scan_topics(BagReader({path_}), {"scan"}), Topics{"/scan"});
   EXPECT_EQ(error_text<ConfigurationError>(
                 [&] { (void)choose_scan_topics(BagReader({path_}), {"/chatter"}); }),
-            "topic '/chatter' of the bag holds std_msgs/String, not sensor_msgs/LaserScan; topics "
-            "with laser scans: /scan");
+            "topic '/chatter' of the bag holds std_msgs/String, not sensor_msgs/LaserScan, "
+            "sensor_msgs/MultiEchoLaserScan, sensor_msgs/PointCloud2; topics with laser scans: "
+            "/scan");
   EXPECT_EQ(error_text<ConfigurationError>(
                 [&] { (void)choose_scan_topics(BagReader({path_}), {"/laser"}); }),
             "the bag has no topic '/laser'; topics with laser scans: /scan");

@@ -22,6 +22,7 @@
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
 #include "ros/matcher_loader.hpp"
+#include "run/cloud_options.hpp"
 #include "run/run_options.hpp"
 #include "run/scan_matcher_setup.hpp"
 #include "run/slam_node_options.hpp"
@@ -87,6 +88,7 @@ std::string parameter_tables() {
   std::string text = table("Run: node and `map_bag`", rows_of("", describe_options(RunOptions{})));
   text += table("Node only", rows_of("", describe_options(SlamNodeOptions{})));
   text += table("Engine", rows_of("", describe_engine_options(EngineOptions{})));
+  text += table("Clouds as scans", rows_of("", describe_cloud_options(CloudOptions{})));
   text += table("Laser odometry: `scan_matcher_node`",
                 rows_of("", describe_options(ScanMatcherNodeOptions{})) +
                     rows_of("odometry/", describe_options(LaserOdometryOptions{})));

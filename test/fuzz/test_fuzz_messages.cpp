@@ -17,6 +17,7 @@
 #include "ros/messages.hpp"
 #include "ros/queue_settings.hpp"
 #include "ros/scan_queue.hpp"
+#include "ros/scan_types.hpp"
 #include "run/slam_run.hpp"
 
 namespace matchbox_slam {
@@ -94,6 +95,43 @@ void damage(sensor_msgs::LaserScan& scan, Random& random) {
     default:
       for (float& range : scan.ranges) {
         range = happens(0.3, random) ? odd_float(random) : range;
+      }
+      break;
+  }
+}
+
+/// A number that is as good as any, or one that is not.
+std::uint32_t odd_count(Random& random) {
+  return one_of<std::uint32_t>({0, 1, 3, 24, 90, 1000, 4294967295U}, random);
+}
+
+void damage(sensor_msgs::PointCloud2& cloud, Random& random) {
+  sensor_msgs::PointField& field = cloud.fields[below(cloud.fields.size(), random)];
+  switch (below(8, random)) {
+    case 0:
+      cloud.width = odd_count(random);
+      break;
+    case 1:
+      cloud.height = odd_count(random);
+      break;
+    case 2:
+      cloud.point_step = odd_count(random);
+      break;
+    case 3:
+      cloud.row_step = odd_count(random);
+      break;
+    case 4:
+      field.offset = odd_count(random);
+      break;
+    case 5:
+      field.datatype = static_cast<std::uint8_t>(below(256, random));
+      break;
+    case 6:
+      cloud.data.resize(below(cloud.data.size() + 100, random));
+      break;
+    default:
+      for (std::uint8_t& byte : cloud.data) {
+        byte = happens(0.1, random) ? static_cast<std::uint8_t>(below(256, random)) : byte;
       }
       break;
   }
@@ -208,7 +246,22 @@ class Fuzzed {
     while (happens(0.3, random_)) {
       damage(scan, random_);
     }
-    queue_.add_scan(scan, now());
+    if (happens(0.7, random_)) {
+      queue_.add_scan(scan, now());
+    } else {
+      send_cloud(scan);
+    }
+  }
+
+  void send_cloud(sensor_msgs::LaserScan scan) {
+    scan.ranges.resize(std::min<std::size_t>(scan.ranges.size(), 5000));
+    sensor_msgs::PointCloud2 cloud = to_cloud(scan);
+    while (happens(0.3, random_)) {
+      damage(cloud, random_);
+    }
+    CloudOptions options;
+    options.ring = happens(0.5, random_) ? 3 : -1;
+    queue_.add_scan(to_scan(cloud, options), now());
   }
 
   void send_links(std::vector<geometry_msgs::TransformStamped> links, bool is_static) {

@@ -6,6 +6,8 @@
 #include <rosbag/view.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/LaserScan.h>
+#include <sensor_msgs/MultiEchoLaserScan.h>
+#include <sensor_msgs/PointCloud2.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <atomic>
@@ -34,8 +36,9 @@ class Player {
   [[nodiscard]] bool is_at_end() { return next_ == view_.end(); }
 
   [[nodiscard]] bool is_heard() const {
-    return scans_.getNumSubscribers() > 0 && transforms_.getNumSubscribers() > 0 &&
-           poses_.getNumPublishers() > 0;
+    return scans_.getNumSubscribers() + echoes_.getNumSubscribers() + clouds_.getNumSubscribers() >
+               0 &&
+           transforms_.getNumSubscribers() > 0 && poses_.getNumPublishers() > 0;
   }
 
   /// Publishes so many scans, with all that was recorded before the last of them.
@@ -43,6 +46,12 @@ class Player {
     for (; next_ != view_.end() && scans > 0; ++next_) {
       if (const auto scan = next_->instantiate<sensor_msgs::LaserScan>()) {
         scans_.publish(scan);
+        --scans;
+      } else if (const auto echoes = next_->instantiate<sensor_msgs::MultiEchoLaserScan>()) {
+        echoes_.publish(echoes);
+        --scans;
+      } else if (const auto cloud = next_->instantiate<sensor_msgs::PointCloud2>()) {
+        clouds_.publish(cloud);
         --scans;
       } else if (const auto imu = next_->instantiate<sensor_msgs::Imu>()) {
         imus_.publish(imu);
@@ -71,6 +80,8 @@ class Player {
 
   ros::NodeHandle node_;
   ros::Publisher scans_ = node_.advertise<sensor_msgs::LaserScan>("/scan", 1000);
+  ros::Publisher echoes_ = node_.advertise<sensor_msgs::MultiEchoLaserScan>("/echoes", 1000);
+  ros::Publisher clouds_ = node_.advertise<sensor_msgs::PointCloud2>("/points", 1000);
   ros::Publisher transforms_ = node_.advertise<tf2_msgs::TFMessage>("/tf", 1000);
   ros::Publisher imus_ = node_.advertise<sensor_msgs::Imu>("/imu", 1000);
   ros::Subscriber poses_ = node_.subscribe("/pose", 1000, &Player::on_pose, this);

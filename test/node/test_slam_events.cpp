@@ -29,6 +29,7 @@
 #include "node/slam_listener.hpp"
 #include "node/slam_node.hpp"
 #include "ros/message_conversion.hpp"
+#include "ros/scan_types.hpp"
 #include "run/events_file.hpp"
 #include "simulation/make_world.hpp"
 #include "tools/run_command.hpp"
@@ -189,6 +190,48 @@ TEST(SlamEvents, MapBagTakesRollAndPitchFromAnImuAsTheNodeDoes) {
   EXPECT_NE(node, read_file(folder / "map_bag/trajectory.tum").substr(0, node.size()));
   ASSERT_EQ(run_command(MATCHBOX_MAP_BAG, map_bag + " --set imu_topic=imu").exit_code, 0);
   EXPECT_TRUE(node == read_file(folder / "map_bag/trajectory.tum").substr(0, node.size()));
+}
+
+/// What the node makes of a bag's first scans, from this topic.
+std::string mapped_by_node(const std::string& bag, const std::string& topic,
+                           const TemporaryFolder& folder) {
+  const std::string name = "/reads" + topic;
+  set_parameters(name, folder);
+  ros::param::set(name + "/scan_topics", std::vector<std::string>{topic});
+  Player player(bag);
+  {
+    const SlamNode slam(ros::NodeHandle(), ros::NodeHandle{name});
+    EXPECT_TRUE(wait_until([&] { return player.is_heard(); }));
+    EXPECT_TRUE(player.drive(100));
+  }
+  return read_file(folder / "node.tum");
+}
+
+TEST(SlamEvents, MapBagReadsEchoesAndCloudsAsTheNodeDoes) {
+  const TemporaryFolder folder;
+  const std::string bag = folder / "run.bag";
+  SimulationOptions options;
+  options.time.duration = 8.0;
+  simulate(bag, "rooms", 4, options);
+  const std::string echoes = folder / "echoes.bag";
+  convert_bag(bag, echoes, "/base_scan", "/echoes", to_multi_echo);
+  const std::string clouds = folder / "clouds.bag";
+  convert_bag(bag, clouds, "/base_scan", "/points", to_cloud);
+  ros::AsyncSpinner spinner(2);
+  spinner.start();
+  const auto mapped_by_map_bag = [&](const std::string& one) {
+    const Outcome mapped =
+        run_command(MATCHBOX_MAP_BAG, one + " --quiet --out " + (folder / "map_bag"));
+    EXPECT_EQ(mapped.exit_code, 0) << mapped.output;
+    return read_file(folder / "map_bag/trajectory.tum");
+  };
+  const std::string by_echoes = mapped_by_node(echoes, "/echoes", folder);
+  ASSERT_GT(by_echoes.size(), 3000U);
+  EXPECT_TRUE(by_echoes == mapped_by_map_bag(echoes).substr(0, by_echoes.size()));
+  EXPECT_TRUE(by_echoes == mapped_by_map_bag(bag).substr(0, by_echoes.size())) << "a laser scan";
+  const std::string by_clouds = mapped_by_node(clouds, "/points", folder);
+  ASSERT_GT(by_clouds.size(), 3000U);
+  EXPECT_TRUE(by_clouds == mapped_by_map_bag(clouds).substr(0, by_clouds.size()));
 }
 
 /// A lap round a block by odometry alone, which is metres off when it comes home.

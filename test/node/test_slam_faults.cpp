@@ -9,6 +9,7 @@
 #include <nav_msgs/OccupancyGrid.h>
 #include <ros/ros.h>
 #include <rosgraph_msgs/Log.h>
+#include <std_msgs/String.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 #include <sys/resource.h>
@@ -291,6 +292,21 @@ std_srvs::Trigger::Response save(const std::string& node) {
   std_srvs::Trigger service;
   EXPECT_TRUE(ros::service::call("/" + node + "/save_map", service));
   return service.response;
+}
+
+TEST(SlamFaults, NamesWhatIsNoScan) {
+  const LogWatch log(", which is no scan; it is ignored");
+  ros::NodeHandle node;
+  const ros::Publisher words = node.advertise<std_msgs::String>("/words", 1, true);
+  words.publish(std_msgs::String());
+  const TemporaryFolder folder;
+  NodeProcess process("hears_words", folder, {"scan:=/words"});
+  ASSERT_TRUE(wait_until([&] { return !log.line().empty(); })) << "it says nothing";
+  EXPECT_EQ(log.line(), ros::this_node::getName() +
+                            " publishes std_msgs/String on /words, which is no scan; it is "
+                            "ignored. Allowed: sensor_msgs/LaserScan, "
+                            "sensor_msgs/MultiEchoLaserScan, sensor_msgs/PointCloud2");
+  EXPECT_EQ(process.exit_code_after(SIGINT), 0);
 }
 
 TEST(SlamFaults, CutsBeamsThatReadTheLargestRangePlusNoise) {
