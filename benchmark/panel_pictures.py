@@ -28,9 +28,9 @@ from report import SOURCE, program, run
 SCENES = {
     'tracking': (['--world', 'rooms', '--seed', '1', '--duration', '60', '--second-laser', '-0.3,0,3.14159'], 2,
                  [('tracking', 'key_scans', '30')]),
-    'loop': (['--world', 'loop', '--seed', '3', '--beams', '200', '--scan-rate', '5', '--speed', '1'], 4,
+    'loop': (['--world', 'loop', '--seed', '3', '--beams', '200', '--scan-rate', '5', '--speed', '1'], 6,
              [('loop', 'advice', 'A loop was closed')]),
-    'lost': (['--world', 'rooms', '--seed', '1', '--duration', '120', '--fault', 'kidnap:40::6'], 2,
+    'lost': (['--world', 'rooms', '--seed', '1', '--duration', '110', '--fault', 'kidnap:85::5'], 2,
              [('lost', 'state', 'Lost'), ('places', 'places', '')]),
 }
 
@@ -41,7 +41,7 @@ class Xvfb:
     def __enter__(self):
         reading, writing = os.pipe()
         self.process = subprocess.Popen(
-            ['Xvfb', '-displayfd', str(writing), '-screen', '0', '1280x800x24', '-nolisten', 'tcp'],
+            ['Xvfb', '-displayfd', str(writing), '-screen', '0', '1400x900x24', '-nolisten', 'tcp'],
             pass_fds=[writing], stderr=subprocess.DEVNULL)
         os.close(writing)
         with os.fdopen(reading) as display:

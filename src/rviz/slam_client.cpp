@@ -136,7 +136,7 @@ void SlamClient::on_diagnostics(const diagnostic_msgs::DiagnosticArray& array) {
     }
     const std::lock_guard<std::mutex> lock(mutex_);
     diagnostics_time_ = Clock::now();
-    view_.report.level = status.level;
+    view_.report.level = static_cast<std::uint8_t>(status.level);
     view_.report.message = status.message;
     view_.report.values.clear();
     for (const diagnostic_msgs::KeyValue& value : status.values) {
@@ -275,7 +275,7 @@ void SlamClient::set_paused(bool paused) {
     std_srvs::SetBool service;
     service.request.data = static_cast<std::uint8_t>(paused);
     call("pause", service);
-    const std::string answer = answer_of(service.response);
+    std::string answer = answer_of(service.response);
     const std::lock_guard<std::mutex> lock(mutex_);
     view_.report.values["Paused"] = paused ? "yes" : "no";  // as it will tell within a second
     return answer;

@@ -38,6 +38,12 @@ QLabel* make_text(const char* name) {
   return label;
 }
 
+/// Keeps room for so many lines, so that nothing below moves when the text is another.
+void reserve(int lines, QLabel* label) {
+  label->setAlignment(Qt::AlignTop | Qt::AlignLeft);
+  label->setMinimumHeight(lines * label->fontMetrics().lineSpacing());
+}
+
 template <typename... Widgets>
 QHBoxLayout* in_a_row(Widgets*... widgets) {
   auto* row = new QHBoxLayout;
@@ -80,7 +86,10 @@ void SlamPanel::lay_out() {
   relocalise_->setToolTip("Looks where the newest scan may have been taken");
   places_->setToolTip("Click where the robot is");
   state_->setAlignment(Qt::AlignCenter);
-  places_->setMinimumHeight(60);
+  places_->setMinimumHeight(6 * places_->fontMetrics().lineSpacing());
+  reserve(4, advice_);
+  reserve(2, figures_);
+  reserve(3, answer_);
   auto* form = new QFormLayout;
   form->addRow("Node", node_);
   auto* choices = new QFormLayout;
@@ -245,6 +254,7 @@ void SlamPanel::show_answer(const SlamView& view) {
     widget->setEnabled(is_idle);
   }
   answer_->setText(QString::fromStdString(is_idle ? view.answer : view.doing + " ..."));
+  answer_->setToolTip(answer_->text());  // all of it, where it has more lines
   const QString style = is_idle && !view.succeeded ? "color: #c62828" : "";
   if (answer_->styleSheet() != style) {
     answer_->setStyleSheet(style);

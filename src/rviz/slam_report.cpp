@@ -99,9 +99,11 @@ std::string figures_of(const SlamReport& report) {
             fixed_text(report.contradiction, 2);
   }
   const std::string key_scans = value_of(report, "Key scans");
+  const std::string loops = value_of(report, "Loops closed");
   if (!key_scans.empty()) {
-    text += (text.empty() ? "" : "\n") + key_scans + " key scans, " +
-            value_of(report, "Loops closed") + " loops closed";
+    text += (text.empty() ? "" : "\n") + key_scans +
+            (key_scans == "1" ? " key scan, " : " key scans, ") + loops +
+            (loops == "1" ? " loop closed" : " loops closed");
   }
   return text;
 }

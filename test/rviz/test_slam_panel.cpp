@@ -120,7 +120,7 @@ class SlamPanel : public testing::Test {
     panel_.write("node", "/mapper");
     EXPECT_TRUE(wait_until([&] { return player_->is_heard() && matches_.getNumPublishers() > 0; }));
     EXPECT_TRUE(drive(40));
-    EXPECT_TRUE(panel_.comes_to_say("figures", "key scans"));
+    EXPECT_TRUE(panel_.comes_to_say("figures", " key scan"));
   }
 
   ~SlamPanel() override { ros::param::del("/mapper"); }

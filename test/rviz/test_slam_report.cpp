@@ -90,6 +90,9 @@ TEST(SlamReport, FiguresAreThoseThatAreKnown) {
   EXPECT_EQ(figures_of(report_of("tracking")),
             "Score 0.88, contradiction 0.02\n120 key scans, 3 loops closed");
   EXPECT_EQ(figures_of({}), "");
+  SlamReport first = report_of("tracking");
+  first.values["Key scans"] = first.values["Loops closed"] = "1";
+  EXPECT_TRUE(contains(figures_of(first), "\n1 key scan, 1 loop closed")) << figures_of(first);
   SlamReport no_match = report_of("tracking");
   no_match.match_age = kNever;
   EXPECT_EQ(figures_of(no_match), "120 key scans, 3 loops closed");
