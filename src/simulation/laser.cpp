@@ -67,6 +67,27 @@ BeamTruth trace_beam(const World& world, const LaserOptions& options, const Pose
   return truth;
 }
 
+/// What small things of which nobody knows leave of the distances: uniform up to what was there.
+class Outliers {
+ public:
+  /// Chance of its own, so that the noise stays what it is without them.
+  Outliers(const LaserOptions& options, std::uint64_t seed)
+      : options_(options), random_(mix_seed(seed, 0x6F75746C69657273ULL)) {}
+
+  double shortened(double range) {
+    if (!(options_.outliers > 0.0)) {
+      return range;
+    }
+    const bool is_one = random_.uniform() < options_.outliers;
+    const double before = random_.uniform(options_.range_min, std::min(range, options_.range_max));
+    return is_one && before < range ? before : range;
+  }
+
+ private:
+  const LaserOptions& options_;
+  Random random_;
+};
+
 double measure(double range, const LaserOptions& options) {
   if (range < options.range_min) {
     return -kInfinity;
@@ -154,11 +175,12 @@ SimulatedScan simulate_scan(const World& world, const LaserOptions& options,
   scan.range_max = options.range_max;
   scan.ranges.reserve(result.truth.size());
   Random random(seed);
+  Outliers outliers(options, seed);
   for (const BeamTruth& beam : result.truth) {
     const double noise = options.range_noise * random.gaussian();
     const bool is_lost = random.uniform() < options.dropout;
-    const double range =
-        is_lost ? std::numeric_limits<double>::quiet_NaN() : measure(beam.range + noise, options);
+    const double range = is_lost ? std::numeric_limits<double>::quiet_NaN()
+                                 : measure(outliers.shortened(beam.range) + noise, options);
     scan.ranges.push_back(static_cast<float>(range));
   }
   return result;

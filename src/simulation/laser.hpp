@@ -29,6 +29,7 @@ struct LaserOptions {
   double range_max = 30.0;
   double range_noise = 0.01;
   double dropout = 0.002;
+  double outliers = 0.0;
   std::string no_return = "infinite";
   double scan_rate = 20.0;
   double time_increment = 0.0;
@@ -56,6 +57,10 @@ struct LaserOptions {
            "Standard deviation of a range, Gaussian.");
     option(self.dropout, "dropout", between(0.0, 1.0), "",
            "Probability that a reading is lost and reads NaN.");
+    option(
+        self.outliers, "outliers", between(0.0, 1.0), "",
+        "Probability that something small is before the wall, such as a leg or dust: the reading "
+        "is anything from range_min to what the beam met.");
     option(self.no_return, "no_return", one_of({"infinite", "over_range"}), "",
            "What a beam reads that meets nothing: +inf, or 1 m more than range_max.");
     option(self.scan_rate, "scan_rate", between(0.1, 1e3), "Hz", "Scans a second.");

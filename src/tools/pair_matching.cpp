@@ -140,8 +140,8 @@ LocatedScans read_recording(const MatchPairsRequest& request, const Parameters& 
   return located;
 }
 
-/// What a simulated recording says of its making; none when it was not simulated or cannot be
-/// simulated anew, which is no reason not to match.
+/// What a simulated recording says of its making; none when it was not simulated, cannot be
+/// simulated anew, or has errors that a bound does not know, which is no reason not to match.
 struct Simulation {
   SimulationRecord record;
   World world;
@@ -150,7 +150,7 @@ struct Simulation {
 std::optional<Simulation> simulation_of(const MatchPairsRequest& request, const RunDialog& dialog) {
   try {
     const std::optional<SimulationRecord> record = read_simulation_record(request.recording.bags);
-    if (!record || !(record->laser.range_noise > 0.0)) {
+    if (!record || !(record->laser.range_noise > 0.0) || record->laser.outliers > 0.0) {
       return std::nullopt;
     }
     return Simulation{*record, make_world(record->world, record->seed)};

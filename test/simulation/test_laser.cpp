@@ -206,6 +206,28 @@ TEST(Laser, NoiseHasTheDeviationAskedFor) {
   EXPECT_NEAR(lost / beams, 0.05, 4.0 * std::sqrt(0.05 * 0.95 / beams));
 }
 
+TEST(Laser, OutliersLieAnywhereBeforeTheWallAndLeaveTheOthersAlone) {
+  LaserOptions options = centred_laser();
+  options.range_noise = 0.01;
+  const LaserScan without = simulate_scan(one_wall(), options, at_rest({}), 0.0, 1).scan;
+  options.outliers = 0.3;
+  const SimulatedScan with = simulate_scan(one_wall(), options, at_rest({}), 0.0, 1);
+  int outliers = 0;
+  int in_the_first_half = 0;
+  for (std::size_t k = 0; k < with.scan.ranges.size(); ++k) {
+    const float range = with.scan.ranges[k];
+    if (range == without.ranges[k]) {
+      continue;
+    }
+    const double wall = std::min(with.truth[k].range, options.range_max);
+    ++outliers;
+    EXPECT_LT(range, wall + 0.05) << k;
+    in_the_first_half += range < 0.5 * wall ? 1 : 0;
+  }
+  EXPECT_NEAR(outliers, 0.3 * 1040.0, 50.0);
+  EXPECT_NEAR(in_the_first_half, 0.5 * outliers, 30.0);
+}
+
 TEST(Laser, TheSeedSaysEverything) {
   const LaserOptions options;
   const LaserScan scan =
