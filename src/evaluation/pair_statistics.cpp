@@ -75,6 +75,29 @@ std::optional<BoundStatistics> compare_with_bound(const std::vector<Eigen::Matri
   return bound;
 }
 
+bool is_success(const Eigen::Vector3d& error, const SuccessLimits& limits) {
+  return error.head<2>().norm() <= limits.xy && std::abs(error.z()) <= limits.theta;
+}
+
+SearchStatistics summarize_searches(const std::vector<ScanPair>& pairs,
+                                    const std::vector<PairMatch>& matches,
+                                    const SuccessLimits& limits) {
+  SearchStatistics statistics;
+  std::vector<double> translations;
+  std::vector<double> headings;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const MatchResult& result = matches[i].result;
+    const Eigen::Vector3d error =
+        difference(result.searched_map_from_base(), pairs[i].reference_from_base);
+    translations.push_back(error.head<2>().norm());
+    headings.push_back(std::abs(error.z()));
+    statistics.successes += result.accepted() && is_success(error, limits) ? 1 : 0;
+  }
+  statistics.translation = summarize_errors(translations);
+  statistics.heading = summarize_errors(headings);
+  return statistics;
+}
+
 bool fits(const std::vector<Eigen::Matrix3d>& information, std::size_t pairs) {
   return information.empty() || information.size() == pairs;
 }
@@ -110,7 +133,7 @@ PairStatistics summarize_pairs(const std::vector<ScanPair>& pairs,
     if (const auto square = squared_in_units_of(result.covariance, error)) {
       nees.push_back(*square);
     }
-    if (translations.back() <= limits.xy && headings.back() <= limits.theta) {
+    if (is_success(error, limits)) {
       ++statistics.successes;
       success_errors[i] = turned_to_base(error, truth);
     }
@@ -118,6 +141,7 @@ PairStatistics summarize_pairs(const std::vector<ScanPair>& pairs,
   statistics.translation = summarize_errors(translations);
   statistics.heading = summarize_errors(headings);
   statistics.seconds = summarize_errors(seconds);
+  statistics.search = summarize_searches(pairs, matches, limits);
   if (!nees.empty()) {
     statistics.covariance = CovarianceStatistics{nees.size(), mean(nees), quantile(nees, 0.5)};
   }

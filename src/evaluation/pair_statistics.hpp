@@ -43,6 +43,13 @@ struct PairInformation {
   std::vector<Eigen::Matrix3d> unknown_walls;  ///< of `fisher_information_of_pair`
 };
 
+/// How one matcher's searches did alone, before anything refined their answers.
+struct SearchStatistics {
+  std::size_t successes = 0;    ///< of the accepted matches
+  ErrorStatistics translation;  ///< [m], of all pairs; what was rejected keeps the guess's error
+  ErrorStatistics heading;      ///< [rad], likewise
+};
+
 /// How one matcher did on all pairs.
 struct PairStatistics {
   std::size_t pairs = 0;
@@ -51,12 +58,16 @@ struct PairStatistics {
   ErrorStatistics translation;  ///< [m], of all pairs; what was rejected keeps the guess's error
   ErrorStatistics heading;      ///< [rad], likewise
   ErrorStatistics seconds;      ///< that a match took
+  SearchStatistics search;
   std::optional<CovarianceStatistics> covariance;      ///< none when nothing was accepted
   std::optional<BoundStatistics> known_world_bound;    ///< none without the information
   std::optional<BoundStatistics> unknown_walls_bound;  ///< likewise
 
   [[nodiscard]] double success_rate() const {
     return static_cast<double>(successes) / static_cast<double>(pairs);
+  }
+  [[nodiscard]] double search_success_rate() const {
+    return static_cast<double>(search.successes) / static_cast<double>(pairs);
   }
 };
 

@@ -15,10 +15,27 @@ namespace matchbox_slam {
 namespace {
 
 Eigen::Matrix3d guess_covariance(const PairOptions& options, const MotionPriorOptions& least) {
+  const double told_xy = options.told_xy > 0.0 ? options.told_xy : options.error_xy;
+  const double told_theta = options.told_theta > 0.0 ? options.told_theta : options.error_theta;
   // A uniform distribution within +-a has the variance a^2 / 3.
-  const double xy = std::max(options.error_xy / std::sqrt(3.0), least.translation_floor);
-  const double theta = std::max(options.error_theta / std::sqrt(3.0), least.rotation_floor);
+  const double xy = std::max(told_xy / std::sqrt(3.0), least.translation_floor);
+  const double theta = std::max(told_theta / std::sqrt(3.0), least.rotation_floor);
   return covariance_of(xy, theta);
+}
+
+/// What is added to a true motion: (x [m], y [m], theta [rad]).
+Eigen::Vector3d draw_error(const PairOptions& options, Random& random) {
+  if (options.error_draw == "size") {
+    const double share = random.uniform();
+    const double direction = random.uniform(-kPi, kPi);
+    const double side = random.uniform() < 0.5 ? -1.0 : 1.0;
+    return share * Eigen::Vector3d(options.error_xy * std::cos(direction),
+                                   options.error_xy * std::sin(direction),
+                                   options.error_theta * side);
+  }
+  const double x = random.uniform(-options.error_xy, options.error_xy);
+  const double y = random.uniform(-options.error_xy, options.error_xy);
+  return {x, y, random.uniform(-options.error_theta, options.error_theta)};
 }
 
 PointScan project(const LocatedScan& located, const EngineOptions& options) {
@@ -97,11 +114,7 @@ std::vector<ScanPair> draw_pairs(const std::vector<LocatedScan>& scans, const Pa
     pair.scan = candidates[drawn].scan;
     pair.reference_from_base =
         scans[pair.reference].world_from_base.inverse() * scans[pair.scan].world_from_base;
-    const Pose2& truth = pair.reference_from_base;
-    pair.guess.x = truth.x + random.uniform(-options.error_xy, options.error_xy);
-    pair.guess.y = truth.y + random.uniform(-options.error_xy, options.error_xy);
-    pair.guess.theta =
-        wrap_angle(truth.theta + random.uniform(-options.error_theta, options.error_theta));
+    pair.guess = displaced(pair.reference_from_base, draw_error(options, random));
     pair.guess_covariance = covariance;
     pair.seed = random.next();
   }

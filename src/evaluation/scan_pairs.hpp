@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "geometry/trajectory.hpp"
@@ -33,6 +34,9 @@ struct PairOptions {
   int gap = 10;
   double error_xy = 0.2;
   double error_theta = 0.2;
+  std::string error_draw = "box";
+  double told_xy = 0.0;
+  double told_theta = 0.0;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -42,6 +46,16 @@ struct PairOptions {
            "The guess is off by up to this along x, and along y.");
     option(self.error_theta, "error_theta", between(0.0, kPi), "rad",
            "The guess is off by up to this in its heading.");
+    option(
+        self.error_draw, "error_draw", one_of({"box", "size"}), "",
+        "box: x, y and heading are each off by anything up to their limits; size: by one share "
+        "of both limits, which is anything up to 1, in any direction and to either side, so that "
+        "errors of every size are as frequent.");
+    option(self.told_xy, "told_xy", between(0.0, 10.0), "m",
+           "What the matchers are told that the guess is off by at most, along x, and along y; 0: "
+           "error_xy.");
+    option(self.told_theta, "told_theta", between(0.0, kPi), "rad",
+           "The same of its heading; 0: error_theta.");
   }
 };
 
@@ -56,10 +70,10 @@ struct ScanPair {
 };
 
 /// Draws pairs of scans whose numbers are `gap` apart, each as likely as any other, and one more
-/// than once where there are fewer than asked for. To the true motion an error is added that
-/// is uniform within the limits. The guess's covariance is that of the error, but not below what
-/// the motion prior says of a robot at rest: who is certain of the guess need not match. All this
-/// depends on the seed alone, not on who matches.
+/// than once where there are fewer than asked for. To the true motion an error is added. The
+/// guess's covariance is that of errors uniform within what is told, which need not be true, but
+/// not below what the motion prior says of a robot at rest: who is certain of the guess need not
+/// match. All this depends on the seed alone, not on who matches.
 /// @param scans  in the order of their numbers.
 /// Throws EvaluationError when no two scans are `gap` apart.
 [[nodiscard]] std::vector<ScanPair> draw_pairs(const std::vector<LocatedScan>& scans,

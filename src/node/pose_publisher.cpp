@@ -90,10 +90,9 @@ void PosePublisher::publish_match_info(const ReadyScan& scan, const ScanOutcome&
     message.gap = proof->gap();
     message.window_clipped = static_cast<std::uint8_t>(proof->clipped);
     message.on_edge = static_cast<std::uint8_t>(proof->on_edge);
-    message.refined_by.x = proof->refined_by.x();
-    message.refined_by.y = proof->refined_by.y();
-    message.refined_by.theta = proof->refined_by.z();
   }
+  const Eigen::Vector3d& refined_by = outcome.match.refined_by;
+  message.refined_by = to_pose_2d({refined_by.x(), refined_by.y(), refined_by.z()});
   message.match_time = match_seconds;
   message.inserted = static_cast<std::uint8_t>(outcome.inserted);
   message.closed_loop = static_cast<std::uint8_t>(outcome.corrected.has_value());

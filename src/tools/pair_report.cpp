@@ -49,6 +49,9 @@ json json_of(const MatcherOnPairs& matcher) {
     entry["nees_mean"] = statistics.covariance->mean_nees;
     entry["nees_median"] = statistics.covariance->median_nees;
   }
+  entry["search"] = {{"success_rate", statistics.search_success_rate()},
+                     {"translation_mm", to_json(statistics.search.translation, kMilli)},
+                     {"heading_mrad", to_json(statistics.search.heading, kMilli)}};
   entry["cramer_rao"] = json_of(statistics.known_world_bound);
   entry["cramer_rao_unknown_walls"] = json_of(statistics.unknown_walls_bound);
   entry["configuration"] = values_of(matcher.configuration);
@@ -66,7 +69,9 @@ std::string row_of(const MatcherOnPairs& matcher) {
            fixed_text(statistics.p95 * kMilli, decimals);
   };
   return "| " + matcher.name + " | " + fixed_text(100.0 * s.success_rate(), 1) + " | " +
-         both(s.translation, 2) + " | " + both(s.heading, 3) + " | " + both(s.seconds, 3) + " | " +
+         both(s.translation, 2) + " | " + both(s.heading, 3) + " | " +
+         fixed_text(100.0 * s.search_success_rate(), 1) + " | " + both(s.search.translation, 2) +
+         " | " + both(s.search.heading, 3) + " | " + both(s.seconds, 3) + " | " +
          (s.covariance ? fixed_text(s.covariance->mean_nees, 2) : "–") + " | " +
          ratio_of(s.known_world_bound) + " | " + ratio_of(s.unknown_walls_bound) + " |\n";
 }
@@ -77,8 +82,8 @@ std::string pairs_csv(const std::vector<LocatedScan>& scans, const std::vector<S
                       const std::vector<MatcherOnPairs>& matchers) {
   std::ostringstream text;
   text.imbue(std::locale::classic());
-  text << "matcher,reference_stamp,scan_stamp,guess_x,guess_y,guess_theta,x,y,theta,var_x,var_y,"
-          "var_theta,status,time_us\n";
+  text << "matcher,reference_stamp,scan_stamp,guess_x,guess_y,guess_theta,x,y,theta,search_x,"
+          "search_y,search_theta,var_x,var_y,var_theta,status,time_us\n";
   for (const MatcherOnPairs& matcher : matchers) {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const ScanPair& pair = pairs[i];
@@ -88,6 +93,7 @@ std::string pairs_csv(const std::vector<LocatedScan>& scans, const std::vector<S
            << std::setprecision(9);
       write_pose(text, pair.guess);
       write_pose(text, result.map_from_base);
+      write_pose(text, result.searched_map_from_base());
       text << std::scientific << std::setprecision(6) << ',' << result.covariance(0, 0) << ','
            << result.covariance(1, 1) << ',' << result.covariance(2, 2) << ','
            << to_string(result.status) << std::fixed << std::setprecision(1) << ','
@@ -115,6 +121,9 @@ std::string pairs_json(const PairTask& task, const std::vector<MatcherOnPairs>& 
                                {"reach_m", task.facts.reach},
                                {"error_xy_m", task.options.error_xy},
                                {"error_theta_rad", task.options.error_theta},
+                               {"error_draw", task.options.error_draw},
+                               {"told_xy_m", task.options.told_xy},
+                               {"told_theta_rad", task.options.told_theta},
                                {"success_xy_m", task.limits.xy},
                                {"success_theta_rad", task.limits.theta},
                                {"seed", task.seed},
@@ -133,11 +142,14 @@ std::string pairs_markdown(const PairTask& task, const std::vector<MatcherOnPair
       fixed_text(task.limits.theta * kMilli, 0) +
       " mrad of the truth. NEES: 3 is an honest covariance. Error / bound: "
       "1 is the least that the noise of the scan allows (Cramér–Rao) in a world that is known, and "
-      "in one whose straight walls only the other scan tells.\n\n";
+      "in one whose straight walls only the other scan tells. Search alone: where the search "
+      "ended, "
+      "before its answer was refined.\n\n";
   text +=
-      "| matcher | success % | error mm, median / 95 % | mrad, median / 95 % | time ms, median / "
-      "95 % "
-      "| mean NEES | error / bound | of unknown walls |\n|---|---|---|---|---|---|---|---|\n";
+      "| matcher | success % | error mm, median / 95 % | mrad, median / 95 % | search alone: "
+      "success "
+      "% | mm, median / 95 % | mrad, median / 95 % | time ms, median / 95 % | mean NEES | error / "
+      "bound | of unknown walls |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const MatcherOnPairs& matcher : matchers) {
     text += row_of(matcher);
   }

@@ -40,8 +40,9 @@ struct PairTask {
 };
 
 /// One line a matcher and pair, under the heading `matcher,reference_stamp,scan_stamp,guess_x,
-/// guess_y,guess_theta,x,y,theta,var_x,var_y,var_theta,status,time_us`; poses of the base at the
-/// second scan in the base at the first, in metres and radians; stamps in seconds.
+/// guess_y,guess_theta,x,y,theta,search_x,search_y,search_theta,var_x,var_y,var_theta,status,
+/// time_us`; poses of the base at the second scan in the base at the first, in metres and radians;
+/// stamps in seconds. `search_` is the search's own answer, before it was refined.
 [[nodiscard]] std::string pairs_csv(const std::vector<LocatedScan>& scans,
                                     const std::vector<ScanPair>& pairs,
                                     const std::vector<MatcherOnPairs>& matchers);

@@ -47,6 +47,21 @@ TEST(PairStatistics, OfThreePairsByHand) {
   EXPECT_FALSE(statistics.known_world_bound);
 }
 
+TEST(PairStatistics, TellOfTheSearchesAlone) {
+  const std::vector<ScanPair> pairs(3, pair_at({1.0, 0.0, 3.14}));
+  std::vector<PairMatch> matches = {match_at({1.0, 0.0, 3.14}), match_at({1.0, 0.001, 3.14}),
+                                    match_at({1.0, 0.015, 3.14}, MatchStatus::kRejectedLowScore)};
+  matches[0].result.refined_by = {0.03, -0.04, 0.0};    // from 5 cm off: no success
+  matches[1].result.refined_by = {0.0, 0.001, -0.005};  // from 5 mrad off, beyond half a circle
+  const PairStatistics statistics = summarize_pairs(pairs, matches, {});
+  EXPECT_EQ(statistics.successes, 2U);
+  EXPECT_EQ(statistics.search.successes, 1U);
+  EXPECT_DOUBLE_EQ(statistics.search_success_rate(), 1.0 / 3.0);
+  EXPECT_NEAR(statistics.search.translation.max, 0.05, 1e-12);
+  EXPECT_NEAR(statistics.search.translation.median, 0.015, 1e-12);
+  EXPECT_NEAR(statistics.search.heading.max, 0.005, 1e-12);
+}
+
 TEST(PairStatistics, CompareTheErrorWithTheBoundAlongTheAxesOfTheBase) {
   // The base looks along y of the reference, so an error along y is one along its own x, of which
   // the scan tells with a standard deviation of 1 mm.

@@ -86,6 +86,44 @@ TEST(DrawPairs, SaysHowUncertainTheGuessIs) {
   EXPECT_NEAR(pair.guess_covariance(2, 2), 1e-4, 1e-12);
 }
 
+TEST(DrawPairs, TellsWhatItIsToldToTell) {
+  PairOptions options;
+  options.error_xy = 1.0;
+  options.error_theta = 0.7;
+  options.told_xy = 0.3;
+  options.told_theta = 0.09;
+  const ScanPair pair = draw_pairs(scans_on_a_line(50), options, {}, 5).front();
+  EXPECT_NEAR(pair.guess_covariance(0, 0), 0.03, 1e-12);
+  EXPECT_NEAR(pair.guess_covariance(2, 2), 0.0027, 1e-12);
+}
+
+TEST(DrawPairs, DrawsErrorsOfEverySizeAsOftenAndToAllSides) {
+  PairOptions options;
+  options.error_draw = "size";
+  options.error_xy = 1.0;
+  options.error_theta = 0.5;
+  std::vector<double> sizes;
+  int ahead = 0;
+  int left = 0;
+  int turned_left = 0;
+  for (const ScanPair& pair : draw_pairs(scans_on_a_line(50), options, {}, 5)) {
+    const Eigen::Vector3d error = difference(pair.guess, pair.reference_from_base);
+    sizes.push_back(error.head<2>().norm());
+    ASSERT_NEAR(std::abs(error.z()), 0.5 * sizes.back(), 1e-12);
+    ahead += error.x() > 0.0 ? 1 : 0;
+    left += error.y() > 0.0 ? 1 : 0;
+    turned_left += error.z() > 0.0 ? 1 : 0;
+  }
+  std::sort(sizes.begin(), sizes.end());
+  ASSERT_EQ(sizes.size(), 1000U);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    ASSERT_NEAR(sizes[i], static_cast<double>(i) / 1000.0, 0.05);
+  }
+  for (const int count : {ahead, left, turned_left}) {
+    EXPECT_NEAR(count, 500, 60);
+  }
+}
+
 TEST(DrawPairs, DependsOnTheSeedAlone) {
   const std::vector<LocatedScan> scans = scans_on_a_line(300);
   PairOptions few;

@@ -85,11 +85,13 @@ bool same_bits(const Pose2& a, const Pose2& b) {
 }
 
 bool same_bits(const MatchResult& a, const MatchResult& b) {
-  bool same =
-      same_bits(a.map_from_base, b.map_from_base) && same_bits(a.covariance, b.covariance) &&
-      same_bits(a.score, b.score) && a.status == b.status && a.candidates == b.candidates &&
-      same_bits(a.rival_share, b.rival_share) && a.proof.has_value() == b.proof.has_value() &&
-      a.unconstrained_directions.size() == b.unconstrained_directions.size();
+  bool same = same_bits(a.map_from_base, b.map_from_base) &&
+              same_bits(a.covariance, b.covariance) && same_bits(a.score, b.score) &&
+              a.status == b.status && a.candidates == b.candidates &&
+              same_bits(a.rival_share, b.rival_share) &&
+              same_bits(a.searched_map_from_base(), b.searched_map_from_base()) &&
+              a.proof.has_value() == b.proof.has_value() &&
+              a.unconstrained_directions.size() == b.unconstrained_directions.size();
   if (same && a.proof) {
     same = same_bits(a.proof->best_score, b.proof->best_score) &&
            same_bits(a.proof->remaining_bound, b.proof->remaining_bound);

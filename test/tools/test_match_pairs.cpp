@@ -88,11 +88,11 @@ TEST_F(MatchPairsProgram, WritesALineForEveryMatcherAndPair) {
   const auto table = rows("table");
   ASSERT_EQ(table.size(), 61U);
   EXPECT_EQ(table[0],
-            split("matcher,reference_stamp,scan_stamp,guess_x,guess_y,guess_theta,x,y,theta,var_x,"
-                  "var_y,var_theta,status,time_us",
+            split("matcher,reference_stamp,scan_stamp,guess_x,guess_y,guess_theta,x,y,theta,"
+                  "search_x,search_y,search_theta,var_x,var_y,var_theta,status,time_us",
                   ','));
   for (std::size_t i = 1; i <= 30; ++i) {
-    EXPECT_EQ(table[i].size(), 14U);
+    EXPECT_EQ(table[i].size(), 17U);
     EXPECT_EQ(table[i][0], "monte_carlo");
     EXPECT_EQ(table[i + 30][0], "odometry_only");
     for (const std::size_t column : {1U, 2U, 3U, 4U, 5U}) {  // the same pairs for both
@@ -113,6 +113,57 @@ TEST_F(MatchPairsProgram, TellsWhatWasMatchedAndByWhat) {
   EXPECT_FALSE(told["commit"].get<std::string>().empty());
   EXPECT_EQ(told["date"].get<std::string>().size(), 10U);
   EXPECT_GT(told["machine"]["cores"], 0);
+}
+
+TEST_F(MatchPairsProgram, TellsTheSearchesOwnAnswersBesideTheRefinedOnes) {
+  const std::string matchers = "--matcher monte_carlo --matcher olson --matcher hough --pairs 30 ";
+  std::string search_only;
+  for (const std::string name : {"monte_carlo", "olson", "hough"}) {
+    search_only += " --set " + name + "/refine_iterations=0";
+  }
+  ASSERT_EQ(match("short", "both", matchers).exit_code, 0);
+  ASSERT_EQ(match("short", "raw", matchers + search_only).exit_code, 0);
+  const auto both = rows("both");
+  const auto raw = rows("raw");
+  ASSERT_EQ(both.size(), 91U);
+  for (std::size_t i = 1; i < both.size(); ++i) {
+    for (const std::size_t column : {9U, 10U, 11U}) {  // what the search alone answers
+      EXPECT_EQ(both[i][column], raw[i][column]) << both[i][0];
+      EXPECT_EQ(raw[i][column], raw[i][column - 3]) << "there is nothing but the search";
+    }
+  }
+  for (const json& matcher : summary("both").at("matchers")) {
+    const json& search = matcher.at("search");
+    EXPECT_GT(search.at("translation_mm").at("median"),
+              2.0 * matcher.at("translation_mm").at("median").get<double>());
+    EXPECT_LE(search.at("success_rate"), matcher.at("success_rate"));
+    EXPECT_GT(search.at("success_rate"), 0.5);
+  }
+}
+
+TEST_F(MatchPairsProgram, TellsNoBoundWhereOutliersAre) {
+  simulate("outliers", "--world rooms --seed 3 --duration 12 --beams 300 --outliers 0.2");
+  const Outcome outcome = match("outliers", "outliers", "--pairs 20 --matcher olson");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_FALSE(contains(outcome.output, "no bound is told")) << outcome.output;
+  EXPECT_TRUE(summary("outliers").at("matchers").at(0).at("cramer_rao").is_null());
+}
+
+TEST_F(MatchPairsProgram, DrawsAndTellsErrorsAsAsked) {
+  ASSERT_EQ(match("short", "sizes",
+                  "--pairs 400 --matcher odometry_only --error-draw size --error-xy 1 "
+                  "--error-theta 0.5 --told-xy 0.2 --told-theta 0.1")
+                .exit_code,
+            0);
+  const json told = summary("sizes");
+  EXPECT_EQ(told.at("error_draw"), "size");
+  EXPECT_EQ(told.at("told_xy_m"), 0.2);
+  EXPECT_EQ(told.at("told_theta_rad"), 0.1);
+  const json matcher = told.at("matchers").at(0);
+  EXPECT_NEAR(matcher.at("translation_mm").at("median"), 500.0, 60.0);
+  EXPECT_NEAR(matcher.at("translation_mm").at("max"), 1000.0, 20.0);
+  EXPECT_NEAR(matcher.at("heading_mrad").at("max"), 500.0, 10.0);
+  EXPECT_GT(matcher.at("nees_mean"), 20.0) << "what is told is less than what is true";
 }
 
 TEST_F(MatchPairsProgram, MeasuresTheErrorOfTheGuessRight) {

@@ -74,6 +74,7 @@ MatchResult HillClimbingMatcher::match(const MatchProblem& problem) const {
   if (refined.score >= options_.min_score) {
     result.status = MatchStatus::kAccepted;
     result.map_from_base = refined.map_from_base;
+    result.refined_by = difference(refined.map_from_base, best);
     result.covariance = refined.covariance;
     result.unconstrained_directions = refined.unconstrained_directions;
   }

@@ -48,9 +48,6 @@ struct OptimalityProof {
   bool clipped = false;
   /// The best pose lies on the edge of the last window: a better one may lie beyond.
   bool on_edge = false;
-  /// How far refinement moved the answer from the best pose: (x [m], y [m], theta [rad]) in the map
-  /// frame. Zero for a rejected match.
-  Eigen::Vector3d refined_by = Eigen::Vector3d::Zero();
 
   /// By how much a pose of the window might score more at most.
   [[nodiscard]] double gap() const {
@@ -77,8 +74,15 @@ struct MatchResult {
   /// Share of the scan's beams that cross a wall of the map clearly before they end, 0...1; see
   /// contradiction(). The engine weighs it: matchers leave it as it is.
   double contradiction = 0.0;
+  /// How far refinement moved the answer from where the search ended: (x [m], y [m], theta [rad])
+  /// in the map frame. Zero for a rejected match, and of a matcher that does not refine.
+  Eigen::Vector3d refined_by = Eigen::Vector3d::Zero();
 
   [[nodiscard]] bool accepted() const { return status == MatchStatus::kAccepted; }
+  /// The search's own answer: where it ended, before anything refined it.
+  [[nodiscard]] Pose2 searched_map_from_base() const {
+    return displaced(map_from_base, -refined_by);
+  }
 };
 
 /// A scan matcher. Pure: the same problem yields the same bits, whatever was asked before, from one

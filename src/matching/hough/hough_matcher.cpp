@@ -88,6 +88,7 @@ MatchResult HoughMatcher::match(const MatchProblem& problem) const {
   }
   result.status = MatchStatus::kAccepted;
   result.map_from_base = answer.map_from_base;
+  result.refined_by = difference(answer.map_from_base, poses.front().map_from_base);
   result.covariance = answer.covariance;
   if (options_.refinement.iterations == 0) {
     const HoughAlignmentOptions& alignment = options_.alignment;

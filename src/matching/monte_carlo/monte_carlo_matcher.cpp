@@ -331,6 +331,7 @@ MatchResult MonteCarloMatcher::match(const MatchProblem& problem) const {
   MatchResult result;
   result.status = MatchStatus::kAccepted;
   result.map_from_base = refined.map_from_base;
+  result.refined_by = difference(refined.map_from_base, start);
   // Along a direction that nothing holds, samples would only add noise to the prior's variance.
   const bool sampled = options_.covariance_samples > 0 && refined.unconstrained_directions.empty();
   result.covariance =

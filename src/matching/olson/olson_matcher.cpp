@@ -374,7 +374,7 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
   }
   result.status = MatchStatus::kAccepted;
   result.map_from_base = refined.map_from_base;
-  result.proof->refined_by = difference(refined.map_from_base, found.proof.map_from_base);
+  result.refined_by = difference(refined.map_from_base, found.proof.map_from_base);
   result.unconstrained_directions = refined.unconstrained_directions;
   const bool is_held = refined.unconstrained_directions.empty();
   result.covariance =

@@ -103,6 +103,18 @@ TEST(Hough, TheCovarianceHoldsTheCellsWhereNothingRefines) {
   EXPECT_LT(nees, 5.0);
 }
 
+TEST(Hough, TellsWhereItsSearchEnded) {
+  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  const Pose2 predicted = shifted(scene.map_from_base, {0.1, -0.1, 0.1});
+  HoughOptions search_only;
+  search_only.refinement.iterations = 0;
+  const MatchResult raw = HoughMatcher(search_only).match(scene.problem(predicted, kPrior));
+  EXPECT_EQ(raw.refined_by, Eigen::Vector3d::Zero());
+  const MatchResult refined = HoughMatcher().match(scene.problem(predicted, kPrior));
+  EXPECT_GT(refined.refined_by.norm(), 0.0005);
+  EXPECT_LT(difference(refined.searched_map_from_base(), raw.map_from_base).norm(), 1e-12);
+}
+
 TEST(Hough, FindsItsWayThroughClutter) {
   EXPECT_GE(over_pairs(make_random_world(4), {}, 100).found, 95);
 }

@@ -190,16 +190,15 @@ TEST(Olson, ItsProofIsOfThePoseBeforeRefinement) {
   const Eigen::Matrix3d prior = prior_of(0.1, 0.06);
   const MatchResult raw = match(search_only(), off, prior);
   EXPECT_EQ(raw.proof->map_from_base, raw.map_from_base);
-  EXPECT_EQ(raw.proof->refined_by, Eigen::Vector3d::Zero());
+  EXPECT_EQ(raw.refined_by, Eigen::Vector3d::Zero());
   const MatchResult refined = match({}, off, prior);
   EXPECT_EQ(refined.proof->map_from_base, raw.map_from_base);
-  EXPECT_GT(refined.proof->refined_by.norm(), 0.002);
-  EXPECT_LT(
-      (difference(refined.map_from_base, raw.map_from_base) - refined.proof->refined_by).norm(),
-      1e-12);
+  EXPECT_GT(refined.refined_by.norm(), 0.002);
+  EXPECT_LT((difference(refined.map_from_base, raw.map_from_base) - refined.refined_by).norm(),
+            1e-12);
   OlsonOptions strict;
   strict.min_score = 1.0;
-  EXPECT_EQ(match(strict, off, prior).proof->refined_by, Eigen::Vector3d::Zero());
+  EXPECT_EQ(match(strict, off, prior).refined_by, Eigen::Vector3d::Zero());
 }
 
 TEST(Olson, KeepsToItsDeadlineAndTellsTheGap) {

@@ -34,7 +34,7 @@ struct HoughOptions {
 /// Scan matching in the Hough domain (Censi, Iocchi and Grisetti 2005), of scan to scan: the
 /// rotation and the translation that take the scan's Hough transform to that of a key scan, ranked
 /// by likelihood. The best is refined below the size of a cell against the map, where there is one:
-/// from scan to scan, as in the paper, errors add up. Cost: columns times points, and what refining
+/// from scan to scan, as in theirs, errors add up. Cost: columns times points, and what refining
 /// costs.
 class HoughMatcher : public ScanMatcher {
  public:
