@@ -252,7 +252,7 @@ Found random_search(const MatchProblem& problem, const MonteCarloOptions& option
   return best;
 }
 
-/// Searches again from the prediction as long as tries are left, and keeps the best.
+/// Searches again from the prediction until a pose fits well or no tries are left; keeps the best.
 Found repeated_search(const MatchProblem& problem, const MonteCarloOptions& options,
                       Random& random) {
   const SearchScore score(problem, options);
@@ -266,7 +266,7 @@ Found repeated_search(const MatchProblem& problem, const MonteCarloOptions& opti
       best = found;
     }
     tries += found.tries;
-  } while (options.restart && tries < options.max_tries);
+  } while (best.score < options.enough_score && tries < options.max_tries);
   best.tries = tries;
   best.steps = spread * best.steps;
   return best;

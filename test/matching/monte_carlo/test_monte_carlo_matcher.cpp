@@ -22,6 +22,15 @@ const MatchScene& scene() {
   return kRooms;
 }
 
+/// The same map, and a scan of another place.
+MatchScene elsewhere() {
+  const World other = make_random_world(1);
+  const Eigen::Vector2d start = other.route().waypoints.front();
+  MatchScene there = scene();
+  there.scan = look_around(other, LaserOptions{}, {start.x(), start.y(), 0.0}, 1);
+  return there;
+}
+
 Pose2 prediction() { return shifted(scene().map_from_base, {0.1, -0.08, 0.05}); }
 
 MatchResult match(const MonteCarloOptions& options, std::uint64_t seed = 1) {
@@ -116,10 +125,10 @@ TEST(MonteCarlo, TheSeedIsTheOnlyRandomness) {
 
 TEST(MonteCarlo, NeverTriesMoreThanItMay) {
   for (const int max_tries : {1, 2, 57, 300, 1000}) {
-    for (const bool restart : {false, true}) {
+    for (const double enough_score : {0.0, 1.0}) {
       MonteCarloOptions options;
       options.max_tries = max_tries;
-      options.restart = restart;
+      options.enough_score = enough_score;
       EXPECT_GE(candidates(options), 1U);
       EXPECT_LE(candidates(options), static_cast<std::size_t>(max_tries) + 1);
     }
@@ -128,7 +137,7 @@ TEST(MonteCarlo, NeverTriesMoreThanItMay) {
 
 TEST(MonteCarlo, EndsAfterFailedTriesInARow) {
   MonteCarloOptions options;
-  options.restart = false;
+  options.enough_score = 0.0;
   options.max_tries = 100000;
   options.max_failed_tries = 20;
   const std::size_t with_few = candidates(options);
@@ -141,7 +150,7 @@ TEST(MonteCarlo, EndsAfterFailedTriesInARow) {
 
 TEST(MonteCarlo, WithoutResetFailedTriesAddUp) {
   MonteCarloOptions options;
-  options.restart = false;
+  options.enough_score = 0.0;
   options.max_tries = 100000;
   options.reset_on_success = false;
   const std::size_t without = candidates(options);
@@ -149,19 +158,39 @@ TEST(MonteCarlo, WithoutResetFailedTriesAddUp) {
   EXPECT_LT(without, candidates(options));
 }
 
-TEST(MonteCarlo, RestartsSpendAllTries) {
+TEST(MonteCarlo, SearchesAgainUntilThePoseFitsWellEnough) {
   MonteCarloOptions options;
   options.max_failed_tries = 20;
   options.max_tries = 3000;
-  options.restart = true;
+  options.enough_score = 1.0;
   EXPECT_GE(candidates(options), 3000U);
-  options.restart = false;
+  options.enough_score = 0.0;
   EXPECT_LT(candidates(options), 1000U);
+}
+
+TEST(MonteCarlo, SparesTheTriesThatAreLeftWhereTheScanFitsAndSpendsThemWhereNot) {
+  const MonteCarloOptions options;
+  const auto most = static_cast<std::size_t>(options.max_tries);
+  EXPECT_LT(candidates(options), most / 2);
+  const MatchScene scan_elsewhere = elsewhere();
+  const MatchProblem problem = scan_elsewhere.problem(prediction(), prior_of(0.1, 0.06));
+  EXPECT_EQ(MonteCarloMatcher(options).match(problem).candidates, most);
+}
+
+TEST(MonteCarlo, TellsWhereItsSearchEnded) {
+  MonteCarloOptions search_only;
+  search_only.refinement.iterations = 0;
+  const MatchResult raw = match(search_only);
+  EXPECT_EQ(raw.refined_by, Eigen::Vector3d::Zero());
+  const MatchResult refined = match({});
+  EXPECT_GT(refined.refined_by.norm(), 0.002);
+  EXPECT_LT(difference(refined.searched_map_from_base(), raw.map_from_base).norm(), 1e-12);
 }
 
 TEST(MonteCarlo, MoreTriesFindMore) {
   MonteCarloOptions few;
   few.max_tries = 5;
+  few.enough_score = 1.0;
   few.refinement.iterations = 0;
   MonteCarloOptions many = few;
   many.max_tries = 20000;
@@ -174,14 +203,10 @@ TEST(MonteCarlo, MoreTriesFindMore) {
 }
 
 TEST(MonteCarlo, RejectsWhatDoesNotFit) {
-  // A scan of another place.
-  const World other = make_random_world(1);
-  const Eigen::Vector2d start = other.route().waypoints.front();
-  MatchScene elsewhere = scene();
-  elsewhere.scan = look_around(other, LaserOptions{}, {start.x(), start.y(), 0.0}, 1);
+  const MatchScene scan_elsewhere = elsewhere();
   MonteCarloOptions strict;
   strict.min_score = 0.8;
-  const MatchProblem problem = elsewhere.problem(prediction(), prior_of(0.1, 0.06));
+  const MatchProblem problem = scan_elsewhere.problem(prediction(), prior_of(0.1, 0.06));
   const MatchResult result = MonteCarloMatcher(strict).match(problem);
   EXPECT_EQ(result.status, MatchStatus::kRejectedLowScore);
   EXPECT_EQ(result.map_from_base, prediction());

@@ -9,7 +9,7 @@ struct MonteCarloOptions {
   int max_tries = 1000;
   int max_failed_tries = 100;
   bool reset_on_success = true;
-  bool restart = true;
+  double enough_score = 0.8;
   double first_area = 1.0;
   double narrowing = 0.85;
   int halve_after = 50;
@@ -29,9 +29,9 @@ struct MonteCarloOptions {
            "A better pose starts the count of failed tries anew, as the text of 'The Scan Matchers "
            "Research and Comparison' says; false: "
            "failed tries count from the beginning, as in its listing.");
-    option(self.restart, "restart", any(), "",
-           "While tries are left, the search starts again from the prediction; the best of all "
-           "counts.");
+    option(self.enough_score, "enough_score", between(0.0, 1.0), "",
+           "The search starts again from the prediction, while tries are left, until the best pose "
+           "of all scores this much; 0: it never does; 1: until all tries are spent.");
     option(self.first_area, "first_area", between(1e-3, 100.0), "",
            "Spread of the first draws, in standard deviations of the prior.");
     option(self.narrowing, "narrowing", between(0.01, 1.0), "",
@@ -59,11 +59,18 @@ struct MonteCarloOptions {
 /// The Monte-Carlo matcher of "The Scan Matchers Research and Comparison: Monte-Carlo, Olson and
 /// Hough", after tinySLAM (Steux and El Hamzaoui 2010): poses are drawn at random around the best
 /// one so far; a better one becomes the new centre, resets the count of failed tries and narrows
-/// the area. A search ends after `max_failed_tries` in a row, all
-/// searching after `max_tries`. Deviations: the cost of a pose is read from the likelihood field
-/// (how far from a wall each point falls) instead of from the cells' occupancy; tries that are left
-/// go into searches from the prediction anew (`restart`); a sub-cell refinement ends it. Cost:
-/// search points times tries, and beams times refinement steps.
+/// the area. A search ends after `max_failed_tries` in a row, all searching after `max_tries`.
+/// Deviations:
+///  - Draws are Gaussian with the prior's covariance, times an area that starts at `first_area`.
+///  - The area is also halved after `halve_after` failed tries in a row, as in tinySLAM.
+///  - The cost of a pose is read from the likelihood field, by how far from a wall each point falls
+///    (`slope_share`), instead of from the cells' occupancy.
+///  - Of the points some `search_points` are looked up, one for each equal length of wall.
+///  - A pose pays for its distance from the prediction (`prior_weight`), along the prior's axes.
+///  - A search whose answer fits badly (`enough_score`) is begun again from the prediction with the
+///    tries that are left; the best of all counts.
+///  - A sub-cell refinement ends it.
+/// Cost: search points times tries, and beams times refinement steps.
 class MonteCarloMatcher : public ScanMatcher {
  public:
   MonteCarloMatcher() = default;
