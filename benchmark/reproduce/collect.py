@@ -10,10 +10,11 @@ import os
 import re
 
 import verdicts
-from experiments import BASELINE, BUDGETS, COMPLEXITIES, MATCHERS, NAMES, NOISES, TESTS
+from experiments import (BASELINE, BASIN_BINS, BASINS, BUDGETS, COMPLEXITIES, FAR, FOUND, HARD, MATCHERS, NAMES, NOISES,
+                         SEARCHES, TESTS, bag_together)
 from exponents import fit
 from files import Failed, log_lines, write_json
-from pair_errors import median_errors_mm
+from pair_errors import found_by_guess, found_shares, median, median_errors_mm, read_pairs
 from results import Made, result_of_map, result_of_pairs
 
 ALL = list(MATCHERS) + [BASELINE]
@@ -34,7 +35,40 @@ def pair_row(test, noise, matcher, seed, made):
                time_ms=result['time_ms'])
     for errors in ('translation_mm', 'heading_mrad'):
         row[errors] = {key: result[errors][key] for key in ('median', 'p95', 'max')}
+    search = result['search']
+    row['search'] = {'success_rate': search['success_rate'], 'mm': search['translation_mm']['median'],
+                     'mrad': search['heading_mrad']['median']}
     return row, summary
+
+
+def together_row(kind, name, matcher, seed, made, told):
+    """What `told` makes of the errors of one matcher's pairs, and the time of a match, of a job in which all
+    matchers matched the same pairs."""
+    row, folder = {'name': name, 'matcher': matcher}, os.path.join(kind, name)
+    try:
+        summary, result = result_of_pairs(folder, matcher, seed)
+    except Failed as failure:
+        return dict(row, failed=str(failure)), dict(row, failed=str(failure))
+    made.add(summary)
+    truth = os.path.join('bags', bag_together(kind, name) + '.tum')
+    pairs = read_pairs(os.path.join(folder, 'pairs.csv'), truth, matcher)
+    return (dict(row, pairs=result['pairs'], beams=summary['beams'], **told(pairs)),
+            dict(row, time_ms=result['time_ms'], success_rate=result['success_rate']))
+
+
+def basin_figures(pairs):
+    return {'found': found_by_guess(pairs, FOUND, FAR[0], BASIN_BINS)}
+
+
+def hard_figures(pairs):
+    return {'found': found_shares(pairs, FOUND), 'search_mm_mrad': median(pairs, 'search'),
+            'answer_mm_mrad': median(pairs, 'answer')}
+
+
+def together_rows(kind, names, seed, made, told):
+    """Those of a kind: the results, and the times."""
+    rows = [together_row(kind, name, matcher, seed, made, told) for name in names for matcher in MATCHERS]
+    return [row for row, _ in rows], [times for _, times in rows]
 
 
 def map_row(matcher, seed, has_truth, made):
@@ -94,8 +128,8 @@ def budget_row(name, seed, made):
 
 def commands():
     """Of all jobs that are there, as they were run, without the programs' folders."""
-    logs = sorted(glob.glob('pairs/*/*/*/*.log') + glob.glob('budgets/*/*.log') +
-                  glob.glob('complexity/*/*/*.log') + glob.glob('maps/recording/*/given/*/*.log'))
+    logs = sorted(path for pattern in ('pairs/*/*/*', 'budgets/*', 'complexity/*/*', 'searches/*', 'basins/*', 'hard/*',
+                                       'maps/recording/*/given/*') for path in glob.glob(pattern + '/*.log'))
     return [re.sub(r'^\S*/', '', line) for log in logs for line in log_lines(log)[0]]
 
 
@@ -121,6 +155,9 @@ def main():
     maps = [map_row(matcher, seed, options['has_truth'], made) for matcher in ALL]
     complexity = [complexity_row(name, seed, made) for name in COMPLEXITIES]
     budgets = [budget_row(name, seed, made) for name in BUDGETS]
+    _, searches = together_rows('searches', SEARCHES, seed, made, hard_figures)
+    basins, basin_times = together_rows('basins', BASINS, seed, made, basin_figures)
+    hard, hard_times = together_rows('hard', HARD, seed, made, hard_figures)
     slow = ([miss for row in rows for miss in verdicts.time_misses(row)] +
             [miss for row in budgets for miss in verdicts.budget_misses(row)] +
             [miss for _, row, _ in maps for miss in verdicts.scan_misses(row)])
@@ -129,20 +166,22 @@ def main():
     failed = (verdicts.failures(rows, verdicts.name_of) +
               verdicts.failures([row for row, _, _ in maps], lambda row: 'the map by ' + NAMES[row['matcher']]) +
               verdicts.failures(budgets, lambda row: BUDGETS[row['name']].title) +
-              verdicts.failures(complexity, lambda row: 'table I, ' + row['name']))
+              verdicts.failures(complexity, lambda row: 'table I, ' + row['name']) +
+              verdicts.failures(searches + basins + hard, lambda row: '%s, %s' % (NAMES[row['matcher']], row['name'])))
     for row in rows:
         row.pop('time_ms', None)
     write_json('summary.json', {
         'options': options, 'commit': ', '.join(sorted(made.commits)), 'version': ', '.join(sorted(made.versions)),
         'about': {key: told[0][1][key] for key in ('beams', 'gap_s', 'success_xy_m', 'success_theta_rad')}
                  if told else {},
-        'tests': rows, 'maps': [row for row, _, _ in maps], 'configurations': configurations,
+        'tests': rows, 'basins': basins, 'hard': hard, 'maps': [row for row, _, _ in maps],
+        'configurations': configurations,
         'map_configurations': differences(configurations, {row['matcher']: own for row, _, own in maps}),
         'missed': [miss for row in rows for miss in verdicts.accuracy_misses(row)], 'failed': failed})
     write_json('times.json', {
         'machines': made.places(), 'programs': json.loads(arguments.programs), 'tests': times, 'missed': slow,
         'maps': [row for _, row, _ in maps], 'complexity': complexity, 'budgets': budgets,
-        'commands': commands()})
+        'searches': searches, 'basins': basin_times, 'hard': hard_times, 'commands': commands()})
 
 
 if __name__ == '__main__':

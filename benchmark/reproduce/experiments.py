@@ -2,6 +2,7 @@
 Monte-Carlo, Olson and Hough"), and the sizes of a run. Everything else takes it from here."""
 
 import collections
+import math
 import os
 import shlex
 
@@ -51,7 +52,7 @@ SIMULATED_RECORDING = 'rooms-1cm'
 Complexity = collections.namedtuple('Complexity', 'matcher quantity unit paper how points')
 
 # Every beam counts, as in the paper; by default the matchers thin their points out first.
-ALL_POINTS = {'monte_carlo': {'monte_carlo/search_points': 1000000},
+ALL_POINTS = {'monte_carlo': {'monte_carlo/search_points': 1000000, 'monte_carlo/enough_score': 1},
               'olson': {'olson/point_spacing': 0, 'olson/widenings': 0},
               'hough': {'hough/point_spacing': 0}}
 PAPER_COST = {'monte_carlo': 'n · tries', 'olson': 'n · n_x · n_y · n_θ', 'hough': 'n + n_ρ · n_θ'}
@@ -123,10 +124,46 @@ BUDGETS = {
 }
 BUDGET_BAG = 'rooms-1cm'
 
-# pairs: trials of a cell of tables II to V; complexity_pairs: of a point of table I; duration: of the bags
-# [s], 0 is the whole.
-Size = collections.namedtuple('Size', 'pairs complexity_pairs duration complexity_duration recording')
-SIZES = {'full': Size(1000, 200, 0, 60, 0), 'quick': Size(100, 20, 30, 10, 60)}
+# What follows is not in the paper. All three matchers end in the same refinement, which makes their answers
+# alike wherever their searches come near enough. So the tables tell the searches' own answers, too; these are
+# their times without it, in tests B and D, range noise 1 cm.
+SEARCHES = ('B', 'D')
+SEARCH_ONLY = {matcher + '/refine_iterations': 0 for matcher in MATCHERS}
+
+# A match that ends this near the truth, in m and rad, has found the place.
+FOUND = (0.05, math.radians(0.5))
+
+# Guesses that are off by any share of `far`, in m and rad, all sizes as often, and what the matchers are told
+# of it: their windows, or the spread of their draws, follow from that. Range noise 1 cm.
+Basin = collections.namedtuple('Basin', 'title world told')
+FAR = (1.0, math.radians(45.0))
+BASIN_BINS = 10
+BASINS = {
+    '%s-%s' % (world, name): Basin('%s, told ±%g m and ±%.3g°' % (title, told[0], math.degrees(told[1])), world, told)
+    for world, title in (('rooms', 'straight world'), ('random', 'random world'))
+    for name, told in (('narrow', (0.2, 0.2)), ('wide', FAR))}
+
+# Scans that are worse: fewer beams, noise [m], a share of beams that end on something small before the wall.
+# The guess is off as in tests B and D, and the matchers are told so.
+Hard = collections.namedtuple('Hard', 'world beams noise outliers')
+HARD_ERROR = (0.2, 0.2)
+HARD = {'%s-%d-%gcm-%g' % (world, beams, 100.0 * noise, 100.0 * outliers): Hard(world, beams, noise, outliers)
+        for world in ('rooms', 'random') for beams in (1040, 181)
+        for noise, outliers in ((0.0, 0.0), (0.01, 0.0), (0.05, 0.0), (0.01, 0.2), (0.01, 0.4), (0.05, 0.4))}
+
+
+def bag_together(kind, name):
+    """The name of the bag of a job in which all matchers match the same pairs."""
+    worlds = {'searches': lambda: TESTS[name].world, 'basins': lambda: BASINS[name].world}
+    return 'hard-' + name if kind == 'hard' else worlds[kind]() + '-1cm'
+
+
+# pairs: trials of a cell of tables II to V; complexity_pairs: of a point of table I; basin_pairs: of all bins
+# of a basin; hard_pairs: of a row of worse scans; duration: of the bags [s], 0 is the whole;
+# complexity_duration: also of those of worse scans.
+Size = collections.namedtuple(
+    'Size', 'pairs complexity_pairs basin_pairs hard_pairs duration complexity_duration recording')
+SIZES = {'full': Size(1000, 200, 2000, 300, 0, 60, 0), 'quick': Size(100, 20, 100, 20, 30, 10, 60)}
 
 
 def simulated_bags(size):
@@ -142,6 +179,9 @@ def simulated_bags(size):
         for _, beams, _ in COMPLEXITIES[name].points:
             bags['beams-%d' % beams] = {'world': 'rooms', 'beams': beams,
                                         'duration': size.complexity_duration}
+    for name, hard in HARD.items():
+        bags['hard-' + name] = {'world': hard.world, 'beams': hard.beams, 'range-noise': hard.noise,
+                                'outliers': hard.outliers, 'duration': size.complexity_duration}
     return bags
 
 

@@ -24,6 +24,9 @@ def document(summary, times):
     for name, test in TESTS.items():
         lines += ['## Table %s: test %s, %s' % (test.table, name, test.title), '',
                   table(tables.test_table(name, summary, times)), '']
+    lines += ['## Searches alone', '', table(tables.search_table(times)), '',
+              '## Beyond the basin', '', table(tables.basin_table(summary, times)), '',
+              '## Worse scans', '', table(tables.hard_table(summary, times)), '']
     lines += ['## Table I', '', table(tables.complexity_table(times)), '', '## Searches of a given window', '',
               table(tables.budget_table(times)), '', '## Figure 6', '', table(tables.map_table(summary, times)), '',
               '## What is missed of what is asked, or failed', '']

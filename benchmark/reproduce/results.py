@@ -20,12 +20,13 @@ def check_report(told, matcher, seed):
 
 
 def result_of_pairs(folder, matcher, seed):
-    """What match_pairs wrote into a folder: the summary, and of it the matcher's part."""
+    """What match_pairs wrote into a folder, maybe for several matchers: the summary, and of it the matcher's part."""
     paths = [os.path.join(folder, name) for name in ('summary.json', 'pairs.csv')]
     require(paths, os.path.join(folder, 'match_pairs.log'))
     summary = read_json(paths[0])
-    check_report({'matcher': summary['matchers'][0]['matcher'], 'seed': summary['seed']}, matcher, seed)
-    return summary, summary['matchers'][0]
+    row = next((row for row in summary['matchers'] if short_name(row['matcher']) == matcher), summary['matchers'][0])
+    check_report({'matcher': row['matcher'], 'seed': summary['seed']}, matcher, seed)
+    return summary, row
 
 
 def result_of_map(folder, matcher, seed, has_truth):

@@ -3,7 +3,7 @@ of a heading."""
 
 import collections
 
-from experiments import BASELINE, BUDGETS, MATCHERS, NAMES, NOISES, PAPER
+from experiments import BASELINE, BASIN_BINS, BASINS, BUDGETS, FAR, HARD, MATCHERS, NAMES, NOISES, PAPER
 
 # kind: '' or 'paper' or 'failed'; a failed row has two cells: what failed, and why.
 Row = collections.namedtuple('Row', 'kind cells')
@@ -28,7 +28,7 @@ def paper_row(test, matcher):
     """The paper's single figures, in the columns of ours."""
     time, x, y, heading = PAPER[test][matcher]
     return Row('paper', [NAMES[matcher] + ', the paper', milli(time), '', '', milli(x), milli(y), '', '',
-                         milli(heading), '', ''])
+                         milli(heading), '', '', '', '', ''])
 
 
 def own_row(label, row, time):
@@ -38,7 +38,8 @@ def own_row(label, row, time):
                     '%.3f' % row['median_x_mm'], '%.3f' % row['median_y_mm'],
                     '%.2f' % row['translation_mm']['median'], '%.2f' % row['translation_mm']['p95'],
                     '%.3f' % row['heading_mrad']['median'], '%.3f' % row['heading_mrad']['p95'],
-                    '%.1f' % (100.0 * row['success_rate'])])
+                    '%.1f' % (100.0 * row['success_rate']), '%.2f' % row['search']['mm'],
+                    '%.3f' % row['search']['mrad'], '%.1f' % (100.0 * row['search']['success_rate'])])
 
 
 def test_table(name, summary, times):
@@ -53,7 +54,8 @@ def test_table(name, summary, times):
             key = (name, noise, matcher)
             rows.append(own_row('%s, noise %g cm' % (NAMES[matcher], 100.0 * deviation), own[key], time_of[key]))
     return Table(['matcher', 'time ms,\nmedian', '\n95 %', '\nmost', '|Δx| mm,\nmedian', '|Δy| mm,\nmedian',
-                  'error mm,\nmedian', '\n95 %', '|Δθ| mrad,\nmedian', '\n95 %', 'success\n%'], rows)
+                  'error mm,\nmedian', '\n95 %', '|Δθ| mrad,\nmedian', '\n95 %', 'success\n%',
+                  'search alone: mm,\nmedian', 'mrad,\nmedian', 'success\n%'], rows)
 
 
 def exponent(fit):
@@ -114,3 +116,60 @@ def map_table(summary, times):
                  [map_row(row, time_of[row['matcher']],
                           row.get('trajectory', odometry if row['matcher'] == BASELINE else {}))
                   for row in summary['maps']])
+
+
+def by_cell(rows):
+    return {(row['name'], row['matcher']): row for row in rows}
+
+
+def search_table(times):
+    """Times of the searches without the refinement that all end in, beside those with it."""
+    with_refinement = {(row['test'], row['matcher']): row.get('time_ms') for row in times['tests']
+                       if row['noise'] == '1cm'}
+    rows = []
+    for (test, matcher), row in by_cell(times['searches']).items():
+        label, whole = '%s, test %s' % (NAMES[matcher], test), with_refinement[(test, matcher)]
+        rows.append(failed_row(label, row['failed']) if 'failed' in row else Row('', [
+            label, '%.3f' % row['time_ms']['median'], '%.3f' % row['time_ms']['p95'],
+            '–' if whole is None else '%.3f' % whole['median'], '–' if whole is None else '%.3f' % whole['p95']]))
+    return Table(['matcher', 'search alone: ms,\nmedian', '\n95 %', 'refined: ms,\nmedian', '\n95 %'], rows)
+
+
+def percent(share):
+    # 100 only where nothing is missing.
+    return '%.0f' % min(100.0 * share, 99.0 if share < 1.0 else 100.0)
+
+
+def found_cell(found):
+    """The own answers, and the refined ones."""
+    return '–' if found is None else '%s / %s' % (percent(found['search']), percent(found['answer']))
+
+
+def basin_table(summary, times):
+    """Success by the error of the guess."""
+    time_of, rows = by_cell(times['basins']), []
+    for (name, matcher), row in by_cell(summary['basins']).items():
+        label = '%s: %s' % (BASINS[name].title, NAMES[matcher])
+        rows.append(failed_row(label, row['failed']) if 'failed' in row else Row('', (
+            [label] + list(map(found_cell, row['found'])) + ['%.2f' % time_of[(name, matcher)]['time_ms']['median']])))
+    bounds = ['%g' % (FAR[0] * (i + 1) / BASIN_BINS) for i in range(BASIN_BINS)]
+    return Table(['found % by the search alone / refined,\nof guesses off by up to'] +
+                 [bound + ' m' for bound in bounds] + ['time ms,\nmedian'], rows)
+
+
+def hard_label(hard):
+    return '%s, %d beams, noise %g cm, outliers %g %%' % (
+        {'rooms': 'straight', 'random': 'random'}[hard.world], hard.beams, 100.0 * hard.noise, 100.0 * hard.outliers)
+
+
+def hard_table(summary, times):
+    """Which matcher still finds its way in worse scans."""
+    time_of, rows = by_cell(times['hard']), []
+    for (name, matcher), row in by_cell(summary['hard']).items():
+        label = '%s: %s' % (hard_label(HARD[name]), NAMES[matcher])
+        rows.append(failed_row(label, row['failed']) if 'failed' in row else Row('', [
+            label, found_cell(row['found']), '%.1f / %.2f' % (row['search_mm_mrad'][0], row['answer_mm_mrad'][0]),
+            '%.2f / %.3f' % (row['search_mm_mrad'][1], row['answer_mm_mrad'][1]),
+            '%.2f' % time_of[(name, matcher)]['time_ms']['median']]))
+    return Table(['scans', 'found %,\nsearch alone / refined', 'error mm, median,\nsearch alone / refined',
+                  'mrad, median,\nsearch alone / refined', 'time ms,\nmedian'], rows)

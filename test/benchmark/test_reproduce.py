@@ -5,6 +5,7 @@ import csv
 import glob
 import importlib.metadata
 import json
+import math
 import os
 import re
 import shutil
@@ -185,6 +186,32 @@ class PairErrorsTest(unittest.TestCase):
         self.assertAlmostEqual(y, 20.0, places=4)
 
 
+    def test_what_is_found_is_believed_and_near(self):
+        # The truth: the robot, which looks along +y, drives 1 m and turns by a whole turn less 0.1 rad.
+        heading = 0.5 * math.pi - 0.1
+        with tempfile.TemporaryDirectory() as folder:
+            truth, pairs = os.path.join(folder, 'truth.tum'), os.path.join(folder, 'pairs.csv')
+            write(folder, 'truth.tum', '1.0 5 5 0 0 0 %.9f %.9f\n2.0 5 6 0 0 0 %.9f %.9f\n' % (
+                math.sin(0.25 * math.pi), math.cos(0.25 * math.pi), math.sin(0.5 * heading), math.cos(0.5 * heading)))
+            row = 'olson,1.0,2.0,1.3,0.4,-0.3,%s,%s,%s\n'
+            write(folder, 'pairs.csv', 'matcher,reference_stamp,scan_stamp,guess_x,guess_y,guess_theta,x,y,theta,'
+                  'search_x,search_y,search_theta,status\n' +
+                  row % ('1.001,0,-0.1', '1.03,0.03,-0.1', 'accepted') + row % ('1.0,0.0,-0.1', '1,0,-0.12', 'accepted') +
+                  row % ('1.0,0.0,%.9f' % (2 * math.pi - 0.1), '1,0,-0.1', 'accepted') +
+                  row % ('1.0,0.0,-0.1', '1,0,-0.1', 'rejected_low_score') +
+                  'hough' + (row % ('9,0,0', '9,0,0', 'accepted'))[5:])
+            read = pair_errors.read_pairs(pairs, truth, 'olson')
+        self.assertEqual(len(read), 4)
+        self.assertAlmostEqual(read[0].guess[0], 0.5, places=6)
+        self.assertAlmostEqual(read[0].guess[1], 0.2, places=6)
+        self.assertAlmostEqual(read[2].answer[1], 0.0, places=6)
+        found = pair_errors.found_shares(read, (0.05, 0.01))
+        self.assertEqual(found, {'search': 0.5, 'answer': 0.75})
+        self.assertEqual([round(value, 3) for value in pair_errors.median(read, 'answer')], [0.0, 0.0])
+        self.assertEqual(pair_errors.found_by_guess(read, (0.05, 0.01), 1.6, 4), [None, found, None, None])
+        self.assertEqual(pair_errors.found_by_guess(read, (0.05, 0.01), 0.5, 2), [None, found])
+
+
 class CompareTest(unittest.TestCase):
 
     def test_names_what_differs(self):
@@ -203,6 +230,10 @@ class ExperimentsTest(unittest.TestCase):
             for _, beams, _ in complexity.points:
                 self.assertIn('beams-%d' % beams, bags)
         self.assertIn(experiments.BUDGET_BAG, bags)
+        for kind, names in (('searches', experiments.SEARCHES), ('basins', experiments.BASINS),
+                            ('hard', experiments.HARD)):
+            for name in names:
+                self.assertIn(experiments.bag_together(kind, name), bags)
 
     def test_a_quick_run_caps_a_given_bag(self):
         entry = {'bag': ['/a.bag']}
@@ -318,7 +349,8 @@ class CommitTest(unittest.TestCase):
 
 PAIRS = {'matcher': 'olson', 'pairs': 3, 'success_rate': 1.0, 'configuration': {'map/resolution': 0.05},
          'translation_mm': {'median': 0.5, 'p95': 1.0, 'max': 2.0},
-         'heading_mrad': {'median': 0.1, 'p95': 0.2, 'max': 0.3}, 'time_ms': {'median': 1.0, 'p95': 2.0, 'max': 3.0}}
+         'heading_mrad': {'median': 0.1, 'p95': 0.2, 'max': 0.3}, 'time_ms': {'median': 1.0, 'p95': 2.0, 'max': 3.0},
+         'search': {'success_rate': 0.875, 'translation_mm': {'median': 11.5}, 'heading_mrad': {'median': 2.25}}}
 MACHINE = {'host': 'a', 'cpu': 'fast', 'cores': 2}
 
 
@@ -379,11 +411,20 @@ class PageTest(unittest.TestCase):
             write(folder, cell + '/summary.json', summary)
             write(folder, cell + '/pairs.csv', pairs.replace('1000\n', '%d\n' % (1000 * 2 ** number)))
             write(folder, cell + '/match_pairs.log', '+ /somewhere/match_pairs %s\n' % cell)
+        # Of the jobs in which all matchers match, one of each kind; of the guesses one in three is near.
+        together = ('matcher,reference_stamp,scan_stamp,guess_x,guess_y,guess_theta,x,y,theta,search_x,search_y,'
+                    'search_theta,status\n')
+        for guess, search in ((1.05, 1.01), (1.95, 1.02), (1.95, 1.4)):
+            together += 'olson,1.0,2.0,%s,0,0,1.001,0,0.001,%s,0,0.002,accepted\n' % (guess, search)
+        write(folder, 'bags/hard-random-181-5cm-40.tum', '1.0 0 0 0 0 0 0 1\n2.0 1 0 0 0 0 0 1\n')
+        for cell in ('searches/B', 'basins/rooms-wide', 'hard/random-181-5cm-40'):
+            write(folder, cell + '/summary.json', summary)
+            write(folder, cell + '/pairs.csv', together)
         write(folder, 'pairs/B/1cm/hough/match_pairs.log', '+ /x/match_pairs\nmatch_pairs: <out> of memory\n')
         options = {'size': 'quick', 'seed': 1, 'has_truth': False, 'bags': ['a<b.bag'], 'settings': {}}
         os.mkdir(os.path.join(folder, 'figures'))
         for words in (['collect.py', '--options', json.dumps(options), '--programs', '{"map_bag": "f00"}'],
-                      ['draw_complexity.py'], ['page.py']):
+                      ['draw_complexity.py'], ['draw_basins.py'], ['page.py']):
             done = subprocess.run([sys.executable, os.path.join(WORKFLOW, words[0])] + words[1:], cwd=folder,
                                   stderr=subprocess.PIPE, text=True)
             assert done.returncode == 0, done.stderr
@@ -415,8 +456,21 @@ class PageTest(unittest.TestCase):
         for name, reason in (('index.html', '&lt;out&gt; of memory'), ('tables.md', '<out> of memory')):
             self.assertIn('failed: match_pairs: ' + reason, self.text[name])
             self.assertIn('failed: not made', self.text[name])
-        self.assertIn('| Olson, noise 1 cm | 1.000 | 2.000 | 3.000 | 1.000 | 2.000 |', self.text['tables.md'])
+        self.assertIn('| Olson, noise 1 cm | 1.000 | 2.000 | 3.000 | 1.000 | 2.000 | 0.50 | 1.00 | 0.100 | 0.200 | 100.0 | '
+                      '11.50 | 2.250 | 87.5 |', self.text['tables.md'])
         self.assertIn('1.00 (1.00 to 1.00)', self.text['tables.md'])
+
+    def test_shows_searches_alone_beside_refined_answers(self):
+        for row in ('| Olson, test B | 1.000 | 2.000 | 1.000 | 2.000 |',
+                    '| straight world, told ±1 m and ±45°: Olson | 100 / 100 |' + ' – |' * 8 + ' 50 / 100 | 1.00 |',
+                    '| random, 181 beams, noise 5 cm, outliers 40 %: Olson | 67 / 100 | 20.0 / 1.00 | 2.00 / 1.000 | 1.00 |'):
+            self.assertIn(row, self.text['tables.md'])
+        self.assertIn('within 5 cm and 0.5° of the truth', self.text['index.html'])
+        self.assertIn('alt="Success against the error of the guess', self.text['index.html'])
+
+    def test_nothing_missing_is_rounded_away(self):
+        self.assertEqual(tables.found_cell({'search': 0.9999, 'answer': 1.0}), '99 / 100')
+        self.assertEqual(tables.found_cell(None), '–')
 
     def test_what_depends_on_the_machine_is_not_in_the_summary(self):
         for word in ('f00', '2024-02-29', 'fast', 'match_pairs pairs/', '"time_ms"'):
