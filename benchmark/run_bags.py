@@ -20,15 +20,32 @@ import tempfile
 
 from report import SOURCE, default_folder, heading, program, run, simulate
 
-SIMULATED = [('rooms', 1), ('random', 1), ('loop', 1), ('loop', 2), ('loop', 3)]
+# World, seed, options of simulate
+SIMULATED = [('rooms', 1, []), ('random', 1, []), ('loop', 1, []), ('loop', 2, []), ('loop', 3, []),
+             ('corridor', 1, []), ('hotel', 1, ['--beams', '360', '--scan-rate', '5']),
+             ('campus', 1, ['--beams', '360', '--scan-rate', '5'])]
 
-# name, map_bag options, what `evaluate` compares with: a metric and its options; files are in --data
+
+def corrected(name):
+    """By the poses that came with a log."""
+    return ['ate', '--truth', name + '.corrected.tum']
+
+
+# name, bag, map_bag options, what `evaluate` compares with: a metric and its options; files are in --data
 RECORDINGS = [
-    ('jarvis_circular', ['--scan-topic', '/driver_laser_security/laser_scan'],
+    ('jarvis_circular', 'jarvis_circular', ['--scan-topic', '/driver_laser_security/laser_scan'],
      ['ate', '--truth', 'jarvis_circular.truth.tum']),
-    ('intel', [], ['relations', '--relations', 'intel.relations', '--odometry', 'intel.odom.tum']),
-    ('guardian', ['--scan-topic', '/scan'], None),
-    ('hokuyo_handheld', ['--no-odom'], None),
+    ('jarvis_circular, other laser, no odometry', 'jarvis_circular',
+     ['--scan-topic', '/driver_laser_navigation/laser_scan', '--no-odom', '--set', 'scan_time_offset=-0.12'],
+     ['ate', '--truth', 'jarvis_circular.truth.tum']),
+    ('intel', 'intel', [], ['relations', '--relations', 'intel.relations', '--odometry', 'intel.odom.tum']),
+    ('aces', 'aces', [], corrected('aces')),
+    ('belgioioso', 'belgioioso', [], corrected('belgioioso')),
+    ('infinite_corridor', 'infinite_corridor', [], corrected('infinite_corridor')),
+    ('seattle', 'seattle', [], corrected('seattle')),
+    ('guardian', 'guardian', ['--scan-topic', '/scan'], None),
+    ('hokuyo_handheld', 'hokuyo_handheld', ['--no-odom'], None),
+    ('inverted_laser', 'inverted_laser', [], None),
 ]
 
 
@@ -43,7 +60,7 @@ def error_of(estimate, truth):
 def measure(name, bag, options, truth, matcher, runs, folder):
     """One row: the medians over the runs, which all yield the same trajectory."""
     reports = []
-    out = os.path.join(folder, name + '-' + matcher)
+    out = os.path.join(folder, 'out')
     for _ in range(runs):
         run(program('map_bag') + [bag, '--out', out, '--matcher', matcher, '--quiet'] + options)
         with open(os.path.join(out, 'report.json')) as file:
@@ -62,6 +79,7 @@ def measure(name, bag, options, truth, matcher, runs, folder):
         'scan_ms': median(lambda r: 1e3 * r['cpu_s'] / r['scans']['used']),
         'faster': median(lambda r: r['real_time_factor']),
         'memory': median(lambda r: r['peak_rss_mb']),
+        'cpu_s': median(lambda r: r['cpu_s']),
         'error': None, 'odometry_error': None,
         'metric': truth[0] if truth else None,
         'configuration': report['configuration'],
@@ -71,7 +89,8 @@ def measure(name, bag, options, truth, matcher, runs, folder):
         # Relations hold stamps between the scans, so there the raw odometry is given at full rate.
         odometry = truth[truth.index('--odometry') + 1] if '--odometry' in truth else \
             os.path.join(out, 'odometry.tum')
-        row['odometry_error'] = error_of(odometry, truth)
+        if os.path.getsize(odometry):
+            row['odometry_error'] = error_of(odometry, truth)
     return row
 
 
@@ -98,6 +117,21 @@ def table(rows):
             r['bag'], r['matcher'], r['used'], r['scans'], r['match_p50'], r['match_p95'],
             r['match_max'], r['scan_ms'], r['faster'], r['memory'], metres(r['error']),
             metres(r['odometry_error'])))
+    return '\n'.join(lines)
+
+
+def short_table(rows):
+    """Errors and times of the matchers side by side."""
+    matchers = list(dict.fromkeys(row['matcher'] for row in rows))
+    cells = {(row['bag'], row['matcher']): row for row in rows}
+    lines = [' | '.join(['| bag', 'odometry alone, m'] + ['%s, m' % name for name in matchers] +
+                        ['%s, CPU s' % name for name in matchers]) + ' |',
+             '|---' * (2 + 2 * len(matchers)) + '|']
+    for bag in dict.fromkeys(row['bag'] for row in rows):
+        own = [cells[(bag, name)] for name in matchers]
+        lines.append(' | '.join(['| ' + bag, metres(own[0]['odometry_error'])] +
+                                [metres(row['error']) for row in own] +
+                                ['%.2f' % row['cpu_s'] for row in own]) + ' |')
     return '\n'.join(lines)
 
 
@@ -131,7 +165,7 @@ def write_report(rows, others, arguments, folder):
         '- error: root mean square distance from the truth after SE(2) alignment (ATE); of intel the mean '
         'error of its verified relations',
         '- the effective configuration of each matcher lies beside this page, without what differs '
-        'between the bags', '',
+        'between the bags', '', short_table(rows), '',
         table(rows), other_table(rows, others), ''])
     with open(os.path.join(folder, 'BAGS.md'), 'w') as file:
         file.write(text)
@@ -157,11 +191,11 @@ def main():
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         bags = []
-        for world, seed in SIMULATED:
-            bag, truth = simulate(world, seed, folder)
+        for world, seed, options in SIMULATED:
+            bag, truth = simulate(world, seed, folder, *options)
             bags.append(('%s-%d' % (world, seed), bag, [], ['ate', '--truth', truth]))
-        for name, options, truth in RECORDINGS:
-            bag = os.path.join(arguments.data, name + '.bag')
+        for name, recording, options, truth in RECORDINGS:
+            bag = os.path.join(arguments.data, recording + '.bag')
             if os.path.exists(bag):
                 bags.append((name, bag, options, truth and [
                     os.path.join(arguments.data, word) if '.' in word else word
