@@ -4,7 +4,7 @@
 Source the workspace first (`source .workspace/devel/setup.bash`), then:
 
     benchmark/run_bags.py [--out DIR] [--data DIR] [--runs N] [--matcher NAME]...
-                          [--other RECORDING:SYSTEM=FILE.tum]...
+                          [--without WORLD]... [--other RECORDING:SYSTEM=FILE.tum]...
 
 Simulated bags are made anew from their seeds. Recordings are taken from --data when they are there. The
 trajectory that another system made of a recording is put beside ours with --other, such as
@@ -182,6 +182,7 @@ def main():
     parser.add_argument('--data', default=os.environ.get(
         'MATCHBOX_DATA', os.path.join(SOURCE, '..', 'shared', 'data')))
     parser.add_argument('--runs', type=int, default=3)
+    parser.add_argument('--without', metavar='WORLD', action='append', default=[], help='a simulated world to leave out')
     parser.add_argument('--matcher', action='append')
     parser.add_argument('--other', action='append', default=[],
                         metavar='RECORDING:SYSTEM=FILE.tum')
@@ -192,6 +193,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         bags = []
         for world, seed, options in SIMULATED:
+            if world in arguments.without:
+                continue
             bag, truth = simulate(world, seed, folder, *options)
             bags.append(('%s-%d' % (world, seed), bag, [], ['ate', '--truth', truth]))
         for name, recording, options, truth in RECORDINGS:
