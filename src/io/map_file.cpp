@@ -3,6 +3,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
@@ -12,7 +13,10 @@
 #include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
+#include "io/png_image.hpp"
+#include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/common/parameters.hpp"
 #include "matchbox_slam/io/file.hpp"
 
@@ -47,8 +51,7 @@ std::string yaml_of(const MapImage& map, const std::string& image_name) {
 }
 
 /// Reads size and pixels. Comments in the head go from '#' to the end of the line.
-void read_pgm(const std::string& path, MapImage& map) {
-  const std::string bytes = read_file(path);
+void read_pgm(const std::string& path, const std::string& bytes, MapImage& map) {
   std::istringstream stream(bytes);
   stream.imbue(std::locale::classic());
   const auto require = [&path](bool condition, const std::string& text) {
@@ -66,7 +69,8 @@ void read_pgm(const std::string& path, MapImage& map) {
             "has no usable " + name + " in its head; allowed: 1 to " + std::to_string(highest));
     return number;
   };
-  require(bytes.compare(0, 2, "P5") == 0, "is not a binary PGM (it does not begin with P5)");
+  require(bytes.compare(0, 2, "P5") == 0,
+          "is not a binary PGM (it does not begin with P5), nor a PNG");
   stream.ignore(2);
   map.width = read_number("width", 1 << 20);
   map.height = read_number("height", 1 << 20);
@@ -123,6 +127,87 @@ class MapYaml {
   YAML::Node root_;
 };
 
+constexpr std::array kModes = {"trinary", "scale", "raw"};
+
+/// How an image in colours, or one of probabilities, is to be read.
+struct ImageMeaning {
+  std::string mode;
+  bool negate = false;
+  double occupied_threshold = 0.65;
+  double free_threshold = 0.196;
+
+  /// What map_server publishes for a pixel: 0 to 100, or -1.
+  [[nodiscard]] int value_of(const std::uint8_t* pixel, int channels) const {
+    const bool has_alpha = channels == 4;
+    const int averaged = has_alpha && mode != "trinary" ? 3 : channels;
+    double sum = 0.0;
+    for (int i = 0; i < averaged; ++i) {
+      sum += pixel[i];
+    }
+    const double mean = negate ? 255.0 - sum / averaged : sum / averaged;
+    if (mode == "raw") {
+      return mean <= 100.0 ? static_cast<int>(mean) : -1;
+    }
+    const double occupancy = (255.0 - mean) / 255.0;
+    if (occupancy > occupied_threshold) {
+      return 100;
+    }
+    if (occupancy < free_threshold) {
+      return 0;
+    }
+    if (mode == "trinary" || (has_alpha && pixel[3] == 0)) {
+      return -1;
+    }
+    const double between =
+        (occupancy - free_threshold) / (occupied_threshold - free_threshold);  // nan: they are one
+    return std::isfinite(between) ? static_cast<int>(1.0 + 98.0 * between) : -1;
+  }
+
+  /// The pixel that stands for that in an image of map_saver.
+  [[nodiscard]] std::uint8_t pixel_of(const std::uint8_t* pixel, int channels) const {
+    const MapThresholds thresholds;
+    const double value = 0.01 * value_of(pixel, channels);
+    if (value >= thresholds.occupied) {
+      return MapImage::kOccupiedPixel;
+    }
+    return value >= 0.0 && value <= thresholds.free ? MapImage::kFreePixel
+                                                    : MapImage::kUnknownPixel;
+  }
+};
+
+/// Reads size and pixels of an image whose YAML file was read. A gray image in the usual mode keeps
+/// its pixels; of all others states are made.
+void read_image(const std::string& path, const std::string& mode, MapImage& map) {
+  const std::string bytes = read_file(path);
+  PngImage image;
+  if (is_png(bytes)) {
+    try {
+      image = read_png(bytes);
+    } catch (const std::exception& error) {
+      throw FileError("'" + path + "' " + error.what());
+    }
+    map.width = image.width;
+    map.height = image.height;
+    map.pixels.swap(image.samples);
+  } else {
+    read_pgm(path, bytes, map);
+  }
+  if (image.channels == 1 && mode == "trinary") {
+    return;
+  }
+  const ImageMeaning meaning{mode, map.negate, map.occupied_threshold, map.free_threshold};
+  const std::size_t count = map.pixels.size() / static_cast<std::size_t>(image.channels);
+  const std::uint8_t* sample = map.pixels.data();
+  for (std::size_t i = 0; i < count; ++i, sample += image.channels) {
+    map.pixels[i] = meaning.pixel_of(sample, image.channels);  // never beyond what is read
+  }
+  map.pixels.resize(count);
+  const MapImage usual;
+  map.negate = usual.negate;
+  map.occupied_threshold = usual.occupied_threshold;
+  map.free_threshold = usual.free_threshold;
+}
+
 Pose2 read_origin(const MapYaml& yaml) {
   const auto origin = yaml.get<std::vector<double>>("origin");
   yaml.require(origin.size() == 3, "origin has to be [x, y, yaw]");
@@ -133,20 +218,25 @@ Pose2 read_origin(const MapYaml& yaml) {
 
 }  // namespace
 
-std::vector<FileContents> map_files(const std::string& base_path, const MapImage& map) {
-  const std::string image_path = base_path + ".pgm";
+std::vector<FileContents> map_files(const std::string& base_path, const MapImage& map,
+                                    MapFormat format) {
+  const bool is_png = format == MapFormat::kPng;
+  const std::string image_path = base_path + (is_png ? ".occupancy.png" : ".pgm");
   const std::string image_name = std::filesystem::path(image_path).filename().string();
-  return {{image_path, pgm_of(map)}, {base_path + ".yaml", yaml_of(map, image_name)}};
+  return {{image_path, is_png ? gray_png(map.width, map.height, map.pixels) : pgm_of(map)},
+          {base_path + ".yaml", yaml_of(map, image_name)}};
 }
 
-void write_map(const std::string& base_path, const MapImage& map) {
-  replace_files(map_files(base_path, map));
+void write_map(const std::string& base_path, const MapImage& map, MapFormat format) {
+  replace_files(map_files(base_path, map, format));
 }
 
 MapImage read_map(const std::string& yaml_path) {
   const MapYaml yaml(yaml_path);
-  yaml.require(!yaml.has("mode") || yaml.get<std::string>("mode") == "trinary",
-               "mode has to be trinary or left out");
+  const auto mode = yaml.has("mode") ? yaml.get<std::string>("mode") : std::string(kModes[0]);
+  yaml.require(std::count(kModes.begin(), kModes.end(), mode) > 0,
+               "mode '" + mode + "' is not allowed; allowed: " +
+                   join({kModes.begin(), kModes.end()}) + ", or leave it out");
   MapImage map;
   map.resolution = yaml.get<double>("resolution");
   yaml.require(std::isfinite(map.resolution) && map.resolution > 0.0,
@@ -158,7 +248,7 @@ MapImage read_map(const std::string& yaml_path) {
 
   // An absolute path of the image replaces the folder.
   const std::filesystem::path folder = std::filesystem::path(yaml_path).parent_path();
-  read_pgm((folder / yaml.get<std::string>("image")).string(), map);
+  read_image((folder / yaml.get<std::string>("image")).string(), mode, map);
   return map;
 }
 

@@ -89,8 +89,10 @@ bool SlamNode::answer_save_map(std_srvs::Trigger::Request& /*request*/,
     const std::string path = std::filesystem::absolute(setup().node.map_file).string();
     const std::size_t scans = save_map_files(path);
     save_records();
-    return "map of " + std::to_string(scans) + " scans saved as " + path +
-           ".pgm, .yaml, .png and .slam";
+    const char* const image =
+        map_format(setup().run) == MapFormat::kPng ? ".occupancy.png" : ".pgm";
+    return "map of " + std::to_string(scans) + " scans saved as " + path + image +
+           ", .yaml, .png and .slam";
   });
 }
 
@@ -227,11 +229,12 @@ std::size_t SlamNode::save_map_files(const std::string& path) {
     throw std::runtime_error("no scan was mapped yet; nothing is saved, so that no map is lost");
   }
   const MapStart map = run_.snapshot();
+  const MapFormat format = map_format(run_.setup().run);
   const Trajectory trajectory(run_.path().poses());
   const Trajectory odometry(run_.odometry_path().poses());
   lock.unlock();
   const Picture picture = draw_map(map.map.occupancy, trajectory, odometry, map.loops.graph());
-  std::vector<FileContents> files = map_files(path, make_map_image(map.map.occupancy));
+  std::vector<FileContents> files = map_files(path, make_map_image(map.map.occupancy), format);
   files.push_back({path + ".png", picture.to_png()});
   files.push_back({path + ".slam", to_saved_map(map)});
   require_writable_folder(std::filesystem::path(path).parent_path().string());

@@ -10,7 +10,7 @@ namespace matchbox_slam {
 namespace {
 
 constexpr std::array kNodeOptions = {"publish_tf", "transform_tolerance", "map_update_interval",
-                                     "map_file", "max_lag"};
+                                     "map_file",   "map_format",          "max_lag"};
 
 bool may_change(const std::string& name) {
   if (name.find('/') == std::string::npos) {

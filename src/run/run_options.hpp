@@ -23,6 +23,7 @@ struct RunOptions {
   double max_lag = 0.0;
   std::string scan_time_offset = "0";
   std::string time_jump = "reset";
+  std::string map_format = "pgm";
   double start_x = 0.0;
   double start_y = 0.0;
   double start_theta = 0.0;
@@ -60,6 +61,10 @@ struct RunOptions {
            "what the first seconds tell.");
     option(self.time_jump, "time_jump", one_of({"reset", "stop"}), "",
            "When time jumps back by more than 1 s: start a new map, or stop.");
+    option(
+        self.map_format, "map_format", one_of({"pgm", "png"}), "",
+        "In what a saved map's image is that its .yaml names: .pgm, or .occupancy.png beside the "
+        "picture .png.");
     option(self.start_x, "start_x", between(-1e8, 1e8), "m",
            "x of the base in the map at the first scan.");
     option(self.start_y, "start_y", between(-1e8, 1e8), "m",

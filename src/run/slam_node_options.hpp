@@ -33,7 +33,7 @@ struct SlamNodeOptions {
            "Map to go on with: a .slam file of ~save_map, or a .yaml file as of map_server; empty: "
            "none.");
     option(self.map_file, "map_file", any(), "",
-           "~save_map writes this path + .pgm, .yaml, .png and .slam.");
+           "~save_map writes this path + .pgm (see map_format), .yaml, .png and .slam.");
     option(self.trajectory_file, "trajectory_file", any(), "",
            "~save_map and the end of the node write the trajectory here (TUM); empty: nowhere.");
     option(self.events_file, "events_file", any(), "",

@@ -44,6 +44,10 @@ std::optional<double> fixed_scan_time_offset(const RunOptions& options) {
   return finite_number(options.scan_time_offset);
 }
 
+MapFormat map_format(const RunOptions& options) {
+  return options.map_format == "png" ? MapFormat::kPng : MapFormat::kPgm;
+}
+
 SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& catalog) {
   SlamSetup setup;
   std::vector<std::string> names;

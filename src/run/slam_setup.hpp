@@ -7,6 +7,7 @@
 
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/common/parameters.hpp"
+#include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/matching/hough/hough_matcher.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
@@ -38,6 +39,9 @@ struct SlamSetup {
 
 /// The number in a configured `scan_time_offset`; none for 'auto'.
 [[nodiscard]] std::optional<double> fixed_scan_time_offset(const RunOptions& options);
+
+/// In what an image of the map is written.
+[[nodiscard]] MapFormat map_format(const RunOptions& options);
 
 /// Every option in effect that influences the trajectory and the map, by its full name.
 [[nodiscard]] std::vector<OptionDescription> describe_setup(const SlamSetup& setup);

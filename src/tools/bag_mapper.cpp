@@ -224,7 +224,8 @@ void BagMapping::write() {
   const Trajectory odometry(run_->odometry());
   const SlamMap& map = run_->map();
   const ScanAccount& account = scans_.account();
-  std::vector<FileContents> files = map_files(out_ + "/map", make_map_image(map.occupancy));
+  std::vector<FileContents> files =
+      map_files(out_ + "/map", make_map_image(map.occupancy), map_format(run_->setup().run));
   files.push_back({out_ + "/trajectory.tum", to_tum(trajectory)});
   files.push_back({out_ + "/trajectory_live.tum", to_tum(Trajectory(run_->live_trajectory()))});
   files.push_back({out_ + "/odometry.tum", to_tum(odometry)});

@@ -18,6 +18,7 @@
 
 #include "fuzz/fuzz.hpp"
 #include "io/gzip.hpp"
+#include "io/png_image.hpp"
 #include "io/relations_file.hpp"
 #include "io/stata_truth.hpp"
 #include "io/temporary_folder.hpp"
@@ -160,6 +161,8 @@ TEST(FuzzFiles, MutatedMapsAreReadOrRefused) {
   };
   fuzz_text(yaml, 2000, 34, [&](const std::string& text) { read(text, image); });
   fuzz_text(image, 2000, 35, [&](const std::string& text) { read(yaml, text); });
+  const std::string png = gray_png(4, 3, std::vector<std::uint8_t>(12, 205));
+  fuzz_text(png, 2000, 36, [&](const std::string& text) { read(yaml, text); });
 }
 
 // --- saved maps ---

@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
+#include <png.h>
 
+#include <array>
 #include <filesystem>
 #include <stdexcept>
 
 #include "common/error_text.hpp"
+#include "io/png_image.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
@@ -80,6 +83,19 @@ TEST(WriteMap, WritesTheBytesThatMapSaverWrites) {
             "occupied_thresh: 0.65\n"
             "free_thresh: 0.196\n\n");
   EXPECT_EQ(folder.file_count(), 2U);
+}
+
+TEST(WriteMap, WritesAPngBesideThePictureForPeople) {
+  const TemporaryFolder folder;
+  const MapImage map = make_map_image(small_grid());
+  write_map(folder / "my_map", map, MapFormat::kPng);
+  EXPECT_EQ(folder.file_count(), 2U);
+  EXPECT_TRUE(is_png(read_file(folder / "my_map.occupancy.png")));
+  EXPECT_EQ(read_file(folder / "my_map.yaml").substr(0, 29), "image: my_map.occupancy.png\nr");
+  const MapImage read = read_map(folder / "my_map.yaml");
+  EXPECT_EQ(read.width, 3);
+  EXPECT_EQ(read.height, 2);
+  EXPECT_EQ(read.pixels, map.pixels);
 }
 
 /// Independent of rows and columns: a wall is found again at its place in metres.
@@ -165,8 +181,88 @@ TEST_F(ReadMapOfOthers, SaysWhatIsWrong) {
   const std::string image = "P5\n1 1\n255\na";
   EXPECT_TRUE(contains(refusal(image, ""), "map.yaml' has no 'negate'"));
   EXPECT_TRUE(contains(refusal(image, "negate: maybe"), "has a 'negate' that cannot be read"));
-  EXPECT_TRUE(contains(refusal(image, "negate: 0\nmode: raw"), "mode has to be trinary"));
+  EXPECT_TRUE(
+      contains(refusal(image, "negate: 0\nmode: gray"),
+               "mode 'gray' is not allowed; allowed: trinary, scale, raw, or leave it out"));
   EXPECT_TRUE(contains(refusal(image, "negate: [0"), "map.yaml' is not YAML"));
+}
+
+/// The states of an image's row, as letters.
+std::string states(const MapImage& map) {
+  std::string letters;
+  for (int x = 0; x < map.width; ++x) {
+    letters += "ufo"[static_cast<int>(map.state({x, 0}))];  // unknown, free, occupied
+  }
+  return letters;
+}
+
+TEST_F(ReadMapOfOthers, ModesAreThoseOfMapServer) {
+  // Of 0 to 255: occupied below 89.25, free above 205.02.
+  const std::string image = "P5\n7 1\n255\n" + std::string("\x00\x59\x5a\xa0\xcc\xce\xff", 7);
+  EXPECT_EQ(states(read(image)), "oouuuff");
+  EXPECT_EQ(states(read(image, "negate: 0\nmode: trinary")), "oouuuff");
+  // 100, 100, 99, 39, 2, 0, 0 percent
+  EXPECT_EQ(states(read(image, "negate: 0\nmode: scale")), "oooufff");
+  EXPECT_EQ(states(read(image, "negate: 1\nmode: scale")), "fuuoooo");
+  const std::string percents = "P5\n7 1\n255\n" + std::string("\x00\x19\x1a\x40\x41\x64\x65", 7);
+  EXPECT_EQ(states(read(percents, "negate: 0\nmode: raw")), "ffuuoou");
+}
+
+/// PNG files of one row, as other programs write them.
+class ReadPngOfOthers : public ReadMapOfOthers {
+ protected:
+  /// @param channels  1, or 2 with alpha; 3, or 4 with alpha.
+  [[nodiscard]] static std::string png(const std::vector<std::uint8_t>& samples,
+                                       unsigned channels) {
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    image.width = static_cast<png_uint_32>(samples.size() / channels);
+    image.height = 1;
+    image.format = std::array<png_uint_32, 5>{0, PNG_FORMAT_GRAY, PNG_FORMAT_GA, PNG_FORMAT_RGB,
+                                              PNG_FORMAT_RGBA}
+                       .at(channels);
+    std::string bytes(10000, '\0');
+    png_alloc_size_t size = bytes.size();
+    EXPECT_NE(png_image_write_to_memory(&image, bytes.data(), &size, 0, samples.data(), 0, nullptr),
+              0);
+    bytes.resize(size);
+    return bytes;
+  }
+};
+
+TEST_F(ReadPngOfOthers, KeepsTheGrayOfItsPixels) {
+  const std::vector<std::uint8_t> pixels = {0, 1, 89, 90, 204, 205, 206, 254, 255};
+  const MapImage map = read(png(pixels, 1));
+  EXPECT_EQ(map.pixels, pixels);
+  EXPECT_EQ(states(map), "ooouuufff");
+  EXPECT_EQ(states(read(png(pixels, 1), "negate: 1")), "ffuuooooo");
+  EXPECT_EQ(states(read(png(pixels, 1), "negate: 0\nmode: scale")), "oooofffff");
+}
+
+TEST_F(ReadPngOfOthers, AveragesColoursAsMapServerDoes) {
+  // 89 and a third, 89, 205 and a third, 0 in the mean.
+  EXPECT_EQ(states(read(png({90, 89, 89, 89, 89, 89, 205, 205, 206, 0, 0, 0}, 3))), "uofo");
+  // With alpha in the mean: 63.75, 89.25, 217.5, 191.25 of one that nobody sees.
+  const std::string with_alpha =
+      png({0, 0, 0, 255, 34, 34, 34, 255, 205, 205, 205, 255, 255, 255, 255, 0}, 4);
+  EXPECT_EQ(states(read(with_alpha)), "oufu");
+  EXPECT_EQ(states(read(with_alpha, "negate: 0\nmode: scale")), "ooff") << "without alpha";
+  EXPECT_EQ(states(read(png({150, 255, 150, 0}, 2), "negate: 0\nmode: scale")), "uu")
+      << "between, or not seen";
+}
+
+TEST_F(ReadPngOfOthers, SaysWhatIsWrong) {
+  const std::string sound = png(std::vector<std::uint8_t>(300, 7), 1);
+  EXPECT_EQ(refusal(sound), "(no error)");
+  EXPECT_TRUE(contains(refusal(sound.substr(0, 20)), "a.pgm' is a damaged PNG ("));
+  EXPECT_TRUE(contains(refusal(sound.substr(0, sound.size() - 20)),
+                       "a.pgm' is a PNG that is cut off or damaged ("))
+      << refusal(sound.substr(0, sound.size() - 20));
+  std::string flipped = sound;
+  flipped[sound.size() - 20] = static_cast<char>(flipped[sound.size() - 20] ^ 1);
+  EXPECT_TRUE(contains(refusal(flipped), "cut off or damaged (")) << refusal(flipped);
+  EXPECT_TRUE(
+      contains(refusal("GIF89a"), "is not a binary PGM (it does not begin with P5), nor a PNG"));
 }
 
 TEST_F(ReadMapOfOthers, SaysWhichFileIsMissing) {

@@ -1,0 +1,86 @@
+#include "io/png_image.hpp"
+
+#include <png.h>
+
+#include <cstddef>
+#include <stdexcept>
+
+namespace matchbox_slam {
+namespace {
+
+// Beyond, a file of some kilobytes would fill the memory.
+constexpr double kMostSamples = 4e8;
+
+/// libpng's view of one image, which lends memory until it is done.
+class Image {
+ public:
+  Image() { image_.version = PNG_IMAGE_VERSION; }
+  Image(const Image&) = delete;
+  Image& operator=(const Image&) = delete;
+  ~Image() { png_image_free(&image_); }
+
+  png_image& operator*() { return image_; }
+  png_image* operator->() { return &image_; }
+
+  void require(int success, const std::string& what) const {
+    if (success == 0) {
+      throw std::runtime_error(what + " (" + image_.message + ")");
+    }
+  }
+
+ private:
+  png_image image_{};
+};
+
+/// The channels that the pixels have, whatever their depth.
+std::uint32_t format_of(std::uint32_t format) {
+  if ((format & PNG_FORMAT_FLAG_ALPHA) != 0) {
+    return PNG_FORMAT_RGBA;
+  }
+  return (format & PNG_FORMAT_FLAG_COLOR) != 0 ? PNG_FORMAT_RGB : PNG_FORMAT_GRAY;
+}
+
+}  // namespace
+
+bool is_png(const std::string& bytes) { return bytes.compare(0, 8, "\x89PNG\r\n\x1a\n") == 0; }
+
+PngImage read_png(const std::string& bytes) {
+  Image image;
+  image.require(png_image_begin_read_from_memory(&*image, bytes.data(), bytes.size()),
+                "is a damaged PNG");
+  image->format = format_of(image->format);
+  image->flags |= PNG_IMAGE_FLAG_16BIT_sRGB;  // else 16 bits were taken for linear, and bent
+  PngImage result;
+  result.width = static_cast<int>(image->width);
+  result.height = static_cast<int>(image->height);
+  result.channels = static_cast<int>(PNG_IMAGE_SAMPLE_CHANNELS(image->format));
+  const double samples = static_cast<double>(image->width) * static_cast<double>(image->height) *
+                         static_cast<double>(result.channels);
+  if (samples > kMostSamples) {
+    throw std::runtime_error("has " + std::to_string(image->width) + " x " +
+                             std::to_string(image->height) + " pixels of " +
+                             std::to_string(result.channels) +
+                             " channels; allowed: 400 million samples in all");
+  }
+  result.samples.resize(static_cast<std::size_t>(samples));
+  image.require(png_image_finish_read(&*image, nullptr, result.samples.data(), 0, nullptr),
+                "is a PNG that is cut off or damaged");
+  return result;
+}
+
+std::string gray_png(int width, int height, const std::vector<std::uint8_t>& pixels) {
+  Image image;
+  image->width = static_cast<std::uint32_t>(width);
+  image->height = static_cast<std::uint32_t>(height);
+  image->format = PNG_FORMAT_GRAY;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(*image);
+  std::string bytes(size, '\0');
+  image.require(
+      png_image_write_to_memory(&*image, bytes.data(), &size, 0, pixels.data(), 0, nullptr),
+      "cannot encode a PNG of " + std::to_string(width) + " x " + std::to_string(height) +
+          " pixels");
+  bytes.resize(size);
+  return bytes;
+}
+
+}  // namespace matchbox_slam
