@@ -23,6 +23,10 @@ struct MapRevision {
   std::size_t resets = 0;
   std::size_t inserted = 0;  ///< scans in the map
   std::size_t scans = 0;     ///< that were processed
+
+  [[nodiscard]] bool operator==(const MapRevision& other) const {
+    return resets == other.resets && inserted == other.inserted && scans == other.scans;
+  }
 };
 
 /// The state of the mapping at one moment. Copies share the grid's memory.

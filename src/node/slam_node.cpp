@@ -7,11 +7,13 @@
 #include "common/number_text.hpp"
 #include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/saved_map.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/queue_settings.hpp"
 #include "ros/ros_parameters.hpp"
 #include "run/events_file.hpp"
 #include "run/frames.hpp"
+#include "run/start_map.hpp"
 
 namespace matchbox_slam {
 
@@ -37,12 +39,25 @@ LiveConfiguration read_configuration(const ros::NodeHandle& private_node,
       require_writable_folder(std::filesystem::path(absolute(file)).parent_path().string());
     }
   }
+  if (options.autosave_period > 0.0) {
+    require_writable_folder(
+        std::filesystem::path(absolute(options.map_file)).parent_path().string());
+  }
   return configuration;
 }
 
 ScanQueueSettings node_queue_settings(const SlamSetup& setup) {
   return queue_settings(setup.run, setup.engine.scan.max_tilt,
                         fixed_scan_time_offset(setup.run).value_or(0.0));
+}
+
+template <typename Work>
+void log_failure(const Work& work) {
+  try {
+    work();
+  } catch (const std::exception& error) {
+    ROS_ERROR_STREAM(error.what());
+  }
 }
 
 /// All is only kept where it is asked for: it grows as long as the node runs.
@@ -73,6 +88,14 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
   const SlamSetup& setup = run_.setup();
   if (!setup.node.initial_map.empty()) {
     initial_map_ = read_load(setup.node.initial_map);
+  }
+  if (const std::string saved = absolute(setup.node.map_file) + ".slam";
+      setup.node.resume && std::filesystem::exists(saved)) {
+    resumed_ = read_map_start(saved, setup.engine);
+    resumed_file_ = saved;
+    has_resumed_ = true;
+    run_.start_from(*resumed_);
+  } else if (initial_map_) {
     run_.apply(*initial_map_);
   }
   map_publisher_ = std::make_unique<MapPublisher>(
@@ -85,6 +108,9 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
                                   << ", frames " << options_.map_frame << ", "
                                   << (options_.use_odometry ? options_.odom_frame + ", " : "")
                                   << options_.base_frame);
+  if (setup.node.autosave_period > 0.0) {
+    autosave_ = std::make_unique<Autosave>(setup.node.autosave_period, [this] { autosave(); });
+  }
   worker_.start();
   for (const auto& spinner : spinners_) {
     spinner->start();
@@ -101,10 +127,11 @@ SlamNode::~SlamNode() {
   diagnostic_timer_.stop();
   poses_.stop();
   map_publisher_.reset();
-  try {
-    save_records();
-  } catch (const std::exception& error) {
-    ROS_ERROR_STREAM(error.what());
+  const bool saves_map = autosave_ != nullptr;
+  autosave_.reset();
+  log_failure([this] { save_records(); });
+  if (saves_map) {
+    log_failure([this] { autosave(); });
   }
 }
 
@@ -126,7 +153,7 @@ void SlamNode::cut_no_returns(double from) {
   worker_.post(Reconfigure{changes});
   const bool begins_anew = [&] {
     const std::lock_guard<std::mutex> lock(run_mutex_);
-    return run_.resets() == 0;
+    return run_.resets() == 0 && !has_resumed_;
   }();
   if (begins_anew) {
     worker_.post(Reset{});
@@ -159,6 +186,9 @@ void SlamNode::handle(const ReadyScan& scan) {
   std::vector<std::string> laser_news;
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
+    if (resumed_) {
+      take_up(scan.input.scan.stamp);
+    }
     outcome = run_.process(scan.input);
     if (outcome) {
       match_seconds = run_.last_match_seconds();
@@ -186,6 +216,20 @@ void SlamNode::handle(const ReadyScan& scan) {
   poses_.publish(scan, *outcome, match_seconds, matcher);
 }
 
+/// Of another drive it is when the robot was switched off between, and its odometry begins anew.
+void SlamNode::take_up(double stamp) {
+  const double longest_pause = kLongestPause + run_.setup().node.autosave_period;
+  const double saved = resumed_->motion.stamp.value_or(0.0);
+  const bool same_drive = run_.take_up(std::move(*resumed_), stamp, longest_pause);
+  resumed_.reset();
+  ROS_INFO_STREAM("going on with "
+                  << resumed_file_ << " as of the scan of " << fixed_text(saved, 3) << " s: "
+                  << (same_drive
+                          ? "the drive goes on"
+                          : "this is another drive, and the robot is searched for in the map")
+                  << " with the scan of " << fixed_text(stamp, 3) << " s");
+}
+
 void SlamNode::remember_health(const ReadyScan& scan, const ScanOutcome& outcome) {
   recent_.push_back({outcome.stamp, seconds_between(scan.stamp, ros::Time::now()),
                      run_.last_match_seconds(), outcome.match.score, outcome.match.status,
@@ -208,6 +252,7 @@ void SlamNode::handle(const TimeJump& jump) {
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
     run_.jump_back();
+    resumed_.reset();
     if (initial_map_) {
       run_.apply(*initial_map_);
     }
@@ -218,6 +263,9 @@ void SlamNode::handle(const TimeJump& jump) {
 void SlamNode::handle(const RunEvent& event) {
   std::unique_lock<std::mutex> lock(run_mutex_);
   run_.apply(event);
+  if (gives_up_map(event) || std::holds_alternative<SetPose>(event)) {
+    resumed_.reset();  // where the robot is, somebody has said
+  }
   if (gives_up_map(event)) {
     forget_map();
   } else if (std::holds_alternative<Reconfigure>(event)) {

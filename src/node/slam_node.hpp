@@ -19,6 +19,7 @@
 #include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/TakePlace.h"
 #include "matching/hough/relocalise.hpp"
+#include "node/autosave.hpp"
 #include "node/map_publisher.hpp"
 #include "node/pose_publisher.hpp"
 #include "node/reconfigure_server.hpp"
@@ -57,6 +58,7 @@ class SlamNode {
   void handle(const RunEvent& event);
   void forget_map();
   void adopt_options(const SlamSetup& setup);
+  void take_up(double stamp);
   void remember_health(const ReadyScan& scan, const ScanOutcome& outcome);
 
   bool answer_dynamic_map(nav_msgs::GetMap::Request& request, nav_msgs::GetMap::Response& response);
@@ -74,7 +76,13 @@ class SlamNode {
   [[nodiscard]] LoadMapFile read_load(const std::string& path);
   [[nodiscard]] MapRevision map_revision();
   [[nodiscard]] MapSnapshot map_snapshot();
-  std::size_t save_map_files(const std::string& path);
+  /// What was saved, and where, for people.
+  struct SavedMap {
+    std::size_t scans = 0;
+    std::string text;
+  };
+  SavedMap save_map_files();
+  void autosave();
   void save_records();
 
   ros::NodeHandle node_;
@@ -88,7 +96,12 @@ class SlamNode {
   SlamRun run_;
   std::optional<ReadyScan> newest_scan_;
   std::deque<ScanHealth> recent_;
+  bool has_resumed_ = false;         ///< it has begun with the map of map_file
+  std::optional<MapStart> resumed_;  ///< that map, until it shows which drive goes on in it
+  std::string resumed_file_;
 
+  std::mutex save_mutex_;                 ///< held while files of the map are written
+  std::optional<MapRevision> autosaved_;  ///< by the thread that does so, or at the end
   ScanWorker worker_;
   const RunOptions options_;  ///< what of the configuration does not change
   const std::string trajectory_file_;
@@ -104,6 +117,7 @@ class SlamNode {
   std::unique_ptr<MapPublisher> map_publisher_;
   std::unique_ptr<ReconfigureServer> reconfigure_server_;
   std::unique_ptr<SlamInput> input_;
+  std::unique_ptr<Autosave> autosave_;  ///< null: the map is saved only when that is asked for
   std::vector<std::unique_ptr<ros::AsyncSpinner>> spinners_;
 };
 

@@ -86,13 +86,9 @@ bool SlamNode::answer_dynamic_map(nav_msgs::GetMap::Request& /*request*/,
 bool SlamNode::answer_save_map(std_srvs::Trigger::Request& /*request*/,
                                std_srvs::Trigger::Response& response) {
   return answer(response, [&] {
-    const std::string path = std::filesystem::absolute(setup().node.map_file).string();
-    const std::size_t scans = save_map_files(path);
+    const SavedMap saved = save_map_files();
     save_records();
-    const char* const image =
-        map_format(setup().run) == MapFormat::kPng ? ".occupancy.png" : ".pgm";
-    return "map of " + std::to_string(scans) + " scans saved as " + path + image +
-           ", .yaml, .png and .slam";
+    return "map of " + std::to_string(saved.scans) + " scans saved as " + saved.text;
   });
 }
 
@@ -220,14 +216,15 @@ std::string SlamNode::try_to_correct_pose(const Relocalisation& found, double st
   return "";
 }
 
-/// Returns of how many scans the map is.
-std::size_t SlamNode::save_map_files(const std::string& path) {
+SlamNode::SavedMap SlamNode::save_map_files() {
   static_cast<void>(map_snapshot());  // rendered while the mapping goes on
+  const std::lock_guard<std::mutex> saving(save_mutex_);
   std::unique_lock<std::mutex> lock(run_mutex_);
   const std::size_t scans = run_.scans();
   if (scans == 0) {
     throw std::runtime_error("no scan was mapped yet; nothing is saved, so that no map is lost");
   }
+  const std::string path = std::filesystem::absolute(run_.setup().node.map_file).string();
   const MapStart map = run_.snapshot();
   const MapFormat format = map_format(run_.setup().run);
   const Trajectory trajectory(run_.path().poses());
@@ -239,7 +236,19 @@ std::size_t SlamNode::save_map_files(const std::string& path) {
   files.push_back({path + ".slam", to_saved_map(map)});
   require_writable_folder(std::filesystem::path(path).parent_path().string());
   replace_files(files);
-  return scans;
+  return {scans, path + (format == MapFormat::kPng ? ".occupancy.png" : ".pgm") +
+                     ", .yaml, .png and .slam"};
+}
+
+/// In a thread of its own, and at the end. Trajectory and events are not written: for these the
+/// mapping would wait for a search for a loop.
+void SlamNode::autosave() {
+  const MapRevision now = map_revision();
+  if (now.scans == 0 || now == autosaved_) {
+    return;
+  }
+  static_cast<void>(save_map_files());
+  autosaved_ = now;
 }
 
 void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& status) {

@@ -14,6 +14,8 @@ struct SlamNodeOptions {
   double map_update_interval = 1.0;
   std::string initial_map;
   std::string map_file = "map";
+  double autosave_period = 0.0;
+  bool resume = false;
   std::string trajectory_file;
   std::string events_file;
 
@@ -34,6 +36,11 @@ struct SlamNodeOptions {
            "none.");
     option(self.map_file, "map_file", any(), "",
            "~save_map writes this path + .pgm (see map_format), .yaml, .png and .slam.");
+    option(self.autosave_period, "autosave_period", between(0.0, 86400.0), "s",
+           "So long after it was saved last, and at the end of the node, the map is saved as by "
+           "~save_map, if scans were used since; by the wall clock. 0: never.");
+    option(self.resume, "resume", any(), "",
+           "Whether to go on with map_file + .slam, where there is one, instead of initial_map.");
     option(self.trajectory_file, "trajectory_file", any(), "",
            "~save_map and the end of the node write the trajectory here (TUM); empty: nowhere.");
     option(self.events_file, "events_file", any(), "",

@@ -9,6 +9,7 @@
 #include "common/number_text.hpp"
 #include "common/thread_time.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "run/start_map.hpp"
 
 namespace matchbox_slam {
 
@@ -80,6 +81,19 @@ void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   inserted_ = 0;
   left_out_ = 0;
   parts_given_up_ = 0;
+}
+
+bool SlamRun::take_up(MapStart saved, double stamp, double longest_pause) {
+  const bool same_drive = is_same_drive(stamp, saved.motion.stamp, longest_pause);
+  const bool has_key_scans = !saved.key_scans.empty();
+  if (!same_drive) {
+    put_on_mark(setup().run, saved);
+  }
+  start_from(std::move(saved));
+  if (!same_drive && has_key_scans) {
+    begin_drive(stamp);
+  }
+  return same_drive;
 }
 
 // --- events ---

@@ -51,6 +51,11 @@ class SlamRun {
   /// Before the first scan: goes on from there, as SlamEngine::start_from.
   void start_from(MapStart start) { engine_->start_from(std::move(start)); }
 
+  /// Before the first scan, which is of this stamp [s]: goes on from a saved map. As if nothing had
+  /// been between, where that scan is of the same drive. Else the robot may be anywhere, and is
+  /// searched for; an image holds nothing to find it by. Returns whether it is the same drive.
+  bool take_up(MapStart saved, double stamp, double longest_pause);
+
   /// The next scan, of this stamp [s], is of another drive: where the robot is has to be found.
   void begin_drive(double stamp) {
     finish();

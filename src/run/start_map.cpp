@@ -28,9 +28,8 @@ void put_on_mark(const RunOptions& options, MapStart& start) {
   }
 }
 
-bool is_same_drive(double stamp, std::optional<double> before) {
-  constexpr double kSameDrive = 10.0;  // [s]
-  return before && stamp > *before && stamp <= *before + kSameDrive;
+bool is_same_drive(double stamp, std::optional<double> before, double longest_pause) {
+  return before && stamp > *before && stamp <= *before + longest_pause;
 }
 
 }  // namespace matchbox_slam

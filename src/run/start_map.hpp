@@ -16,8 +16,12 @@ namespace matchbox_slam {
 /// The same of a map that was read.
 void put_on_mark(const RunOptions& options, MapStart& start);
 
-/// Whether a scan of this stamp [s] comes within 10 s after one of another recording, so that both
-/// are of the same drive: odometry goes on, too.
-[[nodiscard]] bool is_same_drive(double stamp, std::optional<double> before);
+/// A scan that comes so long [s] after one of another recording is of the same drive.
+constexpr double kLongestPause = 10.0;
+
+/// Whether a scan of this stamp [s] comes soon after one of another recording, so that both are of
+/// the same drive: odometry goes on, too.
+[[nodiscard]] bool is_same_drive(double stamp, std::optional<double> before,
+                                 double longest_pause = kLongestPause);
 
 }  // namespace matchbox_slam

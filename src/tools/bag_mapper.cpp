@@ -122,19 +122,10 @@ void BagMapping::cut_no_returns() {
                " m, from which on they are no return");
 }
 
-/// As if nothing had been between, where the first scan is of the same drive. Else the robot may be
-/// anywhere; an image holds nothing to find it by.
 void BagMapping::go_on_with_saved_map(double stamp) {
-  const bool same_drive = is_same_drive(stamp, saved_->motion.stamp);
   const bool has_key_scans = !saved_->key_scans.empty();
-  if (!same_drive) {
-    put_on_mark(run_->setup().run, *saved_);
-  }
-  run_->start_from(std::move(*saved_));
+  const bool same_drive = run_->take_up(std::move(*saved_), stamp, kLongestPause);
   saved_.reset();
-  if (!same_drive && has_key_scans) {
-    run_->begin_drive(stamp);
-  }
   dialog_.inform("going on with " + map_file_ +
                  (same_drive      ? ", whose drive goes on"
                   : has_key_scans ? "; this is another drive: the robot is searched for in the map"

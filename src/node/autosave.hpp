@@ -1,0 +1,34 @@
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+namespace matchbox_slam {
+
+/// Saves again and again in a thread of its own, so that nothing else waits for it.
+class Autosave {
+ public:
+  /// @param period  [s] from the end of one to the begin of the next, by the wall clock.
+  /// @param save    called from the thread. What it throws is told in the log, and tried again.
+  Autosave(double period, std::function<void()> save);
+
+  /// Ends after the one at hand.
+  ~Autosave();
+
+  Autosave(const Autosave&) = delete;
+  Autosave& operator=(const Autosave&) = delete;
+
+ private:
+  void run();
+
+  const double period_;
+  const std::function<void()> save_;
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  bool is_ending_ = false;
+  std::thread thread_;
+};
+
+}  // namespace matchbox_slam
