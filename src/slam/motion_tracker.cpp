@@ -5,6 +5,17 @@
 #include <string>
 
 namespace matchbox_slam {
+namespace {
+
+/// Whether no robot that moves steadily but for the usual changes of its velocity moves so.
+bool is_improbable(const Pose2& moved, const MotionEstimate& steady) {
+  constexpr double kImprobable = 16.27;  // squared, of three degrees of freedom: 99.9 % are within
+  const Eigen::Vector3d off = difference(moved, steady.previous_from_current);
+  const Eigen::Matrix3d covariance = steady.covariance + steady.floor;
+  return off.dot(covariance.ldlt().solve(off)) > kImprobable;
+}
+
+}  // namespace
 
 void MotionTracker::check(const ScanInput& input) const {
   const auto scan = [&input] { return "scan at " + std::to_string(input.scan.stamp) + " s"; };
@@ -26,14 +37,34 @@ void MotionTracker::check(const ScanInput& input) const {
 
 MotionPrediction MotionTracker::predict(const ScanInput& input) const {
   check(input);
+  if (state_.stamp) {
+    return predict_by(motion_since_newest(input), input);
+  }
   MotionPrediction predicted;
   predicted.fixed_from_base = state_.fixed_from_base;
   predicted.covariance = state_.covariance;
-  if (state_.stamp) {
-    predicted.motion = motion_since_newest(input);
-    predicted.fixed_from_base = state_.fixed_from_base * predicted.motion.previous_from_current;
-    add_errors(predicted);
+  predicted.during_scan = motion_during_scan(input, state_.motion, state_.interval);
+  return predicted;
+}
+
+std::optional<MotionPrediction> MotionTracker::predict_steadily(const ScanInput& input) const {
+  if (!has_odometry(input) || !state_.odom_from_base || !is_steady()) {
+    return std::nullopt;
   }
+  const MotionEstimate steady = steady_motion(input.scan.stamp - *state_.stamp);
+  if (!is_improbable(motion_since_newest(input).previous_from_current, steady)) {
+    return std::nullopt;
+  }
+  return predict_by(steady, input);
+}
+
+MotionPrediction MotionTracker::predict_by(const MotionEstimate& motion,
+                                           const ScanInput& input) const {
+  MotionPrediction predicted;
+  predicted.motion = motion;
+  predicted.fixed_from_base = state_.fixed_from_base * motion.previous_from_current;
+  predicted.covariance = state_.covariance;
+  add_errors(predicted);
   predicted.during_scan = motion_during_scan(input, state_.motion, state_.interval);
   return predicted;
 }
@@ -66,8 +97,7 @@ MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const 
     return motion_from_odometry(*state_.odom_from_base, input.odometry->odom_from_base, interval,
                                 options_);
   }
-  const MotionEstimate motion =
-      motion_at_constant_velocity(state_.motion, state_.interval, interval, options_);
+  const MotionEstimate motion = steady_motion(interval);
   if (is_sensed && source_ == GuessSource::kHeading) {
     return with_measured_turn(
         motion, wrap_angle(input.odometry->odom_from_base.theta - state_.odom_from_base->theta),
@@ -78,10 +108,14 @@ MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const 
 
 Pose2 MotionTracker::motion_during_scan(const ScanInput& input, const Pose2& moved,
                                         double interval) const {
-  if (has_odometry(input)) {
-    return input.odometry->odom_from_base.inverse() * input.odometry->odom_from_base_last_beam;
-  }
   Pose2 motion;
+  if (has_odometry(input)) {
+    motion = input.odometry->odom_from_base.inverse() * input.odometry->odom_from_base_last_beam;
+    // One that is set meanwhile would tear the scan.
+    if (!is_steady() || !is_improbable(motion, steady_motion(input.scan.duration()))) {
+      return motion;
+    }
+  }
   if (interval > 0.0) {
     motion = interpolate(Pose2{}, moved, input.scan.duration() / interval);
   }

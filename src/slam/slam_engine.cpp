@@ -49,6 +49,32 @@ Eigen::Matrix3d anywhere_in(const SlamMap& map) {
   return covariance_of(size, kPi);
 }
 
+/// How well it is known where a robot is as seen from what it has just drawn, which lies as wrong
+/// as the robot is: in a corridor that does not hold it the way since then counts alone. Else the
+/// next matches may slide along it by all that has come together on its way. 24 drives of four
+/// minutes through hotels and campuses, of 181 to 1040 beams that reach 6 to 30 m: mean error 0.19
+/// m, median 0.058, and 0.35 and 0.071 without it. With 0.3 m one drive of few beams ends 5.9 m
+/// off.
+Eigen::Matrix3d beside_drawn(const Eigen::Matrix3d& covariance) {
+  const Eigen::Matrix3d drawn = covariance_of(0.15, 0.05);  // [m], [rad]
+  const Eigen::Matrix3d beside = covariance * (covariance + drawn).inverse() * drawn;
+  return 0.5 * (beside + beside.transpose());
+}
+
+/// Whether a match with the prediction of a steady motion is to be believed and not that with the
+/// prediction of an odometry which says what robots cannot do.
+bool is_likelier(const WeighedMatch& steady, const WeighedMatch& by_odometry) {
+  constexpr double kClearly = 0.1;
+  const auto rank = [](const WeighedMatch& match) {
+    return match.match.accepted() ? 2 : match.certainty == Certainty::kNewGround ? 1 : 0;
+  };
+  const auto net = [](const WeighedMatch& match) {
+    return match.match.score - match.match.contradiction;
+  };
+  return rank(steady) != rank(by_odometry) ? rank(steady) > rank(by_odometry)
+                                           : net(steady) > net(by_odometry) + kClearly;
+}
+
 }  // namespace
 
 SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
@@ -67,15 +93,15 @@ SlamEngine& SlamEngine::operator=(SlamEngine&& other) noexcept = default;
 SlamEngine::~SlamEngine() = default;
 
 ScanOutcome SlamEngine::process(const ScanInput& input) {
-  const MotionPrediction predicted = tracker_.predict(input);
+  MotionPrediction predicted = tracker_.predict(input);
   if (!further_lasers_.leads(input, tracker_.state().stamp)) {
     return take_aside(input, predicted);
   }
   const Pose2 before = tracker_.state().fixed_from_base;
   see(input, predicted);
-  ScanOutcome outcome = outcome_of(input, predicted);
+  const WeighedMatch weighed = match_likeliest(input, predicted);
   // A rejected match carries the prediction, which stands then.
-  const WeighedMatch weighed = match(seen_->all(), predicted);
+  ScanOutcome outcome = outcome_of(input, predicted);
   outcome.match = weighed.match;
   outcome.certainty = weighed.certainty;
   const MatchedMotion matched = tracker_.after_match(input, predicted, outcome.match);
@@ -96,8 +122,9 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   }
   // What covers a doubt is told, and does not grow from scan to scan.
   const bool is_doubted = outcome.certainty == Certainty::kDoubtful;
+  const Eigen::Matrix3d covariance = is_doubted ? predicted.covariance : outcome.covariance;
   tracker_.remember(input, predicted, outcome.map_from_base,
-                    is_doubted ? predicted.covariance : outcome.covariance,
+                    outcome.inserted ? beside_drawn(covariance) : covariance,
                     outcome.match.accepted() || outcome.inserted);
   further_lasers_.move_on(before.inverse() * outcome.map_from_base);
   ++scan_count_;
@@ -153,6 +180,22 @@ ScanOutcome SlamEngine::take_aside(const ScanInput& input, const MotionPredictio
   outcome.match.status = MatchStatus::kOfFurtherLaser;
   outcome.state = state();
   return outcome;
+}
+
+/// Where odometry tells of a step that cannot be, the robot may have gone on as it did: then
+/// `predicted` becomes that.
+WeighedMatch SlamEngine::match_likeliest(const ScanInput& input, MotionPrediction& predicted) {
+  const WeighedMatch by_odometry = match(seen_->all(), predicted);
+  const std::optional<MotionPrediction> steady = tracker_.predict_steadily(input);
+  if (!steady) {
+    return by_odometry;
+  }
+  const WeighedMatch steadily = match(seen_->all(), *steady);
+  if (!is_likelier(steadily, by_odometry)) {
+    return by_odometry;
+  }
+  predicted = *steady;
+  return steadily;
 }
 
 WeighedMatch SlamEngine::match(const PointScan& scan, const MotionPrediction& predicted) {

@@ -55,6 +55,16 @@ void miss(MotionTracker& tracker, const ScanInput& input) {
   tracker.remember(input, predicted, predicted.fixed_from_base, predicted.covariance, false);
 }
 
+/// Half a metre a second, ahead.
+MotionTracker tracker_of_steady_robot() {
+  MotionTracker tracker({});
+  for (const int i : {0, 1}) {
+    const Pose2 pose{0.05 * i, 0.0, 0.0};
+    fix(tracker, scan_with_odometry(1.0 + 0.1 * i, pose, pose), pose);
+  }
+  return tracker;
+}
+
 // --- input ---
 
 TEST(MotionTracker, RefusesScansOutOfOrder) {
@@ -320,6 +330,46 @@ TEST(MotionTracker, ItsStateIsAllThatItKnows) {
     EXPECT_EQ(tracker.after_match(input, a, match_at({})).fixed_from_base,
               other.after_match(input, b, match_at({})).fixed_from_base);
   }
+}
+
+// --- odometry that cannot be ---
+
+TEST(MotionTracker, GoesOnSteadilyWhereOdometryTellsOfNoMotionOfARobot) {
+  const MotionTracker tracker = tracker_of_steady_robot();
+  for (const Pose2& jumped : {Pose2{1.1, 0.0, 0.0}, Pose2{0.1, -1.0, 0.0}, Pose2{0.1, 0.0, 1.0}}) {
+    const auto steady = tracker.predict_steadily(scan_with_odometry(1.2, jumped, jumped));
+    ASSERT_TRUE(steady);
+    expect_near(steady->fixed_from_base, {0.1, 0.0, 0.0});
+  }
+}
+
+TEST(MotionTracker, OdometryThatIsSetMeanwhileTearsNoScan) {
+  const MotionTracker tracker = tracker_of_steady_robot();
+  const Pose2 first{0.1, 0.0, 0.0};
+  const auto during = [&](const Pose2& last) {
+    return tracker.predict(scan_with_odometry(1.2, first, last)).during_scan;
+  };
+  expect_near(during({0.13, 0.0, 0.0}), {0.03, 0.0, 0.0});
+  expect_near(during({1.1, 0.0, 0.0}), {0.02, 0.0, 0.0});
+}
+
+TEST(MotionTracker, TakesOdometryAtItsWordWhereARobotMayMoveSo) {
+  const MotionTracker tracker = tracker_of_steady_robot();
+  // It brakes, or goes on at 3 m/s, or turns by 4 rad/s.
+  for (const Pose2& moved : {Pose2{0.05, 0.0, 0.0}, Pose2{0.35, 0.0, 0.0}, Pose2{0.1, 0.0, 0.4}}) {
+    EXPECT_FALSE(tracker.predict_steadily(scan_with_odometry(1.2, moved, moved)));
+  }
+  const Pose2 later{1.1, 0.0, 0.0};
+  EXPECT_FALSE(tracker.predict_steadily(scan_with_odometry(2.1, later, later))) << "a second later";
+}
+
+TEST(MotionTracker, KnowsNoSteadyMotionWithoutOdometryOrMatches) {
+  MotionTracker tracker = tracker_of_steady_robot();
+  EXPECT_FALSE(tracker.predict_steadily(scan_at(1.2)));
+  const Pose2 jumped{3.0, 0.0, 0.0};
+  miss(tracker, scan_with_odometry(1.2, {}, {}));
+  EXPECT_FALSE(tracker.predict_steadily(scan_with_odometry(1.3, jumped, jumped)));
+  EXPECT_FALSE(MotionTracker({}).predict_steadily(scan_with_odometry(1.3, jumped, jumped)));
 }
 
 }  // namespace

@@ -77,6 +77,11 @@ class MotionTracker {
   /// laser's pose is no number.
   [[nodiscard]] MotionPrediction predict(const ScanInput& input) const;
 
+  /// The prediction by the last motion alone, where what odometry tells of this step can be no
+  /// motion of a robot that has moved like that: it was set, say, or catches up after it hung.
+  /// Empty where it can. The input is one that predict() takes.
+  [[nodiscard]] std::optional<MotionPrediction> predict_steadily(const ScanInput& input) const;
+
   /// What a match, accepted or not, says of the scan that was predicted so.
   [[nodiscard]] MatchedMotion after_match(const ScanInput& input, const MotionPrediction& predicted,
                                           const MatchResult& match) const;
@@ -104,6 +109,13 @@ class MotionTracker {
 
  private:
   void check(const ScanInput& input) const;
+  /// Whether it is known how the base has just moved.
+  [[nodiscard]] bool is_steady() const { return state_.matched && state_.interval > 0.0; }
+  [[nodiscard]] MotionEstimate steady_motion(double interval) const {
+    return motion_at_constant_velocity(state_.motion, state_.interval, interval, options_);
+  }
+  [[nodiscard]] MotionPrediction predict_by(const MotionEstimate& motion,
+                                            const ScanInput& input) const;
   void add_errors(MotionPrediction& predicted) const;
   [[nodiscard]] MotionEstimate motion_since_newest(const ScanInput& input) const;
   /// @param moved  motion of the base in `interval` seconds, which is that of the scan too where

@@ -102,6 +102,7 @@ class SlamEngine {
   [[nodiscard]] NearRequest near_request() const;
   void see(const ScanInput& input, const MotionPrediction& predicted);
   ScanOutcome take_aside(const ScanInput& input, const MotionPrediction& predicted);
+  [[nodiscard]] WeighedMatch match_likeliest(const ScanInput& input, MotionPrediction& predicted);
   [[nodiscard]] WeighedMatch match(const PointScan& scan, const MotionPrediction& predicted);
   void insert_or_hold(const SeenScans& seen, int laser, ScanOutcome& outcome);
   void insert_or_hold(const PointScan& scan, const MeasuredScan& measured, int laser,
