@@ -10,5 +10,5 @@ WORKDIR /matchbox_slam
 COPY . .
 RUN scripts/build.sh
 ENV PATH=/matchbox_slam/.workspace/devel/lib/matchbox_slam:$PATH
-ENTRYPOINT ["/bin/bash", "-c", "source .workspace/devel/setup.bash && exec \"$@\"", "--"]
+ENTRYPOINT ["/bin/bash", "-c", "source /matchbox_slam/.workspace/devel/setup.bash && exec \"$@\"", "--"]
 CMD ["bash"]

@@ -21,17 +21,19 @@ using sensor_msgs::PointCloud2;
 
 using HeaderPtr = boost::shared_ptr<ros::M_string>;
 
-std::string value_of(const HeaderPtr& header, const std::string& key) {
+const std::string& value_of(const HeaderPtr& header, const std::string& key) {
+  static const std::string none;
   if (header == nullptr) {
-    return {};
+    return none;
   }
   const auto found = header->find(key);
-  return found == header->end() ? std::string() : found->second;
+  return found == header->end() ? none : found->second;
 }
 
 /// Whether a publisher says that it sends messages of this type, in the definition that we know.
 template <typename Message>
 bool sends(const HeaderPtr& header) {
+  // Compared in place, and keys so short that nothing is allocated for a scan.
   return value_of(header, "type") == ros::message_traits::datatype<Message>() &&
          value_of(header, "md5sum") == ros::message_traits::md5sum<Message>();
 }

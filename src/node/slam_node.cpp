@@ -130,6 +130,7 @@ SlamNode::~SlamNode() {
   const bool saves_map = autosave_ != nullptr;
   autosave_.reset();
   log_failure([this] { save_records(); });
+  autosaved_.reset();  // a loop may have been closed since, which no scan tells
   if (saves_map) {
     log_failure([this] { autosave(); });
   }
@@ -151,6 +152,9 @@ void SlamNode::cut_no_returns(double from) {
   Parameters changes;
   changes.set("scan/max_range", from);
   worker_.post(Reconfigure{changes});
+  if (setup().node.resume) {
+    private_node_.setParam("scan/max_range", from);  // else it would be drawn again after a respawn
+  }
   const bool begins_anew = [&] {
     const std::lock_guard<std::mutex> lock(run_mutex_);
     return run_.resets() == 0 && !has_resumed_;
@@ -262,9 +266,14 @@ void SlamNode::handle(const TimeJump& jump) {
 
 void SlamNode::handle(const RunEvent& event) {
   std::unique_lock<std::mutex> lock(run_mutex_);
+  if (resumed_ && std::holds_alternative<SetPose>(event)) {
+    // Where the robot is, somebody has said: odometry and stamps of the drive before say nothing.
+    put_on_mark(run_.setup().run, *resumed_);
+    run_.start_from(std::move(*resumed_));
+  }
   run_.apply(event);
   if (gives_up_map(event) || std::holds_alternative<SetPose>(event)) {
-    resumed_.reset();  // where the robot is, somebody has said
+    resumed_.reset();
   }
   if (gives_up_map(event)) {
     forget_map();

@@ -38,10 +38,12 @@ namespace matchbox_slam {
 class SlamNode {
  public:
   /// Starts at once. Throws ConfigurationError for private parameters that are unknown or not
-  /// allowed, and FileError when a file cannot be written or the initial map not read.
+  /// allowed, and FileError when a file cannot be written, or the initial map or the one to resume
+  /// not be read.
   SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node);
 
-  /// Ends after the scan at hand, then writes trajectory and events.
+  /// Ends after the scan at hand, then writes trajectory and events, and the map where it is saved
+  /// by itself.
   ~SlamNode();
 
   SlamNode(const SlamNode&) = delete;

@@ -183,19 +183,22 @@ std::size_t beam_count(const CloudOptions& options) {
 class Beams {
  public:
   explicit Beams(const CloudOptions& options)
-      : options_(options), ranges_(beam_count(options), std::numeric_limits<float>::infinity()) {}
+      : options_(options),
+        ranges_(beam_count(options), std::numeric_limits<float>::infinity()),
+        is_seen_(ranges_.size(), false) {}
 
   /// Returns whether the point is within reach.
   bool add(double x, double y) {
     const double range = std::hypot(x, y);
-    if (!(range >= options_.range_min && range < options_.range_max)) {
-      return false;
-    }
     const double step = options_.angle_increment;
     double angle = std::atan2(y, x) - options_.angle_min + 0.5 * step;
     angle -= 2.0 * kPi * std::floor(angle / (2.0 * kPi));
-    const auto beam = static_cast<std::size_t>(angle / step);
+    const auto beam = static_cast<std::size_t>(angle < 2.0 * kPi ? angle / step : 0.0);  // rounded
     if (beam >= ranges_.size()) {
+      return false;
+    }
+    if (!(range >= options_.range_min && range < options_.range_max)) {
+      is_seen_[beam] = is_seen_[beam] || std::isfinite(range);
       return false;
     }
     ranges_[beam] = std::min(ranges_[beam], static_cast<float>(range));
@@ -204,9 +207,11 @@ class Beams {
 
   /// Moves the beams into a scan.
   void give(sensor_msgs::LaserScan& scan) {
-    if (!options_.clear_empty) {
-      std::replace(ranges_.begin(), ranges_.end(), std::numeric_limits<float>::infinity(),
-                   std::numeric_limits<float>::quiet_NaN());
+    for (std::size_t i = 0; i < ranges_.size(); ++i) {
+      // What is too near or too far is something all the same, through which nothing is free.
+      if (std::isinf(ranges_[i]) && (!options_.clear_empty || is_seen_[i])) {
+        ranges_[i] = std::numeric_limits<float>::quiet_NaN();
+      }
     }
     const double first = options_.angle_min;
     const auto steps = static_cast<double>(ranges_.size() - 1);
@@ -230,6 +235,7 @@ class Beams {
  private:
   const CloudOptions& options_;
   std::vector<float> ranges_;  ///< counterclockwise; infinite: none yet
+  std::vector<bool> is_seen_;  ///< whether there was a point out of reach
 };
 
 /// What became of the points, to tell where none is left.

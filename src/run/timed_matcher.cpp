@@ -19,7 +19,7 @@ std::vector<OptionDescription> TimedMatcher::options() const { return matcher_->
 MatchResult TimedMatcher::match(const MatchProblem& problem) const {
   const double begin = thread_seconds();
   MatchResult result = matcher_->match(problem);
-  seconds_.store(thread_seconds() - begin);
+  seconds_.store(seconds_.load() + thread_seconds() - begin);
   return result;
 }
 

@@ -8,7 +8,7 @@
 
 namespace matchbox_slam {
 
-/// Any matcher, and the time that its last match had on a processor, which other programs do not
+/// Any matcher, and the time that its matches had on a processor, which other programs do not
 /// change. Everything else is as the matcher itself has it.
 class TimedMatcher : public ScanMatcher {
  public:
@@ -19,7 +19,7 @@ class TimedMatcher : public ScanMatcher {
   [[nodiscard]] std::vector<OptionDescription> options() const override;
   [[nodiscard]] MatchResult match(const MatchProblem& problem) const override;
 
-  /// Of the last match [s], and 0 from then on: a scan without match took none.
+  /// Of the matches since this was asked last [s]: a scan may take two, or none.
   double take_seconds() { return seconds_.exchange(0.0); }
 
  private:

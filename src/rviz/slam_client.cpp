@@ -263,7 +263,9 @@ void SlamClient::load_map(const std::string& file) {
           "as of map_server");
     }
     LoadMap service;
-    service.request.path = std::filesystem::path(file).has_extension() ? file : file + ".slam";
+    const std::string extension = std::filesystem::path(file).extension().string();
+    const bool is_map = extension == ".slam" || extension == ".yaml";  // a date has points, too
+    service.request.path = is_map ? file : file + ".slam";
     call("load_map", service);
     forget_places();
     return answer_of(service.response);

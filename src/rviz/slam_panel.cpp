@@ -157,6 +157,7 @@ void SlamPanel::save(rviz::Config config) const {
 /// Listens to this node, and to no other any more.
 void SlamPanel::follow(const QString& node) {
   node_->setText(node);  // and so it is not modified
+  forget_reset();        // of another node's map
   client_.reset();
   trouble_with_name_.clear();
   try {

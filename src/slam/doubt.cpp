@@ -130,8 +130,6 @@ bool is_jump(const MatchResult& found, const MatchProblem& problem) {
   return !is_near(found.map_from_base, problem.predicted_map_from_base, 0.2, 0.1);
 }
 
-double net_score(const MatchResult& match) { return match.score - match.contradiction; }
-
 /// In the window of a wide prior; and in that of the prior without the points that lay on backs of
 /// walls, which draw the rest of a scan there.
 MatchResult look_again(const MatchResult& first, const MatchProblem& problem,
@@ -228,6 +226,8 @@ const char* to_string(Certainty certainty) {
   }
   return "unknown";
 }
+
+double net_score(const MatchResult& match) { return match.score - match.contradiction; }
 
 bool is_convincing(const MatchResult& match, const DoubtOptions& options) {
   const bool is_searched = !match.proof || match.proof->gap() == 0.0;

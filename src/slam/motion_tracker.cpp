@@ -5,17 +5,6 @@
 #include <string>
 
 namespace matchbox_slam {
-namespace {
-
-/// Whether no robot that moves steadily but for the usual changes of its velocity moves so.
-bool is_improbable(const Pose2& moved, const MotionEstimate& steady) {
-  constexpr double kImprobable = 16.27;  // squared, of three degrees of freedom: 99.9 % are within
-  const Eigen::Vector3d off = difference(moved, steady.previous_from_current);
-  const Eigen::Matrix3d covariance = steady.covariance + steady.floor;
-  return off.dot(covariance.ldlt().solve(off)) > kImprobable;
-}
-
-}  // namespace
 
 void MotionTracker::check(const ScanInput& input) const {
   const auto scan = [&input] { return "scan at " + std::to_string(input.scan.stamp) + " s"; };
@@ -48,14 +37,36 @@ MotionPrediction MotionTracker::predict(const ScanInput& input) const {
 }
 
 std::optional<MotionPrediction> MotionTracker::predict_steadily(const ScanInput& input) const {
-  if (!has_odometry(input) || !state_.odom_from_base || !is_steady()) {
+  if (!has_odometry(input) || !state_.odom_from_base) {
     return std::nullopt;
   }
-  const MotionEstimate steady = steady_motion(input.scan.stamp - *state_.stamp);
-  if (!is_improbable(motion_since_newest(input).previous_from_current, steady)) {
+  const double interval = input.scan.stamp - *state_.stamp;
+  if (!is_improbable(motion_since_newest(input).previous_from_current, interval)) {
     return std::nullopt;
   }
-  return predict_by(steady, input);
+  return predict_by(steady_motion(interval), input);
+}
+
+/// Whether no robot moves so in this time that has just moved as this one did, but for the usual
+/// changes of its velocity and what its last two poses make that uncertain.
+bool MotionTracker::is_improbable(const Pose2& moved, double interval) const {
+  constexpr double kImprobable = 16.27;  // squared, of three degrees of freedom: 99.9 % are within
+  if (!state_.matched || !(state_.interval > 0.0)) {
+    return false;  // nobody knows
+  }
+  const MotionEstimate steady = steady_motion(interval);
+  const double share = interval / state_.interval;
+  const Eigen::Vector3d off = difference(moved, steady.previous_from_current);
+  const Eigen::Matrix3d covariance = steady.covariance + (1.0 + share * share) * steady.floor;
+  return off.dot(covariance.ldlt().solve(off)) > kImprobable;
+}
+
+/// Whether odometry tells how the base moves during the scan: one that is set meanwhile would tear
+/// the scan.
+bool MotionTracker::measures_sweep(const ScanInput& input) const {
+  return has_odometry(input) && !is_improbable(input.odometry->odom_from_base.inverse() *
+                                                   input.odometry->odom_from_base_last_beam,
+                                               input.scan.duration());
 }
 
 MotionPrediction MotionTracker::predict_by(const MotionEstimate& motion,
@@ -108,14 +119,10 @@ MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const 
 
 Pose2 MotionTracker::motion_during_scan(const ScanInput& input, const Pose2& moved,
                                         double interval) const {
-  Pose2 motion;
-  if (has_odometry(input)) {
-    motion = input.odometry->odom_from_base.inverse() * input.odometry->odom_from_base_last_beam;
-    // One that is set meanwhile would tear the scan.
-    if (!is_steady() || !is_improbable(motion, steady_motion(input.scan.duration()))) {
-      return motion;
-    }
+  if (measures_sweep(input)) {
+    return input.odometry->odom_from_base.inverse() * input.odometry->odom_from_base_last_beam;
   }
+  Pose2 motion;
   if (interval > 0.0) {
     motion = interpolate(Pose2{}, moved, input.scan.duration() / interval);
   }
@@ -130,7 +137,8 @@ MatchedMotion MotionTracker::after_match(const ScanInput& input, const MotionPre
                                          const MatchResult& match) const {
   MatchedMotion matched{match.map_from_base, predicted.during_scan};
   const double passed = state_.fix ? input.scan.stamp - state_.fix->stamp : 0.0;
-  if (!match.accepted() || has_odometry(input) || !(passed > 0.0 && input.scan.duration() > 0.0)) {
+  if (!match.accepted() || measures_sweep(input) ||
+      !(passed > 0.0 && input.scan.duration() > 0.0)) {
     return matched;
   }
   matched.fixed_from_base = without_overshoot(predicted.fixed_from_base, match.map_from_base,

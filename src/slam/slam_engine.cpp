@@ -63,16 +63,12 @@ Eigen::Matrix3d beside_drawn(const Eigen::Matrix3d& covariance) {
 
 /// Whether a match with the prediction of a steady motion is to be believed and not that with the
 /// prediction of an odometry which says what robots cannot do.
-bool is_likelier(const WeighedMatch& steady, const WeighedMatch& by_odometry) {
-  constexpr double kClearly = 0.1;
-  const auto rank = [](const WeighedMatch& match) {
-    return match.match.accepted() ? 2 : match.certainty == Certainty::kNewGround ? 1 : 0;
-  };
-  const auto net = [](const WeighedMatch& match) {
-    return match.match.score - match.match.contradiction;
-  };
-  return rank(steady) != rank(by_odometry) ? rank(steady) > rank(by_odometry)
-                                           : net(steady) > net(by_odometry) + kClearly;
+bool is_likelier(const WeighedMatch& steady, const WeighedMatch& by_odometry,
+                 const DoubtOptions& options) {
+  constexpr double kClearly = 0.1;  // as a second look has to
+  return is_convincing(steady.match, options) &&
+         (!by_odometry.match.accepted() ||
+          net_score(steady.match) > net_score(by_odometry.match) + kClearly);
 }
 
 }  // namespace
@@ -98,8 +94,9 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
     return take_aside(input, predicted);
   }
   const Pose2 before = tracker_.state().fixed_from_base;
-  see(input, predicted);
-  const WeighedMatch weighed = match_likeliest(input, predicted);
+  const std::optional<MotionPrediction> steady = tracker_.predict_steadily(input);
+  see(input, predicted, !steady);
+  const WeighedMatch weighed = match_likeliest(steady, predicted);
   // A rejected match carries the prediction, which stands then.
   ScanOutcome outcome = outcome_of(input, predicted);
   outcome.match = weighed.match;
@@ -126,6 +123,9 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   tracker_.remember(input, predicted, outcome.map_from_base,
                     outcome.inserted ? beside_drawn(covariance) : covariance,
                     outcome.match.accepted() || outcome.inserted);
+  if (weighed.jumped) {
+    tracker_.forget_motion();  // from where it was wrongly thought to be there is none
+  }
   further_lasers_.move_on(before.inverse() * outcome.map_from_base);
   ++scan_count_;
   if (!parts_.is_lost() && outcome.inserted && closes_loops()) {
@@ -149,13 +149,18 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   return outcome;
 }
 
-void SlamEngine::see(const ScanInput& input, const MotionPrediction& predicted) {
+/// Where odometry tells of a step that cannot be, nobody knows where between the lasers' scans it
+/// lies: then the leading one's counts alone.
+void SlamEngine::see(const ScanInput& input, const MotionPrediction& predicted,
+                     bool with_further_lasers) {
   const MotionState& newest = tracker_.state();
+  std::map<int, FurtherScan> further = further_lasers_.take_waiting(
+      input.scan.stamp, newest.fixed_from_base.inverse() * predicted.fixed_from_base);
+  if (!with_further_lasers) {
+    further.clear();
+  }
   seen_->assign(input, further_lasers_.base_from_laser(input, newest.velocity()),
-                predicted.during_scan, options_.scan,
-                further_lasers_.take_waiting(
-                    input.scan.stamp, newest.fixed_from_base.inverse() * predicted.fixed_from_base),
-                projector_);
+                predicted.during_scan, options_.scan, std::move(further), projector_);
 }
 
 /// What a laser that does not lead sees: where it is is the prediction.
@@ -184,14 +189,14 @@ ScanOutcome SlamEngine::take_aside(const ScanInput& input, const MotionPredictio
 
 /// Where odometry tells of a step that cannot be, the robot may have gone on as it did: then
 /// `predicted` becomes that.
-WeighedMatch SlamEngine::match_likeliest(const ScanInput& input, MotionPrediction& predicted) {
+WeighedMatch SlamEngine::match_likeliest(const std::optional<MotionPrediction>& steady,
+                                         MotionPrediction& predicted) {
   const WeighedMatch by_odometry = match(seen_->all(), predicted);
-  const std::optional<MotionPrediction> steady = tracker_.predict_steadily(input);
   if (!steady) {
     return by_odometry;
   }
   const WeighedMatch steadily = match(seen_->all(), *steady);
-  if (!is_likelier(steadily, by_odometry)) {
+  if (!is_likelier(steadily, by_odometry, options_.doubt)) {
     return by_odometry;
   }
   predicted = *steady;

@@ -245,7 +245,7 @@ TEST_F(SlamPanel, PausesAndResumes) {
 
 TEST_F(SlamPanel, ChangesTheMatcher) {
   auto& matcher = panel_.part<QComboBox>("matcher");
-  ASSERT_TRUE(becomes_so([&] { return matcher.count() == 4 && matcher.isEnabled(); }));
+  ASSERT_TRUE(becomes_so([&] { return matcher.count() >= 4 && matcher.isEnabled(); }));
   EXPECT_EQ(matcher.currentText(), "olson");
   QTest::keyClick(&matcher, Qt::Key_H);
   ASSERT_TRUE(panel_.comes_to_say("answer", "it goes on with hough")) << panel_.text("answer");

@@ -363,6 +363,15 @@ TEST(MotionTracker, TakesOdometryAtItsWordWhereARobotMayMoveSo) {
   EXPECT_FALSE(tracker.predict_steadily(scan_with_odometry(2.1, later, later))) << "a second later";
 }
 
+TEST(MotionTracker, TwoPosesInOneMillisecondTellNoVelocity) {
+  MotionTracker tracker({});
+  for (const int i : {0, 1}) {  // of two lasers, which differ by a centimetre
+    const Pose2 pose{0.01 * i, 0.0, 0.0};
+    fix(tracker, scan_with_odometry(1.0 + 0.001 * i, {}, {}), pose);
+  }
+  EXPECT_FALSE(tracker.predict_steadily(scan_with_odometry(1.1, {}, {})));
+}
+
 TEST(MotionTracker, KnowsNoSteadyMotionWithoutOdometryOrMatches) {
   MotionTracker tracker = tracker_of_steady_robot();
   EXPECT_FALSE(tracker.predict_steadily(scan_at(1.2)));

@@ -87,6 +87,9 @@ struct Expectation {
                                            const Expectation& expected,
                                            const DoubtOptions& options);
 
+/// What speaks for a match less what speaks against it: its score less its contradiction.
+[[nodiscard]] double net_score(const MatchResult& match);
+
 /// Whether a match is one that is known to be right by itself: a good fit in one place alone, with
 /// hardly a beam through walls, by a search that was not ended early.
 [[nodiscard]] bool is_convincing(const MatchResult& match, const DoubtOptions& options);

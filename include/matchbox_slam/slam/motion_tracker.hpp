@@ -109,13 +109,13 @@ class MotionTracker {
 
  private:
   void check(const ScanInput& input) const;
-  /// Whether it is known how the base has just moved.
-  [[nodiscard]] bool is_steady() const { return state_.matched && state_.interval > 0.0; }
   [[nodiscard]] MotionEstimate steady_motion(double interval) const {
     return motion_at_constant_velocity(state_.motion, state_.interval, interval, options_);
   }
   [[nodiscard]] MotionPrediction predict_by(const MotionEstimate& motion,
                                             const ScanInput& input) const;
+  [[nodiscard]] bool is_improbable(const Pose2& moved, double interval) const;
+  [[nodiscard]] bool measures_sweep(const ScanInput& input) const;
   void add_errors(MotionPrediction& predicted) const;
   [[nodiscard]] MotionEstimate motion_since_newest(const ScanInput& input) const;
   /// @param moved  motion of the base in `interval` seconds, which is that of the scan too where

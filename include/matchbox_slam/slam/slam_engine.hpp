@@ -100,9 +100,10 @@ class SlamEngine {
   [[nodiscard]] const SlamMap& matched_map() const;
   [[nodiscard]] bool closes_loops() const { return options_.slam.loop_closing && is_of_key_scans_; }
   [[nodiscard]] NearRequest near_request() const;
-  void see(const ScanInput& input, const MotionPrediction& predicted);
+  void see(const ScanInput& input, const MotionPrediction& predicted, bool with_further_lasers);
   ScanOutcome take_aside(const ScanInput& input, const MotionPrediction& predicted);
-  [[nodiscard]] WeighedMatch match_likeliest(const ScanInput& input, MotionPrediction& predicted);
+  [[nodiscard]] WeighedMatch match_likeliest(const std::optional<MotionPrediction>& steady,
+                                             MotionPrediction& predicted);
   [[nodiscard]] WeighedMatch match(const PointScan& scan, const MotionPrediction& predicted);
   void insert_or_hold(const SeenScans& seen, int laser, ScanOutcome& outcome);
   void insert_or_hold(const PointScan& scan, const MeasuredScan& measured, int laser,
