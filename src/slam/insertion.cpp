@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "matchbox_slam/matching/contradiction.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -53,14 +54,20 @@ bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome, const
           !here.last_inserted.empty() && here.last_inserted.count(input.laser) == 0);
 }
 
-Pose2 placed_best(const PointScan& scan, const Pose2& map_from_base, const SlamMap& map,
-                  const DoubtOptions& options) {
+std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_base,
+                                 const SlamMap& map, const DoubtOptions& options) {
   constexpr double kXy = 0.1;      // [m]
   constexpr double kTheta = 0.03;  // [rad]
   const PlacedScans none;
   const MatchResult match = search_exactly(
       {scan, map_from_base, covariance_of(kXy, kTheta), map.field, none, 0}, map.occupancy);
-  return is_convincing(match, options) ? match.map_from_base : map_from_base;
+  if (is_convincing(match, options)) {
+    return match.map_from_base;
+  }
+  if (contradiction(scan, map_from_base, map.field) > options.contradiction) {
+    return std::nullopt;
+  }
+  return map_from_base;
 }
 
 }  // namespace matchbox_slam

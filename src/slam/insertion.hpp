@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
@@ -19,8 +21,9 @@ namespace matchbox_slam {
                                      const SlamOptions& options);
 
 /// map_from_base of a scan that has waited: about where it is said to be; where the map holds it,
-/// that knows better.
-[[nodiscard]] Pose2 placed_best(const PointScan& scan, const Pose2& map_from_base,
-                                const SlamMap& map, const DoubtOptions& options);
+/// that knows better. None where its beams would go through walls of the map, as of one that was
+/// seen while the robot was carried.
+[[nodiscard]] std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_base,
+                                               const SlamMap& map, const DoubtOptions& options);
 
 }  // namespace matchbox_slam

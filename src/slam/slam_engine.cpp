@@ -509,13 +509,17 @@ std::size_t SlamEngine::insert_pending() {
   for (int i = 0; i < kAtATime && !doubt_.doubts && has_pending(); ++i) {
     const PlacedScan waiting = parts_.next_waiting()->scan;
     const std::shared_ptr<const PointScan> points = waiting.scan->points();
-    const PlacedScan placed{
-        waiting.scan, placed_best(*points, waiting.map_from_base, matched_map(), options_.doubt)};
+    const std::optional<Pose2> map_from_base =
+        placed_best(*points, waiting.map_from_base, matched_map(), options_.doubt);
+    parts_.drop_next_waiting();
+    if (!map_from_base) {
+      continue;
+    }
+    const PlacedScan placed{waiting.scan, *map_from_base};
     const std::map<int, Pose2> last_inserted = part.last_inserted;
     left_out += insert(*points, placed, covariance_of(kXy, kTheta), false, part) ? 0 : 1;
     is_continued_ = false;
     part.last_inserted = last_inserted;
-    parts_.drop_next_waiting();
   }
   return left_out;
 }

@@ -228,6 +228,15 @@ TEST(Recovery, AnEqualRoomIsToldByWhatLiesAroundIt) {
   EXPECT_FALSE(is_found(seen_of(corridor), seen_of(hall), hall));
 }
 
+/// It is carried on at 8 m/s when it counts as lost, so that what it maps apart first is torn.
+TEST(Recovery, WhatWasSeenWhileItWasCarriedIsNotJoined) {
+  const Drive carried = drive(drive_with("kidnap:random:2:2", 47, 1040), kOlson);
+  EXPECT_EQ(carried.last.state, TrackingState::kTracking);
+  EXPECT_EQ(carried.parts_apart, 0U);
+  EXPECT_LT(carried.end_error, 0.005);
+  EXPECT_LT(carried.worst_key_scan, 0.01);  // 3.0 if all is inserted
+}
+
 TEST(Recovery, WithoutDoubtARobotThatIsCarriedRuinsTheMap) {
   const SimulatedRun run = drive_with("kidnap:60:2:2");
   EngineOptions options;
