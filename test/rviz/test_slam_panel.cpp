@@ -247,7 +247,10 @@ TEST_F(SlamPanel, ChangesTheMatcher) {
   auto& matcher = panel_.part<QComboBox>("matcher");
   ASSERT_TRUE(becomes_so([&] { return matcher.count() >= 4 && matcher.isEnabled(); }));
   EXPECT_EQ(matcher.currentText(), "olson");
-  QTest::keyClick(&matcher, Qt::Key_H);
+  const int hough = matcher.findText("hough");  // among those of other packages, too
+  ASSERT_GE(hough, 0);
+  matcher.setCurrentIndex(hough);
+  Q_EMIT matcher.activated(hough);
   ASSERT_TRUE(panel_.comes_to_say("answer", "it goes on with hough")) << panel_.text("answer");
   ASSERT_TRUE(drive(1));
   EXPECT_EQ(match().matcher, "matchbox_slam/Hough");
