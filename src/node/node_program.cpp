@@ -35,7 +35,13 @@ int run_node(int argc, char** argv, const std::string& name,
     print_help(name, options);
     return 0;
   }
-  ros::init(argc, argv, name);
+  try {
+    ros::init(argc, argv, name);
+  } catch (const ros::InvalidNameException& error) {
+    std::cerr << name << ": an argument is no name of ROS: " << error.what()
+              << "\nA parameter of the node begins with '_', such as _max_lag:=3.\n";
+    return 2;
+  }
   // While the node starts it may wait for a master, which only roscpp's own way of ending ends;
   // that heeds SIGINT alone.
   std::signal(SIGTERM, [](int /*signal*/) { ros::requestShutdown(); });

@@ -313,6 +313,13 @@ TEST_F(SlamNodelet, NodesHaveHelp) {
   }
 }
 
+TEST_F(SlamNodelet, AnArgumentThatIsNoNameEndsItWithAWord) {
+  const Outcome outcome = run_command(MATCHBOX_SLAM_NODE, "max_lag:=3");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(contains(outcome.output, "A parameter of the node begins with '_'"))
+      << outcome.output;
+}
+
 TEST_F(SlamNodelet, SaysThatNoScanComesAndWhereThereAreSome) {
   const ros::Publisher scans = ros::NodeHandle().advertise<sensor_msgs::LaserScan>("/elsewhere", 1);
   const Outcome outcome =
