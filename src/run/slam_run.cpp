@@ -64,6 +64,7 @@ std::unique_ptr<SlamEngine> SlamRun::make_engine() const {
 
 void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   engine_ = std::move(engine);
+  brought_loops_ = all_loops();
   ++resets_;
   scans_ = 0;
   path_ = ThinnedPath();
@@ -94,6 +95,17 @@ bool SlamRun::take_up(MapStart saved, double stamp, double longest_pause) {
     begin_drive(stamp);
   }
   return same_drive;
+}
+
+LoopCount SlamRun::all_loops() const {
+  const LoopCloser& loops = engine_->loops();
+  return {loops.loops().size(), loops.closed(), loops.tries()};
+}
+
+LoopCount SlamRun::new_loops() const {
+  const LoopCount all = all_loops();
+  return {all.found - brought_loops_.found, all.closed - brought_loops_.closed,
+          all.tries - brought_loops_.tries};
 }
 
 // --- events ---
@@ -183,6 +195,8 @@ std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
   }
   const double begin = thread_seconds();
   ScanOutcome outcome = engine_->process(input);
+  // What a lost robot maps apart never comes into a map that stays as it is.
+  outcome.inserted = outcome.inserted && setup().engine.slam.update_map;
 
   std::vector<float>& seconds = scan_seconds_[outcome.state];
   seconds.push_back(static_cast<float>(thread_seconds() - begin));

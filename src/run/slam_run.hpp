@@ -29,6 +29,13 @@ constexpr const char* kGaveUpPart =
     "the map apart of the fewest key scans is given up, as 16 are kept; the robot was lost too "
     "often";
 
+/// Loops of a map, counted.
+struct LoopCount {
+  std::size_t found = 0;   ///< of LoopCloser::loops(), refused ones, too
+  std::size_t closed = 0;  ///< of these
+  std::size_t tries = 0;
+};
+
 /// What a run keeps of its past: everything, or only what does not grow with time.
 enum class RunRecords { kAll, kRecent };
 
@@ -49,7 +56,10 @@ class SlamRun {
   void apply(const RunEvent& event);
 
   /// Before the first scan: goes on from there, as SlamEngine::start_from.
-  void start_from(MapStart start) { engine_->start_from(std::move(start)); }
+  void start_from(MapStart start) {
+    engine_->start_from(std::move(start));
+    brought_loops_ = all_loops();
+  }
 
   /// Before the first scan, which is of this stamp [s]: goes on from a saved map. As if nothing had
   /// been between, where that scan is of the same drive. Else the robot may be anywhere, and is
@@ -84,6 +94,8 @@ class SlamRun {
   [[nodiscard]] const KeyScans& key_scans() const { return engine_->key_scans(); }
   /// With their graph, those of a map that it went on with, too.
   [[nodiscard]] const LoopCloser& loops() const { return engine_->loops(); }
+  /// Those that were found since the run began or went on with a map.
+  [[nodiscard]] LoopCount new_loops() const;
 
   [[nodiscard]] const std::map<int, FurtherLaser>& further_lasers() const {
     return engine_->further_lasers().all();
@@ -150,6 +162,7 @@ class SlamRun {
   void take_effect(const LoadMapFile& event);
   void take_effect(const Pause& event);
   void take_effect(const Reconfigure& event);
+  [[nodiscard]] LoopCount all_loops() const;
   [[nodiscard]] std::unique_ptr<SlamEngine> make_engine() const;
   void start_with(std::unique_ptr<SlamEngine> engine);
   void note_scan(const ScanInput& input);
@@ -179,6 +192,7 @@ class SlamRun {
   std::map<Certainty, std::size_t> certainties_;
   std::map<TrackingState, std::size_t> states_;
   std::vector<float> contradictions_;
+  LoopCount brought_loops_;  ///< by the map that it went on with
   std::size_t inserted_ = 0;
   std::size_t left_out_ = 0;
   std::size_t parts_given_up_ = 0;

@@ -13,15 +13,18 @@ MapStart read_start_map(const std::string& path, const SlamSetup& setup) {
   return start;
 }
 
-void put_on_mark(const RunOptions& options, MapStart& start) {
+Eigen::Matrix3d covariance_on_mark() {
   constexpr double kPosition = 0.3;  // [m]
   constexpr double kHeading = 0.2;   // [rad]
+  return covariance_of(kPosition, kHeading);
+}
+
+void put_on_mark(const RunOptions& options, MapStart& start) {
   const Pose2 configured{options.start_x, options.start_y, wrap_angle(options.start_theta)};
-  const Eigen::Matrix3d mark = covariance_of(kPosition, kHeading);
   // A map that was saved by a lost robot: its pose is of the part that it is in, and lost it stays.
   const std::size_t here = start.whereabouts.here;
   start.begin_anew(start.key_scans.empty() && here == 0 ? configured : start.motion.fixed_from_base,
-                   start.motion.covariance + mark);
+                   start.motion.covariance + covariance_on_mark());
   start.whereabouts.here = here;
   if (here > 0) {
     start.whereabouts.apart[here - 1].last_inserted.clear();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 
@@ -12,6 +13,9 @@ namespace matchbox_slam {
 /// when the map was saved, or at the configured start in one that does not say. Throws as
 /// read_map_start.
 [[nodiscard]] MapStart read_start_map(const std::string& path, const SlamSetup& setup);
+
+/// How well it is known where a robot is that somebody puts on a mark: over (x, y, theta).
+[[nodiscard]] Eigen::Matrix3d covariance_on_mark();
 
 /// The same of a map that was read.
 void put_on_mark(const RunOptions& options, MapStart& start);

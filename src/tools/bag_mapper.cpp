@@ -1,7 +1,9 @@
 #include "tools/bag_mapper.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -20,6 +22,7 @@
 #include "run/slam_run.hpp"
 #include "run/start_map.hpp"
 #include "tools/fit_record.hpp"
+#include "tools/pose_text.hpp"
 #include "tools/run_report.hpp"
 #include "tools/scan_table.hpp"
 
@@ -27,8 +30,44 @@ namespace matchbox_slam {
 namespace {
 
 std::string text_of_loops(const SlamRun& run) {
-  const std::size_t closed = run.loops().closed();
+  const std::size_t closed = run.new_loops().closed;
   return std::to_string(closed) + (closed == 1 ? " loop closed" : " loops closed");
+}
+
+/// Before the first scan: somebody says where the robot is, as well as one puts it on a mark.
+TimedEvent told_pose(const std::string& text) {
+  const std::optional<Pose2> pose = parse_pose(text, 3);
+  if (!pose) {
+    throw ConfigurationError("--pose: '" + text +
+                             "' is not allowed; allowed: X,Y,THETA in metres and radians, such as "
+                             "1.5,-2,0.1");
+  }
+  return {{0, -std::numeric_limits<double>::infinity(), 0}, SetPose{*pose, covariance_on_mark()}};
+}
+
+std::vector<TimedEvent> events_of(const MapBagRequest& request,
+                                  const LiveConfiguration& configuration) {
+  std::vector<TimedEvent> events;
+  if (!request.events.empty()) {
+    events = read_events_file(request.events, configuration);
+  }
+  if (request.pose) {
+    events.insert(events.begin(), told_pose(*request.pose));
+  }
+  return events;
+}
+
+/// Where scans are not inserted there has to be a map to find the robot in.
+void require_map(const MapBagRequest& request, const std::vector<TimedEvent>& events,
+                 const SlamSetup& setup) {
+  const bool may_come = std::any_of(events.begin(), events.end(), [](const TimedEvent& event) {
+    return std::holds_alternative<LoadMapFile>(event.event) ||
+           std::holds_alternative<Reconfigure>(event.event);
+  });
+  if (!setup.engine.slam.update_map && request.map.empty() && !may_come) {
+    throw ConfigurationError(
+        "slam/update_map: false needs a map to find the robot in; give one with --map");
+  }
 }
 
 /// One run over one bag.
@@ -43,9 +82,9 @@ class BagMapping {
         parameters_(gather_parameters(request, request.matcher)),
         configuration_(parameters_, loader_),
         scans_(request.recording, dialog_) {
-    if (!request.events.empty()) {
-      scans_.schedule(read_events_file(request.events, configuration_));
-    }
+    std::vector<TimedEvent> events = events_of(request, configuration_);
+    require_map(request, events, configuration_.setup());
+    scans_.schedule(std::move(events));
     if (!map_file_.empty()) {
       saved_ = read_map_start(map_file_, configuration_.setup().engine);
     }
@@ -62,7 +101,7 @@ class BagMapping {
   void handle(const RunEvent& event);
   void forget_map();
   void cut_no_returns();
-  void go_on_with_saved_map(double stamp);
+  void go_on_with_saved_map(double stamp, bool is_told = false);
   void begin_drive_if_new(double stamp);
 
   const std::string& out_;
@@ -122,12 +161,14 @@ void BagMapping::cut_no_returns() {
                " m, from which on they are no return");
 }
 
-void BagMapping::go_on_with_saved_map(double stamp) {
+/// @param is_told  where the robot is in it.
+void BagMapping::go_on_with_saved_map(double stamp, bool is_told) {
   const bool has_key_scans = !saved_->key_scans.empty();
   const bool same_drive = run_->take_up(std::move(*saved_), stamp, kLongestPause);
   saved_.reset();
   dialog_.inform("going on with " + map_file_ +
                  (same_drive      ? ", whose drive goes on"
+                  : is_told       ? "; where the robot is in it has been told"
                   : has_key_scans ? "; this is another drive: the robot is searched for in the map"
                                   : "; where the robot is in it is known to 0.3 m and 0.2 rad"));
 }
@@ -176,7 +217,7 @@ void BagMapping::handle(const ReadyScan& scan) {
 
 void BagMapping::handle(const RunEvent& event) {
   if (saved_) {
-    go_on_with_saved_map(scans_.stamp_after_event());
+    go_on_with_saved_map(scans_.stamp_after_event(), std::holds_alternative<SetPose>(event));
   }
   run_->apply(event);
   if (gives_up_map(event)) {

@@ -12,7 +12,8 @@ namespace matchbox_slam {
 struct MapBagRequest : RecordingRequest {
   std::string map;  ///< file to go on with; empty: a new map
   std::optional<std::string> matcher;
-  std::string events;  ///< file; empty: nothing happens between the scans
+  std::string events;               ///< file; empty: nothing happens between the scans
+  std::optional<std::string> pose;  ///< X,Y,THETA of the base in the map at the first scan
 };
 
 /// Maps a bag from end to end: reads it in the order of its recording, runs the engine on every

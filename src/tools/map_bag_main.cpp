@@ -19,6 +19,10 @@ void declare_options(CLI::App& app, MapBagRequest& request) {
          "--map", request.map,
          "Map to go on with: a map.slam of map_bag or of ~save_map, or the .yaml of an image")
       ->type_name("FILE");
+  app.add_option("--pose", request.pose,
+                 "Where the robot is in that map at the first scan [m, rad], to 0.3 m and 0.2 rad; "
+                 "else it is searched for")
+      ->type_name("X,Y,THETA");
   app.add_option("--matcher", request.matcher, "Scan matcher, such as olson")->type_name("NAME");
   app.add_option("--events", request.events,
                  "YAML with what happens between scans: poses told, resets, pauses, changes of "

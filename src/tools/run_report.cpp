@@ -99,25 +99,29 @@ json laser_facts(const SlamRun& run) {
   return lasers;
 }
 
-/// Those that were found and can be, and how many that cannot.
+/// Those of this run: that were found and can be, and how many that cannot; and how many more the
+/// map brought that it went on with.
 json loop_facts(const SlamRun& run) {
   const PlacedScans& keys = run.key_scans().all();
   const std::vector<ClosedLoop>& loops = run.loops().loops();
+  const LoopCount count = run.new_loops();
   json closed = json::array();
-  for (const ClosedLoop& loop : loops) {
-    if (loop.believed) {
-      closed.push_back({{"stamp", keys[loop.newest].scan->stamp()},
-                        {"stamp_there", keys[loop.found.key].scan->stamp()},
-                        {"score", rounded(loop.found.score)},
-                        {"rival_share", rounded(loop.found.rival_share)},
-                        {"contradiction", rounded(loop.found.contradiction)},
-                        {"chi_square", rounded(loop.chi_square)},
-                        {"moved_m", rounded(loop.moved)}});
-    }
-  }
-  return json::object({{"tried", run.loops().tries()},
-                       {"closed", closed.size()},
-                       {"refused", loops.size() - closed.size()},
+  std::for_each(loops.end() - static_cast<std::ptrdiff_t>(count.found), loops.end(),
+                [&](const ClosedLoop& loop) {
+                  if (loop.believed) {
+                    closed.push_back({{"stamp", keys[loop.newest].scan->stamp()},
+                                      {"stamp_there", keys[loop.found.key].scan->stamp()},
+                                      {"score", rounded(loop.found.score)},
+                                      {"rival_share", rounded(loop.found.rival_share)},
+                                      {"contradiction", rounded(loop.found.contradiction)},
+                                      {"chi_square", rounded(loop.chi_square)},
+                                      {"moved_m", rounded(loop.moved)}});
+                  }
+                });
+  return json::object({{"tried", count.tries},
+                       {"closed", count.closed},
+                       {"refused", count.found - count.closed},
+                       {"closed_before", run.loops().closed() - count.closed},
                        {"each", closed}});
 }
 

@@ -11,34 +11,23 @@
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/common/parameters.hpp"
 #include "matchbox_slam/io/file.hpp"
+#include "tools/pose_text.hpp"
 #include "tools/text_table.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-[[noreturn]] void refuse_lever_arm(const std::string& text) {
-  throw ConfigurationError("--lever-arm: '" + text +
-                           "' is not allowed; allowed: X, X,Y or X,Y,THETA in metres and radians, "
-                           "such as 0.275");
-}
-
 Pose2 parse_lever_arm(const std::string& text) {
   if (text.empty()) {
     return {};
   }
-  std::vector<double> numbers;
-  for (const std::string& word : split(text, ',')) {
-    const std::optional<double> number = finite_number(word);
-    if (!number) {
-      refuse_lever_arm(text);
-    }
-    numbers.push_back(*number);
+  const std::optional<Pose2> lever_arm = parse_pose(text, 1);
+  if (!lever_arm) {
+    throw ConfigurationError("--lever-arm: '" + text +
+                             "' is not allowed; allowed: X, X,Y or X,Y,THETA in metres and "
+                             "radians, such as 0.275");
   }
-  if (numbers.size() > 3) {
-    refuse_lever_arm(text);
-  }
-  numbers.resize(3, 0.0);
-  return {numbers[0], numbers[1], wrap_angle(numbers[2])};
+  return *lever_arm;
 }
 
 void check(const TruthOptions& options) {

@@ -19,10 +19,12 @@
 #include "io/temporary_folder.hpp"
 #include "io/tum.hpp"
 #include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
 #include "ros/messages.hpp"
+#include "run/events_file.hpp"
 #include "simulation/make_world.hpp"
 #include "tools/bag_mapper.hpp"
 #include "tools/run_command.hpp"
@@ -120,6 +122,18 @@ TEST_F(MapBag, TellsOfTheLoopsThatItCloses) {
   const double live_error = absolute_trajectory_error(live, truth).translation.rmse;
   EXPECT_LT(absolute_trajectory_error(trajectory, truth).translation.rmse, 0.7 * live_error);
   EXPECT_EQ(live.poses().back().pose.x, trajectory.poses().back().pose.x);
+
+  // Those of a map that the robot is only searched in were closed before.
+  const std::string old = folder_ / "old.slam";
+  std::filesystem::copy_file(out_ + "/map.slam", old);
+  const Outcome located =
+      run("--matcher odometry_only --duration 20 --set slam/update_map=false --map " + old);
+  ASSERT_EQ(located.exit_code, 0) << located.output;
+  EXPECT_TRUE(contains(located.output, ", 0 loops closed, in ")) << located.output;
+  for (const std::string count : {"tried", "closed", "refused"}) {
+    EXPECT_EQ(report("loops/" + count), 0.0) << count;
+  }
+  EXPECT_EQ(report("loops/closed_before"), 2.0);
 }
 
 /// A robot or laser that tilts, over a floor, among tables lower than the laser.
@@ -400,7 +414,12 @@ TEST_F(MapBag, ARobotOfAnotherDriveIsLostUntilItMoves) {
     EXPECT_TRUE(contains(outcome.output, "found nowhere in the map: 1; ")) << outcome.output;
     EXPECT_TRUE(read_file(out_ + "/map.pgm") == map);
     EXPECT_EQ(report("scans/state/lost"), 50.0);
+    EXPECT_GT(report("scans/inserted"), 0.0);
   }
+  ASSERT_EQ(run("--set slam/update_map=false --map " + old).exit_code, 0);
+  EXPECT_EQ(report("scans/state/lost"), 50.0);
+  EXPECT_EQ(report("scans/inserted"), 0.0);
+  EXPECT_FALSE(contains(read_file(out_ + "/scans.csv"), ",1\n"));
   std::filesystem::remove_all(out_);
   expect_one_line(run("--map " + (folder_ / "none.slam")), 1, "none.slam");
   expect_one_line(run("--quiet --map " + old + " --set map/resolution=0.1"), 2, "map/resolution");
@@ -868,6 +887,8 @@ TEST_F(MapBag, RefusesWrongUsage) {
                   "--duration: abc is not a number; allowed: 0 to 1000000000");
   expect_one_line(run("--start -1"), 2, "--start: -1 is not allowed; allowed: 0 to 1000000000");
   expect_one_line(run("--seed 1.5"), 2, "--seed: 1.5 is not a whole number");
+  expect_one_line(run("--set slam/update_map=false"), 2,
+                  "slam/update_map: false needs a map to find the robot in; give one with --map");
   expect_one_line(run("--frobnicate"), 2, "--frobnicate");
   expect_one_line(run_command(MATCHBOX_MAP_BAG, ""), 2, "--help");
   expect_one_line(run_command(MATCHBOX_MAP_BAG, bag_ + " --uot " + out_), 2,
@@ -932,6 +953,40 @@ TEST_F(MapBag, EventsBeforeTheFirstScanComeAfterTheSavedMap) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_TRUE(contains(outcome.output, "going on with")) << outcome.output;
   EXPECT_EQ(read_tum(out_ + "/trajectory.tum").poses().front().pose.x, 7.0);
+}
+
+TEST_F(MapBag, APoseToldIsAnEventBeforeTheFirstScan) {
+  ASSERT_EQ(run_small({}).exit_code, 0);
+  const std::string old = folder_ / "old.slam";
+  std::filesystem::copy_file(out_ + "/map.slam", old);
+  SmallBag other;
+  other.begin = 2000.0;
+  const auto results = [&](const std::string& told) {
+    const Outcome outcome = run_small(other, "--map " + old + " " + told);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "; where the robot is in it has been told"))
+        << outcome.output;
+    std::vector<std::string> files;
+    for (const std::string file : {"trajectory.tum", "scans.csv", "map.slam", "map.pgm"}) {
+      files.push_back(read_file(out_ + "/" + file));
+    }
+    return files;
+  };
+  const std::string events = folder_ / "events.yaml";
+  const Pose2 told{-0.1, 0.05, 0.03};
+  replace_file(events, to_events_file({{{0, 1.0, 0}, SetPose{told, covariance_of(0.3, 0.2)}}}));
+  const std::vector<std::string> by_event = results("--events " + events);
+  EXPECT_EQ(report("scans/state/tracking"), 50.0);
+  EXPECT_TRUE(results("--pose -0.1,0.05,0.03") == by_event);
+  // An event before the first scan comes after it.
+  replace_file(events, "- {scan: 1.0, pause: true}\n- {scan: 2000.5, pause: false}\n");
+  results("--pose -0.1,0.05,0.03 --events " + events);
+  EXPECT_NEAR(read_tum(out_ + "/trajectory.tum").poses().front().pose.y, 0.0, 0.02);
+  std::filesystem::remove_all(out_);
+  for (const std::string text : {"1,2", "1,2,3,4", "1,2,east", "2e8,0,0", "''"}) {
+    SCOPED_TRACE(text);
+    expect_one_line(run("--pose " + text), 2, "allowed: X,Y,THETA in metres and radians");
+  }
 }
 
 TEST_F(MapBag, RefusesEventsThatMakeNoSense) {
