@@ -6,7 +6,7 @@ Source the workspace first (`source .workspace/devel/setup.bash`), then:
     benchmark/run.py [--out DIR] [--matcher NAME]... [--other RECORDING:SYSTEM=FILE.tum]...
 
 BAGS.md: whole programs over bags (run_bags.py); PAIRS.md: scan matching alone (run_pairs.py); MICRO.md: the
-parts (run_micro.py). On an idle machine; takes about ten minutes.
+parts (run_micro.py). On an idle machine; takes half an hour and more.
 """
 
 import argparse
