@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "matchbox_slam/matching/contradiction.hpp"
+#include <memory>
 
 namespace matchbox_slam {
 namespace {
@@ -37,6 +35,20 @@ bool is_worth_inserting(const ScanInput& input, const ScanOutcome& outcome, cons
          outcome.match.score < options.insert_overlap || sees_farther(input, here.key_scans);
 }
 
+void insert_or_hold(const PointScan& scan, const MeasuredScan& measured, int laser,
+                    const EngineOptions& options, Tracking& tracking, Mapping& mapping,
+                    ScanOutcome& outcome) {
+  const PlacedScan placed{std::make_shared<const KeyScan>(measured, 0, laser),
+                          outcome.map_from_base};
+  if (!tracking.doubt().doubts) {
+    outcome.inserted = mapping.insert(scan, placed, outcome.covariance, options);
+    outcome.left_out = outcome.inserted ? 0 : 1;
+  } else if (tracking.doubt().is_provisional) {
+    tracking.hold({mapping.parts().here_number(), placed});
+    mapping.expect(laser, outcome.map_from_base);
+  }
+}
+
 }  // namespace
 
 bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome, const MapParts& parts,
@@ -54,20 +66,16 @@ bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome, const
           !here.last_inserted.empty() && here.last_inserted.count(input.laser) == 0);
 }
 
-std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_base,
-                                 const SlamMap& map, const DoubtOptions& options) {
-  constexpr double kXy = 0.1;      // [m]
-  constexpr double kTheta = 0.03;  // [rad]
-  const PlacedScans none;
-  const MatchResult match = search_exactly(
-      {scan, map_from_base, covariance_of(kXy, kTheta), map.field, none, 0}, map.occupancy);
-  if (is_convincing(match, options)) {
-    return match.map_from_base;
+void insert_or_hold(const SeenScans& seen, int laser, const EngineOptions& options,
+                    Tracking& tracking, Mapping& mapping, ScanOutcome& outcome) {
+  insert_or_hold(seen.points(), seen.leading(), laser, options, tracking, mapping, outcome);
+  for (const auto& [further, one] : seen.further()) {
+    ScanOutcome beside = outcome;
+    beside.map_from_base = outcome.map_from_base * one.there_from_base;
+    insert_or_hold(project_scan(one.measured), one.measured, further, options, tracking, mapping,
+                   beside);
+    outcome.left_out += beside.left_out;
   }
-  if (contradiction(scan, map_from_base, map.field) > options.contradiction) {
-    return std::nullopt;
-  }
-  return map_from_base;
 }
 
 }  // namespace matchbox_slam

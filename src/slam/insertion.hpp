@@ -1,14 +1,12 @@
 #pragma once
 
-#include <optional>
-
-#include "matchbox_slam/geometry/pose2.hpp"
-#include "matchbox_slam/map/scan_inserter.hpp"
-#include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/map_parts.hpp"
+#include "matchbox_slam/slam/mapping.hpp"
 #include "matchbox_slam/slam/scan_outcome.hpp"
+#include "matchbox_slam/slam/tracking.hpp"
+#include "slam/seen_scans.hpp"
 
 namespace matchbox_slam {
 
@@ -20,10 +18,10 @@ namespace matchbox_slam {
                                      const MapParts& parts, bool was_matched,
                                      const SlamOptions& options);
 
-/// map_from_base of a scan that has waited: about where it is said to be; where the map holds it,
-/// that knows better. None where its beams would go through walls of the map, as of one that was
-/// seen while the robot was carried.
-[[nodiscard]] std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_base,
-                                               const SlamMap& map, const DoubtOptions& options);
+/// Makes a scan and those of the further lasers key scans where the outcome has the base, or keeps
+/// them where that is to be confirmed first; the outcome tells.
+/// @param laser  of the leading scan.
+void insert_or_hold(const SeenScans& seen, int laser, const EngineOptions& options,
+                    Tracking& tracking, Mapping& mapping, ScanOutcome& outcome);
 
 }  // namespace matchbox_slam

@@ -16,21 +16,22 @@
 #include "matchbox_slam/slam/further_lasers.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/loop_closing.hpp"
-#include "matchbox_slam/slam/map_drawing.hpp"
-#include "matchbox_slam/slam/map_parts.hpp"
 #include "matchbox_slam/slam/map_start.hpp"
+#include "matchbox_slam/slam/mapping.hpp"
 #include "matchbox_slam/slam/motion_tracker.hpp"
-#include "matchbox_slam/slam/near_map.hpp"
-#include "matchbox_slam/slam/recovery.hpp"
+#include "matchbox_slam/slam/place_finder.hpp"
 #include "matchbox_slam/slam/scan_outcome.hpp"
+#include "matchbox_slam/slam/tracking.hpp"
 #include "matchbox_slam/slam/tracking_state.hpp"
 
 namespace matchbox_slam {
 
 class SeenScans;
 
-/// The SLAM loop: predict, match, decide, insert. Single-threaded; the same scans, options and seed
-/// yield the same bits.
+/// The SLAM loop: predict, match, decide, insert. It tells those who do the work of each other:
+/// MotionTracker predicts, the matcher matches, Tracking says how far that is believed, Mapping
+/// takes scans in and closes loops, PlaceFinder looks for a lost robot, FurtherLasers knows the
+/// other lasers. Single-threaded; the same scans, options and seed yield the same bits.
 class SlamEngine {
  public:
   /// @param matcher  configured; shared, since it has no state.
@@ -50,22 +51,22 @@ class SlamEngine {
 
   /// The map so far, without what a lost robot maps apart; copy it for a snapshot.
   /// Renders anew what loops have moved.
-  [[nodiscard]] const SlamMap& map() { return drawing_.whole(parts_.map(), options_); }
+  [[nodiscard]] const SlamMap& map() { return mapping_.whole(options_); }
   /// Whether map() would render it, which takes 2 ms a key scan, so that others may do it beside.
-  [[nodiscard]] bool is_outdated() const { return drawing_.is_outdated(); }
+  [[nodiscard]] bool is_outdated() const { return mapping_.drawing().is_outdated(); }
   /// Takes what another thread has `rendered` from key scans as they were. Left alone where they
   /// have moved since.
   void take_rendered(SlamMap map, const PlacedScans& keys) {
-    drawing_.take_rendered(std::move(map), keys, parts_.map());
+    mapping_.take_rendered(std::move(map), keys);
   }
   /// Of the map as it is, rendered or not.
   [[nodiscard]] std::size_t map_bytes() const;
-  [[nodiscard]] const KeyScans& key_scans() const { return parts_.map().key_scans; }
+  [[nodiscard]] const KeyScans& key_scans() const { return mapping_.parts().map().key_scans; }
 
   /// Maps that the robot made while it was lost, and that were not joined.
-  [[nodiscard]] std::size_t parts_apart() const { return parts_.all().size() - 1; }
+  [[nodiscard]] std::size_t parts_apart() const { return mapping_.parts().all().size() - 1; }
   [[nodiscard]] TrackingState state() const;
-  [[nodiscard]] const LoopCloser& loops() const { return loops_; }
+  [[nodiscard]] const LoopCloser& loops() const { return mapping_.loops(); }
   [[nodiscard]] const FurtherLasers& further_lasers() const { return further_lasers_; }
   [[nodiscard]] const EngineOptions& options() const { return options_; }
 
@@ -97,29 +98,17 @@ class SlamEngine {
   [[nodiscard]] MapStart snapshot();
 
  private:
-  [[nodiscard]] const SlamMap& matched_map() const;
-  [[nodiscard]] bool closes_loops() const { return options_.slam.loop_closing && is_of_key_scans_; }
-  [[nodiscard]] NearRequest near_request() const;
-  void see(const ScanInput& input, const MotionPrediction& predicted, bool with_further_lasers);
   ScanOutcome take_aside(const ScanInput& input, const MotionPrediction& predicted);
-  [[nodiscard]] WeighedMatch match_likeliest(const std::optional<MotionPrediction>& steady,
-                                             MotionPrediction& predicted);
-  [[nodiscard]] WeighedMatch match(const PointScan& scan, const MotionPrediction& predicted);
-  void insert_or_hold(const SeenScans& seen, int laser, ScanOutcome& outcome);
-  void insert_or_hold(const PointScan& scan, const MeasuredScan& measured, int laser,
-                      ScanOutcome& outcome);
-  [[nodiscard]] bool insert(const PointScan& scan, const PlacedScan& placed,
-                            const Eigen::Matrix3d& covariance, bool is_continued, MapPart& part);
-  void believe();
-  void weigh_doubt(const WeighedMatch& match, const ScanOutcome& outcome, double way);
-  [[nodiscard]] bool has_pending() const;
-  [[nodiscard]] std::size_t insert_pending();
-  void search_for_map(const PointScan& scan, ScanOutcome& outcome);
-  void join(const PlaceHypothesis& found);
-  void match_whole_map() { drawing_.match_whole(parts_.map(), options_); }
+  void see(const ScanInput& input, const MotionPrediction& predicted, bool with_further_lasers);
+  [[nodiscard]] WeighedMatch match(const std::optional<MotionPrediction>& steady,
+                                   MotionPrediction& predicted);
+  void weigh_doubt(const WeighedMatch& match, const MotionPrediction& predicted,
+                   ScanOutcome& outcome);
+  void remember(const ScanInput& input, const MotionPrediction& predicted, bool jumped,
+                const ScanOutcome& outcome);
   void close_loops(ScanOutcome& outcome);
-  void move_map(const MapCorrection& correction);
-  void find_places_to_search();
+  void search_for_map(ScanOutcome& outcome);
+  void join(const PlaceHypothesis& found);
 
   EngineOptions options_;
   std::shared_ptr<const ScanMatcher> matcher_;
@@ -127,16 +116,9 @@ class SlamEngine {
   std::uint64_t scan_count_ = 0;
   MotionTracker tracker_;
   FurtherLasers further_lasers_;
-  MapParts parts_;
-  TrackingDoubt doubt_;
-  double usual_score_ = 0.0;
-  std::vector<WaitingScan> held_;
-  PlaceSearch search_;
-  std::vector<SearchedPlace> places_;  ///< follows from the parts
-  LoopCloser loops_;                   ///< in the map, not in the parts apart
-  MapDrawing drawing_;                 ///< of the map
-  bool is_continued_ = false;          ///< see MapStart
-  bool is_of_key_scans_ = true;        ///< see MapStart
+  Tracking tracking_;
+  PlaceFinder places_;
+  Mapping mapping_;
   // Of the scan at hand; kept for their memory.
   ScanProjector projector_;
   std::unique_ptr<SeenScans> seen_;

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/map/scan_inserter.hpp"
+#include "matchbox_slam/matching/key_scan.hpp"
+#include "matchbox_slam/slam/engine_options.hpp"
+#include "matchbox_slam/slam/loop_closing.hpp"
+#include "matchbox_slam/slam/map_drawing.hpp"
+#include "matchbox_slam/slam/map_parts.hpp"
+
+namespace matchbox_slam {
+
+/// What scans are mapped into: the map and the maps apart, their key scans, and for the map the
+/// graph of its key scans and how much of it is drawn. Takes scans in, and moves what it took when
+/// a loop is closed. Where the robot is, it is told. A value, but for work under way that copies
+/// share.
+class Mapping {
+ public:
+  /// An empty map.
+  explicit Mapping(const EngineOptions& options);
+  /// Goes on; for the last two see MapStart.
+  Mapping(MapParts parts, LoopCloser loops, MapDrawing drawing, bool is_continued,
+          bool is_of_key_scans, const EngineOptions& options);
+
+  [[nodiscard]] const MapParts& parts() const { return parts_; }
+  [[nodiscard]] const LoopCloser& loops() const { return loops_; }
+  [[nodiscard]] const MapDrawing& drawing() const { return drawing_; }
+  [[nodiscard]] bool is_continued() const { return is_continued_; }
+  [[nodiscard]] bool is_of_key_scans() const { return is_of_key_scans_; }
+
+  [[nodiscard]] bool is_lost() const { return parts_.is_lost(); }
+  [[nodiscard]] bool closes_loops(const EngineOptions& options) const {
+    return options.slam.loop_closing && is_of_key_scans_;
+  }
+  /// Whether something waits that may be inserted into the part that the robot is in.
+  [[nodiscard]] bool has_pending(const EngineOptions& options) const;
+
+  /// What scans are matched against.
+  [[nodiscard]] const SlamMap& matched() const;
+  /// The map, drawn as far as it goes.
+  const SlamMap& whole(const EngineOptions& options) {
+    return drawing_.whole(parts_.map(), options);
+  }
+  /// See MapDrawing.
+  void take_rendered(SlamMap map, const PlacedScans& keys);
+
+  // --- scans ---
+
+  /// Makes a scan a key scan of the part that the robot is in. False when the map has no room for
+  /// it.
+  /// @param points      of it.
+  /// @param covariance  of its pose, in the map frame.
+  bool insert(const PointScan& points, const PlacedScan& placed, const Eigen::Matrix3d& covariance,
+              const EngineOptions& options);
+  /// The robot is elsewhere than where the newest key scan and the motion since say.
+  void break_off() { is_continued_ = false; }
+  /// The scan of this laser counts as inserted, though it may come later.
+  void expect(int laser, const Pose2& map_from_base);
+  /// What was expected is dropped.
+  void expect_no_more();
+  /// Scans are to be inserted, a few with each of the next ones.
+  void wait(const std::vector<WaitingScan>& scans) { parts_.wait(scans); }
+  /// Inserts a few of those that wait, where the map holds them. Returns how many it has no room
+  /// for.
+  std::size_t insert_pending(const EngineOptions& options);
+
+  // --- loops, in the map ---
+
+  /// With the newest key scan: lets a search that is due take effect, and begins the next. Returns
+  /// how the map has moved, if it has.
+  std::optional<MapCorrection> close_loops(const EngineOptions& options);
+  /// Waits for a search that is under way, and lets it take effect.
+  std::optional<MapCorrection> finish_loops(const EngineOptions& options);
+
+  /// A search that is under way is abandoned, and with loop closing off the whole map is matched
+  /// against.
+  void set_options(const EngineOptions& options);
+
+  // --- where the robot is ---
+
+  /// In the map, elsewhere than was thought.
+  void go_to_map(const EngineOptions& options);
+
+  struct BegunApart {
+    bool gave_up_part = false;  ///< see MapParts::begin_apart
+    bool is_drawn_beside =
+        false;  ///< the whole map is drawn by another thread, which takes a while
+  };
+  /// Lost, since the scan of this stamp [s].
+  BegunApart begin_apart(double stamp, const EngineOptions& options);
+  /// Found in that part.
+  void join(std::size_t part, const Pose2& part_from_here, const EngineOptions& options);
+
+ private:
+  bool add(const PointScan& points, const PlacedScan& placed, const Eigen::Matrix3d& covariance,
+           bool is_continued, const EngineOptions& options);
+  void match_whole_map(const EngineOptions& options) {
+    drawing_.match_whole(parts_.map(), options);
+  }
+  void move_map(const MapCorrection& correction);
+
+  MapParts parts_;
+  LoopCloser loops_;
+  MapDrawing drawing_;
+  bool is_continued_ = false;    ///< see MapStart
+  bool is_of_key_scans_ = true;  ///< see MapStart
+};
+
+}  // namespace matchbox_slam

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/sensor/point_scan.hpp"
+#include "matchbox_slam/slam/engine_options.hpp"
+#include "matchbox_slam/slam/map_parts.hpp"
+#include "matchbox_slam/slam/recovery.hpp"
+
+namespace matchbox_slam {
+
+/// Looks for a lost robot, scan by scan: which places are searched, and how far that is. A value.
+class PlaceFinder {
+ public:
+  PlaceFinder() = default;
+  /// Goes on with a search.
+  PlaceFinder(PlaceSearch search, const MapParts& parts) : search_(std::move(search)) {
+    look_among(parts);
+  }
+
+  [[nodiscard]] const PlaceSearch& search() const { return search_; }
+
+  /// Begins anew.
+  /// @param since  [s] scans before this stamp are not looked at.
+  void begin(const MapParts& parts, double since = 0.0);
+
+  /// Whether a scan of this stamp [s] is looked at.
+  [[nodiscard]] bool has_begun(double stamp) const { return stamp >= search_.stamp; }
+
+  /// The part, and where in it, that the robot is found in by its newest scan, if it is.
+  [[nodiscard]] std::optional<PlaceHypothesis> find(const PointScan& scan,
+                                                    const Pose2& apart_from_base,
+                                                    const MapParts& parts,
+                                                    const EngineOptions& options);
+
+ private:
+  void look_among(const MapParts& parts);
+
+  PlaceSearch search_;
+  std::vector<SearchedPlace> places_;  ///< follows from the parts
+};
+
+}  // namespace matchbox_slam

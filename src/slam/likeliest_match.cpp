@@ -1,0 +1,47 @@
+#include "slam/likeliest_match.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+WeighedMatch match(const ScanMatcher& matcher, const ScanToMatch& to_match,
+                   const MotionPrediction& predicted, const EngineOptions& options) {
+  const MatchProblem problem{to_match.scan,      predicted.fixed_from_base, predicted.covariance,
+                             to_match.map.field, to_match.recent,           to_match.seed};
+  if (to_match.map.field.empty()) {
+    return {rejected(problem, MatchStatus::kRejectedNoReference)};
+  }
+  if (to_match.scan.points.size() < static_cast<std::size_t>(options.slam.min_points)) {
+    return {rejected(problem, MatchStatus::kRejectedTooFewPoints)};
+  }
+  return match_and_weigh(matcher, problem, to_match.map.occupancy, to_match.expected,
+                         options.doubt);
+}
+
+/// Whether a match with the prediction of a steady motion is to be believed and not that with the
+/// prediction of an odometry which says what robots cannot do.
+bool is_likelier(const WeighedMatch& steady, const WeighedMatch& by_odometry,
+                 const DoubtOptions& options) {
+  constexpr double kClearly = 0.1;  // as a second look has to
+  return is_convincing(steady.match, options) &&
+         (!by_odometry.match.accepted() ||
+          net_score(steady.match) > net_score(by_odometry.match) + kClearly);
+}
+
+}  // namespace
+
+WeighedMatch match_likeliest(const ScanMatcher& matcher, const ScanToMatch& scan,
+                             const std::optional<MotionPrediction>& steady,
+                             MotionPrediction& predicted, const EngineOptions& options) {
+  WeighedMatch by_odometry = match(matcher, scan, predicted, options);
+  if (!steady) {
+    return by_odometry;
+  }
+  WeighedMatch steadily = match(matcher, scan, *steady, options);
+  if (!is_likelier(steadily, by_odometry, options.doubt)) {
+    return by_odometry;
+  }
+  predicted = *steady;
+  return steadily;
+}
+
+}  // namespace matchbox_slam

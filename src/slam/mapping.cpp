@@ -1,0 +1,202 @@
+#include "matchbox_slam/slam/mapping.hpp"
+
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "matchbox_slam/matching/contradiction.hpp"
+#include "matchbox_slam/slam/doubt.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+MapPart empty_part(const EngineOptions& options, double begin) {
+  return {SlamMap(options.map, options.field), {}, {}, begin};
+}
+
+NearRequest near_request(const EngineOptions& options) {
+  return {false, options.map, options.field};
+}
+
+/// map_from_base of a scan that has waited: about where it is said to be; where the map holds it,
+/// that knows better. None where its beams would go through walls of the map, as of one that was
+/// seen while the robot was carried.
+std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_base,
+                                 const SlamMap& map, const DoubtOptions& options) {
+  constexpr double kXy = 0.1;      // [m]
+  constexpr double kTheta = 0.03;  // [rad]
+  const PlacedScans none;
+  const MatchResult match = search_exactly(
+      {scan, map_from_base, covariance_of(kXy, kTheta), map.field, none, 0}, map.occupancy);
+  if (is_convincing(match, options)) {
+    return match.map_from_base;
+  }
+  if (contradiction(scan, map_from_base, map.field) > options.contradiction) {
+    return std::nullopt;
+  }
+  return map_from_base;
+}
+
+}  // namespace
+
+Mapping::Mapping(const EngineOptions& options) : parts_({empty_part(options, 0.0)}) {}
+
+Mapping::Mapping(MapParts parts, LoopCloser loops, MapDrawing drawing, bool is_continued,
+                 bool is_of_key_scans, const EngineOptions& options)
+    : parts_(std::move(parts)),
+      loops_(std::move(loops)),
+      drawing_(std::move(drawing)),
+      is_continued_(is_continued),
+      is_of_key_scans_(is_of_key_scans) {
+  loops_.begin_again(parts_.map().key_scans, near_request(options), options.loops);
+}
+
+bool Mapping::has_pending(const EngineOptions& options) const {
+  return (options.slam.update_map || is_lost()) && parts_.next_waiting() != nullptr;
+}
+
+const SlamMap& Mapping::matched() const {
+  return is_lost() ? parts_.here().map : drawing_.matched(parts_.map());
+}
+
+void Mapping::take_rendered(SlamMap map, const PlacedScans& keys) {
+  drawing_.take_rendered(std::move(map), keys, parts_.map());
+}
+
+// --- scans ---
+
+bool Mapping::insert(const PointScan& points, const PlacedScan& placed,
+                     const Eigen::Matrix3d& covariance, const EngineOptions& options) {
+  return add(points, placed, covariance, std::exchange(is_continued_, true), options);
+}
+
+bool Mapping::add(const PointScan& points, const PlacedScan& placed,
+                  const Eigen::Matrix3d& covariance, bool is_continued,
+                  const EngineOptions& options) {
+  MapPart& part = parts_.here();
+  if (!has_room(points, placed.map_from_base, options.map, part.map)) {
+    return false;
+  }
+  if (is_lost()) {
+    part.key_scans.add(placed);
+    insert_scan(points, placed.map_from_base, options.map, part.map);
+  } else {
+    drawing_.add(placed, points, part, options);
+    if (closes_loops(options)) {
+      loops_.add(part.key_scans, covariance, is_continued, options.loops);
+    }
+  }
+  expect(placed.scan->laser(), placed.map_from_base);
+  return true;
+}
+
+void Mapping::expect(int laser, const Pose2& map_from_base) {
+  parts_.here().last_inserted[laser] = map_from_base;
+}
+
+void Mapping::expect_no_more() { parts_.here().last_inserted.clear(); }
+
+/// What waits is no surer than where the robot is.
+std::size_t Mapping::insert_pending(const EngineOptions& options) {
+  constexpr int kAtATime = 2;      // so that no scan waits for all of them
+  constexpr double kXy = 0.05;     // [m]
+  constexpr double kTheta = 0.02;  // [rad]
+  std::size_t left_out = 0;
+  for (int i = 0; i < kAtATime && has_pending(options); ++i) {
+    const PlacedScan waiting = parts_.next_waiting()->scan;
+    const std::shared_ptr<const PointScan> points = waiting.scan->points();
+    const std::optional<Pose2> map_from_base =
+        placed_best(*points, waiting.map_from_base, matched(), options.doubt);
+    parts_.drop_next_waiting();
+    if (!map_from_base) {
+      continue;
+    }
+    const std::map<int, Pose2> last_inserted = parts_.here().last_inserted;
+    const bool is_inserted =
+        add(*points, {waiting.scan, *map_from_base}, covariance_of(kXy, kTheta), false, options);
+    left_out += is_inserted ? 0 : 1;
+    break_off();
+    parts_.here().last_inserted = last_inserted;
+  }
+  return left_out;
+}
+
+// --- loops ---
+
+std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) {
+  const KeyScans& key_scans = parts_.map().key_scans;
+  std::optional<MapCorrection> correction;
+  if (loops_.is_due(key_scans)) {
+    correction = finish_loops(options);
+  }
+  NearRequest near = near_request(options);
+  const bool is_any_apart = near_scans(key_scans.all(), loops_.apart(options.loops)).is_any_apart;
+  if (is_any_apart || drawing_.is_moved()) {
+    near.is_due = drawing_.near().is_due(key_scans.all());
+  } else if (drawing_.near().map() != nullptr) {
+    match_whole_map(options);
+  }
+  if (!has_pending(options)) {
+    loops_.begin(key_scans, near, options.loops);
+  }
+  return correction;
+}
+
+std::optional<MapCorrection> Mapping::finish_loops(const EngineOptions& options) {
+  if (!loops_.is_pending()) {
+    return std::nullopt;
+  }
+  LoopCloser::Result result = loops_.finish(parts_.map().key_scans);
+  if (result.near) {
+    drawing_.match_near(std::move(*result.near));
+  }
+  if (result.correction) {
+    move_map(*result.correction);
+  }
+  drawing_.catch_up(parts_.map(), options);
+  return result.correction;
+}
+
+void Mapping::move_map(const MapCorrection& correction) {
+  MapPart& part = parts_.map();
+  drawing_.expect_move();
+  for (std::size_t i = 0; i < part.key_scans.size(); ++i) {
+    part.key_scans.move(i, loops_.graph().poses[i]);
+  }
+  parts_.move_waiting_for_map(correction.newest);
+  for (auto& [laser, map_from_base] : part.last_inserted) {
+    map_from_base = correction.newest * map_from_base;
+  }
+}
+
+void Mapping::set_options(const EngineOptions& options) {
+  loops_.abandon();
+  if (!options.slam.loop_closing) {
+    match_whole_map(options);
+  }
+}
+
+// --- where the robot is ---
+
+void Mapping::go_to_map(const EngineOptions& options) {
+  parts_.go_to_map();
+  break_off();
+  loops_.abandon();
+  match_whole_map(options);
+}
+
+Mapping::BegunApart Mapping::begin_apart(double stamp, const EngineOptions& options) {
+  loops_.abandon();
+  BegunApart begun;
+  begun.is_drawn_beside = drawing_.begin_whole(parts_.map(), options);
+  begun.gave_up_part = parts_.begin_apart(empty_part(options, stamp));
+  return begun;
+}
+
+void Mapping::join(std::size_t part, const Pose2& part_from_here, const EngineOptions& options) {
+  parts_.join(part, part_from_here, options.slam.update_map);
+  break_off();
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,31 @@
+#include "matchbox_slam/slam/tracking.hpp"
+
+namespace matchbox_slam {
+
+Tracking::Held Tracking::follow(const WeighedMatch& match, double stamp, double seconds, double way,
+                                const Pose2& map_from_base, const EngineOptions& options) {
+  constexpr double kNewest = 0.1;  // weight of the newest score among those of late
+  // What is found in doubt may be wrong, and fits less than it would elsewhere.
+  if (match.match.accepted() && !doubt_.doubts && !match.jumped) {
+    usual_score_ += (usual_score_ > 0.0 ? kNewest : 1.0) * (match.match.score - usual_score_);
+  }
+  const bool was_provisional = doubt_.is_provisional;
+  doubt_.pass(seconds);
+  doubt_.follow(match, stamp, way, map_from_base, options.doubt, options.tracking);
+  // What was held before a jump lies where the robot is not.
+  if (doubt_.is_provisional && was_provisional && !match.jumped) {
+    return {};
+  }
+  std::vector<WaitingScan> held = std::exchange(held_, {});
+  if (doubt_.doubts) {
+    return {{}, !held.empty()};
+  }
+  return {std::move(held), false};
+}
+
+void Tracking::believe() {
+  doubt_ = {};
+  held_.clear();
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,101 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "matchbox_slam/slam/mapping.hpp"
+#include "slam/key_scans_of_rooms.hpp"
+#include "slam/map_equality.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+class MappingTest : public testing::Test {
+ protected:
+  MappingTest() : mapping_(options_) {}
+
+  bool insert(const PlacedScan& key) {
+    return mapping_.insert(*key.scan->points(), key, covariance_of(0.01, 0.01), options_);
+  }
+  /// The first key scans of a drive.
+  void insert_first(std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      ASSERT_TRUE(insert(keys_[i]));
+    }
+  }
+  [[nodiscard]] std::size_t mapped() const { return mapping_.parts().map().key_scans.size(); }
+
+  EngineOptions options_;
+  const PlacedScans keys_ = drive_through_rooms(6);
+  Mapping mapping_;
+};
+
+TEST_F(MappingTest, MakesScansKeyScansOfMapAndGraph) {
+  insert_first(3);
+  EXPECT_EQ(mapped(), 3U);
+  EXPECT_EQ(mapping_.loops().graph().poses.size(), 3U);
+  EXPECT_EQ(mapping_.parts().map().last_inserted.at(0), keys_[2].map_from_base);
+  EXPECT_TRUE(same_map(mapping_.matched(),
+                       rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field)));
+}
+
+TEST_F(MappingTest, LeavesOutWhatTheMapHasNoRoomFor) {
+  insert_first(1);
+  EXPECT_FALSE(insert({keys_[1].scan, {1e7, 0.0, 0.0}}));
+  EXPECT_EQ(mapped(), 1U);
+  EXPECT_EQ(mapping_.parts().map().last_inserted.at(0), keys_[0].map_from_base);
+}
+
+TEST_F(MappingTest, MapsALostRobotApartAndPutsThatWhereItBelongs) {
+  insert_first(3);
+  const Mapping::BegunApart begun = mapping_.begin_apart(3.0, options_);
+  EXPECT_FALSE(begun.gave_up_part);
+  EXPECT_TRUE(mapping_.is_lost());
+  const Pose2 apart_from_map{1.0, -2.0, 0.5};
+  ASSERT_TRUE(insert({keys_[3].scan, apart_from_map * keys_[3].map_from_base}));
+  EXPECT_EQ(mapped(), 3U);
+  EXPECT_EQ(mapping_.parts().here().key_scans.size(), 1U);
+  EXPECT_EQ(mapping_.loops().graph().poses.size(), 3U);
+
+  mapping_.join(0, apart_from_map.inverse(), options_);
+  EXPECT_FALSE(mapping_.is_lost());
+  EXPECT_TRUE(mapping_.has_pending(options_));
+  EXPECT_EQ(mapping_.insert_pending(options_), 0U);
+  EXPECT_FALSE(mapping_.has_pending(options_));
+  ASSERT_EQ(mapped(), 4U);
+  const Eigen::Vector3d off = difference(
+      mapping_.parts().map().key_scans.all().back().map_from_base, keys_[3].map_from_base);
+  EXPECT_LT(off.head<2>().norm(), 0.02);
+  EXPECT_LT(std::abs(off.z()), 0.01);
+}
+
+TEST_F(MappingTest, DropsWhatWaitedAndWouldSeeThroughWalls) {
+  insert_first(5);
+  const Pose2& seen_from = keys_[0].map_from_base;
+  mapping_.wait({{0, {keys_[0].scan, {seen_from.x, seen_from.y, seen_from.theta + 0.8}}}});
+  EXPECT_EQ(mapping_.insert_pending(options_), 0U);
+  EXPECT_FALSE(mapping_.has_pending(options_));
+  EXPECT_EQ(mapped(), 5U);
+}
+
+TEST_F(MappingTest, KeepsWhatWaitsWhileTheMapIsNotToGrow) {
+  insert_first(2);
+  mapping_.wait({{0, keys_[2]}});
+  options_.slam.update_map = false;
+  EXPECT_EQ(mapping_.insert_pending(options_), 0U);
+  EXPECT_EQ(mapped(), 2U);
+  options_.slam.update_map = true;
+  EXPECT_EQ(mapping_.insert_pending(options_), 0U);
+  EXPECT_EQ(mapped(), 3U);
+}
+
+TEST_F(MappingTest, ExpectsAScanOnlyUntilItIsDropped) {
+  insert_first(1);
+  mapping_.expect(1, keys_[1].map_from_base);
+  EXPECT_EQ(mapping_.parts().here().last_inserted.count(1), 1U);
+  mapping_.expect_no_more();
+  EXPECT_TRUE(mapping_.parts().here().last_inserted.empty());
+}
+
+}  // namespace
+}  // namespace matchbox_slam
