@@ -266,16 +266,14 @@ void SlamNode::handle(const TimeJump& jump) {
 
 void SlamNode::handle(const RunEvent& event) {
   std::unique_lock<std::mutex> lock(run_mutex_);
-  if (resumed_ && std::holds_alternative<SetPose>(event)) {
-    // Where the robot is, somebody has said: odometry and stamps of the drive before say nothing.
-    put_on_mark(run_.setup().run, *resumed_);
-    run_.start_from(std::move(*resumed_));
+  if (const auto* told = std::get_if<SetPose>(&event); told != nullptr && resumed_) {
+    run_.take_up_told(std::move(*resumed_), *told);
+    resumed_.reset();
+    return;
   }
   run_.apply(event);
-  if (gives_up_map(event) || std::holds_alternative<SetPose>(event)) {
-    resumed_.reset();
-  }
   if (gives_up_map(event)) {
+    resumed_.reset();
     forget_map();
   } else if (std::holds_alternative<Reconfigure>(event)) {
     const SlamSetup setup = run_.setup();

@@ -97,6 +97,12 @@ bool SlamRun::take_up(MapStart saved, double stamp, double longest_pause) {
   return same_drive;
 }
 
+void SlamRun::take_up_told(MapStart saved, const SetPose& told) {
+  put_on_mark(setup().run, saved);
+  start_from(std::move(saved));
+  apply(told);
+}
+
 LoopCount SlamRun::all_loops() const {
   const LoopCloser& loops = engine_->loops();
   return {loops.loops().size(), loops.closed(), loops.tries()};

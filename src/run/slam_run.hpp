@@ -66,6 +66,10 @@ class SlamRun {
   /// searched for; an image holds nothing to find it by. Returns whether it is the same drive.
   bool take_up(MapStart saved, double stamp, double longest_pause);
 
+  /// Before the first scan: goes on from a saved map, in which somebody says where the robot is.
+  /// Odometry and stamps of the drive before say nothing then.
+  void take_up_told(MapStart saved, const SetPose& told);
+
   /// The next scan, of this stamp [s], is of another drive: where the robot is has to be found.
   void begin_drive(double stamp) {
     finish();

@@ -101,7 +101,7 @@ class BagMapping {
   void handle(const RunEvent& event);
   void forget_map();
   void cut_no_returns();
-  void go_on_with_saved_map(double stamp, bool is_told = false);
+  void go_on_with_saved_map(double stamp);
   void begin_drive_if_new(double stamp);
 
   const std::string& out_;
@@ -161,14 +161,12 @@ void BagMapping::cut_no_returns() {
                " m, from which on they are no return");
 }
 
-/// @param is_told  where the robot is in it.
-void BagMapping::go_on_with_saved_map(double stamp, bool is_told) {
+void BagMapping::go_on_with_saved_map(double stamp) {
   const bool has_key_scans = !saved_->key_scans.empty();
   const bool same_drive = run_->take_up(std::move(*saved_), stamp, kLongestPause);
   saved_.reset();
   dialog_.inform("going on with " + map_file_ +
                  (same_drive      ? ", whose drive goes on"
-                  : is_told       ? "; where the robot is in it has been told"
                   : has_key_scans ? "; this is another drive: the robot is searched for in the map"
                                   : "; where the robot is in it is known to 0.3 m and 0.2 rad"));
 }
@@ -217,7 +215,13 @@ void BagMapping::handle(const ReadyScan& scan) {
 
 void BagMapping::handle(const RunEvent& event) {
   if (saved_) {
-    go_on_with_saved_map(scans_.stamp_after_event(), std::holds_alternative<SetPose>(event));
+    if (const auto* told = std::get_if<SetPose>(&event)) {
+      run_->take_up_told(std::move(*saved_), *told);
+      saved_.reset();
+      dialog_.inform("going on with " + map_file_ + "; where the robot is in it has been told");
+      return;
+    }
+    go_on_with_saved_map(scans_.stamp_after_event());
   }
   run_->apply(event);
   if (gives_up_map(event)) {

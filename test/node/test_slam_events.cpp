@@ -21,6 +21,7 @@
 #include "bag/simulated_bag.hpp"
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
+#include "io/tum.hpp"
 #include "matchbox_slam/LoadMap.h"
 #include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/io/file.hpp"
@@ -160,6 +161,37 @@ TEST(SlamEvents, MapBagRepeatsThemToTheByte) {
     kinds.insert(event.event.index());
   }
   EXPECT_EQ(kinds.size(), std::variant_size_v<RunEvent>) << "not every kind";
+}
+
+TEST(SlamEvents, APoseToldBeforeTheFirstScanOfAResumedMapIsTakenAsByMapBag) {
+  const TemporaryFolder folder;
+  const std::string bag = folder / "run.bag";
+  SimulationOptions options;
+  options.time.duration = 8.0;
+  simulate(bag, "rooms", 4, options);
+  ASSERT_EQ(run_command(MATCHBOX_MAP_BAG, bag + " --quiet --out " + (folder / "")).exit_code, 0);
+  options.time.start_stamp += 3600.0;
+  simulate(bag, "rooms", 4, options);  // another drive, from the same start
+  set_parameters("/resumed", folder);
+  ros::param::set("/resumed/events_file", folder / "events.yaml");
+  ros::param::set("/resumed/resume", true);
+  ros::AsyncSpinner spinner(2);
+  spinner.start();
+  Player player(bag);
+  {
+    const SlamNode slam(ros::NodeHandle(), ros::NodeHandle("/resumed"));
+    ASSERT_TRUE(wait_until([&] { return player.is_heard(); }));
+    tell_pose({0.05, -0.05, 0.02});
+    ASSERT_TRUE(player.drive(30));
+  }
+  const Outcome mapped = run_command(
+      MATCHBOX_MAP_BAG, bag + " --quiet --out " + (folder / "map_bag") + " --map " +
+                            (folder / "map.slam") + " --events " + (folder / "events.yaml"));
+  ASSERT_EQ(mapped.exit_code, 0) << mapped.output;
+  const std::string node = read_file(folder / "node.tum");
+  ASSERT_GT(node.size(), 1000U);
+  EXPECT_TRUE(node == read_file(folder / "map_bag/trajectory.tum").substr(0, node.size()));
+  EXPECT_LT(read_tum(folder / "node.tum").poses().front().pose.translation().norm(), 0.02);
 }
 
 TEST(SlamEvents, MapBagTakesRollAndPitchFromAnImuAsTheNodeDoes) {

@@ -176,5 +176,25 @@ TEST_F(Run, GoesOnWithALoadedMap) {
       << "the record would hold its memory";
 }
 
+TEST_F(Run, APoseThatIsToldBeforeTheFirstScanOfASavedMapIsWhereTheRobotIs) {
+  const SimulatedRun drive = perfect_drive();
+  const std::size_t middle = drive.scans.size() / 2;
+  for (const bool is_lost : {false, true}) {  // when it was saved
+    MapStart saved = map_of(drive);
+    if (is_lost) {
+      saved = lost_in(std::move(saved), {3.0, 2.0, 1.0});
+    }
+    saved.motion.stamp = drive.scans[middle].stamp - 0.1;  // as if its drive went on
+    SlamRun run{LiveConfiguration(parse_yaml_parameters("matcher: olson", "test"), loader_)};
+    run.take_up_told(saved, {drive.world_from_base[middle] * Pose2{0.1, -0.05, 0.02},
+                             0.01 * Eigen::Matrix3d::Identity()});
+    const std::optional<ScanOutcome> outcome = run.process(scan_input(drive, middle));
+    EXPECT_EQ(outcome->state, TrackingState::kTracking);
+    EXPECT_LT(difference(outcome->map_from_base, drive.world_from_base[middle]).norm(), 0.01);
+    EXPECT_EQ(run.parts_apart(), is_lost ? 1U : 0U);
+    EXPECT_EQ(run.events().size(), 1U);
+  }
+}
+
 }  // namespace
 }  // namespace matchbox_slam

@@ -977,6 +977,7 @@ TEST_F(MapBag, APoseToldIsAnEventBeforeTheFirstScan) {
   replace_file(events, to_events_file({{{0, 1.0, 0}, SetPose{told, covariance_of(0.3, 0.2)}}}));
   const std::vector<std::string> by_event = results("--events " + events);
   EXPECT_EQ(report("scans/state/tracking"), 50.0);
+  EXPECT_EQ(report("scans/maps_apart"), 0.0);
   EXPECT_TRUE(results("--pose -0.1,0.05,0.03") == by_event);
   // An event before the first scan comes after it.
   replace_file(events, "- {scan: 1.0, pause: true}\n- {scan: 2000.5, pause: false}\n");
