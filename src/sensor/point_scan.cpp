@@ -301,6 +301,66 @@ void add_weights(const std::vector<double>& gaps, double cap, std::vector<ScanPo
   }
 }
 
+/// Where each beam ends, or what it says to be free, in the frame of the base at the first beam.
+/// @param beams      directions in the laser's plane.
+/// @param cut_after  points that a beam follows which was cut at the band of heights.
+void place_beams(const LaserScan& scan, const std::vector<Eigen::Vector2d>& beams,
+                 const Eigen::Isometry3d& base_from_laser, const Pose2& motion,
+                 const ProjectionOptions& options, const Eigen::Isometry3d& laser_motion,
+                 std::vector<std::size_t>& cut_after, PointScan& result) {
+  const double min_range = least_range(scan, options);
+  const double max_range = std::min(options.max_range, scan.range_max);
+  const double free_range = std::min(options.free_range, max_range);
+  const std::size_t count = scan.ranges.size();
+  const bool moving = motion != Pose2{} && count > 1;
+  const bool swaying = laser_motion.matrix() != Eigen::Matrix4d::Identity() && count > 1;
+  Eigen::Isometry3d laser = base_from_laser;
+  cut_after.clear();
+  result.stamp = scan.stamp;
+  result.points.clear();
+  result.points.reserve(count);
+  result.free_rays.clear();
+  result.free_rays.reserve(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto range = static_cast<double>(scan.ranges[k]);
+    const double fraction = static_cast<double>(k) / static_cast<double>(count - 1);
+    Reading reading = classify(range, min_range, max_range);
+    const double angle = scan.angle_min + static_cast<double>(k) * scan.angle_increment;
+    if (reading == Reading::kIgnored || is_masked(angle, options.masked_angles)) {
+      continue;
+    }
+    if (swaying) {
+      laser = laser_at(fraction, base_from_laser, laser_motion);
+    }
+    double length = reading == Reading::kHit ? range : free_range;
+    const Eigen::Vector2d& beam = beams[k];
+    const double rise = laser.linear().row(2).head<2>().dot(beam);
+    const double band = rise < 0.0 ? options.max_drop : options.max_rise;
+    if (std::abs(rise) * length > band) {
+      if (!result.points.empty()) {
+        cut_after.push_back(result.points.size() - 1);
+      }
+      reading = Reading::kNoReturn;
+      length = std::min(free_range, band / std::abs(rise));
+    }
+    if (length <= 0.0) {
+      continue;
+    }
+    Eigen::Vector2d origin = laser.translation().head<2>();
+    Eigen::Vector2d end = origin + laser.linear().topLeftCorner<2, 2>() * (length * beam);
+    if (moving) {
+      const Transform2 first_from_here(interpolate(Pose2{}, motion, fraction));
+      origin = first_from_here * origin;
+      end = first_from_here * end;
+    }
+    if (reading == Reading::kNoReturn) {
+      result.free_rays.push_back({origin, end});
+    } else {
+      result.points.push_back({end, origin, Eigen::Vector2d::Zero(), 0.0, false});
+    }
+  }
+}
+
 }  // namespace
 
 void check_projection_options(const ProjectionOptions& options) {
@@ -347,59 +407,9 @@ ScanProjector::~ScanProjector() = default;
 void ScanProjector::project(const LaserScan& scan, const Eigen::Isometry3d& base_from_laser,
                             const Pose2& motion, const ProjectionOptions& options,
                             const Eigen::Isometry3d& laser_motion, PointScan& result) {
-  const double min_range = least_range(scan, options);
-  const double max_range = std::min(options.max_range, scan.range_max);
-  const double free_range = std::min(options.free_range, max_range);
-  const std::size_t count = scan.ranges.size();
-  const bool moving = motion != Pose2{} && count > 1;
-  const bool swaying = laser_motion.matrix() != Eigen::Matrix4d::Identity() && count > 1;
-  Eigen::Isometry3d laser = base_from_laser;
-  const std::vector<Eigen::Vector2d>& beams = memory_->beams.of(scan);
   std::vector<std::size_t>& cut_after = memory_->cut_after;
-  cut_after.clear();
-  result.stamp = scan.stamp;
-  result.points.clear();
-  result.points.reserve(count);
-  result.free_rays.clear();
-  result.free_rays.reserve(count);
-  for (std::size_t k = 0; k < count; ++k) {
-    const auto range = static_cast<double>(scan.ranges[k]);
-    const double fraction = static_cast<double>(k) / static_cast<double>(count - 1);
-    Reading reading = classify(range, min_range, max_range);
-    const double angle = scan.angle_min + static_cast<double>(k) * scan.angle_increment;
-    if (reading == Reading::kIgnored || is_masked(angle, options.masked_angles)) {
-      continue;
-    }
-    if (swaying) {
-      laser = laser_at(fraction, base_from_laser, laser_motion);
-    }
-    double length = reading == Reading::kHit ? range : free_range;
-    const Eigen::Vector2d& beam = beams[k];
-    const double rise = laser.linear().row(2).head<2>().dot(beam);
-    const double band = rise < 0.0 ? options.max_drop : options.max_rise;
-    if (std::abs(rise) * length > band) {
-      if (!result.points.empty()) {
-        cut_after.push_back(result.points.size() - 1);
-      }
-      reading = Reading::kNoReturn;
-      length = std::min(free_range, band / std::abs(rise));
-    }
-    if (length <= 0.0) {
-      continue;
-    }
-    Eigen::Vector2d origin = laser.translation().head<2>();
-    Eigen::Vector2d end = origin + laser.linear().topLeftCorner<2, 2>() * (length * beam);
-    if (moving) {
-      const Transform2 first_from_here(interpolate(Pose2{}, motion, fraction));
-      origin = first_from_here * origin;
-      end = first_from_here * end;
-    }
-    if (reading == Reading::kNoReturn) {
-      result.free_rays.push_back({origin, end});
-    } else {
-      result.points.push_back({end, origin, Eigen::Vector2d::Zero(), 0.0, false});
-    }
-  }
+  place_beams(scan, memory_->beams.of(scan), base_from_laser, motion, options, laser_motion,
+              cut_after, result);
   if (options.straighten_walls) {
     take_noise_out(options, memory_->hits, memory_->walls, result.points);
   }

@@ -96,6 +96,9 @@ class BagMapping {
 
  private:
   [[nodiscard]] RunDialog telling_loops(RunDialog dialog) const;
+  [[nodiscard]] std::vector<FileContents> map_and_trajectories();
+  [[nodiscard]] std::vector<FileContents> hough_pictures() const;
+  void tell(const RunFacts& facts) const;
   void handle(const ReadyScan& scan);
   void handle(const TimeJump& jump);
   void handle(const RunEvent& event);
@@ -251,42 +254,38 @@ void BagMapping::handle(const TimeJump& jump) {
   }
 }
 
-void BagMapping::write() {
-  if (run_->trajectory().empty()) {
-    scans_.throw_nothing_used();
-  }
-  run_->finish();
+std::vector<FileContents> BagMapping::map_and_trajectories() {
   const Trajectory trajectory(run_->trajectory());
   const Trajectory odometry(run_->odometry());
   const SlamMap& map = run_->map();
-  const ScanAccount& account = scans_.account();
+  const PoseGraph& graph = run_->loops().graph();
   std::vector<FileContents> files =
       map_files(out_ + "/map", make_map_image(map.occupancy), map_format(run_->setup().run));
   files.push_back({out_ + "/trajectory.tum", to_tum(trajectory)});
   files.push_back({out_ + "/trajectory_live.tum", to_tum(Trajectory(run_->live_trajectory()))});
   files.push_back({out_ + "/odometry.tum", to_tum(odometry)});
-  const PoseGraph& graph = run_->loops().graph();
   files.push_back(
       {out_ + "/map.png", draw_map(map.occupancy, trajectory, odometry, graph).to_png()});
   files.push_back({out_ + "/key_scans.tum", to_tum(key_scan_trajectory(run_->key_scans()))});
   files.push_back({out_ + "/graph.g2o", to_g2o(graph)});
   files.push_back({out_ + "/scans.csv", scan_table_.text()});
   files.push_back({out_ + "/map.slam", to_saved_map(run_->snapshot())});
-  const ResourceUsage now = resource_usage();
-  const RunFacts facts{scans_.facts(),
-                       run_->resets(),
-                       {now.wall_seconds - started_.wall_seconds,
-                        now.cpu_seconds - started_.cpu_seconds, now.peak_memory}};
-  files.push_back({out_ + "/report.json", to_json(facts, account, *run_)});
-  replace_files(files);
-  std::vector<FileContents>
-      pictures;  // what the Hough matcher sees of each one and its predecessor
+  return files;
+}
+
+/// What the Hough matcher sees of each of the first key scans and its predecessor.
+std::vector<FileContents> BagMapping::hough_pictures() const {
+  std::vector<FileContents> pictures;
   for (std::size_t i = 1; i < first_key_scans_.size(); ++i) {
     pictures.push_back(hough_picture_file(debug_, i - 1, *first_key_scans_[i - 1]->points(),
                                           *first_key_scans_[i]->points(),
                                           run_->setup().hough.alignment));
   }
-  replace_files(pictures);
+  return pictures;
+}
+
+void BagMapping::tell(const RunFacts& facts) const {
+  const ScanAccount& account = scans_.account();
   dialog_.inform(std::to_string(account.delivered) + " of " + std::to_string(account.received) +
                  " scans used, " + std::to_string(fit_.matched()) + " matched, " +
                  text_of_loops(*run_) + ", in " + seconds_text(facts.used.wall_seconds) + ", " +
@@ -308,6 +307,23 @@ void BagMapping::write() {
   if (facts.bag.interrupted) {
     dialog_.warn("interrupted: the results cover the bag up to there");
   }
+}
+
+void BagMapping::write() {
+  if (run_->trajectory().empty()) {
+    scans_.throw_nothing_used();
+  }
+  run_->finish();
+  std::vector<FileContents> files = map_and_trajectories();
+  const ResourceUsage now = resource_usage();
+  const RunFacts facts{scans_.facts(),
+                       run_->resets(),
+                       {now.wall_seconds - started_.wall_seconds,
+                        now.cpu_seconds - started_.cpu_seconds, now.peak_memory}};
+  files.push_back({out_ + "/report.json", to_json(facts, scans_.account(), *run_)});
+  replace_files(files);
+  replace_files(hough_pictures());
+  tell(facts);
   if (!facts.bag.damage.empty()) {
     throw BagError(facts.bag.damage + "; the results cover the part before");
   }

@@ -217,7 +217,7 @@ double share_between(double within, double not_within, double sigma) {
          std::erf(not_within / (sigma * std::sqrt(2.0)));
 }
 
-Found find(const MatchProblem& problem, const OlsonOptions& options, OlsonMatcher::Memory& memory) {
+SearchDeadline deadline_of(const OlsonOptions& options) {
   using Clock = std::chrono::steady_clock;
   SearchDeadline deadline;
   if (options.deadline > 0.0) {
@@ -227,6 +227,79 @@ Found find(const MatchProblem& problem, const OlsonOptions& options, OlsonMatche
   if (options.most_look_ups > 0) {
     deadline.look_ups = static_cast<std::size_t>(options.most_look_ups);
   }
+  return deadline;
+}
+
+/// What to search, and how. The points are the memory's.
+struct Search {
+  const MatchProblem& problem;
+  const std::vector<SearchPoint>& points;
+  double top;  ///< the highest score
+  double resolution;
+  Window window;
+  SearchScoring scoring;
+  RivalSearch rivals;
+};
+
+/// Widens the window as long as the best pose is on its edge. Returns the candidates that were
+/// looked at.
+std::size_t search_ever_wider(const Search& search, const OlsonOptions& options,
+                              SearchLattice& lattice, SearchMemory& memory, SearchResult& result) {
+  SearchDeadline deadline = deadline_of(options);
+  const auto search_once = [&] {
+    return search_lattice(search.points, search.problem.field, lattice, search.scoring,
+                          search.rivals, deadline, memory);
+  };
+  result = search_once();
+  std::size_t candidates = result.candidates;
+  for (int widening = 0;
+       result.is_found && widening < options.widenings && result.bound <= result.score &&
+       widen(result.best, options.max_window_xy, lattice, search.resolution);
+       ++widening) {
+    deadline.look_ups -= std::min(deadline.look_ups, result.look_ups);
+    SearchResult wider = search_once();
+    candidates += wider.candidates;
+    if (wider.score < result.score) {  // the deadline ended the wider search early
+      wider.best = result.best;
+      wider.score = result.score;
+    }
+    result = wider;
+  }
+  return candidates;
+}
+
+/// In metres and shares.
+void tell(const Search& search, const SearchLattice& lattice, const SearchResult& result,
+          Found& found) {
+  found.proof.remaining_bound = static_cast<double>(result.bound) / search.top;
+  found.is_any = result.is_found;
+  if (!result.is_found) {
+    return;
+  }
+  found.step_xy = lattice.step_xy(search.resolution);
+  found.step_theta = lattice.step_theta;
+  found.proof.map_from_base = pose_at(lattice, result.best, search.resolution);
+  found.proof.best_score = static_cast<double>(result.score) / search.top;
+  const Edges on(result.best, lattice);
+  found.proof.on_edge = on.xy || on.theta;
+  const double searched_xy = lattice.half_xy * lattice.step_xy(search.resolution);
+  if (searched_xy < (1.0 - 1e-9) * search.window.asked_xy) {
+    found.proof.clipped = true;
+    const double variance = search.problem.prior_covariance.diagonal().head<2>().maxCoeff();
+    found.share_beyond = share_between(search.window.asked_xy, searched_xy, std::sqrt(variance));
+  }
+  if (result.rival) {
+    found.rival = pose_at(lattice, result.rival->pose, search.resolution);
+  }
+  if (const std::int64_t rival =
+          std::max(result.rivals_left, result.rival ? result.rival->score : 0);
+      rival > 0) {
+    found.rival_share =
+        std::min(1.0, static_cast<double>(rival) / static_cast<double>(result.score));
+  }
+}
+
+Found find(const MatchProblem& problem, const OlsonOptions& options, OlsonMatcher::Memory& memory) {
   find_search_points(problem.scan.points, options, memory.points);
   const std::vector<SearchPoint>& points = memory.points;
   Found found;
@@ -240,58 +313,21 @@ Found find(const MatchProblem& problem, const OlsonOptions& options, OlsonMatche
   }
   const double range = useful_range(points, memory.ranges);
   const double resolution = problem.field.geometry().resolution();
-  const SearchScoring scoring = make_scoring(problem, top, options);
   const Window window = make_window(problem, options);
   SearchLattice lattice = make_lattice(problem, window, range, options);
-  const RivalSearch rivals{
-      steps_in(options.rival_distance, lattice.step_xy(resolution)),
-      steps_in(options.rival_distance / std::max(range, options.rival_distance),
-               lattice.step_theta),
-      options.least_rival};
-  const auto search = [&] {
-    return search_lattice(points, problem.field, lattice, scoring, rivals, deadline, memory.search);
-  };
-  SearchResult result = search();
-  found.candidates = result.candidates;
-  found.proof.remaining_bound = static_cast<double>(result.bound) / top;
-  if (!result.is_found) {
-    return found;
-  }
-  found.is_any = true;
-  for (int widening = 0; widening < options.widenings && result.bound <= result.score &&
-                         widen(result.best, options.max_window_xy, lattice, resolution);
-       ++widening) {
-    deadline.look_ups -= std::min(deadline.look_ups, result.look_ups);
-    SearchResult wider = search();
-    found.candidates += wider.candidates;
-    if (wider.score < result.score) {  // the deadline ended the wider search early
-      wider.best = result.best;
-      wider.score = result.score;
-    }
-    result = wider;
-  }
-  found.step_xy = lattice.step_xy(resolution);
-  found.step_theta = lattice.step_theta;
-  found.proof.map_from_base = pose_at(lattice, result.best, resolution);
-  found.proof.best_score = static_cast<double>(result.score) / top;
-  found.proof.remaining_bound = static_cast<double>(result.bound) / top;
-  const Edges on(result.best, lattice);
-  found.proof.on_edge = on.xy || on.theta;
-  const double searched_xy = lattice.half_xy * lattice.step_xy(resolution);
-  if (searched_xy < (1.0 - 1e-9) * window.asked_xy) {
-    found.proof.clipped = true;
-    const double variance = problem.prior_covariance.diagonal().head<2>().maxCoeff();
-    found.share_beyond = share_between(window.asked_xy, searched_xy, std::sqrt(variance));
-  }
-  if (result.rival) {
-    found.rival = pose_at(lattice, result.rival->pose, resolution);
-  }
-  if (const std::int64_t rival =
-          std::max(result.rivals_left, result.rival ? result.rival->score : 0);
-      rival > 0) {
-    found.rival_share =
-        std::min(1.0, static_cast<double>(rival) / static_cast<double>(result.score));
-  }
+  const double far = std::max(range, options.rival_distance);
+  const Search search{
+      problem,
+      points,
+      top,
+      resolution,
+      window,
+      make_scoring(problem, top, options),
+      {steps_in(options.rival_distance, lattice.step_xy(resolution)),
+       steps_in(options.rival_distance / far, lattice.step_theta), options.least_rival}};
+  SearchResult result;
+  found.candidates = search_ever_wider(search, options, lattice, memory.search, result);
+  tell(search, lattice, result, found);
   return found;
 }
 
