@@ -4,22 +4,17 @@
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
+#include "run/shared_run_options.hpp"
 
 namespace matchbox_slam {
 
 /// What the node and map_bag have in common besides the engine and the matcher. Names are
 /// gmapping's where the meaning is.
-struct RunOptions {
-  std::string matcher = "olson";
+struct RunOptions : SharedRunOptions {
   std::vector<std::string> scan_topics;
-  int seed = 1;
-  std::string base_frame = "base_link";
-  std::string odom_frame = "odom";
   std::string map_frame = "map";
   bool use_odometry = true;
   std::string imu_topic;
-  double transform_timeout = 2.0;
-  int queue_size = 2000;
   double max_lag = 0.0;
   std::string scan_time_offset = "0";
   std::string time_jump = "reset";
@@ -30,9 +25,7 @@ struct RunOptions {
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
-    option(self.matcher, "matcher", any(), "",
-           "Scan matcher: a plugin's short name such as olson, or its lookup name such as "
-           "matchbox_slam/Olson.");
+    visit_matcher(self, option);
     option(self.scan_topics, "scan_topics", any(), "",
            "Topics of the robot's lasers where it has several. Empty: the node takes scan, map_bag "
            "the only one there is.");
@@ -51,8 +44,7 @@ struct RunOptions {
            "taken out of the scans where odometry shows none. Empty: none.");
     option(self.transform_timeout, "transform_timeout", between(0.0, 3600.0), "s",
            "A scan waits this long for its transforms, then it is skipped.");
-    option(self.queue_size, "queue_size", between(1, 1e6), "",
-           "Scans that may wait; beyond, the oldest are skipped.");
+    visit_queue_size(self, option);
     option(self.max_lag, "max_lag", between(0.0, 3600.0), "s",
            "A scan that waited longer than this is skipped when a newer one is there, for robots "
            "that need the pose of now; 0: none is.");

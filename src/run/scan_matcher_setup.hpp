@@ -9,27 +9,20 @@
 #include "matchbox_slam/slam/laser_odometry.hpp"
 #include "run/cloud_options.hpp"
 #include "run/matcher_catalog.hpp"
+#include "run/shared_run_options.hpp"
 
 namespace matchbox_slam {
 
 /// What concerns the laser odometry node besides laser odometry itself.
-struct ScanMatcherNodeOptions {
-  std::string matcher = "olson";
-  int seed = 1;
-  std::string base_frame = "base_link";
-  std::string odom_frame = "odom";
+struct ScanMatcherNodeOptions : SharedRunOptions {
   bool publish_tf = true;
   std::string guess = "velocity";
   std::string guess_frame;
-  double transform_timeout = 2.0;
-  int queue_size = 2000;
   double scan_time_offset = 0.0;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
-    option(self.matcher, "matcher", any(), "",
-           "Scan matcher: a plugin's short name such as olson, or its lookup name such as "
-           "matchbox_slam/Olson.");
+    visit_matcher(self, option);
     option(self.seed, "seed", at_least(0.0), "",
            "Of the random numbers; the same seed gives the same odometry.");
     option(self.base_frame, "base_frame", any(), "",
@@ -46,8 +39,7 @@ struct ScanMatcherNodeOptions {
            "Frame in which the odometry moves that gives the guess, with guess 'odometry' only.");
     option(self.transform_timeout, "transform_timeout", between(0.0, 3600.0), "s",
            "A scan waits this long for its transforms and its guess, then it is skipped.");
-    option(self.queue_size, "queue_size", between(1, 1e6), "",
-           "Scans that may wait; beyond, the oldest are skipped.");
+    visit_queue_size(self, option);
     option(self.scan_time_offset, "scan_time_offset", between(-1e6, 1e6), "s",
            "Added to the stamps of scans, whose clock may differ from that of tf and IMU.");
   }
