@@ -220,10 +220,10 @@ Pose2 read_origin(const MapYaml& yaml) {
 
 std::vector<FileContents> map_files(const std::string& base_path, const MapImage& map,
                                     MapFormat format) {
-  const bool is_png = format == MapFormat::kPng;
-  const std::string image_path = base_path + (is_png ? ".occupancy.png" : ".pgm");
+  const bool as_png = format == MapFormat::kPng;
+  const std::string image_path = base_path + (as_png ? ".occupancy.png" : ".pgm");
   const std::string image_name = std::filesystem::path(image_path).filename().string();
-  return {{image_path, is_png ? gray_png(map.width, map.height, map.pixels) : pgm_of(map)},
+  return {{image_path, as_png ? gray_png(map.width, map.height, map.pixels) : pgm_of(map)},
           {base_path + ".yaml", yaml_of(map, image_name)}};
 }
 

@@ -234,6 +234,7 @@ SlamNode::SavedMap SlamNode::save_map_files() {
   std::vector<FileContents> files = map_files(path, make_map_image(map.map.occupancy), format);
   files.push_back({path + ".png", picture.to_png()});
   files.push_back({path + ".slam", to_saved_map(map)});
+  // Each time: map_file may change while the node runs, and its folder may be cleared.
   require_writable_folder(std::filesystem::path(path).parent_path().string());
   replace_files(files);
   return {scans, path + (format == MapFormat::kPng ? ".occupancy.png" : ".pgm") +

@@ -112,33 +112,36 @@ ScanQueue::ScanQueue(ScanQueueSettings settings)
     : settings_(std::move(settings)), transforms_(settings_.map_frame) {}
 
 void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time& now, int laser) {
-  advance(now);
-  ++account_.received;
   std::string defect = find_defect(message);
   const double stamp = message.header.stamp.toSec() + settings_.scan_time_offset.toSec();
   if (defect.empty() && !(stamp > 0.0 && stamp < kLatestStamp)) {
     defect = "scan_time_offset takes its stamp to " + std::to_string(stamp) + " s";
   }
-  if (!defect.empty()) {
-    skip(message.header.stamp, message.ranges.empty() ? SkipReason::kEmpty : SkipReason::kInvalid,
-         defect);
-    return;
+  if (count(message.header.stamp, defect, message.ranges.empty(), now)) {
+    add_valid_scan(message, {message.header.stamp + settings_.scan_time_offset, laser});
+    collect_ready(true);
+    limit_waiting();
+    give_up_late();
   }
-  add_valid_scan(message, {message.header.stamp + settings_.scan_time_offset, laser});
-  collect_ready(true);
-  limit_waiting();
-  give_up_late();
 }
 
 void ScanQueue::add_scan(const ScanMessage& message, const ros::Time& now, int laser) {
   if (message.defect.empty()) {
     add_scan(*message.scan, now, laser);
-    return;
+  } else {
+    count(message.scan->header.stamp, message.defect, message.is_empty, now);
   }
+}
+
+/// A scan that has come; one with a defect is skipped. Whether it is to be added.
+bool ScanQueue::count(const ros::Time& stamp, const std::string& defect, bool is_empty,
+                      const ros::Time& now) {
   advance(now);
   ++account_.received;
-  skip(message.scan->header.stamp, message.is_empty ? SkipReason::kEmpty : SkipReason::kInvalid,
-       message.defect);
+  if (!defect.empty()) {
+    skip(stamp, is_empty ? SkipReason::kEmpty : SkipReason::kInvalid, defect);
+  }
+  return defect.empty();
 }
 
 void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const Turn& turn) {

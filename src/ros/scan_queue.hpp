@@ -199,6 +199,8 @@ class ScanQueue {
 
   void advance(const ros::Time& now);
   void jump_back(double seconds, const ros::Time& now);
+  bool count(const ros::Time& stamp, const std::string& defect, bool is_empty,
+             const ros::Time& now);
   void add_valid_scan(const sensor_msgs::LaserScan& message, const Turn& turn);
   [[nodiscard]] bool was_clock_set_back(const Turn& turn);
   [[nodiscard]] bool is_straggler(const ros::Time& stamp) const;

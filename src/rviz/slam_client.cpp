@@ -47,17 +47,28 @@ std::string text_value(const dynamic_reconfigure::Config& config, const std::str
 }
 
 /// An arrow for a place, and its rank beside it; the best is opaque.
+geometry_msgs::Pose pose_of(const Place& place) {
+  geometry_msgs::Pose pose;
+  pose.position.x = place.x;
+  pose.position.y = place.y;
+  pose.orientation.z = std::sin(0.5 * place.theta);
+  pose.orientation.w = std::cos(0.5 * place.theta);
+  return pose;
+}
+
+Place place_of(const geometry_msgs::Pose& pose, double score) {
+  const double theta = wrap_angle(2.0 * std::atan2(pose.orientation.z, pose.orientation.w));
+  return {pose.position.x, pose.position.y, theta, score};
+}
+
 std::vector<Marker> markers_of(const Place& place, std::size_t rank, const std::string& frame) {
   Marker arrow;
   arrow.header.frame_id = frame;
   arrow.ns = "places";
   arrow.id = static_cast<int>(rank);
   arrow.type = Marker::ARROW;
-  arrow.pose.position.x = place.x;
-  arrow.pose.position.y = place.y;
+  arrow.pose = pose_of(place);
   arrow.pose.position.z = 0.1;
-  arrow.pose.orientation.z = std::sin(0.5 * place.theta);
-  arrow.pose.orientation.w = std::cos(0.5 * place.theta);
   arrow.scale.x = 1.4;
   arrow.scale.y = 0.25;
   arrow.scale.z = 0.1;
@@ -313,12 +324,8 @@ void SlamClient::take_place(std::size_t index) {
       if (index >= view_.places.size()) {
         throw std::runtime_error("that place is no more among them; Relocalise again");
       }
-      const Place& place = view_.places[index];
       service.request.stamp = places_stamp_;
-      service.request.pose.position.x = place.x;
-      service.request.pose.position.y = place.y;
-      service.request.pose.orientation.z = std::sin(0.5 * place.theta);
-      service.request.pose.orientation.w = std::cos(0.5 * place.theta);
+      service.request.pose = pose_of(view_.places[index]);
     }
     call("take_place", service);
     const std::string answer = answer_of(service.response);
@@ -335,10 +342,7 @@ void SlamClient::show_places(const Relocalise::Response& found) {
     places_stamp_ = found.stamp;
     view_.places.clear();
     for (std::size_t k = 0; k < std::min(found.poses.size(), found.scores.size()); ++k) {
-      const geometry_msgs::Pose& pose = found.poses[k];
-      view_.places.push_back({pose.position.x, pose.position.y,
-                              wrap_angle(2.0 * std::atan2(pose.orientation.z, pose.orientation.w)),
-                              found.scores[k]});
+      view_.places.push_back(place_of(found.poses[k], found.scores[k]));
     }
   }
   publish_places();
