@@ -143,6 +143,47 @@ TEST(Rooms, PublicHeadersIncludeNoPrivateOnes) {
   });
 }
 
+/// The name of what a test is for that is not named after a header: its first line says it.
+std::string told_subject_of(const fs::path& test) {
+  std::ifstream stream(test);
+  std::string line;
+  std::getline(stream, line);
+  const std::regex subject(R"(^// Of ([a-z0-9_/]+\.(hpp|cpp|launch)))");
+  std::smatch match;
+  return std::regex_search(line, match, subject) ? match[1].str() : "";
+}
+
+bool is_there(const std::string& name) {
+  const fs::path top(MATCHBOX_SOURCE_DIR);
+  return !name.empty() &&
+         (fs::exists(top / "src" / name) || fs::exists(top / "include/matchbox_slam" / name) ||
+          fs::exists(top / "launch" / name));
+}
+
+TEST(Rooms, TestsMirrorThem) {
+  const fs::path top = fs::path(MATCHBOX_SOURCE_DIR) / "test";
+  int tests = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(top)) {
+    const fs::path place = fs::relative(entry.path(), top);
+    const std::string name = place.stem().string();
+    if (rooms().count(place.begin()->string()) == 0 || place.extension() != ".cpp" ||
+        name.rfind("test_", 0) != 0) {
+      continue;
+    }
+    ++tests;
+    const std::string header =
+        (place.parent_path() / (name.substr(std::string("test_").size()) + ".hpp")).string();
+    const std::vector<std::string> included = headers_included_by(entry.path());
+    const bool is_named_after_it =
+        std::count(included.begin(), included.end(), header) > 0 ||
+        std::count(included.begin(), included.end(), "matchbox_slam/" + header) > 0;
+    EXPECT_TRUE(is_named_after_it || is_there(told_subject_of(entry.path())))
+        << place << " does not include " << header
+        << ", nor does its first line say what it is for: // Of ROOM/NAME.hpp";
+  }
+  EXPECT_GE(tests, 100) << "the tests are elsewhere";
+}
+
 TEST(Rooms, TheCheckKnowsWhatItMayNotInclude) {
   for (const char* header :
        {"ros/ros.h", "pluginlib/class_list_macros.hpp", "tf2/buffer_core.h",

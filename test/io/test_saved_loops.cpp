@@ -1,4 +1,4 @@
-// Saved maps that lie about the graph of the key scans.
+// Of io/saved_map.hpp: maps that lie about the graph of the key scans.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Saved maps that lie about where the robot is.
+// Of io/saved_map.hpp: maps that lie about where the robot is.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
-// How often memory is asked for, scan after scan: `new` is replaced here for all that this program
-// links, hence it is one of its own.
+// Of sensor/point_scan.hpp, matching/refinement.hpp and what else sees every scan: how often memory
+// is asked for, scan after scan. `new` is replaced here for all that this program links, hence it
+// is one of its own.
 
 #include <gtest/gtest.h>
 

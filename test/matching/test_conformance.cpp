@@ -1,4 +1,5 @@
-// The conformance suite over the matchers of this package, without plugins.
+// Of matching/scan_matcher.hpp: the conformance suite over the matchers of this package, without
+// plugins.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Every instruction set gives the same bits.
+// Of matching/scan_matcher.hpp: every instruction set gives the same bits.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// mit_stata.launch has been started on a bag of Stata's shape; this looks at what comes out.
+// Of mit_stata.launch: it has been started on a bag of Stata's shape; this looks at what comes out.
 
 #include <gtest/gtest.h>
 #include <ros/ros.h>

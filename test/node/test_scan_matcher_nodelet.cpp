@@ -1,5 +1,6 @@
-// Plays a simulated bag into laser odometry nodelets, and the same without wheels' odometry into a
-// node, and compares what they publish with the truth and with the core's own answer.
+// Of node/scan_matcher_node.hpp: plays a simulated bag into laser odometry nodelets, and the same
+// without wheels' odometry into a node, and compares what they publish with the truth and with the
+// core's own answer.
 
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>

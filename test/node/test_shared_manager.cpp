@@ -1,5 +1,5 @@
-// Nodelets that share a manager: a filter hands its scans to the SLAM nodelet without a copy, and
-// two SLAM nodelets do not touch each other.
+// Of node/slam_node.hpp: nodelets that share a manager. a filter hands its scans to the SLAM
+// nodelet without a copy, and two SLAM nodelets do not touch each other.
 
 #include <gtest/gtest.h>
 #include <nodelet/loader.h>

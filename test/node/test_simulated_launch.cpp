@@ -1,4 +1,4 @@
-// simulated.launch has been started; this looks at what comes out, and clears up.
+// Of simulated.launch: it has been started; this looks at what comes out, and clears up.
 
 #include <gtest/gtest.h>
 #include <ros/ros.h>

@@ -1,5 +1,5 @@
-// simulated_scan_matcher.launch has been started; this compares what comes out with the truth, and
-// clears up.
+// Of simulated_scan_matcher.launch: it has been started; this compares what comes out with the
+// truth, and clears up.
 
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>

@@ -1,4 +1,5 @@
-// What happens to the node between scans, and a loop: map_bag repeats it to the byte.
+// Of node/slam_node.hpp: what happens to the node between scans, and a loop: map_bag repeats it to
+// the byte.
 
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>

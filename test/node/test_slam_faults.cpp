@@ -1,5 +1,6 @@
-// The node when it is ended by a signal, when the disk is full, and when everybody wants something
-// of it at once. The last is what the thread sanitizer looks at; CONTRIBUTING.md says how.
+// Of node/slam_node.hpp: the node when it is ended by a signal, when the disk is full, and when
+// everybody wants something of it at once. The last is what the thread sanitizer looks at;
+// CONTRIBUTING.md says how.
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <dynamic_reconfigure/Reconfigure.h>

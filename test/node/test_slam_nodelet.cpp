@@ -1,5 +1,5 @@
-// Plays a simulated bag into the nodelet and compares what it publishes with the truth and with
-// what map_bag makes of the same bag.
+// Of node/slam_node.hpp: plays a simulated bag into the nodelet and compares what it publishes with
+// the truth and with what map_bag makes of the same bag.
 
 #include <dynamic_reconfigure/ConfigDescription.h>
 #include <dynamic_reconfigure/Reconfigure.h>

@@ -1,5 +1,5 @@
-// The node is killed in the middle of a drive. roslaunch starts it again, and it goes on with the
-// map that it saved last.
+// Of slam.launch: the node is killed in the middle of a drive. roslaunch starts it again, and it
+// goes on with the map that it saved last.
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <gtest/gtest.h>

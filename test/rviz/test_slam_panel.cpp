@@ -1,5 +1,6 @@
-// The panel of rviz, loaded as rviz does, without a window of rviz around it: its buttons are
-// clicked, and the node does what they say. QT_QPA_PLATFORM=offscreen needs no display.
+// Of rviz/slam_panel.hpp: the panel of rviz, loaded as rviz does, without a window of rviz around
+// it: its buttons are clicked, and the node does what they say. QT_QPA_PLATFORM=offscreen needs no
+// display.
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// What an engine makes of doubts and losses that it is told of: a map start says all that it knows.
+// Of slam/slam_engine.hpp and slam/map_start.hpp: what an engine makes of doubts and losses that it
+// is told of: a map start says all that it knows.
 
 #include <gtest/gtest.h>
 

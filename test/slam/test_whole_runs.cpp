@@ -1,4 +1,5 @@
-// Whole drives through simulated worlds with noise: the accuracy that doc/results.md promises.
+// Of slam/slam_engine.hpp: whole drives through simulated worlds with noise: the accuracy that
+// doc/results.md promises.
 
 #include <gtest/gtest.h>
 

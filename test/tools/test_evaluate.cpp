@@ -1,3 +1,5 @@
+// Of tools/evaluate_ate.hpp: `evaluate ate` as a user runs it.
+
 #include <gtest/gtest.h>
 
 #include <cmath>

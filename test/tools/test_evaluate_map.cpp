@@ -1,3 +1,5 @@
+// Of tools/evaluate_map.hpp: `evaluate map` as a user runs it.
+
 #include <gtest/gtest.h>
 
 #include <string>

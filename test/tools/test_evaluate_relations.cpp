@@ -1,3 +1,5 @@
+// Of tools/evaluate_relations.hpp: `evaluate relations` as a user runs it.
+
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

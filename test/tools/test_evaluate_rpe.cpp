@@ -1,3 +1,5 @@
+// Of tools/evaluate_rpe.hpp: `evaluate rpe` as a user runs it.
+
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

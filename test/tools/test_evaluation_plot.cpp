@@ -1,3 +1,5 @@
+// Of tools/evaluation_plot.hpp: `evaluate --plot` as a user runs it.
+
 #include <gtest/gtest.h>
 
 #include <string>

@@ -1,5 +1,5 @@
-// Runs map_bag as a user does: every row of the table of bad input that it meets, its outputs, and
-// what it says.
+// Of tools/bag_mapper.hpp: runs map_bag as a user does: every row of the table of bad input that it
+// meets, its outputs, and what it says.
 
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>

@@ -1,3 +1,5 @@
+// Of tools/pair_matching.hpp: match_pairs as a user runs it.
+
 #include <gtest/gtest.h>
 
 #include <algorithm>

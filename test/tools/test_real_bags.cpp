@@ -1,4 +1,5 @@
-// Maps the real recordings that lie beside the project, where they are there.
+// Of tools/bag_mapper.hpp: maps the real recordings that lie beside the project, where they are
+// there.
 
 #include <gtest/gtest.h>
 

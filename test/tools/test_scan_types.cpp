@@ -1,4 +1,5 @@
-// Laser scans, the first echoes of several, and clouds of the same points give the same map.
+// Of ros/scan_message.hpp: laser scans, the first echoes of several, and clouds of the same points
+// give the same map.
 
 #include <gtest/gtest.h>
 

@@ -1,3 +1,5 @@
+// Of tools/simulate_main.cpp: simulate as a user runs it.
+
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "../../src/tools/text_table.hpp"
+#include "tools/text_table.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,4 +1,4 @@
-// What `evaluate` does to the truth before it compares.
+// Of tools/truth_options.hpp: what `evaluate` does to the truth before it compares.
 
 #include <gtest/gtest.h>
 
