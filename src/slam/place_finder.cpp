@@ -1,6 +1,28 @@
 #include "matchbox_slam/slam/place_finder.hpp"
 
+#include <algorithm>
+
 namespace matchbox_slam {
+namespace {
+
+/// As many key scans for a second or a metre, however many scans there are of it: of a log that has
+/// one scan a metre, as of a robot that sends forty a second. Else such a log is at its end before
+/// all key scans are searched. Stamps may be made up, and too close: then the way counts.
+RecoveryOptions paced(RecoveryOptions options, const SearchStep& step) {
+  constexpr double kWay = 0.1;     // [m] for each key scan
+  constexpr double kMost = 10.0;   // so that no scan waits long
+  constexpr double kJitter = 0.1;  // of the time between scans, as a share of the interval
+  const double by_way = step.way / kWay;
+  const double by_time = options.interval > 0.0 ? step.seconds / options.interval : 1.0;
+  if (by_way >= 1.0) {
+    options.interval = 0.0;
+  }
+  const double times = std::clamp(std::max(by_way, by_time) + kJitter, 1.0, kMost);
+  options.key_scans *= static_cast<int>(times);
+  return options;
+}
+
+}  // namespace
 
 void PlaceFinder::begin(const MapParts& parts, double since) {
   search_ = {};
@@ -10,10 +32,10 @@ void PlaceFinder::begin(const MapParts& parts, double since) {
 
 std::optional<PlaceHypothesis> PlaceFinder::find(const PointScan& scan,
                                                  const Pose2& apart_from_base,
-                                                 const MapParts& parts,
+                                                 const SearchStep& step, const MapParts& parts,
                                                  const EngineOptions& options) {
   return search_places(scan, apart_from_base, parts.all(), parts.here_number(), places_,
-                       options.doubt, options.recovery, search_);
+                       options.doubt, paced(options.recovery, step), search_);
 }
 
 /// A robot that is not lost is looked for nowhere.

@@ -49,6 +49,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
     return take_aside(input, predicted);
   }
   const Pose2 before = tracker_.state().fixed_from_base;
+  const double seconds = input.scan.stamp - tracker_.state().stamp.value_or(input.scan.stamp);
   const std::optional<MotionPrediction> steady = tracker_.predict_steadily(input);
   see(input, predicted, !steady);
   const WeighedMatch weighed = match(steady, predicted);
@@ -78,7 +79,8 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   if (tracking_.doubt().is_lost(input.scan.stamp, options_.tracking)) {
     outcome.gave_up_part = map_apart(input.scan.stamp);
   } else if (mapping_.is_lost() && outcome.match.accepted()) {
-    search_for_map(outcome);
+    const double way = (before.inverse() * outcome.map_from_base).translation().norm();
+    search_for_map({seconds, way}, outcome);
   }
   outcome.covariance = told_covariance(outcome, mapping_.parts(), options_.slam.update_map);
   outcome.state = state();
@@ -210,13 +212,13 @@ bool SlamEngine::map_apart(double stamp) {
   return begun.gave_up_part;
 }
 
-void SlamEngine::search_for_map(ScanOutcome& outcome) {
+void SlamEngine::search_for_map(const SearchStep& step, ScanOutcome& outcome) {
   if (!places_.has_begun(outcome.stamp)) {
     return;
   }
   static_cast<void>(map());
   const std::optional<PlaceHypothesis> found =
-      places_.find(seen_->all(), outcome.map_from_base, mapping_.parts(), options_);
+      places_.find(seen_->all(), outcome.map_from_base, step, mapping_.parts(), options_);
   if (!found) {
     return;
   }

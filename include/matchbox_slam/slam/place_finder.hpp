@@ -12,6 +12,12 @@
 
 namespace matchbox_slam {
 
+/// From one scan to the next.
+struct SearchStep {
+  double seconds = 0.0;
+  double way = 0.0;  ///< [m]
+};
+
 /// Looks for a lost robot, scan by scan: which places are searched, and how far that is. A value.
 class PlaceFinder {
  public:
@@ -31,9 +37,10 @@ class PlaceFinder {
   [[nodiscard]] bool has_begun(double stamp) const { return stamp >= search_.stamp; }
 
   /// The part, and where in it, that the robot is found in by its newest scan, if it is.
+  /// @param step  since the scan before: the longer it is, the more is searched with this one.
   [[nodiscard]] std::optional<PlaceHypothesis> find(const PointScan& scan,
                                                     const Pose2& apart_from_base,
-                                                    const MapParts& parts,
+                                                    const SearchStep& step, const MapParts& parts,
                                                     const EngineOptions& options);
 
  private:

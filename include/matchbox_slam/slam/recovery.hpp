@@ -25,7 +25,8 @@ struct RecoveryOptions {
     option(self.interval, "interval", between(0.0, 60.0), "s",
            "While the robot is lost, its scans are searched among key scans as often as this.");
     option(self.key_scans, "key_scans", between(1, 1000), "",
-           "Key scans that a scan is searched in at a time; 5 to 10 milliseconds each.");
+           "Key scans that a scan is searched in at a time, 5 to 10 milliseconds each; up to ten "
+           "times as many where scans are rare.");
     option(self.confirmations, "confirmations", between(1, 100), "",
            "A lost robot counts as found at a place near where odometry says where so many scans "
            "match well, and hardly one at another place.");

@@ -107,7 +107,7 @@ class SlamEngine {
   void remember(const ScanInput& input, const MotionPrediction& predicted, bool jumped,
                 const ScanOutcome& outcome);
   void close_loops(ScanOutcome& outcome);
-  void search_for_map(ScanOutcome& outcome);
+  void search_for_map(const SearchStep& step, ScanOutcome& outcome);
   void join(const PlaceHypothesis& found);
 
   EngineOptions options_;
