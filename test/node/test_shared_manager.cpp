@@ -1,4 +1,4 @@
-// Of node/slam_node.hpp: nodelets that share a manager. a filter hands its scans to the SLAM
+// Of node/slam_node.hpp: nodelets that share a manager. A filter hands its scans to the SLAM
 // nodelet without a copy, and two SLAM nodelets do not touch each other.
 
 #include <gtest/gtest.h>
