@@ -12,7 +12,7 @@ namespace matchbox_slam {
 
 namespace {
 
-constexpr double kSurveySeconds = 10.0;
+constexpr double kSurveySeconds = 10.0;  // a guess: half and double were not tried
 const std::set<std::string> kNoParents;
 
 std::string list_of(const std::vector<std::string>& words) {

@@ -19,7 +19,8 @@ constexpr double kFineStep = 0.01;
 constexpr std::size_t kMostPoses = 2000;
 constexpr std::size_t kFewestPoses = 3;    // two positions and their distance fit too easily
 constexpr std::size_t kRefinedMinima = 5;  // the fine grid may reorder what the coarse one ranks
-// An offset away from the best one is a rival when its error is at most this much larger.
+// An offset away from the best one is a rival when its error is at most this much larger. These and
+// what follows are guesses: half and double were not tried.
 constexpr double kAboutAsGoodFactor = 1.25;
 constexpr double kAboutAsGoodExtra = 0.005;  // [m], below this errors are noise
 constexpr double kSameMinimum = 3.0;         // [s]; nearer ones belong to one valley of the curve

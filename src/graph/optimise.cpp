@@ -86,7 +86,7 @@ class Optimiser {
 
   /// Whether more loops can be believed when one that is not is believed first.
   void reconsider(PoseGraph& graph) {
-    constexpr int kMostTried = 8;
+    constexpr int kMostTried = 8;  // a guess: half and double were not tried
     const LoopErrors errors = expect_errors(graph, loops_of(graph, true), true);
     std::vector<std::size_t> best;
     int tried = 0;

@@ -13,8 +13,8 @@ namespace matchbox_slam {
 namespace {
 
 constexpr int kNeighbourhood = 3;  // [cells] to each side, in which a wall is taken as straight
-constexpr std::size_t kFewestOnLine = 4;
-constexpr double kLineThickness = 0.3;  // of its length, at most; rounder spots tell no direction
+constexpr std::size_t kFewestOnLine = 4;  // a guess: half and double were not tried
+constexpr double kLineThickness = 0.3;    // of its length, at most; rounder spots tell no direction
 
 // What an image says of a cell, as strong as some scans would have said it.
 constexpr double kFreeOccupancy = 0.05;

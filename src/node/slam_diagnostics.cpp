@@ -19,7 +19,8 @@ using diagnostic_updater::DiagnosticStatusWrapper;
 // So many scans in a row that match nowhere: the robot is elsewhere, or was carried away.
 constexpr std::size_t kLost = 20;
 
-// Share of the recent scans that may match nowhere without a warning.
+// Share of the recent scans that may match nowhere without a warning: a guess, half and double were
+// not tried.
 constexpr double kFewRejected = 0.2;
 
 bool is_rejected(const ScanHealth& scan) {

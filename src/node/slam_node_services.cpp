@@ -16,7 +16,8 @@ namespace matchbox_slam {
 
 namespace {
 
-// The best pose of a relocalisation counts as the only one from this ratio to the second best on.
+// The best pose of a relocalisation counts as the only one from this ratio to the second best on: a
+// guess, half and double were not tried.
 constexpr double kUnique = 1.2;
 
 /// Why its best pose is not to be taken as the robot's, or nothing.

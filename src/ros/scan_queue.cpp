@@ -19,20 +19,20 @@ constexpr double kTimeJump = 1.0;
 
 // A stamp that is this much farther ahead of the time of arrival than the one before [s] is wrong,
 // or tells of another clock. Believed at once, it would make all that follow seem older than it.
-constexpr double kLeap = 60.0;
+constexpr double kLeap = 60.0;  // a guess: half and double were not tried
 
 // ros::Time throws beyond 2^32 s.
 constexpr double kLatestStamp = 4e9;
 
 // Scans in a row, each later than the one before, that tell a clock that was set back from a stamp
 // that is wrong.
-constexpr int kScansOfATimeJump = 3;
+constexpr int kScansOfATimeJump = 3;  // a guess: half and double were not tried
 
 // For so long after a time jump slow lasers send scans from before it [s].
-constexpr double kStraggling = 2.0;
+constexpr double kStraggling = 2.0;  // a guess: half and double were not tried
 
 // A scan waits this long for those of other lasers [s]; a laser that is silent for as long is off.
-constexpr double kPatienceWithLasers = 0.5;
+constexpr double kPatienceWithLasers = 0.5;  // of lasers from 4 Hz on two scans or more
 
 // Farther from the base no laser is, and no robot gets while one scan is taken. Beyond, a scan
 // would be torn over more map than any memory holds.

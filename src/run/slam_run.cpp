@@ -15,7 +15,8 @@ namespace matchbox_slam {
 
 namespace {
 
-// How well a scan is placed among key scans: [m], [rad].
+// How well a scan is placed among key scans: [m], [rad]. Two cells, and a point 2 m away by as
+// much: guesses, half and double were not tried.
 constexpr double kFoundPosition = 0.1;
 constexpr double kFoundHeading = 0.05;
 

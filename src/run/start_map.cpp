@@ -14,6 +14,7 @@ MapStart read_start_map(const std::string& path, const SlamSetup& setup) {
 }
 
 Eigen::Matrix3d covariance_on_mark() {
+  // As well as somebody puts a robot on a mark: guesses, half and double were not tried.
   constexpr double kPosition = 0.3;  // [m]
   constexpr double kHeading = 0.2;   // [rad]
   return covariance_of(kPosition, kHeading);

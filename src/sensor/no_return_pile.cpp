@@ -6,7 +6,9 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kWidth = 0.3;  // [m], of the pile about range_max to either side
+// Guesses: half and double were not tried.
+// [m], of the pile about range_max to either side: kDeviations of 6 cm.
+constexpr double kWidth = 0.3;
 constexpr std::size_t kFewestScans = 20;
 constexpr double kMostScans = 0.7;
 constexpr double kFewestBeams = 0.01;  // of a scan

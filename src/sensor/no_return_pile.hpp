@@ -23,6 +23,7 @@ class NoReturnPile {
   [[nodiscard]] std::optional<double> first_range() const;
 
  private:
+  // Guesses: half and double were not tried.
   static constexpr std::size_t kSectors = 12;
   static constexpr std::size_t kFewestSectors = 8;
 

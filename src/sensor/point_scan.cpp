@@ -26,8 +26,8 @@ Reading classify(double range, double min_range, double max_range) {
 /// robot comes to walls, something covers it: that moves along, and would hold the robot where it
 /// is.
 double least_range(const LaserScan& scan, const ProjectionOptions& options) {
-  constexpr double kCover = 0.2;  // [m]
-  constexpr std::size_t kFewest = 10;
+  constexpr double kCover = 0.2;       // [m]
+  constexpr std::size_t kFewest = 10;  // a guess: half and double were not tried
   const double least = std::max(options.min_range, scan.range_min);
   std::size_t read = 0;
   std::size_t near = 0;

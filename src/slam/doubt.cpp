@@ -84,6 +84,8 @@ double score_on_map(const MatchProblem& problem, const Pose2& map_from_base) {
 
 /// Where hardly anything is mapped nothing fits.
 double fit_on_mapped_ground(double score, double unknown) {
+  // A guess: half or double changes no byte of six drives with faults and two logs
+  // (benchmark/reports/2026-11-23/CONSTANTS.md).
   constexpr double kLeastMapped = 0.3;
   const double mapped = 1.0 - unknown;
   return mapped >= kLeastMapped ? std::min(1.0, score / mapped) : 0.0;
@@ -94,6 +96,7 @@ double fit_on_mapped_ground(double score, double unknown) {
 bool is_worth_a_look(const MatchResult& result, const MatchProblem& problem,
                      const OccupancyGrid& occupancy, const Expectation& expected,
                      const DoubtOptions& options) {
+  // A guess; with half of it aces is 21 % worse, double changes no byte (CONSTANTS.md).
   constexpr double kHardlyNew = 0.3;
   if (!result.accepted()) {
     return result.status == MatchStatus::kRejectedLowScore;
@@ -114,6 +117,8 @@ bool is_near(const Pose2& a, const Pose2& b, double distance, double angle) {
   return apart.head<2>().norm() <= distance && std::abs(apart.z()) <= angle;
 }
 
+/// Two cells, and 0.1 m two metres away. Guesses, as those of a jump: half and double were not
+/// tried.
 bool is_same_place(const Pose2& a, const Pose2& b) { return is_near(a, b, 0.1, 0.05); }
 
 /// Where the prediction has it, a first look that was refuted is no rival.
@@ -156,6 +161,7 @@ MatchResult look_again(const MatchResult& first, const MatchProblem& problem,
 /// fits little is new, and where corridors cross they are alike after a quarter of a turn.
 bool is_far_fetched(const MatchResult& first, const MatchResult& second,
                     const MatchProblem& problem) {
+  // Guesses, kFar well below a quarter of a turn; half or double changes no byte (CONSTANTS.md).
   constexpr double kHardly = 0.01;  // share of a scan
   constexpr double kFar = 0.5;      // [rad]
   const Eigen::Vector3d off = difference(second.map_from_base, problem.predicted_map_from_base);
@@ -167,7 +173,7 @@ bool is_far_fetched(const MatchResult& first, const MatchResult& second,
 /// much. What speaks for a pose is its score on the map, less what contradicts it.
 bool is_upheld(const MatchResult& first, double first_score, const MatchResult& second,
                const MatchProblem& problem, const DoubtOptions& options) {
-  constexpr double kClearly = 0.1;
+  constexpr double kClearly = 0.1;  // a guess; half or double changes no byte (CONSTANTS.md)
   const double net = first_score - first.contradiction;
   const double better =
       is_same_place(second.map_from_base, problem.predicted_map_from_base) ? 0.0 : kClearly;
@@ -185,7 +191,7 @@ bool is_upheld(const MatchResult& first, double first_score, const MatchResult& 
 /// what lies close behind walls counts, too.
 bool is_new_ground(const MatchResult& first, const MatchProblem& problem,
                    const OccupancyGrid& occupancy, const DoubtOptions& options) {
-  constexpr double kMostly = 0.5;
+  constexpr double kMostly = 0.5;  // more than not; half or double changes no byte (CONSTANTS.md)
   if (first.accepted()) {
     if (net_score(first) >= options.least_net) {
       return false;

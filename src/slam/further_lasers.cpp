@@ -12,7 +12,7 @@ namespace matchbox_slam {
 namespace {
 
 constexpr double kSilent = 0.5;  // [s], as scans wait for those of other lasers
-constexpr int kSilentScans = 5;
+constexpr int kSilentScans = 5;  // a guess: half and double were not tried
 
 Eigen::Isometry3d in_space(const Pose2& pose) {
   return Eigen::Translation3d(pose.x, pose.y, 0.0) *
@@ -58,6 +58,9 @@ std::optional<MatchResult> match_near(const PointScan& scan, const Pose2& expect
   // How far it may be from tf, or from where it was found: [m], [rad].
   const double xy = is_found ? 0.03 : 0.1;
   const double theta = is_found ? 0.02 : 0.06;
+  // Guesses; half or double changes no byte of a drive whose second laser tf has 36 mm and 1.2
+  // degrees off (benchmark/reports/2026-11-23/CONSTANTS.md), but for the score: of twice as much
+  // there is none.
   constexpr double kWindow = 2.5;  // sigmas
   constexpr double kLeastScore = 0.6;
   constexpr double kMostRival = 0.9;
@@ -116,6 +119,9 @@ void FurtherLasers::wait(const ScanInput& input, const Eigen::Vector3d& velocity
 }
 
 bool FurtherLasers::is_sample_due(int laser, const Pose2& newest_from_base) const {
+  // Guesses. In CONSTANTS.md the ATE of a drive whose second laser is used is 4.1 mm; with half of
+  // the way, or of kRarely, 2.4 and 1.4, with double 16 and 15: more samples are more exact, and
+  // each takes a search.
   constexpr double kMoved = 0.1;    // [m]
   constexpr double kTurned = 0.05;  // [rad]
   constexpr double kRarely = 5.0;   // once it is used
@@ -136,8 +142,8 @@ void FurtherLasers::sample(int laser_number, const PointScan& scan, const Pose2&
   laser.newest_from_tried = newest_from_base;
   const bool is_found = laser.mount.is_found();
   const Pose2 expected = map_from_base * (is_found ? laser.mount.correction(velocity) : Pose2{});
-  constexpr std::size_t kLeastPoints = 30;
-  constexpr std::size_t kNewest = 3;  // more would tell how the map has drifted
+  constexpr std::size_t kLeastPoints = 30;  // a guess: half and double were not tried
+  constexpr std::size_t kNewest = 3;        // more would tell how the map has drifted
   const SlamMap seen = rendered(newest_of(lead_.laser, keys, kNewest), map_options, field_options);
   const PointScan part = seen_part(scan, expected, seen);
   if (part.points.size() < kLeastPoints) {

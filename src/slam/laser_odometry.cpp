@@ -141,7 +141,7 @@ void LaserOdometry::count_failures(MatchStatus status) {
 }
 
 bool LaserOdometry::is_key_scan(const LaserOdometryOutcome& outcome) const {
-  constexpr double kEnoughWithLittleOverlap = 1.0 / 3.0;
+  constexpr double kEnoughWithLittleOverlap = 1.0 / 3.0;  // a guess: half and double were not tried
   const LaserOdometryOptions& options = settings_.odometry;
   double moved = std::numeric_limits<double>::infinity();  // from the nearest, 1: enough
   for (const PlacedScan& key : reference_.key_scans) {

@@ -9,7 +9,7 @@ MapParts::MapParts(std::vector<MapPart> parts, std::size_t here, std::vector<Wai
     : parts_(std::move(parts)), here_(here), waiting_(std::move(waiting)) {}
 
 bool MapParts::begin_apart(MapPart empty) {
-  constexpr std::size_t kWorthKeeping = 3;  // key scans
+  constexpr std::size_t kWorthKeeping = 3;  // key scans; a guess: half and double were not tried
   if (is_lost() && here().key_scans.size() < kWorthKeeping) {
     empty.begin = here().begin;
     empty.left = here().left;

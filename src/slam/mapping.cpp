@@ -24,6 +24,8 @@ NearRequest near_request(const EngineOptions& options) {
 /// seen while the robot was carried.
 std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_base,
                                  const SlamMap& map, const DoubtOptions& options) {
+  // How wrong odometry may have placed it since. Guesses: half or double changes no drive with a
+  // fault, aces by 18 to 20 % and seattle by 2 (benchmark/reports/2026-11-23/CONSTANTS.md).
   constexpr double kXy = 0.1;      // [m]
   constexpr double kTheta = 0.03;  // [rad]
   const PlacedScans none;
@@ -99,7 +101,9 @@ void Mapping::expect_no_more() { parts_.here().last_inserted.clear(); }
 
 /// What waits is no surer than where the robot is.
 std::size_t Mapping::insert_pending(const EngineOptions& options) {
-  constexpr int kAtATime = 2;      // so that no scan waits for all of them
+  constexpr int kAtATime = 2;  // so that no scan waits for all of them
+  // A cell, and a point 2.5 m away by one: guesses; half or double changes errors by up to 0.2 %
+  // (CONSTANTS.md).
   constexpr double kXy = 0.05;     // [m]
   constexpr double kTheta = 0.02;  // [rad]
   std::size_t left_out = 0;

@@ -15,7 +15,7 @@ namespace {
 /// in four rows of faults, the mean normalised error squared is 1.6 to 3.0 with it, where 3 is
 /// honest, and 3.0 to 5.3 without.
 Eigen::Matrix3d bend_at(const Pose2& map_from_base, const KeyScans& key_scans) {
-  constexpr double kBend = 1e-4;  // [rad]
+  constexpr double kBend = 1e-4;  // [rad]; half and double were not tried
   const double away =
       (map_from_base.translation() - key_scans.all().front().map_from_base.translation()).norm();
   return covariance_of(kBend * away, kBend);

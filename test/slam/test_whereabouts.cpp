@@ -286,7 +286,9 @@ TEST(LostRobot, IsSearchedFromTheBeginningAgainAfterTheLastPlace) {
   const SimulatedRun run = perfect_drive();
   MapStart start = lost_in(map_of(run), run.world_from_base.front());
   start.whereabouts.search.next = 1'000'000;
-  SlamEngine engine({}, std::make_shared<OlsonMatcher>(), 1);
+  EngineOptions options;
+  options.recovery.interval = 0.2;  // that of the scans: one key scan for each
+  SlamEngine engine(options, std::make_shared<OlsonMatcher>(), 1);
   engine.start_from(start);
   engine.process(scan_input(run, 0));  // begins the map apart
   engine.process(scan_input(run, 1));

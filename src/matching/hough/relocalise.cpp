@@ -17,6 +17,7 @@ PosePrior anywhere_around(const PlacedScan& key) {
 /// Scans that share little have their true shift far down among those of each column, and its pose
 /// far down among those ranked by likelihood alone: without a prior, more of both are followed.
 HoughAlignmentOptions without_prior(HoughAlignmentOptions options) {
+  // Guesses: half and double were not tried.
   constexpr int kPeaks = 8;
   constexpr int kTranslations = 16;
   options.peaks = std::max(options.peaks, kPeaks);
@@ -60,6 +61,8 @@ std::vector<RankedPose> search_anywhere(const SearchedScan& scan, const PlacedSc
 }
 
 PlacedScans spread_out(const PlacedScans& key_scans) {
+  // Guesses. With half or double of both a carried robot is found 3 to 4 s later, with the same
+  // error (benchmark/reports/2026-11-23/CONSTANTS.md).
   constexpr double kNear = 1.0;           // [m]
   constexpr double kTurned = 0.25 * kPi;  // [rad]
   PlacedScans chosen;
