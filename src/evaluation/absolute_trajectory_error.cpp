@@ -71,7 +71,12 @@ AbsoluteTrajectoryError absolute_trajectory_error(const Trajectory& estimate,
                                                   const Trajectory& truth,
                                                   const AbsoluteTrajectoryErrorOptions& options) {
   std::vector<PosePair> pairs = associate_some(estimate, truth, options.max_gap);
-  if (pairs.size() < 2) {
+  if (estimate.size() < 2 && options.alignment == Alignment::kSe2) {
+    throw EvaluationError(
+        "the estimate is one pose alone, which has no error when it is aligned with the truth: at "
+        "least 2 poses are needed, or alignment none");
+  }
+  if (pairs.size() < 2 && estimate.size() > 1) {
     throw EvaluationError("only 1 of " + std::to_string(estimate.size()) +
                           " poses of the estimate has truth, and one alone has no error; the "
                           "estimate is from " +

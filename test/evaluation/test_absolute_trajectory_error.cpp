@@ -150,6 +150,18 @@ TEST(AbsoluteTrajectoryError, OnePoseWithTruthTellsNothing) {
             "clock?");
 }
 
+TEST(AbsoluteTrajectoryError, AnEstimateOfOnePoseHasAnErrorWhereNothingIsAligned) {
+  const Trajectory truth({{0.0, {5, 6, 0.5}}, {1.0, {5, 6, 0.5}}});
+  const Trajectory estimate(std::vector<StampedPose2>{{1.0, {2, 2, 0.25}}});
+  EXPECT_EQ(error_text<EvaluationError>(
+                [&] { (void)absolute_trajectory_error(estimate, truth, kAligned); }),
+            "the estimate is one pose alone, which has no error when it is aligned with the truth: "
+            "at least 2 poses are needed, or alignment none");
+  const auto error = absolute_trajectory_error(estimate, truth, kNoAlignment);
+  EXPECT_DOUBLE_EQ(error.translation.rmse, 5.0);
+  EXPECT_DOUBLE_EQ(error.heading_rmse, 0.25);
+}
+
 /// Its positions are noise, and so would be the rotation that fits them best.
 TEST(AbsoluteTrajectoryError, ARobotAtRestIsAlignedByItsHeading) {
   for (const double noise : {0.0, 0.01}) {
