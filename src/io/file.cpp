@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -29,16 +31,45 @@ fs::path folder_of(const std::string& path) {
   return folder.empty() ? fs::path(".") : folder;
 }
 
+/// Beside `path`, for its new contents. The process's number tells whether it still writes there.
+std::string name_aside(const std::string& path) {
+  return "." + fs::path(path).filename().string() + ".";
+}
+
+/// Removes what a program left beside `path` that was killed while it wrote; not what may belong to
+/// a program that this one cannot see, as of another machine.
+void remove_left_behind(const std::string& path) {
+  constexpr auto kLongestWrite = std::chrono::minutes(1);
+  const std::string begin = name_aside(path);
+  std::error_code ignored;
+  for (fs::directory_iterator entry(folder_of(path), ignored); entry != fs::directory_iterator();
+       entry.increment(ignored)) {
+    const std::string name = entry->path().filename().string();
+    if (name.compare(0, begin.size(), begin) != 0) {
+      continue;
+    }
+    int process = 0;
+    unsigned attempt = 0;
+    int end = 0;
+    const char* numbers = name.c_str() + begin.size();
+    const bool is_ours = std::sscanf(numbers, "%d.%u%n", &process, &attempt, &end) == 2 &&
+                         numbers[end] == '\0' && process > 0;
+    if (is_ours && ::kill(process, 0) != 0 && errno == ESRCH &&
+        entry->last_write_time(ignored) + kLongestWrite < fs::file_time_type::clock::now()) {
+      fs::remove(entry->path(), ignored);
+    }
+  }
+}
+
 /// A file beside the one it is going to replace. Removed with this object unless it took its name.
 /// Throws std::system_error.
 class FileAside {
  public:
   explicit FileAside(std::string final_path) : final_path_(std::move(final_path)) {
-    const fs::path path(final_path_);
     // Not open() on a fixed name: two programs, or two threads, may write the same file at once.
     for (unsigned attempt = 0; descriptor_ < 0; ++attempt) {
-      path_ = folder_of(final_path_) / ("." + path.filename().string() + "." +
-                                        std::to_string(::getpid()) + "." + std::to_string(attempt));
+      path_ = folder_of(final_path_) / (name_aside(final_path_) + std::to_string(::getpid()) + "." +
+                                        std::to_string(attempt));
       descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
       if (descriptor_ < 0 && errno != EEXIST) {
         throw_system_error(errno);
@@ -139,6 +170,7 @@ void replace_files(const std::vector<FileContents>& files) {
   for (const FileContents& file : files) {
     explain_failure(file.path, [&] {
       require_replaceable(file.path);
+      remove_left_behind(file.path);
       written.push_back(std::make_unique<FileAside>(file.path));
       written.back()->write(file.bytes);
     });

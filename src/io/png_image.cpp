@@ -2,6 +2,8 @@
 
 #include <png.h>
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <stdexcept>
 
@@ -40,11 +42,37 @@ std::uint32_t format_of(std::uint32_t format) {
   return (format & PNG_FORMAT_FLAG_COLOR) != 0 ? PNG_FORMAT_RGB : PNG_FORMAT_GRAY;
 }
 
+constexpr std::size_t kSignature = 8;  // bytes of a PNG before its first chunk
+
+/// The file without what it says of the colours' meaning, which map_server does not look at, and
+/// libpng would bend the pixels by.
+std::string without_colour_space(const std::string& bytes) {
+  constexpr std::size_t kAround = 12;  // bytes of a chunk beside its contents
+  constexpr std::array kTypes = {"gAMA", "cHRM", "sRGB", "iCCP"};
+  std::string kept = bytes.substr(0, kSignature);
+  std::size_t begin = kept.size();
+  while (begin + kAround <= bytes.size()) {
+    std::size_t size = 0;
+    for (std::size_t i = begin; i < begin + 4; ++i) {
+      size = (size << 8U) | static_cast<unsigned char>(bytes[i]);
+    }
+    const std::string type = bytes.substr(begin + 4, 4);
+    if (std::find(kTypes.begin(), kTypes.end(), type) == kTypes.end()) {
+      kept += bytes.substr(begin, size + kAround);
+    }
+    begin += size + kAround;
+  }
+  return begin >= bytes.size() ? kept : kept + bytes.substr(begin);
+}
+
 }  // namespace
 
-bool is_png(const std::string& bytes) { return bytes.compare(0, 8, "\x89PNG\r\n\x1a\n") == 0; }
+bool is_png(const std::string& bytes) {
+  return bytes.compare(0, kSignature, "\x89PNG\r\n\x1a\n") == 0;
+}
 
-PngImage read_png(const std::string& bytes) {
+PngImage read_png(const std::string& file) {
+  const std::string bytes = without_colour_space(file);
   Image image;
   image.require(png_image_begin_read_from_memory(&*image, bytes.data(), bytes.size()),
                 "is a damaged PNG");

@@ -19,7 +19,7 @@ struct PngImage {
 [[nodiscard]] bool is_png(const std::string& bytes);
 
 /// Takes a PNG apart. Throws std::runtime_error, telling what is wrong with "it".
-[[nodiscard]] PngImage read_png(const std::string& bytes);
+[[nodiscard]] PngImage read_png(const std::string& file);
 
 /// A gray PNG of 8 bits. @param pixels  row by row, the top one first.
 [[nodiscard]] std::string gray_png(int width, int height, const std::vector<std::uint8_t>& pixels);

@@ -2,8 +2,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
@@ -142,6 +146,31 @@ TEST(RequireWritableFolder, NeedsThePermissionToWrite) {
   const std::string text =
       error_text<FileError>([&] { require_writable_folder(folder / "locked"); });
   EXPECT_TRUE(contains(text, "Permission denied")) << text;
+}
+
+TEST(ReplaceFile, RemovesWhatAKilledProgramLeftBeside) {
+  const TemporaryFolder folder;
+  const std::string nobody = std::to_string(999999999);
+  const std::string left = folder / (".map.slam." + nobody + ".0");
+  const std::vector<std::string> others = {
+      folder / (".map.slam." + std::to_string(::getpid()) + ".7"),  // somebody is still at it
+      folder / (".map.pgm." + nobody + ".0"), folder / (".map.slam." + nobody + ".0.copy"),
+      folder / ".map.slam.backup", folder / "map.slam.old"};
+  const auto now = std::filesystem::file_time_type::clock::now();
+  const auto write = [&](const std::string& path) {
+    replace_file(path, "half of it");
+    std::filesystem::last_write_time(path, now - std::chrono::hours(1));
+  };
+  write(left);
+  std::for_each(others.begin(), others.end(), write);
+  replace_file(folder / "map.slam", "all");
+  EXPECT_FALSE(std::filesystem::exists(left));
+  for (const std::string& other : others) {
+    EXPECT_TRUE(std::filesystem::exists(other)) << other;
+  }
+  replace_file(left, "new");  // it may be that of a program on another machine
+  replace_file(folder / "map.slam", "all");
+  EXPECT_TRUE(std::filesystem::exists(left));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 #include <png.h>
+#include <zlib.h>
 
 #include <array>
 #include <filesystem>
@@ -237,6 +238,32 @@ TEST_F(ReadPngOfOthers, KeepsTheGrayOfItsPixels) {
   EXPECT_EQ(states(map), "ooouuufff");
   EXPECT_EQ(states(read(png(pixels, 1), "negate: 1")), "ffuuooooo");
   EXPECT_EQ(states(read(png(pixels, 1), "negate: 0\nmode: scale")), "oooofffff");
+}
+
+/// A chunk of a PNG.
+std::string chunk(const std::string& type, const std::string& contents) {
+  const auto number = [](unsigned long value) {
+    std::string bytes;
+    for (const unsigned shift : {24U, 16U, 8U, 0U}) {
+      bytes += static_cast<char>((value >> shift) & 0xFFU);
+    }
+    return bytes;
+  };
+  const std::string body = type + contents;
+  return number(contents.size()) + body +
+         number(::crc32(0, reinterpret_cast<const Bytef*>(body.data()),
+                        static_cast<uInt>(body.size())));
+}
+
+/// map_server looks at the pixels as they are in the file.
+TEST_F(ReadPngOfOthers, WhatAFileSaysOfItsGammaChangesNothing) {
+  constexpr std::size_t kHead = 33;  // bytes of the signature and the first chunk
+  const std::vector<std::uint8_t> pixels = {0, 1, 89, 90, 204, 205, 206, 254, 255};
+  std::string bytes = png(pixels, 1);
+  const std::string srgb = chunk("sRGB", std::string(1, '\0'));
+  ASSERT_EQ(bytes.substr(kHead, srgb.size()), srgb);
+  bytes.replace(kHead, srgb.size(), chunk("gAMA", std::string("\x00\x01\x86\xA0", 4)));  // 1.0
+  EXPECT_EQ(read(bytes).pixels, pixels);
 }
 
 TEST_F(ReadPngOfOthers, AveragesColoursAsMapServerDoes) {
