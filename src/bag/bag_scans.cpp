@@ -74,9 +74,10 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   options.base_frame = frames.base;
   options.odom_frame = frames.odom.value_or("");
   check_frames(options);
-  dialog_.inform("scan topic " + text_of_topics() + ", scan frame " + survey.scan_frame +
-                 ", base frame " + frames.base +
-                 (frames.odom ? ", odometry frame " + *frames.odom : ", without odometry"));
+  dialog_.inform((facts_.scan_topics.size() > 1 ? "scan topics " : "scan topic ") +
+                 text_of_topics() + "; scan frame " + survey.scan_frame + "; base frame " +
+                 frames.base +
+                 (frames.odom ? "; odometry frame " + *frames.odom : "; without odometry"));
   choose_clock(survey, options);
   facts_.no_return_from = survey.no_return_from;
   options.scan_topics = facts_.scan_topics;

@@ -7,6 +7,9 @@
 namespace matchbox_slam {
 namespace {
 
+constexpr const char* kLeads =
+    "; of scan_topics the first one leads: if this is the better laser, name it first";
+
 std::string millimetres(double metres) { return fixed_text(1e3 * metres, 0) + " mm"; }
 
 std::string degrees(double radians) { return fixed_text(radians_to_degrees(radians), 1) + " deg"; }
@@ -61,14 +64,16 @@ std::string text_of(const FurtherLaser& laser, const std::string& topic) {
       return "the laser of " + topic +
              " contradicts the first one, which alone is used: no more than " + agreeing(laser) +
              " on where it is; do both see the same walls, is tf right to 0.1 m and 5 deg, are the "
-             "stamps?";
+             "stamps?" +
+             std::string(kLeads);
     case LaserUse::kUnsure:
       break;
   }
   return "the laser of " + topic +
          " is not used, as it is not sure where it is on the base: " + agreeing(laser) +
          "; it has to see what the first one has just seen, while the robot "
-         "drives and turns";
+         "drives and turns" +
+         kLeads;
 }
 
 }  // namespace matchbox_slam

@@ -26,9 +26,11 @@ struct RunOptions : SharedRunOptions {
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
     visit_matcher(self, option);
-    option(self.scan_topics, "scan_topics", any(), "",
-           "Topics of the robot's lasers where it has several. Empty: the node takes scan, map_bag "
-           "the only one there is.");
+    option(
+        self.scan_topics, "scan_topics", any(), "",
+        "Topics of the robot's lasers where it has several. The first one leads: others are used "
+        "once they are seen to agree with it, so name the better one first. Empty: the node takes "
+        "scan, map_bag the only one there is.");
     option(self.seed, "seed", at_least(0.0), "",
            "Of the random numbers; the same seed gives the same map.");
     option(self.base_frame, "base_frame", any(), "",

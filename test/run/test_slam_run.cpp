@@ -161,6 +161,12 @@ TEST_F(Run, ReconfiguresWhatMayChangeAndKeepsThat) {
   EXPECT_EQ(run_.events().size(), 2U) << "what was refused is no event";
 }
 
+TEST(LaserText, OfOneThatIsNotUsedSaysWhichLeads) {
+  const std::string text = text_of(FurtherLaser{}, "/back");
+  EXPECT_TRUE(contains(text, "the laser of /back is not used")) << text;
+  EXPECT_TRUE(contains(text, "of scan_topics the first one leads")) << text;
+}
+
 TEST_F(Run, GoesOnWithALoadedMap) {
   for (const double stamp : {1.0, 2.0}) {
     (void)run_.process(scan(stamp));

@@ -69,8 +69,9 @@ class MapBag : public testing::Test {
 TEST_F(MapBag, WritesEveryFile) {
   const Outcome outcome = run_small({});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
-  EXPECT_TRUE(contains(outcome.output, "scan topic /scan")) << outcome.output;
-  EXPECT_TRUE(contains(outcome.output, "base frame base_link, odometry frame odom"))
+  EXPECT_TRUE(contains(outcome.output,
+                       "scan topic /scan; scan frame laser; base frame base_link; "
+                       "odometry frame odom\n"))
       << outcome.output;
   EXPECT_EQ(poses(), 50U);
   const Trajectory trajectory = read_tum(out_ + "/trajectory.tum");
