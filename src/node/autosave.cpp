@@ -9,7 +9,7 @@
 namespace matchbox_slam {
 
 Autosave::Autosave(double period, std::function<void()> save)
-    : period_(period), save_(std::move(save)), thread_([this] { run(); }) {}
+    : period_(period), save_(std::move(save)), due_(in_a_period()), thread_([this] { run(); }) {}
 
 Autosave::~Autosave() {
   {
@@ -20,10 +20,28 @@ Autosave::~Autosave() {
   thread_.join();
 }
 
+void Autosave::postpone() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  due_ = in_a_period();
+}
+
+std::chrono::steady_clock::time_point Autosave::due() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return due_;
+}
+
+std::chrono::steady_clock::time_point Autosave::in_a_period() const {
+  return std::chrono::steady_clock::now() +
+         std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+             std::chrono::duration<double>(period_));
+}
+
 void Autosave::run() {
-  const std::chrono::duration<double> period(period_);
   std::unique_lock<std::mutex> lock(mutex_);
-  while (!ended_.wait_for(lock, period, [this] { return is_ending_; })) {
+  while (!ended_.wait_until(lock, due_, [this] { return is_ending_; })) {
+    if (std::chrono::steady_clock::now() < due_) {
+      continue;  // it was postponed
+    }
     lock.unlock();
     try {
       save_();
@@ -32,6 +50,7 @@ void Autosave::run() {
                                                 << period_ << " s");
     }
     lock.lock();
+    due_ = in_a_period();
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
@@ -17,17 +18,26 @@ class Autosave {
   /// Ends after the one at hand.
   ~Autosave();
 
+  /// Somebody else has saved: the period begins now.
+  void postpone();
+
+  /// When it saves next.
+  [[nodiscard]] std::chrono::steady_clock::time_point due();
+
   Autosave(const Autosave&) = delete;
   Autosave& operator=(const Autosave&) = delete;
 
  private:
   void run();
 
+  [[nodiscard]] std::chrono::steady_clock::time_point in_a_period() const;
+
   const double period_;
   const std::function<void()> save_;
   std::mutex mutex_;
   std::condition_variable ended_;
   bool is_ending_ = false;
+  std::chrono::steady_clock::time_point due_;
   std::thread thread_;
 };
 

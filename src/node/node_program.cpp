@@ -25,6 +25,14 @@ void print_help(const std::string& name, const std::vector<OptionDescription>& o
   }
 }
 
+/// An argument that looks like an option; those of ROS are NAME:=VALUE. Empty: there is none.
+std::string find_option(int argc, char** argv) {
+  const auto found = std::find_if(argv + 1, argv + argc, [](const std::string& argument) {
+    return argument.rfind('-', 0) == 0 && argument.find(":=") == std::string::npos;
+  });
+  return found == argv + argc ? "" : *found;
+}
+
 }  // namespace
 
 int run_node(int argc, char** argv, const std::string& name,
@@ -34,6 +42,10 @@ int run_node(int argc, char** argv, const std::string& name,
       })) {
     print_help(name, options);
     return 0;
+  }
+  if (const std::string option = find_option(argc, argv); !option.empty()) {
+    std::cerr << name << ": unknown option '" << option << "'; see --help\n";
+    return 2;
   }
   try {
     ros::init(argc, argv, name);

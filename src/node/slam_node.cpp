@@ -60,6 +60,22 @@ void log_failure(const Work& work) {
   }
 }
 
+/// A new map would soon be saved over the old one's images, and begin where nobody expects it: of a
+/// file that cannot be read somebody has to say what becomes of it.
+MapStart read_to_resume(const std::string& path, const EngineOptions& options) {
+  const auto told = [&](const std::exception& error) {
+    return std::string(error.what()) + "; resume is true, so it goes on with that map or not at " +
+           "all: move the file away to begin a new map, mv " + path + " " + path + ".old";
+  };
+  try {
+    return read_map_start(path, options);
+  } catch (const ConfigurationError& error) {
+    throw ConfigurationError(told(error));
+  } catch (const std::exception& error) {
+    throw FileError(told(error));
+  }
+}
+
 /// All is only kept where it is asked for: it grows as long as the node runs.
 RunRecords records_for(const SlamNodeOptions& options) {
   return options.trajectory_file.empty() && options.events_file.empty() ? RunRecords::kRecent
@@ -91,7 +107,7 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
   }
   if (const std::string saved = absolute(setup.node.map_file) + ".slam";
       setup.node.resume && std::filesystem::exists(saved)) {
-    resumed_ = read_map_start(saved, setup.engine);
+    resumed_ = read_to_resume(saved, setup.engine);
     resumed_file_ = saved;
     has_resumed_ = true;
     run_.start_from(*resumed_);
@@ -130,10 +146,12 @@ SlamNode::~SlamNode() {
   const bool saves_map = autosave_ != nullptr;
   autosave_.reset();
   log_failure([this] { save_records(); });
-  autosaved_.reset();  // a loop may have been closed since, which no scan tells
-  if (saves_map) {
-    log_failure([this] { autosave(); });
+  if (!saves_map) {
+    tell_unsaved();
+    return;
   }
+  saved_.reset();  // a loop may have been closed since, which no scan tells
+  log_failure([this] { autosave(); });
 }
 
 /// As map_bag does, which reads the recording twice; here the map has begun with them, and begins

@@ -84,6 +84,8 @@ class SlamNode {
     std::string text;
   };
   SavedMap save_map_files();
+  [[nodiscard]] bool is_saved();
+  void tell_unsaved();
   void autosave();
   void save_records();
 
@@ -102,8 +104,8 @@ class SlamNode {
   std::optional<MapStart> resumed_;  ///< that map, until it shows which drive goes on in it
   std::string resumed_file_;
 
-  std::mutex save_mutex_;                 ///< held while files of the map are written
-  std::optional<MapRevision> autosaved_;  ///< by the thread that does so, or at the end
+  std::mutex save_mutex_;             ///< held while files of the map are written
+  std::optional<MapRevision> saved_;  ///< last; guarded by that
   ScanWorker worker_;
   const RunOptions options_;  ///< what of the configuration does not change
   const std::string trajectory_file_;

@@ -52,7 +52,7 @@ void SlamNode::start_services() {
   prompt_private.setCallbackQueue(&prompt_queue_);
   patient_private.setCallbackQueue(&patient_queue_);
   services_ = {prompt.advertiseService("dynamic_map", &SlamNode::answer_dynamic_map, this),
-               prompt_private.advertiseService("save_map", &SlamNode::answer_save_map, this),
+               patient_private.advertiseService("save_map", &SlamNode::answer_save_map, this),
                prompt_private.advertiseService("load_map", &SlamNode::answer_load_map, this),
                prompt_private.advertiseService("reset", &SlamNode::answer_reset, this),
                patient_private.advertiseService("pause", &SlamNode::answer_pause, this),
@@ -88,6 +88,9 @@ bool SlamNode::answer_save_map(std_srvs::Trigger::Request& /*request*/,
                                std_srvs::Trigger::Response& response) {
   return answer(response, [&] {
     const SavedMap saved = save_map_files();
+    if (autosave_) {
+      autosave_->postpone();
+    }
     save_records();
     return "map of " + std::to_string(saved.scans) + " scans saved as " + saved.text;
   });
@@ -221,7 +224,8 @@ SlamNode::SavedMap SlamNode::save_map_files() {
   static_cast<void>(map_snapshot());  // rendered while the mapping goes on
   const std::lock_guard<std::mutex> saving(save_mutex_);
   std::unique_lock<std::mutex> lock(run_mutex_);
-  const std::size_t scans = run_.scans();
+  const MapRevision revision{run_.resets(), run_.key_scans().size(), run_.scans()};
+  const std::size_t scans = revision.scans;
   if (scans == 0) {
     throw std::runtime_error("no scan was mapped yet; nothing is saved, so that no map is lost");
   }
@@ -238,6 +242,7 @@ SlamNode::SavedMap SlamNode::save_map_files() {
   // Each time: map_file may change while the node runs, and its folder may be cleared.
   require_writable_folder(std::filesystem::path(path).parent_path().string());
   replace_files(files);
+  saved_ = revision;
   return {scans, path + (format == MapFormat::kPng ? ".occupancy.png" : ".pgm") +
                      ", .yaml, .png and .slam"};
 }
@@ -245,12 +250,28 @@ SlamNode::SavedMap SlamNode::save_map_files() {
 /// In a thread of its own, and at the end. Trajectory and events are not written: for these the
 /// mapping would wait for a search for a loop.
 void SlamNode::autosave() {
+  if (!is_saved()) {
+    static_cast<void>(save_map_files());
+  }
+}
+
+/// Whether nothing would be lost now; so it is where there is nothing.
+bool SlamNode::is_saved() {
   const MapRevision now = map_revision();
-  if (now.scans == 0 || now == autosaved_) {
+  const std::lock_guard<std::mutex> saving(save_mutex_);
+  return now.scans == 0 || now == saved_;
+}
+
+/// At the end.
+void SlamNode::tell_unsaved() {
+  if (is_saved() || !setup().engine.slam.update_map) {
     return;
   }
-  static_cast<void>(save_map_files());
-  autosaved_ = now;
+  ROS_INFO_STREAM("the map of " << run_.scans()
+                                << " scans is not saved. Before the end, rosservice call "
+                                << private_node_.getNamespace()
+                                << "/save_map saves it; with autosave_period, or slam.launch "
+                                   "respawn:=true, it is saved by itself");
 }
 
 void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& status) {

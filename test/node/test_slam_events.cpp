@@ -5,6 +5,7 @@
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <gtest/gtest.h>
 #include <ros/ros.h>
+#include <rosgraph_msgs/Log.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 #include <visualization_msgs/MarkerArray.h>
@@ -15,9 +16,11 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "bag/simulated_bag.hpp"
 #include "common/error_text.hpp"
@@ -195,6 +198,54 @@ TEST(SlamEvents, APoseToldBeforeTheFirstScanOfAResumedMapIsTakenAsByMapBag) {
   EXPECT_LT(read_tum(folder / "node.tum").poses().front().pose.translation().norm(), 0.02);
 }
 
+/// Lines of the log with these words, up to the one that says `end`.
+int lines_until(const std::string& end, const std::string& words,
+                const std::vector<std::string>& log, std::mutex& mutex) {
+  int count = 0;
+  EXPECT_TRUE(wait_until([&] {
+    const std::lock_guard<std::mutex> lock(mutex);
+    const auto last = std::find(log.begin(), log.end(), end);
+    count = static_cast<int>(std::count_if(
+        log.begin(), last, [&](const std::string& line) { return contains(line, words); }));
+    return last != log.end();
+  }));
+  return count;
+}
+
+TEST(SlamEvents, AMapThatIsNotSavedAtTheEndIsTold) {
+  const TemporaryFolder folder;
+  const std::string bag = folder / "run.bag";
+  SimulationOptions options;
+  options.time.duration = 4.0;
+  simulate(bag, "rooms", 4, options);
+  std::mutex mutex;
+  std::vector<std::string> log;
+  ros::NodeHandle node;
+  const ros::Subscriber lines = node.subscribe<rosgraph_msgs::Log>(
+      "/rosout", 1000, [&](const rosgraph_msgs::Log::ConstPtr& line) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        log.push_back(line->msg);
+      });
+  ros::AsyncSpinner spinner(2);
+  spinner.start();
+  for (const bool saves : {false, true}) {
+    const std::string name = saves ? "/saving" : "/forgetting";
+    set_parameters(name, folder);
+    Player player(bag);
+    {
+      const SlamNode slam(ros::NodeHandle(), ros::NodeHandle{name});
+      ASSERT_TRUE(wait_until([&] { return player.is_heard() && lines.getNumPublishers() > 0; }));
+      ASSERT_TRUE(player.drive(20));
+      std_srvs::Trigger save;
+      ASSERT_TRUE(!saves || ros::service::call(name + "/save_map", save));
+    }
+    ROS_INFO_STREAM("ended " << name);
+    EXPECT_EQ(
+        lines_until("ended " + name, "rosservice call " + name + "/save_map saves it", log, mutex),
+        saves ? 0 : 1);
+  }
+}
+
 TEST(SlamEvents, MapBagTakesRollAndPitchFromAnImuAsTheNodeDoes) {
   const TemporaryFolder folder;
   const std::string bag = folder / "run.bag";
@@ -361,7 +412,7 @@ TEST_F(SlamLoop, MovesAllThatTheNodePublishes) {
     return std::count_if(listener_.matches.begin(), listener_.matches.end(),
                          [](const MatchInfo& match) { return match.closed_loop != 0; });
   };
-  play_until(player, [&] { return listener_.matches.size() == 200; });
+  play_until(player, [&] { return listener_.matches.size() >= 200; });
   EXPECT_EQ(closed(), 0);
   EXPECT_TRUE(all_follow());
   EXPECT_EQ(lines("loops"), 0U);

@@ -22,6 +22,7 @@
 
 #include "bag/simulated_bag.hpp"
 #include "common/error_text.hpp"
+#include "io/temporary_folder.hpp"
 #include "io/tum.hpp"
 #include "matchbox_slam/LoadMap.h"
 #include "matchbox_slam/Relocalise.h"
@@ -301,6 +302,13 @@ TEST_F(SlamNodelet, ANodeThatCannotStartSaysWhyAndExits) {
   refused("_initial_map:=/nowhere.slam", "cannot read '/nowhere.slam'", 1);
   ros::param::del("/refused");
   refused("_map_frame:=/odom", "odom_frame: 'odom' is not allowed");
+  ros::param::del("/refused");
+  const TemporaryFolder folder;
+  const std::string saved = folder / "map.slam";
+  replace_file(saved, "what a disk has left of it");
+  refused("_resume:=true _map_file:=" + (folder / "map"),
+          "move the file away to begin a new map, mv " + saved + " " + saved + ".old", 1);
+  EXPECT_EQ(read_file(saved), "what a disk has left of it");
 }
 
 TEST_F(SlamNodelet, NodesHaveHelp) {
@@ -318,6 +326,22 @@ TEST_F(SlamNodelet, AnArgumentThatIsNoNameEndsItWithAWord) {
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(contains(outcome.output, "A parameter of the node begins with '_'"))
       << outcome.output;
+}
+
+TEST_F(SlamNodelet, AnOptionThatThereIsNotEndsItWithAWord) {
+  for (const std::string option : {"--hlep", "-v", "--matcher=olson"}) {
+    const Outcome outcome = run_command(
+        "timeout", std::string("10 ") + MATCHBOX_SLAM_NODE + " __name:=refused " + option);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_EQ(outcome.output, "slam: unknown option '" + option + "'; see --help\n");
+  }
+  // What roslaunch gives, values that begin with a dash, and an empty argument are none.
+  const Outcome outcome = run_command(
+      "timeout", std::string("--preserve-status --signal=INT 3 ") + MATCHBOX_SLAM_NODE +
+                     " '' __name:=taken __ns:=/elsewhere __log:=/tmp/taken.log scan:=/nowhere "
+                     "_start_x:=-1.5 _publish_tf:=false");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "mapping with matchbox_slam/Olson")) << outcome.output;
 }
 
 TEST_F(SlamNodelet, SaysThatNoScanComesAndWhereThereAreSome) {
