@@ -1,17 +1,19 @@
 """What the launch files make of arguments as people write them."""
 
+import os
 import pathlib
 import unittest
 
 import roslaunch.config
 import roslaunch.xmlloader
 
-LAUNCH = pathlib.Path(__file__).resolve().parents[2] / 'launch'
+PACKAGE = pathlib.Path(__file__).resolve().parents[2]
 
 
 def remaps_of_rviz(*arguments):
+    os.environ['ROS_PACKAGE_PATH'] = f"{PACKAGE}:{os.environ.get('ROS_PACKAGE_PATH', '')}"
     config = roslaunch.config.ROSLaunchConfig()
-    roslaunch.xmlloader.XmlLoader().load(str(LAUNCH / 'slam.launch'), config, verbose=False,
+    roslaunch.xmlloader.XmlLoader().load(str(PACKAGE / 'launch/slam.launch'), config, verbose=False,
                                          argv=['rviz:=true', *arguments])
     (rviz,) = [node for node in config.nodes if node.type == 'rviz']
     return dict(rviz.remap_args)
