@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <vector>
 
@@ -97,7 +98,11 @@ TEST(Correspondences, AStepThatIsTakenGivesTheClosenessForetold) {
 }
 
 TEST(Correspondences, MovingThereIsStartingThere) {
-  const Clutter clutter(4);
+  Clutter clutter(4);
+  for (std::size_t i = 0; i < clutter.points.size(); i += 2) {
+    const auto angle = static_cast<double>(i);
+    clutter.points[i].normal = {std::cos(angle), std::sin(angle)};
+  }
   LikelihoodField other(0.05, LikelihoodFieldOptions{});
   other.update({{{0.5, 0.5}, {1.0, 0.0}}, {{-1.0, 0.7}, {0.0, 1.0}}}, {});
   for (const PlacedFields& fields :
@@ -114,6 +119,28 @@ TEST(Correspondences, MovingThereIsStartingThere) {
       EXPECT_EQ(moved.residuals(0.05).measurements, started.residuals(0.05).measurements);
       EXPECT_EQ(moved.closeness(0.05, {0.0, 0.0, 0.0}), started.closeness(0.05, {0.0, 0.0, 0.0}));
     }
+  }
+}
+
+/// A hit of the side wall lies in the corner with a front: it is none of the front's.
+TEST(Correspondences, AWallAcrossTheMapsSaysNothingOfIt) {
+  LikelihoodField field(0.05, LikelihoodFieldOptions{});
+  field.update({{{2.0, 0.0}, {1.0, 0.0}}}, {});
+  const auto along = [&field](const Eigen::Vector2d& normal, double heading) {
+    ScanPoint point = point_at(Eigen::Rotation2Dd(-heading) * Eigen::Vector2d(1.98, 0.0), 0.1);
+    point.normal = Eigen::Rotation2Dd(-heading) * normal;
+    const Correspondences pairs({point}, field, {0.0, 0.0, heading});
+    return pairs.linearise(0.3).information(0, 0);
+  };
+  const double of_its_own = along({-1.0, 0.0}, 0.0);
+  EXPECT_GT(of_its_own, 0.2);
+  for (const double heading : {-2.0, 0.0, 0.7, 3.0}) {
+    EXPECT_NEAR(along({-1.0, 0.0}, heading), of_its_own, 1e-12) << heading;
+    EXPECT_NEAR(along({0.0, 0.0}, heading), of_its_own, 1e-12) << heading << ", without a wall";
+    EXPECT_NEAR(along({-std::cos(0.7), std::sin(0.7)}, heading), of_its_own, 1e-12)
+        << heading << ", 40 degrees off, which noise may be";
+    EXPECT_LT(along({0.0, 1.0}, heading), 0.02 * of_its_own) << heading;
+    EXPECT_LT(along({-std::cos(1.2), std::sin(1.2)}, heading), 0.02 * of_its_own) << heading;
   }
 }
 

@@ -118,14 +118,17 @@ class Correspondences {
     kY,
     kMovedX,  ///< from where it was measured, base frame [m]
     kMovedY,
-    kWall,      ///< length of wall that it stands for [m]
+    kWall,     ///< length of wall that it stands for [m]
+    kNormalC,  ///< of its own surface as kC, in the base frame; 0 without one
+    kNormalS,
     kPresent,   ///< 1 with a surface; without one, this and all that the surface tells is 0
     kSurfaceX,  ///< its middle, map frame [m]
     kSurfaceY,
-    kC,    ///< the matrix [1 + c, s; s, 1 - c] / 2 projects on the wall's normal; with c = s = 0 it
-    kS,    ///< is half the identity, so that point to line and point to point are one formula
-    kOwn,  ///< variance of the distance to it, in units of the point's noise, ...
+    kC,  ///< the matrix [1 + c, s; s, 1 - c] / 2 projects on the wall's normal; with c = s = 0 it
+    kS,  ///< is half the identity, so that point to line and point to point are one formula
+    kBlunt,     ///< variance of the distance to it, in units of the point's noise, ...
     kCommon,    ///< ... and of what all points next to it share
+    kOwn,       ///< the former, and more where the scan shows another surface there
     kRotatedX,  ///< point minus the base's position, map axes [m]
     kRotatedY,
     kOffsetX,  ///< point minus the wall's middle [m]
@@ -153,6 +156,9 @@ class Correspondences {
   [[nodiscard]] PointRows rows() const;
   [[nodiscard]] SurfaceNumbers nearest_surface(std::size_t point) const;
   [[nodiscard]] bool is_with_the_one_before(std::size_t point) const;
+  [[nodiscard]] bool find_surfaces();
+  [[nodiscard]] bool turn_normals(double heading);
+  void find_own(std::size_t point);
   void weigh();
 
   struct alignas(64) Block : std::array<double, 16> {};
@@ -169,6 +175,8 @@ class Correspondences {
   std::vector<double> points_in_;       ///< a group
   double total_weight_ = 0.0;
   double cosine_ = 1.0, sine_ = 0.0;  ///< of the pose's heading
+  double coarse_heading_ = 0.0;       ///< by which the normals are turned [rad], in few steps
+  Eigen::Vector2d double_turn_ = Eigen::Vector2d::UnitX();  ///< cosine and sine of its double
 };
 
 }  // namespace matchbox_slam

@@ -188,7 +188,7 @@ TEST(Hough, AsksFurtherKeyScansWhenTheNearestSaysTooLittle) {
   MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
   // At the very place, but it saw only a bit of wall.
   PointScan little = scene.scan;
-  little.points.resize(15);
+  little.points.resize(6);
   scene.key_scans.push_back(placed(little, scene.map_from_base));
   const Pose2 predicted = shifted(scene.map_from_base, {0.5, -0.5, 0.5});
   const auto error = [&](const HoughOptions& options) {
