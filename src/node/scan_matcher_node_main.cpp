@@ -5,7 +5,7 @@
 
 int main(int argc, char** argv) {
   using namespace matchbox_slam;
-  return run_node(argc, argv, "scan_matcher", describe_options(ScanMatcherNodeOptions{}),
+  return run_node(argc, argv, "scan_matcher", describe_options(ScanMatcherNodeOptions()),
                   [](const auto& node, const auto& private_node) {
                     return std::make_shared<ScanMatcherNode>(node, private_node);
                   });

@@ -5,7 +5,7 @@
 
 int main(int argc, char** argv) {
   using namespace matchbox_slam;
-  std::vector<OptionDescription> options = describe_options(RunOptions{});
+  std::vector<OptionDescription> options = describe_options(RunOptions());
   for (const OptionDescription& option : describe_options(SlamNodeOptions{})) {
     options.push_back(option);
   }
