@@ -24,9 +24,8 @@ constexpr std::int32_t kFarthestCell = 1 << 24;
 // What is written and what is read are one function each, given a MapWriter and something constant
 // or a MapReader and something to fill.
 
-/// Of the format, that is written where there are further lasers; without them it is the one
-/// before.
-constexpr int kSavedVersion = 6;
+/// Of the format that is written.
+constexpr int kSavedVersion = 7;
 
 /// Numbers in the order of their bytes, the lowest first, on every machine.
 class MapWriter {

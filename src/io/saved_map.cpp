@@ -24,6 +24,20 @@ void transfer_optional(Archive& archive, Optional& optional, const Transfer& tra
   }
 }
 
+/// Before version 7 nothing was learned of odometry.
+template <typename Archive, typename Learned>
+void transfer_learned(Archive& archive, Learned& learned) {
+  for (auto* share : {&learned.translation, &learned.rotation}) {
+    archive.number(*share);
+    if constexpr (Archive::kReads) {
+      if (!(*share > 0.0 && *share <= 1.0)) {
+        archive.fail("is damaged: the errors of odometry are " + to_string(*share) +
+                     " of what the options say");
+      }
+    }
+  }
+}
+
 template <typename Archive, typename Motion>
 void transfer_motion(Archive& archive, Motion& motion) {
   transfer_pose(archive, motion.fixed_from_base);
@@ -46,14 +60,16 @@ void transfer_motion(Archive& archive, Motion& motion) {
       archive.fail("is damaged: its last motion took " + to_string(motion.interval) + " s");
     }
   }
+  if (archive.version() >= 7) {
+    transfer_learned(archive, motion.learned);
+  }
 }
 
 }  // namespace
 
 std::string to_saved_map(const MapStart& map) {
   MapWriter writer;
-  const bool has_further = !map.further_lasers.all().empty();
-  writer.text(head_of(has_further ? kSavedVersion : kSavedVersion - 1));
+  writer.text(head_of(kSavedVersion));
   write_grids(map.map, writer);
   write_key_scans(map.key_scans, writer);
   transfer_motion(writer, map.motion);
@@ -61,9 +77,7 @@ std::string to_saved_map(const MapStart& map) {
   writer.integer(map.scan_count);
   write_whereabouts(map.whereabouts, writer);
   write_loops(map, writer);
-  if (has_further) {
-    write_further_lasers(map.further_lasers, writer);
-  }
+  write_further_lasers(map.further_lasers, writer);
   return writer.finish();
 }
 

@@ -105,8 +105,9 @@ MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const 
   const double interval = input.scan.stamp - *state_.stamp;
   const bool is_sensed = input.odometry && state_.odom_from_base;
   if (is_sensed && source_ == GuessSource::kOdometry) {
-    return motion_from_odometry(*state_.odom_from_base, input.odometry->odom_from_base, interval,
-                                options_);
+    return scaled_by(state_.learned,
+                     motion_from_odometry(*state_.odom_from_base, input.odometry->odom_from_base,
+                                          interval, options_));
   }
   const MotionEstimate motion = steady_motion(interval);
   if (is_sensed && source_ == GuessSource::kHeading) {
@@ -149,6 +150,15 @@ MatchedMotion MotionTracker::after_match(const ScanInput& input, const MotionPre
   const Pose2 moved = state_.fix->fixed_from_base.inverse() * matched.fixed_from_base;
   matched.during_scan = motion_during_scan(input, moved, passed);
   return matched;
+}
+
+void MotionTracker::learn(const ScanInput& input, const MotionPrediction& predicted,
+                          const MatchResult& match) {
+  if (has_odometry(input) && state_.odom_from_base && state_.matched) {
+    state_.learned = learn_from(state_.learned, predicted.motion.previous_from_current,
+                                predicted.fixed_from_base, predicted.covariance,
+                                match.map_from_base, match.covariance, options_.least_share);
+  }
 }
 
 void MotionTracker::remember(const ScanInput& input, const MotionPrediction& predicted,

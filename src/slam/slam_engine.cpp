@@ -159,6 +159,11 @@ void SlamEngine::remember(const ScanInput& input, const MotionPrediction& predic
                           const ScanOutcome& outcome) {
   const bool is_doubted = outcome.certainty == Certainty::kDoubtful;
   const Eigen::Matrix3d covariance = is_doubted ? predicted.covariance : outcome.covariance;
+  if (jumped || is_doubted || outcome.certainty == Certainty::kSecondLook) {
+    tracker_.distrust_odometry();
+  } else if (outcome.match.accepted() && outcome.certainty == Certainty::kSure) {
+    tracker_.learn(input, predicted, outcome.match);
+  }
   tracker_.remember(input, predicted, outcome.map_from_base,
                     outcome.inserted ? beside_drawn(covariance) : covariance,
                     outcome.match.accepted() || outcome.inserted);

@@ -215,7 +215,7 @@ TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
   EXPECT_EQ(points->points[3].position.x(), -0.73786027155316258);
   EXPECT_EQ(points->stamp, 1.1);
   write(to_saved_map(start));
-  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 5";
+  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 7";
 }
 
 /// Written before lasers could be tilted, after ten scans of twelve beams.
@@ -276,8 +276,10 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 /// there are no lasers and nothing was ever in doubt: see write_whereabouts, transfer_motion.
 constexpr std::size_t kWhereaboutsBytes = (1 + 1 + 2 + 3 + 1 + 2 + 1 + 1 + 1) * 8 + 3 * 4 + 2 + 1;
 constexpr std::size_t kLoopBytes = (1 + 1 + 1 + 1 + 1) * 8 + 5;
-constexpr std::size_t kEndBytes = kWhereaboutsBytes + kLoopBytes;
-constexpr std::size_t kStateBytes = (3 + 9 + 9 + 1 + 3 + 4 + 3 + 1) * 8 + 4 + 4 + 8 + 8 + kEndBytes;
+constexpr std::size_t kLaserBytes = 4 + 4 + 8 + 8;
+constexpr std::size_t kEndBytes = kWhereaboutsBytes + kLoopBytes + kLaserBytes;
+constexpr std::size_t kStateBytes =
+    (3 + 9 + 9 + 1 + 3 + 4 + 3 + 1 + 2) * 8 + 4 + 4 + 8 + 8 + kEndBytes;
 
 /// A map of two known cells and one wall, the last cells of both lists there; without compression.
 std::string map_with_cells_at(const Cell& known, const Cell& wall) {
@@ -286,13 +288,29 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   map.occupancy.restore({1, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
   std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 5\n").size() + 4 * 8;
+  const std::size_t first_cell = std::string("matchbox_slam map, version 7\n").size() + 4 * 8;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
     std::memcpy(bytes.data() + at, image.data(), sizeof image);
   }
   return bytes;
+}
+
+/// What is new in them is left out of a map of today.
+TEST_F(SavedMap, ReadsVersionsThatLearnedNothingOfOdometry) {
+  const std::string head = "matchbox_slam map, version ";
+  std::string bytes = map_with_cells_at({1, 0}, {0, 0});
+  bytes.erase(bytes.size() - kEndBytes - 32, 2 * sizeof(double));
+  bytes[head.size()] = '6';
+  write(compress(bytes));
+  const MapStart version_6 = read_saved_map(path_);
+  EXPECT_EQ(version_6.motion.learned.translation, 1.0);
+  EXPECT_EQ(version_6.motion.learned.rotation, 1.0);
+  bytes.erase(bytes.size() - kLaserBytes);
+  bytes[head.size()] = '5';
+  write(compress(bytes));
+  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(version_6));
 }
 
 TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
@@ -319,7 +337,7 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t head = std::string("matchbox_slam map, version 5\n").size();
+  const std::size_t head = std::string("matchbox_slam map, version 7\n").size();
   const auto error_with = [&](double number, std::size_t at) {
     std::string sound(bytes, at, sizeof number);
     std::memcpy(bytes.data() + at, &number, sizeof number);
@@ -337,7 +355,10 @@ TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   EXPECT_TRUE(contains(error_with(std::nan(""), pose), "it holds the number"));
   EXPECT_TRUE(contains(error_with(-1.0, pose + 3 * sizeof(double)), "covariance of its pose"));
   EXPECT_TRUE(
-      contains(error_with(-1.0, bytes.size() - kEndBytes - 24), "its last motion took -1.0 s"));
+      contains(error_with(-1.0, bytes.size() - kEndBytes - 40), "its last motion took -1.0 s"));
+  for (const double share : {0.0, 1.5, std::nan("")}) {
+    EXPECT_TRUE(contains(error_with(share, bytes.size() - kEndBytes - 32), "is damaged")) << share;
+  }
   EXPECT_EQ(error_with(1.0, pose), "(no error)");
 }
 

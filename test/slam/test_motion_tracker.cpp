@@ -381,5 +381,44 @@ TEST(MotionTracker, KnowsNoSteadyMotionWithoutOdometryOrMatches) {
   EXPECT_FALSE(MotionTracker({}).predict_steadily(scan_with_odometry(1.3, jumped, jumped)));
 }
 
+/// Driven straight on, each step matched as odometry said.
+MotionTracker tracker_of_good_odometry(GuessSource source, double least_share) {
+  MotionPriorOptions options;
+  options.least_share = least_share;
+  MotionTracker tracker(options, source, 0.01);
+  for (int i = 0; i < 200; ++i) {
+    const Pose2 pose{0.1 * i, 0.0, 0.0};
+    const ScanInput input = scan_with_odometry(0.1 * i, pose, pose);
+    const MotionPrediction predicted = tracker.predict(input);
+    MatchResult match = match_at(pose);
+    match.covariance = 1e-8 * Eigen::Matrix3d::Identity();
+    tracker.learn(input, predicted, match);
+    tracker.remember(input, predicted, pose, match.covariance, true);
+  }
+  return tracker;
+}
+
+Eigen::Matrix3d next_covariance(const MotionTracker& tracker) {
+  const Pose2 pose{20.0, 0.0, 0.0};
+  return tracker.predict(scan_with_odometry(20.0, pose, pose)).covariance;
+}
+
+TEST(MotionTracker, TrustsOdometryThatWasGood) {
+  MotionTracker tracker = tracker_of_good_odometry(GuessSource::kOdometry, 0.2);
+  const Eigen::Matrix3d as_set =
+      next_covariance(tracker_of_good_odometry(GuessSource::kOdometry, 1.0));
+  EXPECT_EQ(tracker.state().learned.translation, 0.2);
+  EXPECT_NEAR(next_covariance(tracker)(0, 0), 0.04 * as_set(0, 0), 1e-7);
+  EXPECT_NEAR(next_covariance(tracker)(2, 2), 0.04 * as_set(2, 2), 1e-7);
+  tracker.distrust_odometry();
+  EXPECT_NEAR(next_covariance(tracker)(0, 0), as_set(0, 0), 1e-12);
+}
+
+TEST(MotionTracker, LearnsNothingOfWhatItDoesNotPredictFrom) {
+  for (const GuessSource source : {GuessSource::kVelocity, GuessSource::kHeading}) {
+    EXPECT_EQ(tracker_of_good_odometry(source, 0.2).state().learned.translation, 1.0);
+  }
+}
+
 }  // namespace
 }  // namespace matchbox_slam

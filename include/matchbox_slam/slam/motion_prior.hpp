@@ -21,6 +21,7 @@ struct MotionPriorOptions {
   double rotation_floor = 0.005;
   double velocity_change = 1.0;
   double turn_rate_change = 2.0;
+  double least_share = 0.2;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -47,6 +48,9 @@ struct MotionPriorOptions {
     option(self.turn_rate_change, "turn_rate_change", between(0.0, 100.0), "rad/s",
            "Without odometry: standard deviation of the change of the turn rate since the last "
            "match.");
+    option(self.least_share, "least_share", between(0.01, 1.0), "",
+           "The standard deviations of odometry go down to this share of what is set, as matches "
+           "show that it is better; 1: they stay as set.");
   }
 };
 

@@ -6,6 +6,7 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
+#include "matchbox_slam/slam/learned_prior.hpp"
 #include "matchbox_slam/slam/motion_prior.hpp"
 
 namespace matchbox_slam {
@@ -37,6 +38,7 @@ struct MotionState {
   std::optional<Fix> fix;               ///< the newest one
   Pose2 motion;           ///< between the last two fixes, by the earlier one's base frame
   double interval = 0.0;  ///< [s] that this motion took; 0: none is known
+  LearnedPrior learned;   ///< of the odometry
 
   /// By that: (x [m/s], y [m/s], theta [rad/s]) in the base frame.
   [[nodiscard]] Eigen::Vector3d velocity() const {
@@ -85,6 +87,12 @@ class MotionTracker {
   /// What a match, accepted or not, says of the scan that was predicted so.
   [[nodiscard]] MatchedMotion after_match(const ScanInput& input, const MotionPrediction& predicted,
                                           const MatchResult& match) const;
+
+  /// Learns how good odometry is, from a match that nothing speaks against. Before remember().
+  void learn(const ScanInput& input, const MotionPrediction& predicted, const MatchResult& match);
+
+  /// Odometry may have become as bad as the options say.
+  void distrust_odometry() { state_.learned = {}; }
 
   /// Takes a scan as the newest one.
   /// @param predicted   of this scan.

@@ -1,0 +1,64 @@
+#include "matchbox_slam/slam/learned_prior.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace matchbox_slam {
+namespace {
+
+/// Where a match says less than this about a direction, its answer is the prediction's own.
+constexpr double kMostLeft = 0.5;  // of the prior's variance
+
+/// @param squared  error over its standard deviation, squared; 1 where the share is right.
+double follow(double share, double squared, double weight, double least) {
+  constexpr double kMost = 16.0;  // one step of wheels that slip is not their usual error
+  const double factor = 1.0 + weight * (std::min(squared, kMost) - 1.0);
+  return std::clamp(share * std::sqrt(factor), least, 1.0);
+}
+
+}  // namespace
+
+MotionEstimate scaled_by(const LearnedPrior& learned, MotionEstimate estimate) {
+  const Eigen::Vector3d shares(learned.translation, learned.translation, learned.rotation);
+  estimate.covariance = shares.asDiagonal() * estimate.covariance * shares.asDiagonal();
+  estimate.floor = shares.asDiagonal() * estimate.floor * shares.asDiagonal();
+  return estimate;
+}
+
+LearnedPrior learn_from(const LearnedPrior& learned, const Pose2& moved, const Pose2& predicted,
+                        const Eigen::Matrix3d& prior, const Pose2& matched,
+                        const Eigen::Matrix3d& posterior, double least) {
+  // [m]. Of 48 drives through hotels and campuses the mean error is 5 % larger with 5 m, and 22 %
+  // with 10 m.
+  constexpr double kMemory = 2.0;
+  constexpr double kMetresPerRadian = 0.3;  // a turn teaches as much as so much way
+  const Eigen::LLT<Eigen::Matrix2d> factor(prior.topLeftCorner<2, 2>());
+  if (factor.info() != Eigen::Success || !(prior(2, 2) > 0.0)) {
+    return learned;
+  }
+  const double way = moved.translation().norm() + kMetresPerRadian * std::abs(moved.theta);
+  const double weight = 1.0 - std::exp(-way / kMemory);
+  LearnedPrior result = learned;
+  if (posterior(2, 2) < kMostLeft * prior(2, 2)) {
+    const double turned = wrap_angle(matched.theta - predicted.theta);
+    result.rotation =
+        follow(result.rotation, turned * turned / (prior(2, 2) - posterior(2, 2)), weight, least);
+  }
+  const Eigen::Matrix2d whitened = Eigen::Matrix2d(factor.matrixL()).inverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(
+      whitened * posterior.topLeftCorner<2, 2>() * whitened.transpose());
+  const Eigen::Vector2d off = axes.eigenvectors().transpose() * whitened *
+                              (matched.translation() - predicted.translation());
+  for (int i = 0; i < 2; ++i) {
+    const double left = std::max(0.0, axes.eigenvalues()[i]);
+    if (left < kMostLeft) {
+      result.translation =
+          follow(result.translation, off[i] * off[i] / (1.0 - left), weight, least);
+    }
+  }
+  return result;
+}
+
+}  // namespace matchbox_slam
