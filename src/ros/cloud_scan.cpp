@@ -185,7 +185,7 @@ class Beams {
   explicit Beams(const CloudOptions& options)
       : options_(options),
         ranges_(beam_count(options), std::numeric_limits<float>::infinity()),
-        is_seen_(ranges_.size(), false) {}
+        has_too_near_(ranges_.size(), false) {}
 
   /// Returns whether the point is within reach.
   bool add(double x, double y) {
@@ -198,7 +198,7 @@ class Beams {
       return false;
     }
     if (!(range >= options_.range_min && range < options_.range_max)) {
-      is_seen_[beam] = is_seen_[beam] || std::isfinite(range);
+      has_too_near_[beam] = has_too_near_[beam] || range < options_.range_min;
       return false;
     }
     ranges_[beam] = std::min(ranges_[beam], static_cast<float>(range));
@@ -208,8 +208,9 @@ class Beams {
   /// Moves the beams into a scan.
   void give(sensor_msgs::LaserScan& scan) {
     for (std::size_t i = 0; i < ranges_.size(); ++i) {
-      // What is too near or too far is something all the same, through which nothing is free.
-      if (std::isinf(ranges_[i]) && (!options_.clear_empty || is_seen_[i])) {
+      // What is too near, say of the robot itself, hides what is behind it: nothing is known there.
+      // What is too far is no return, as with lasers.
+      if (std::isinf(ranges_[i]) && (!options_.clear_empty || has_too_near_[i])) {
         ranges_[i] = std::numeric_limits<float>::quiet_NaN();
       }
     }
@@ -234,8 +235,8 @@ class Beams {
 
  private:
   const CloudOptions& options_;
-  std::vector<float> ranges_;  ///< counterclockwise; infinite: none yet
-  std::vector<bool> is_seen_;  ///< whether there was a point out of reach
+  std::vector<float> ranges_;       ///< counterclockwise; infinite: none yet
+  std::vector<bool> has_too_near_;  ///< whether there was a point nearer than range_min
 };
 
 /// What became of the points, to tell where none is left.

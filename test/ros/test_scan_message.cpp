@@ -70,7 +70,10 @@ TEST(Cloud, TheNearestPointOfEachBeamCounts) {
       << "no numbers, or out of reach";
   CloudOptions clearing = four_beams();
   clearing.clear_empty = true;
-  EXPECT_EQ(four_ranges({{4.0F, 0.0F}}, clearing)[2], std::numeric_limits<float>::infinity());
+  const float free = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(four_ranges({{4.0F, 0.0F}, {0.0F, 0.05F}, {0.0F, 100.0F}, {-100.0F, 0.0F}}, clearing),
+            (Ranges{4.0F, -1.0F, free, free}))
+      << "too near hides what is behind it; too far is no return, as nothing is";
 }
 
 TEST(Cloud, TakesABandOfHeightsOrARing) {
