@@ -145,6 +145,7 @@ SlamNode::~SlamNode() {
   map_publisher_.reset();
   const bool saves_map = autosave_ != nullptr;
   autosave_.reset();
+  log_failure([this] { finish_loops(); });
   log_failure([this] { save_records(); });
   if (!saves_map) {
     tell_unsaved();
@@ -349,12 +350,17 @@ MapSnapshot SlamNode::map_snapshot() {
   return snapshot;
 }
 
+/// Before anything is saved, so that a loop that is searched for is in all of it, or in none.
+void SlamNode::finish_loops() {
+  const std::lock_guard<std::mutex> lock(run_mutex_);
+  run_.finish();
+}
+
 void SlamNode::save_records() {
   std::vector<StampedPose2> trajectory;
   std::vector<TimedEvent> events;
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
-    run_.finish();
     trajectory = run_.trajectory();
     events = run_.events();
   }

@@ -87,6 +87,7 @@ class SlamNode {
   [[nodiscard]] bool is_saved();
   void tell_unsaved();
   void autosave();
+  void finish_loops();
   void save_records();
 
   ros::NodeHandle node_;

@@ -87,6 +87,7 @@ bool SlamNode::answer_dynamic_map(nav_msgs::GetMap::Request& /*request*/,
 bool SlamNode::answer_save_map(std_srvs::Trigger::Request& /*request*/,
                                std_srvs::Trigger::Response& response) {
   return answer(response, [&] {
+    finish_loops();
     const SavedMap saved = save_map_files();
     if (autosave_) {
       autosave_->postpone();

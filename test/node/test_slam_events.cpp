@@ -17,6 +17,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -30,6 +31,7 @@
 #include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
+#include "matchbox_slam/io/saved_map.hpp"
 #include "node/bag_player.hpp"
 #include "node/slam_listener.hpp"
 #include "node/slam_node.hpp"
@@ -403,6 +405,25 @@ class SlamLoop : public testing::Test {
   ros::Subscriber maps_ = node_.subscribe("map", 10, &SlamLoop::on_map, this);
   ros::Subscriber markers_ = node_.subscribe("constraints", 10, &SlamLoop::on_constraints, this);
 };
+
+TEST_F(SlamLoop, IsInAllThatIsSavedWhileItIsSearchedFor) {
+  constexpr std::size_t kBefore = 234;  // scans; the next but one would close the first loop
+  Player player(bag_);
+  const SlamNode slam(ros::NodeHandle(), ros::NodeHandle("/looping"));
+  ASSERT_TRUE(listener_.wait_until([&] { return player.is_heard(); }, 10.0));
+  play_until(player, [&] { return listener_.matches.size() >= kBefore; });
+  for (const MatchInfo& match : listener_.matches) {
+    ASSERT_EQ(match.closed_loop, 0);
+  }
+  std_srvs::Trigger save;
+  ASSERT_TRUE(ros::service::call("/looping/save_map", save));
+  const MapStart map = read_saved_map(folder_ / "map.slam");
+  EXPECT_EQ(map.loops.closed(), 1U) << "else nothing was searched for";
+  const Trajectory trajectory = read_tum(folder_ / "node.tum");
+  const std::optional<Pose2> told = trajectory.at(map.motion.stamp.value(), 0.01);
+  ASSERT_TRUE(told);
+  EXPECT_LT(difference(map.motion.fixed_from_base, *told).norm(), 1e-6);
+}
 
 TEST_F(SlamLoop, MovesAllThatTheNodePublishes) {
   Player player(bag_);
