@@ -171,7 +171,7 @@ void SlamNode::cut_no_returns(double from) {
   Parameters changes;
   changes.set("scan/max_range", from);
   worker_.post(Reconfigure{changes});
-  if (setup().node.resume) {
+  if (setup().node.resume && ros::master::check()) {  // without a master it would wait for one
     private_node_.setParam("scan/max_range", from);  // else it would be drawn again after a respawn
   }
   const bool begins_anew = [&] {

@@ -208,6 +208,52 @@ TEST(SlamFaults, ASignalEndsItAlsoWhenTheMasterIsGone) {
   }
 }
 
+/// Sends scans of which half the beams read what they read where they meet nothing, from when a
+/// file `go` is in the folder on; `ready` tells that it is heard, `done` that it has sent all.
+constexpr const char* kFarScans = R"(
+import os, sys, time
+import rospy
+from sensor_msgs.msg import LaserScan
+folder = sys.argv[1]
+def tell(name):
+    open(os.path.join(folder, name), "w").close()
+rospy.init_node("far_scans")
+scans = rospy.Publisher("scan", LaserScan, queue_size=100)
+while scans.get_num_connections() == 0:
+    time.sleep(0.05)
+tell("ready")
+while not os.path.exists(os.path.join(folder, "go")):
+    time.sleep(0.05)
+for k in range(60):
+    scan = LaserScan(angle_min=-1.5, angle_increment=0.03, range_min=0.1, range_max=30.0)
+    scan.header.frame_id = "base"
+    scan.header.stamp = rospy.Time(1000.0 + 0.05 * k)
+    scan.ranges = [29.99, 3.0] * 50
+    scans.publish(scan)
+    time.sleep(0.05)
+tell("done")
+time.sleep(600.0)
+)";
+
+TEST(SlamFaults, CutsBeamsAlsoWhenTheMasterIsGone) {
+  const int port = 20000 + (::getpid() + 5000) % 10000;
+  const std::string uri = "http://127.0.0.1:" + std::to_string(port);
+  const TemporaryFolder folder;
+  const TemporaryFolder signs;
+  Process master({"rosmaster", "--core", "-p", std::to_string(port)});
+  NodeProcess process("orphan", folder,
+                      {"__master:=" + uri, "_use_odometry:=false", "_resume:=true"});
+  ASSERT_TRUE(wait_until([&] { return is_known("/orphan", port); }));
+  const Process scans(
+      {"env", "ROS_MASTER_URI=" + uri, "/usr/bin/python3", "-c", kFarScans, signs.path()});
+  ASSERT_TRUE(wait_until([&] { return std::filesystem::exists(signs / "ready"); }));
+  (void)master.exit_code_after(SIGKILL);
+  replace_file(signs / "go", "");
+  ASSERT_TRUE(wait_until([&] { return std::filesystem::exists(signs / "done"); }));
+  EXPECT_EQ(process.exit_code_after(SIGINT), 0) << "it waits for a master";
+  EXPECT_GE(read_tum(folder / "node.tum").size(), 20U);
+}
+
 /// The last of the log lines that hold these words; empty while there is none.
 class LogWatch {
  public:
