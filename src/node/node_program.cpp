@@ -49,9 +49,9 @@ int run_node(int argc, char** argv, const std::string& name,
   }
   try {
     ros::init(argc, argv, name);
-  } catch (const ros::InvalidNameException& error) {
-    std::cerr << name << ": an argument is no name of ROS: " << error.what()
-              << "\nA parameter of the node begins with '_', such as _max_lag:=3.\n";
+  } catch (const ros::Exception& error) {  // names, the node's own one, ports
+    std::cerr << name << ": ROS does not take the arguments: " << error.what()
+              << "; a parameter of the node begins with '_', such as _max_lag:=3\n";
     return 2;
   }
   // While the node starts it may wait for a master, which only roscpp's own way of ending ends;

@@ -321,11 +321,14 @@ TEST_F(SlamNodelet, NodesHaveHelp) {
   }
 }
 
-TEST_F(SlamNodelet, AnArgumentThatIsNoNameEndsItWithAWord) {
-  const Outcome outcome = run_command(MATCHBOX_SLAM_NODE, "max_lag:=3");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_TRUE(contains(outcome.output, "A parameter of the node begins with '_'"))
-      << outcome.output;
+TEST_F(SlamNodelet, AnArgumentThatRosDoesNotTakeEndsItWithALine) {
+  for (const char* argument : {"max_lag:=3", "__name:=a/b", "__tcpros_server_port:=x"}) {
+    const Outcome outcome = run_command(MATCHBOX_SLAM_NODE, argument);
+    EXPECT_EQ(outcome.exit_code, 2) << argument;
+    EXPECT_TRUE(contains(outcome.output, "a parameter of the node begins with '_'"))
+        << outcome.output;
+    EXPECT_EQ(outcome.output.find('\n'), outcome.output.size() - 1) << outcome.output;
+  }
 }
 
 TEST_F(SlamNodelet, AnOptionThatThereIsNotEndsItWithAWord) {
