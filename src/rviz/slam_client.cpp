@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
 #include <stdexcept>
 #include <utility>
 
@@ -274,9 +273,7 @@ void SlamClient::load_map(const std::string& file) {
           "as of map_server");
     }
     LoadMap service;
-    const std::string extension = std::filesystem::path(file).extension().string();
-    const bool is_map = extension == ".slam" || extension == ".yaml";  // a date has points, too
-    service.request.path = is_map ? file : file + ".slam";
+    service.request.path = file_to_load(file);
     call("load_map", service);
     forget_places();
     return answer_of(service.response);

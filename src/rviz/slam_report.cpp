@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 
 #include "common/number_text.hpp"
 #include "matchbox_slam/geometry/angles.hpp"
@@ -127,13 +128,19 @@ std::vector<std::string> words_of(const std::string& edit_method) {
 }
 
 std::string without_map_extension(const std::string& file) {
-  for (const std::string extension : std::array{".slam", ".yaml", ".pgm", ".png"}) {
+  for (const std::string extension :
+       std::array{".slam", ".yaml", ".pgm", ".occupancy.png", ".png"}) {
     if (file.size() > extension.size() &&
         file.compare(file.size() - extension.size(), extension.size(), extension) == 0) {
       return file.substr(0, file.size() - extension.size());
     }
   }
   return file;
+}
+
+std::string file_to_load(const std::string& file) {
+  const bool is_yaml = std::filesystem::path(file).extension() == ".yaml";
+  return is_yaml ? file : without_map_extension(file) + ".slam";
 }
 
 }  // namespace matchbox_slam

@@ -57,4 +57,8 @@ struct Place {
 /// What `~save_map` calls a map, by the name of one of its files: without .slam and the like.
 [[nodiscard]] std::string without_map_extension(const std::string& file);
 
+/// What `~load_map` reads of the map that is named so or by one of its files: a .yaml file is taken
+/// as it is, else it is the .slam file.
+[[nodiscard]] std::string file_to_load(const std::string& file);
+
 }  // namespace matchbox_slam

@@ -118,5 +118,15 @@ TEST(SlamReport, AMapIsNamedByAnyOfItsFiles) {
   EXPECT_EQ(without_map_extension(".slam"), ".slam");
 }
 
+TEST(SlamReport, AMapIsLoadedByAnyOfItsFiles) {
+  for (const char* file : {"/maps/office", "/maps/office.slam", "/maps/office.pgm",
+                           "/maps/office.png", "/maps/office.occupancy.png"}) {
+    EXPECT_EQ(file_to_load(file), "/maps/office.slam");
+  }
+  EXPECT_EQ(file_to_load("/maps/office.yaml"), "/maps/office.yaml") << "of map_server";
+  EXPECT_EQ(file_to_load("2026.11.23"), "2026.11.23.slam");
+  EXPECT_EQ(file_to_load("2026.11.23.pgm"), "2026.11.23.slam");
+}
+
 }  // namespace
 }  // namespace matchbox_slam
