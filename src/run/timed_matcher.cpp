@@ -19,7 +19,10 @@ std::vector<OptionDescription> TimedMatcher::options() const { return matcher_->
 MatchResult TimedMatcher::match(const MatchProblem& problem) const {
   const double begin = thread_seconds();
   MatchResult result = matcher_->match(problem);
-  seconds_.store(seconds_.load() + thread_seconds() - begin);
+  const double seconds = thread_seconds() - begin;
+  // C++17 adds to no atomic number with a fraction; matchers are asked from several threads.
+  for (double sum = seconds_.load(); !seconds_.compare_exchange_weak(sum, sum + seconds);) {
+  }
   return result;
 }
 
