@@ -274,6 +274,7 @@ WeighedMatch match_and_weigh(const ScanMatcher& matcher, const MatchProblem& pro
   const MatchProblem wide = with_wider_prior(problem, options);
   WeighedMatch second{look_again(first.match, problem, wide, occupancy), Certainty::kSecondLook};
   if (is_upheld(first.match, score, second.match, problem, options)) {
+    first.upheld = true;
     return first;
   }
   if (is_convincing_here(second.match, first.match, problem, options)) {

@@ -155,6 +155,13 @@ TEST(Recovery, ACorridorDoesNotHoldARobotThatDrives) {
   EXPECT_LT(error, 0.05);  // [m], 0.032; 0.66 where it is held, and 2.9 after four minutes
 }
 
+/// At 8 m/s: one scan on the way fits somewhere, with half of the usual score.
+TEST(Recovery, ARobotThatIsCarriedFastDrawsNothingOnItsWay) {
+  const Drive carried = drive(drive_with("kidnap:random:2:2", 118, 1040), kOlson);
+  EXPECT_LT(carried.worst_key_scan, 0.04);  // [m], 0.027; 0.77 where such a match is believed
+  EXPECT_LT(carried.end_error, 0.005);      // [m], 0.003
+}
+
 TEST(Recovery, OdometryThatWasWrongIsTrustedNoMoreThanAtFirst) {
   const SimulatedRun run = drive_with("jump:random::1");
   SlamEngine engine(EngineOptions{}, kOlson, 1, run.world_from_base.front());

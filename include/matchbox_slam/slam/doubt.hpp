@@ -66,7 +66,8 @@ struct WeighedMatch {
   /// whatever the matcher scores against, over the share of the scan that lies on mapped ground.
   /// Known in doubt, and when there was a second look.
   double fit = 0.0;
-  bool jumped = false;  ///< a second look found it clearly away from the prediction
+  bool jumped = false;  ///< found clearly away from the prediction, and not beyond doubt
+  bool upheld = false;  ///< doubtful at first, and what a second look found was no better
 };
 
 /// What is known before a match: its score is compared with the usual one.

@@ -16,7 +16,7 @@ struct RecoveryOptions {
   double interval = 0.1;
   int key_scans = 1;
   int confirmations = 4;
-  int far_confirmations = 12;
+  int far_confirmations = 7;
   double least_score = 0.5;
   double distance = 0.3;
 
