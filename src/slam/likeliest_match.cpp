@@ -15,7 +15,8 @@ bool is_carried(const WeighedMatch& weighed, const MotionPrediction& predicted) 
   const Eigen::Vector2d off =
       weighed.match.map_from_base.translation() - predicted.fixed_from_base.translation();
   const double way = predicted.motion.previous_from_current.translation().norm();
-  return weighed.upheld && off.norm() > std::max(kLeast, kShare * way);
+  return weighed.upheld && predicted.motion.is_by_odometry &&
+         off.norm() > std::max(kLeast, kShare * way);
 }
 
 WeighedMatch match(const ScanMatcher& matcher, const ScanToMatch& to_match,

@@ -37,6 +37,7 @@ Eigen::Matrix3d grown_along(const Pose2& motion, double variance_xy, double vari
 MotionEstimate motion_from_odometry(const Pose2& odom_from_previous, const Pose2& odom_from_current,
                                     double interval, const MotionPriorOptions& options) {
   MotionEstimate estimate;
+  estimate.is_by_odometry = true;
   const Pose2 motion = odom_from_previous.inverse() * odom_from_current;
   const double way = motion.translation().norm();
   const double turn = std::abs(motion.theta);

@@ -152,9 +152,10 @@ MatchedMotion MotionTracker::after_match(const ScanInput& input, const MotionPre
   return matched;
 }
 
-void MotionTracker::learn(const ScanInput& input, const MotionPrediction& predicted,
-                          const MatchResult& match) {
-  if (has_odometry(input) && state_.odom_from_base && state_.matched) {
+void MotionTracker::learn(const MotionPrediction& predicted, const MatchResult& match) {
+  if (!predicted.motion.is_by_odometry) {
+    distrust_odometry();  // if there is one, it told of a step that cannot be
+  } else if (state_.matched) {
     state_.learned = learn_from(state_.learned, predicted.motion.previous_from_current,
                                 predicted.fixed_from_base, predicted.covariance,
                                 match.map_from_base, match.covariance, options_.least_share);

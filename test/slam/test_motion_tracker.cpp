@@ -392,7 +392,7 @@ MotionTracker tracker_of_good_odometry(GuessSource source, double least_share) {
     const MotionPrediction predicted = tracker.predict(input);
     MatchResult match = match_at(pose);
     match.covariance = 1e-8 * Eigen::Matrix3d::Identity();
-    tracker.learn(input, predicted, match);
+    tracker.learn(predicted, match);
     tracker.remember(input, predicted, pose, match.covariance, true);
   }
   return tracker;
@@ -412,6 +412,15 @@ TEST(MotionTracker, TrustsOdometryThatWasGood) {
   EXPECT_NEAR(next_covariance(tracker)(2, 2), 0.04 * as_set(2, 2), 1e-7);
   tracker.distrust_odometry();
   EXPECT_NEAR(next_covariance(tracker)(0, 0), as_set(0, 0), 1e-12);
+}
+
+TEST(MotionTracker, DoesNotTrustOdometryThatAMatchRefuted) {
+  MotionTracker tracker = tracker_of_good_odometry(GuessSource::kOdometry, 0.2);
+  const Pose2 jumped{22.0, 0.0, 0.0};
+  const auto steady = tracker.predict_steadily(scan_with_odometry(20.0, jumped, jumped));
+  ASSERT_TRUE(steady);
+  tracker.learn(*steady, match_at({20.0, 0.0, 0.0}));
+  EXPECT_EQ(tracker.state().learned.translation, 1.0);
 }
 
 TEST(MotionTracker, LearnsNothingOfWhatItDoesNotPredictFrom) {

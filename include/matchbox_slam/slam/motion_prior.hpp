@@ -58,6 +58,7 @@ struct MotionPriorOptions {
 /// theta) in the previous base frame.
 struct MotionEstimate {
   Pose2 previous_from_current;
+  bool is_by_odometry = false;                           ///< else the last motion goes on
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< that this motion adds
   /// Of a single reading, as of odometry: no part of the next motion's error, which adds its own.
   Eigen::Matrix3d floor = Eigen::Matrix3d::Zero();
