@@ -195,14 +195,15 @@ def kidnapped_table(results):
     return "\n".join(lines) + "\n"
 
 
-def study_parser(description, seeds, rate):
+def study_parser(description, seeds, rate=None):
     """Arguments that studies over simulated drives share."""
     parser = argparse.ArgumentParser(description=description,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=pathlib.Path, required=True)
     parser.add_argument("--seeds", type=int, default=seeds)
     parser.add_argument("--first-seed", type=int, default=1)
-    parser.add_argument("--rate", type=float, default=rate, help="scans a second")
+    if rate is not None:
+        parser.add_argument("--rate", type=float, default=rate, help="scans a second")
     parser.add_argument("--set", action="append", default=[], dest="overrides")
     parser.add_argument("--jobs", type=int, default=2)
     return parser
