@@ -10,15 +10,7 @@ constexpr std::size_t kMostEdges = 10'000'000;  // ten a key scan
 /// The number of a key scan in a graph of so many.
 template <typename Archive, typename Node>
 void transfer_node(Archive& archive, Node& node, std::size_t nodes) {
-  std::uint64_t number = node;
-  archive.integer(number);
-  if constexpr (Archive::kReads) {
-    if (number >= nodes) {
-      archive.fail("is damaged: it names key scan " + std::to_string(number) + " of a graph of " +
-                   std::to_string(nodes));
-    }
-    node = static_cast<std::size_t>(number);
-  }
+  transfer_number(archive, "key scan", node, "graph", nodes);
 }
 
 template <typename Archive, typename Value, typename Last>

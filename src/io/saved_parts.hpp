@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <string>
 
@@ -43,6 +44,21 @@ void transfer_covariance(Archive& archive, const std::string& name, Matrix& matr
     if (!is_covariance(matrix)) {
       archive.fail("is damaged: the covariance of " + name + " is none");
     }
+  }
+}
+
+/// Which one of so many things a whole is made of, from 0.
+template <typename Archive, typename Number>
+void transfer_number(Archive& archive, const std::string& thing, Number& number,
+                     const std::string& whole, std::size_t things) {
+  std::uint64_t written = number;
+  archive.integer(written);
+  if constexpr (Archive::kReads) {
+    if (written >= things) {
+      archive.fail("is damaged: it names " + thing + " " + std::to_string(written) + " of a " +
+                   whole + " of " + std::to_string(things));
+    }
+    number = static_cast<std::size_t>(written);
   }
 }
 

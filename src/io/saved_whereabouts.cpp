@@ -9,15 +9,7 @@ namespace {
 /// The number of a part of the map, of which there are so many.
 template <typename Archive, typename Part>
 void transfer_part(Archive& archive, Part& part, std::size_t parts) {
-  std::uint64_t number = part;
-  archive.integer(number);
-  if constexpr (Archive::kReads) {
-    if (number >= parts) {
-      archive.fail("is damaged: it names part " + std::to_string(number) + " of a map of " +
-                   std::to_string(parts));
-    }
-    part = static_cast<std::size_t>(number);
-  }
+  transfer_number(archive, "part", part, "map", parts);
 }
 
 void write_waiting(const std::vector<WaitingScan>& waiting, MapWriter& writer) {

@@ -5,6 +5,7 @@
 
 #include "common/error_text.hpp"
 #include "evaluation/absolute_trajectory_error.hpp"
+#include "evaluation/moved_trajectory.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -19,14 +20,6 @@ Trajectory bent_path(int count = 50, double start = 100.0) {
   for (int i = 0; i < count; ++i) {
     poses.push_back({start + 0.1 * i, pose});
     pose = pose * Pose2{0.1, 0.0, 0.05 * std::sin(0.2 * i)};
-  }
-  return Trajectory(poses);
-}
-
-Trajectory moved(const Trajectory& trajectory, const Pose2& motion) {
-  std::vector<StampedPose2> poses = trajectory.poses();
-  for (StampedPose2& stamped : poses) {
-    stamped.pose = motion * stamped.pose;
   }
   return Trajectory(poses);
 }

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "common/error_text.hpp"
+#include "evaluation/moved_trajectory.hpp"
 #include "evaluation/relative_pose_error.hpp"
 
 namespace matchbox_slam {
@@ -40,14 +41,6 @@ Trajectory drifting(const Trajectory& truth) {
   for (std::size_t i = 1; i < poses.size(); ++i) {
     const Pose2 step = truth.poses()[i - 1].pose.inverse() * truth.poses()[i].pose;
     poses[i].pose = poses[i - 1].pose * Pose2{1.01 * step.x, 1.01 * step.y, step.theta + 0.01};
-  }
-  return Trajectory(poses);
-}
-
-Trajectory moved(const Trajectory& trajectory, const Pose2& motion) {
-  std::vector<StampedPose2> poses = trajectory.poses();
-  for (StampedPose2& stamped : poses) {
-    stamped.pose = motion * stamped.pose;
   }
   return Trajectory(poses);
 }

@@ -7,16 +7,13 @@
 #include "matchbox_slam/slam/doubt.hpp"
 #include "matching/match_scene.hpp"
 #include "simulation/make_world.hpp"
+#include "slam/pose_distance.hpp"
 
 namespace matchbox_slam {
 namespace {
 
 MatchScene scene_in_rooms(double time) {
   return make_match_scene(make_rooms_world(4), LaserOptions{}, time, 3);
-}
-
-double distance(const Pose2& a, const Pose2& b) {
-  return (a.translation() - b.translation()).norm();
 }
 
 /// Answers as it is told, whatever the problem.

@@ -23,6 +23,7 @@
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
 #include "simulation/simulation_support.hpp"
+#include "slam/pose_distance.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -79,10 +80,6 @@ Outcomes process(const SimulatedRun& run, const Matcher& matcher,
 /// Where the base is by the truth, seen from where it started.
 Pose2 true_pose(const SimulatedRun& run, std::size_t i) {
   return run.world_from_base.front().inverse() * run.world_from_base[i];
-}
-
-double distance(const Pose2& a, const Pose2& b) {
-  return (a.translation() - b.translation()).norm();
 }
 
 struct Drift {

@@ -18,19 +18,28 @@
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
 #include "simulation/simulation_support.hpp"
+#include "slam/pose_distance.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-/// What became of a drive through rooms.
+/// What became of a drive.
 struct Drive {
   double end_error = 0.0;       ///< [m]
+  double worst_error = 0.0;     ///< [m] of all scans
+  double worst_sigma = 0.0;     ///< [m], largest standard deviation of a scan's position
   double worst_key_scan = 0.0;  ///< [m]
   std::size_t scans = 0;
   std::map<TrackingState, std::size_t> states;
   std::size_t parts_apart = 0;
   ScanOutcome last;
 };
+
+SimulatedRun simulate_in(const std::string& world_name, const SimulationOptions& options,
+                         std::uint64_t seed) {
+  const World world = make_world(world_name, seed);
+  return simulate_run(world, world.route(), options, seed);
+}
 
 SimulatedRun drive_with(const std::string& fault, std::uint64_t seed = 3, int beams = 520) {
   SimulationOptions options;
@@ -39,22 +48,22 @@ SimulatedRun drive_with(const std::string& fault, std::uint64_t seed = 3, int be
   if (!fault.empty()) {
     options.faults = {parse_fault(fault)};
   }
-  const World world = make_world("rooms", seed);
-  return simulate_run(world, world.route(), options, seed);
+  return simulate_in("rooms", options, seed);
 }
 
-double distance(const Pose2& a, const Pose2& b) {
-  return (a.translation() - b.translation()).norm();
-}
-
-Drive drive(const SimulatedRun& run, const std::shared_ptr<const ScanMatcher>& matcher) {
-  SlamEngine engine(EngineOptions{}, matcher, 1, run.world_from_base.front());
+Drive drive(const SimulatedRun& run, const std::shared_ptr<const ScanMatcher>& matcher,
+            const EngineOptions& options = {}) {
+  SlamEngine engine(options, matcher, 1, run.world_from_base.front());
   Drive result;
   std::map<double, Pose2> truth;
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     result.last = engine.process(scan_input(run, i));
     truth[result.last.stamp] = run.world_from_base[i];
     ++result.states[result.last.state];
+    result.worst_error =
+        std::max(result.worst_error, distance(result.last.map_from_base, run.world_from_base[i]));
+    result.worst_sigma = std::max(result.worst_sigma,
+                                  std::sqrt(result.last.covariance.topLeftCorner<2, 2>().trace()));
   }
   result.scans = run.scans.size();
   result.end_error = distance(result.last.map_from_base, run.world_from_base.back());
@@ -109,8 +118,7 @@ TEST(Recovery, OdometryThatCatchesUpDoesNoHarm) {
   options.laser.range_noise = 0.002;
   options.time.duration = 90.0;
   options.faults = {parse_fault("freeze:74.5:4.81")};
-  const World world = make_world("rooms", 1055);
-  const Drive caught_up = drive(simulate_run(world, world.route(), options, 1055), kOlson);
+  const Drive caught_up = drive(simulate_in("rooms", options, 1055), kOlson);
   expect_unharmed(caught_up);
   EXPECT_EQ(caught_up.states.at(TrackingState::kTracking), caught_up.scans);
 }
@@ -120,18 +128,9 @@ TEST(Recovery, InACorridorThatHoldsNothingTheWaySinceTheLastKeyScanCounts) {
   SimulationOptions options;
   options.laser.range_max = 6.0;
   options.time.duration = 60.0;
-  const World world = make_world("corridor", 1);
-  const SimulatedRun run = simulate_run(world, world.route(), options, 1);
-  SlamEngine engine(EngineOptions{}, kOlson, 1, run.world_from_base.front());
-  double widest = 0.0;
-  double error = 0.0;
-  for (std::size_t i = 0; i < run.scans.size(); ++i) {
-    const ScanOutcome outcome = engine.process(scan_input(run, i));
-    widest = std::max(widest, std::sqrt(outcome.covariance.topLeftCorner<2, 2>().trace()));
-    error = std::max(error, distance(outcome.map_from_base, run.world_from_base[i]));
-  }
-  EXPECT_LT(widest, 0.6);  // [m], 0.40; 2.4 if all of the way counts
-  EXPECT_LT(error, 0.5);   // [m], 0.33, as odometry is
+  const Drive driven = drive(simulate_in("corridor", options, 1), kOlson);
+  EXPECT_LT(driven.worst_sigma, 0.6);  // [m], 0.40; 2.4 if all of the way counts
+  EXPECT_LT(driven.worst_error, 0.5);  // [m], 0.33, as odometry is
 }
 
 /// Few beams: a far hit of the side wall, always of the same beam, lies beside the front of what
@@ -144,15 +143,8 @@ TEST(Recovery, ACorridorDoesNotHoldARobotThatDrives) {
   options.laser.scan_rate = 20.0;
   options.drive.speed = 0.5;
   options.time.duration = 60.0;
-  const World world = make_world("campus", 150);
-  const SimulatedRun run = simulate_run(world, world.route(), options, 150);
-  SlamEngine engine(EngineOptions{}, kOlson, 1, run.world_from_base.front());
-  double error = 0.0;
-  for (std::size_t i = 0; i < run.scans.size(); ++i) {
-    const ScanOutcome outcome = engine.process(scan_input(run, i));
-    error = std::max(error, distance(outcome.map_from_base, run.world_from_base[i]));
-  }
-  EXPECT_LT(error, 0.05);  // [m], 0.032; 0.66 where it is held, and 2.9 after four minutes
+  const Drive driven = drive(simulate_in("campus", options, 150), kOlson);
+  EXPECT_LT(driven.worst_error, 0.05);  // [m], 0.032; 0.66 where it is held, 2.9 after four minutes
 }
 
 /// At 8 m/s: one scan on the way fits somewhere, with half of the usual score.
@@ -284,15 +276,9 @@ TEST(Recovery, WhatWasSeenWhileItWasCarriedIsNotJoined) {
 }
 
 TEST(Recovery, WithoutDoubtARobotThatIsCarriedRuinsTheMap) {
-  const SimulatedRun run = drive_with("kidnap:60:2:2");
   EngineOptions options;
   options.doubt.enabled = false;
-  SlamEngine engine(options, kOlson, 1, run.world_from_base.front());
-  ScanOutcome outcome;
-  for (std::size_t i = 0; i < run.scans.size(); ++i) {
-    outcome = engine.process(scan_input(run, i));
-  }
-  EXPECT_GT(distance(outcome.map_from_base, run.world_from_base.back()), 0.3);
+  EXPECT_GT(drive(drive_with("kidnap:60:2:2"), kOlson, options).end_error, 0.3);
 }
 
 TEST(Recovery, APoseThatIsToldFindsALostRobot) {

@@ -12,6 +12,7 @@
 #include "matchbox_slam/slam/slam_engine.hpp"
 #include "simulation/simulation_support.hpp"
 #include "slam/lost_robot.hpp"
+#include "slam/pose_distance.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -238,10 +239,6 @@ Found find(const SimulatedRun& run, const MapStart& start) {
   }
   ADD_FAILURE() << "not found";
   return {};
-}
-
-double distance(const Pose2& a, const Pose2& b) {
-  return (a.translation() - b.translation()).norm();
 }
 
 /// An image of a map has no key scans, and this map is small: odometry says where to look.
