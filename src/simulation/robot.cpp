@@ -145,7 +145,7 @@ Route repeated(const Route& route, int laps) {
   if (laps > 1 && route.waypoints.front() != route.waypoints.back()) {
     throw ConfigurationError(
         "laps is " + std::to_string(laps) +
-        ", but the way does not end where it begins; give 1, or another world");
+        ", but the way does not end where it begins; give 1, or a world such as rooms");
   }
   Route all = route;
   for (int lap = 1; lap < laps; ++lap) {

@@ -26,6 +26,9 @@ struct DriveOptions {
     option(self.turn_acceleration, "turn_acceleration", between(1.0, 100.0), "rad/s^2",
            "Largest change of the turn rate.");
     option(self.rest, "rest", between(0.0, 1e4), "s", "Time at rest before the robot sets off.");
+    option(self.laps, "laps", between(1.0, 1000.0), "",
+           "How often the robot drives the way, which has to end where it begins if that is more "
+           "than once.");
   }
 };
 

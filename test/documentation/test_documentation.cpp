@@ -227,6 +227,31 @@ TEST(Pages, HaveLinksThatLeadSomewhere) {
   EXPECT_GT(links, 60);
 }
 
+/// The titles of a file's sections, which are underlined by dashes: "1.0.0 (2026-11-23)".
+std::vector<std::string> underlined_titles(const std::string& text) {
+  std::vector<std::string> titles;
+  std::istringstream lines(text);
+  std::string before;
+  for (std::string line; std::getline(lines, line); before = line) {
+    if (!before.empty() && line == std::string(before.size(), '-')) {
+      titles.push_back(before);
+    }
+  }
+  return titles;
+}
+
+TEST(Changelog, HasForthcomingChangesAboveTheVersionOfThePackage) {
+  const std::string package = read_file(in_package("package.xml"));
+  const std::string version = between_markers(package, "<version>", "</version>");
+  std::vector<std::string> titles = underlined_titles(read_file(in_package("CHANGELOG.rst")));
+  ASSERT_FALSE(titles.empty());
+  if (titles.front() == "Forthcoming") {  // not at a release itself
+    titles.erase(titles.begin());
+  }
+  ASSERT_FALSE(titles.empty());
+  EXPECT_EQ(titles.front().rfind(version + " (", 0), 0U) << titles.front();
+}
+
 /// Names of all tests, as Suite.Name.
 std::set<std::string> names_of_tests() {
   const std::regex definition(R"(TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\))");

@@ -90,6 +90,21 @@ TEST_F(Simulate, TakesFaults) {
   expect_one_line(2, arguments("run") + " --fault slip:1", "heading_slip");
 }
 
+TEST_F(Simulate, DrivesTheWayTwice) {
+  const std::string quick = "--world rooms --beams 60 --scan-rate 2 --speed 1.5 --no-odometry";
+  const auto scans = [&](const std::string& name) {
+    const Outcome outcome =
+        run_simulate(quick + " --bag " + (folder_ / (name + ".bag")) + " --truth " +
+                     (folder_ / (name + ".tum")) + (name == "once" ? "" : " --laps 2"));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    return static_cast<double>(read_tum(folder_ / (name + ".tum")).size());
+  };
+  const double once = scans("once");
+  EXPECT_NEAR(scans("twice") / once, 2.0, 0.1);
+  expect_one_line(2, arguments("run") + " --laps 0", "laps: 0 is not allowed; allowed: 1 to 1000");
+  EXPECT_TRUE(contains(run_simulate("--help").output, "--laps"));
+}
+
 TEST_F(Simulate, HelpListsTheOptionsWithDefaultAndUnit) {
   const Outcome outcome = run_simulate("--help");
   EXPECT_EQ(outcome.exit_code, 0);
