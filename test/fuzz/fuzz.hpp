@@ -26,6 +26,13 @@ namespace matchbox_slam {
   return text != nullptr ? std::strtoull(text, nullptr, 10) : 0;
 }
 
+/// Whether more than a share of all inputs came out so. Of a few, such as one that is tried again
+/// by itself, none has to.
+[[nodiscard]] inline bool is_enough(std::uint64_t found, std::uint64_t count, double share) {
+  constexpr std::uint64_t kFew = 200;
+  return count < kFew || static_cast<double>(found) > share * static_cast<double>(count);
+}
+
 [[nodiscard]] inline std::size_t below(std::size_t count, Random& random) {
   return static_cast<std::size_t>(random.next() % count);
 }
