@@ -42,8 +42,8 @@ ScanMatcherNode::ScanMatcherNode(const ros::NodeHandle& node, const ros::NodeHan
       odometry_publisher_(node_.advertise<nav_msgs::Odometry>("scan_odom", 50)),
       diagnostic_updater_(node_, private_node_, private_node_.getNamespace()) {
   start_anew();
-  start_diagnostics();
   subscribe();
+  start_diagnostics();
   ROS_INFO_STREAM("laser odometry with "
                   << setup_.matcher_name << ": scans from " << scan_subscriber_.getTopic()
                   << ", guess by " << setup_.node.guess << ", " << setup_.node.odom_frame << " -> "
@@ -59,6 +59,7 @@ ScanMatcherNode::~ScanMatcherNode() {
   static_transform_subscriber_.shutdown();
   diagnostic_spinner_->stop();
   diagnostic_timer_.stop();
+  silence_watch_->stop();
   worker_.stop();
 }
 
@@ -74,6 +75,7 @@ void ScanMatcherNode::subscribe() {
   transform_subscriber_ = subscribe_to_transforms("/tf", false);
   scan_subscriber_ =
       subscribe_to_scans(node_, "scan", setup_.cloud, [this](const ScanArrival& scan) {
+        is_heard_ = true;
         worker_.use_queue([&](ScanQueue& queue) { queue.add_scan(scan.message, scan.time); });
       });
   if (setup_.guess == GuessSource::kHeading) {
@@ -179,6 +181,10 @@ void ScanMatcherNode::start_diagnostics() {
   diagnostic_timer_ = node.createWallTimer(
       ros::WallDuration(diagnostic_updater_.getPeriod()),
       [this](const ros::WallTimerEvent& /*event*/) { diagnostic_updater_.force_update(); });
+  silence_watch_ = std::make_unique<SilenceWatch>(node, [this] {
+    return is_heard_ ? std::vector<std::string>{}
+                     : std::vector<std::string>{scan_subscriber_.getTopic()};
+  });
   diagnostic_spinner_ = std::make_unique<ros::AsyncSpinner>(1, &diagnostic_queue_);
   diagnostic_spinner_->start();
 }

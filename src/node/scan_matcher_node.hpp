@@ -6,6 +6,7 @@
 #include <tf2_msgs/TFMessage.h>
 #include <tf2_ros/transform_broadcaster.h>
 
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -13,6 +14,7 @@
 #include "matchbox_slam/slam/laser_odometry.hpp"
 #include "node/scan_matcher_diagnostics.hpp"
 #include "node/scan_worker.hpp"
+#include "node/silence_watch.hpp"
 #include "ros/matcher_loader.hpp"
 #include "run/scan_matcher_setup.hpp"
 #include "run/timed_matcher.hpp"
@@ -69,10 +71,12 @@ class ScanMatcherNode {
   ScanMatcherDiagnostics diagnostics_;
   diagnostic_updater::Updater diagnostic_updater_;
   ros::WallTimer diagnostic_timer_;
+  std::atomic<bool> is_heard_{false};  ///< whether a scan has come
   ros::Subscriber scan_subscriber_;
   ros::Subscriber imu_subscriber_;
   ros::Subscriber transform_subscriber_;
   ros::Subscriber static_transform_subscriber_;
+  std::unique_ptr<SilenceWatch> silence_watch_;
   std::unique_ptr<ros::AsyncSpinner> diagnostic_spinner_;
 };
 

@@ -37,7 +37,7 @@ struct SlamHealth {
   std::string matcher;
   std::size_t map_bytes = 0;
   std::size_t key_scans = 0;
-  std::size_t loops_closed = 0;
+  std::size_t loops_closed = 0;  ///< by this run, not those of a map that it went on with
   std::size_t parts_apart = 0;
   std::size_t parts_given_up = 0;           ///< of those
   std::vector<std::string> further_lasers;  ///< where each is, for people

@@ -1,7 +1,6 @@
 #include "node/slam_input.hpp"
 
 #include <ros/callback_queue.h>
-#include <ros/master.h>
 #include <ros/this_node.h>
 
 #include <cmath>
@@ -11,25 +10,6 @@
 #include "ros/message_conversion.hpp"
 
 namespace matchbox_slam {
-namespace {
-
-// After so long without a scan, the log says so, and again after so long [s].
-constexpr double kPatience = 5.0;
-constexpr double kReminder = 60.0;
-
-std::vector<std::string> topics_with_scans() {
-  ros::master::V_TopicInfo topics;
-  ros::master::getTopics(topics);
-  std::vector<std::string> names;
-  for (const ros::master::TopicInfo& topic : topics) {
-    if (is_scan_type(topic.datatype)) {
-      names.push_back(topic.name);
-    }
-  }
-  return names;
-}
-
-}  // namespace
 
 SlamInput::SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const SlamSetup& setup,
                      ScanWorker& worker, std::function<void(double)> on_no_returns)
@@ -40,10 +20,7 @@ SlamInput::SlamInput(ros::NodeHandle& node, ros::NodeHandle& timer_node, const S
       clock_watch_(setup.run.map_frame),
       holds_scans_(!fixed_scan_time_offset(setup.run)) {
   subscribe(node, setup.cloud);
-  // By the wall clock, so that it goes on when simulated time stands still.
-  silence_timer_ = timer_node.createWallTimer(
-      ros::WallDuration(kPatience),
-      [this](const ros::WallTimerEvent& /*event*/) { warn_of_silence(); });
+  silence_watch_ = std::make_unique<SilenceWatch>(timer_node, [this] { return silent_topics(); });
 }
 
 void SlamInput::subscribe(ros::NodeHandle& node, const CloudOptions& cloud) {
@@ -90,7 +67,7 @@ void SlamInput::stop() {
   imu_subscriber_.shutdown();
   transform_subscriber_.shutdown();
   static_transform_subscriber_.shutdown();
-  silence_timer_.stop();
+  silence_watch_->stop();
   worker_.use_queue([&](ScanQueue& queue) { release_scans(ros::Time::now(), queue); });
 }
 
@@ -168,8 +145,7 @@ void SlamInput::release_scans(const ros::Time& now, ScanQueue& queue) {
   holds_scans_ = false;
 }
 
-/// A wrong name of a topic would show by nothing else.
-void SlamInput::warn_of_silence() {
+std::vector<std::string> SlamInput::silent_topics() {
   std::vector<std::string> silent;
   worker_.use_queue([&](ScanQueue& /*queue*/) {
     for (std::size_t laser = 0; laser < scan_subscribers_.size(); ++laser) {
@@ -178,19 +154,7 @@ void SlamInput::warn_of_silence() {
       }
     }
   });
-  if (silent.empty()) {
-    silence_timer_.stop();
-    return;
-  }
-  if (!ros::master::check()) {
-    return;  // to ask a master that is gone would take until ROS ends
-  }
-  const std::vector<std::string> there = topics_with_scans();
-  ROS_WARN_STREAM("no scan has come from "
-                  << join(silent) << " yet; "
-                  << (there.empty() ? "nobody publishes scans"
-                                    : "scans are published on " + join(there)));
-  silence_timer_.setPeriod(ros::WallDuration(kReminder));
+  return silent;
 }
 
 /// By the number of scans alone, so that the same recording is always cut at the same scan.

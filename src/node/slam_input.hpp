@@ -3,13 +3,13 @@
 #include <ros/callback_queue_interface.h>
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
-#include <ros/wall_timer.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <atomic>
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -18,6 +18,7 @@
 
 #include "node/scan_subscription.hpp"
 #include "node/scan_worker.hpp"
+#include "node/silence_watch.hpp"
 #include "ros/clock_watch.hpp"
 #include "run/slam_setup.hpp"
 #include "sensor/no_return_pile.hpp"
@@ -54,7 +55,7 @@ class SlamInput {
   void on_transforms(const TransformEvent& event, bool is_static);
   void settle_clocks(const ros::Time& now, ScanQueue& queue);
   void release_scans(const ros::Time& now, ScanQueue& queue);
-  void warn_of_silence();
+  std::vector<std::string> silent_topics();
   void warn_of_map_link(const TransformEvent& event);
   std::optional<double> look_for_no_returns(const ScanMessage& message, int laser);
 
@@ -76,7 +77,7 @@ class SlamInput {
   ros::Subscriber imu_subscriber_;
   ros::Subscriber transform_subscriber_;
   ros::Subscriber static_transform_subscriber_;
-  ros::WallTimer silence_timer_;
+  std::unique_ptr<SilenceWatch> silence_watch_;
 };
 
 }  // namespace matchbox_slam

@@ -291,7 +291,7 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
     health.recent = recent_;
     health.left_out = run_.left_out();
     health.key_scans = run_.key_scans().size();
-    health.loops_closed = run_.loops().closed();
+    health.loops_closed = run_.new_loops().closed;
     health.parts_apart = run_.parts_apart();
     for (const auto& [number, laser] : run_.further_lasers()) {
       health.further_lasers.push_back(text_of(laser, run_.scan_topic(number)));

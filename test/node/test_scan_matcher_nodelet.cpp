@@ -276,6 +276,18 @@ TEST_F(ScanMatcherNodelet, ANodeThatCannotStartSaysWhyAndExits) {
   refused("_guess:=odometry _guess_frame:=odom", "such as scan_odom, or publish_tf: false");
 }
 
+TEST_F(ScanMatcherNodelet, SaysThatNoScanComesAndWhereThereAreSome) {
+  const ros::Publisher scans = ros::NodeHandle().advertise<sensor_msgs::LaserScan>("/elsewhere", 1);
+  const Outcome outcome = run_command(
+      "timeout", std::string("--preserve-status --signal=INT 7 ") + MATCHBOX_SCAN_MATCHER_NODE +
+                     " __ns:=/deaf scan:=/nowhere _publish_tf:=false");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  const std::string words = "no scan has come from /nowhere yet; scans are published on ";
+  ASSERT_TRUE(contains(outcome.output, words)) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output.substr(outcome.output.find(words)), "/elsewhere"))
+      << outcome.output;
+}
+
 TEST_F(ScanMatcherNodelet, StartsAnewWhenTimeJumpsBack) {  // the last test: it spoils the odometry
   ros::NodeHandle node;
   ros::Publisher scans = node.advertise<sensor_msgs::LaserScan>("/alone/base_scan", 100);

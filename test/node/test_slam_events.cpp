@@ -423,6 +423,17 @@ TEST_F(SlamLoop, IsInAllThatIsSavedWhileItIsSearchedFor) {
   const std::optional<Pose2> told = trajectory.at(map.motion.stamp.value(), 0.01);
   ASSERT_TRUE(told);
   EXPECT_LT(difference(map.motion.fixed_from_base, *told).norm(), 1e-6);
+
+  // Diagnostics count what this run closes, not what a map brings.
+  const auto tells = [&](const std::string& loops) {
+    return listener_.wait_until([&] { return listener_.value_of("Loops closed") == loops; }, 10.0);
+  };
+  EXPECT_TRUE(tells("1"));
+  LoadMap load;
+  load.request.path = folder_ / "map.slam";
+  ASSERT_TRUE(ros::service::call("/looping/load_map", load));
+  ASSERT_TRUE(load.response.success) << load.response.message;
+  EXPECT_TRUE(tells("0"));
 }
 
 TEST_F(SlamLoop, MovesAllThatTheNodePublishes) {
