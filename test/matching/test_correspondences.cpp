@@ -144,6 +144,30 @@ TEST(Correspondences, AWallAcrossTheMapsSaysNothingOfIt) {
   }
 }
 
+/// Nor of the scan's noise: else what lies in corners makes covariances too small.
+TEST(Correspondences, AWallAcrossTheMapsSaysNothingOfTheNoise) {
+  LikelihoodField field(0.05, LikelihoodFieldOptions{});
+  std::vector<ScanPoint> points;
+  std::vector<SurfaceHit> walls;
+  for (int i = 0; i < 40; ++i) {
+    const double y = 0.05 * i + 0.025;
+    walls.push_back({{2.0, y}, {1.0, 0.0}});
+    points.push_back(point_at({i % 2 == 0 ? 1.99 : 2.01, y}, 0.1));
+    points.back().normal = {-1.0, 0.0};
+  }
+  field.update(walls, {});
+  const auto variance = [&field](const std::vector<ScanPoint>& seen) {
+    const ResidualSum sum = Correspondences(seen, field, Pose2{}).residuals(0.3);
+    return sum.squares / sum.measurements;
+  };
+  const double shown = variance(points);
+  for (int i = 0; i < 20; ++i) {
+    points.push_back(point_at({2.0, 0.1 * i + 0.025}, 0.1));
+    points.back().normal = {0.0, 1.0};
+  }
+  EXPECT_NEAR(variance(points), shown, 0.01 * shown);
+}
+
 TEST(Correspondences, AFieldMayLieAnywhere) {
   const Clutter clutter(5);
   const Pose2 there{3.0, -1.0, 2.0};
