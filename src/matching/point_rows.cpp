@@ -62,11 +62,11 @@ MATCHBOX_SIMD_CLONES void add_variance(const PointRows& view, const double* move
       const double y = view.offset_y[j] - (sine * moved_x[j] + cosine * moved_y[j]);
       const double square = square_of(view, j, x, y);
       const double closeness = kernel_square / (kernel_square + square);
-      // Surfaces without a direction count little, and walls across a surface: there the distance is
-      // that between hits, and not noise.
+      // Surfaces without a direction count little, and walls across a surface: there the distance
+      // is that between hits, and not noise.
       const double directed = view.c[j] * view.c[j] + view.s[j] * view.s[j];
-      const double w = directed / std::max(1.0, view.own[j]) * view.information[j] * closeness *
-                       closeness;
+      const double w =
+          directed / std::max(1.0, view.own[j]) * view.information[j] * closeness * closeness;
       lanes[0 * kLanes + k] += w * square;
       lanes[1 * kLanes + k] += w * (view.own[j] + view.common[j]);
     }

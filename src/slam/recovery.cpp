@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/matching/contradiction.hpp"
@@ -20,6 +21,21 @@ constexpr double kPlaceTheta = 0.08;
 constexpr std::size_t kMostHypotheses = 24;
 constexpr std::size_t kChecksAtATime = 4;
 constexpr std::size_t kNearEach = 5;  // key scans searched
+
+/// A scan of a lost robot, and what it is searched in.
+struct LostScan {
+  const PointScan& points;
+  const Pose2& apart_from_base;
+  const std::vector<MapPart>& parts;
+  const MapPart& apart;  ///< the part that the robot makes meanwhile
+  const DoubtOptions& doubt;
+  const RecoveryOptions& options;
+};
+
+bool is_farther(const Pose2& a, const Pose2& b, double distance) {
+  const Pose2 moved = a.inverse() * b;
+  return moved.translation().norm() >= distance || std::abs(moved.theta) >= distance;
+}
 
 bool is_near(const PlaceHypothesis& a, const PlaceHypothesis& b) {
   // Twice as far as a place is known to. Half or double changes no byte (CONSTANTS.md).
@@ -88,29 +104,25 @@ void drop_copies(std::vector<PlaceHypothesis>& hypotheses) {
 }
 
 /// Looks again at the hypotheses that were not looked at for some way, a few at a time.
-void check_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
-                      const std::vector<MapPart>& parts, std::size_t apart,
-                      const DoubtOptions& doubt, const RecoveryOptions& options,
-                      std::vector<PlaceHypothesis>& hypotheses) {
+void check_hypotheses(const LostScan& lost, std::vector<PlaceHypothesis>& hypotheses) {
   std::vector<PlaceHypothesis> kept;
   std::size_t checks = 0;
   for (PlaceHypothesis& hypothesis : hypotheses) {
-    const Pose2 moved = hypothesis.apart_from_base.inverse() * apart_from_base;
-    const bool is_due =
-        moved.translation().norm() >= options.distance || std::abs(moved.theta) >= options.distance;
-    if (is_due && checks < kChecksAtATime) {
+    if (is_farther(hypothesis.apart_from_base, lost.apart_from_base, lost.options.distance) &&
+        checks < kChecksAtATime) {
       ++checks;
-      const MatchResult match = match_at(scan, hypothesis.part_from_apart * apart_from_base,
-                                         kPlaceXy, kPlaceTheta, parts[hypothesis.part]);
+      const MatchResult match =
+          match_at(lost.points, hypothesis.part_from_apart * lost.apart_from_base, kPlaceXy,
+                   kPlaceTheta, lost.parts[hypothesis.part]);
       const Verdict verdict =
-          judge(match, is_where_odometry_says(hypothesis, parts[apart]), doubt, options);
+          judge(match, is_where_odometry_says(hypothesis, lost.apart), lost.doubt, lost.options);
       if (verdict == Verdict::kRefuted) {
         continue;
       }
-      hypothesis.apart_from_base = apart_from_base;
+      hypothesis.apart_from_base = lost.apart_from_base;
       if (verdict == Verdict::kConfirmed) {
         ++hypothesis.confirmations;
-        hypothesis.part_from_apart = match.map_from_base * apart_from_base.inverse();
+        hypothesis.part_from_apart = match.map_from_base * lost.apart_from_base.inverse();
       }
     }
     kept.push_back(hypothesis);
@@ -118,60 +130,89 @@ void check_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
   hypotheses = std::move(kept);
 }
 
-/// The places around a key scan where the scan fits.
-std::vector<PlaceHypothesis> find_around(const PointScan& scan, const SearchedScan& searched,
-                                         const Pose2& apart_from_base, const SearchedPlace& place,
-                                         const std::vector<MapPart>& parts, std::size_t apart,
-                                         const DoubtOptions& doubt,
-                                         const RecoveryOptions& options) {
-  const MapPart& part = parts[place.part];
-  constexpr std::size_t kTries = 3;  // a guess; half or double changes no byte (CONSTANTS.md)
-  std::vector<PlaceHypothesis> found;
-  for (const RankedPose& pose : search_anywhere(searched, place.key, HoughOptions{}, kTries)) {
-    // Cheap, and most are none: the walls of the part, which are more than the key scan's.
-    if (is_refuted(contradiction(scan, pose.map_from_base, part.map.field), doubt)) {
-      continue;
-    }
-    const MatchResult match = match_at(scan, pose.map_from_base, kPlaceXy, kPlaceTheta, part);
-    const PlaceHypothesis hypothesis{place.part, match.map_from_base * apart_from_base.inverse(), 1,
-                                     apart_from_base};
-    const bool is_near = is_where_odometry_says(hypothesis, parts[apart]);
-    if (judge(match, is_near, doubt, options) == Verdict::kConfirmed) {
-      found.push_back(hypothesis);
+/// Key scans on the way to where the robot is, newest first, so far apart that each says something
+/// new.
+PlacedScans way_of(const LostScan& lost) {
+  PlacedScans way;
+  Pose2 before = lost.apart_from_base;
+  const PlacedScans& all = lost.apart.key_scans.all();
+  for (auto key = all.rbegin();
+       key != all.rend() && way.size() < static_cast<std::size_t>(lost.options.far_confirmations);
+       ++key) {
+    if (is_farther(before, key->map_from_base, lost.options.distance)) {
+      before = key->map_from_base;
+      way.push_back(*key);
     }
   }
-  return found;
+  return way;
+}
+
+/// What was seen on the way speaks for a far place or against it, as what comes will, so that a
+/// robot that stands is found, too. Whether it does not speak against it.
+bool agrees_with_way(const LostScan& lost, const PlacedScans& way, PlaceHypothesis& place) {
+  const MapPart& part = lost.parts[place.part];
+  for (const PlacedScan& key : way) {
+    const std::shared_ptr<const PointScan> points = key.scan->points();
+    const Pose2 part_from_base = place.part_from_apart * key.map_from_base;
+    Verdict verdict = Verdict::kRefuted;
+    if (!is_refuted(contradiction(*points, part_from_base, part.map.field), lost.doubt)) {
+      verdict = judge(match_at(*points, part_from_base, kPlaceXy, kPlaceTheta, part), false,
+                      lost.doubt, lost.options);
+    }
+    place.confirmations += verdict == Verdict::kConfirmed ? 1 : 0;
+    place.confirmations -= verdict == Verdict::kRefuted ? 1 : 0;
+  }
+  return place.confirmations > 0;
+}
+
+/// Adds the places around a key scan where the scan fits.
+void find_around(const LostScan& lost, const SearchedScan& searched, const SearchedPlace& place,
+                 std::vector<PlaceHypothesis>& hypotheses) {
+  const MapPart& part = lost.parts[place.part];
+  constexpr std::size_t kTries = 3;  // a guess; half or double changes no byte (CONSTANTS.md)
+  for (const RankedPose& pose : search_anywhere(searched, place.key, HoughOptions{}, kTries)) {
+    // Cheap, and most are none: the walls of the part, which are more than the key scan's.
+    if (is_refuted(contradiction(lost.points, pose.map_from_base, part.map.field), lost.doubt)) {
+      continue;
+    }
+    const MatchResult match =
+        match_at(lost.points, pose.map_from_base, kPlaceXy, kPlaceTheta, part);
+    PlaceHypothesis found{place.part, match.map_from_base * lost.apart_from_base.inverse(), 1,
+                          lost.apart_from_base};
+    const bool is_where_said = is_where_odometry_says(found, lost.apart);
+    const bool is_new =
+        std::none_of(hypotheses.begin(), hypotheses.end(),
+                     [&found](const PlaceHypothesis& other) { return is_near(other, found); });
+    if (is_new && judge(match, is_where_said, lost.doubt, lost.options) == Verdict::kConfirmed &&
+        (is_where_said || agrees_with_way(lost, way_of(lost), found))) {
+      hypotheses.push_back(found);
+    }
+  }
 }
 
 /// Looks where odometry says that the robot is in the part that it left.
-void look_near(const PointScan& scan, const Pose2& apart_from_base,
-               const std::vector<MapPart>& parts, std::size_t apart, const DoubtOptions& doubt,
-               const RecoveryOptions& options, PlaceSearch& search) {
+void look_near(const LostScan& lost, std::vector<PlaceHypothesis>& hypotheses) {
   constexpr double kTheta = 0.3;  // [rad], a guess; half or double changes no byte (CONSTANTS.md)
-  const std::size_t left = parts[apart].left;
-  if (left == apart) {
+  const std::size_t left = lost.apart.left;
+  if (&lost.parts[left] == &lost.apart) {
     return;
   }
-  const MatchResult match = match_at(scan, parts[apart].left_from_here * apart_from_base,
-                                     doubt.look_xy, kTheta, parts[left]);
-  if (judge(match, true, doubt, options) == Verdict::kConfirmed) {
-    search.hypotheses.push_back(
-        {left, match.map_from_base * apart_from_base.inverse(), 1, apart_from_base});
+  const MatchResult match = match_at(lost.points, lost.apart.left_from_here * lost.apart_from_base,
+                                     lost.doubt.look_xy, kTheta, lost.parts[left]);
+  if (judge(match, true, lost.doubt, lost.options) == Verdict::kConfirmed) {
+    hypotheses.push_back(
+        {left, match.map_from_base * lost.apart_from_base.inverse(), 1, lost.apart_from_base});
   }
 }
 
-void add_hypotheses(const PointScan& scan, const Pose2& apart_from_base,
-                    const std::vector<MapPart>& parts, std::size_t apart,
-                    const std::vector<SearchedPlace>& places, const DoubtOptions& doubt,
-                    const RecoveryOptions& options, PlaceSearch& search) {
-  const SearchedScan searched(scan, HoughOptions{}.alignment.point_spacing);
-  const std::size_t count = std::min(static_cast<std::size_t>(options.key_scans), places.size());
+void add_hypotheses(const LostScan& lost, const std::vector<SearchedPlace>& places,
+                    PlaceSearch& search) {
+  const SearchedScan searched(lost.points, HoughOptions{}.alignment.point_spacing);
+  const std::size_t count =
+      std::min(static_cast<std::size_t>(lost.options.key_scans), places.size());
   for (std::size_t i = 0; i < count; ++i) {
     search.next = std::min(search.next, places.size() - 1);
-    const SearchedPlace& place = places[search.next++];
-    const std::vector<PlaceHypothesis> found =
-        find_around(scan, searched, apart_from_base, place, parts, apart, doubt, options);
-    search.hypotheses.insert(search.hypotheses.end(), found.begin(), found.end());
+    find_around(lost, searched, places[search.next++], search.hypotheses);
     if (search.next == places.size()) {
       search.next = 0;
       search.complete = true;
@@ -206,20 +247,21 @@ double share_through_walls(const PlacedScans& keys, const MapPart& other,
 
 /// Where rooms are alike, what lies around them tells: no more than a few key scans of either part
 /// see through walls of the other, joined as the place has it.
-bool fits_whole(const PlaceHypothesis& place, const std::vector<MapPart>& parts, std::size_t apart,
-                const std::vector<SearchedPlace>& places, const DoubtOptions& doubt) {
-  // Of wrong places 87 to 100 % of the key scans do, of right ones none, in all drives looked at.
-  // Half or double changes no byte (CONSTANTS.md).
-  constexpr double kFew = 0.1;
+bool fits_whole(const LostScan& lost, const PlaceHypothesis& place,
+                const std::vector<SearchedPlace>& places) {
+  // Of wrong places 87 to 100 % of the key scans do, of right ones up to 24 %: seen at a grazing
+  // angle from afar, an open door cannot be told from wall.
+  constexpr double kFew = 0.4;
   PlacedScans there;
   for (const SearchedPlace& searched : places) {
     if (searched.part == place.part) {
       there.push_back(searched.key);
     }
   }
-  return share_through_walls(spread_out(parts[apart].key_scans.all()), parts[place.part],
-                             place.part_from_apart, doubt) <= kFew &&
-         share_through_walls(there, parts[apart], place.part_from_apart.inverse(), doubt) <= kFew;
+  return share_through_walls(spread_out(lost.apart.key_scans.all()), lost.parts[place.part],
+                             place.part_from_apart, lost.doubt) <= kFew &&
+         share_through_walls(there, lost.apart, place.part_from_apart.inverse(), lost.doubt) <=
+             kFew;
 }
 
 }  // namespace
@@ -246,25 +288,26 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
     return std::nullopt;
   }
   search.stamp = scan.stamp;
-  check_hypotheses(scan, apart_from_base, parts, apart, doubt, options, search.hypotheses);
+  const LostScan lost{scan, apart_from_base, parts, parts[apart], doubt, options};
+  check_hypotheses(lost, search.hypotheses);
   if (search.next % kNearEach == 0) {
-    look_near(scan, apart_from_base, parts, apart, doubt, options, search);
+    look_near(lost, search.hypotheses);
   }
-  add_hypotheses(scan, apart_from_base, parts, apart, places, doubt, options, search);
+  add_hypotheses(lost, places, search);
   drop_copies(search.hypotheses);
   if (search.hypotheses.empty()) {
     return std::nullopt;
   }
   const PlaceHypothesis& best = search.hypotheses.front();
   const int next = search.hypotheses.size() > 1 ? search.hypotheses[1].confirmations : 0;
-  const bool is_near = is_where_odometry_says(best, parts[apart]);
-  const int wanted = is_near ? options.confirmations : options.far_confirmations;
-  const bool is_found = (is_near || search.complete) && best.confirmations >= wanted &&
+  const bool is_where_said = is_where_odometry_says(best, lost.apart);
+  const int wanted = is_where_said ? options.confirmations : options.far_confirmations;
+  const bool is_found = (is_where_said || search.complete) && best.confirmations >= wanted &&
                         best.confirmations >= next + wanted - 1;
   if (!is_found) {
     return std::nullopt;
   }
-  if (!is_near && !fits_whole(best, parts, apart, places, doubt)) {
+  if (!is_where_said && !fits_whole(lost, best, places)) {
     search.hypotheses.erase(search.hypotheses.begin());
     return std::nullopt;
   }

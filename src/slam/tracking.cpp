@@ -14,7 +14,7 @@ Tracking::Held Tracking::follow(const WeighedMatch& match, double stamp, double 
   }
   const bool was_provisional = doubt_.is_provisional;
   doubt_.pass(seconds);
-  doubt_.follow(match, stamp, way, map_from_base, options.doubt, options.tracking);
+  doubt_.follow(match, stamp, way, map_from_base, usual_score_, options.doubt, options.tracking);
   // What was held before a jump lies where the robot is not.
   if (doubt_.is_provisional && was_provisional && !match.jumped) {
     return {};

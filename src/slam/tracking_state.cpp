@@ -18,9 +18,11 @@ bool is_uncontradicted(const WeighedMatch& match, const DoubtOptions& doubt) {
   return match.match.accepted() && match.match.contradiction <= doubt.contradiction;
 }
 
-/// A fit that speaks for itself. A corridor has rivals everywhere along it.
-bool is_good(const WeighedMatch& match, const DoubtOptions& doubt) {
-  return is_uncontradicted(match, doubt) && match.fit >= doubt.least_score;
+/// A fit that speaks for itself, about as good as is usual: half as good a one of a robot that is
+/// being carried may be chance. A corridor has rivals everywhere along it.
+bool is_good(const WeighedMatch& match, double usual_score, const DoubtOptions& doubt) {
+  return is_uncontradicted(match, doubt) &&
+         match.fit >= std::max(doubt.least_score, doubt.score_drop * usual_score);
 }
 
 bool has_moved(const Pose2& map_from_before, const Pose2& map_from_now) {
@@ -54,8 +56,8 @@ void TrackingDoubt::pass(double seconds) {
 }
 
 void TrackingDoubt::follow(const WeighedMatch& match, double stamp, double way_since,
-                           const Pose2& map_from_base_now, const DoubtOptions& doubt,
-                           const TrackingOptions& options) {
+                           const Pose2& map_from_base_now, double usual_score,
+                           const DoubtOptions& doubt, const TrackingOptions& options) {
   way += way_since;
   // In doubt new ground is no way out: where it is nobody knows.
   const bool is_new_doubt = doubts && !is_provisional && match.certainty == Certainty::kNewGround;
@@ -75,7 +77,7 @@ void TrackingDoubt::follow(const WeighedMatch& match, double stamp, double way_s
     way = 0.0;
     confirmations = 0;
     map_from_base = map_from_base_now;
-  } else if (is_provisional && is_good(match, doubt) &&
+  } else if (is_provisional && is_good(match, usual_score, doubt) &&
              has_moved(map_from_base, map_from_base_now)) {
     map_from_base = map_from_base_now;
     ++confirmations;

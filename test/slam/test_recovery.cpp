@@ -237,8 +237,8 @@ MapPart seen_of(const World& world) {
   return part;
 }
 
-/// Whether a robot that goes round the room is taken to be in the other one.
-bool is_found(MapPart map, MapPart apart, const World& room) {
+/// Whether a robot that goes round the room, or stands in it, is taken to be in the other one.
+bool is_found(MapPart map, MapPart apart, const World& room, bool stands = false) {
   apart.left_from_here = Pose2{20.0, 0.0, 0.0};  // by odometry far away
   const std::vector<MapPart> parts{std::move(map), std::move(apart)};
   const std::vector<SearchedPlace> places = searched_places(parts, 1);
@@ -246,7 +246,8 @@ bool is_found(MapPart map, MapPart apart, const World& room) {
   const LaserOptions laser;
   PlaceSearch search;
   for (int i = 1; i < 100; ++i) {
-    const Pose2 base{2.2 + std::cos(0.3 * i), 2.0 + std::sin(0.3 * i), 0.3 * i};
+    const double turn = stands ? 0.3 : 0.3 * i;
+    const Pose2 base{2.2 + std::cos(turn), 2.0 + std::sin(turn), turn};
     PointScan scan = project_scan(ideal_scan(room, laser, base, 0.2 * i), laser.base_from_laser(),
                                   {}, options.scan);
     const auto found =
@@ -264,6 +265,12 @@ TEST(Recovery, AnEqualRoomIsToldByWhatLiesAroundIt) {
   const World hall = room_beside(true);
   EXPECT_TRUE(is_found(seen_of(corridor), seen_of(corridor), corridor));
   EXPECT_FALSE(is_found(seen_of(corridor), seen_of(hall), hall));
+}
+
+TEST(Recovery, ARobotThatStandsIsFoundByWhatItSawOnItsWay) {
+  const World room = room_beside(false);
+  EXPECT_TRUE(is_found(seen_of(room), seen_of(room), room, true));
+  EXPECT_FALSE(is_found(seen_of(room), seen_of(room_beside(true)), room, true));
 }
 
 /// It is carried on at 8 m/s when it counts as lost, so that what it maps apart first is torn.

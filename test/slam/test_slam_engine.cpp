@@ -14,6 +14,7 @@
 
 #include "common/error_text.hpp"
 #include "matchbox_slam/geometry/angles.hpp"
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
@@ -44,15 +45,18 @@ class RejectingMatcher : public ScanMatcher {
 /// Believes the prediction, with a score of its own.
 class ScoringMatcher : public RejectingMatcher {
  public:
-  explicit ScoringMatcher(double score) : score_(score) {}
+  explicit ScoringMatcher(double score, double heading_sigma = 0.01)
+      : score_(score), heading_sigma_(heading_sigma) {}
   [[nodiscard]] MatchResult match(const MatchProblem& problem) const override {
     MatchResult result = rejected(problem, MatchStatus::kAccepted);
     result.score = score_;
+    result.covariance = covariance_of(0.01, heading_sigma_);
     return result;
   }
 
  private:
   double score_;
+  double heading_sigma_;  // [rad]
 };
 
 SimulatedRun drive_through(const std::string& world_name, double duration, std::uint64_t seed,
@@ -591,6 +595,24 @@ TEST(SlamEngine, InsertsWhatOverlapsTooLittleToo) {
   EXPECT_TRUE(engine.process(input).inserted);
   input.scan.stamp = 2.0;
   EXPECT_FALSE(engine.process(input).inserted) << "never what was rejected";
+}
+
+/// What is 5 m away would be drawn 0.25 m off.
+TEST(SlamEngine, DoesNotInsertWhatIsTurnedNobodyKnowsHow) {
+  const auto inserted = [](double score, double heading_sigma) {
+    EngineOptions options;
+    options.slam.insert_overlap = 1.0;
+    SlamEngine engine(options, std::make_shared<ScoringMatcher>(score, heading_sigma), 1);
+    ScanInput input;
+    input.scan = lost_scan(100, 1.0, 3.0F);
+    input.odometry = at_rest_at({});
+    EXPECT_TRUE(engine.process(input).inserted);
+    input.scan.stamp = 2.0;
+    return engine.process(input).inserted;
+  };
+  EXPECT_TRUE(inserted(0.9, 0.04));
+  EXPECT_FALSE(inserted(0.9, 0.06));
+  EXPECT_TRUE(inserted(0.0, 0.06)) << "odometry alone is believed";
 }
 
 TEST(SlamEngine, InsertsWhatALaserSeesAtHalfTheTilt) {

@@ -26,10 +26,10 @@ WeighedMatch doubtful(double contradiction) {
 class TrackingDoubtTest : public testing::Test {
  protected:
   /// Ten scans a second, 6 cm apart.
-  void follow(const WeighedMatch& match) {
+  void follow(const WeighedMatch& match, double usual_score = 0.0) {
     stamp_ += 0.1;
     x_ += 0.06;
-    doubt_.follow(match, stamp_, 0.06, {x_, 0.0, 0.0}, {}, {});
+    doubt_.follow(match, stamp_, 0.06, {x_, 0.0, 0.0}, usual_score, {}, {});
   }
 
   double stamp_ = 100.0;
@@ -69,7 +69,7 @@ TEST_F(TrackingDoubtTest, APlaceWithRivalsIsConfirmed) {
 TEST_F(TrackingDoubtTest, ARobotAtRestConfirmsNothing) {
   follow(good(Certainty::kSecondLook));
   for (int i = 0; i < 100; ++i) {
-    doubt_.follow(good(), stamp_ += 0.1, 0.0, {x_, 0.0, 0.0}, {}, {});
+    doubt_.follow(good(), stamp_ += 0.1, 0.0, {x_, 0.0, 0.0}, 0.0, {}, {});
   }
   EXPECT_TRUE(doubt_.is_provisional);
 }
@@ -82,6 +82,21 @@ TEST_F(TrackingDoubtTest, APoorMatchConfirmsNothing) {
     follow(poor);
   }
   EXPECT_TRUE(doubt_.is_provisional);
+}
+
+/// A robot that is being carried fits a little anywhere.
+TEST_F(TrackingDoubtTest, AMatchFarBelowWhatIsUsualConfirmsNothing) {
+  WeighedMatch middling = good();
+  middling.fit = 0.6;
+  follow(good(Certainty::kSecondLook));
+  for (int i = 0; i < 20; ++i) {
+    follow(middling, 0.95);
+  }
+  EXPECT_TRUE(doubt_.is_provisional);
+  for (int i = 0; i < 4; ++i) {
+    follow(middling, 0.7);
+  }
+  EXPECT_FALSE(doubt_.doubts);
 }
 
 TEST_F(TrackingDoubtTest, ASecondLookThatFindsThePredictionIsNoDoubt) {

@@ -70,9 +70,9 @@ struct SearchedPlace {
 
 /// Looks for a lost robot with its newest scan. Each time a few key scans are searched, with no
 /// idea of where the scan was taken (Censi, Iocchi and Grisetti 2005); places where it fits become
-/// hypotheses, which the next scans confirm or refute by exact search (Olson 2009). The answer is
-/// the one place that is left: several scans matched there and hardly one elsewhere, and, unless it
-/// is near where odometry says, all key scans were searched.
+/// hypotheses, which key scans of the way there and the next scans confirm or refute by exact
+/// search (Olson 2009). The answer is the one place that is left: several scans matched there and
+/// hardly one elsewhere, and, unless it is near where odometry says, all key scans were searched.
 /// @param apart   part of the map that the robot makes meanwhile.
 /// @param places  as of `searched_places`.
 [[nodiscard]] std::optional<PlaceHypothesis> search_places(

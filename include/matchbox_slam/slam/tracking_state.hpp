@@ -60,9 +60,10 @@ struct TrackingDoubt {
 
   /// Takes what became of the next scan. Scans that say nothing, such as those of a covered laser,
   /// lead nowhere.
-  /// @param way  [m] that the base moved since the scan before.
+  /// @param way          [m] that the base moved since the scan before.
+  /// @param usual_score  of matches before the doubt; 0: none is known.
   void follow(const WeighedMatch& match, double stamp, double way, const Pose2& map_from_base,
-              const DoubtOptions& doubt, const TrackingOptions& options);
+              double usual_score, const DoubtOptions& doubt, const TrackingOptions& options);
 
   /// Whether nothing matched for long, and nothing contradicted either.
   [[nodiscard]] bool is_blind(const TrackingOptions& options) const;
