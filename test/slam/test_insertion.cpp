@@ -1,0 +1,258 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "slam/insertion.hpp"
+#include "slam/key_scans_of_rooms.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+Eigen::Isometry3d tilted_by(double tilt) {
+  return Eigen::Isometry3d(Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitY()));
+}
+
+// --- whether ---
+
+/// A map in which laser 0 has inserted a scan at `kInserted`.
+const Pose2 kInserted{2.0, -1.0, 0.7};
+
+MapPart map_with_a_wall() {
+  MapPart part{SlamMap(MapOptions{}, LikelihoodFieldOptions{}), {}, {{0, kInserted}}, 0.0};
+  part.map.field.update({{{1.0, 0.0}, {-1.0, 0.0}}}, {});
+  return part;
+}
+
+ScanOutcome matched(const Pose2& map_from_base, double score = 0.9) {
+  ScanOutcome outcome;
+  outcome.map_from_base = map_from_base;
+  outcome.match.status = MatchStatus::kAccepted;
+  outcome.match.score = score;
+  return outcome;
+}
+
+ScanOutcome refused(MatchStatus status, Certainty certainty = Certainty::kSure) {
+  ScanOutcome outcome = matched(kInserted * Pose2{5.0, 0.0, 0.0});
+  outcome.match.status = status;
+  outcome.certainty = certainty;
+  return outcome;
+}
+
+class InsertionTest : public testing::Test {
+ protected:
+  [[nodiscard]] bool is_inserted(const ScanOutcome& outcome, int laser = 0, double tilt = 0.0,
+                                 bool was_matched = true) const {
+    ScanInput input;
+    input.laser = laser;
+    input.base_from_laser = tilted_by(tilt);
+    return is_to_be_inserted(input, outcome, parts_, was_matched, options_);
+  }
+  [[nodiscard]] bool is_inserted_after(const Pose2& moved, double score = 0.9) const {
+    return is_inserted(matched(kInserted * moved, score));
+  }
+
+  MapParts parts_{{map_with_a_wall()}};
+  SlamOptions options_;
+};
+
+TEST_F(InsertionTest, AScanIsInsertedAfterSomeMotion) {
+  EXPECT_FALSE(is_inserted_after({}));
+  for (const double direction : {0.0, 1.0, 2.5, -1.5}) {
+    const double c = std::cos(direction);
+    const double s = std::sin(direction);
+    EXPECT_FALSE(is_inserted_after({0.299 * c, 0.299 * s, 0.0})) << direction;
+    EXPECT_TRUE(is_inserted_after({0.301 * c, 0.301 * s, 0.0})) << direction;
+  }
+  EXPECT_FALSE(is_inserted_after({0.0, 0.0, 0.199}));
+  EXPECT_TRUE(is_inserted_after({0.0, 0.0, 0.201}));
+  EXPECT_TRUE(is_inserted_after({0.0, 0.0, -0.201}));
+  options_.insert_distance = 0.0;
+  parts_.map().last_inserted[0] = {};
+  EXPECT_TRUE(is_inserted(matched({}))) << "every scan";
+}
+
+TEST_F(InsertionTest, TheMapsFrameDoesNotMatter) {
+  const Pose2 new_from_old{-40.0, 25.0, 2.9};
+  parts_.map().last_inserted[0] = new_from_old * kInserted;
+  EXPECT_FALSE(is_inserted(matched(new_from_old * kInserted * Pose2{0.2, 0.2, 0.19})));
+  EXPECT_TRUE(is_inserted(matched(new_from_old * kInserted * Pose2{0.22, 0.22, 0.19})));
+}
+
+TEST_F(InsertionTest, AScanThatTheMapHardlyKnowsIsInserted) {
+  EXPECT_FALSE(is_inserted_after({}, 0.01)) << "by motion alone";
+  options_.insert_overlap = 0.5;
+  EXPECT_TRUE(is_inserted_after({}, 0.49));
+  EXPECT_FALSE(is_inserted_after({}, 0.51));
+}
+
+TEST_F(InsertionTest, WhatIsInDoubtIsNot) {
+  EXPECT_FALSE(is_inserted(refused(MatchStatus::kRejectedContradiction, Certainty::kDoubtful)));
+  EXPECT_FALSE(is_inserted(refused(MatchStatus::kRejectedLowScore, Certainty::kDoubtful)));
+  EXPECT_FALSE(is_inserted(refused(MatchStatus::kRejectedTooFewPoints)));
+}
+
+TEST_F(InsertionTest, NewGroundIsInsertedAsIfMatched) {
+  ScanOutcome outcome = refused(MatchStatus::kRejectedLowScore, Certainty::kNewGround);
+  EXPECT_TRUE(is_inserted(outcome));
+  outcome.map_from_base = kInserted;
+  EXPECT_FALSE(is_inserted(outcome)) << "after no motion";
+}
+
+TEST_F(InsertionTest, WhatStartsAMapIsInserted) {
+  const ScanOutcome first = refused(MatchStatus::kRejectedNoReference);
+  EXPECT_FALSE(is_inserted(first));
+  parts_.map().map = SlamMap(MapOptions{}, LikelihoodFieldOptions{});
+  parts_.map().last_inserted.clear();
+  EXPECT_TRUE(is_inserted(first));
+}
+
+TEST_F(InsertionTest, AFurtherLaserShowsWhatNoOtherHasSeen) {
+  const ScanOutcome nowhere = refused(MatchStatus::kRejectedLowScore, Certainty::kDoubtful);
+  EXPECT_TRUE(is_inserted(nowhere, 1));
+  EXPECT_FALSE(is_inserted(nowhere, 1, 0.0, false)) << "where the base is nobody knows";
+  EXPECT_FALSE(is_inserted(refused(MatchStatus::kRejectedContradiction), 1));
+  EXPECT_TRUE(is_inserted(matched(kInserted), 1)) << "though the base has not moved";
+  parts_.map().last_inserted[1] = kInserted;
+  EXPECT_FALSE(is_inserted(nowhere, 1)) << "its second one";
+  parts_.map().last_inserted.clear();
+  EXPECT_FALSE(is_inserted(nowhere, 1)) << "no other put the base anywhere";
+}
+
+TEST_F(InsertionTest, AMapThatIsKeptTakesNothingButFromALostRobot) {
+  options_.update_map = false;
+  EXPECT_FALSE(is_inserted_after({1.0, 0.0, 0.0}));
+  EXPECT_FALSE(parts_.begin_apart(map_with_a_wall()));
+  ASSERT_TRUE(parts_.is_lost());
+  EXPECT_TRUE(is_inserted_after({1.0, 0.0, 0.0})) << "which goes into a map of its own";
+}
+
+/// Which sees twice as far before its beams leave the band of heights.
+TEST_F(InsertionTest, ALaserThatIsTiltedLessSeesMore) {
+  const auto insert = [this](int laser, double tilt) {
+    parts_.map().key_scans.add(MeasuredScan{{}, tilted_by(tilt), {}, {}}, laser, kInserted);
+  };
+  const ScanOutcome here = matched(kInserted);
+  insert(0, 0.1);
+  EXPECT_FALSE(is_inserted(here, 0, 0.1));
+  EXPECT_FALSE(is_inserted(here, 0, 0.051));
+  EXPECT_TRUE(is_inserted(here, 0, 0.049));
+  EXPECT_TRUE(is_inserted(here, 0, 0.0));
+  insert(1, 0.0);
+  EXPECT_TRUE(is_inserted(here, 0, 0.049)) << "of another laser";
+  parts_.map().key_scans.add(PointScan{}, 0, kInserted);
+  EXPECT_TRUE(is_inserted(here, 0, 0.049)) << "whose tilt is not known";
+  insert(0, 0.009);
+  EXPECT_FALSE(is_inserted(here, 0, 0.0)) << "it saw all";
+}
+
+// --- where ---
+
+/// What two lasers saw in rooms, and a mapping that it goes into.
+class InsertOrHoldTest : public testing::Test {
+ protected:
+  InsertOrHoldTest() {
+    const PlacedScans keys = drive_through_rooms(3);
+    ScanInput input;
+    input.scan = keys[0].scan->measured()->scan;
+    ScanProjector projector;
+    std::map<int, FurtherScan> further;
+    further[2] = {*keys[1].scan->measured(), kThereFromBase};
+    seen_.assign(input, keys[0].scan->measured()->base_from_laser, {}, options_.scan, further,
+                 projector);
+    outcome_.map_from_base = {3.0, 4.0, 1.0};
+    outcome_.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  }
+
+  void insert_into(Tracking& tracking) {
+    insert_or_hold(seen_, 1, options_, tracking, mapping_, outcome_);
+  }
+
+  /// As the leading scan's and the further one's.
+  void expect_both(const PlacedScan& leading, const PlacedScan& further) const {
+    EXPECT_EQ(leading.scan->laser(), 1);
+    EXPECT_EQ(leading.map_from_base, outcome_.map_from_base);
+    EXPECT_EQ(leading.scan->measured()->scan.ranges, seen_.leading().scan.ranges);
+    EXPECT_EQ(further.scan->laser(), 2);
+    EXPECT_EQ(further.map_from_base, outcome_.map_from_base * kThereFromBase);
+    EXPECT_EQ(further.scan->measured()->scan.ranges, seen_.further().at(2).measured.scan.ranges);
+  }
+
+  const Pose2 kThereFromBase{-0.1, 0.02, 0.05};
+  EngineOptions options_;
+  SeenScans seen_;
+  ScanOutcome outcome_;
+  Mapping mapping_{options_};
+};
+
+TEST_F(InsertOrHoldTest, WithoutADoubtEachLasersScanIsAKeyScanWhereItWasTaken) {
+  Tracking tracking;
+  insert_into(tracking);
+  EXPECT_TRUE(outcome_.inserted);
+  EXPECT_EQ(outcome_.left_out, 0U);
+  const PlacedScans& keys = mapping_.parts().map().key_scans.all();
+  ASSERT_EQ(keys.size(), 2U);
+  expect_both(keys[0], keys[1]);
+  EXPECT_TRUE(tracking.held().empty());
+}
+
+TEST_F(InsertOrHoldTest, WhatIsToBeConfirmedIsHeldAndCountsAsInserted) {
+  TrackingDoubt doubt;
+  doubt.doubts = true;
+  doubt.is_provisional = true;
+  Tracking tracking(doubt, 0.9, {});
+  insert_into(tracking);
+  EXPECT_FALSE(outcome_.inserted);
+  EXPECT_EQ(outcome_.left_out, 0U);
+  EXPECT_TRUE(mapping_.parts().map().key_scans.empty());
+  ASSERT_EQ(tracking.held().size(), 2U);
+  expect_both(tracking.held()[0].scan, tracking.held()[1].scan);
+  EXPECT_EQ(tracking.held()[0].part, 0U);
+  const std::map<int, Pose2>& last = mapping_.parts().map().last_inserted;
+  EXPECT_EQ(last.at(1), outcome_.map_from_base);
+  EXPECT_EQ(last.at(2), outcome_.map_from_base * kThereFromBase);
+}
+
+TEST_F(InsertOrHoldTest, WhatIsHeldBelongsToThePartThatTheRobotIsIn) {
+  TrackingDoubt doubt;
+  doubt.doubts = true;
+  doubt.is_provisional = true;
+  Tracking tracking(doubt, 0.9, {});
+  Tracking sure;
+  insert_into(sure);  // a map to be lost from
+  (void)mapping_.begin_apart(9.0, options_);
+  ASSERT_TRUE(mapping_.is_lost());
+  insert_into(tracking);
+  ASSERT_EQ(tracking.held().size(), 2U);
+  EXPECT_EQ(tracking.held()[1].part, mapping_.parts().here_number());
+}
+
+TEST_F(InsertOrHoldTest, InDoubtNothingIsKept) {
+  TrackingDoubt doubt;
+  doubt.doubts = true;
+  Tracking tracking(doubt, 0.9, {});
+  insert_into(tracking);
+  EXPECT_FALSE(outcome_.inserted);
+  EXPECT_EQ(outcome_.left_out, 0U);
+  EXPECT_TRUE(mapping_.parts().map().key_scans.empty());
+  EXPECT_TRUE(mapping_.parts().map().last_inserted.empty());
+  EXPECT_TRUE(tracking.held().empty());
+}
+
+TEST_F(InsertOrHoldTest, WhatTheMapHasNoRoomForIsCountedForEachLaser) {
+  Tracking tracking;
+  insert_into(tracking);
+  outcome_ = {};
+  outcome_.map_from_base = {1e7, 0.0, 0.0};
+  outcome_.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  insert_into(tracking);
+  EXPECT_FALSE(outcome_.inserted);
+  EXPECT_EQ(outcome_.left_out, 2U);
+  EXPECT_EQ(mapping_.parts().map().key_scans.size(), 2U);
+}
+
+}  // namespace
+}  // namespace matchbox_slam

@@ -1,0 +1,264 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "matching/match_scene.hpp"
+#include "simulation/make_world.hpp"
+#include "slam/likeliest_match.hpp"
+#include "slam/pose_distance.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// Answers by a function of the prediction, and remembers what it was asked.
+class AskedMatcher : public ScanMatcher {
+ public:
+  void configure(const Parameters& /*parameters*/) override {}
+  [[nodiscard]] std::vector<OptionDescription> options() const override { return {}; }
+  [[nodiscard]] MatchResult match(const MatchProblem& problem) const override {
+    asked.push_back(problem.predicted_map_from_base);
+    covariances.push_back(problem.prior_covariance);
+    return answers.at(asked.size() - 1);
+  }
+
+  std::vector<MatchResult> answers;
+  mutable std::vector<Pose2> asked;
+  mutable std::vector<Eigen::Matrix3d> covariances;
+};
+
+MatchResult answer(const Pose2& map_from_base, double score) {
+  MatchResult result;
+  result.map_from_base = map_from_base;
+  result.covariance = prior_of(0.01, 0.01);
+  result.score = score;
+  result.status = MatchStatus::kAccepted;
+  result.candidates = 10;
+  return result;
+}
+
+MotionPrediction prediction(const Pose2& map_from_base, double way, bool is_by_odometry) {
+  MotionPrediction predicted;
+  predicted.fixed_from_base = map_from_base;
+  predicted.covariance = prior_of(0.03, 0.03);
+  predicted.motion.previous_from_current = {way, 0.0, 0.0};
+  predicted.motion.is_by_odometry = is_by_odometry;
+  return predicted;
+}
+
+// --- what there is to match ---
+
+TEST(LikeliestMatch, WhereThereIsNothingToMatchTheMatcherIsNotAsked) {
+  const MatchScene scene = make_match_scene(make_rooms_world(4), LaserOptions{}, 30.0, 3);
+  const SlamMap empty{MapOptions{}, LikelihoodFieldOptions{}};
+  PointScan few = scene.scan;
+  few.points.resize(9);
+  const AskedMatcher matcher;
+  MotionPrediction predicted = prediction(scene.map_from_base, 0.1, true);
+  const auto status_of = [&](const PointScan& scan, const SlamMap& map) {
+    const WeighedMatch weighed =
+        match_likeliest(matcher, {scan, map, scene.key_scans, 1, {}}, {}, predicted, {});
+    EXPECT_EQ(weighed.match.map_from_base, predicted.fixed_from_base);
+    EXPECT_EQ(weighed.match.covariance, predicted.covariance);
+    return weighed.match.status;
+  };
+  EXPECT_EQ(status_of(scene.scan, empty), MatchStatus::kRejectedNoReference);
+  EXPECT_EQ(status_of(few, empty), MatchStatus::kRejectedNoReference);
+  EXPECT_EQ(status_of(few, scene.map), MatchStatus::kRejectedTooFewPoints);
+  EXPECT_TRUE(matcher.asked.empty());
+}
+
+TEST(LikeliestMatch, AsManyPointsAsTheOptionsAskForAreMatched) {
+  const MatchScene scene = make_match_scene(make_rooms_world(4), LaserOptions{}, 30.0, 3);
+  PointScan few = scene.scan;
+  few.points.resize(10);
+  AskedMatcher matcher;
+  matcher.answers = {answer(scene.map_from_base, 0.9)};
+  MotionPrediction predicted = prediction(scene.map_from_base, 0.1, true);
+  const WeighedMatch weighed =
+      match_likeliest(matcher, {few, scene.map, scene.key_scans, 1, {}}, {}, predicted, {});
+  EXPECT_TRUE(weighed.match.accepted());
+  EXPECT_EQ(matcher.asked.size(), 1U);
+}
+
+// --- whether the robot would have been carried ---
+
+/// A match that is right, of half of the usual score: a second look finds nothing better. Odometry
+/// has the robot elsewhere.
+struct Doubtful {
+  Eigen::Vector3d off;  ///< what odometry predicts, seen from the truth [m], [rad]
+  double way = 0.0;     ///< [m] since the scan before, by odometry
+  bool is_by_odometry = true;
+  double usual_score = 0.9;
+};
+
+WeighedMatch weighed(const Doubtful& doubtful, const MatchScene& scene) {
+  AskedMatcher matcher;
+  matcher.answers = {answer(scene.map_from_base, 0.45)};
+  MotionPrediction predicted =
+      prediction(shifted(scene.map_from_base, doubtful.off), doubtful.way, doubtful.is_by_odometry);
+  const ScanToMatch scan{scene.scan, scene.map, scene.key_scans, 1, {doubtful.usual_score, false}};
+  return match_likeliest(matcher, scan, {}, predicted, {});
+}
+
+/// The same place in a map whose frame is another one.
+MatchScene seen_from(const MatchScene& scene, const Pose2& map_from_frame) {
+  MatchScene moved;
+  for (const PlacedScan& key : scene.key_scans) {
+    moved.key_scans.push_back({key.scan, map_from_frame * key.map_from_base});
+    insert_scan(*key.scan->points(), moved.key_scans.back().map_from_base, MapOptions{}, moved.map);
+  }
+  moved.scan = scene.scan;
+  moved.map_from_base = map_from_frame * scene.map_from_base;
+  return moved;
+}
+
+class CarriedTest : public testing::Test {
+ protected:
+  [[nodiscard]] bool is_jump(const Doubtful& doubtful) const {
+    const WeighedMatch match = weighed(doubtful, scene_);
+    EXPECT_TRUE(match.match.accepted());
+    EXPECT_EQ(match.match.map_from_base, scene_.map_from_base);
+    return match.jumped;
+  }
+
+  MatchScene scene_ = make_match_scene(make_rooms_world(4), LaserOptions{}, 30.0, 3);
+};
+
+TEST_F(CarriedTest, ADoubtfulMatchFarFromWhereOdometryHasItIsAJump) {
+  EXPECT_TRUE(weighed({{0.25, 0.0, 0.0}}, scene_).upheld) << "what this is about";
+  for (const double direction : {0.0, 0.8, 1.6, 3.0, -2.0}) {
+    const Eigen::Vector3d ahead(std::cos(direction), std::sin(direction), 0.0);
+    EXPECT_FALSE(is_jump({0.19 * ahead})) << direction;
+    EXPECT_TRUE(is_jump({0.21 * ahead})) << direction;
+  }
+}
+
+TEST_F(CarriedTest, HalfOfTheWayMayBeWrong) {
+  EXPECT_TRUE(is_jump({{0.21, 0.0, 0.0}, 0.38}));
+  EXPECT_FALSE(is_jump({{0.21, 0.0, 0.0}, 0.44}));
+  EXPECT_FALSE(is_jump({{0.0, -0.39, 0.0}, 0.8}));
+  EXPECT_TRUE(is_jump({{0.0, -0.41, 0.0}, 0.8}));
+  EXPECT_FALSE(is_jump({{0.0, -0.41, 0.0}, -0.84})) << "backwards, too";
+}
+
+TEST_F(CarriedTest, ATurnIsNone) { EXPECT_FALSE(is_jump({{0.0, 0.0, 0.4}})); }
+
+TEST_F(CarriedTest, WithoutOdometryNothingIsAJump) {
+  EXPECT_FALSE(is_jump({{0.25, 0.0, 0.0}, 0.0, false}));
+  EXPECT_FALSE(is_jump({{0.45, 0.0, 0.0}, 0.0, false}));
+}
+
+TEST_F(CarriedTest, AMatchThatNothingSpeaksAgainstIsNone) {
+  EXPECT_FALSE(is_jump({{0.45, 0.0, 0.0}, 0.0, true, 0.45}));
+}
+
+TEST_F(CarriedTest, TheMapsFrameDoesNotMatter) {
+  const MatchScene moved = seen_from(scene_, {37.3, -21.8, 0.8});
+  for (const double off : {0.19, 0.21}) {
+    const WeighedMatch match = weighed({{off, 0.0, 0.0}}, moved);
+    EXPECT_TRUE(match.upheld);
+    EXPECT_EQ(match.jumped, off > 0.2);
+  }
+}
+
+// --- odometry that tells of a step that cannot be ---
+
+const Pose2 kByOdometry{0.5, 0.0, 0.0};
+const Pose2 kSteadily{0.1, 0.0, 0.0};
+
+/// A wall so far away that no beam crosses it: a match is worth its score, to the bit.
+class SteadyTest : public testing::Test {
+ protected:
+  SteadyTest() {
+    map_.field.update({{{50.0, 0.0}, {-1.0, 0.0}}}, {});
+    for (int i = 0; i < 20; ++i) {
+      scan_.points.push_back({{1.0, 0.1 * i}, {0.0, 0.0}, {-1.0, 0.0}, 0.1, false});
+    }
+    options_.doubt.enabled = false;  // no second looks
+  }
+
+  /// Whether the prediction by a steady motion wins with these answers.
+  bool is_steady(const MatchResult& by_odometry, const MatchResult& steadily) {
+    AskedMatcher matcher;
+    matcher.answers = {by_odometry, steadily};
+    MotionPrediction predicted = prediction(kByOdometry, 0.5, true);
+    MotionPrediction steady = prediction(kSteadily, 0.1, false);
+    steady.covariance = prior_of(0.2, 0.1);
+    const WeighedMatch weighed =
+        match_likeliest(matcher, {scan_, map_, {}, 1, {}}, steady, predicted, options_);
+    EXPECT_EQ(matcher.asked, (std::vector<Pose2>{kByOdometry, kSteadily}));
+    EXPECT_EQ(matcher.covariances.at(0), prior_of(0.03, 0.03));
+    EXPECT_EQ(matcher.covariances.at(1), prior_of(0.2, 0.1));
+    const bool is_steady = predicted.fixed_from_base == kSteadily;
+    EXPECT_EQ(predicted.motion.is_by_odometry, !is_steady);
+    const MatchResult& expected = is_steady ? steadily : by_odometry;
+    EXPECT_EQ(weighed.match.map_from_base, expected.map_from_base);
+    EXPECT_EQ(weighed.match.score, expected.score);
+    return is_steady;
+  }
+
+  static MatchResult refused() {
+    MatchResult result = answer(kByOdometry, 0.4);  // of what the matcher asks for more
+    result.status = MatchStatus::kRejectedLowScore;
+    return result;
+  }
+
+  SlamMap map_{MapOptions{}, LikelihoodFieldOptions{}};
+  PointScan scan_;
+  EngineOptions options_;
+};
+
+TEST_F(SteadyTest, WinsWhereItIsClearlyLikelier) {
+  EXPECT_TRUE(is_steady(answer(kByOdometry, 0.5), answer(kSteadily, 0.61)));
+  EXPECT_FALSE(is_steady(answer(kByOdometry, 0.5), answer(kSteadily, 0.59)));
+  EXPECT_FALSE(is_steady(answer(kByOdometry, 0.9), answer(kSteadily, 0.5)));
+}
+
+TEST_F(SteadyTest, WinsWhereOdometryFindsNothing) {
+  EXPECT_TRUE(is_steady(refused(), answer(kSteadily, 0.41)));
+}
+
+TEST_F(SteadyTest, HasToConvinceByItself) {
+  EXPECT_FALSE(is_steady(refused(), answer(kSteadily, 0.39)));
+  MatchResult steadily = answer(kSteadily, 0.9);
+  steadily.rival_share = 0.95;
+  EXPECT_FALSE(is_steady(answer(kByOdometry, 0.5), steadily)) << "another place fits as well";
+  steadily.rival_share = 0.0;
+  steadily.status = MatchStatus::kRejectedLowScore;
+  EXPECT_FALSE(is_steady(answer(kByOdometry, 0.5), steadily));
+  steadily.status = MatchStatus::kAccepted;
+  EXPECT_TRUE(is_steady(answer(kByOdometry, 0.5), steadily));
+}
+
+/// Through the wall that is 0.4 m ahead the beams go by a steady motion, and not by odometry.
+TEST_F(SteadyTest, WhatSpeaksAgainstAMatchCountsAsMuchAsItsScore) {
+  std::vector<SurfaceHit> wall;
+  for (double y = -3.0; y < 5.0; y += 0.02) {
+    wall.push_back({{0.6, y}, {-1.0, 0.0}});
+  }
+  map_.field.update(wall, {});
+  options_.doubt.contradiction = 1.0;
+  AskedMatcher matcher;
+  matcher.answers = {answer({-0.4, 0.0, 0.0}, 0.5), answer({0.0, 0.0, 0.0}, 0.9)};
+  MotionPrediction predicted = prediction(kByOdometry, 0.5, true);
+  const WeighedMatch weighed = match_likeliest(
+      matcher, {scan_, map_, {}, 1, {}}, prediction(kSteadily, 0.1, false), predicted, options_);
+  EXPECT_EQ(weighed.match.score, 0.5);
+  EXPECT_LT(weighed.match.contradiction, 0.01);
+  EXPECT_EQ(predicted.fixed_from_base, kByOdometry);
+}
+
+TEST_F(SteadyTest, IsNoJump) {
+  MotionPrediction predicted = prediction(kByOdometry, 0.5, true);
+  AskedMatcher matcher;
+  matcher.answers = {refused(), answer({0.9, 0.0, 0.0}, 0.9)};
+  const WeighedMatch weighed = match_likeliest(
+      matcher, {scan_, map_, {}, 1, {}}, prediction(kSteadily, 0.1, false), predicted, options_);
+  EXPECT_FALSE(weighed.jumped);
+}
+
+}  // namespace
+}  // namespace matchbox_slam
