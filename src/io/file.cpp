@@ -187,6 +187,32 @@ void replace_file(const std::string& path, const std::string& bytes) {
   replace_files({{path, bytes}});
 }
 
+std::string set_aside(const std::vector<std::string>& files, const std::string& folder) {
+  std::string taken = folder;
+  const auto explained = [&taken](const std::string& what, auto&& work) {
+    try {
+      return work();
+    } catch (const std::system_error& error) {
+      throw FileError("cannot move " + what + " to '" + taken + "': " + error.code().message());
+    }
+  };
+  explained("files", [&] {
+    for (int number = 2; !fs::create_directory(taken); ++number) {
+      taken = folder + "." + std::to_string(number);
+    }
+  });
+  for (const std::string& file : files) {
+    explained("'" + file + "'", [&] {
+      if (fs::exists(fs::symlink_status(file))) {
+        fs::rename(file, fs::path(taken) / fs::path(file).filename());
+      }
+    });
+  }
+  flush_folder(taken);
+  flush_folder(folder_of(taken));
+  return taken;
+}
+
 void require_writable_file(const std::string& path) {
   explain_failure(path, [&] {
     require_replaceable(path);

@@ -105,6 +105,11 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
   } else if (rejected_share(health.recent) > kFewRejected) {
     status.summaryf(DiagnosticStatus::WARN, "%.0f %% of the recent scans match nowhere near",
                     100.0 * rejected_share(health.recent));
+  } else if (!health.set_aside.empty()) {
+    status.summary(DiagnosticStatus::WARN,
+                   "mapping anew: the map to go on with could not be read, and is in " +
+                       health.set_aside +
+                       "; ~load_map goes on with another one, ~reset keeps to a new one");
   } else {
     status.summary(DiagnosticStatus::OK, health.updates_map ? "mapping" : "localising");
   }

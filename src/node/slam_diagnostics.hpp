@@ -42,6 +42,7 @@ struct SlamHealth {
   std::size_t parts_given_up = 0;           ///< of those
   std::vector<std::string> further_lasers;  ///< where each is, for people
   std::size_t left_out = 0;                 ///< scans that the map had no room for
+  std::string set_aside;                    ///< where a damaged map was moved; empty: none was
   std::string last_skip;                    ///< why a scan was skipped last, for people
   double estimated_clock_offset = 0.0;      ///< [s] that scans should be moved by and are not
 };

@@ -60,20 +60,11 @@ void log_failure(const Work& work) {
   }
 }
 
-/// A new map would soon be saved over the old one's images, and begin where nobody expects it: of a
-/// file that cannot be read somebody has to say what becomes of it.
-MapStart read_to_resume(const std::string& path, const EngineOptions& options) {
-  const auto told = [&](const std::exception& error) {
-    return std::string(error.what()) + "; resume is true, so it goes on with that map or not at " +
-           "all: move the file away to begin a new map, mv " + path + " " + path + ".old";
-  };
-  try {
-    return read_map_start(path, options);
-  } catch (const ConfigurationError& error) {
-    throw ConfigurationError(told(error));
-  } catch (const std::exception& error) {
-    throw FileError(told(error));
-  }
+/// Of a map that options do not fit, or that is only to be localised in, somebody has to say what
+/// becomes of it: a new one would be no answer.
+std::string no_new_map(const std::exception& error, const std::string& path) {
+  return std::string(error.what()) + "; resume is true, so it goes on with that map or not at " +
+         "all: move the file away to begin without it, mv " + path + " " + path + ".old";
 }
 
 /// All is only kept where it is asked for: it grows as long as the node runs.
@@ -102,18 +93,7 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
       poses_(node_, run_.setup()),
       diagnostic_updater_(node_, private_node_, private_node_.getNamespace()) {
   const SlamSetup& setup = run_.setup();
-  if (!setup.node.initial_map.empty()) {
-    initial_map_ = read_load(setup.node.initial_map);
-  }
-  if (const std::string saved = absolute(setup.node.map_file) + ".slam";
-      setup.node.resume && std::filesystem::exists(saved)) {
-    resumed_ = read_to_resume(saved, setup.engine);
-    resumed_file_ = saved;
-    has_resumed_ = true;
-    run_.start_from(*resumed_);
-  } else if (initial_map_) {
-    run_.apply(*initial_map_);
-  }
+  begin_map();
   map_publisher_ = std::make_unique<MapPublisher>(
       node_, options_.map_frame, setup.node.map_update_interval, [this] { return map_revision(); },
       [this] { return map_snapshot(); });
@@ -153,6 +133,50 @@ SlamNode::~SlamNode() {
   }
   saved_.reset();  // a loop may have been closed since, which no scan tells
   log_failure([this] { autosave(); });
+}
+
+/// Goes on with a saved map where there is one to go on with.
+void SlamNode::begin_map() {
+  const SlamSetup& setup = run_.setup();
+  if (!setup.node.initial_map.empty()) {
+    initial_map_ = read_load(setup.node.initial_map);
+  }
+  const std::string saved = absolute(setup.node.map_file) + ".slam";
+  if (setup.node.resume && std::filesystem::exists(saved)) {
+    try {
+      resumed_ = read_map_start(saved, setup.engine);
+      run_.start_from(*resumed_);
+      resumed_file_ = saved;
+      has_resumed_ = true;
+    } catch (const ConfigurationError& error) {
+      throw ConfigurationError(no_new_map(error, saved));
+    } catch (const FileError& error) {
+      if (!setup.engine.slam.update_map) {
+        throw FileError(no_new_map(error, saved));
+      }
+      set_map_aside(absolute(setup.node.map_file), error.what());
+    }
+  }
+  if (!has_resumed_ && initial_map_) {
+    run_.apply(*initial_map_);
+  }
+}
+
+/// A robot on its way cannot wait for somebody who moves a damaged file; nor may what is left of
+/// the map be lost as the new one is saved. The .slam goes last: a node that dies meanwhile finds
+/// it again.
+void SlamNode::set_map_aside(const std::string& path, const std::string& why) {
+  std::vector<std::string> files;
+  for (const char* end : {".yaml", ".pgm", ".occupancy.png", ".png", ".slam"}) {
+    files.push_back(path + end);
+  }
+  try {
+    set_aside_ = set_aside(files, path + ".damaged");
+  } catch (const FileError& error) {
+    throw FileError(why + "; to begin a new map it has to be moved away: " + error.what());
+  }
+  ROS_ERROR_STREAM(why << "; a new map begins. That one and its images are in " << set_aside_
+                       << " now; ~load_map goes on with an older copy, if there is one");
 }
 
 /// As map_bag does, which reads the recording twice; here the map has begun with them, and begins
@@ -293,6 +317,7 @@ void SlamNode::handle(const RunEvent& event) {
   run_.apply(event);
   if (gives_up_map(event)) {
     resumed_.reset();
+    set_aside_.clear();
     forget_map();
   } else if (std::holds_alternative<Reconfigure>(event)) {
     const SlamSetup setup = run_.setup();

@@ -38,8 +38,8 @@ namespace matchbox_slam {
 class SlamNode {
  public:
   /// Starts at once. Throws ConfigurationError for private parameters that are unknown or not
-  /// allowed, and FileError when a file cannot be written, or the initial map or the one to resume
-  /// not be read.
+  /// allowed, and FileError when a file cannot be written, or the initial map not be read, or not
+  /// the one to resume where it is only to be localised in.
   SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node);
 
   /// Ends after the scan at hand, then writes trajectory and events, and the map where it is saved
@@ -50,6 +50,8 @@ class SlamNode {
   SlamNode& operator=(const SlamNode&) = delete;
 
  private:
+  void begin_map();
+  void set_map_aside(const std::string& path, const std::string& why);
   void start_services();
   void cut_no_returns(double from);
   void on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& message);
@@ -104,6 +106,7 @@ class SlamNode {
   bool has_resumed_ = false;         ///< it has begun with the map of map_file
   std::optional<MapStart> resumed_;  ///< that map, until it shows which drive goes on in it
   std::string resumed_file_;
+  std::string set_aside_;  ///< where a map is that could not be resumed, until this one is given up
 
   std::mutex save_mutex_;             ///< held while files of the map are written
   std::optional<MapRevision> saved_;  ///< last; guarded by that

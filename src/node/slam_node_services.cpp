@@ -298,6 +298,7 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
     }
     health.parts_given_up = run_.parts_given_up();
     health.map_bytes = run_.map_bytes();
+    health.set_aside = set_aside_;
   }
   diagnostics_.fill(health, status);
 }

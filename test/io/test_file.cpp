@@ -100,6 +100,25 @@ TEST(ReadFile, SaysWhyAFileCannotBeRead) {
             "cannot read '" + folder.path() + "': Is a directory");
 }
 
+TEST(SetAside, MovesWhatIsThereIntoAFolderOfItsOwn) {
+  const TemporaryFolder folder;
+  replace_file(folder / "a", "1");
+  replace_file(folder / "b", "2");
+  const std::vector<std::string> files = {folder / "b", folder / "none", folder / "a"};
+  EXPECT_EQ(set_aside(files, folder / "old"), folder / "old");
+  EXPECT_EQ(read_file(folder / "old/a"), "1");
+  EXPECT_EQ(read_file(folder / "old/b"), "2");
+  EXPECT_EQ(folder.file_count(), 1U);
+  replace_file(folder / "a", "3");
+  EXPECT_EQ(set_aside({folder / "a"}, folder / "old"), folder / "old.2");
+  EXPECT_EQ(read_file(folder / "old/a"), "1");
+  EXPECT_EQ(read_file(folder / "old.2/a"), "3");
+  replace_file(folder / "a", "4");
+  EXPECT_EQ(error_text<FileError>([&] { set_aside({folder / "a"}, folder / "nowhere/old"); }),
+            "cannot move files to '" + (folder / "nowhere/old") + "': No such file or directory");
+  EXPECT_EQ(read_file(folder / "a"), "4");
+}
+
 TEST(RequireWritableFile, LeavesNoTraceWhereAFileCanBeWritten) {
   const TemporaryFolder folder;
   require_writable_file(folder / "new");

@@ -69,6 +69,15 @@ TEST(SlamDiagnostics, SaysThatThereIsNoMapToLocaliseIn) {
             "or initial_map");
 }
 
+TEST(SlamDiagnostics, SaysThatItMapsAnewWhereAMapWasDamaged) {
+  SlamHealth health = healthy();
+  health.set_aside = "/maps/map.damaged";
+  const auto status = judge(health);
+  EXPECT_EQ(status.level, DiagnosticStatus::WARN);
+  EXPECT_TRUE(contains(status.message, "could not be read, and is in /maps/map.damaged; "))
+      << status.message;
+}
+
 TEST(SlamDiagnostics, SaysThatItIsPaused) {
   SlamHealth health = healthy();
   health.paused = true;

@@ -306,9 +306,43 @@ TEST_F(SlamNodelet, ANodeThatCannotStartSaysWhyAndExits) {
   const TemporaryFolder folder;
   const std::string saved = folder / "map.slam";
   replace_file(saved, "what a disk has left of it");
-  refused("_resume:=true _map_file:=" + (folder / "map"),
-          "move the file away to begin a new map, mv " + saved + " " + saved + ".old", 1);
+  refused("_resume:=true _slam/update_map:=false _map_file:=" + (folder / "map"),
+          "is no saved map, or is cut off or damaged; resume is true, so it goes on with that map "
+          "or not at all: move the file away to begin without it, mv " +
+              saved + " " + saved + ".old",
+          1);
   EXPECT_EQ(read_file(saved), "what a disk has left of it");
+}
+
+TEST_F(SlamNodelet, AMapThatCannotBeResumedIsSetAsideForANewOne) {
+  const TemporaryFolder folder;
+  replace_file(folder / "map.slam", "what a disk has left of it");
+  replace_file(folder / "map.pgm", "its image");
+  const auto started = [&] {
+    return run_command(
+        "timeout", std::string("--preserve-status --signal=INT 3 ") + MATCHBOX_SLAM_NODE +
+                       " __name:=begins_anew __ns:=/elsewhere scan:=/nowhere _publish_tf:=false "
+                       "_resume:=true _map_file:=" +
+                       (folder / "map"));
+  };
+  const Outcome first = started();
+  EXPECT_EQ(first.exit_code, 0) << first.output;
+  EXPECT_TRUE(contains(first.output,
+                       "is no saved map, or is cut off or damaged; a new map begins. "
+                       "That one and its images are in " +
+                           (folder / "map.damaged") + " now"))
+      << first.output;
+  EXPECT_TRUE(contains(first.output, "mapping with matchbox_slam/Olson")) << first.output;
+  EXPECT_EQ(read_file(folder / "map.damaged/map.slam"), "what a disk has left of it");
+  EXPECT_EQ(read_file(folder / "map.damaged/map.pgm"), "its image");
+  EXPECT_FALSE(std::filesystem::exists(folder / "map.slam"));
+
+  // And another one, beside it.
+  replace_file(folder / "map.slam", "another one");
+  EXPECT_EQ(started().exit_code, 0);
+  EXPECT_EQ(read_file(folder / "map.damaged/map.slam"), "what a disk has left of it");
+  EXPECT_EQ(read_file(folder / "map.damaged.2/map.slam"), "another one");
+  ros::param::del("/elsewhere/begins_anew");
 }
 
 TEST_F(SlamNodelet, NodesHaveHelp) {

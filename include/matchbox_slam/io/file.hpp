@@ -30,6 +30,11 @@ void replace_files(const std::vector<FileContents>& files);
 /// The same for a single file.
 void replace_file(const std::string& path, const std::string& bytes);
 
+/// Moves files into a new folder: `folder`, or that with the first of .2, .3 and so on that there
+/// is not yet. Files that are not there are passed over; each has moved before the next one does.
+/// Returns the folder. Throws FileError naming the file and the reason.
+std::string set_aside(const std::vector<std::string>& files, const std::string& folder);
+
 /// Makes sure that replace_file can write this file, without touching it; to be called before work
 /// starts whose result is to go there. Throws FileError naming the file and the reason.
 void require_writable_file(const std::string& path);
