@@ -11,14 +11,42 @@ doubled walls, and are counted.
 
 import argparse
 import json
+import math
+import sys
 
-import numpy as np
-import rosbag
-from scipy.spatial import cKDTree
+try:
+    import numpy as np
+    import rosbag
+    from scipy.spatial import cKDTree
+except ImportError as error:
+    sys.exit(f"wall_distance.py: {error}: it needs NumPy, SciPy and ROS's rosbag for this Python, {sys.executable}; "
+             "on Debian: apt-get install python3-scipy python3-rosbag, and /usr/bin first in PATH")
+
+SCAN = "sensor_msgs/LaserScan"
+
+
+class Mistake(Exception):
+    """What the user gave is not as it has to be: the text says what, and what would do."""
+
+
+def scan_topics(bag):
+    return [topic for topic, info in bag.get_type_and_topic_info().topics.items() if info.msg_type == SCAN]
+
+
+def open_bag(path):
+    try:
+        return rosbag.Bag(path)
+    except rosbag.ROSBagUnindexedException:
+        raise Mistake(f"bag '{path}' has no index, as of a recording that was cut off; rosbag reindex makes one")
+    except (OSError, rosbag.ROSBagException, ValueError) as mistake:
+        raise Mistake(f"bag '{path}' cannot be read: {getattr(mistake, 'strerror', None) or mistake}")
 
 
 def read_scans(path, topic):
-    with rosbag.Bag(path) as bag:
+    with open_bag(path) as bag:
+        if topic not in scan_topics(bag):
+            raise Mistake(f"--scan: '{topic}' is no topic of {SCAN} in '{path}'; "
+                          f"there: {', '.join(sorted(scan_topics(bag))) or 'none'}")
         for _, message, _ in bag.read_messages(topics=[topic]):
             ranges = np.asarray(message.ranges)
             angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
@@ -34,7 +62,15 @@ def place(points, pose):
 
 
 def read_poses(path):
-    rows = np.loadtxt(path)
+    try:
+        with open(path) as file:
+            rows = np.array([line.split() for line in file if line.strip() and line[0] != "#"], dtype=float)
+    except OSError as mistake:
+        raise Mistake(f"'{path}' cannot be read: {mistake.strerror or mistake}")
+    except ValueError:
+        rows = np.empty((0, 0))
+    if rows.ndim != 2 or rows.shape[1] != 8 or not np.isfinite(rows).all():
+        raise Mistake(f"'{path}' is no TUM file: each line has to be eight numbers, stamp x y z qx qy qz qw")
     theta = 2.0 * np.arctan2(rows[:, 6], rows[:, 7])
     return {f"{stamp:.3f}": (x, y, t) for stamp, x, y, t in zip(rows[:, 0], rows[:, 1], rows[:, 2], theta)}
 
@@ -54,21 +90,40 @@ def wall_distances(scans, poses, mount, apart, reach):
     return near[np.isfinite(near)], int(np.isinf(near).sum())
 
 
-def main():
+def number(least, what):
+    """Of a positive or a finite number, for argparse."""
+    def read(text):
+        value = float(text)
+        if not (math.isfinite(value) and value > least):
+            raise argparse.ArgumentTypeError(f"{text} is not allowed; allowed: {what}")
+        return value
+    return read
+
+
+def parse():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("bag")
     parser.add_argument("trajectories", nargs="+", help="TUM files of the base")
     parser.add_argument("--scan", default="/scan", help="topic (default: %(default)s)")
-    parser.add_argument("--mount", type=float, nargs=3, default=(0.0, 0.0, 0.0), metavar=("X", "Y", "THETA"),
-                        help="pose of the laser on the base [m, rad]")
-    parser.add_argument("--apart", type=int, default=100, help="scans (default: %(default)s)")
-    parser.add_argument("--reach", type=float, default=1.0, help="m (default: %(default)s)")
-    options = parser.parse_args()
+    parser.add_argument("--mount", type=number(-math.inf, "finite numbers"), nargs=3, default=(0.0, 0.0, 0.0), 
+                        metavar=("X", "Y", "THETA"), help="pose of the laser on the base [m, rad]")
+    parser.add_argument("--apart", type=number(0, "above 0"), default=100, help="scans (default: %(default)s)")
+    parser.add_argument("--reach", type=number(0, "above 0"), default=1.0, help="m (default: %(default)s)")
+    return parser.parse_args()
+
+
+def main():
+    options = parse()
     all_poses = [read_poses(path) for path in options.trajectories]
     scans = [(f"{stamp:.3f}", points) for stamp, points in read_scans(options.bag, options.scan)]
     scans = [scan for scan in scans if all(scan[0] in poses for poses in all_poses)]
+    if not scans:
+        raise Mistake(f"no scan of {options.scan} has a pose in every trajectory: stamps have to agree to 1 ms")
     for path, poses in zip(options.trajectories, all_poses):
         distances, alone = wall_distances(scans, poses, options.mount, options.apart, options.reach)
+        if not len(distances):
+            raise Mistake(f"no point of '{path}' lies within --reach {options.reach:g} m of one that was seen "
+                          f"--apart {options.apart:g} scans before or after: the robot did not come by again")
         print(json.dumps({"trajectory": path, "scans": len(scans), "points": len(distances), "alone": alone,
                           "mean_m": round(float(distances.mean()), 4),
                           "median_m": round(float(np.median(distances)), 4),
@@ -76,4 +131,8 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except (Mistake, rosbag.ROSBagException) as mistake:
+        print(f"wall_distance.py: {mistake}", file=sys.stderr)
+        sys.exit(2)
