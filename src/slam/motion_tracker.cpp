@@ -74,7 +74,6 @@ MotionPrediction MotionTracker::predict_by(const MotionEstimate& motion,
   MotionPrediction predicted;
   predicted.motion = motion;
   predicted.fixed_from_base = state_.fixed_from_base * motion.previous_from_current;
-  predicted.covariance = state_.covariance;
   add_errors(predicted);
   predicted.during_scan = motion_during_scan(input, state_.motion, state_.interval);
   return predicted;
