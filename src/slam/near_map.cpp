@@ -1,6 +1,7 @@
 #include "matchbox_slam/slam/near_map.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace matchbox_slam {
 namespace {
@@ -16,7 +17,7 @@ double distance(const PlacedScan& key, const Eigen::Vector2d& here) {
   return (key.map_from_base.translation() - here).norm();
 }
 
-/// In their order.
+/// In their order; of those that are equally near, the newest.
 PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
   // For the time that it takes to render them. Half or double changes errors by up to 4 %
   // (CONSTANTS.md).
@@ -24,14 +25,16 @@ PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
   if (keys.size() <= kMost) {
     return keys;
   }
-  std::vector<double> distances;
-  for (const PlacedScan& key : keys) {
-    distances.push_back(distance(key, here));
+  std::vector<std::pair<double, std::size_t>> ranked;  // and how many key scans came since
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    ranked.emplace_back(distance(keys[i], here), keys.size() - 1 - i);
   }
-  std::nth_element(distances.begin(), distances.begin() + kMost, distances.end());
+  const auto end = ranked.begin() + kMost;
+  std::nth_element(ranked.begin(), end, ranked.end());
+  std::sort(ranked.begin(), end, [](const auto& a, const auto& b) { return a.second > b.second; });
   PlacedScans nearest;
-  std::copy_if(keys.begin(), keys.end(), std::back_inserter(nearest),
-               [&](const PlacedScan& key) { return distance(key, here) < distances[kMost]; });
+  std::transform(ranked.begin(), end, std::back_inserter(nearest),
+                 [&keys](const auto& key) { return keys[keys.size() - 1 - key.second]; });
   return nearest;
 }
 

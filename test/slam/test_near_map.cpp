@@ -68,6 +68,20 @@ TEST(NearScans, AreTheNearestOfMany) {
   EXPECT_EQ(near.back().map_from_base, keys.back().map_from_base);
 }
 
+/// As where the robot turns, or stands and is seen anew.
+TEST(NearScans, AreTheNewestOfManyThatAreEquallyNear) {
+  const PlacedScans few = drive_through_rooms(6);
+  PlacedScans keys;
+  for (std::size_t i = 0; i < 150; ++i) {
+    keys.push_back({few[i % 6].scan, {1.0, 2.0, 0.01 * static_cast<double>(i)}});
+  }
+  const PlacedScans near = near_scans(keys, std::vector<bool>(150, false)).belonging;
+  ASSERT_EQ(near.size(), 100U);
+  for (std::size_t i = 0; i < 100; ++i) {
+    EXPECT_EQ(near[i].map_from_base, keys[50 + i].map_from_base) << i;
+  }
+}
+
 TEST(NearMap, TakesInWhatCameSince) {
   PlacedScans keys = drive_through_rooms(6);
   const PlacedScans first(keys.begin(), keys.begin() + 3);
