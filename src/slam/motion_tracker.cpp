@@ -151,9 +151,13 @@ MatchedMotion MotionTracker::after_match(const ScanInput& input, const MotionPre
   return matched;
 }
 
-void MotionTracker::learn(const MotionPrediction& predicted, const MatchResult& match) {
+void MotionTracker::learn(const ScanInput& input, const MotionPrediction& predicted,
+                          const MatchResult& match) {
+  if (!has_odometry(input) || !state_.odom_from_base) {
+    return;
+  }
   if (!predicted.motion.is_by_odometry) {
-    distrust_odometry();  // if there is one, it told of a step that cannot be
+    distrust_odometry();  // it told of a step that cannot be
   } else if (state_.matched) {
     state_.learned = learn_from(state_.learned, predicted.motion.previous_from_current,
                                 predicted.fixed_from_base, predicted.covariance,

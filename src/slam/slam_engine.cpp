@@ -162,7 +162,7 @@ void SlamEngine::remember(const ScanInput& input, const MotionPrediction& predic
   if (jumped || is_doubted || outcome.certainty == Certainty::kSecondLook) {
     tracker_.distrust_odometry();
   } else if (outcome.match.accepted() && outcome.certainty == Certainty::kSure) {
-    tracker_.learn(predicted, outcome.match);
+    tracker_.learn(input, predicted, outcome.match);
   }
   tracker_.remember(input, predicted, outcome.map_from_base,
                     outcome.inserted ? beside_drawn(covariance) : covariance,

@@ -392,7 +392,7 @@ MotionTracker tracker_of_good_odometry(GuessSource source, double least_share) {
     const MotionPrediction predicted = tracker.predict(input);
     MatchResult match = match_at(pose);
     match.covariance = 1e-8 * Eigen::Matrix3d::Identity();
-    tracker.learn(predicted, match);
+    tracker.learn(input, predicted, match);
     tracker.remember(input, predicted, pose, match.covariance, true);
   }
   return tracker;
@@ -417,10 +417,27 @@ TEST(MotionTracker, TrustsOdometryThatWasGood) {
 TEST(MotionTracker, DoesNotTrustOdometryThatAMatchRefuted) {
   MotionTracker tracker = tracker_of_good_odometry(GuessSource::kOdometry, 0.2);
   const Pose2 jumped{22.0, 0.0, 0.0};
-  const auto steady = tracker.predict_steadily(scan_with_odometry(20.0, jumped, jumped));
+  const ScanInput input = scan_with_odometry(20.0, jumped, jumped);
+  const auto steady = tracker.predict_steadily(input);
   ASSERT_TRUE(steady);
-  tracker.learn(*steady, match_at({20.0, 0.0, 0.0}));
+  tracker.learn(input, *steady, match_at({20.0, 0.0, 0.0}));
   EXPECT_EQ(tracker.state().learned.translation, 1.0);
+}
+
+/// Neither it nor the next one, which has none to compare with.
+TEST(MotionTracker, TrustsOdometryAfterAScanWithout) {
+  MotionTracker tracker = tracker_of_good_odometry(GuessSource::kOdometry, 0.2);
+  for (const int i : {0, 1}) {
+    const Pose2 pose{20.0 + 0.1 * i, 0.0, 0.0};
+    ScanInput input = scan_with_odometry(20.0 + 0.1 * i, pose, pose);
+    if (i == 0) {
+      input.odometry.reset();
+    }
+    const MotionPrediction predicted = tracker.predict(input);
+    tracker.learn(input, predicted, match_at(pose));
+    EXPECT_EQ(tracker.state().learned.translation, 0.2) << i;
+    tracker.remember(input, predicted, pose, kNone, true);
+  }
 }
 
 TEST(MotionTracker, LearnsNothingOfWhatItDoesNotPredictFrom) {
