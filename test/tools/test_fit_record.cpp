@@ -47,6 +47,20 @@ TEST(FitRecord, SaysThatMatchesArePoorButNothingOfAMatcherThatMatchesNothing) {
   }
 }
 
+/// Three in a hundred beams cross walls where one in three is an outlier, and the map is right.
+TEST(FitRecord, WarnsOfMoreContradictionThanARightMapHas) {
+  for (const double contradiction : {0.031, 0.062}) {
+    FitRecord record;
+    for (int k = 0; k < 100; ++k) {
+      ScanOutcome outcome = outcome_of(0.1 * k);
+      outcome.match.score = 0.9;
+      outcome.match.contradiction = contradiction;
+      record.add(outcome);
+    }
+    EXPECT_EQ(record.warnings().size(), contradiction > 0.04 ? 1U : 0U);
+  }
+}
+
 TEST(FitRecord, SaysForHowLongItWasNotSure) {
   FitRecord record;
   for (int k = 0; k <= 100; ++k) {
