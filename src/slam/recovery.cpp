@@ -18,7 +18,7 @@ namespace {
 constexpr double kPlaceXy = 0.15;
 constexpr double kPlaceTheta = 0.08;
 
-constexpr std::size_t kMostHypotheses = 24;
+constexpr std::size_t kMostHypotheses = 100;
 constexpr std::size_t kChecksAtATime = 4;
 constexpr std::size_t kNearEach = 5;  // key scans searched
 
@@ -88,7 +88,8 @@ bool is_where_odometry_says(const PlaceHypothesis& place, const MapPart& apart) 
          std::abs(off.z()) <= kAngle;
 }
 
-void drop_copies(std::vector<PlaceHypothesis>& hypotheses) {
+void drop_copies(PlaceSearch& search) {
+  std::vector<PlaceHypothesis>& hypotheses = search.hypotheses;
   std::stable_sort(hypotheses.begin(), hypotheses.end(),
                    [](const auto& a, const auto& b) { return a.confirmations > b.confirmations; });
   std::vector<PlaceHypothesis> kept;
@@ -96,9 +97,13 @@ void drop_copies(std::vector<PlaceHypothesis>& hypotheses) {
     const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const PlaceHypothesis& other) {
       return is_near(other, hypothesis);
     });
-    if (is_new && kept.size() < kMostHypotheses) {
+    if (is_new) {
       kept.push_back(hypothesis);
     }
+  }
+  if (kept.size() > kMostHypotheses) {
+    kept.resize(kMostHypotheses);
+    search.complete = false;  // what is dropped unheard may be right
   }
   hypotheses = std::move(kept);
 }
@@ -147,10 +152,15 @@ PlacedScans way_of(const LostScan& lost) {
   return way;
 }
 
-/// What was seen on the way speaks for a far place or against it, as what comes will, so that a
-/// robot that stands is found, too. Whether it does not speak against it.
-bool agrees_with_way(const LostScan& lost, const PlacedScans& way, PlaceHypothesis& place) {
+/// How many key scans of the way speak for a place, and against it.
+struct Votes {
+  int confirm = 0;
+  int refute = 0;
+};
+
+Votes votes_of(const PlacedScans& way, const LostScan& lost, const PlaceHypothesis& place) {
   const MapPart& part = lost.parts[place.part];
+  Votes votes;
   for (const PlacedScan& key : way) {
     const std::shared_ptr<const PointScan> points = key.scan->points();
     const Pose2 part_from_base = place.part_from_apart * key.map_from_base;
@@ -159,9 +169,17 @@ bool agrees_with_way(const LostScan& lost, const PlacedScans& way, PlaceHypothes
       verdict = judge(match_at(*points, part_from_base, kPlaceXy, kPlaceTheta, part), false,
                       lost.doubt, lost.options);
     }
-    place.confirmations += verdict == Verdict::kConfirmed ? 1 : 0;
-    place.confirmations -= verdict == Verdict::kRefuted ? 1 : 0;
+    votes.confirm += verdict == Verdict::kConfirmed ? 1 : 0;
+    votes.refute += verdict == Verdict::kRefuted ? 1 : 0;
   }
+  return votes;
+}
+
+/// What was seen on the way speaks for a far place or against it, as what comes will, so that a
+/// robot that stands is found, too. Whether it does not speak against it.
+bool agrees_with_way(const LostScan& lost, PlaceHypothesis& place) {
+  const Votes votes = votes_of(way_of(lost), lost, place);
+  place.confirmations += votes.confirm - votes.refute;
   return place.confirmations > 0;
 }
 
@@ -184,7 +202,7 @@ void find_around(const LostScan& lost, const SearchedScan& searched, const Searc
         std::none_of(hypotheses.begin(), hypotheses.end(),
                      [&found](const PlaceHypothesis& other) { return is_near(other, found); });
     if (is_new && judge(match, is_where_said, lost.doubt, lost.options) == Verdict::kConfirmed &&
-        (is_where_said || agrees_with_way(lost, way_of(lost), found))) {
+        (is_where_said || agrees_with_way(lost, found))) {
       hypotheses.push_back(found);
     }
   }
@@ -264,6 +282,26 @@ bool fits_whole(const LostScan& lost, const PlaceHypothesis& place,
              kFew;
 }
 
+/// Whether no other place may be the right one as well as the first. How often each was confirmed
+/// does not tell, as one may have been found long after the other: the same key scans are asked of
+/// both. What more of them refute, and what does not fit as a whole, is dropped.
+bool is_alone(const LostScan& lost, const std::vector<SearchedPlace>& places,
+              std::vector<PlaceHypothesis>& hypotheses) {
+  const PlacedScans way = way_of(lost);
+  const Votes best = votes_of(way, lost, hypotheses.front());
+  for (auto other = hypotheses.begin() + 1; other != hypotheses.end();) {
+    const Votes votes = votes_of(way, lost, *other);
+    if (votes.refute > best.refute || !fits_whole(lost, *other, places)) {
+      other = hypotheses.erase(other);
+    } else if (2 * votes.confirm >= best.confirm) {
+      return false;
+    } else {
+      ++other;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 std::vector<SearchedPlace> searched_places(const std::vector<MapPart>& parts, std::size_t apart) {
@@ -294,24 +332,26 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
     look_near(lost, search.hypotheses);
   }
   add_hypotheses(lost, places, search);
-  drop_copies(search.hypotheses);
+  drop_copies(search);
   if (search.hypotheses.empty()) {
     return std::nullopt;
   }
-  const PlaceHypothesis& best = search.hypotheses.front();
-  const int next = search.hypotheses.size() > 1 ? search.hypotheses[1].confirmations : 0;
-  const bool is_where_said = is_where_odometry_says(best, lost.apart);
-  const int wanted = is_where_said ? options.confirmations : options.far_confirmations;
-  const bool is_found = (is_where_said || search.complete) && best.confirmations >= wanted &&
-                        best.confirmations >= next + wanted - 1;
-  if (!is_found) {
+  const PlaceHypothesis best = search.hypotheses.front();
+  if (is_where_odometry_says(best, lost.apart)) {
+    const int next = search.hypotheses.size() > 1 ? search.hypotheses[1].confirmations : 0;
+    const bool is_found = best.confirmations >= options.confirmations + std::max(0, next - 1);
+    return is_found ? std::optional(best) : std::nullopt;
+  }
+  // Asked again where something new was seen or searched.
+  const bool is_news = search.next == 0 || best.apart_from_base == apart_from_base;
+  if (!is_news || !search.complete || best.confirmations < options.far_confirmations) {
     return std::nullopt;
   }
-  if (!is_where_said && !fits_whole(lost, best, places)) {
+  if (!fits_whole(lost, best, places)) {
     search.hypotheses.erase(search.hypotheses.begin());
     return std::nullopt;
   }
-  return best;
+  return is_alone(lost, places, search.hypotheses) ? std::optional(best) : std::nullopt;
 }
 
 }  // namespace matchbox_slam

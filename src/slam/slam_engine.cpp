@@ -61,6 +61,9 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   outcome.map_from_base = matched.fixed_from_base;
   outcome.covariance = outcome.match.covariance;
   weigh_doubt(weighed, predicted, outcome);
+  if (mapping_.parts().is_of_one_scan() && outcome.certainty == Certainty::kNewGround) {
+    outcome.gave_up_part = map_apart(input.scan.stamp);  // it may have been carried on meanwhile
+  }
 
   if (is_to_be_inserted(input, outcome, mapping_.parts(), tracker_.state().matched,
                         options_.slam)) {

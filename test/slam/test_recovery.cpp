@@ -59,6 +59,16 @@ Drive drive(const SimulatedRun& run, const std::shared_ptr<const ScanMatcher>& m
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     result.last = engine.process(scan_input(run, i));
     truth[result.last.stamp] = run.world_from_base[i];
+    if (getenv("DBG"))
+      printf(
+          "%zu st %d e %.3f %.3f cert %s s %.2f c %.3f parts %zu ins %d t %.2f %.2f %.2f joined "
+          "%d\n",
+          i, (int)result.last.state, distance(result.last.map_from_base, run.world_from_base[i]),
+          result.last.map_from_base.theta - run.world_from_base[i].theta,
+          to_string(result.last.certainty), result.last.match.score,
+          result.last.match.contradiction, engine.parts_apart(), (int)result.last.inserted,
+          run.world_from_base[i].x, run.world_from_base[i].y, run.world_from_base[i].theta,
+          (int)!!result.last.joined);
     ++result.states[result.last.state];
     result.worst_error =
         std::max(result.worst_error, distance(result.last.map_from_base, run.world_from_base[i]));
@@ -271,6 +281,36 @@ TEST(Recovery, ARobotThatStandsIsFoundByWhatItSawOnItsWay) {
   const World room = room_beside(false);
   EXPECT_TRUE(is_found(seen_of(room), seen_of(room), room, true));
   EXPECT_FALSE(is_found(seen_of(room), seen_of(room_beside(true)), room, true));
+}
+
+/// A map of two parts that are alike, one found long before the other.
+TEST(Recovery, APlaceThatWasFoundFirstIsNotTheOneForIt) {
+  const World room = room_beside(false);
+  MapPart apart = seen_of(room);
+  apart.left_from_here = Pose2{20.0, 0.0, 0.0};  // by odometry far away
+  const std::vector<MapPart> parts{seen_of(room), seen_of(room), apart};
+  const std::vector<SearchedPlace> places = searched_places(parts, 2);
+  const EngineOptions options;
+  const LaserOptions laser;
+  PlaceSearch search;
+  search.hypotheses.push_back({0, Pose2{}, 1000, Pose2{}});
+  for (int i = 1; i < 60; ++i) {
+    const Pose2 base{2.2 + std::cos(0.3 * i), 2.0 + std::sin(0.3 * i), 0.3 * i};
+    const PointScan scan = project_scan(ideal_scan(room, laser, base, 0.2 * i),
+                                        laser.base_from_laser(), {}, options.scan);
+    EXPECT_FALSE(
+        search_places(scan, base, parts, 2, places, options.doubt, options.recovery, search));
+  }
+  EXPECT_TRUE(search.complete);
+  EXPECT_EQ(search.hypotheses.size(), 2U);
+}
+
+/// It sees nothing within a wall, and is carried on when it counts as lost.
+TEST(Recovery, AScanThatNothingConfirmedDoesNotBeginAMap) {
+  const Drive carried = drive(drive_with("kidnap:random:2:2", 2133, 1040), kOlson);
+  EXPECT_EQ(carried.last.state, TrackingState::kTracking);
+  EXPECT_LT(carried.end_error, 0.005);
+  EXPECT_LT(carried.worst_key_scan, 0.01);  // 4.4 if its first scan stays
 }
 
 /// It is carried on at 8 m/s when it counts as lost, so that what it maps apart first is torn.

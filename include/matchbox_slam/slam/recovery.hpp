@@ -17,7 +17,7 @@ struct RecoveryOptions {
   int key_scans = 1;
   int confirmations = 4;
   int far_confirmations = 7;
-  double least_score = 0.5;
+  double least_score = 0.6;
   double distance = 0.3;
 
   template <typename Self, typename Visitor>
