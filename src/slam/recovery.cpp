@@ -337,21 +337,21 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
     return std::nullopt;
   }
   const PlaceHypothesis best = search.hypotheses.front();
-  if (is_where_odometry_says(best, lost.apart)) {
-    const int next = search.hypotheses.size() > 1 ? search.hypotheses[1].confirmations : 0;
-    const bool is_found = best.confirmations >= options.confirmations + std::max(0, next - 1);
-    return is_found ? std::optional(best) : std::nullopt;
-  }
+  const bool is_where_said = is_where_odometry_says(best, lost.apart);
+  const int next = search.hypotheses.size() > 1 ? search.hypotheses[1].confirmations : 0;
+  const int wanted =
+      is_where_said ? options.confirmations + std::max(0, next - 1) : options.far_confirmations;
   // Asked again where something new was seen or searched.
   const bool is_news = search.next == 0 || best.apart_from_base == apart_from_base;
-  if (!is_news || !search.complete || best.confirmations < options.far_confirmations) {
+  if (!is_news || !(is_where_said || search.complete) || best.confirmations < wanted) {
     return std::nullopt;
   }
   if (!fits_whole(lost, best, places)) {
     search.hypotheses.erase(search.hypotheses.begin());
     return std::nullopt;
   }
-  return is_alone(lost, places, search.hypotheses) ? std::optional(best) : std::nullopt;
+  const bool is_found = is_where_said || is_alone(lost, places, search.hypotheses);
+  return is_found ? std::optional(best) : std::nullopt;
 }
 
 }  // namespace matchbox_slam

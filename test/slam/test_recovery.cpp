@@ -248,8 +248,9 @@ MapPart seen_of(const World& world) {
 }
 
 /// Whether a robot that goes round the room, or stands in it, is taken to be in the other one.
-bool is_found(MapPart map, MapPart apart, const World& room, bool stands = false) {
-  apart.left_from_here = Pose2{20.0, 0.0, 0.0};  // by odometry far away
+bool is_found(MapPart map, MapPart apart, const World& room, bool stands = false,
+              const Pose2& left_from_here = {20.0, 0.0, 0.0}) {
+  apart.left_from_here = left_from_here;  // by odometry
   const std::vector<MapPart> parts{std::move(map), std::move(apart)};
   const std::vector<SearchedPlace> places = searched_places(parts, 1);
   const EngineOptions options;
@@ -281,6 +282,15 @@ TEST(Recovery, ARobotThatStandsIsFoundByWhatItSawOnItsWay) {
   const World room = room_beside(false);
   EXPECT_TRUE(is_found(seen_of(room), seen_of(room), room, true));
   EXPECT_FALSE(is_found(seen_of(room), seen_of(room_beside(true)), room, true));
+}
+
+/// A robot that was carried 1.6 m counted as found in a corner that was much like its own.
+TEST(Recovery, WhereOdometrySaysAnEqualRoomIsToldByWhatLiesAroundItToo) {
+  const World corridor = room_beside(false);
+  const World hall = room_beside(true);
+  const Pose2 near{0.2, 0.1, 0.05};
+  EXPECT_TRUE(is_found(seen_of(corridor), seen_of(corridor), corridor, false, near));
+  EXPECT_FALSE(is_found(seen_of(corridor), seen_of(hall), hall, false, near));
 }
 
 /// A map of two parts that are alike, one found long before the other.
