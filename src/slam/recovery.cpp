@@ -263,35 +263,40 @@ double share_through_walls(const PlacedScans& keys, const MapPart& other,
   return looked_at > 0 ? static_cast<double>(through) / static_cast<double>(looked_at) : 0.0;
 }
 
-/// Where rooms are alike, what lies around them tells: no more than a few key scans of either part
-/// see through walls of the other, joined as the place has it.
-bool fits_whole(const LostScan& lost, const PlaceHypothesis& place,
-                const std::vector<SearchedPlace>& places) {
-  // Of wrong places 20 to 100 % of the key scans do, of 17 of 18 right ones none. Of the other one
-  // up to 24 %: seen at a grazing angle from afar, an open door cannot be told from wall.
+/// Where rooms are alike, what lies around them tells: how many key scans of either part see
+/// through walls of the other, joined as the place has it.
+Verdict judge_whole(const LostScan& lost, const PlaceHypothesis& place,
+                    const std::vector<SearchedPlace>& places) {
+  // Of 17 of 18 right places none of the key scans does, of the other one up to 24 %: seen at a
+  // grazing angle from afar, an open door cannot be told from wall. Of wrong places 0 to 100 %.
   constexpr double kFew = 0.1;
+  constexpr double kMany = 0.3;
   PlacedScans there;
   for (const SearchedPlace& searched : places) {
     if (searched.part == place.part) {
       there.push_back(searched.key);
     }
   }
-  return share_through_walls(spread_out(lost.apart.key_scans.all()), lost.parts[place.part],
-                             place.part_from_apart, lost.doubt) <= kFew &&
-         share_through_walls(there, lost.apart, place.part_from_apart.inverse(), lost.doubt) <=
-             kFew;
+  const double through =
+      std::max(share_through_walls(spread_out(lost.apart.key_scans.all()), lost.parts[place.part],
+                                   place.part_from_apart, lost.doubt),
+               share_through_walls(there, lost.apart, place.part_from_apart.inverse(), lost.doubt));
+  if (through > kMany) {
+    return Verdict::kRefuted;
+  }
+  return through <= kFew ? Verdict::kConfirmed : Verdict::kOpen;
 }
 
 /// Whether no other place may be the right one as well as the first. How often each was confirmed
 /// does not tell, as one may have been found long after the other: the same key scans are asked of
-/// both. What more of them refute, and what does not fit as a whole, is dropped.
+/// both. What more of them refute, or what is refuted as a whole, is dropped.
 bool is_alone(const LostScan& lost, const std::vector<SearchedPlace>& places,
               std::vector<PlaceHypothesis>& hypotheses) {
   const PlacedScans way = way_of(lost);
   const Votes best = votes_of(way, lost, hypotheses.front());
   for (auto other = hypotheses.begin() + 1; other != hypotheses.end();) {
     const Votes votes = votes_of(way, lost, *other);
-    if (votes.refute > best.refute || !fits_whole(lost, *other, places)) {
+    if (votes.refute > best.refute || judge_whole(lost, *other, places) == Verdict::kRefuted) {
       other = hypotheses.erase(other);
     } else if (2 * votes.confirm >= best.confirm) {
       return false;
@@ -346,8 +351,11 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
   if (!is_news || !(is_where_said || search.complete) || best.confirmations < wanted) {
     return std::nullopt;
   }
-  if (!fits_whole(lost, best, places)) {
+  const Verdict whole = judge_whole(lost, best, places);
+  if (whole == Verdict::kRefuted) {
     search.hypotheses.erase(search.hypotheses.begin());
+  }
+  if (whole != Verdict::kConfirmed) {
     return std::nullopt;
   }
   const bool is_found = is_where_said || is_alone(lost, places, search.hypotheses);
