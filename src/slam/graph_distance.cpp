@@ -12,6 +12,7 @@ namespace {
 struct Way {
   std::size_t to;
   double variance;
+  double length;  // [m]
 };
 using Ways = std::vector<std::vector<Way>>;
 
@@ -22,8 +23,9 @@ Ways ways_between(const PoseGraph& graph, const Eigen::Vector2d& here) {
       const double squared_distance = (graph.poses[edge.from].translation() - here).squaredNorm();
       const double variance = 0.5 * edge.covariance.topLeftCorner<2, 2>().trace() +
                               edge.covariance(2, 2) * squared_distance;
-      ways[edge.from].push_back({edge.to, variance});
-      ways[edge.to].push_back({edge.from, variance});
+      const double length = edge.from_to.translation().norm();
+      ways[edge.from].push_back({edge.to, variance, length});
+      ways[edge.to].push_back({edge.from, variance, length});
     }
   }
   return ways;
@@ -51,34 +53,43 @@ std::vector<double> least_variances(const Ways& ways, std::size_t node) {
   return variances;
 }
 
-std::vector<std::size_t> fewest_edges(const Ways& ways, std::size_t node) {
-  std::vector<std::size_t> edges(ways.size(), std::numeric_limits<std::size_t>::max());
+/// Fills in `edges` and `lengths`.
+void find_fewest_edges(const Ways& ways, std::size_t node, GraphWays& found) {
   std::queue<std::size_t> next;
-  edges[node] = 0;
+  found.edges.assign(ways.size(), std::numeric_limits<std::size_t>::max());
+  found.lengths.assign(ways.size(), std::numeric_limits<double>::infinity());
+  found.edges[node] = 0;
+  found.lengths[node] = 0.0;
   next.push(node);
   for (; !next.empty(); next.pop()) {
-    for (const Way& way : ways[next.front()]) {
-      if (edges[way.to] > edges[next.front()] + 1) {
-        edges[way.to] = edges[next.front()] + 1;
+    const std::size_t from = next.front();
+    for (const Way& way : ways[from]) {
+      if (found.edges[way.to] > found.edges[from] + 1) {
+        found.edges[way.to] = found.edges[from] + 1;
+        found.lengths[way.to] = found.lengths[from] + way.length;
         next.push(way.to);
       }
     }
   }
-  return edges;
 }
 
 }  // namespace
 
 GraphWays ways_from(const PoseGraph& graph, std::size_t node) {
   const Ways ways = ways_between(graph, graph.poses[node].translation());
-  return {least_variances(ways, node), fewest_edges(ways, node)};
+  GraphWays found;
+  found.variances = least_variances(ways, node);
+  find_fewest_edges(ways, node, found);
+  return found;
 }
 
 std::vector<bool> apart(const GraphWays& ways, double sigma) {
-  constexpr std::size_t kTogether = 40;  // edges of the graph
+  constexpr std::size_t kTogether = 40;   // edges of the graph
+  constexpr double kLongTogether = 60.0;  // [m], where key scans are far from one another
   std::vector<bool> apart(ways.variances.size());
   for (std::size_t i = 0; i < apart.size(); ++i) {
-    apart[i] = ways.edges[i] > kTogether && ways.variances[i] > sigma * sigma;
+    const bool is_far = ways.edges[i] > kTogether || ways.lengths[i] > kLongTogether;
+    apart[i] = is_far && ways.variances[i] > sigma * sigma;
   }
   return apart;
 }

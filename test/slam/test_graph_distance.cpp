@@ -61,6 +61,23 @@ TEST(GraphDistance, OnlyLoopsThatAreBelievedShorten) {
   }
 }
 
+/// How many nodes of a chain lie together with its last one, though their places are hardly known.
+std::size_t together(std::size_t nodes, double spacing) {
+  PoseGraph graph = chain(nodes, covariance_of(10.0, 10.0, 1.0));
+  for (PoseEdge& edge : graph.edges) {
+    edge.from_to = {spacing, 0.0, 0.0};
+  }
+  const std::vector<bool> is_apart = apart(ways_from(graph, nodes - 1), 0.1);
+  return static_cast<std::size_t>(std::count(is_apart.begin(), is_apart.end(), false));
+}
+
+TEST(GraphDistance, ALongWayIsFarHoweverFewItsKeyScans) {
+  EXPECT_EQ(together(100, 0.3), 41U);
+  EXPECT_EQ(together(100, 1.4), 41U);
+  EXPECT_EQ(together(100, 3.0), 21U);
+  EXPECT_EQ(together(100, 25.0), 3U);
+}
+
 TEST(GraphDistance, TheSurestWayMayHaveMoreEdges) {
   PoseGraph graph = chain(4, covariance_of(0.1, 0.1, 1e-9));
   graph.edges.push_back(edge(0, 3, covariance_of(0.5, 0.5, 1e-9)));
@@ -90,7 +107,7 @@ GraphWays by_force(const PoseGraph& graph, std::size_t node) {
       }
     }
   }
-  GraphWays ways{variances, {}};
+  GraphWays ways{variances, {}, {}};
   for (const double count : edges) {
     ways.edges.push_back(static_cast<std::size_t>(count));
   }

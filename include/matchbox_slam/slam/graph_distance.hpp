@@ -14,6 +14,7 @@ struct GraphWays {
   /// less than what the whole graph says.
   std::vector<double> variances;
   std::vector<std::size_t> edges;  ///< of the way with the fewest
+  std::vector<double> lengths;     ///< [m] of that way
 };
 
 [[nodiscard]] GraphWays ways_from(const PoseGraph& graph, std::size_t node);
