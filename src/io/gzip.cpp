@@ -80,7 +80,7 @@ std::string decompress(const std::string& compressed, const std::string& path) {
   }
   inflateEnd(&stream);
   if (state != Z_STREAM_END) {
-    throw FileError("'" + path + "' is no saved map, or is cut off or damaged");
+    throw DamagedFile("'" + path + "' is no saved map, or is cut off or damaged");
   }
   return result;
 }

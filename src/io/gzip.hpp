@@ -30,7 +30,7 @@ class Compressor {
 /// The same of bytes in one piece.
 [[nodiscard]] std::string compress(const std::string& bytes);
 
-/// What `compress` was given. Throws FileError naming `path` when that is cut off or damaged, or
+/// What `compress` was given. Throws DamagedFile naming `path` when that is cut off or damaged, or
 /// would take more than 4 GB.
 [[nodiscard]] std::string decompress(const std::string& compressed, const std::string& path);
 

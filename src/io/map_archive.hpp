@@ -100,6 +100,11 @@ class MapReader {
   }
 
   [[noreturn]] void fail(const std::string& text) const {
+    throw DamagedFile("'" + path_ + "' " + text);
+  }
+
+  /// Of a file that is whole, but not for this program as it is.
+  [[noreturn]] void refuse(const std::string& text) const {
     throw FileError("'" + path_ + "' " + text);
   }
 
@@ -188,9 +193,9 @@ class MapReader {
     box_.max = {std::max(before.max.x, cell.x + 1), std::max(before.max.y, cell.y + 1)};
     const double cells = (box_.width() + double{kTileMargin}) * (box_.height() + kTileMargin);
     if (cells > max_cells_) {
-      fail("is damaged, or its map is too large: its cells span " + std::to_string(box_.width()) +
-           " x " + std::to_string(box_.height()) + " or more; allowed: " + to_string(max_cells_) +
-           " in all; if it is as large as that, set map/max_cells higher");
+      refuse("is damaged, or its map is too large: its cells span " + std::to_string(box_.width()) +
+             " x " + std::to_string(box_.height()) + " or more; allowed: " + to_string(max_cells_) +
+             " in all; if it is as large as that, set map/max_cells higher");
     }
   }
 

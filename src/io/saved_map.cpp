@@ -65,6 +65,19 @@ void transfer_motion(Archive& archive, Motion& motion) {
   }
 }
 
+void refuse_newer(const MapReader& reader, const std::string& bytes) {
+  if (bytes.compare(0, kHead.size(), kHead) != 0) {
+    return;
+  }
+  const std::string version = bytes.substr(kHead.size(), bytes.find('\n') - kHead.size());
+  const bool is_number = !version.empty() && version.size() < 10 &&
+                         version.find_first_not_of("0123456789") == std::string::npos;
+  if (is_number && std::stoi(version) > kSavedVersion) {
+    reader.refuse("is a saved map of version " + version + "; this program reads 1 to " +
+                  std::to_string(kSavedVersion) + ": use the newer one that has saved it");
+  }
+}
+
 }  // namespace
 
 std::string to_saved_map(const MapStart& map) {
@@ -89,6 +102,7 @@ MapStart read_saved_map(const std::string& path, double max_cells) {
     --version;
   }
   if (version == 0) {
+    refuse_newer(reader, bytes);
     reader.fail("is no saved map that this version reads; it should begin with '" + kHead +
                 "' and 1 to " + std::to_string(kSavedVersion));
   }

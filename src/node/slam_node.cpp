@@ -60,8 +60,8 @@ void log_failure(const Work& work) {
   }
 }
 
-/// Of a map that options do not fit, or that is only to be localised in, somebody has to say what
-/// becomes of it: a new one would be no answer.
+/// Of a map that options do not fit, that this program may not read, or that is only to be
+/// localised in, somebody has to say what becomes of it: a new one would be no answer.
 std::string no_new_map(const std::exception& error, const std::string& path) {
   return std::string(error.what()) + "; resume is true, so it goes on with that map or not at " +
          "all: move the file away to begin without it, mv " + path + " " + path + ".old";
@@ -150,11 +150,13 @@ void SlamNode::begin_map() {
       has_resumed_ = true;
     } catch (const ConfigurationError& error) {
       throw ConfigurationError(no_new_map(error, saved));
-    } catch (const FileError& error) {
+    } catch (const DamagedFile& error) {
       if (!setup.engine.slam.update_map) {
         throw FileError(no_new_map(error, saved));
       }
       set_map_aside(absolute(setup.node.map_file), error.what());
+    } catch (const FileError& error) {
+      throw FileError(no_new_map(error, saved));
     }
   }
   if (!has_resumed_ && initial_map_) {

@@ -313,6 +313,27 @@ TEST_F(SavedMap, ReadsVersionsThatLearnedNothingOfOdometry) {
   EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(version_6));
 }
 
+/// Nothing is wrong with it, so nobody may take it for a ruin.
+TEST_F(SavedMap, AMapOfANewerVersionIsNotDamaged) {
+  const std::string head = "matchbox_slam map, version ";
+  std::string bytes = map_with_cells_at({1, 0}, {0, 0});
+  bytes.replace(head.size(), 1, "12");
+  write(compress(bytes));
+  EXPECT_TRUE(contains(error(), "is a saved map of version 12; this program reads 1 to 7: "));
+  EXPECT_THROW(
+      {
+        try {
+          (void)read_saved_map(path_);
+        } catch (const DamagedFile&) {
+        }
+      },
+      FileError);
+  for (const char* version : {"0", "x", "", "99999999999999999999"}) {
+    write(compress(head + version + bytes.substr(head.size() + 2)));
+    EXPECT_THROW((void)read_saved_map(path_), DamagedFile) << version;
+  }
+}
+
 TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
   const Cell near{5, 5};
   write(compress(map_with_cells_at(near, near)));

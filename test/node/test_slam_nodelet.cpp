@@ -22,6 +22,7 @@
 
 #include "bag/simulated_bag.hpp"
 #include "common/error_text.hpp"
+#include "io/gzip.hpp"
 #include "io/temporary_folder.hpp"
 #include "io/tum.hpp"
 #include "matchbox_slam/LoadMap.h"
@@ -312,6 +313,15 @@ TEST_F(SlamNodelet, ANodeThatCannotStartSaysWhyAndExits) {
               saved + " " + saved + ".old",
           1);
   EXPECT_EQ(read_file(saved), "what a disk has left of it");
+  ros::param::del("/refused");
+  // Not damaged, so it is not set aside either.
+  const std::string newer = compress("matchbox_slam map, version 99\n");
+  replace_file(saved, newer);
+  refused("_resume:=true _map_file:=" + (folder / "map"),
+          "is a saved map of version 99; this program reads 1 to 7: use the newer one that has "
+          "saved it; resume is true, so it goes on with that map or not at all",
+          1);
+  EXPECT_EQ(read_file(saved), newer);
 }
 
 TEST_F(SlamNodelet, AMapThatCannotBeResumedIsSetAsideForANewOne) {

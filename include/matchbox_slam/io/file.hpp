@@ -13,6 +13,13 @@ class FileError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Thrown when what a file holds is not what was written to it, or is something else: nobody can
+/// read it. A file that may not be read now, or not by this version, is whole: FileError.
+class DamagedFile : public FileError {
+ public:
+  using FileError::FileError;
+};
+
 /// The whole file as bytes. Throws FileError when it is missing, a folder, or cannot be read.
 [[nodiscard]] std::string read_file(const std::string& path);
 
