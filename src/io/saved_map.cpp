@@ -7,6 +7,7 @@ namespace {
 
 const std::string kHead = "matchbox_slam map, version ";
 std::string head_of(int version) { return kHead + std::to_string(version) + "\n"; }
+constexpr double kMostMissing = 1.0;     // of what odometry tells
 constexpr double kLeastInterval = 1e-9;  // [s] between stamps of messages
 
 /// What may be missing: whether it is there, then its value or a default one.
@@ -38,6 +39,32 @@ void transfer_learned(Archive& archive, Learned& learned) {
   }
 }
 
+/// Nor, before version 8, its systematic errors.
+template <typename Archive, typename Calibration>
+void transfer_calibration(Archive& archive, Calibration& calibration) {
+  for (int i = 0; i < 3; ++i) {
+    archive.number(calibration.missing[i], kMostMissing);
+  }
+  transfer_covariance(archive, "what odometry misses", calibration.covariance);
+  for (int i = 0; i < 2; ++i) {
+    archive.number(calibration.noise[i]);
+    if constexpr (Archive::kReads) {
+      if (!(calibration.noise[i] > 0.0)) {
+        archive.fail("is damaged: the noise of odometry is " + to_string(calibration.noise[i]));
+      }
+    }
+  }
+  transfer_optional(archive, calibration.stretch,
+                    [](Archive& to, OdometryCalibration::Stretch& stretch) {
+                      to.number(stretch.stamp, kLargest);
+                      transfer_pose(to, stretch.fixed_from_first);
+                      transfer_pose(to, stretch.first_from_newest);
+                      to.number(stretch.forward);
+                      to.number(stretch.turn);
+                      to.number(stretch.length);
+                    });
+}
+
 template <typename Archive, typename Motion>
 void transfer_motion(Archive& archive, Motion& motion) {
   transfer_pose(archive, motion.fixed_from_base);
@@ -62,6 +89,9 @@ void transfer_motion(Archive& archive, Motion& motion) {
   }
   if (archive.version() >= 7) {
     transfer_learned(archive, motion.learned);
+  }
+  if (archive.version() >= 8) {
+    transfer_calibration(archive, motion.calibration);
   }
 }
 

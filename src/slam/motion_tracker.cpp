@@ -104,9 +104,14 @@ MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const 
   const double interval = input.scan.stamp - *state_.stamp;
   const bool is_sensed = input.odometry && state_.odom_from_base;
   if (is_sensed && source_ == GuessSource::kOdometry) {
-    return scaled_by(state_.learned,
-                     motion_from_odometry(*state_.odom_from_base, input.odometry->odom_from_base,
-                                          interval, options_));
+    MotionEstimate estimate = scaled_by(
+        state_.learned, motion_from_odometry(*state_.odom_from_base, input.odometry->odom_from_base,
+                                             interval, options_));
+    if (options_.calibrate) {
+      estimate.previous_from_current =
+          calibrated(state_.calibration, estimate.previous_from_current);
+    }
+    return estimate;
   }
   const MotionEstimate motion = steady_motion(interval);
   if (is_sensed && source_ == GuessSource::kHeading) {
@@ -162,6 +167,12 @@ void MotionTracker::learn(const ScanInput& input, const MotionPrediction& predic
     state_.learned = learn_from(state_.learned, predicted.motion.previous_from_current,
                                 predicted.fixed_from_base, predicted.covariance,
                                 match.map_from_base, match.covariance, options_.least_share);
+    if (options_.calibrate) {
+      state_.calibration = calibrate(
+          state_.calibration, {*state_.stamp, input.scan.stamp,
+                               state_.odom_from_base->inverse() * input.odometry->odom_from_base,
+                               match.map_from_base, predicted.covariance, match.covariance});
+    }
   }
 }
 
@@ -195,6 +206,7 @@ void MotionTracker::set_pose(const Pose2& fixed_from_base, const Eigen::Matrix3d
   state_.covariance = covariance;
   state_.by_velocity.setZero();
   state_.fix.reset();
+  state_.calibration.stretch.reset();
   if (!state_.matched) {  // else the base goes on as it did
     forget_motion();
   }
@@ -206,6 +218,9 @@ void MotionTracker::change_frame(const Pose2& new_from_fixed) {
   state_.fixed_from_base = new_from_fixed * state_.fixed_from_base;
   state_.covariance = turned * state_.covariance * turned.transpose();
   state_.by_velocity = turned * state_.by_velocity * turned.transpose();
+  if (auto& stretch = state_.calibration.stretch) {
+    stretch->fixed_from_first = new_from_fixed * stretch->fixed_from_first;
+  }
   if (state_.fix) {
     state_.fix->fixed_from_base = new_from_fixed * state_.fix->fixed_from_base;
   }

@@ -278,8 +278,11 @@ constexpr std::size_t kWhereaboutsBytes = (1 + 1 + 2 + 3 + 1 + 2 + 1 + 1 + 1) * 
 constexpr std::size_t kLoopBytes = (1 + 1 + 1 + 1 + 1) * 8 + 5;
 constexpr std::size_t kLaserBytes = 4 + 4 + 8 + 8;
 constexpr std::size_t kEndBytes = kWhereaboutsBytes + kLoopBytes + kLaserBytes;
+constexpr std::size_t kCalibrationBytes = (3 + 9 + 2 + 1 + 3 + 3 + 3) * 8 + 1;
+/// After what the motion learned of odometry.
+constexpr std::size_t kAfterMotionBytes = 8 + 8 + kEndBytes;
 constexpr std::size_t kStateBytes =
-    (3 + 9 + 9 + 1 + 3 + 4 + 3 + 1 + 2) * 8 + 4 + 4 + 8 + 8 + kEndBytes;
+    (3 + 9 + 9 + 1 + 3 + 4 + 3 + 1 + 2) * 8 + 4 + 4 + kCalibrationBytes + kAfterMotionBytes;
 
 /// A map of two known cells and one wall, the last cells of both lists there; without compression.
 std::string map_with_cells_at(const Cell& known, const Cell& wall) {
@@ -288,7 +291,7 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   map.occupancy.restore({1, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
   std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 7\n").size() + 4 * 8;
+  const std::size_t first_cell = std::string("matchbox_slam map, version 8\n").size() + 4 * 8;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
@@ -301,7 +304,11 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
 TEST_F(SavedMap, ReadsVersionsThatLearnedNothingOfOdometry) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  bytes.erase(bytes.size() - kEndBytes - 32, 2 * sizeof(double));
+  bytes.erase(bytes.size() - kAfterMotionBytes - kCalibrationBytes, kCalibrationBytes);
+  bytes[head.size()] = '7';
+  write(compress(bytes));
+  EXPECT_EQ(read_saved_map(path_).motion.calibration.missing, Eigen::Vector3d(0.0, 0.0, 0.0));
+  bytes.erase(bytes.size() - kAfterMotionBytes - 16, 2 * sizeof(double));
   bytes[head.size()] = '6';
   write(compress(bytes));
   const MapStart version_6 = read_saved_map(path_);
@@ -319,7 +326,7 @@ TEST_F(SavedMap, AMapOfANewerVersionIsNotDamaged) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
   bytes.replace(head.size(), 1, "12");
   write(compress(bytes));
-  EXPECT_TRUE(contains(error(), "is a saved map of version 12; this program reads 1 to 7: "));
+  EXPECT_TRUE(contains(error(), "is a saved map of version 12; this program reads 1 to 8: "));
   EXPECT_THROW(
       {
         try {
@@ -358,7 +365,7 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t head = std::string("matchbox_slam map, version 7\n").size();
+  const std::size_t head = std::string("matchbox_slam map, version 8\n").size();
   const auto error_with = [&](double number, std::size_t at) {
     std::string sound(bytes, at, sizeof number);
     std::memcpy(bytes.data() + at, &number, sizeof number);
@@ -375,11 +382,15 @@ TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   EXPECT_TRUE(contains(error_with(1e300, pose), "it holds the number 1e+300 where at most"));
   EXPECT_TRUE(contains(error_with(std::nan(""), pose), "it holds the number"));
   EXPECT_TRUE(contains(error_with(-1.0, pose + 3 * sizeof(double)), "covariance of its pose"));
-  EXPECT_TRUE(
-      contains(error_with(-1.0, bytes.size() - kEndBytes - 40), "its last motion took -1.0 s"));
+  const std::size_t calibration = bytes.size() - kAfterMotionBytes - kCalibrationBytes;
+  EXPECT_TRUE(contains(error_with(-1.0, calibration - 24), "its last motion took -1.0 s"));
   for (const double share : {0.0, 1.5, std::nan("")}) {
-    EXPECT_TRUE(contains(error_with(share, bytes.size() - kEndBytes - 32), "is damaged")) << share;
+    EXPECT_TRUE(contains(error_with(share, calibration - 16), "is damaged")) << share;
   }
+  EXPECT_TRUE(
+      contains(error_with(-1.1, calibration), "it holds the number -1.1 where at most 1.0"));
+  EXPECT_TRUE(contains(error_with(-1.0, calibration + 24), "covariance of what odometry misses"));
+  EXPECT_TRUE(contains(error_with(0.0, calibration + 96), "the noise of odometry is 0.0"));
   EXPECT_EQ(error_with(1.0, pose), "(no error)");
 }
 

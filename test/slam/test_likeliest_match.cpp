@@ -251,14 +251,5 @@ TEST_F(SteadyTest, WhatSpeaksAgainstAMatchCountsAsMuchAsItsScore) {
   EXPECT_EQ(predicted.fixed_from_base, kByOdometry);
 }
 
-TEST_F(SteadyTest, IsNoJump) {
-  MotionPrediction predicted = prediction(kByOdometry, 0.5, true);
-  AskedMatcher matcher;
-  matcher.answers = {refused(), answer({0.9, 0.0, 0.0}, 0.9)};
-  const WeighedMatch weighed = match_likeliest(
-      matcher, {scan_, map_, {}, 1, {}}, prediction(kSteadily, 0.1, false), predicted, options_);
-  EXPECT_FALSE(weighed.jumped);
-}
-
 }  // namespace
 }  // namespace matchbox_slam

@@ -414,6 +414,40 @@ TEST(MotionTracker, TrustsOdometryThatWasGood) {
   EXPECT_NEAR(next_covariance(tracker)(0, 0), as_set(0, 0), 1e-12);
 }
 
+/// Of 100 m straight on, in a frame that moves meanwhile, whose odometry tells 2 % too much.
+MotionTracker tracker_of_long_odometry(bool calibrate) {
+  MotionPriorOptions options;
+  options.calibrate = calibrate;
+  MotionTracker tracker(options);
+  Pose2 new_from_first;
+  for (int i = 0; i < 1000; ++i) {
+    const Pose2 told{0.102 * i, 0.0, 0.0};
+    const ScanInput input = scan_with_odometry(0.1 * i, told, told);
+    const MotionPrediction predicted = tracker.predict(input);
+    MatchResult match = match_at(new_from_first * Pose2{0.1 * i, 0.0, 0.0});
+    match.covariance = 1e-8 * Eigen::Matrix3d::Identity();
+    tracker.learn(input, predicted, match);
+    tracker.remember(input, predicted, match.map_from_base, match.covariance, true);
+    if (i % 7 == 3) {
+      const Pose2 moved{1.0, -2.0, 0.5};
+      tracker.change_frame(moved);
+      new_from_first = moved * new_from_first;
+    }
+  }
+  return tracker;
+}
+
+TEST(MotionTracker, TakesOutSystematicErrorsOfOdometry) {
+  const Pose2 told{0.102 * 999 + 1.02, 0.0, 0.0};
+  const auto way = [&](const MotionTracker& tracker) {
+    return tracker.predict(scan_with_odometry(101.0, told, told))
+        .motion.previous_from_current.translation()
+        .norm();
+  };
+  EXPECT_NEAR(way(tracker_of_long_odometry(true)), 1.0, 0.001);
+  EXPECT_NEAR(way(tracker_of_long_odometry(false)), 1.02, 1e-9);
+}
+
 TEST(MotionTracker, DoesNotTrustOdometryThatAMatchRefuted) {
   MotionTracker tracker = tracker_of_good_odometry(GuessSource::kOdometry, 0.2);
   const Pose2 jumped{22.0, 0.0, 0.0};

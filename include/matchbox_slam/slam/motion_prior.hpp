@@ -22,6 +22,7 @@ struct MotionPriorOptions {
   double velocity_change = 1.0;
   double turn_rate_change = 2.0;
   double least_share = 0.2;
+  bool calibrate = true;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -51,6 +52,9 @@ struct MotionPriorOptions {
     option(self.least_share, "least_share", between(0.01, 1.0), "",
            "The standard deviations of odometry go down to this share of what is set, as matches "
            "show that it is better; 1: they stay as set.");
+    option(self.calibrate, "calibrate", any(), "",
+           "Learn from matches by which share odometry tells too little of way and turn, and "
+           "correct it.");
   }
 };
 

@@ -8,6 +8,7 @@
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/learned_prior.hpp"
 #include "matchbox_slam/slam/motion_prior.hpp"
+#include "matchbox_slam/slam/odometry_calibration.hpp"
 
 namespace matchbox_slam {
 
@@ -39,6 +40,7 @@ struct MotionState {
   Pose2 motion;           ///< between the last two fixes, by the earlier one's base frame
   double interval = 0.0;  ///< [s] that this motion took; 0: none is known
   LearnedPrior learned;   ///< of the odometry
+  OdometryCalibration calibration;
 
   /// By that: (x [m/s], y [m/s], theta [rad/s]) in the base frame.
   [[nodiscard]] Eigen::Vector3d velocity() const {
