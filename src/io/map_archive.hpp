@@ -147,6 +147,9 @@ class MapReader {
     value = byte != 0;
   }
 
+  /// The cells of each map have a frame of their own.
+  void begin_map() { box_ = {}; }
+
   void cell(Cell& cell) {
     integer(cell.x);
     integer(cell.y);
@@ -204,7 +207,7 @@ class MapReader {
   double max_cells_;
   int version_ = kSavedVersion;
   std::size_t position_ = 0;
-  CellBox box_;  ///< around all cells so far
+  CellBox box_;  ///< around all cells of a map so far
 };
 
 /// What the options of a map may be holds for a file, too.

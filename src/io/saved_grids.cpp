@@ -56,6 +56,7 @@ SlamMap read_grids(MapReader& reader) {
   constexpr std::size_t kAnyCount = std::numeric_limits<std::size_t>::max();
   MapOptions map_options;
   LikelihoodFieldOptions field_options;
+  reader.begin_map();
   for (double* value : {&map_options.resolution, &field_options.sigma, &field_options.reach}) {
     reader.number(*value);
   }

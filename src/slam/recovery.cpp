@@ -14,7 +14,8 @@ namespace {
 
 // Guesses, tried on six drives with faults (benchmark/reports/2026-11-23/CONSTANTS.md): half of the
 // first two finds one carried robot 0.6 s later, half or double of the others changes no byte
-// there. How well a place is known before a scan is matched there: [m], [rad].
+// there, but that of the most hypotheses, which was 24 then. How well a place is known before a
+// scan is matched there: [m], [rad].
 constexpr double kPlaceXy = 0.15;
 constexpr double kPlaceTheta = 0.08;
 
@@ -136,7 +137,7 @@ void check_hypotheses(const LostScan& lost, std::vector<PlaceHypothesis>& hypoth
 }
 
 /// Key scans on the way to where the robot is, newest first, so far apart that each says something
-/// new.
+/// new; those of one laser, as another one may see little.
 PlacedScans way_of(const LostScan& lost) {
   PlacedScans way;
   Pose2 before = lost.apart_from_base;
@@ -144,7 +145,8 @@ PlacedScans way_of(const LostScan& lost) {
   for (auto key = all.rbegin();
        key != all.rend() && way.size() < static_cast<std::size_t>(lost.options.far_confirmations);
        ++key) {
-    if (is_farther(before, key->map_from_base, lost.options.distance)) {
+    if (key->scan->laser() == all.front().scan->laser() &&
+        is_farther(before, key->map_from_base, lost.options.distance)) {
       before = key->map_from_base;
       way.push_back(*key);
     }
@@ -265,7 +267,8 @@ double share_through_walls(const PlacedScans& keys, const MapPart& other,
 
 /// Where rooms are alike, what lies around them tells: how many key scans of either part see
 /// through walls of the other, joined as the place has it.
-Verdict judge_whole(const LostScan& lost, const PlaceHypothesis& place,
+/// @param seen  key scans of the part that the robot makes, spread out.
+Verdict judge_whole(const LostScan& lost, const PlaceHypothesis& place, const PlacedScans& seen,
                     const std::vector<SearchedPlace>& places) {
   // Of 17 of 18 right places none of the key scans does, of the other one up to 24 %: seen at a
   // grazing angle from afar, an open door cannot be told from wall. Of wrong places 0 to 100 %.
@@ -278,8 +281,7 @@ Verdict judge_whole(const LostScan& lost, const PlaceHypothesis& place,
     }
   }
   const double through =
-      std::max(share_through_walls(spread_out(lost.apart.key_scans.all()), lost.parts[place.part],
-                                   place.part_from_apart, lost.doubt),
+      std::max(share_through_walls(seen, lost.parts[place.part], place.part_from_apart, lost.doubt),
                share_through_walls(there, lost.apart, place.part_from_apart.inverse(), lost.doubt));
   if (through > kMany) {
     return Verdict::kRefuted;
@@ -290,15 +292,17 @@ Verdict judge_whole(const LostScan& lost, const PlaceHypothesis& place,
 /// Whether no other place may be the right one as well as the first. How often each was confirmed
 /// does not tell, as one may have been found long after the other: the same key scans are asked of
 /// both. What more of them refute, or what is refuted as a whole, is dropped.
-bool is_alone(const LostScan& lost, const std::vector<SearchedPlace>& places,
-              std::vector<PlaceHypothesis>& hypotheses) {
+bool is_alone(const LostScan& lost, const PlacedScans& seen,
+              const std::vector<SearchedPlace>& places, std::vector<PlaceHypothesis>& hypotheses) {
   const PlacedScans way = way_of(lost);
   const Votes best = votes_of(way, lost, hypotheses.front());
   for (auto other = hypotheses.begin() + 1; other != hypotheses.end();) {
     const Votes votes = votes_of(way, lost, *other);
-    if (votes.refute > best.refute || judge_whole(lost, *other, places) == Verdict::kRefuted) {
+    const bool is_rival = 2 * votes.confirm >= best.confirm;
+    if (votes.refute > best.refute ||
+        (is_rival && judge_whole(lost, *other, seen, places) == Verdict::kRefuted)) {
       other = hypotheses.erase(other);
-    } else if (2 * votes.confirm >= best.confirm) {
+    } else if (is_rival) {
       return false;
     } else {
       ++other;
@@ -351,14 +355,15 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
   if (!is_news || !(is_where_said || search.complete) || best.confirmations < wanted) {
     return std::nullopt;
   }
-  const Verdict whole = judge_whole(lost, best, places);
+  const PlacedScans seen = spread_out(lost.apart.key_scans.all());
+  const Verdict whole = judge_whole(lost, best, seen, places);
   if (whole == Verdict::kRefuted) {
     search.hypotheses.erase(search.hypotheses.begin());
   }
   if (whole != Verdict::kConfirmed) {
     return std::nullopt;
   }
-  const bool is_found = is_where_said || is_alone(lost, places, search.hypotheses);
+  const bool is_found = is_where_said || is_alone(lost, seen, places, search.hypotheses);
   return is_found ? std::optional(best) : std::nullopt;
 }
 

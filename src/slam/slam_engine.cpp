@@ -214,9 +214,11 @@ bool SlamEngine::map_apart(double stamp) {
   // Nor is it known how it moves: the next two matches will tell.
   tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
   const Mapping::BegunApart begun = mapping_.begin_apart(stamp, options_);
-  places_.begin(mapping_.parts(), begun.is_drawn_beside
-                                      ? stamp + kDrawn * static_cast<double>(key_scans().size())
-                                      : 0.0);
+  // Where another part had just begun, the drawing that was for that one is still under way.
+  const double since = begun.is_drawn_beside
+                           ? stamp + kDrawn * static_cast<double>(key_scans().size())
+                           : places_.search().stamp;
+  places_.begin(mapping_.parts(), since);
   return begun.gave_up_part;
 }
 

@@ -36,6 +36,22 @@ TEST(SavedWhereabouts, ComeBack) {
   EXPECT_EQ(error_after([](Whereabouts& /*sound*/) {}), "(no error)");
 }
 
+/// As while it is made: the frames of maps apart are of their own.
+TEST(SavedWhereabouts, EachMapMayBeAsLargeAsAllowed) {
+  const auto with_a_cell_at = [](double x) {
+    SlamMap map(MapOptions{}, LikelihoodFieldOptions{});
+    map.occupancy.blend(map.occupancy.geometry().cell_at({x, 0.0}), 1.0, 1.0);
+    return map;
+  };
+  MapStart start{with_a_cell_at(0.0), {}, {}, {}, 0};
+  start.whereabouts.apart.push_back({with_a_cell_at(5000.0), {}, {}, 5.0});
+  const TemporaryFolder folder;
+  replace_file(folder / "map.slam", to_saved_map(start));
+  constexpr double kMostCells = 300.0 * 300.0;
+  EXPECT_EQ(error_text<FileError>([&] { (void)read_saved_map(folder / "map.slam", kMostCells); }),
+            "(no error)");
+}
+
 TEST(SavedWhereabouts, NameNoPartThatThereIsNot) {
   const std::string text = "is damaged: it names part 3 of a map of 3";
   EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.here = 3; }), text));

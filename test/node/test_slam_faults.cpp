@@ -24,6 +24,7 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
@@ -261,6 +262,9 @@ class LogWatch {
 
   [[nodiscard]] std::string line() const { return line_; }
 
+  /// Programs whose log is heard: what one says before is lost, but for the newest line.
+  [[nodiscard]] std::uint32_t speakers() const { return log_.getNumPublishers(); }
+
  private:
   void on_log(const rosgraph_msgs::Log& log) {
     if (contains(log.msg, words_)) {
@@ -343,11 +347,14 @@ std_srvs::Trigger::Response save(const std::string& node) {
 
 TEST(SlamFaults, NamesWhatIsNoScan) {
   const LogWatch log(", which is no scan; it is ignored");
+  ASSERT_TRUE(wait_until([&] { return log.speakers() > 0; }));  // this program's
+  const std::uint32_t before = log.speakers();
+  const TemporaryFolder folder;
+  NodeProcess process("hears_words", folder, {"scan:=/words"});
+  ASSERT_TRUE(wait_until([&] { return log.speakers() > before; }));
   ros::NodeHandle node;
   const ros::Publisher words = node.advertise<std_msgs::String>("/words", 1, true);
   words.publish(std_msgs::String());
-  const TemporaryFolder folder;
-  NodeProcess process("hears_words", folder, {"scan:=/words"});
   ASSERT_TRUE(wait_until([&] { return !log.line().empty(); })) << "it says nothing";
   EXPECT_EQ(log.line(), ros::this_node::getName() +
                             " publishes std_msgs/String on /words, which is no scan; it is "

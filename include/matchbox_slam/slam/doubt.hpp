@@ -30,7 +30,7 @@ struct DoubtOptions {
            "look finds nothing better.");
     option(self.score_drop, "score_drop", between(0.0, 1.0), "",
            "A match is looked at again, too, when it scores less than this share of what is usual "
-           "lately, though what it sees is mapped.");
+           "lately, though what it sees is mapped; and after a doubt it confirms no pose.");
     option(
         self.least_net, "least_net", between(-1.0, 1.0), "",
         "A match is rejected when its score less its contradiction is lower, and the second look "

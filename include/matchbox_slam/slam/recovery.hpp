@@ -23,7 +23,8 @@ struct RecoveryOptions {
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
     option(self.interval, "interval", between(0.0, 60.0), "s",
-           "While the robot is lost, its scans are searched among key scans as often as this.");
+           "While the robot is lost, its scans are searched among key scans as often as this, or "
+           "each of them where they are 0.1 m and more apart.");
     option(self.key_scans, "key_scans", between(1, 1000), "",
            "Key scans that a scan is searched in at a time, 5 to 10 milliseconds each; up to ten "
            "times as many where scans are rare.");
