@@ -160,27 +160,45 @@ struct Votes {
   int refute = 0;
 };
 
-Votes votes_of(const PlacedScans& way, const LostScan& lost, const PlaceHypothesis& place) {
+/// @param least  of confirmations less refutations: where that can no longer be reached, the votes
+///               are those until then.
+Votes votes_of(const PlacedScans& way, const LostScan& lost, const PlaceHypothesis& place,
+               int least) {
   const MapPart& part = lost.parts[place.part];
   Votes votes;
-  for (const PlacedScan& key : way) {
-    const std::shared_ptr<const PointScan> points = key.scan->points();
+  PlacedScans open;
+  for (const PlacedScan& key : way) {  // the cheap question first
     const Pose2 part_from_base = place.part_from_apart * key.map_from_base;
-    Verdict verdict = Verdict::kRefuted;
-    if (!is_refuted(contradiction(*points, part_from_base, part.map.field), lost.doubt)) {
-      verdict = judge(match_at(*points, part_from_base, kPlaceXy, kPlaceTheta, part), false,
-                      lost.doubt, lost.options);
+    if (is_refuted(contradiction(*key.scan->points(), part_from_base, part.map.field),
+                   lost.doubt)) {
+      ++votes.refute;
+    } else {
+      open.push_back({key.scan, part_from_base});
     }
+  }
+  auto left = static_cast<int>(open.size());
+  for (const PlacedScan& key : open) {
+    if (votes.confirm + left - votes.refute < least) {
+      break;
+    }
+    --left;
+    const Verdict verdict =
+        judge(match_at(*key.scan->points(), key.map_from_base, kPlaceXy, kPlaceTheta, part), false,
+              lost.doubt, lost.options);
     votes.confirm += verdict == Verdict::kConfirmed ? 1 : 0;
     votes.refute += verdict == Verdict::kRefuted ? 1 : 0;
   }
   return votes;
 }
 
+Votes votes_of(const PlacedScans& way, const LostScan& lost, const PlaceHypothesis& place) {
+  return votes_of(way, lost, place, -static_cast<int>(way.size()));
+}
+
 /// What was seen on the way speaks for a far place or against it, as what comes will, so that a
 /// robot that stands is found, too. Whether it does not speak against it.
 bool agrees_with_way(const LostScan& lost, PlaceHypothesis& place) {
-  const Votes votes = votes_of(way_of(lost), lost, place);
+  const Votes votes = votes_of(way_of(lost), lost, place, 1 - place.confirmations);
   place.confirmations += votes.confirm - votes.refute;
   return place.confirmations > 0;
 }
