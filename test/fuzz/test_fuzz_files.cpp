@@ -200,7 +200,7 @@ std::string small_map() {
 class SavedFields {
  public:
   explicit SavedFields(const std::string& bytes)
-      : bytes_(bytes), at_(std::string("matchbox_slam map, version 7\n").size()) {
+      : bytes_(bytes), at_(std::string("matchbox_slam map, version 8\n").size()) {
     add(3, 8, numbers);
     for (std::uint64_t cells = count(); cells > 0; --cells) {
       add(2, 4, coordinates);
@@ -229,6 +229,9 @@ class SavedFields {
     add(3, 8, state);
     add(1, 1, rest);
     add(8 + 2, 8, state);
+    add(3 + 9 + 2, 8, state);
+    add(1, 1, rest);
+    add(1 + 3 + 3 + 3, 8, state);
     for (std::uint64_t lasers = count(); lasers > 0; --lasers) {
       add(1, 4, rest);
       add(3, 8, state);
