@@ -8,9 +8,9 @@
 namespace matchbox_slam {
 namespace {
 
-// Of 64 drives through corridors the mean error is 77 mm without calibration; with it 57, and 54 to
-// 59 with half, double and four times the length, a quarter of the memory, five deviations, five
-// times the drift, or none (benchmark/reports/2026-11-24/CORRIDORS.md).
+// Of 64 drives through corridors the mean error is 77 mm without calibration, and 54 to 59 with it:
+// with half, double and four times the length, a quarter of the memory, five deviations, five times
+// the drift, or none (benchmark/reports/2026-11-24/CORRIDORS.md). The last three are guesses.
 constexpr double kLength = 1.0;   // [m] of a stretch
 constexpr double kMemory = 20.0;  // [m] of way, for the noise
 constexpr double kDeviations = 3.0;
@@ -21,8 +21,8 @@ constexpr double kMostLeft = 0.5;         // of the prior, in all directions tog
 constexpr double kLeastNoise = 1e-8;      // [m^2/m], [rad^2/m]
 
 /// @param innovation  and `row`, by which errors make it, over the square root of the length.
-void take(double innovation, const Eigen::Vector3d& row, double weight, double& noise,
-          OdometryCalibration& result) {
+void update(double innovation, const Eigen::Vector3d& row, double weight, double& noise,
+            OdometryCalibration& result) {
   const Eigen::Vector3d reached = result.covariance * row;
   const double variance = row.dot(reached) + noise;
   const double most = kDeviations * std::sqrt(variance);
@@ -33,8 +33,8 @@ void take(double innovation, const Eigen::Vector3d& row, double weight, double& 
   noise = std::max(noise + weight * (taken * taken - noise), kLeastNoise);
 }
 
-void learn_from(const OdometryCalibration::Stretch& stretch, const Pose2& fixed_from_base,
-                OdometryCalibration& result) {
+void add_stretch(const OdometryCalibration::Stretch& stretch, const Pose2& fixed_from_base,
+                 OdometryCalibration& result) {
   const double root = std::sqrt(stretch.length);
   const double weight = 1.0 - std::exp(-stretch.length / kMemory);
   const OdometryCalibration first;
@@ -45,11 +45,11 @@ void learn_from(const OdometryCalibration::Stretch& stretch, const Pose2& fixed_
   const Pose2& told = stretch.first_from_newest;
   const Eigen::Vector3d off =
       difference(stretch.fixed_from_first.inverse() * fixed_from_base, told);
-  take(off.z() / root, Eigen::Vector3d(0.0, stretch.turn, stretch.forward) / root, weight,
-       result.noise[1], result);
+  update(off.z() / root, Eigen::Vector3d(0.0, stretch.turn, stretch.forward) / root, weight,
+         result.noise[1], result);
   if (const double chord = told.translation().norm(); chord > 0.0) {
-    take(off.head<2>().dot(told.translation()) / chord / root,
-         Eigen::Vector3d(chord, 0.0, 0.0) / root, weight, result.noise[0], result);
+    update(off.head<2>().dot(told.translation()) / chord / root,
+           Eigen::Vector3d(chord, 0.0, 0.0) / root, weight, result.noise[0], result);
   }
 }
 
@@ -78,7 +78,7 @@ OdometryCalibration calibrate(OdometryCalibration calibration, const Calibration
     if (stretch->length < kLength) {
       return calibration;
     }
-    learn_from(*stretch, step.fixed_from_base, calibration);
+    add_stretch(*stretch, step.fixed_from_base, calibration);
   }
   stretch = OdometryCalibration::Stretch{step.stamp, step.fixed_from_base, {}, 0.0, 0.0, 0.0};
   return calibration;

@@ -53,8 +53,8 @@ struct MotionPriorOptions {
            "The standard deviations of odometry go down to this share of what is set, as matches "
            "show that it is better; 1: they stay as set.");
     option(self.calibrate, "calibrate", any(), "",
-           "Learn from matches by which share odometry tells too little of way and turn, and "
-           "correct it.");
+           "Learn from matches by which share odometry tells too little of way and turn, and how "
+           "much it turns by the way, and correct it.");
   }
 };
 
