@@ -19,6 +19,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -117,15 +118,15 @@ class Drive {
   std::vector<std::string> log_;
 };
 
-/// The process of a node, as it says itself; 0: there is none.
-int process_of(const std::string& node) {
+/// What a node answers to a call of ROS's slave API; none: there is no such node.
+std::optional<XmlRpc::XmlRpcValue> ask(const std::string& node, const char* method) {
   XmlRpc::XmlRpcValue arguments;
   XmlRpc::XmlRpcValue answer;
   XmlRpc::XmlRpcValue result;
   arguments[0] = "/test";
   arguments[1] = node;
   if (!ros::master::execute("lookupNode", arguments, answer, result, false)) {
-    return 0;
+    return std::nullopt;
   }
   std::string host;
   std::uint32_t port = 0;
@@ -133,7 +134,29 @@ int process_of(const std::string& node) {
   XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
   XmlRpc::XmlRpcValue caller;
   caller[0] = "/test";
-  return client.execute("getPid", caller, answer) ? static_cast<int>(answer[2]) : 0;
+  if (!client.execute(method, caller, answer)) {
+    return std::nullopt;
+  }
+  return answer[2];
+}
+
+/// The process of a node, as it says itself; 0: there is none.
+int process_of(const std::string& node) {
+  std::optional<XmlRpc::XmlRpcValue> process = ask(node, "getPid");
+  return process ? static_cast<int>(*process) : 0;
+}
+
+/// Whether the lines of a node's log come here. What it logs before that is lost.
+bool is_log_heard(const std::string& node) {
+  std::optional<XmlRpc::XmlRpcValue> connections = ask(node, "getBusInfo");
+  for (int i = 0; connections && i < connections->size(); ++i) {
+    XmlRpc::XmlRpcValue& connection = (*connections)[i];
+    if (std::string(connection[1]) == ros::this_node::getName() &&
+        std::string(connection[2]) == "o" && std::string(connection[4]) == "/rosout") {
+      return true;
+    }
+  }
+  return false;
 }
 
 SimulatedRun simulate(const std::string& bag) {
@@ -209,6 +232,10 @@ TEST(SlamRespawn, KilledInTheMiddleOfADriveItGoesOnWithTheMapSavedLast) {
 
   // The robot drives on meanwhile, for a while.
   const std::size_t before = drive.found().size();
+  for (int i = 0; i < 20; ++i) {
+    drive.go_on();
+  }
+  ASSERT_TRUE(Drive::wait_until([&] { return is_log_heard("/slam"); })) << "it does not come back";
   ASSERT_TRUE(drive.until([&] { return drive.found().size() > before; }))
       << "it does not come back";
   ASSERT_TRUE(drive.until([&] { return !drive.line("going on with ").empty(); }));
