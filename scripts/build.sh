@@ -12,7 +12,7 @@ case ${1:-} in
     sed -n '2,4s/^# //p' "${BASH_SOURCE[0]}"
     exit 0
     ;;
-  *) fail "takes no arguments" ;;
+  *) refuse "$1 is no argument; allowed: none, or --help" ;;
 esac
 
 prepare_workspace all

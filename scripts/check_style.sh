@@ -18,7 +18,7 @@ case ${1:-} in
     sed -n '2,5s/^# //p' "${BASH_SOURCE[0]}"
     exit 0
     ;;
-  *) fail "unknown option $1; see --help" ;;
+  *) refuse "unknown option $1; see --help" ;;
 esac
 
 use_system_ros

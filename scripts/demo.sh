@@ -53,10 +53,10 @@ case ${1:-} in
     sed -n '2,4s/^# //p' "${BASH_SOURCE[0]}"
     exit 0
     ;;
-  -*) fail "the bag comes first: demo.sh [BAG [map_bag options]]" ;;
+  -*) refuse "$1: the bag comes first: demo.sh [BAG [map_bag options]]" ;;
 esac
 if (($# > 0)) && [[ ! -f $1 ]]; then
-  fail "$1: there is no such file"
+  refuse "$1: there is no such file"
 fi
 prepare_workspace programs
 if (($# > 0)); then

@@ -141,7 +141,36 @@ def maps(pyplot, data):
     return figure
 
 
+def refuse(text):
+    """Ends with one line, for wrong usage."""
+    print(f"plot_evaluation: {text}; `evaluate --plot` runs it", file=sys.stderr)
+    sys.exit(2)
+
+
+def draw(pyplot, stream):
+    """The figure of which JSON is read from `stream`."""
+    figures = {"ate": ate, "rpe": rpe, "relations": relations, "map": maps}
+    try:
+        data = json.load(stream)
+    except ValueError as error:  # of JSON, or of bytes that are no text
+        refuse(f"standard input is not JSON: {error}")
+    metric = data.get("metric") if isinstance(data, dict) else None
+    if metric not in list(figures):  # which may be no text
+        refuse(f"the JSON has no metric that is one of {', '.join(figures)}")
+    try:
+        return figures[metric](pyplot, data)
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        refuse(f"the JSON is no figure of {metric} ({type(error).__name__}: {error})")
+
+
 def main():
+    if "--help" in sys.argv[1:] or "-h" in sys.argv[1:]:
+        print(__doc__)
+        return
+    if len(sys.argv) > 1:
+        refuse(f"unknown option {sys.argv[1]}; it takes none but --help")
+    if sys.stdin.isatty():
+        refuse("standard input is a terminal, not JSON")
     try:
         import matplotlib
         matplotlib.use("Agg")
@@ -150,8 +179,7 @@ def main():
         sys.exit(f"matplotlib cannot be loaded ({error}); install python3-matplotlib")
     pyplot.rcParams.update({"font.size": 11, "axes.spines.top": False, "axes.spines.right": False,
                             "axes.formatter.useoffset": False})
-    data = json.load(sys.stdin)
-    figure = {"ate": ate, "rpe": rpe, "relations": relations, "map": maps}[data["metric"]](pyplot, data)
+    figure = draw(pyplot, sys.stdin)
     png = io.BytesIO()
     figure.savefig(png, format="png", dpi=DPI)
     sys.stdout.buffer.write(png.getvalue())

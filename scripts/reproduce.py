@@ -55,11 +55,17 @@ def settings(words):
 
 
 def profile(name, folder):
-    """A profile of the workflow's own, a folder, or the name of one of the user's."""
-    for path in (os.path.join(folder, 'profiles', name), name):
+    """The folder of a profile: of the workflow's own, a folder, or one of the user's or of the system by name."""
+    own = os.path.join(folder, 'profiles')
+    for path in (os.path.join(own, name), name):
         if os.path.isfile(os.path.join(path, 'config.yaml')):
             return os.path.abspath(path)
-    return name
+    from snakemake import get_profile_file  # which takes a second
+    path = get_profile_file(name, 'config.yaml')
+    if path is None:
+        raise Usage("--profile: there is no profile '%s'; allowed: %s, a folder with a config.yaml, or the name of one "
+                    'that Snakemake finds' % (name, ', '.join(sorted(os.listdir(own)))))
+    return os.path.dirname(path)
 
 
 def check_matcher(match_pairs, matcher, given):
@@ -130,6 +136,14 @@ def options(arguments):
     return chosen
 
 
+def make_folder(out):
+    """With its parents, unless it is there."""
+    try:
+        os.makedirs(out, exist_ok=True)
+    except OSError as error:
+        raise Failed("the folder '%s' cannot be made: %s" % (out, error.strerror))
+
+
 def lock(out):
     """Holds the folder until this process ends, however it does; Snakemake's own lock outlives it."""
     descriptor = os.open(os.path.join(out, '.reproduce.lock'), os.O_RDWR | os.O_CREAT, 0o644)
@@ -148,7 +162,7 @@ def snakemake(arguments, folder, out, chosen):
                '--keep-going', '--scheduler', 'greedy', '--configfile', chosen,
                '--snakefile', os.path.join(folder, 'sweep.smk' if arguments.sweep else 'Snakefile')]
     if arguments.profile:
-        command += ['--profile', profile(arguments.profile, folder)]
+        command += ['--profile', arguments.profile]
     if arguments.cores or not arguments.profile:
         command += ['--cores', str(arguments.cores or os.cpu_count())]
     if arguments.dry_run:
@@ -211,9 +225,14 @@ def main():
         folder = workflow_folder()
         sys.dont_write_bytecode = True
         sys.path.insert(0, folder)
-        check_configuration(chosen, find_programs()['match_pairs'])
+        if not arguments.out:
+            raise Usage("--out: '' is no name of a folder")
+        programs = find_programs()
+        if arguments.profile:
+            arguments.profile = profile(arguments.profile, folder)
+        check_configuration(chosen, programs['match_pairs'])
         out = os.path.abspath(arguments.out)
-        os.makedirs(out, exist_ok=True)
+        make_folder(out)
         lock(out)
         if arguments.dry_run:
             # The options of the run that is there stay what they are.

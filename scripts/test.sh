@@ -11,13 +11,18 @@ source "$(dirname "${BASH_SOURCE[0]}")/workspace.sh"
 style=false
 case ${1:-} in
   "") ;;
-  --style) style=true ;;
+  --style)
+    style=true
+    shift
+    ;;
   -h | --help)
     sed -n '2,6s/^# //p' "${BASH_SOURCE[0]}"
     exit 0
     ;;
-  *) fail "unknown option $1; to run some tests, see CONTRIBUTING.md" ;;
 esac
+if (($# > 0)); then
+  refuse "unknown option $1; to run some tests, see CONTRIBUTING.md"
+fi
 
 results=$workspace/build/test_results
 rm -rf "$results"

@@ -7,9 +7,18 @@ workspace=$clone/.workspace
 
 say() { printf '\n== %s\n' "$*"; }
 
+complain() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; }
+
+# The work failed.
 fail() {
-  printf '%s: %s\n' "$(basename "$0")" "$*" >&2
+  complain "$@"
   exit 1
+}
+
+# It was asked for what there is not.
+refuse() {
+  complain "$@"
+  exit 2
 }
 
 # setup.bash of ROS and catkin reads variables that may be unset, and the arguments of who sources it.

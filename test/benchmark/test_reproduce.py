@@ -627,12 +627,20 @@ class FrontTest(unittest.TestCase):
                     (['--set', 'seed=3'], 'seed'), (['--set', 'olsn/step_xy=1'], 'olsn'), (['--seed', '-1'], 'seed'),
                     (['--cores', '-2'], 'cores'), (['--cores', '0'], 'cores'), (['--seed', 'x'], 'seed'),
                     (['--bag', FRONT, '--map-options', '--seed 3'], '--seed'),
-                    (['--sweep', os.path.join(out, 'sweep.yaml')], 'olsn')):
+                    (['--sweep', os.path.join(out, 'sweep.yaml')], 'olsn'), (['--profile', 'nope'], "'nope'.* slurm")):
                 done = run(sys.executable, FRONT, '--out', os.path.join(out, 'results'), *words)
                 self.assertEqual(done.returncode, 2, (words, done.stderr))
                 self.assertEqual(done.stderr.count('\n'), 1, done.stderr)
                 self.assertRegex(done.stderr, '^reproduce: .*(%s)' % named)
             self.assertFalse(os.path.exists(os.path.join(out, 'results')))
+
+    def test_a_folder_that_cannot_be_made_is_one_line(self):
+        done = run(sys.executable, FRONT, '--out', '/dev/null/results')
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(done.stderr, "reproduce: the folder '/dev/null/results' cannot be made: Not a directory\n")
+        done = run(sys.executable, FRONT, '--out', '')
+        self.assertEqual(done.returncode, 2)
+        self.assertEqual(done.stderr, "reproduce: --out: '' is no name of a folder; see --help\n")
 
     @unittest.skipIf(shutil.which('rosrun') is None or shutil.which('catkin_find') is None, 'rosrun is missing')
     def test_rosrun_finds_the_scripts_once(self):

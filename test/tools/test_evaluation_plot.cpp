@@ -65,6 +65,31 @@ TEST_F(EvaluationPlot, OnlyPngIsDrawn) {
   EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
 }
 
+TEST_F(EvaluationPlot, TheScriptAloneSaysWhatItWantsInOneLine) {
+  const std::string script =
+      std::string("\"$(dirname ") + MATCHBOX_EVALUATE + ")/plot_evaluation\"";
+  const auto run_script = [&](const std::string& arguments) {
+    return run_command("/bin/sh", "-c '" + script + " " + arguments + "'");
+  };
+  const std::string figure = folder_ / "figure.json";
+  for (const std::string text :
+       {"", "nonsense", "[]", "{}", "{\"metric\": \"none\"}", "{\"metric\": \"ate\"}", "\xff"}) {
+    replace_file(figure, text);
+    const Outcome outcome = run_script("<" + figure);
+    EXPECT_EQ(outcome.exit_code, 2) << text;
+    EXPECT_EQ(line_count(outcome.output), 1U) << outcome.output;
+    EXPECT_EQ(outcome.output.compare(0, 17, "plot_evaluation: "), 0) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "evaluate --plot")) << outcome.output;
+  }
+  const Outcome wrong = run_script("--hlep </dev/null");
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_EQ(line_count(wrong.output), 1U) << wrong.output;
+  EXPECT_TRUE(contains(wrong.output, "--hlep")) << wrong.output;
+  const Outcome help = run_script("--help </dev/null");
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_TRUE(contains(help.output, "draws what `evaluate` measured")) << help.output;
+}
+
 TEST_F(EvaluationPlot, MissingMatplotlibIsOneLineThatSaysSo) {
   replace_file(folder_ / "matplotlib.py", "raise ImportError('No module named matplotlib')\n");
   const Outcome outcome =
