@@ -26,7 +26,8 @@ constexpr const char* kHelp =
     "  MATCHER   such as my_package/MyMatcher or my_matcher\n"
     "  PACKAGE   all matchers that it declares; without arguments those of every package\n"
     "\n"
-    "Exits 0 when all tests passed, 1 when one failed, 2 for a matcher that cannot be found.\n"
+    "Exits 0 when all tests passed, 1 when one failed, 2 for a matcher or a test that cannot be\n"
+    "found.\n"
     "The other options are GoogleTest's:\n";
 
 bool is_help(const std::string& argument) { return argument == "--help" || argument == "-h"; }
@@ -86,5 +87,11 @@ int main(int argc, char** argv) {
     std::cerr << "matcher_conformance: " << error.what() << '\n';
     return 2;
   }
-  return RUN_ALL_TESTS();
+  const int exit_code = RUN_ALL_TESTS();
+  if (testing::UnitTest::GetInstance()->test_to_run_count() == 0) {
+    std::cerr << "matcher_conformance: no test matches --gtest_filter="
+              << testing::GTEST_FLAG(filter) << "; see --gtest_list_tests\n";
+    return 2;
+  }
+  return exit_code;
 }
