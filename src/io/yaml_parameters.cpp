@@ -154,7 +154,7 @@ Parameters parse_yaml_parameters(const std::string& text, const std::string& sou
   if (document.IsMap()) {
     reader.read_map(document, "", 0);
   } else if (!document.IsNull()) {
-    reader.fail(document, "has to be a map of names to values, such as 'matcher: MonteCarlo'");
+    reader.fail(document, "has to be a map of names to values, such as 'matcher: monte_carlo'");
   }
   return reader.parameters();
 }

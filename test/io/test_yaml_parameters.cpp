@@ -70,7 +70,8 @@ TEST(ParseYamlParameters, RefusalNamesSourceAndLine) {
   EXPECT_EQ(refusal("a: 1\na: 2\n"), "my.yaml:2: 'a' is given twice");
   EXPECT_EQ(refusal("a: 1\nb: [[1], [2]]\n"),
             "my.yaml:2: 'b' is a list of something else than numbers or texts");
-  EXPECT_TRUE(contains(refusal("- 1\n- 2\n"), "my.yaml:1: has to be a map"));
+  EXPECT_EQ(refusal("- 1\n- 2\n"),
+            "my.yaml:1: has to be a map of names to values, such as 'matcher: monte_carlo'");
   for (const std::string text : {"a: 1\n---\nb: 2\n", "a: 1\n...\nb: 2\n", "{a: 1}\nb: 2\n"}) {
     EXPECT_TRUE(contains(refusal(text), "my.yaml: a second YAML document")) << text;
   }
