@@ -132,7 +132,11 @@ std::optional<ScanQueue::Item> BagScans::next() {
         events_.pop_front();
         return event;
       }
-      time_jumps_ += std::holds_alternative<TimeJump>(*next) ? 1 : 0;
+      if (std::holds_alternative<TimeJump>(*next)) {
+        ++time_jumps_;
+        first_skip_.clear();
+        used_before_jump_ += queue_->account().delivered;
+      }
       return queue_->next();
     }
     if (stream_ == nullptr) {
@@ -238,10 +242,17 @@ void BagScans::require_not_interrupted() const {
 
 void BagScans::throw_nothing_used() const {
   require_not_interrupted();
-  throw BagError(
-      "none of " + std::to_string(queue_->account().received) +
-      " scans could be used; the first: " + (first_skip_.empty() ? "none was read" : first_skip_) +
-      (facts_.damage.empty() ? "" : "; " + facts_.damage));
+  const std::string first = first_skip_.empty() ? "none was read" : first_skip_;
+  const std::string damage = facts_.damage.empty() ? "" : "; " + facts_.damage;
+  const std::size_t received = queue_->account().received;
+  if (used_before_jump_ > 0) {
+    throw BagError("of " + std::to_string(received) + " scans " +
+                   std::to_string(used_before_jump_) +
+                   " were used before time jumped back and none since, the first: " + first +
+                   "; to map the part before give --set time_jump=stop" + damage);
+  }
+  throw BagError("none of " + std::to_string(received) +
+                 " scans could be used; the first: " + first + damage);
 }
 
 }  // namespace matchbox_slam

@@ -120,7 +120,8 @@ class BagScans {
   std::optional<ScanQueue> queue_;
   std::unique_ptr<BagStream> stream_;  ///< null when there is no more to read
   std::set<SkipReason> told_;
-  std::string first_skip_;
+  std::string first_skip_;            ///< since time has jumped back last
+  std::size_t used_before_jump_ = 0;  ///< scans, until then
   bool told_of_map_link_ = false;
   bool told_of_imu_ = false;
   std::optional<ros::Time> first_time_;

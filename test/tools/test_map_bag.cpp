@@ -691,6 +691,27 @@ TEST_F(MapBag, StartsAnewOrStopsWhenTimeJumpsBack) {
   EXPECT_EQ(poses(), 30U);
 }
 
+TEST_F(MapBag, WhenNothingAfterATimeJumpCanBeUsedItSaysThat) {
+  SmallBag recipe;
+  recipe.scans = 30;
+  write_small_bag(bag_, recipe);
+  {
+    rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+    for (int k = 0; k < 40; ++k) {  // without transforms
+      bag.write("/scan", ros::Time(1010.0 + 0.05 * k), make_scan(900.0 + 0.05 * k));
+    }
+  }
+  const Outcome outcome = run("--quiet");
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
+  const std::string last = outcome.output.substr(outcome.output.find("map_bag: "));
+  EXPECT_TRUE(contains(last,
+                       "of 70 scans 30 were used before time jumped back and none since, the "
+                       "first: scan of 900.1"))
+      << last;
+  EXPECT_TRUE(contains(last, "(no_transform)")) << last;
+  EXPECT_TRUE(contains(last, "--set time_jump=stop")) << last;
+}
+
 TEST_F(MapBag, OneScanWithAWrongStampCostsNoMap) {
   write_small_bag(bag_);
   {
