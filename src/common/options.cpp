@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
 #include <optional>
 #include <sstream>
+
+#include "common/known_names.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -57,36 +58,6 @@ bool is_empty_list(const ParameterValue& value) {
   const auto* numbers = std::get_if<std::vector<double>>(&value);
   const auto* words = std::get_if<std::vector<std::string>>(&value);
   return (numbers != nullptr && numbers->empty()) || (words != nullptr && words->empty());
-}
-
-/// Number of letters to insert, remove or replace to turn one text into the other (Levenshtein).
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
-    }
-  }
-  return row[b.size()];
-}
-
-/// The known name that was probably meant; empty when none is near.
-std::string nearest_name(const std::string& key, const std::vector<std::string>& known) {
-  std::string nearest;
-  std::size_t least = std::max<std::size_t>(2, key.size() / 3) + 1;
-  for (const std::string& name : known) {
-    const std::size_t distance = edit_distance(key, name);
-    if (distance < least) {
-      least = distance;
-      nearest = name;
-    }
-  }
-  return nearest;
 }
 
 template <typename Value>
@@ -196,10 +167,11 @@ void reject_unknown_keys(const Parameters& parameters, const std::string& compon
       continue;
     }
     const std::string nearest = nearest_name(key, known);
-    throw ConfigurationError((component.empty() ? "" : component + ": ") + "unknown parameter '" +
-                             key + "'" +
-                             (nearest.empty() ? "." : "; did you mean '" + nearest + "'?") +
-                             (known.empty() ? " It takes none." : " Known: " + join(known) + "."));
+    throw ConfigurationError(
+        (component.empty() ? "" : component + ": ") +
+        unknown_name_text("parameter", key,
+                          nearest.empty() ? std::vector<std::string>{} : std::vector{nearest},
+                          known));
   }
 }
 

@@ -40,10 +40,11 @@ OptionDescription matcher_choice(const SlamSetup& setup, const MatcherCatalog& c
 
 }  // namespace
 
-LiveConfiguration::LiveConfiguration(Parameters parameters, const MatcherCatalog& catalog)
+LiveConfiguration::LiveConfiguration(Parameters parameters, const MatcherCatalog& catalog,
+                                     SetupOf whose)
     : parameters_(std::move(parameters)),
       catalog_(&catalog),
-      setup_(make_slam_setup(parameters_, catalog)) {}
+      setup_(make_slam_setup(parameters_, catalog, whose)) {}
 
 std::vector<OptionDescription> LiveConfiguration::options() const {
   std::vector<OptionDescription> rows = {matcher_choice(setup_, *catalog_)};

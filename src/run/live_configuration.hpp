@@ -14,7 +14,8 @@ namespace matchbox_slam {
 class LiveConfiguration {
  public:
   /// Throws as make_slam_setup does. @param catalog  outlives this object.
-  LiveConfiguration(Parameters parameters, const MatcherCatalog& catalog);
+  LiveConfiguration(Parameters parameters, const MatcherCatalog& catalog,
+                    SetupOf whose = SetupOf::kNode);
 
   [[nodiscard]] const SlamSetup& setup() const { return setup_; }
 

@@ -43,6 +43,17 @@ void check_frames(const ScanMatcherNodeOptions& options) {
   }
 }
 
+std::vector<OptionDescription> describe_sections() {
+  std::vector<OptionDescription> rows = describe_options(LaserOdometryOptions{});
+  for (OptionDescription& row : rows) {
+    row.name = "odometry/" + row.name;
+  }
+  for (const auto& section : {describe_cloud_options({}), describe_engine_options({})}) {
+    rows.insert(rows.end(), section.begin(), section.end());
+  }
+  return rows;
+}
+
 }  // namespace
 
 ScanMatcherSetup make_scan_matcher_setup(const Parameters& parameters,
@@ -53,7 +64,7 @@ ScanMatcherSetup make_scan_matcher_setup(const Parameters& parameters,
   reject_unknown_names(parameters, names,
                        {"odometry", "scan", "cloud", "map", "field", "motion", "doubt", "tracking",
                         "recovery", "slam"},
-                       catalog);
+                       describe_sections(), catalog);
   for (std::string* frame :
        {&setup.node.base_frame, &setup.node.odom_frame, &setup.node.guess_frame}) {
     *frame = without_leading_slash(*frame);

@@ -1,22 +1,71 @@
 #include "run/setup_parts.hpp"
 
+#include <algorithm>
 #include <cstddef>
+
+#include "common/known_names.hpp"
 
 namespace matchbox_slam {
 
+namespace {
+
+bool is_among(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// The options of that name in sections, by their whole names.
+std::vector<std::string> whole_names(const std::string& name,
+                                     const std::vector<std::string>& sections,
+                                     const std::vector<OptionDescription>& in_sections,
+                                     const MatcherCatalog& catalog) {
+  std::vector<std::string> found;
+  for (const OptionDescription& row : in_sections) {
+    const std::size_t slash = row.name.find('/');
+    if (row.name.substr(slash + 1) == name && is_among(sections, row.name.substr(0, slash))) {
+      found.push_back(row.name);
+    }
+  }
+  for (const std::string& lookup_name : catalog.lookup_names()) {
+    try {
+      for (const OptionDescription& row : catalog.create(lookup_name)->options()) {
+        if (row.name == name) {
+          found.push_back(matcher_short_name(lookup_name) + "/" + name);
+        }
+      }
+    } catch (const ConfigurationError&) {
+      continue;  // whoever chooses it is told why it cannot be loaded
+    }
+  }
+  return found;
+}
+
+}  // namespace
+
 void reject_unknown_names(const Parameters& parameters, const std::vector<std::string>& options,
-                          std::vector<std::string> sections, const MatcherCatalog& catalog) {
+                          std::vector<std::string> sections,
+                          const std::vector<OptionDescription>& in_sections,
+                          const MatcherCatalog& catalog) {
   for (const std::string& lookup_name : catalog.lookup_names()) {
     sections.push_back(matcher_short_name(lookup_name));
   }
-  Parameters names_in_sections;
-  Parameters plain_names;
   for (const auto& [key, value] : parameters.values()) {
     const std::size_t slash = key.find('/');
-    (slash == std::string::npos ? plain_names : names_in_sections).set(key.substr(0, slash), value);
+    const bool is_plain = slash == std::string::npos;
+    const std::vector<std::string>& known = is_plain ? options : sections;
+    const std::string name = key.substr(0, slash);
+    if (is_among(known, name)) {
+      continue;
+    }
+    std::vector<std::string> meant;
+    if (is_plain) {
+      meant = whole_names(name, sections, in_sections, catalog);
+    }
+    if (const std::string nearest = nearest_name(name, known); meant.empty() && !nearest.empty()) {
+      meant = {nearest};
+    }
+    throw ConfigurationError(
+        unknown_name_text(is_plain ? "parameter" : "section", name, meant, known));
   }
-  reject_unknown_keys(plain_names, "", options);
-  reject_unknown_keys(names_in_sections, "sections", sections);
 }
 
 std::shared_ptr<const ScanMatcher> make_matcher(const Parameters& parameters,

@@ -31,6 +31,15 @@ void check_scan_time_offset(const RunOptions& options) {
   }
 }
 
+std::vector<OptionDescription> describe_sections(const CloudOptions& cloud,
+                                                 const EngineOptions& engine) {
+  std::vector<OptionDescription> rows = describe_cloud_options(cloud);
+  for (OptionDescription& row : describe_engine_options(engine)) {
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 /// Frames as tf2 wants them.
 void strip_leading_slashes(RunOptions& options) {
   for (std::string* frame : {&options.base_frame, &options.odom_frame, &options.map_frame}) {
@@ -48,15 +57,18 @@ MapFormat map_format(const RunOptions& options) {
   return options.map_format == "png" ? MapFormat::kPng : MapFormat::kPgm;
 }
 
-SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& catalog) {
+SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& catalog,
+                          SetupOf whose) {
   SlamSetup setup;
   std::vector<std::string> names;
   setup.run = read_options_among<RunOptions>(with_offset_as_text(parameters), "", names);
-  setup.node = read_options_among<SlamNodeOptions>(parameters, "", names);
+  if (whose == SetupOf::kNode) {
+    setup.node = read_options_among<SlamNodeOptions>(parameters, "", names);
+  }
   reject_unknown_names(
       parameters, names,
       {"slam", "scan", "cloud", "map", "field", "motion", "doubt", "tracking", "recovery", "loops"},
-      catalog);
+      describe_sections({}, {}), catalog);
   check_scan_time_offset(setup.run);
   strip_leading_slashes(setup.run);
   setup.cloud = read_cloud_options(parameters);
@@ -69,9 +81,8 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& ca
 
 std::vector<OptionDescription> describe_setup(const SlamSetup& setup) {
   std::vector<OptionDescription> rows = describe_options(setup.run);
-  for (auto& section :
-       {describe_cloud_options(setup.cloud), describe_engine_options(setup.engine)}) {
-    rows.insert(rows.end(), section.begin(), section.end());
+  for (OptionDescription& row : describe_sections(setup.cloud, setup.engine)) {
+    rows.push_back(std::move(row));
   }
   const std::string section = matcher_short_name(setup.matcher_name);
   for (OptionDescription& row : setup.matcher->options()) {

@@ -30,12 +30,15 @@ struct SlamSetup {
       hough;  ///< of what looks at Hough domains whatever the matcher: ~relocalise, --debug
 };
 
+/// Whose configuration it is: a program's has no option of the node alone.
+enum class SetupOf { kNode, kProgram };
+
 /// Reads everything there is to configure: the keys of RunOptions and SlamNodeOptions, the sections
 /// of the engine, and one section a matcher, of which only the chosen one's takes effect, and
 /// `hough`. What is not named keeps its default. Frames come without their leading slash. Throws
 /// ConfigurationError for an unknown key, section or matcher and for a bad value.
-[[nodiscard]] SlamSetup make_slam_setup(const Parameters& parameters,
-                                        const MatcherCatalog& catalog);
+[[nodiscard]] SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& catalog,
+                                        SetupOf whose = SetupOf::kNode);
 
 /// The number in a configured `scan_time_offset`; none for 'auto'.
 [[nodiscard]] std::optional<double> fixed_scan_time_offset(const RunOptions& options);

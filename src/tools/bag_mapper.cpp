@@ -80,7 +80,7 @@ class BagMapping {
         dialog_(telling_loops(dialog)),
         started_(resource_usage()),
         parameters_(gather_parameters(request, request.matcher)),
-        configuration_(parameters_, loader_),
+        configuration_(parameters_, loader_, SetupOf::kProgram),
         scans_(request.recording, dialog_) {
     std::vector<TimedEvent> events = events_of(request, configuration_);
     require_map(request, events, configuration_.setup());

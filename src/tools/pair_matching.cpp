@@ -30,14 +30,14 @@ namespace {
 std::vector<SlamSetup> make_setups(const MatchPairsRequest& request, const Parameters& parameters) {
   const MatcherLoader loader;
   if (request.matchers.empty()) {
-    return {make_slam_setup(parameters, loader)};
+    return {make_slam_setup(parameters, loader, SetupOf::kProgram)};
   }
   std::vector<SlamSetup> setups;
   std::set<std::string> names;
   for (const std::string& matcher : request.matchers) {
     Parameters with_matcher = parameters;
     with_matcher.set("matcher", matcher);
-    setups.push_back(make_slam_setup(with_matcher, loader));
+    setups.push_back(make_slam_setup(with_matcher, loader, SetupOf::kProgram));
     if (!names.insert(setups.back().matcher_name).second) {
       throw ConfigurationError("--matcher: '" + matcher +
                                "' is given twice; to compare configurations of one matcher, run "

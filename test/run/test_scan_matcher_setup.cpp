@@ -74,7 +74,8 @@ TEST(ScanMatcherSetup, RefusesWhatDoesNotFitTogether) {
   refused("{guess_frame: odom}", "guess_frame: 'odom' is not allowed with guess 'velocity'");
   refused("{guess: wheels}", "guess: wheels is not allowed");
   refused("{map_frame: map}", "unknown parameter 'map_frame'");
-  refused("{odometri/key_angle: 3}", "did you mean 'odometry'?");
+  refused("{odometri/key_angle: 3}", "unknown section 'odometri'; did you mean 'odometry'?");
+  refused("{key_angle: 3}", "did you mean 'odometry/key_angle'?");
   refused("{odometry/local_map_scan: 3}", "did you mean 'local_map_scans'?");
   refused("{slam/recent_scan: 3}", "did you mean 'recent_scans'?");
   refused("{hough/angles: 1}", "hough/angles");

@@ -91,7 +91,8 @@ TEST(SlamSetup, TheDescriptionReadsBackAsTheSame) {
 
 TEST(SlamSetup, RefusesWhatItDoesNotKnow) {
   EXPECT_TRUE(contains(refusal_of("base_fram: x"), "did you mean 'base_frame'"));
-  EXPECT_TRUE(contains(refusal_of("monte_carl: {max_tries: 3}"), "did you mean 'monte_carlo'"));
+  EXPECT_TRUE(contains(refusal_of("monte_carl: {max_tries: 3}"),
+                       "unknown section 'monte_carl'; did you mean 'monte_carlo'? Known: slam, "));
   EXPECT_TRUE(contains(refusal_of("monte_carlo: {max_trys: 3}"), "did you mean 'max_tries'"));
   EXPECT_TRUE(contains(refusal_of("slam: {insert_distanc: 3}"), "'insert_distance'"));
   EXPECT_TRUE(contains(refusal_of("matcher: olsen"), "no matcher 'olsen'"));
@@ -103,6 +104,26 @@ TEST(SlamSetup, RefusesWhatItDoesNotKnow) {
     EXPECT_TRUE(contains(text, "allowed: a number of seconds from -1000000 to 1000000, auto"))
         << text;
   }
+}
+
+TEST(SlamSetup, SaysInWhichSectionAnOptionIs) {
+  EXPECT_TRUE(contains(refusal_of("insert_distance: 1"),
+                       "unknown parameter 'insert_distance'; did you mean 'slam/insert_distance'? "
+                       "Known: matcher, "));
+  EXPECT_TRUE(contains(refusal_of("max_tries: 1"), "did you mean 'monte_carlo/max_tries'?"));
+  EXPECT_TRUE(contains(refusal_of("min_height: 1"), "did you mean 'cloud/min_height'?"));
+  EXPECT_TRUE(contains(refusal_of("min_score: 1"), "/min_score' or '"));
+}
+
+TEST(SlamSetup, OfAProgramKnowsNoOptionOfTheNode) {
+  const auto refusal = [](SetupOf whose) {
+    return error_text<ConfigurationError>([&] {
+      (void)make_slam_setup(parse_yaml_parameters("nothing_like_it: 1", "test"), MatcherLoader(),
+                            whose);
+    });
+  };
+  EXPECT_TRUE(contains(refusal(SetupOf::kNode), "map_format, start_x, start_y, start_theta, pub"));
+  EXPECT_TRUE(contains(refusal(SetupOf::kProgram), "start_theta."));
 }
 
 TEST(SlamSetup, StripsTheLeadingSlashOfFrames) {
