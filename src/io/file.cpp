@@ -152,11 +152,16 @@ void explain_failure(const std::string& path, Work&& work) {
 std::string read_file(const std::string& path) {
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) {
-    throw FileError("cannot read '" + path + "': " + reason(EISDIR));
+    throw MissingFile("cannot read '" + path + "': " + reason(EISDIR));
   }
   std::ifstream stream(path, std::ios::binary);
   if (!stream) {
-    throw FileError("cannot read '" + path + "': " + reason(errno));
+    const int error = errno;
+    const std::string text = "cannot read '" + path + "': " + reason(error);
+    if (error == ENOENT || error == ENOTDIR) {
+      throw MissingFile(text);
+    }
+    throw FileError(text);
   }
   std::string bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
   if (stream.bad()) {

@@ -26,6 +26,9 @@ Parameters gather_parameters(const RecordingRequest& request,
 }
 
 void require_writable_folders(const RecordingRequest& request) {
+  if (request.out.empty()) {
+    throw ConfigurationError("--out: '' is no name of a folder");
+  }
   require_writable_folder(request.out);
   if (!request.debug.empty()) {
     require_writable_folder(request.debug);

@@ -12,6 +12,7 @@
 
 #include "common/interrupted.hpp"
 #include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/io/file.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -71,6 +72,8 @@ int run_program(const std::string& name, const std::string& description,
   } catch (const CLI::ParseError& error) {
     return complain(name, error.what() + std::string("; see --help"), kWrongUsage);
   } catch (const ConfigurationError& error) {
+    return complain(name, error.what(), kWrongUsage);
+  } catch (const MissingFile& error) {  // bags that are not there are wrong usage, too
     return complain(name, error.what(), kWrongUsage);
   } catch (const std::exception& error) {
     return complain(name, error.what(), kWorkFailed);

@@ -422,6 +422,502 @@ TEST_F(MapBag, ARobotOfAnotherDriveIsLostUntilItMoves) {
   EXPECT_EQ(report("scans/inserted"), 0.0);
   EXPECT_FALSE(contains(read_file(out_ + "/scans.csv"), ",1\n"));
   std::filesystem::remove_all(out_);
+  expect_one_line(run("--map " + (folder_ / "none.slam")), 1, "none.slam");
+  expect_one_line(run("--quiet --map " + old + " --set map/resolution=0.1"), 2, "map/resolution");
+}
+
+/// Part of a run as a drive of its own, whose odometry begins at zero.
+SimulatedRun part_of(const SimulatedRun& run, std::size_t from, std::size_t to) {
+  SimulatedRun part;
+  part.base_from_laser = run.base_from_laser;
+  part.scans = {run.scans.begin() + static_cast<std::ptrdiff_t>(from),
+                run.scans.begin() + static_cast<std::ptrdiff_t>(to)};
+  const double begin = part.scans.front().stamp - 0.1;
+  const double end = part.scans.back().stamp + 0.1;
+  for (const OdometryReading& reading : run.odometry) {
+    if (reading.stamp > begin && reading.stamp < end) {
+      part.odometry.push_back(reading);
+    }
+  }
+  const Pose2 odom_from_begin = part.odometry.front().odom_from_base;
+  for (OdometryReading& reading : part.odometry) {
+    reading.odom_from_base = odom_from_begin.inverse() * reading.odom_from_base;
+  }
+  return part;
+}
+
+/// Two drives in one world, the second an hour later and from another start, which it sees again.
+class TwoDrives : public MapBag {
+ protected:
+  TwoDrives() {
+    const World world = make_world("loop", 3);
+    SimulationOptions options;
+    options.laser.beams = 260;
+    options.laser.scan_rate = 2.5;
+    options.drive.speed = 1.0;
+    const auto record = [&](const std::string& bag, std::uint64_t seed, std::size_t from,
+                            std::size_t to) {
+      const SimulatedRun run = simulate_run(world, world.route(), options, seed);
+      SimulatedBagWriter(bag, {}).write(part_of(run, from, std::min(to, run.scans.size())),
+                                        {"loop", 3, options.laser, {}});
+      for (std::size_t i = 0; i < run.scans.size(); ++i) {
+        truth_[std::lround(1e3 * run.scans[i].stamp)] = run.world_from_base[i];
+      }
+      return run.world_from_base[from];
+    };
+    world_from_map_ = record(bag_, 3, 0, 190);
+    options.time.start_stamp += 3600.0;
+    record(second_, 4, 80, 1000);
+  }
+
+  /// Farthest from the truth [m] of a file of poses.
+  double worst(const std::string& file) {
+    double worst = 0.0;
+    const Trajectory poses = read_tum(out_ + "/" + file);
+    for (const StampedPose2& pose : poses.poses()) {
+      const Pose2 truth = world_from_map_.inverse() * truth_.at(std::lround(1e3 * pose.stamp));
+      worst = std::max(worst, (pose.pose.translation() - truth.translation()).norm());
+    }
+    return worst;
+  }
+
+  const std::string second_ = folder_ / "second.bag";
+  std::map<long, Pose2> truth_;  ///< world_from_base by stamp [ms]
+  Pose2 world_from_map_;
+};
+
+TEST_F(TwoDrives, BecomeOneMap) {
+  const auto expect_one_map = [this](const Outcome& outcome, const std::string& told) {
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, told)) << outcome.output;
+    EXPECT_LT(worst("trajectory.tum"), 0.02);  // 0.012
+    EXPECT_LT(worst("key_scans.tum"), 0.02) << "a wall is drawn twice";
+    EXPECT_GE(report("loops/closed"), 1.0);  // where the second one ends and the first began
+    EXPECT_EQ(report("scans/maps_apart"), 0.0);
+  };
+  expect_one_map(run(second_), "\nanother drive begins after 190 scans: the robot is searched for");
+  ASSERT_EQ(run("").exit_code, 0);
+  const std::string old = folder_ / "old.slam";
+  std::filesystem::copy_file(out_ + "/map.slam", old);
+  expect_one_map(run_command(MATCHBOX_MAP_BAG, second_ + " --out " + out_ + " --map " + old),
+                 "old.slam; this is another drive: the robot is searched for in the map");
+}
+
+TEST_F(MapBag, LaterConfigurationsReplaceEarlierOnes) {
+  replace_file(folder_ / "a.yaml", "matcher: odometry_only\nseed: 3\nmap: {resolution: 0.1}\n");
+  replace_file(folder_ / "b.yaml", "map: {resolution: 0.2}\nseed: 4\n");
+  const std::string files =
+      "--config " + (folder_ / "a.yaml") + " --config " + (folder_ / "b.yaml");
+  ASSERT_EQ(run_small({}, files).exit_code, 0);
+  EXPECT_EQ(report("configuration/map~1resolution"), 0.2);
+  EXPECT_EQ(report("seed"), 4.0);
+  ASSERT_EQ(run(files + " --seed 5 --matcher monte_carlo --set map/resolution=0.08").exit_code, 0);
+  EXPECT_EQ(report("configuration/map~1resolution"), 0.08);
+  EXPECT_EQ(report("seed"), 5.0);
+  EXPECT_TRUE(contains(read_file(out_ + "/report.json"), "matchbox_slam/MonteCarlo"));
+}
+
+TEST_F(MapBag, TakesEachKindOfBag) {
+  for (const auto compression : {rosbag::compression::BZ2, rosbag::compression::LZ4}) {
+    SmallBag recipe;
+    recipe.compression = compression;
+    ASSERT_EQ(run_small(recipe).exit_code, 0);
+    EXPECT_EQ(poses(), 50U);
+  }
+}
+
+TEST_F(MapBag, TakesSeveralBagsInAnyOrder) {
+  SmallBag second;
+  second.begin = 1005.0;
+  write_small_bag(folder_ / "second.bag", second);
+  ASSERT_EQ(run_small({}, "").exit_code, 0);
+  const Outcome outcome = run(folder_ / "second.bag");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(poses(), 100U);
+}
+
+TEST_F(MapBag, TakesAPeriod) {
+  ASSERT_EQ(run_small({}, "--start 2.05 --duration 1").exit_code, 0);
+  EXPECT_EQ(poses(), 10U);
+  EXPECT_EQ(run("--quiet --start 2.05 --duration 1").output, "");
+  std::filesystem::remove_all(out_);
+  expect_one_line(run("--start 1000"), 1, "holds no scan on topic /scan in the period asked for");
+}
+
+TEST_F(MapBag, TakesFramesWithLeadingSlashes) {
+  SmallBag recipe;
+  recipe.odom_frame = "/odom_combined";
+  recipe.base_frame = "/base_footprint";
+  recipe.laser_frame = "/base_laser_link";
+  for (const char* frames : {"", "--base-frame /base_footprint --odom-frame odom_combined"}) {
+    ASSERT_EQ(run_small(recipe, frames).exit_code, 0);
+    EXPECT_EQ(poses(), 50U);
+  }
+}
+
+TEST_F(MapBag, IgnoresAMapThatTheBagHoldsAndSaysSoOnce) {
+  SmallBag recipe;
+  recipe.other_parent = "/map";
+  const Outcome outcome = run_small(recipe);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  const std::string said = "tf in the bag that touches the map frame is ignored: map -> odom";
+  const std::size_t first = outcome.output.find(said);
+  EXPECT_NE(first, std::string::npos) << outcome.output;
+  EXPECT_EQ(outcome.output.find(said, first + 1), std::string::npos) << outcome.output;
+  EXPECT_EQ(poses(), 50U);
+}
+
+TEST_F(MapBag, WaitsForTransformsThatComeAfterTheirScan) {
+  SmallBag recipe;
+  recipe.transform_delay = 1.5;
+  ASSERT_EQ(run_small(recipe).exit_code, 0);
+  EXPECT_EQ(poses(), 50U);
+}
+
+TEST_F(MapBag, CountsScansThatTransformsDoNotReach) {
+  SmallBag recipe;
+  recipe.transform_delay = 3.0;
+  const Outcome outcome = run_small(recipe, "--set transform_timeout=1");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(contains(outcome.output,
+                       "none of 50 scans could be used; the first: scan of "
+                       "1000.000 s skipped (no_transform): no transform from "
+                       "'laser' to 'base_link'"))
+      << outcome.output;
+}
+
+TEST_F(MapBag, FindsAndCorrectsAnOffsetOfTheClocks) {
+  SmallBag recipe;
+  recipe.scan_clock = -82.2;
+  const Outcome plain = run_small(recipe);
+  EXPECT_EQ(plain.exit_code, 1);
+  EXPECT_TRUE(contains(plain.output,
+                       "the clocks of scans and tf differ: scans are 82.2 s behind; to "
+                       "correct that give --set scan_time_offset=auto"))
+      << plain.output;
+  for (const char* offset : {"auto", "82.2"}) {
+    const Outcome corrected = run(std::string("--set scan_time_offset=") + offset);
+    EXPECT_EQ(corrected.exit_code, 0) << corrected.output;
+    EXPECT_EQ(poses(), 50U);
+    EXPECT_NEAR(report("estimated_clock_offset_s"), 82.2, 1e-3);
+    EXPECT_NEAR(report("scan_time_offset_s"), 82.2, 1e-3);
+  }
+}
+
+TEST_F(MapBag, MapsWithSeveralLasers) {
+  write_small_bag(bag_);
+  SmallBag back;
+  back.scan_topic = "/back_scan";
+  back.with_transforms = false;
+  const std::string second = folder_ / "back.bag";
+  write_small_bag(second, back);
+  const Outcome outcome = run(second + " --set 'scan_topics=[/scan, /back_scan]'");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(report("scans/used"), 100.0);
+  EXPECT_EQ(poses(), 50U) << "two lasers at one moment give one pose";
+}
+
+TEST_F(MapBag, MapsFromTheLaserAlone) {
+  SmallBag recipe;
+  recipe.with_transforms = false;
+  expect_one_line(
+      run_small(recipe), 2,
+      "tf in the bag says nothing of the scan's frame 'laser', so there is no odometry; "
+      "to map from the laser alone give --no-odom");
+  const Outcome outcome = run("--no-odom");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(poses(), 50U);
+  EXPECT_EQ(read_tum(out_ + "/odometry.tum").size(), 0U);
+}
+
+/// A bag whose scans start over at an earlier stamp, as when the robot's clock was set back.
+void write_bag_with_time_jump(const std::string& path) {
+  SmallBag recipe;
+  recipe.scans = 30;
+  write_small_bag(path, recipe);
+  rosbag::Bag bag(path, rosbag::bagmode::Append);
+  for (int k = 0; k < 60; ++k) {
+    const double stamp = 900.0 + 0.05 * k;
+    const ros::Time recorded(1010.0 + 0.05 * k);
+    bag.write("/tf", recorded,
+              make_transforms({make_transform(stamp, "odom", "base_link", 0.001 * k),
+                               make_transform(stamp, "base_link", "laser", 0.2)}));
+    bag.write("/scan", recorded, make_scan(stamp));
+  }
+}
+
+TEST_F(MapBag, CutsBeamsThatReadTheLargestRangePlusNoise) {
+  write_small_bag(bag_);
+  rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+  Random random(1);
+  for (int i = 0; i < 50; ++i) {
+    const double stamp = 1000.01 + 0.1 * i;
+    sensor_msgs::LaserScan scan = make_scan(stamp);
+    for (std::size_t k = 0; k < scan.ranges.size(); k += 2) {
+      scan.ranges[k] = scan.range_max + 0.02F * static_cast<float>(random.gaussian());
+    }
+    bag.write("/far_scan", ros::Time(stamp), scan);
+  }
+  bag.close();
+  const Outcome cut = run("--scan-topic /far_scan");
+  EXPECT_EQ(cut.exit_code, 0) << cut.output;
+  EXPECT_TRUE(contains(cut.output,
+                       "beams of a laser read its range_max plus noise; scan/max_range "
+                       "is set to 29."))
+      << cut.output;
+  EXPECT_NEAR(report("configuration/scan~1max_range"), 29.9, 0.02);
+  EXPECT_LT(read_map(out_ + "/map.yaml").width, 200);
+  const Outcome kept = run("--scan-topic /far_scan --set scan/max_range=40");
+  EXPECT_FALSE(contains(kept.output, "plus noise")) << kept.output;
+  EXPECT_GT(read_map(out_ + "/map.yaml").width, 500) << "walls at 30 m";
+  EXPECT_FALSE(contains(run("--scan-topic /scan").output, "plus noise"));
+}
+
+TEST_F(MapBag, StartsAnewOrStopsWhenTimeJumpsBack) {
+  write_bag_with_time_jump(bag_);
+  const Outcome reset = run("");
+  EXPECT_EQ(reset.exit_code, 0) << reset.output;
+  EXPECT_TRUE(contains(reset.output, "after 30 scans: starting a new map, as time_jump is 'reset'"))
+      << reset.output;
+  EXPECT_LT(read_tum(out_ + "/trajectory.tum").poses().front().stamp, 910.0);
+  EXPECT_EQ(report("resets"), 1.0);
+  EXPECT_EQ(report("scans/used"), static_cast<double>(poses()));
+  EXPECT_EQ(report("scans/skipped/before_reset"), 30.0);
+  EXPECT_EQ(report("scans/skipped/out_of_order"), 2.0);
+  EXPECT_EQ(report("scans/received"), report("scans/used") + report("scans/skipped_total"));
+  const Outcome stop = run("--set time_jump=stop");
+  EXPECT_EQ(stop.exit_code, 0) << stop.output;
+  EXPECT_TRUE(contains(stop.output, "stopping there, as time_jump is 'stop'")) << stop.output;
+  EXPECT_EQ(poses(), 30U);
+}
+
+TEST_F(MapBag, WhenNothingAfterATimeJumpCanBeUsedItSaysThat) {
+  SmallBag recipe;
+  recipe.scans = 30;
+  write_small_bag(bag_, recipe);
+  {
+    rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+    for (int k = 0; k < 40; ++k) {  // without transforms
+      bag.write("/scan", ros::Time(1010.0 + 0.05 * k), make_scan(900.0 + 0.05 * k));
+    }
+  }
+  const Outcome outcome = run("--quiet");
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
+  const std::string last = outcome.output.substr(outcome.output.find("map_bag: "));
+  EXPECT_TRUE(contains(last,
+                       "of 70 scans 30 were used before time jumped back and none since, the "
+                       "first: scan of 900.1"))
+      << last;
+  EXPECT_TRUE(contains(last, "(no_transform)")) << last;
+  EXPECT_TRUE(contains(last, "--set time_jump=stop")) << last;
+}
+
+TEST_F(MapBag, OneScanWithAWrongStampCostsNoMap) {
+  write_small_bag(bag_);
+  {
+    rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+    bag.write("/scan", ros::Time(1002.01), make_scan(900.0));
+  }
+  const Outcome outcome = run("");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(poses(), 50U);
+  EXPECT_EQ(report("resets"), 0.0);
+  EXPECT_EQ(report("scans/skipped/out_of_order"), 1.0);
+}
+
+TEST_F(MapBag, FixedLinksOnTfAreNoOdometry) {
+  const Outcome simulated =
+      run_command(MATCHBOX_SIMULATE, "--world rooms --duration 3 --beams 60 --no-odometry --bag " +
+                                         bag_ + " --truth " + (folder_ / "truth.tum"));
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.output;
+  expect_one_line(run(""), 2,
+                  "tf holds no link that moves, so there is no odometry; to map from the laser "
+                  "alone give --no-odom, or name --odom-frame and --base-frame");
+  const Outcome alone = run("--no-odom");
+  EXPECT_EQ(alone.exit_code, 0) << alone.output;
+  EXPECT_EQ(poses(), 61U);
+  EXPECT_EQ(read_tum(out_ + "/odometry.tum").size(), 0U);
+  const Outcome named = run("--odom-frame base_footprint --base-frame base_link");
+  EXPECT_EQ(named.exit_code, 0) << named.output;
+  EXPECT_GT(poses(), 50U);
+}
+
+TEST_F(MapBag, SkipsScansThatAreNoneAndSaysWhy) {
+  write_small_bag(bag_);
+  {
+    rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+    sensor_msgs::LaserScan scan = make_scan(1000.05);
+    scan.ranges.clear();
+    bag.write("/scan", ros::Time(1000.05), scan);
+    scan = make_scan(1000.06);
+    scan.angle_increment = std::nanf("");
+    bag.write("/scan", ros::Time(1000.06), scan);
+    bag.write("/scan", ros::Time(1000.11), make_scan(1000.1));
+  }
+  const Outcome outcome = run("");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "skipped (empty): it has no ranges")) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "skipped (invalid): its angle_min")) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "skipped (duplicate_stamp)")) << outcome.output;
+  EXPECT_EQ(poses(), 50U);
+  EXPECT_EQ(report("scans/received"), 53.0);
+  EXPECT_EQ(report("scans/skipped/empty"), 1.0);
+  EXPECT_EQ(report("scans/skipped/invalid"), 1.0);
+  EXPECT_EQ(report("scans/skipped/duplicate_stamp"), 1.0);
+}
+
+TEST_F(MapBag, RefusesBagsThatCannotBeRead) {
+  expect_one_line(run(""), 2, "bag '" + bag_ + "' does not exist");
+  replace_file(bag_, "");
+  expect_one_line(run(""), 1, "is empty (0 bytes)");
+  replace_file(bag_, "no bag");
+  expect_one_line(run(""), 1, "is no bag");
+  write_small_bag(bag_);
+  const std::string bytes = read_file(bag_);
+  replace_file(bag_, bytes.substr(0, bytes.size() / 2));
+  expect_one_line(run(""), 1, "rosbag reindex");
+}
+
+TEST_F(MapBag, WritesThePartBeforeADamage) {
+  SmallBag recipe;
+  recipe.scans = 4000;
+  recipe.compression = rosbag::compression::BZ2;
+  write_small_bag(bag_, recipe);
+  std::string bytes = read_file(bag_);
+  const std::size_t chunk = bytes.find("BZh", bytes.size() / 2);
+  ASSERT_NE(chunk, std::string::npos);
+  bytes.replace(chunk + 200, 64, std::string(64, 'x'));
+  replace_file(bag_, bytes);
+  for (const char* threads : {"", "--threads 2"}) {
+    const Outcome outcome = run(threads);
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "the results cover the part before")) << outcome.output;
+    EXPECT_GT(poses(), 100U);
+    EXPECT_LT(poses(), 4000U);
+  }
+}
+
+TEST_F(MapBag, RefusesWhatCannotBeWrittenBeforeItStarts) {
+  write_small_bag(bag_);
+  replace_file(folder_ / "file", "");
+  out_ = folder_ / "file/out";
+  const Outcome outcome = run("");
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, out_)) << outcome.output;
+  EXPECT_FALSE(contains(outcome.output, "scan topic")) << outcome.output;
+}
+
+TEST_F(MapBag, AFullDiskLeavesTheOldResults) {
+  ASSERT_EQ(run_small({}).exit_code, 0);
+  std::map<std::string, std::string> old;
+  for (const auto& file : std::filesystem::directory_iterator(out_)) {
+    old[file.path().string()] = read_file(file.path().string());
+  }
+  const Outcome outcome =
+      run_on_full_disk(MATCHBOX_MAP_BAG, bag_ + " --quiet --set map/resolution=0.02 --out " + out_);
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
+  EXPECT_EQ(outcome.output, "map_bag: cannot write '" + out_ + "/map.pgm': File too large\n");
+  std::size_t files = 0;
+  for (const auto& file : std::filesystem::directory_iterator(out_)) {
+    EXPECT_TRUE(read_file(file.path().string()) == old[file.path().string()]) << file.path();
+    ++files;
+  }
+  EXPECT_EQ(files, old.size());
+}
+
+TEST_F(MapBag, LeavesAWildPoseOutOfTheMap) {
+  write_small_bag(bag_);
+  {
+    rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+    for (const double stamp : {1010.0, 1010.1}) {  // 10000 km to the north-east
+      tf2_msgs::TFMessage message = make_robot_transforms(stamp, {});
+      message.transforms[0].transform.translation.x = 1e7;
+      message.transforms[0].transform.translation.y = 1e7;
+      bag.write("/tf", ros::Time(stamp), message);
+    }
+    bag.write("/scan", ros::Time(1010.05), make_scan(1010.05));
+  }
+  const Outcome outcome = run("--matcher odometry_only");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "a scan is left out of the map")) << outcome.output;
+  EXPECT_EQ(poses(), 51U);
+  EXPECT_LT(read_map(out_ + "/map.yaml").width, 200);
+}
+
+/// What old recordings have besides: a map of their own, odometry that names no child, tf twice.
+void add_old_habits(const std::string& path) {
+  rosbag::Bag bag(path, rosbag::bagmode::Append);
+  for (int k = 0; k < 20; ++k) {
+    const double stamp = 1327500000.0 + 0.05 * k;
+    bag.write("/tf", ros::Time(stamp), make_link(stamp, "/map", "/odom_combined", 1.0));
+    bag.write("/tf", ros::Time(stamp), make_link(1327500000.0, "/base_footprint", "/tilt", 1.0));
+    nav_msgs::Odometry odometry;
+    odometry.header.stamp = ros::Time(stamp);
+    odometry.header.frame_id = "/odom_combined";
+    bag.write("/base_odometry/odom", ros::Time(stamp), odometry);
+  }
+}
+
+TEST_F(MapBag, TakesABagWithEveryQuirkOfMitStata) {
+  const std::string truth_file = folder_ / "truth.tum";
+  const Outcome simulated =
+      run_command(MATCHBOX_SIMULATE,
+                  "--world rooms --duration 10 --beams 360 --clock-offset 82.2 --leading-slashes "
+                  "--compression bz2 --bag " +
+                      bag_ + " --truth " + truth_file);
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.output;
+  add_old_habits(bag_);
+  const Outcome outcome = run("--set scan_time_offset=auto");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "map -> odom_combined")) << outcome.output;
+  EXPECT_NEAR(report("scan_time_offset_s"), 82.2, 0.05);
+  // By the clock of the laser, as MIT's is.
+  std::vector<StampedPose2> truth;
+  const Trajectory recorded = read_tum(truth_file);
+  for (StampedPose2 pose : recorded.poses()) {
+    pose.stamp += report("scan_time_offset_s");
+    truth.push_back(pose);
+  }
+  const Trajectory estimate = read_tum(out_ + "/trajectory.tum");
+  EXPECT_GE(estimate.size() + 2, truth.size());
+  EXPECT_LT(absolute_trajectory_error(estimate, Trajectory(truth)).translation.rmse, 0.02);
+}
+
+TEST_F(MapBag, RefusesWrongUsage) {
+  write_small_bag(bag_);
+  expect_one_line(run("--matcher monte_carlo --set monte_carlo/max_trys=3"), 2,
+                  "did you mean 'max_tries'");
+  expect_one_line(run("--set map/resolution=0"), 2, "0.005 to 1");
+  expect_one_line(run("--matcher olsen"), 2, "there is no matcher 'olsen'; known: ");
+  expect_one_line(run("--config " + (folder_ / "none.yaml")), 2, "none.yaml");
+  expect_one_line(run("--scan-topic /tf"), 2, "topic '/tf' of the bag holds tf2_msgs/TFMessage");
+  expect_one_line(run("--scan-topic /back"), 2, "the bag has no topic '/back'");
+  expect_one_line(run("--odom-frame world"), 2, "odometry frame 'world' is not above");
+  expect_one_line(run("--odom-frame /laser --base-frame laser"), 2,
+                  "odom_frame: 'laser' is not allowed; allowed: a frame other than base_frame");
+  expect_one_line(run("--odom-frame odom --set map_frame=odom"), 2,
+                  "odom_frame: 'odom' is not allowed; allowed: a frame other than map_frame");
+  expect_one_line(run("--set scan_time_offset=1e7"), 2,
+                  "scan_time_offset: 10000000.0 is not allowed");
+  expect_one_line(run("--set publish_tf=false"), 2,
+                  "publish_tf: only the node has this option; leave it out");
+  replace_file(folder_ / "node.yaml", "initial_map: old.slam\n");
+  expect_one_line(run("--config " + (folder_ / "node.yaml")), 2,
+                  "initial_map: only the node has this option; leave it out");
+  expect_one_line(run("--threads 0"), 2, "--threads: 0 is not allowed; allowed: 1 to 1024");
+  expect_one_line(run("--duration abc"), 2,
+                  "--duration: abc is not a number; allowed: 0 to 1000000000");
+  expect_one_line(run("--start -1"), 2, "--start: -1 is not allowed; allowed: 0 to 1000000000");
+  expect_one_line(run("--seed 1.5"), 2, "--seed: 1.5 is not a whole number");
+  expect_one_line(run("--set slam/update_map=false"), 2,
+                  "slam/update_map: false needs a map to find the robot in; give one with --map");
+  expect_one_line(run("--set insert_distance=1"), 2, "did you mean 'slam/insert_distance'?");
+  const Outcome unknown = run("--set nothing_like_it=1");
+  expect_one_line(unknown, 2, "unknown parameter 'nothing_like_it'. Known: matcher, ");
+  EXPECT_FALSE(contains(unknown.output, "publish_tf")) << "only the node has it";
+  expect_one_line(run("--map " + (folder_ / "none.slam")), 2, "none.slam");
+  expect_one_line(run_command(MATCHBOX_MAP_BAG, bag_ + " --out ''"), 2,
+                  "'' is no name of a folder");
   expect_one_line(run("--frobnicate"), 2, "--frobnicate");
   expect_one_line(run_command(MATCHBOX_MAP_BAG, ""), 2, "--help");
   expect_one_line(run_command(MATCHBOX_MAP_BAG, bag_ + " --uot " + out_), 2,

@@ -20,7 +20,14 @@ class DamagedFile : public FileError {
   using FileError::FileError;
 };
 
-/// The whole file as bytes. Throws FileError when it is missing, a folder, or cannot be read.
+/// Thrown when there is no file of a name that was given: it is wrong, or it is a folder's.
+class MissingFile : public FileError {
+ public:
+  using FileError::FileError;
+};
+
+/// The whole file as bytes. Throws MissingFile when there is none, FileError when it cannot be
+/// read.
 [[nodiscard]] std::string read_file(const std::string& path);
 
 struct FileContents {
