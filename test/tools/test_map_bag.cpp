@@ -797,6 +797,23 @@ TEST_F(MapBag, WritesThePartBeforeADamage) {
   }
 }
 
+TEST_F(MapBag, WritesNothingWhereTheBeginningOrAHeaderIsDamaged) {
+  SmallBag recipe;
+  recipe.scans = 4000;
+  recipe.compression = rosbag::compression::BZ2;
+  write_small_bag(bag_, recipe);
+  const std::string whole = read_file(bag_);
+  const auto expect_nothing = [&](std::size_t place) {
+    ASSERT_NE(place, std::string::npos);
+    std::string bytes = whole;
+    bytes.replace(place, 64, std::string(64, 'x'));
+    replace_file(bag_, bytes);
+    expect_one_line(run(""), 1, "is damaged at byte ");
+  };
+  expect_nothing(whole.find("BZh") + 200);
+  expect_nothing(whole.find("compression=bz2", whole.size() / 2));
+}
+
 TEST_F(MapBag, RefusesWhatCannotBeWrittenBeforeItStarts) {
   write_small_bag(bag_);
   replace_file(folder_ / "file", "");
