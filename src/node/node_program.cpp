@@ -25,12 +25,19 @@ void print_help(const std::string& name, const std::vector<OptionDescription>& o
   }
 }
 
-/// An argument that looks like an option; those of ROS are NAME:=VALUE. Empty: there is none.
-std::string find_option(int argc, char** argv) {
+/// What is wrong with the first argument that is not NAME:=VALUE. Empty: there is none.
+std::string find_stray(int argc, char** argv) {
   const auto found = std::find_if(argv + 1, argv + argc, [](const std::string& argument) {
-    return argument.rfind('-', 0) == 0 && argument.find(":=") == std::string::npos;
+    return !argument.empty() && argument.find(":=") == std::string::npos;
   });
-  return found == argv + argc ? "" : *found;
+  if (found == argv + argc) {
+    return "";
+  }
+  const std::string argument = *found;
+  return argument[0] == '-' ? "unknown option '" + argument + "'"
+                            : "'" + argument +
+                                  "' is no argument; allowed: _NAME:=VALUE and "
+                                  "TOPIC:=OTHER_TOPIC, such as _matcher:=olson";
 }
 
 }  // namespace
@@ -43,8 +50,8 @@ int run_node(int argc, char** argv, const std::string& name,
     print_help(name, options);
     return 0;
   }
-  if (const std::string option = find_option(argc, argv); !option.empty()) {
-    std::cerr << name << ": unknown option '" << option << "'; see --help\n";
+  if (const std::string defect = find_stray(argc, argv); !defect.empty()) {
+    std::cerr << name << ": " << defect << "; see --help\n";
     return 2;
   }
   try {

@@ -15,6 +15,16 @@ namespace {
 
 constexpr double kWarningInterval = 10.0;  // s
 
+/// Which link is in tf besides; it need not be that of the messages.
+std::string text_of_tf(const ScanMatcherSetup& setup) {
+  if (!setup.node.publish_tf) {
+    return "";
+  }
+  return setup.tf_child() == setup.node.base_frame
+             ? " and in tf"
+             : ", " + setup.node.odom_frame + " -> " + setup.tf_child() + " in tf";
+}
+
 }  // namespace
 
 std::string find_rival_link(const tf2_msgs::TFMessage& message, const std::string& child,
@@ -48,7 +58,7 @@ ScanMatcherNode::ScanMatcherNode(const ros::NodeHandle& node, const ros::NodeHan
                   << setup_.matcher_name << ": scans from " << scan_subscriber_.getTopic()
                   << ", guess by " << setup_.node.guess << ", " << setup_.node.odom_frame << " -> "
                   << setup_.node.base_frame << " on " << odometry_publisher_.getTopic()
-                  << (setup_.node.publish_tf ? " and in tf" : ""));
+                  << text_of_tf(setup_));
   worker_.start();
 }
 

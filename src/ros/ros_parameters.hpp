@@ -40,9 +40,10 @@ template <typename Read>
   } catch (const ConfigurationError& error) {
     for (const auto& [name, value] : all.values()) {
       if (complaint(name) != error.what()) {
-        throw ConfigurationError(error.what() +
-                                 ("; to take it off the parameter server: rosparam delete " +
-                                  private_node.resolveName(name)));
+        std::string text = error.what();
+        text.erase(text.find_last_not_of('.') + 1);
+        throw ConfigurationError(text + ("; to take it off the parameter server: rosparam delete " +
+                                         private_node.resolveName(name)));
       }
     }
     throw;

@@ -276,6 +276,25 @@ TEST_F(ScanMatcherNodelet, ANodeThatCannotStartSaysWhyAndExits) {
   refused("_guess:=odometry _guess_frame:=odom", "such as scan_odom, or publish_tf: false");
 }
 
+TEST_F(ScanMatcherNodelet, SaysAtItsStartWhichLinkIsInTf) {
+  const auto started = [](const std::string& parameters) {
+    const Outcome outcome = run_command(
+        "timeout", std::string("--preserve-status --signal=INT 2 ") + MATCHBOX_SCAN_MATCHER_NODE +
+                       " __ns:=/deaf scan:=/nowhere tf:=/deaf/tf _base_frame:=base " + parameters);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    ros::param::del("/deaf/scan_matcher");
+    return outcome.output;
+  };
+  std::string output = started("_guess:=odometry _guess_frame:=wheels _odom_frame:=scan_odom");
+  EXPECT_TRUE(contains(output, "scan_odom -> base on /deaf/scan_odom, scan_odom -> wheels in tf"))
+      << output;
+  output = started("_odom_frame:=scan_odom");
+  EXPECT_TRUE(contains(output, "scan_odom -> base on /deaf/scan_odom and in tf")) << output;
+  output = started("_odom_frame:=scan_odom _publish_tf:=false");
+  EXPECT_TRUE(contains(output, "scan_odom -> base on /deaf/scan_odom")) << output;
+  EXPECT_FALSE(contains(output, " in tf")) << output;
+}
+
 TEST_F(ScanMatcherNodelet, SaysThatNoScanComesAndWhereThereAreSome) {
   const ros::Publisher scans = ros::NodeHandle().advertise<sensor_msgs::LaserScan>("/elsewhere", 1);
   const Outcome outcome = run_command(

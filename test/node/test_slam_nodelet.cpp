@@ -296,7 +296,8 @@ TEST_F(SlamNodelet, ANodeThatCannotStartSaysWhyAndExits) {
   refused("_matcher:=olsen", "there is no matcher 'olsen'");
   ros::param::del("/refused");
   refused("_base_fram:=x", "did you mean 'base_frame'?");
-  refused("", "; to take it off the parameter server: rosparam delete /refused/base_fram");
+  refused("",
+          "events_file; to take it off the parameter server: rosparam delete /refused/base_fram");
   ros::param::del("/refused");
   refused("_scan/min_rage:=x", ": rosparam delete /refused/scan/min_rage");
   ros::param::del("/refused");
@@ -382,6 +383,12 @@ TEST_F(SlamNodelet, AnOptionThatThereIsNotEndsItWithAWord) {
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_EQ(outcome.output, "slam: unknown option '" + option + "'; see --help\n");
   }
+  const Outcome word =
+      run_command("timeout", std::string("10 ") + MATCHBOX_SLAM_NODE + " __name:=refused my.bag");
+  EXPECT_EQ(word.exit_code, 2);
+  EXPECT_EQ(word.output,
+            "slam: 'my.bag' is no argument; allowed: _NAME:=VALUE and TOPIC:=OTHER_TOPIC, such as "
+            "_matcher:=olson; see --help\n");
   // What roslaunch gives, values that begin with a dash, and an empty argument are none.
   const Outcome outcome = run_command(
       "timeout", std::string("--preserve-status --signal=INT 3 ") + MATCHBOX_SLAM_NODE +
