@@ -274,7 +274,7 @@ TEST_F(MatchPairsProgram, InterruptedItWritesThePairsThatAreDone) {
 TEST_F(MatchPairsProgram, TellsWhatIsWrongWithTheTruth) {
   const std::string bag = *folder_ / "short.bag";
   const std::string out = " --quiet --out " + (*folder_ / "no");
-  expect_one_line(1, run_command(MATCHBOX_MATCH_PAIRS, bag + " --truth /nowhere.tum" + out),
+  expect_one_line(2, run_command(MATCHBOX_MATCH_PAIRS, bag + " --truth /nowhere.tum" + out),
                   "/nowhere.tum");
   replace_file(*folder_ / "late.tum", "5 0 0 0 0 0 0 1\n");
   expect_one_line(
