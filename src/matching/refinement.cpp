@@ -65,10 +65,11 @@ std::vector<Eigen::Vector2d> weak_directions(const Correspondences& pairs,
   std::vector<Eigen::Vector2d> weak;
   for (int i = 0; i < 2; ++i) {
     const Eigen::Vector2d direction = solver.eigenvectors().col(i);
-    const double least = options.weakest_direction * strongest;
-    if (!(solver.eigenvalues()(i) > least) &&
+    const double least_facing =
+        noise_of_normals(pairs, options) * options.weakest_facing * strongest;
+    if (!(solver.eigenvalues()(i) > options.weakest_direction * strongest) &&
         !(pairs.facing_information(options.last_kernel, least_noticed(information, direction)) >
-          noise_of_normals(pairs, options) * least)) {
+          least_facing)) {
       weak.push_back(direction);
     }
   }
