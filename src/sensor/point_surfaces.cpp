@@ -96,7 +96,7 @@ bool on_one_wall(const ScanPoint& a, const ScanPoint& b, double gap) {
 /// direction neighbouring beams tell. Three drives of 250 s through campuses with ten times the
 /// noise of odometry, and 32 through corridors, end with 0.006 and 0.023 m in the mean; with half
 /// and double of kGrazing 0.004 and 0.006, 0.023 both, with double of kNeighbours 0.005 and 0.025,
-/// with half 0.09 and 0.024: then points on the walls beside are taken for others.
+/// with half 0.09 and 0.025: then points on the walls beside are taken for others.
 bool lies_on_wall_beside(const std::vector<ScanPoint>& points, std::size_t index) {
   constexpr std::size_t kNeighbours = 30;  // beams to either side
   constexpr double kGrazing = 0.2;         // cosine of the incidence
