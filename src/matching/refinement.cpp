@@ -65,11 +65,10 @@ std::vector<Eigen::Vector2d> weak_directions(const Correspondences& pairs,
   std::vector<Eigen::Vector2d> weak;
   for (int i = 0; i < 2; ++i) {
     const Eigen::Vector2d direction = solver.eigenvectors().col(i);
-    const double least_facing =
-        noise_of_normals(pairs, options) * options.weakest_facing * strongest;
-    if (!(solver.eigenvalues()(i) > options.weakest_direction * strongest) &&
+    const double least = options.weakest_direction * strongest;
+    if (!(solver.eigenvalues()(i) > least) &&
         !(pairs.facing_information(options.last_kernel, least_noticed(information, direction)) >
-          least_facing)) {
+          noise_of_normals(pairs, options) * least)) {
       weak.push_back(direction);
     }
   }

@@ -124,19 +124,7 @@ OlsonOptions fine_options() {
   fine.window_theta = 0.04;
   fine.widenings = 1;
   fine.least_rival = 1.0;
-  // A wrong loop costs more than a missed one: a few beams do not make one.
-  fine.refinement.weakest_facing = fine.refinement.weakest_direction;
   return fine;
-}
-
-/// Whether a place fits about as well that lies nearer to where the graph has it. Along a row of
-/// equal rooms the best fit is any of them; where odometry does not speak for it, it is chance.
-bool has_nearer_rival(const MatchResult& match, const Pose2& guess) {
-  constexpr double kAlike = 0.8;  // of the best one's score
-  const auto off = [&guess](const Pose2& pose) {
-    return (pose.translation() - guess.translation()).norm();
-  };
-  return match.rival && match.rival_share > kAlike && off(*match.rival) < off(match.map_from_base);
 }
 
 }  // namespace
@@ -183,8 +171,7 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
   const MatchResult rough =
       OlsonMatcher(coarse_options(sigma, options))
           .match({scan, guess, covariance_of(std::max(1.0, sigma), 0.3), wide_field, none, 0});
-  if (!rough.accepted() || rough.rival_share > options.most_rival ||
-      has_nearer_rival(rough, guess)) {
+  if (!rough.accepted() || rough.rival_share > options.most_rival) {
     return std::nullopt;
   }
 

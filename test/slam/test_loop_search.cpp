@@ -255,52 +255,6 @@ TEST(FindLoop, InACorridorThereIsNone) {
   EXPECT_FALSE(find_loop(driven.keys(), 6, 0.3, options));
 }
 
-/// Niches like doors, one every 4 m on both sides of a corridor, and a cupboard that tells where
-/// along it a robot is.
-World row_of_doors() {
-  std::vector<WallSegment> walls;
-  for (const double side : {-1.0, 1.0}) {
-    for (int door = -8; door < 8; ++door) {
-      const double x = 4.0 * door;
-      const std::vector<Eigen::Vector2d> corners{{x, side},
-                                                 {x + 3.0, side},
-                                                 {x + 3.0, 1.3 * side},
-                                                 {x + 4.0, 1.3 * side},
-                                                 {x + 4.0, side}};
-      for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
-        walls.push_back({corners[i], corners[i + 1]});
-      }
-    }
-  }
-  walls.push_back({{1.0, 1.0}, {1.0, 0.8}});
-  walls.push_back({{1.0, 0.8}, {1.6, 0.8}});
-  walls.push_back({{1.6, 0.8}, {1.6, 1.0}});
-  return {walls, {}};
-}
-
-/// Of two places that fit alike, that is one which the graph speaks for.
-TEST(FindLoop, InARowOfEqualDoorsOdometryHasToAgree) {
-  LaserOptions laser;
-  laser.beams = 180;
-  laser.range_max = 8.0;
-  for (const double drift : {0.5, 2.6}) {
-    DriftedDrive driven(row_of_doors(), laser);
-    for (int i = 0; i < 21; ++i) {
-      driven.see({0.5 * i - 4.0, 0.0, 0.0});
-    }
-    for (int i = 0; i < static_cast<int>(kMerged); ++i) {
-      driven.see({0.5 * i - 2.0, 0.2, 0.0}, {drift, 0.0, 0.0});
-    }
-    const auto found = find_loop(driven.keys(), 10, 1.5, {});
-    if (drift < 2.0) {
-      expect_true(found, driven, 10);
-      EXPECT_GT(found->rival_share, 0.8) << "nearly as good is the next door";
-    } else {
-      EXPECT_FALSE(found) << "the next door is nearer";
-    }
-  }
-}
-
 // --- one against one ---
 
 TEST(FindNear, TellsInDetailHowTheyLie) {
