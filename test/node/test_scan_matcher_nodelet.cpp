@@ -22,6 +22,7 @@
 #include "bag/simulated_bag.hpp"
 #include "common/error_text.hpp"
 #include "evaluation/relative_pose_error.hpp"
+#include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
 #include "node/slam_listener.hpp"
@@ -277,10 +278,17 @@ TEST_F(ScanMatcherNodelet, ANodeThatCannotStartSaysWhyAndExits) {
 }
 
 TEST_F(ScanMatcherNodelet, SaysAtItsStartWhichLinkIsInTf) {
-  const auto started = [](const std::string& parameters) {
+  const TemporaryFolder folder;
+  // Until it has said it, however busy the machine is.
+  int logs = 0;
+  const auto started = [&](const std::string& parameters) {
     const Outcome outcome = run_command(
-        "timeout", std::string("--preserve-status --signal=INT 2 ") + MATCHBOX_SCAN_MATCHER_NODE +
-                       " __ns:=/deaf scan:=/nowhere tf:=/deaf/tf _base_frame:=base " + parameters);
+        "timeout",
+        "60 /bin/sh -c 'ROSCONSOLE_STDOUT_LINE_BUFFERED=1 \"$@\" >\"$0\" 2>&1 & "
+        "until grep -q \"guess by\" \"$0\" || ! kill -0 $!; do sleep 0.1; done; "
+        "kill -TERM $!; wait $!; code=$?; cat \"$0\"; exit $code' " +
+            (folder / "log") + std::to_string(++logs) + " " + MATCHBOX_SCAN_MATCHER_NODE +
+            " __ns:=/deaf scan:=/nowhere tf:=/deaf/tf _base_frame:=base " + parameters);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
     ros::param::del("/deaf/scan_matcher");
     return outcome.output;
