@@ -224,12 +224,39 @@ class ShiftCombinations {
     }
     const Direction& direction = directions_[level];
     for (const Shift& shift : direction.shifts) {
-      chosen_.push_back({direction.normal, shift.distance - direction.normal.dot(guess_),
-                         shift.strength / strongest_, shift.correlation});
-      descend(level + 1);
-      chosen_.pop_back();
+      const Chosen next{direction.normal, shift.distance - direction.normal.dot(guess_),
+                        shift.strength / strongest_, shift.correlation};
+      if (may_agree(next)) {
+        chosen_.push_back(next);
+        descend(level + 1);
+        chosen_.pop_back();
+      }
     }
     descend(level + 1);
+  }
+
+  /// False where no translation is within the tolerance of the shift and of two that are chosen:
+  /// the third normal is a sum of the other two, and so is what its shift would have to be. Most
+  /// combinations end here, before they are solved.
+  [[nodiscard]] bool may_agree(const Chosen& next) const {
+    constexpr double kRounding = 1.0 + 1e-9;
+    const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+      return a.x() * b.y() - a.y() * b.x();
+    };
+    for (std::size_t i = 0; i + 1 < chosen_.size(); ++i) {
+      for (std::size_t j = i + 1; j < chosen_.size(); ++j) {
+        const double of_next = cross(chosen_[i].normal, chosen_[j].normal);
+        const double of_i = cross(next.normal, chosen_[j].normal);
+        const double of_j = cross(chosen_[i].normal, next.normal);
+        const double apart =
+            of_next * next.offset - of_i * chosen_[i].offset - of_j * chosen_[j].offset;
+        if (std::abs(apart) >
+            kRounding * tolerance_ * (std::abs(of_next) + std::abs(of_i) + std::abs(of_j))) {
+          return false;
+        }
+      }
+    }
+    return true;
   }
 
   /// Weighted least squares for the translation. Where the columns hold it in one direction only,
