@@ -40,10 +40,14 @@ Eigen::Vector3d least_noticed(const Eigen::Matrix3d& information,
 }
 
 /// Noise turns pieces of wall, too, until some face along a corridor: the more, the larger its
-/// variance. That over the expected one: 0.36 in worlds with 1 cm of noise, where a corridor shows
-/// no such piece; 1.8 with 3 cm, where up to 0.01 of the information seems to come from some.
+/// variance. That over the expected one is 0.36 in worlds with 1 cm of noise, where a corridor
+/// shows no such piece, and 1.8 with 3 cm, where up to 0.01 of the information seems to come from
+/// some: hence its square. Without noise cells turn them as well.
 double noise_of_normals(const Correspondences& pairs, const RefinementOptions& options) {
-  return 1.0 / (shown_information(pairs, options) * options.noise * options.noise);
+  constexpr double kLeast = 0.36;
+  const double variance = 1.0 / shown_information(pairs, options);
+  const double share = std::max(kLeast, variance / (options.noise * options.noise));
+  return share * share;
 }
 
 /// Directions of translation that the scan hardly constrains once the heading is marginalised out,
@@ -65,10 +69,11 @@ std::vector<Eigen::Vector2d> weak_directions(const Correspondences& pairs,
   std::vector<Eigen::Vector2d> weak;
   for (int i = 0; i < 2; ++i) {
     const Eigen::Vector2d direction = solver.eigenvectors().col(i);
-    const double least = options.weakest_direction * strongest;
-    if (!(solver.eigenvalues()(i) > least) &&
+    const double least_facing =
+        noise_of_normals(pairs, options) * options.weakest_facing * strongest;
+    if (!(solver.eigenvalues()(i) > options.weakest_direction * strongest) &&
         !(pairs.facing_information(options.last_kernel, least_noticed(information, direction)) >
-          noise_of_normals(pairs, options) * least)) {
+          least_facing)) {
       weak.push_back(direction);
     }
   }

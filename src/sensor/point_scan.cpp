@@ -230,6 +230,7 @@ void ScanProjector::project(const LaserScan& scan, const Eigen::Isometry3d& base
   std::vector<double>& gaps = memory_->gaps;
   find_gaps(result.points, gaps);
   add_surfaces(gaps, options, memory_->sums, result.points);
+  add_facing_pairs(result.points);
   for (const std::size_t point : cut_after) {
     result.points[point].joined_to_next = false;
   }

@@ -1,6 +1,7 @@
 #include "sensor/point_surfaces.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace matchbox_slam {
 namespace {
@@ -91,6 +92,55 @@ bool on_one_wall(const ScanPoint& a, const ScanPoint& b, double gap) {
          std::abs(b.normal.dot(step)) <= limit;
 }
 
+/// Whether a point without a normal lies on the line of a wall that its beam grazes, and whose
+/// direction neighbouring beams tell. When they were chosen, with pairs of beams as far apart as
+/// they liked, three drives of 250 s through campuses with ten times the noise of odometry, and 32
+/// through corridors, ended with 0.006 and 0.023 m in the mean; with half and double of kGrazing
+/// 0.004 and 0.006, 0.023 both, with double of kNeighbours 0.005 and 0.025, with half 0.09 and
+/// 0.024: then points on the walls beside are taken for others.
+bool lies_on_wall_beside(const std::vector<ScanPoint>& points, std::size_t index) {
+  constexpr std::size_t kNeighbours = 30;  // beams to either side
+  constexpr double kGrazing = 0.2;         // cosine of the incidence
+  // [m], two deviations of a usual noise, and what the wall's direction is off. With 3 cm, and 3 mm
+  // in a metre, the crack of a corner is taken for the wall beside it: one of the three drives ends
+  // with 0.23 m.
+  constexpr double kNoise = 0.02;
+  constexpr double kBend = 0.001;  // [m] in a metre
+  const ScanPoint& point = points[index];
+  const Eigen::Vector2d beam = (point.position - point.origin).normalized();
+  const std::size_t first = index - std::min(index, kNeighbours);
+  const std::size_t last = std::min(index + kNeighbours, points.size() - 1);
+  for (std::size_t other = first; other <= last; ++other) {
+    const Eigen::Vector2d& normal = points[other].normal;
+    const Eigen::Vector2d apart = point.position - points[other].position;
+    if (!normal.isZero() && std::abs(normal.dot(beam)) < kGrazing &&
+        std::abs(normal.dot(apart)) < kNoise + kBend * apart.norm()) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// The normal of a piece of wall between two points that faces the beams, else zero.
+Eigen::Vector2d facing_normal(const ScanPoint& a, const ScanPoint& b) {
+  constexpr double kShortest = 0.04;  // [m]: a usual noise of 1 cm turns such a piece by 20 degrees
+  constexpr double kLongest = 0.3;    // [m], of neighbours on one wall; 0.6 is as good
+  // [rad] between the beams: where they are half a degree apart or more, two of them meet
+  // different things. Without this limit aces and infinite_corridor, of such lasers, end with 0.096
+  // and 0.56 m in place of 0.094 and 0.52, and drives of 360 beams through corridors get no better.
+  constexpr double kWidest = 0.008;
+  constexpr double kOblique = 0.4;  // cosine of the angle between the piece and the beam
+  const Eigen::Vector2d step = b.position - a.position;
+  const double gap = step.norm();
+  const Eigen::Vector2d beam = (a.position - a.origin).normalized();
+  if (gap < kShortest || gap > kLongest || gap > kWidest * (a.position - a.origin).norm() ||
+      std::abs(step.dot(beam)) > kOblique * gap) {
+    return Eigen::Vector2d::Zero();
+  }
+  const Eigen::Vector2d normal(-step.y() / gap, step.x() / gap);
+  return normal.dot(beam) > 0.0 ? Eigen::Vector2d(-normal) : normal;
+}
+
 }  // namespace
 
 void find_gaps(const std::vector<ScanPoint>& points, std::vector<double>& gaps) {
@@ -117,6 +167,21 @@ void add_surfaces(const std::vector<double>& gaps, const ProjectionOptions& opti
   for (std::size_t i = 0; i < gaps.size(); ++i) {
     points[i].joined_to_next =
         gaps[i] <= options.max_wall_gap && on_one_wall(points[i], points[i + 1], gaps[i]);
+  }
+}
+
+void add_facing_pairs(std::vector<ScanPoint>& points) {
+  bool was_blunt = false;  // the point before, and on no wall beside it
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const bool is_blunt = points[i].normal.isZero() && !lies_on_wall_beside(points, i);
+    if (is_blunt && was_blunt) {
+      if (const Eigen::Vector2d normal = facing_normal(points[i - 1], points[i]);
+          !normal.isZero()) {
+        points[i - 1].normal = normal;
+        points[i].normal = normal;
+      }
+    }
+    was_blunt = is_blunt;
   }
 }
 

@@ -80,6 +80,13 @@ void find_gaps(const std::vector<ScanPoint>& points, std::vector<double>& gaps);
 void add_surfaces(const std::vector<double>& gaps, const ProjectionOptions& options,
                   RunningSums& sums, std::vector<ScanPoint>& points);
 
+/// Gives normals to points that have none and are two of a wall that the beams meet head on: far
+/// away the crack of a corner or a door shows so little of one that no line can be fitted, but that
+/// both beams are about as long says which way it faces. A corridor has hardly more that tells the
+/// way along it. Points on the line of a wall that is seen beside them are none: there the beams
+/// are far apart as they graze it.
+void add_facing_pairs(std::vector<ScanPoint>& points);
+
 /// Each point stands for half the way to its neighbours on both sides.
 /// @param gaps  of find_gaps.
 /// @param cap   [m] that it stands for at most.

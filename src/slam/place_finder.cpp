@@ -10,7 +10,7 @@ namespace {
 /// all key scans are searched. Stamps may be made up, and too close: then the way counts.
 RecoveryOptions paced(RecoveryOptions options, const SearchStep& step) {
   constexpr double kWay = 0.1;     // [m] for each key scan
-  constexpr double kMost = 4.0;    // so that no scan waits long: each takes some 5 ms
+  constexpr double kMost = 5.0;    // so that no scan waits long: each takes some 4 ms
   constexpr double kJitter = 0.1;  // of the time between scans, as a share of the interval
   const double by_way = step.way / kWay;
   const double by_time = options.interval > 0.0 ? step.seconds / options.interval : 1.0;

@@ -69,6 +69,53 @@ TEST(Doubt, ATurnThatOdometryMissedIsFoundByASecondLook) {
   }
 }
 
+/// Where two corridors of 30 m cross, with a cupboard in one of four arms that else are alike.
+World crossing() {
+  std::vector<WallSegment> walls;
+  for (const double turn : {0.0, 0.5, 1.0, 1.5}) {
+    const Eigen::Rotation2Dd arm(turn * kPi);
+    const auto add = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+      walls.push_back({arm * from, arm * to});
+    };
+    add({1.0, 1.0}, {15.0, 1.0});
+    add({1.0, -1.0}, {15.0, -1.0});
+    add({15.0, -1.0}, {15.0, 1.0});
+    if (turn == 0.0) {
+      add({2.0, 1.0}, {2.0, 0.8});
+      add({2.0, 0.8}, {4.0, 0.8});
+      add({4.0, 0.8}, {4.0, 1.0});
+    }
+  }
+  return {walls, {}};
+}
+
+/// After a quarter of a turn a crossing is alike, and here the search's lattice holds that pose,
+/// while the true one lies half a step from its nearest pose in x, y and heading.
+TEST(Doubt, AtACrossingTheTurnIsFoundThatThePredictionSpeaksFor) {
+  const World world = crossing();
+  SlamMap map{MapOptions{}, LikelihoodFieldOptions{}};
+  std::uint64_t seed = 0;
+  for (double along = -10.0; along <= 10.0; along += 2.0) {
+    for (const Pose2& pose : {Pose2{along, 0.0, 0.0}, Pose2{along, 0.0, kPi},
+                              Pose2{0.0, along, 0.5 * kPi}, Pose2{0.0, along, -0.5 * kPi}}) {
+      insert_scan(look_around(world, LaserOptions{}, pose, ++seed), pose, MapOptions{}, map);
+    }
+  }
+  DoubtOptions options;
+  options.most_rival = 1.0;
+  for (double turned = 0.23; turned < 0.4; turned += 0.02) {
+    const Pose2 truth{0.225, 0.0, 0.7};  // turned about the crossing's middle: 0, 0.225
+    const PointScan scan = look_around(world, LaserOptions{}, truth, ++seed);
+    const Pose2 predicted = shifted(truth, {0.025, 0.025, turned});
+    const ToldMatcher matcher(answer(predicted, 0.05, MatchStatus::kRejectedLowScore));
+    const WeighedMatch weighed =
+        match_and_weigh(matcher, {scan, predicted, prior_of(0.08, 0.09), map.field, {}, 1},
+                        map.occupancy, {0.9, false}, options);
+    EXPECT_EQ(weighed.certainty, Certainty::kSecondLook) << turned;
+    EXPECT_LT(std::abs(weighed.match.map_from_base.theta - truth.theta), 0.002) << turned;
+  }
+}
+
 TEST(Doubt, TurnedOffEveryMatchIsBelieved) {
   const MatchScene scene = scene_in_rooms(30.0);
   const MatchProblem problem =

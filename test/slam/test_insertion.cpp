@@ -75,6 +75,23 @@ TEST_F(InsertionTest, AScanIsInsertedAfterSomeMotion) {
   EXPECT_TRUE(is_inserted(matched({}))) << "every scan";
 }
 
+/// Where it was seen the next scans may tell; not for ever.
+TEST_F(InsertionTest, WhatWasSeenFromAPlaceThatIsHardlyKnownWaits) {
+  const auto known_to = [](const Pose2& moved, double sigma) {
+    ScanOutcome outcome = matched(kInserted * moved);
+    outcome.covariance(0, 0) = sigma * sigma;
+    return outcome;
+  };
+  EXPECT_TRUE(is_inserted(known_to({0.31, 0.0, 0.0}, 0.049)));
+  EXPECT_FALSE(is_inserted(known_to({0.31, 0.0, 0.0}, 0.051)));
+  EXPECT_FALSE(is_inserted(known_to({0.89, 0.0, 0.59}, 0.051)));
+  EXPECT_TRUE(is_inserted(known_to({0.91, 0.0, 0.0}, 0.051))) << "three times the usual way";
+  EXPECT_TRUE(is_inserted(known_to({0.0, 0.0, 0.61}, 0.051)));
+  ScanOutcome odometry_alone = known_to({0.31, 0.0, 0.0}, 1.0);
+  odometry_alone.match.score = 0.0;
+  EXPECT_TRUE(is_inserted(odometry_alone)) << "which is all that there is";
+}
+
 TEST_F(InsertionTest, TheMapsFrameDoesNotMatter) {
   const Pose2 new_from_old{-40.0, 25.0, 2.9};
   parts_.map().last_inserted[0] = new_from_old * kInserted;

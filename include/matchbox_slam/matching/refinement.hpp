@@ -19,6 +19,7 @@ struct RefinementOptions {
   double last_kernel = 0.03;
   double noise = 0.01;
   double weakest_direction = 0.01;
+  double weakest_facing = 0.001;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -35,6 +36,10 @@ struct RefinementOptions {
     option(self.weakest_direction, "weakest_direction", between(0.0, 1.0), "",
            "A direction of translation with less than this share of the strongest direction's "
            "information counts as unconstrained, unless walls clearly face it.");
+    option(
+        self.weakest_facing, "weakest_facing", between(0.0, 1.0), "",
+        "Share of the strongest direction's information that walls which clearly face a "
+        "direction have to tell, so that it counts as constrained; more where the scan is noisy.");
   }
 };
 

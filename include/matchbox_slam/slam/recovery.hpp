@@ -27,7 +27,7 @@ struct RecoveryOptions {
            "each of them where they are 0.1 m and more apart.");
     option(self.key_scans, "key_scans", between(1, 1000), "",
            "Key scans that a scan is searched in at a time, 3 to 6 milliseconds each; up to "
-           "four times as many where scans are rare.");
+           "five times as many where scans are rare.");
     option(self.confirmations, "confirmations", between(1, 100), "",
            "A lost robot counts as found at a place near where odometry says where so many scans "
            "match well, and hardly one at another place.");
