@@ -1,6 +1,5 @@
 #include "matchbox_slam/slam/doubt.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -136,45 +135,28 @@ bool is_jump(const MatchResult& found, const MatchProblem& problem) {
   return !is_near(found.map_from_base, problem.predicted_map_from_base, 0.2, 0.1);
 }
 
-/// Of a pose from the prediction, in deviations of the prior.
-double squared_distance(const Pose2& pose, const MatchProblem& problem) {
-  const Eigen::Vector3d off = difference(pose, problem.predicted_map_from_base);
-  return off.dot(problem.prior_covariance.ldlt().solve(off));
-}
-
-/// In the window of a wide prior. Where corridors cross they are alike after a quarter of a turn:
-/// on the search's lattice, whose poses are up to half a step off, the wrong one may score more. So
-/// both are refined, and the one that the prediction speaks for is taken unless the other is
-/// clearly better.
-MatchResult look_wide(const MatchProblem& wide, const OccupancyGrid& occupancy) {
-  constexpr double kXy = 0.1;       // [m], two steps of the lattice
-  constexpr double kTheta = 0.04;   // [rad], also
+/// In the window of a wide prior. Where corridors cross they are alike after a quarter of a turn,
+/// and on the search's lattice, whose poses are up to half a step off, a wrong one may score more
+/// than the true one: what a narrower window holds is taken unless something farther is clearly
+/// better.
+MatchResult look_wide(const MatchProblem& problem, const MatchProblem& wide,
+                      const OccupancyGrid& occupancy, const DoubtOptions& options) {
+  constexpr double kTheta = 0.2;    // [rad], its window twice that, well below a quarter of a turn
   constexpr double kClearly = 0.1;  // as of a first look that stays
-  MatchResult best = search_exactly(wide, occupancy);
-  if (!best.accepted() || !best.rival) {
-    return best;
-  }
-  MatchProblem there = wide;
-  there.predicted_map_from_base = *best.rival;
-  there.prior_covariance = covariance_of(kXy, kTheta);
-  MatchResult other = search_exactly(there, occupancy);
-  const bool is_nearer =
-      squared_distance(other.map_from_base, wide) < squared_distance(best.map_from_base, wide);
-  // What the scan does not hold, the narrow prior would.
-  if (!other.accepted() || !other.unconstrained_directions.empty() ||
-      net_score(other) < net_score(best) + (is_nearer ? -kClearly : kClearly)) {
-    return best;
-  }
-  other.rival = best.map_from_base;
-  other.rival_share = best.rival_share;
-  return other;
+  MatchProblem narrow = problem;
+  narrow.prior_covariance += covariance_of(options.look_xy, std::min(kTheta, options.look_theta));
+  const MatchResult near = search_exactly(narrow, occupancy);
+  const MatchResult far = search_exactly(wide, occupancy);
+  const bool is_bettered = far.accepted() && net_score(far) > net_score(near) + kClearly;
+  return near.accepted() && !is_bettered ? near : far;
 }
 
 /// In the window of a wide prior; and in that of the prior without the points that lay on backs of
 /// walls, which draw the rest of a scan there.
 MatchResult look_again(const MatchResult& first, const MatchProblem& problem,
-                       const MatchProblem& wide, const OccupancyGrid& occupancy) {
-  const MatchResult far = look_wide(wide, occupancy);
+                       const MatchProblem& wide, const OccupancyGrid& occupancy,
+                       const DoubtOptions& options) {
+  const MatchResult far = look_wide(problem, wide, occupancy, options);
   const PointScan fronts =
       without_backs(problem.scan, first.map_from_base, occupancy, problem.field);
   if (fronts.points.size() == problem.scan.points.size()) {
@@ -307,7 +289,8 @@ WeighedMatch match_and_weigh(const ScanMatcher& matcher, const MatchProblem& pro
     return first;
   }
   const MatchProblem wide = with_wider_prior(problem, options);
-  WeighedMatch second{look_again(first.match, problem, wide, occupancy), Certainty::kSecondLook};
+  WeighedMatch second{look_again(first.match, problem, wide, occupancy, options),
+                      Certainty::kSecondLook};
   if (is_upheld(first.match, score, second.match, problem, options)) {
     first.upheld = true;
     return first;

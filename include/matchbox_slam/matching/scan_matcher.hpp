@@ -71,7 +71,6 @@ struct MatchResult {
   /// Score of the best pose far from the answer, as a share of the answer's: near 1 the scan fits
   /// two places alike. 0: none was found, or the matcher does not look for one.
   double rival_share = 0.0;
-  std::optional<Pose2> rival;  ///< that pose, of matchers that tell it
   /// Share of the scan's beams that cross a wall of the map clearly before they end, 0...1; see
   /// contradiction(). The engine weighs it: matchers leave it as it is.
   double contradiction = 0.0;

@@ -95,7 +95,6 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
     result.score = std::clamp(refined.score, 0.0, 1.0);
   }
   result.rival_share = found.rival_share;
-  result.rival = found.rival;
   if (!(refined.score >= options_.min_score)) {
     return result;
   }
