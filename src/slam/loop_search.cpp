@@ -124,7 +124,8 @@ OlsonOptions fine_options() {
   fine.window_theta = 0.04;
   fine.widenings = 1;
   fine.least_rival = 1.0;
-  // A wrong loop costs more than a missed one: a few beams do not make one.
+  // A wrong loop costs more than a missed one: a few beams do not make one. With 1 cm of
+  // noise this is 0.004 of the strongest direction.
   fine.refinement.weakest_facing = 30.0 * fine.refinement.weakest_facing;
   return fine;
 }

@@ -33,7 +33,7 @@ TEST(PlaceFinder, SearchesAsManyKeyScansForASecondOrAMetreHoweverManyScansThereA
   EXPECT_EQ(searched_after({0.05, 0.02}), 0U) << "the next one is early enough";
   EXPECT_EQ(searched_after({0.1, 0.05}), 1U);
   EXPECT_EQ(searched_after({0.45, 0.05}), 4U);
-  EXPECT_EQ(searched_after({0.2, 0.45}), 4U);
+  EXPECT_EQ(searched_after({0.2, 0.55}), 5U);
   EXPECT_EQ(searched_after({0.01, 0.35}), 3U) << "stamps may be made up";
   EXPECT_EQ(searched_after({60.0, 30.0}), 5U) << "no scan waits long";
   RecoveryOptions options;

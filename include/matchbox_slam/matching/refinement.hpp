@@ -36,10 +36,10 @@ struct RefinementOptions {
     option(self.weakest_direction, "weakest_direction", between(0.0, 1.0), "",
            "A direction of translation with less than this share of the strongest direction's "
            "information counts as unconstrained, unless walls clearly face it.");
-    option(
-        self.weakest_facing, "weakest_facing", between(0.0, 1.0), "",
-        "Share of the strongest direction's information that walls which clearly face a "
-        "direction have to tell, so that it counts as constrained; more where the scan is noisy.");
+    option(self.weakest_facing, "weakest_facing", between(0.0, 1.0), "",
+           "Share of the strongest direction's information that walls which clearly face a "
+           "direction have to tell, so that it counts as constrained, where points are as noisy as "
+           "refine_noise; it changes with the square of their variance.");
   }
 };
 
