@@ -35,12 +35,11 @@ bool is_heading_known(const MatchResult& match) {
 /// matched better with what is drawn already: what is drawn off its place draws all that follow
 /// after it. Where nothing tells for longer, the map goes on without.
 bool is_to_wait(const ScanOutcome& outcome, const Pose2& moved, const SlamOptions& options) {
-  // [m], a cell. Drives of 3 km through campuses with ten times the noise of odometry, seed 1, 1040
-  // and 360 beams: 0.02 and 0.53 m; with double 0.16 and 0.49, without waiting 0.08 and 0.41. Seeds
-  // 2 and 3 of 1040 beams: 0.21 and 0.05, without waiting 0.18 and 0.13.
+  // [m], a cell. Five drives of 3 km through campuses with ten times the noise of odometry: 0.135 m
+  // in the mean, without waiting 0.163 (benchmark/reports/2026-11-24/LOOPS.md). Half and double, and
+  // 2 below, differ by less than chance.
   constexpr double kKnown = 0.05;
-  // Of the usual way between key scans. With 2 these drives end with 0.20 and 0.42 m.
-  constexpr double kLongest = 3.0;
+  constexpr double kLongest = 3.0;  // of the usual way between key scans
   const MatchResult& match = outcome.match;
   return match.accepted() && match.score > 0.0 &&
          outcome.covariance.topLeftCorner<2, 2>().trace() > kKnown * kKnown &&

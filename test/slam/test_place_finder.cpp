@@ -35,7 +35,8 @@ TEST(PlaceFinder, SearchesAsManyKeyScansForASecondOrAMetreHoweverManyScansThereA
   EXPECT_EQ(searched_after({0.45, 0.05}), 4U);
   EXPECT_EQ(searched_after({0.2, 0.55}), 5U);
   EXPECT_EQ(searched_after({0.01, 0.35}), 3U) << "stamps may be made up";
-  EXPECT_EQ(searched_after({60.0, 30.0}), 5U) << "no scan waits long";
+  EXPECT_EQ(searched_after({60.0, 30.0}), 10U) << "there is time";
+  EXPECT_EQ(searched_after({0.1, 30.0}), 5U) << "no scan waits long";
   RecoveryOptions options;
   options.key_scans = 2;
   options.interval = 0.5;

@@ -15,10 +15,11 @@ namespace matchbox_slam {
 /// What became of one scan.
 struct ScanOutcome {
   double stamp = 0.0;
-  Pose2 map_from_base;         ///< at the scan's stamp; see without_overshoot for why it may
-                               ///< differ from the match's
-  Eigen::Matrix3d covariance;  ///< over (x, y, theta) in the map frame; while mapping the match's,
-                               ///< and that of the map where it is
+  Pose2 map_from_base;  ///< at the scan's stamp; see without_overshoot for why it may
+                        ///< differ from the match's
+  /// Over (x, y, theta) in the map frame; while mapping the match's, and that of the map where it
+  /// is.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   Pose2 predicted_map_from_base;
   std::optional<Pose2> odom_from_base;
   MatchResult match;  ///< status kRejectedNoReference for the scan that starts a map
