@@ -40,6 +40,9 @@ fi
 say "Building the tests"
 build -DCATKIN_ENABLE_TESTING=ON tests
 say "Running the tests"
-# run_tests succeeds also when tests fail: the results tell. One at a time, since some measure time.
-catkin_make --directory "$workspace" -j1 run_tests </dev/null
+# run_tests succeeds also when tests fail: the results tell. Nodes run one at a time: a crowd of them
+# would wait for one another.
+catkin_make --directory "$workspace" -j"$(job_count)" run_tests_matchbox_slam_gtest </dev/null
+catkin_make --directory "$workspace" -j1 run_tests_matchbox_slam_python \
+  run_tests_matchbox_slam_rostest run_tests_example_matcher </dev/null
 /usr/bin/python3 "$clone/scripts/count_tests.py" "$results"

@@ -255,15 +255,21 @@ TEST(SlamFaults, CutsBeamsAlsoWhenTheMasterIsGone) {
   EXPECT_GE(read_tum(folder / "node.tum").size(), 20U);
 }
 
-/// The last of the log lines that hold these words; empty while there is none.
+/// The last of the log lines that hold these words; empty while there is none. To be made before
+/// the node that is listened to.
 class LogWatch {
  public:
-  explicit LogWatch(std::string words) : words_(std::move(words)) {}
+  explicit LogWatch(std::string words) : words_(std::move(words)) {
+    EXPECT_TRUE(wait_until([this] { return log_.getNumPublishers() > 0; }));  // this program's
+    before_ = log_.getNumPublishers();
+  }
 
   [[nodiscard]] std::string line() const { return line_; }
 
-  /// Programs whose log is heard: what one says before is lost, but for the newest line.
-  [[nodiscard]] std::uint32_t speakers() const { return log_.getNumPublishers(); }
+  /// Waits until the node is heard: what it says before is lost, but for its newest line.
+  [[nodiscard]] bool hears_the_node() const {
+    return wait_until([this] { return log_.getNumPublishers() > before_; });
+  }
 
  private:
   void on_log(const rosgraph_msgs::Log& log) {
@@ -276,6 +282,7 @@ class LogWatch {
   std::string words_;
   std::string line_;
   ros::Subscriber log_ = node_.subscribe("/rosout", 1000, &LogWatch::on_log, this);
+  std::uint32_t before_ = 0;
 };
 
 TEST(SlamFaults, AnotherLocaliserIsNamedAndOurselvesAreNot) {
@@ -285,6 +292,7 @@ TEST(SlamFaults, AnotherLocaliserIsNamedAndOurselvesAreNot) {
   const ros::Publisher transforms = node.advertise<tf2_msgs::TFMessage>("/tf", 10);
   const TemporaryFolder folder;
   NodeProcess process("beside_another", folder, {"_transform_publish_period:=0.01"});
+  ASSERT_TRUE(log.hears_the_node());
   ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
   ASSERT_TRUE(robot.drive(20));
   EXPECT_EQ(log.line(), "");
@@ -347,11 +355,9 @@ std_srvs::Trigger::Response save(const std::string& node) {
 
 TEST(SlamFaults, NamesWhatIsNoScan) {
   const LogWatch log(", which is no scan; it is ignored");
-  ASSERT_TRUE(wait_until([&] { return log.speakers() > 0; }));  // this program's
-  const std::uint32_t before = log.speakers();
   const TemporaryFolder folder;
   NodeProcess process("hears_words", folder, {"scan:=/words"});
-  ASSERT_TRUE(wait_until([&] { return log.speakers() > before; }));
+  ASSERT_TRUE(log.hears_the_node());
   ros::NodeHandle node;
   const ros::Publisher words = node.advertise<std_msgs::String>("/words", 1, true);
   words.publish(std_msgs::String());
@@ -375,6 +381,7 @@ TEST(SlamFaults, CutsBeamsThatReadTheLargestRangePlusNoise) {
   const ros::Subscriber poses = node.subscribe<Pose>("/pose", 100, on_pose);
   const TemporaryFolder folder;
   NodeProcess process("far", folder, {"scan:=/far_scan", "_use_odometry:=false"});
+  ASSERT_TRUE(log.hears_the_node());
   ASSERT_TRUE(wait_until([&] { return scans.getNumSubscribers() > 0; }));
   double stamp = 1000.0;
   double told = 0.0;
@@ -426,6 +433,7 @@ TEST(SlamFaults, ASignalWaitsForNoScanThatIsQueuedAndAllAreCounted) {
       "backlogged", folder,
       {"_queue_size:=10000", "_matcher:=monte_carlo", "_monte_carlo/max_tries:=200000",
        "_monte_carlo/max_failed_tries:=200000"});  // some 300 ms a match
+  ASSERT_TRUE(log.hears_the_node());
   ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
   for (int k = 0; k < kScans; ++k) {
     robot.step(1040);
