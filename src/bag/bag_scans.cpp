@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/interrupted.hpp"
+#include "common/number_text.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/queue_settings.hpp"
 #include "run/frames.hpp"
@@ -114,8 +115,8 @@ void BagScans::choose_clock(const BagSurvey& survey, const RunOptions& options) 
                  seconds_text(std::abs(estimate)) + (estimate > 0.0 ? " behind" : " ahead") +
                  "; to correct that give --set scan_time_offset=auto");
   } else if (facts_.scan_time_offset != 0.0) {
-    dialog_.inform("stamps of scans are moved by " + seconds_text(facts_.scan_time_offset) +
-                   " to the clock of tf");
+    dialog_.inform("stamps of scans are moved by " + fixed_text(facts_.scan_time_offset, 3) +
+                   " s to the clock of tf");
   }
 }
 

@@ -15,14 +15,16 @@ void declare_options(CLI::App& app, MapBagRequest& request) {
   add_recording_flags(app, request, "Of the random numbers",
                       "Folder for pictures of the first 20 key scans' Hough domains, spectra and "
                       "correlation, each with its predecessor's");
-  app.add_option(
-         "--map", request.map,
-         "Map to go on with: a map.slam of map_bag or of ~save_map, or the .yaml of an image")
-      ->type_name("FILE");
+  CLI::Option* map =
+      app.add_option(
+             "--map", request.map,
+             "Map to go on with: a map.slam of map_bag or of ~save_map, or the .yaml of an image")
+          ->type_name("FILE");
   app.add_option("--pose", request.pose,
                  "Where the robot is in that map at the first scan [m, rad], to 0.3 m and 0.2 rad; "
                  "else it is searched for")
-      ->type_name("X,Y,THETA");
+      ->type_name("X,Y,THETA")
+      ->needs(map);
   app.add_option("--matcher", request.matcher, "Scan matcher, such as olson")->type_name("NAME");
   app.add_option("--events", request.events,
                  "YAML with what happens between scans: poses told, resets, pauses, changes of "

@@ -1031,8 +1031,10 @@ TEST_F(MapBag, APoseToldIsAnEventBeforeTheFirstScan) {
   std::filesystem::remove_all(out_);
   for (const std::string text : {"1,2", "1,2,3,4", "1,2,east", "2e8,0,0", "''"}) {
     SCOPED_TRACE(text);
-    expect_one_line(run("--pose " + text), 2, "allowed: X,Y,THETA in metres and radians");
+    expect_one_line(run("--map " + old + " --pose " + text), 2,
+                    "allowed: X,Y,THETA in metres and radians");
   }
+  expect_one_line(run("--pose 1,2,3"), 2, "--pose requires --map");
 }
 
 TEST_F(MapBag, RefusesEventsThatMakeNoSense) {
