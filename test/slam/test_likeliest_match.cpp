@@ -92,6 +92,7 @@ struct Doubtful {
   double way = 0.0;     ///< [m] since the scan before, by odometry
   bool is_by_odometry = true;
   double usual_score = 0.9;
+  bool is_in_doubt = false;
 };
 
 WeighedMatch weighed(const Doubtful& doubtful, const MatchScene& scene) {
@@ -99,7 +100,7 @@ WeighedMatch weighed(const Doubtful& doubtful, const MatchScene& scene) {
   matcher.answers = {answer(scene.map_from_base, 0.45)};
   MotionPrediction predicted =
       prediction(shifted(scene.map_from_base, doubtful.off), doubtful.way, doubtful.is_by_odometry);
-  const ScanToMatch scan{scene.scan, scene.map, scene.key_scans, 1, {doubtful.usual_score, false}};
+  const ScanToMatch scan{scene.scan, scene.map, scene.key_scans, 1, {doubtful.usual_score, doubtful.is_in_doubt}};
   return match_likeliest(matcher, scan, {}, predicted, {});
 }
 
@@ -153,6 +154,13 @@ TEST_F(CarriedTest, WithoutOdometryNothingIsAJump) {
 
 TEST_F(CarriedTest, AMatchThatNothingSpeaksAgainstIsNone) {
   EXPECT_FALSE(is_jump({{0.45, 0.0, 0.0}, 0.0, true, 0.45}));
+}
+
+TEST_F(CarriedTest, InDoubtItIsOneFarFromThePlaceBefore) {
+  EXPECT_FALSE(is_jump({{0.19, 0.0, 0.0}, 0.0, true, 0.45, true}));
+  EXPECT_TRUE(is_jump({{0.21, 0.0, 0.0}, 0.0, true, 0.45, true}));
+  EXPECT_FALSE(is_jump({{0.21, 0.0, 0.0}, 0.44, true, 0.45, true}));
+  EXPECT_FALSE(is_jump({{0.25, 0.0, 0.0}, 0.0, false, 0.45, true}));
 }
 
 TEST_F(CarriedTest, TheMapsFrameDoesNotMatter) {
