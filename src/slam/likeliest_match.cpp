@@ -33,8 +33,7 @@ WeighedMatch match(const ScanMatcher& matcher, const ScanToMatch& to_match,
   }
   WeighedMatch weighed =
       match_and_weigh(matcher, problem, to_match.map.occupancy, to_match.expected, options.doubt);
-  weighed.jumped =
-      weighed.jumped || is_carried(weighed, predicted, to_match.expected.is_in_doubt);
+  weighed.jumped = weighed.jumped || is_carried(weighed, predicted, to_match.expected.is_in_doubt);
   return weighed;
 }
 

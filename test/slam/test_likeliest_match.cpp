@@ -100,7 +100,8 @@ WeighedMatch weighed(const Doubtful& doubtful, const MatchScene& scene) {
   matcher.answers = {answer(scene.map_from_base, 0.45)};
   MotionPrediction predicted =
       prediction(shifted(scene.map_from_base, doubtful.off), doubtful.way, doubtful.is_by_odometry);
-  const ScanToMatch scan{scene.scan, scene.map, scene.key_scans, 1, {doubtful.usual_score, doubtful.is_in_doubt}};
+  const ScanToMatch scan{
+      scene.scan, scene.map, scene.key_scans, 1, {doubtful.usual_score, doubtful.is_in_doubt}};
   return match_likeliest(matcher, scan, {}, predicted, {});
 }
 
