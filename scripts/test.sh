@@ -40,8 +40,8 @@ fi
 say "Building the tests"
 build -DCATKIN_ENABLE_TESTING=ON tests
 say "Running the tests"
-# run_tests succeeds also when tests fail: the results tell. Nodes run one at a time: a crowd of them
-# would wait for one another.
+# run_tests succeeds also when tests fail: the results tell. Python tests and nodes run one at a time:
+# a crowd of them would wait for one another.
 catkin_make --directory "$workspace" -j"$(job_count)" run_tests_matchbox_slam_gtest </dev/null
 catkin_make --directory "$workspace" -j1 run_tests_matchbox_slam_python \
   run_tests_matchbox_slam_rostest run_tests_example_matcher </dev/null

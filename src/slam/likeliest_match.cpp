@@ -7,8 +7,9 @@ namespace {
 
 /// Whether the robot would have been carried there. What a doubtful match tells against all that
 /// odometry says has to be confirmed: three of 109 robots that were carried off at 3 to 8 m/s drew
-/// a scan 0.3 to 0.5 m from its place, with half of the usual score. So has a good one in doubt,
-/// when the place before was another: of 150 one drew what it had seen from there, 1.8 m off.
+/// a scan 0.3 to 0.5 m from its place, with half of the usual score. So does a good match in
+/// doubt that is far from the place before: of 150 robots one drew what it had seen from there,
+/// 1.8 m off.
 bool is_carried(const WeighedMatch& weighed, const MotionPrediction& predicted, bool is_in_doubt) {
   constexpr double kLeast = 0.2;  // [m], as a jump of a second look
   constexpr double kShare =

@@ -287,7 +287,7 @@ class LogWatch {
 
 TEST(SlamFaults, AnotherLocaliserIsNamedAndOurselvesAreNot) {
   Robot robot;
-  const LogWatch log("tf that touches the map frame is ignored: ");
+  LogWatch log("tf that touches the map frame is ignored: ");
   ros::NodeHandle node;
   const ros::Publisher transforms = node.advertise<tf2_msgs::TFMessage>("/tf", 10);
   const TemporaryFolder folder;
@@ -324,7 +324,7 @@ class MapLinks {
 
 TEST(SlamFaults, EachScanSendsTheTransform) {
   Robot robot;
-  const MapLinks links;
+  MapLinks links;
   const TemporaryFolder folder;
   NodeProcess process("at_once", folder, {"_transform_publish_period:=10"});
   ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
@@ -336,7 +336,7 @@ TEST(SlamFaults, EachScanSendsTheTransform) {
 
 TEST(SlamFaults, TheTransformIsRepeatedWhileNoScanComes) {
   Robot robot;
-  const MapLinks links;
+  MapLinks links;
   const TemporaryFolder folder;
   NodeProcess process("repeating", folder);
   ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
@@ -354,7 +354,7 @@ std_srvs::Trigger::Response save(const std::string& node) {
 }
 
 TEST(SlamFaults, NamesWhatIsNoScan) {
-  const LogWatch log(", which is no scan; it is ignored");
+  LogWatch log(", which is no scan; it is ignored");
   const TemporaryFolder folder;
   NodeProcess process("hears_words", folder, {"scan:=/words"});
   ASSERT_TRUE(log.hears_the_node());
@@ -370,7 +370,7 @@ TEST(SlamFaults, NamesWhatIsNoScan) {
 }
 
 TEST(SlamFaults, CutsBeamsThatReadTheLargestRangePlusNoise) {
-  const LogWatch log("plus noise");
+  LogWatch log("plus noise");
   ros::NodeHandle node;
   const ros::Publisher scans = node.advertise<sensor_msgs::LaserScan>("/far_scan", 100);
   std::atomic<double> newest{0.0};
@@ -426,8 +426,8 @@ class Received {
 TEST(SlamFaults, ASignalWaitsForNoScanThatIsQueuedAndAllAreCounted) {
   constexpr int kScans = 3000;
   Robot robot;
-  const LogWatch log("mapping has ended: ");
-  const Received received;
+  LogWatch log("mapping has ended: ");
+  Received received;
   const TemporaryFolder folder;
   NodeProcess process(
       "backlogged", folder,
@@ -458,7 +458,7 @@ TEST(SlamFaults, ASignalWaitsForNoScanThatIsQueuedAndAllAreCounted) {
 
 TEST(SlamFaults, ScansThatNobodyHasTakenFromRoscppsBuffersAreCountedAtItsEnd) {
   Robot robot;
-  const LogWatch log("mapping has ended");
+  LogWatch log("mapping has ended");
   ros::param::set("/unread/base_frame", "base");
   {
     const SlamNode slam(ros::NodeHandle(), ros::NodeHandle("/unread"));
