@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/map/occupancy_grid.hpp"
 
 namespace matchbox_slam {
@@ -62,6 +63,22 @@ TEST(OccupancyGrid, KnownBoundsFitTightly) {
   grid.blend({5, 5}, 0.5, 0.5);
   EXPECT_EQ(grid.known_bounds().min, (Cell{-3, -150}));
   EXPECT_EQ(grid.known_bounds().max, (Cell{201, 11}));
+}
+
+TEST(OccupancyGrid, KnownBoundsAreThoseOfAllCells) {
+  Random random(5);
+  for (int i = 0; i < 100; ++i) {
+    OccupancyGrid grid(0.05);
+    CellBox bounds;
+    for (int k = 0; k <= i; ++k) {
+      const Cell cell{static_cast<int>(random.uniform(-400.0, 400.0)),
+                      static_cast<int>(random.uniform(-400.0, 400.0))};
+      grid.blend(cell, 1.0, 0.5);
+      bounds.include(cell);
+    }
+    EXPECT_EQ(grid.known_bounds().min, bounds.min);
+    EXPECT_EQ(grid.known_bounds().max, bounds.max);
+  }
 }
 
 TEST(OccupancyGrid, ACopyIsASnapshot) {

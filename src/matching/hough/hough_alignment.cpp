@@ -66,19 +66,41 @@ LagWindow lag_window(const Eigen::Vector2d& normal, const MotionGuess& guess,
           static_cast<int>(std::ceil(reach / options.rho_cell)) + kMargin};
 }
 
+/// Cells of a column from the first to the last that holds anything.
+struct FilledCells {
+  explicit FilledCells(const std::vector<float>& column) {
+    const auto is_filled = [](float cell) { return cell != 0.0F; };
+    begin = std::find_if(column.begin(), column.end(), is_filled) - column.begin();
+    end = column.rend() - std::find_if(column.rbegin(), column.rend(), is_filled);
+  }
+
+  std::ptrdiff_t begin;
+  std::ptrdiff_t end;
+};
+
 /// Correlations of two columns for the lags of a window.
 std::vector<float> correlate_columns(const std::vector<float>& reference,
                                      const std::vector<float>& scan, const LagWindow& lags) {
   const auto count = static_cast<std::ptrdiff_t>(reference.size());
+  const FilledCells of_reference(reference);
+  const FilledCells of_scan(scan);
   std::vector<float> correlation;
   correlation.reserve(2 * static_cast<std::size_t>(lags.half) + 1);
   for (int lag = lags.center - lags.half; lag <= lags.center + lags.half; ++lag) {
     // reference(i) = scan(i - lag)
+    const std::ptrdiff_t in_reference = std::max(0, lag);
+    const std::ptrdiff_t in_scan = std::max(0, -lag);
     const std::ptrdiff_t overlap = count - std::abs(lag);
-    correlation.push_back(overlap > 0 ? lane_dot(reference.data() + std::max(0, lag),
-                                                 scan.data() + std::max(0, -lag),
-                                                 static_cast<std::size_t>(overlap))
-                                      : 0.0F);
+    const std::ptrdiff_t begin =
+        std::max({std::ptrdiff_t{0}, of_reference.begin - in_reference, of_scan.begin - in_scan});
+    const std::ptrdiff_t end =
+        std::min({overlap, of_reference.end - in_reference, of_scan.end - in_scan});
+    correlation.push_back(
+        end > begin
+            ? lane_dot_between(reference.data() + in_reference, scan.data() + in_scan,
+                               static_cast<std::size_t>(overlap), static_cast<std::size_t>(begin),
+                               static_cast<std::size_t>(end))
+            : 0.0F);
   }
   return correlation;
 }

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "matching/hough/likelihood_lookup.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -72,6 +73,12 @@ HoughPoints thinned_out(const HoughPoints& points, std::size_t about) {
   return few;
 }
 
+double mean_likelihood(const HoughPoints& points, const Pose2& field_from_points,
+                       LikelihoodLookup& lookup) {
+  lookup.turn(points, field_from_points.theta);
+  return lookup.mean_at(field_from_points.translation());
+}
+
 /// Adds the first pose, and of the others, which lie in a row, those that score more than their
 /// neighbours.
 void add_peaks(const std::vector<RankedPose>& row, std::vector<RankedPose>& poses) {
@@ -86,25 +93,6 @@ void add_peaks(const std::vector<RankedPose>& row, std::vector<RankedPose>& pose
 }
 
 }  // namespace
-
-double mean_likelihood(const HoughPoints& points, const LikelihoodField& field,
-                       const Pose2& field_from_points) {
-  constexpr double kTop = 255.0;
-  const double cosine = std::cos(field_from_points.theta);
-  const double sine = std::sin(field_from_points.theta);
-  double sum = 0.0;
-  double total = 0.0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto x = static_cast<double>(points.x[i]);
-    const auto y = static_cast<double>(points.y[i]);
-    const auto weight = static_cast<double>(points.weight[i]);
-    const Eigen::Vector2d position(field_from_points.x + cosine * x - sine * y,
-                                   field_from_points.y + sine * x + cosine * y);
-    sum += weight * field.likelihood(field.geometry().cell_at(position));
-    total += weight;
-  }
-  return total > 0.0 ? sum / (kTop * total) : 0.0;
-}
 
 double contradiction(const SearchedScan& a, const SearchedScan& b, const Pose2& a_from_b) {
   return 0.5 * (a.view.contradicted(b.points, a_from_b) +
@@ -130,15 +118,17 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const PlacedSc
   const bool is_rough = most < kRankedPoses;
   const HoughPoints few = is_rough ? thinned_out(scan.points, kRoughPoints) : HoughPoints{};
   const HoughPoints& ranked_by = is_rough ? few : scan.points;
+  LikelihoodLookup lookup(*field);
   std::vector<RankedPose> poses;
   for (const HoughAlignment& alignment :
        align_in_hough_domain(reference.points, scan.points, guess, options)) {
+    lookup.turn(ranked_by, alignment.reference_from_scan.theta);
     std::vector<RankedPose> along;
     for (const Pose2& key_from_base : poses_along(alignment, guess, options)) {
       const Pose2 pose = key.map_from_base * key_from_base;
       const Eigen::Vector3d off = difference(pose, prior.map_from_base);
       const double penalty = prior_weight * prior_penalty(off.dot(information * off));
-      along.push_back({pose, mean_likelihood(ranked_by, *field, key_from_base) - penalty});
+      along.push_back({pose, lookup.mean_at(key_from_base.translation()) - penalty});
     }
     add_peaks(along, poses);
   }
@@ -146,9 +136,8 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const PlacedSc
     sort_and_thin(poses, kRankedForEach * most);
     for (RankedPose& pose : poses) {
       const Pose2 key_from_base = key.map_from_base.inverse() * pose.map_from_base;
-      const double gained = mean_likelihood(scan.points, *field, key_from_base) -
-                            mean_likelihood(few, *field, key_from_base);
-      pose.score += gained;
+      pose.score += mean_likelihood(scan.points, key_from_base, lookup) -
+                    mean_likelihood(few, key_from_base, lookup);
     }
   }
   sort_and_thin(poses, most);

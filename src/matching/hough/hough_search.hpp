@@ -18,10 +18,6 @@ struct RankedPose {
   double score = 0.0;  ///< mean likelihood of the scan's points against the reference, 0...1
 };
 
-/// The mean likelihood of points at a pose, by the length of wall that they stand for, 0...1.
-[[nodiscard]] double mean_likelihood(const HoughPoints& points, const LikelihoodField& field,
-                                     const Pose2& field_from_points);
-
 /// A scan as the search sees it.
 struct SearchedScan {
   SearchedScan(const PointScan& scan, double point_spacing)

@@ -1,5 +1,6 @@
 #include "matching/hough/lane_dot.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "common/simd.hpp"
@@ -37,6 +38,14 @@ float lane_dot(const float* a, const float* b, std::size_t count) {
     sum += a[i] * b[i];
   }
   return sum;
+}
+
+float lane_dot_between(const float* a, const float* b, std::size_t count, std::size_t begin,
+                       std::size_t end) {
+  // So that each product stays in its lane.
+  const std::size_t first = begin / kLanes * kLanes;
+  const std::size_t last = std::min(count, (end + kLanes - 1) / kLanes * kLanes);
+  return lane_dot(a + first, b + first, last - first);
 }
 
 }  // namespace matchbox_slam
