@@ -4,7 +4,9 @@
 Worlds x faults x matchers x seeds. Each run: `simulate --fault`, then `map_bag`; the truth is known.
 With the workspace sourced: run_faults.py --out DIR [--seeds 20] [--set section/option=value ...]
 Writes DIR/faults.json (a row a run) and DIR/FAULTS.md (a row for each world, fault and matcher).
-With --kidnappings N instead: N drives of a minute through rooms, on which the robot is carried away after 25 s.
+With --kidnappings N instead: so many in rooms that are mapped, five on a drive; a robot is found that is tracked where
+it is when it is carried away again. With --early-kidnappings N: drives of a minute, carried away after 25 s, where
+little is mapped.
 """
 import argparse
 import collections
@@ -14,6 +16,7 @@ import functools
 import json
 import math
 import pathlib
+import shlex
 import shutil
 import subprocess
 
@@ -31,8 +34,15 @@ FAULTS = {
     "people": ["people:random:10:0.5"],
     "kidnap": ["kidnap:random:2:2"],
 }
-KIDNAPPED = ["kidnap:25:2:2"]  # on a short drive
-SHORT = 60  # [s]
+KIDNAPPED_EARLY = ["--fault", "kidnap:25:2:2", "--duration", 60]
+MAPPED = 250  # [s] that a lap through rooms takes
+BETWEEN = 80  # [s] between kidnappings
+CARRIED = 2  # [s]
+PER_DRIVE = 5
+KIDNAPPED = [part for i in range(PER_DRIVE)
+             for part in ("--fault", f"kidnap:{MAPPED + i * BETWEEN}:{CARRIED}:2")]
+# So many laps that it does not come to where the route ends, and stands.
+KIDNAPPED += ["--laps", 200, "--duration", MAPPED + PER_DRIVE * BETWEEN]
 ELLIPSE = 16.27  # of 99.9 %, three degrees of freedom
 
 
@@ -109,14 +119,45 @@ def squared_distance(row, pose, true):
     return sum(d[j] * inv[j][k] * d[k] for j in range(3) for k in range(3)) / det
 
 
-def weigh(folder, truth):
+def is_wrong(way, turn):
+    return way > 0.2 or turn > math.radians(5.0)
+
+
+def read_scans(folder):
     rows = list(csv.DictReader((folder / "scans.csv").open()))
-    stamps = [round(float(row["stamp"]), 6) for row in rows]
+    return rows, [round(float(row["stamp"]), 6) for row in rows]
+
+
+def weigh_kidnappings(folder, truth):
+    """One row for each, up to the next one."""
+    rows, stamps = read_scans(folder)
+    true = in_map(truth, stamps[0])
+    live = read_tum(folder / "trajectory_live.tum")
+    keys = read_tum(folder / "key_scans.tum")
+    wrong = [stamp for stamp, pose in keys.items() if is_wrong(*error(pose, true[stamp]))]
+    report = json.loads((folder / "report.json").read_text())
+    results = []
+    for i in range(PER_DRIVE):
+        begin = stamps[0] + MAPPED + i * BETWEEN
+        scans = [(row, stamp) for row, stamp in zip(rows, stamps) if begin <= stamp < begin + BETWEEN]
+        unsure = [stamp for row, stamp in scans if row["state"] not in ("tracking", "recovered")]
+        last, end = scans[-1]
+        results.append({
+            "end_error_m": error(live[end], true[end])[0], "final_state": last["state"],
+            "wrong_keys": sum(begin <= stamp < begin + BETWEEN for stamp in wrong),
+            "unsure_s": unsure[-1] - begin if unsure else 0.0,
+            "cpu_s": report["cpu_s"] / PER_DRIVE, "scan_ms": report["scan_ms"],
+        })
+    return results
+
+
+def weigh(folder, truth):
+    rows, stamps = read_scans(folder)
     true = in_map(truth, stamps[0])
     final = read_tum(folder / "trajectory.tum")
     keys = read_tum(folder / "key_scans.tum")
     errors = {stamp: error(pose, true[stamp]) for stamp, pose in keys.items()}
-    wrong = [s for s, (way, turn) in errors.items() if way > 0.2 or turn > math.radians(5.0)]
+    wrong = [s for s, (way, turn) in errors.items() if is_wrong(way, turn)]
     end_error = error(final[stamps[-1]], true[stamps[-1]])[0]
     accepted = [(r, s) for r, s in zip(rows, stamps) if r["status"] == "accepted"]
     in_place = aligned(truth, keys)
@@ -139,24 +180,24 @@ def weigh(folder, truth):
     }
 
 
-def one_run(world, fault, seed, matchers, out, overrides, rate, short=False):
+def weigh_drive(folder, truth):
+    return [weigh(folder, truth)]
+
+
+def one_run(world, fault, seed, faults, weigh_run, arguments):
+    out, matchers = arguments.out, arguments.matchers
     folder = out / f"{world}-{fault.replace(' ', '_')}-{seed}"
     folder.mkdir(parents=True, exist_ok=True)
     bag, truth = folder / "drive.bag", folder / "truth.tum"
-    faults = [part for text in (KIDNAPPED if short else FAULTS[fault]) for part in ("--fault", text)]
-    faults += ["--duration", SHORT] if short else []
-    output_of("simulate", "--world", world, "--seed", seed, "--scan-rate", rate, "--bag", bag,
-        "--truth", truth, *faults)
+    output_of("simulate", "--world", world, "--seed", seed, "--scan-rate", arguments.rate, "--bag", bag,
+        "--truth", truth, *faults, *shlex.split(arguments.simulate))
     results = []
     for matcher in matchers:
-        sets = [part for text in overrides for part in ("--set", text)]
+        sets = [part for text in arguments.overrides for part in ("--set", text)]
         output_of("map_bag", bag, "--matcher", matcher, "--out", folder / matcher, "--quiet", *sets)
-        results.append({"world": world, "fault": fault, "seed": seed, "matcher": matcher,
-                        **weigh(folder / matcher, read_tum(truth))})
-    if short:
-        shutil.rmtree(folder)  # of a thousand
-    else:
-        bag.unlink()
+        results += [{"world": world, "fault": fault, "seed": seed, "matcher": matcher, **row}
+                    for row in weigh_run(folder / matcher, read_tum(truth))]
+    shutil.rmtree(folder)
     return results
 
 
@@ -214,21 +255,27 @@ def main():
     parser.add_argument("--worlds", nargs="+", default=["rooms", "random"])
     parser.add_argument("--faults", nargs="+", default=list(FAULTS), choices=list(FAULTS))
     parser.add_argument("--matchers", nargs="+", default=["olson", "hough", "monte_carlo"])
+    parser.add_argument("--simulate", default="", help="further options of simulate, such as '--beams 181'")
     parser.add_argument("--kidnappings", type=int, default=0, metavar="N")
+    parser.add_argument("--early-kidnappings", type=int, default=0, metavar="N")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
+    seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
+    is_kidnapping = arguments.kidnappings or arguments.early_kidnappings
     if arguments.kidnappings:
-        arguments.worlds, arguments.faults, arguments.seeds = ["rooms"], ["kidnap"], arguments.kidnappings
-    tasks = [(world, fault, arguments.first_seed + seed)
-             for world in arguments.worlds for fault in arguments.faults
-             for seed in range(arguments.seeds)]
+        tasks = [("rooms", "kidnap", arguments.first_seed + i, KIDNAPPED, weigh_kidnappings)
+                 for i in range(-(-arguments.kidnappings // PER_DRIVE))]
+    elif arguments.early_kidnappings:
+        tasks = [("rooms", "kidnap", arguments.first_seed + i, KIDNAPPED_EARLY, weigh_drive)
+                 for i in range(arguments.early_kidnappings)]
+    else:
+        tasks = [(world, fault, seed, [part for text in FAULTS[fault] for part in ("--fault", text)], weigh_drive)
+                 for world in arguments.worlds for fault in arguments.faults for seed in seeds]
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        futures = [pool.submit(one_run, *task, arguments.matchers, arguments.out,
-                               arguments.overrides, arguments.rate, arguments.kidnappings > 0)
-                   for task in tasks]
+        futures = [pool.submit(one_run, *task, arguments) for task in tasks]
         results = [result for future in futures for result in future.result()]
     (arguments.out / "faults.json").write_text(json.dumps(results, indent=1))
-    page = kidnapped_table(results) if arguments.kidnappings else table(results)
+    page = (kidnapped_table if is_kidnapping else table)(results)
     (arguments.out / "FAULTS.md").write_text(page)
     print(page, end="")
 

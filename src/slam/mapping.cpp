@@ -20,8 +20,8 @@ NearRequest near_request(const EngineOptions& options) {
 }
 
 /// map_from_base of a scan that has waited: about where it is said to be; where the map holds it,
-/// that knows better. None where its beams would go through walls of the map, as of one that was
-/// seen while the robot was carried.
+/// that knows better. None where the map is known and it does not fit, or its beams would go
+/// through walls, as of one that was seen while the robot was carried.
 std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_base,
                                  const SlamMap& map, const DoubtOptions& options) {
   // How wrong odometry may have placed it since. Guesses: half or double changes no drive with a
@@ -34,10 +34,8 @@ std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_ba
   if (is_convincing(match, options)) {
     return match.map_from_base;
   }
-  if (contradiction(scan, map_from_base, map.field) > options.contradiction) {
-    return std::nullopt;
-  }
-  return map_from_base;
+  return is_out_of_place(scan, map_from_base, map, options) ? std::nullopt
+                                                            : std::optional(map_from_base);
 }
 
 }  // namespace

@@ -309,24 +309,60 @@ Verdict judge_whole(const LostScan& lost, const PlaceHypothesis& place, const Pl
 
 /// Whether no other place may be the right one as well as the first. How often each was confirmed
 /// does not tell, as one may have been found long after the other: the same key scans are asked of
-/// both. What more of them refute, or what is refuted as a whole, is dropped.
+/// both. Who is no rival is dropped, and found again if it is the right one after all. A few are
+/// asked at a time, so that no scan waits long: where more are left it is not known yet.
 bool is_alone(const LostScan& lost, const PlacedScans& seen,
               const std::vector<SearchedPlace>& places, std::vector<PlaceHypothesis>& hypotheses) {
+  constexpr std::size_t kAskedAtATime = 2;
   const PlacedScans way = way_of(lost);
   const Votes best = votes_of(way, lost, hypotheses.front());
-  for (auto other = hypotheses.begin() + 1; other != hypotheses.end();) {
-    const Votes votes = votes_of(way, lost, *other);
-    const bool is_rival = 2 * votes.confirm >= best.confirm;
-    if (votes.refute > best.refute ||
-        (is_rival && judge_whole(lost, *other, seen, places) == Verdict::kRefuted)) {
-      other = hypotheses.erase(other);
-    } else if (is_rival) {
+  for (std::size_t asked = 0; hypotheses.size() > 1; ++asked) {
+    if (asked == kAskedAtATime) {
       return false;
-    } else {
-      ++other;
     }
+    const auto other = hypotheses.begin() + 1;
+    const Votes votes = votes_of(way, lost, *other);
+    const bool is_rival = 2 * votes.confirm >= best.confirm && votes.refute <= best.refute;
+    if (is_rival && judge_whole(lost, *other, seen, places) != Verdict::kRefuted) {
+      return false;
+    }
+    hypotheses.erase(other);
   }
   return true;
+}
+
+/// Whether the first place is to be judged: confirmed often enough, and what may be as well was
+/// searched.
+bool is_to_be_judged(const LostScan& lost, const PlaceSearch& search) {
+  if (search.hypotheses.empty()) {
+    return false;
+  }
+  const PlaceHypothesis& best = search.hypotheses.front();
+  // Asked again where something new was seen or searched.
+  const bool is_news = search.next == 0 || best.apart_from_base == lost.apart_from_base;
+  const bool is_where_said = is_where_odometry_says(best, lost.apart);
+  const int next = search.hypotheses.size() > 1 ? search.hypotheses[1].confirmations : 0;
+  const int wanted = is_where_said ? lost.options.confirmations + std::max(0, next - 1)
+                                   : lost.options.far_confirmations;
+  return is_news && (is_where_said || search.complete) && best.confirmations >= wanted;
+}
+
+/// The first place, if it is the right one.
+std::optional<PlaceHypothesis> judge_first(const LostScan& lost,
+                                           const std::vector<SearchedPlace>& places,
+                                           std::vector<PlaceHypothesis>& hypotheses) {
+  const PlaceHypothesis first = hypotheses.front();
+  const PlacedScans seen = spread_out(lost.apart.key_scans.all());
+  const Verdict whole = judge_whole(lost, first, seen, places);
+  if (whole == Verdict::kRefuted) {
+    hypotheses.erase(hypotheses.begin());
+  }
+  if (whole != Verdict::kConfirmed) {
+    return std::nullopt;
+  }
+  const bool is_found =
+      is_where_odometry_says(first, lost.apart) || is_alone(lost, seen, places, hypotheses);
+  return is_found ? std::optional(first) : std::nullopt;
 }
 
 }  // namespace
@@ -355,34 +391,18 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
   search.stamp = scan.stamp;
   const LostScan lost{scan, apart_from_base, parts, parts[apart], doubt, options};
   check_hypotheses(lost, search.hypotheses);
+  drop_copies(search);
+  // With one scan as a rule one or the other, so that it does not wait long.
+  if (search.next != 0 && is_to_be_judged(lost, search)) {
+    return judge_first(lost, places, search.hypotheses);
+  }
   if (search.next % kNearEach == 0) {
     look_near(lost, search.hypotheses);
   }
   add_hypotheses(lost, places, search);
   drop_copies(search);
-  if (search.hypotheses.empty()) {
-    return std::nullopt;
-  }
-  const PlaceHypothesis best = search.hypotheses.front();
-  const bool is_where_said = is_where_odometry_says(best, lost.apart);
-  const int next = search.hypotheses.size() > 1 ? search.hypotheses[1].confirmations : 0;
-  const int wanted =
-      is_where_said ? options.confirmations + std::max(0, next - 1) : options.far_confirmations;
-  // Asked again where something new was seen or searched.
-  const bool is_news = search.next == 0 || best.apart_from_base == apart_from_base;
-  if (!is_news || !(is_where_said || search.complete) || best.confirmations < wanted) {
-    return std::nullopt;
-  }
-  const PlacedScans seen = spread_out(lost.apart.key_scans.all());
-  const Verdict whole = judge_whole(lost, best, seen, places);
-  if (whole == Verdict::kRefuted) {
-    search.hypotheses.erase(search.hypotheses.begin());
-  }
-  if (whole != Verdict::kConfirmed) {
-    return std::nullopt;
-  }
-  const bool is_found = is_where_said || is_alone(lost, seen, places, search.hypotheses);
-  return is_found ? std::optional(best) : std::nullopt;
+  return is_to_be_judged(lost, search) ? judge_first(lost, places, search.hypotheses)
+                                       : std::nullopt;
 }
 
 }  // namespace matchbox_slam

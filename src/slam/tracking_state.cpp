@@ -14,6 +14,10 @@ constexpr double kDistance = 0.1;  // [m] of motion after which a scan says some
 constexpr double kAngle = 0.1;     // [rad]
 constexpr int kLeastContradictions = 5;
 
+bool is_contradicted(const WeighedMatch& match, const DoubtOptions& doubt) {
+  return match.match.accepted() && match.match.contradiction > doubt.contradiction;
+}
+
 bool is_uncontradicted(const WeighedMatch& match, const DoubtOptions& doubt) {
   return match.match.accepted() && match.match.contradiction <= doubt.contradiction;
 }
@@ -81,8 +85,13 @@ void TrackingDoubt::follow(const WeighedMatch& match, double stamp, double way_s
              has_moved(map_from_base, map_from_base_now)) {
     map_from_base = map_from_base_now;
     ++confirmations;
+  } else if (is_provisional && is_contradicted(match, doubt) &&
+             has_moved(map_from_base, map_from_base_now)) {
+    map_from_base = map_from_base_now;
+    --confirmations;
   }
-  if (is_provisional && (confirmations >= options.confirmations || way >= options.lost_way)) {
+  const bool is_unopposed = way >= options.lost_way && confirmations >= 0;
+  if (is_provisional && (confirmations >= options.confirmations || is_unopposed)) {
     *this = {};
   }
 }
@@ -94,10 +103,10 @@ bool TrackingDoubt::is_blind(const TrackingOptions& options) const {
 }
 
 bool TrackingDoubt::is_lost(double stamp, const TrackingOptions& options) const {
-  const bool is_contradicted = doubts && !is_provisional &&
-                               contradictions >= kLeastContradictions &&
-                               stamp - since >= options.lost_after;
-  return is_contradicted || is_blind(options);
+  const int against = is_provisional ? -confirmations : contradictions;
+  const bool is_refuted =
+      doubts && against >= kLeastContradictions && stamp - since >= options.lost_after;
+  return is_refuted || is_blind(options);
 }
 
 }  // namespace matchbox_slam

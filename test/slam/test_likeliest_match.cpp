@@ -93,15 +93,28 @@ struct Doubtful {
   bool is_by_odometry = true;
   double usual_score = 0.9;
   bool is_in_doubt = false;
+  double fits = 1.0;  ///< share of the scan, for the rest something stands before the walls
 };
+
+/// Of every ten beams so many end where they did.
+PointScan partly_hidden(PointScan scan, double fits) {
+  constexpr double kBefore = 0.8;  // of the way to the wall
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    if (static_cast<double>(i % 10) >= 10.0 * fits) {
+      scan.points[i].position *= kBefore;
+    }
+  }
+  return scan;
+}
 
 WeighedMatch weighed(const Doubtful& doubtful, const MatchScene& scene) {
   AskedMatcher matcher;
   matcher.answers = {answer(scene.map_from_base, 0.45)};
   MotionPrediction predicted =
       prediction(shifted(scene.map_from_base, doubtful.off), doubtful.way, doubtful.is_by_odometry);
+  const PointScan hidden = partly_hidden(scene.scan, doubtful.fits);
   const ScanToMatch scan{
-      scene.scan, scene.map, scene.key_scans, 1, {doubtful.usual_score, doubtful.is_in_doubt}};
+      hidden, scene.map, scene.key_scans, 1, {doubtful.usual_score, doubtful.is_in_doubt}};
   return match_likeliest(matcher, scan, {}, predicted, {});
 }
 
@@ -162,6 +175,19 @@ TEST_F(CarriedTest, InDoubtItIsOneFarFromThePlaceBefore) {
   EXPECT_TRUE(is_jump({{0.21, 0.0, 0.0}, 0.0, true, 0.45, true}));
   EXPECT_FALSE(is_jump({{0.21, 0.0, 0.0}, 0.44, true, 0.45, true}));
   EXPECT_FALSE(is_jump({{0.25, 0.0, 0.0}, 0.0, false, 0.45, true}));
+}
+
+TEST_F(CarriedTest, OneThatHardlyFitsIsWhereverOdometryDoesNotHaveIt) {
+  const auto is_jump_of = [this](double fits, double off, bool is_by_odometry = true) {
+    Doubtful doubtful{{0.0, off, 0.0}, 0.0, is_by_odometry};
+    doubtful.fits = fits;
+    return is_jump(doubtful);
+  };
+  EXPECT_TRUE(is_jump_of(0.3, 0.06));
+  EXPECT_TRUE(is_jump_of(0.3, 0.15));
+  EXPECT_FALSE(is_jump_of(0.3, 0.04)) << "odometry speaks for it";
+  EXPECT_FALSE(is_jump_of(0.7, 0.15));
+  EXPECT_FALSE(is_jump_of(0.3, 0.15, false));
 }
 
 TEST_F(CarriedTest, TheMapsFrameDoesNotMatter) {

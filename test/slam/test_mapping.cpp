@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/slam/mapping.hpp"
@@ -73,6 +74,20 @@ TEST_F(MappingTest, DropsWhatWaitedAndWouldSeeThroughWalls) {
   insert_first(5);
   const Pose2& seen_from = keys_[0].map_from_base;
   mapping_.wait({{0, {keys_[0].scan, {seen_from.x, seen_from.y, seen_from.theta + 0.8}}}});
+  EXPECT_EQ(mapping_.insert_pending(options_), 0U);
+  EXPECT_FALSE(mapping_.has_pending(options_));
+  EXPECT_EQ(mapped(), 5U);
+}
+
+/// A scan of what stands in a room that is mapped, as seen by a robot that is somewhere else: no
+/// beam goes through a wall.
+TEST_F(MappingTest, DropsWhatWaitedAndDoesNotFitWhatIsMapped) {
+  insert_first(5);
+  MeasuredScan close_by = *keys_[2].scan->measured();
+  for (float& range : close_by.scan.ranges) {
+    range *= 0.7F;
+  }
+  mapping_.wait({{0, {std::make_shared<const KeyScan>(close_by, 0, 0), keys_[2].map_from_base}}});
   EXPECT_EQ(mapping_.insert_pending(options_), 0U);
   EXPECT_FALSE(mapping_.has_pending(options_));
   EXPECT_EQ(mapped(), 5U);

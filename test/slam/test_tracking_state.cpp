@@ -84,6 +84,43 @@ TEST_F(TrackingDoubtTest, APoorMatchConfirmsNothing) {
   EXPECT_TRUE(doubt_.is_provisional);
 }
 
+/// Half a metre of scans that contradict the map, whatever confirmed it before.
+TEST_F(TrackingDoubtTest, AProvisionalPoseThatIsContradictedIsLost) {
+  follow(good(Certainty::kSecondLook));
+  follow(good());
+  follow(good());  // 0.12 m: confirmed once
+  WeighedMatch contradicted = good();
+  contradicted.match.contradiction = 0.2;
+  for (int i = 0; i < 11; ++i) {  // one of two has moved 0.1 m
+    follow(contradicted);
+    EXPECT_FALSE(doubt_.is_lost(stamp_, {})) << i;
+  }
+  EXPECT_TRUE(doubt_.is_provisional);
+  follow(contradicted);
+  EXPECT_TRUE(doubt_.is_lost(stamp_, {}));
+}
+
+TEST_F(TrackingDoubtTest, ALongWayConfirmsNoPoseThatIsContradicted) {
+  follow(good(Certainty::kSecondLook));
+  WeighedMatch contradicted = good();
+  contradicted.match.contradiction = 0.2;
+  WeighedMatch middling = good();
+  middling.fit = 0.3;
+  for (int i = 0; i < 4; ++i) {
+    follow(contradicted);
+    EXPECT_FALSE(doubt_.is_lost(stamp_ + 10.0, {})) << i;
+  }
+  for (int i = 0; i < 100; ++i) {  // 6 m
+    follow(middling);
+  }
+  EXPECT_TRUE(doubt_.is_provisional);
+  for (int i = 0; i < 3; ++i) {  // two make up for it
+    EXPECT_TRUE(doubt_.doubts) << i;
+    follow(good());
+  }
+  EXPECT_FALSE(doubt_.doubts);
+}
+
 /// A robot that is being carried fits a little anywhere.
 TEST_F(TrackingDoubtTest, AMatchFarBelowWhatIsUsualConfirmsNothing) {
   WeighedMatch middling = good();

@@ -51,8 +51,8 @@ struct TrackingDoubt {
   double way = 0.0;             ///< [m] driven since then, or since it is provisional
   int doubtful = 0;             ///< scans since then that matched nowhere
   int contradictions = 0;       ///< scans since then that contradicted the map
-  int confirmations = 0;        ///< scans since then that agree with a provisional pose
-  Pose2 map_from_base;          ///< at the newest scan that counted
+  int confirmations = 0;  ///< scans that agree with a provisional pose, less contradicted ones
+  Pose2 map_from_base;    ///< at the newest scan that counted
 
   /// To be called before `follow` with the time [s] since the scan before: where it is long, such
   /// as while a laser is tilted, most of it says nothing for or against the pose.
