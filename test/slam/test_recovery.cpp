@@ -324,6 +324,37 @@ TEST(Recovery, APlaceThatWasFoundFirstIsNotTheOneForIt) {
   EXPECT_EQ(alike.search.hypotheses.size(), 2U);
 }
 
+/// So that no scan waits for all: of five places where nothing is mapped, each of which is no
+/// rival.
+TEST(Recovery, OfOtherPlacesTwoAreAskedWithAScan) {
+  const World room = room_beside(false);
+  MapPart apart = seen_of(room);
+  apart.left_from_here = Pose2{20.0, 0.0, 0.0};
+  const std::vector<MapPart> parts{seen_of(room), apart};
+  const std::vector<SearchedPlace> places = searched_places(parts, 1);
+  const EngineOptions options;
+  const LaserOptions laser;
+  PlaceSearch search;
+  search.next = 1;
+  search.complete = true;
+  search.hypotheses.push_back({0, Pose2{}, 1000, Pose2{}});
+  for (int i = 1; i <= 5; ++i) {
+    search.hypotheses.push_back({0, {100.0 * i, 0.0, 0.0}, 1, Pose2{}});
+  }
+  std::vector<std::size_t> left;
+  for (int i = 1; i <= 3; ++i) {
+    const Pose2 base{2.2 + std::cos(0.4 * i), 2.0 + std::sin(0.4 * i), 0.4 * i};
+    const PointScan scan = project_scan(ideal_scan(room, laser, base, 0.2 * i),
+                                        laser.base_from_laser(), {}, options.scan);
+    const auto found =
+        search_places(scan, base, parts, 1, places, options.doubt, options.recovery, search);
+    EXPECT_EQ(found.has_value(), i == 3) << i;
+    left.push_back(search.hypotheses.size());
+  }
+  EXPECT_EQ(left, (std::vector<std::size_t>{4, 2, 1}));
+  EXPECT_EQ(search.next, 1U) << "nor was it searched on meanwhile";
+}
+
 /// Scans taken on the threshold of a door that was shut see through it: at most a quarter of them.
 TEST(Recovery, APlaceWhoseDoorIsShutByNowMayBeTheRightOne) {
   const TwoParts alike = search_two_parts(room_beside(false), room_beside(false, true));
