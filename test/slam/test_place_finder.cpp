@@ -35,14 +35,15 @@ TEST(PlaceFinder, SearchesAsManyKeyScansForASecondOrAMetreHoweverManyScansThereA
   EXPECT_EQ(searched_after({0.25, 0.05}), 2U);
   EXPECT_EQ(searched_after({0.1, 0.25}), 2U);
   EXPECT_EQ(searched_after({0.01, 0.35}), 3U) << "stamps may be made up";
-  EXPECT_EQ(searched_after({60.0, 30.0}), 3U) << "no scan waits long";
+  EXPECT_EQ(searched_after({60.0, 30.0}), 5U) << "no scan waits long";
+  EXPECT_EQ(searched_after({0.1, 30.0}), 5U);
   RecoveryOptions options;
   options.key_scans = 2;
   options.interval = 0.5;
   EXPECT_EQ(searched_after({0.3, 0.0}, options), 0U);
   EXPECT_EQ(searched_after({0.5, 0.0}, options), 2U);
   EXPECT_EQ(searched_after({1.0, 0.0}, options), 4U);
-  EXPECT_EQ(searched_after({5.0, 0.0}, options), 6U);
+  EXPECT_EQ(searched_after({5.0, 0.0}, options), 10U);
   options.interval = 0.0;
   EXPECT_EQ(searched_after({0.01, 0.0}, options), 2U) << "as often as there are scans";
 }
