@@ -197,7 +197,9 @@ def one_run(world, fault, seed, faults, weigh_run, arguments):
         output_of("map_bag", bag, "--matcher", matcher, "--out", folder / matcher, "--quiet", *sets)
         results += [{"world": world, "fault": fault, "seed": seed, "matcher": matcher, **row}
                     for row in weigh_run(folder / matcher, read_tum(truth))]
-    shutil.rmtree(folder)
+    bag.unlink()
+    if fault == "kidnap" and all(map(is_found, results)):
+        shutil.rmtree(folder)  # of a thousand
     return results
 
 
@@ -222,14 +224,18 @@ def table(results):
     return "\n".join(lines) + "\n"
 
 
+def is_found(row):
+    return row["final_state"] != "lost" and row["end_error_m"] <= 0.05 and not row["wrong_keys"]
+
+
 def kidnapped_table(results):
-    """Found: tracking at the end, where it is. Falsely found: tracking elsewhere, or a wrong key scan is in the map."""
+    """Found: not lost at the end, and where it is. Falsely found: tracking elsewhere, or a wrong key scan is in the map."""
     lines = ["| matcher | kidnappings | found | falsely found | still lost at the end | unsure, median of those found [s] |",
              "|---|---|---|---|---|---|"]
     for matcher in dict.fromkeys(result["matcher"] for result in results):
         runs = [result for result in results if result["matcher"] == matcher]
         lost = [run for run in runs if run["final_state"] == "lost" and not run["wrong_keys"]]
-        found = [run for run in runs if run not in lost and run["end_error_m"] <= 0.05 and not run["wrong_keys"]]
+        found = list(filter(is_found, runs))
         unsure = sorted(run["unsure_s"] for run in found) or [math.nan]
         lines.append(f"| {matcher} | {len(runs)} | {len(found)} | {len(runs) - len(found) - len(lost)} | "
                      f"{len(lost)} | {unsure[len(unsure) // 2]:.1f} |")
@@ -256,8 +262,9 @@ def main():
     parser.add_argument("--faults", nargs="+", default=list(FAULTS), choices=list(FAULTS))
     parser.add_argument("--matchers", nargs="+", default=["olson", "hough", "monte_carlo"])
     parser.add_argument("--simulate", default="", help="further options of simulate, such as '--beams 181'")
-    parser.add_argument("--kidnappings", type=int, default=0, metavar="N")
-    parser.add_argument("--early-kidnappings", type=int, default=0, metavar="N")
+    kidnappings = parser.add_mutually_exclusive_group()
+    kidnappings.add_argument("--kidnappings", type=int, default=0, metavar="N")
+    kidnappings.add_argument("--early-kidnappings", type=int, default=0, metavar="N")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)

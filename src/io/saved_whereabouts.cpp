@@ -33,13 +33,14 @@ std::vector<WaitingScan> read_waiting(std::size_t parts, MapReader& reader) {
   return waiting;
 }
 
-/// How many scans there were of some kind.
+constexpr int kMost = 1 << 30;
+
+/// How many scans there were of some kind, or how many more than of another.
 template <typename Archive, typename Count>
-void transfer_count(Archive& archive, Count& count) {
-  constexpr int kMost = 1 << 30;
+void transfer_count(Archive& archive, Count& count, int least = 0) {
   archive.integer(count);
   if constexpr (Archive::kReads) {
-    if (count < 0 || count > kMost) {
+    if (count < least || count > kMost) {
       archive.fail("is damaged: it counts " + std::to_string(count) + " scans");
     }
   }
@@ -53,7 +54,7 @@ void transfer_doubt(Archive& archive, Doubt& doubt) {
   archive.number(doubt.way);
   transfer_count(archive, doubt.doubtful);
   transfer_count(archive, doubt.contradictions);
-  transfer_count(archive, doubt.confirmations);
+  transfer_count(archive, doubt.confirmations, -kMost);
   transfer_pose(archive, doubt.map_from_base);
 }
 

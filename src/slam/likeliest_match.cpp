@@ -9,8 +9,9 @@ namespace {
 /// odometry says has to be confirmed: three of 109 robots that were carried off at 3 to 8 m/s drew
 /// a scan 0.3 to 0.5 m from its place, with half of the usual score. So does a good match in
 /// doubt that is far from the place before: of 150 robots one drew what it had seen from there,
-/// 1.8 m off. And a doubtful one that hardly fits, however near but where odometry has it: two of
-/// 200 robots that were carried through walls 0.16 m thick took their backs for their fronts.
+/// 1.8 m off. And a doubtful one that hardly fits, unless it is within a cell of where odometry has
+/// it: two of 200 robots that were carried through walls 0.16 m thick took their backs for their
+/// fronts. In doubt such a match begins nothing anew: it may be what refutes the pose.
 bool is_carried(const WeighedMatch& weighed, const MotionPrediction& predicted,
                 const Expectation& expected) {
   constexpr double kLeast = 0.2;  // [m], as a jump of a second look
@@ -26,8 +27,9 @@ bool is_carried(const WeighedMatch& weighed, const MotionPrediction& predicted,
   const double way = predicted.motion.previous_from_current.translation().norm();
   const bool is_far = off.norm() > std::max(kLeast, kShare * way);
   const double net_fit = weighed.fit - weighed.match.contradiction;
-  const bool hardly_fits =
-      off.norm() > kWhereSaid && weighed.fit > 0.0 && net_fit < kHardly * expected.usual_score;
+  const bool hardly_fits = !expected.is_in_doubt &&
+                           off.norm() > std::max(kWhereSaid, kShare * way) && weighed.fit > 0.0 &&
+                           net_fit < kHardly * expected.usual_score;
   return (weighed.upheld && (is_far || hardly_fits)) || (expected.is_in_doubt && is_far);
 }
 

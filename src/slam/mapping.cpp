@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "matchbox_slam/matching/contradiction.hpp"
 #include "matchbox_slam/slam/doubt.hpp"
 
 namespace matchbox_slam {

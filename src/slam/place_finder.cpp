@@ -20,7 +20,7 @@ RecoveryOptions paced(RecoveryOptions options, const SearchStep& step) {
   if (by_way >= 1.0) {
     options.interval = 0.0;
   }
-  const double times = std::clamp(std::max(by_way, by_time) + kJitter, 1.0, kMost);
+  const double times = std::min(kMost, std::max(1.0, std::max(by_way, by_time) + kJitter));
   options.key_scans *= static_cast<int>(times);
   return options;
 }

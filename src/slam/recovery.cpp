@@ -244,10 +244,9 @@ void look_near(const LostScan& lost, std::vector<PlaceHypothesis>& hypotheses) {
 }
 
 void add_hypotheses(const LostScan& lost, const std::vector<SearchedPlace>& places,
-                    PlaceSearch& search) {
+                    std::size_t most, PlaceSearch& search) {
   const SearchedScan searched(lost.points, HoughOptions{}.alignment.point_spacing);
-  const std::size_t count =
-      std::min(static_cast<std::size_t>(lost.options.key_scans), places.size());
+  const std::size_t count = std::min(most, places.size());
   for (std::size_t i = 0; i < count; ++i) {
     search.next = std::min(search.next, places.size() - 1);
     find_around(lost, searched, places[search.next++], search.hypotheses);
@@ -309,11 +308,14 @@ Verdict judge_whole(const LostScan& lost, const PlaceHypothesis& place, const Pl
 
 /// Whether no other place may be the right one as well as the first. How often each was confirmed
 /// does not tell, as one may have been found long after the other: the same key scans are asked of
-/// both. Who is no rival is dropped, and found again if it is the right one after all. A few are
+/// both. What is no rival is dropped, and found again if it is the right one after all. A few are
 /// asked at a time, so that no scan waits long: where more are left it is not known yet.
 bool is_alone(const LostScan& lost, const PlacedScans& seen,
               const std::vector<SearchedPlace>& places, std::vector<PlaceHypothesis>& hypotheses) {
   constexpr std::size_t kAskedAtATime = 2;
+  if (hypotheses.size() == 1) {
+    return true;
+  }
   const PlacedScans way = way_of(lost);
   const Votes best = votes_of(way, lost, hypotheses.front());
   for (std::size_t asked = 0; hypotheses.size() > 1; ++asked) {
@@ -392,14 +394,19 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
   const LostScan lost{scan, apart_from_base, parts, parts[apart], doubt, options};
   check_hypotheses(lost, search.hypotheses);
   drop_copies(search);
-  // With one scan as a rule one or the other, so that it does not wait long.
   if (search.next != 0 && is_to_be_judged(lost, search)) {
-    return judge_first(lost, places, search.hypotheses);
+    if (const auto found = judge_first(lost, places, search.hypotheses)) {
+      return found;
+    }
+    // So that the scan does not wait long; not at all would be for ever where scans are rare.
+    add_hypotheses(lost, places, 1, search);
+    drop_copies(search);
+    return std::nullopt;
   }
   if (search.next % kNearEach == 0) {
     look_near(lost, search.hypotheses);
   }
-  add_hypotheses(lost, places, search);
+  add_hypotheses(lost, places, static_cast<std::size_t>(options.key_scans), search);
   drop_copies(search);
   return is_to_be_judged(lost, search) ? judge_first(lost, places, search.hypotheses)
                                        : std::nullopt;

@@ -89,9 +89,9 @@ void TrackingDoubt::follow(const WeighedMatch& match, double stamp, double way_s
              has_moved(map_from_base, map_from_base_now)) {
     map_from_base = map_from_base_now;
     --confirmations;
+    way = 0.0;
   }
-  const bool is_unopposed = way >= options.lost_way && confirmations >= 0;
-  if (is_provisional && (confirmations >= options.confirmations || is_unopposed)) {
+  if (is_provisional && (confirmations >= options.confirmations || way >= options.lost_way)) {
     *this = {};
   }
 }

@@ -34,6 +34,8 @@ std::string error_after(const std::function<void(Whereabouts&)>& change) {
 
 TEST(SavedWhereabouts, ComeBack) {
   EXPECT_EQ(error_after([](Whereabouts& /*sound*/) {}), "(no error)");
+  const auto contradict = [](Whereabouts& there) { there.doubt.confirmations = -3; };
+  EXPECT_EQ(error_after(contradict), "(no error)");
 }
 
 /// As while it is made: the frames of maps apart are of their own.
@@ -74,11 +76,13 @@ TEST(SavedWhereabouts, CountNoMoreThanThereCanBe) {
     EXPECT_TRUE(contains(error_after([&](Whereabouts& lie) { lie.doubt.doubtful = count; }), text));
     EXPECT_TRUE(
         contains(error_after([&](Whereabouts& lie) { lie.doubt.contradictions = count; }), text));
-    EXPECT_TRUE(
-        contains(error_after([&](Whereabouts& lie) { lie.doubt.confirmations = count; }), text));
     EXPECT_TRUE(contains(
         error_after([&](Whereabouts& lie) { lie.search.hypotheses[0].confirmations = count; }),
         text));
+  }
+  for (const int count : {-(1 << 30) - 1, (1 << 30) + 1}) {
+    EXPECT_TRUE(contains(error_after([&](Whereabouts& lie) { lie.doubt.confirmations = count; }),
+                         "is damaged: it counts " + std::to_string(count) + " scans"));
   }
   EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.apart.assign(17, lie.apart[0]); }),
                        "has 17 maps apart; allowed: up to 16"));

@@ -188,6 +188,12 @@ TEST_F(CarriedTest, OneThatHardlyFitsIsWhereverOdometryDoesNotHaveIt) {
   EXPECT_FALSE(is_jump_of(0.3, 0.04)) << "odometry speaks for it";
   EXPECT_FALSE(is_jump_of(0.7, 0.15));
   EXPECT_FALSE(is_jump_of(0.3, 0.15, false));
+  Doubtful in_doubt{{0.0, 0.15, 0.0}, 0.0, true, 0.9, true};
+  in_doubt.fits = 0.3;
+  EXPECT_FALSE(is_jump(in_doubt)) << "it begins no provisional pose anew";
+  Doubtful on_the_way{{0.0, 0.15, 0.0}, 0.4};
+  on_the_way.fits = 0.3;
+  EXPECT_FALSE(is_jump(on_the_way)) << "half of the way may be wrong";
 }
 
 TEST_F(CarriedTest, TheMapsFrameDoesNotMatter) {

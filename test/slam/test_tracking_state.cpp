@@ -100,24 +100,22 @@ TEST_F(TrackingDoubtTest, AProvisionalPoseThatIsContradictedIsLost) {
   EXPECT_TRUE(doubt_.is_lost(stamp_, {}));
 }
 
-TEST_F(TrackingDoubtTest, ALongWayConfirmsNoPoseThatIsContradicted) {
+TEST_F(TrackingDoubtTest, TheWayThatConfirmsAPoseBeginsAnewWhereItIsContradicted) {
   follow(good(Certainty::kSecondLook));
   WeighedMatch contradicted = good();
   contradicted.match.contradiction = 0.2;
   WeighedMatch middling = good();
   middling.fit = 0.3;
-  for (int i = 0; i < 4; ++i) {
-    follow(contradicted);
-    EXPECT_FALSE(doubt_.is_lost(stamp_ + 10.0, {})) << i;
-  }
-  for (int i = 0; i < 100; ++i) {  // 6 m
+  for (int i = 0; i < 80; ++i) {  // 4.8 m
     follow(middling);
   }
-  EXPECT_TRUE(doubt_.is_provisional);
-  for (int i = 0; i < 3; ++i) {  // two make up for it
-    EXPECT_TRUE(doubt_.doubts) << i;
-    follow(good());
+  follow(contradicted);
+  EXPECT_FALSE(doubt_.is_lost(stamp_ + 10.0, {}));
+  for (int i = 0; i < 83; ++i) {  // 4.98 m
+    follow(middling);
+    EXPECT_TRUE(doubt_.is_provisional) << i;
   }
+  follow(middling);
   EXPECT_FALSE(doubt_.doubts);
 }
 
