@@ -19,7 +19,7 @@ bool is_contradicted(const WeighedMatch& match, const DoubtOptions& doubt) {
 }
 
 bool is_uncontradicted(const WeighedMatch& match, const DoubtOptions& doubt) {
-  return match.match.accepted() && match.match.contradiction <= doubt.contradiction;
+  return match.match.accepted() && !is_contradicted(match, doubt);
 }
 
 /// A fit that speaks for itself, about as good as is usual: half as good a one of a robot that is

@@ -355,6 +355,33 @@ TEST(Recovery, OfOtherPlacesTwoAreAskedWithAScan) {
   EXPECT_EQ(search.next, 3U) << "one key scan was searched with each";
 }
 
+/// Along a corridor thousands of poses fit each key scan.
+TEST(Recovery, WhereKeyScansTakeLongFewerAreSearchedWithAScan) {
+  const auto searched_in = [](const World& world, double y) {
+    EngineOptions options;
+    options.recovery.key_scans = 5;
+    const LaserOptions laser;
+    MapPart map{SlamMap(options.map, options.field), {}, {}, 0.0};
+    for (int i = 0; i < 12; ++i) {
+      const Pose2 place{1.0 + 1.5 * i, y, 0.5 * kPi * i};
+      map.key_scans.add(
+          MeasuredScan{ideal_scan(world, laser, place), laser.base_from_laser(), {}, {}}, 0, place);
+    }
+    const std::vector<MapPart> parts{map,
+                                     MapPart{SlamMap(options.map, options.field), {}, {}, 0.0}};
+    PlaceSearch search;
+    const PointScan scan = project_scan(ideal_scan(world, laser, {2.0, y, 0.3}, 1.0),
+                                        laser.base_from_laser(), {}, options.scan);
+    EXPECT_FALSE(search_places(scan, {}, parts, 1, searched_places(parts, 1), options.doubt,
+                               options.recovery, search));
+    return search.next;
+  };
+  const World corridor({{{-20, 0}, {40, 0}}, {{-20, 2}, {40, 2}}}, {});
+  EXPECT_LT(searched_in(corridor, 1.0), 5U);
+  EXPECT_GT(searched_in(corridor, 1.0), 0U);
+  EXPECT_EQ(searched_in(room_beside(true), 0.65), 5U);
+}
+
 /// Scans taken on the threshold of a door that was shut see through it: at most a quarter of them.
 TEST(Recovery, APlaceWhoseDoorIsShutByNowMayBeTheRightOne) {
   const TwoParts alike = search_two_parts(room_beside(false), room_beside(false, true));

@@ -48,7 +48,8 @@ struct TrackingDoubt {
   bool doubts = false;          ///< since the last match that was confirmed
   bool is_provisional = false;  ///< else the newest match is no good
   double since = 0.0;           ///< [s] stamp of the first doubtful scan
-  double way = 0.0;             ///< [m] driven since then, or since it is provisional
+  double way = 0.0;             ///< [m] driven since then, or since a provisional pose was
+                                ///< found or contradicted
   int doubtful = 0;             ///< scans since then that matched nowhere
   int contradictions = 0;       ///< scans since then that contradicted the map
   int confirmations = 0;  ///< scans that agree with a provisional pose, less contradicted ones

@@ -62,7 +62,7 @@ MatchResult HoughMatcher::match(const MatchProblem& problem) const {
   for (std::size_t i = 0;
        i < std::min(near.size(), static_cast<std::size_t>(options_.searched_key_scans)); ++i) {
     const std::vector<RankedPose> more =
-        search_key_scan(scan, near[i], prior, options_.prior_weight, options_.alignment);
+        search_key_scan(scan, near[i], prior, options_.prior_weight, options_.alignment).poses;
     poses.insert(poses.end(), more.begin(), more.end());
     result.candidates += more.size();
     sort_and_thin(poses);

@@ -99,9 +99,9 @@ double contradiction(const SearchedScan& a, const SearchedScan& b, const Pose2& 
                 b.view.contradicted(a.points, a_from_b.inverse()));
 }
 
-std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const PlacedScan& key,
-                                        const PosePrior& prior, double prior_weight,
-                                        const HoughAlignmentOptions& options, std::size_t most) {
+KeyScanSearch search_key_scan(const SearchedScan& scan, const PlacedScan& key,
+                              const PosePrior& prior, double prior_weight,
+                              const HoughAlignmentOptions& options, std::size_t most) {
   if (!((prior.map_from_base.translation() - key.map_from_base.translation()).norm() <
         kFarthestKeyScan)) {
     return {};
@@ -119,6 +119,7 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const PlacedSc
   const HoughPoints few = is_rough ? thinned_out(scan.points, kRoughPoints) : HoughPoints{};
   const HoughPoints& ranked_by = is_rough ? few : scan.points;
   LikelihoodLookup lookup(*field);
+  std::size_t ranked = 0;
   std::vector<RankedPose> poses;
   for (const HoughAlignment& alignment :
        align_in_hough_domain(reference.points, scan.points, guess, options)) {
@@ -130,6 +131,7 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const PlacedSc
       const double penalty = prior_weight * prior_penalty(off.dot(information * off));
       along.push_back({pose, lookup.mean_at(key_from_base.translation()) - penalty});
     }
+    ranked += along.size();
     add_peaks(along, poses);
   }
   if (is_rough) {
@@ -145,7 +147,7 @@ std::vector<RankedPose> search_key_scan(const SearchedScan& scan, const PlacedSc
     pose.score -= contradiction(reference, scan, key.map_from_base.inverse() * pose.map_from_base);
   }
   sort_and_thin(poses);
-  return poses;
+  return {std::move(poses), ranked};
 }
 
 bool is_near_any(const RankedPose& pose, const std::vector<RankedPose>& others) {

@@ -18,6 +18,12 @@ struct RankedPose {
   double score = 0.0;  ///< mean likelihood of the scan's points against the reference, 0...1
 };
 
+/// What a search among the alignments of two scans came up with.
+struct KeyScanSearch {
+  std::vector<RankedPose> poses;  ///< best first
+  std::size_t ranked = 0;         ///< poses that were looked at, which is most of what it costs
+};
+
 /// A scan as the search sees it.
 struct SearchedScan {
   SearchedScan(const PointScan& scan, double point_spacing)
@@ -42,11 +48,10 @@ constexpr std::size_t kRankedPoses = 32;
 /// @param most  poses returned; what each of the scans saw to be free is looked at for these alone.
 ///   Where they are few, a share of the scan's points chooses the ones that are ranked by all.
 /// Cost: as of the alignment, then alignments times points.
-[[nodiscard]] std::vector<RankedPose> search_key_scan(const SearchedScan& scan,
-                                                      const PlacedScan& key, const PosePrior& prior,
-                                                      double prior_weight,
-                                                      const HoughAlignmentOptions& options,
-                                                      std::size_t most = kRankedPoses);
+[[nodiscard]] KeyScanSearch search_key_scan(const SearchedScan& scan, const PlacedScan& key,
+                                            const PosePrior& prior, double prior_weight,
+                                            const HoughAlignmentOptions& options,
+                                            std::size_t most = kRankedPoses);
 
 /// Whether a pose is within 0.1 m and 0.05 rad of one of the others.
 [[nodiscard]] bool is_near_any(const RankedPose& pose, const std::vector<RankedPose>& others);

@@ -42,7 +42,7 @@ std::optional<std::vector<Candidate>> search_all(const SearchedScan& scan,
     if (is_interrupted()) {
       return std::nullopt;
     }
-    for (const RankedPose& pose : search_anywhere(scan, key, options, kRanked)) {
+    for (const RankedPose& pose : search_anywhere(scan, key, options, kRanked).poses) {
       candidates.push_back({pose, key});
     }
   }
@@ -54,8 +54,8 @@ std::optional<std::vector<Candidate>> search_all(const SearchedScan& scan,
 
 }  // namespace
 
-std::vector<RankedPose> search_anywhere(const SearchedScan& scan, const PlacedScan& key,
-                                        const HoughOptions& options, std::size_t most) {
+KeyScanSearch search_anywhere(const SearchedScan& scan, const PlacedScan& key,
+                              const HoughOptions& options, std::size_t most) {
   return search_key_scan(scan, key, anywhere_around(key), options.prior_weight,
                          without_prior(options.alignment), most);
 }

@@ -34,10 +34,8 @@ struct Relocalisation {
 
 /// The same for one key scan, without refinement: where around it the scan may have been taken, as
 /// of `search_key_scan`.
-[[nodiscard]] std::vector<RankedPose> search_anywhere(const SearchedScan& scan,
-                                                      const PlacedScan& key,
-                                                      const HoughOptions& options,
-                                                      std::size_t most);
+[[nodiscard]] KeyScanSearch search_anywhere(const SearchedScan& scan, const PlacedScan& key,
+                                            const HoughOptions& options, std::size_t most);
 
 /// The key scans that `relocalise` searches, newest first.
 [[nodiscard]] PlacedScans spread_out(const PlacedScans& key_scans);

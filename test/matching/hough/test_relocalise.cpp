@@ -88,7 +88,7 @@ TEST(Relocalise, FindsAFewPosesByAShareOfThePoints) {
       const PlacedScan key =
           placed(look_around(world, {}, motion.pose(time), i), motion.pose(time));
       const SearchedScan scan(look_around(world, {}, truth, i + 100), 0.03);
-      const std::vector<RankedPose> poses = search_anywhere(scan, key, {}, 3);
+      const std::vector<RankedPose> poses = search_anywhere(scan, key, {}, 3).poses;
       EXPECT_LE(poses.size(), 3U);
       found += std::any_of(poses.begin(), poses.end(),
                            [&](const RankedPose& pose) {
