@@ -23,9 +23,10 @@ constexpr std::size_t kMostHypotheses = 100;
 constexpr std::size_t kChecksAtATime = 4;
 constexpr std::size_t kNearEach = 5;  // key scans searched
 // Poses that are looked at with one scan, beside the last key scan's. In rooms and in four logs a
-// key scan takes 2 ms, and 2.5 more for 10,000 poses. With 33,000 belgioioso's robot is
-// found after 125 scans in place of 93.
-constexpr std::size_t kMostRanked = 34500;
+// key scan takes 2 ms, and 2.5 more for 10,000 poses: so the search takes 24 ms at most there. With
+// 34,500 seattle's robot is found after 25 scans in place of 23, with 42,000 a scan of aces
+// takes 28.
+constexpr std::size_t kMostRanked = 38000;
 
 /// A scan of a lost robot, and what it is searched in.
 struct LostScan {
@@ -207,17 +208,22 @@ bool agrees_with_way(const LostScan& lost, PlaceHypothesis& place) {
   return place.confirmations > 0;
 }
 
-/// Adds the places around a key scan where the scan fits. Returns how many poses were looked at.
+/// Adds the places around a key scan where the scan fits. Returns how many poses were looked at, or
+/// what takes as long.
 std::size_t find_around(const LostScan& lost, const SearchedScan& searched,
                         const SearchedPlace& place, std::vector<PlaceHypothesis>& hypotheses) {
   const MapPart& part = lost.parts[place.part];
   constexpr std::size_t kTries = 3;  // a guess; half or double changes no byte (CONSTANTS.md)
+  // A match takes some 0.4 ms; the way is asked by several.
+  constexpr std::size_t kPosesAMatch = 1500;
   const KeyScanSearch search = search_anywhere(searched, place.key, HoughOptions{}, kTries);
+  std::size_t looked_at = search.ranked;
   for (const RankedPose& pose : search.poses) {
     // Cheap, and most are none: the walls of the part, which are more than the key scan's.
     if (is_refuted(contradiction(lost.points, pose.map_from_base, part.map.field), lost.doubt)) {
       continue;
     }
+    looked_at += kPosesAMatch;
     const MatchResult match =
         match_at(lost.points, pose.map_from_base, kPlaceXy, kPlaceTheta, part);
     PlaceHypothesis found{place.part, match.map_from_base * lost.apart_from_base.inverse(), 1,
@@ -226,12 +232,16 @@ std::size_t find_around(const LostScan& lost, const SearchedScan& searched,
     const bool is_new =
         std::none_of(hypotheses.begin(), hypotheses.end(),
                      [&found](const PlaceHypothesis& other) { return is_near(other, found); });
-    if (is_new && judge(match, is_where_said, lost.doubt, lost.options) == Verdict::kConfirmed &&
-        (is_where_said || agrees_with_way(lost, found))) {
+    if (!is_new || judge(match, is_where_said, lost.doubt, lost.options) != Verdict::kConfirmed) {
+      continue;
+    }
+    looked_at +=
+        is_where_said ? 0 : kPosesAMatch * static_cast<std::size_t>(lost.options.far_confirmations);
+    if (is_where_said || agrees_with_way(lost, found)) {
       hypotheses.push_back(found);
     }
   }
-  return search.ranked;
+  return looked_at;
 }
 
 /// Looks where odometry says that the robot is in the part that it left.
