@@ -76,6 +76,7 @@ GraphInformation::GraphInformation(const PoseGraph& graph, std::size_t fixed, bo
     const Eigen::Matrix3d root = information_root(edge);
     const EdgeError error = edge_error(graph, edge);
     const Eigen::Vector3d weighed = root * error.error;
+    chi_square_ += weighed.squaredNorm();
     const Eigen::Matrix3d by_from = root * error.by_from;
     const Eigen::Matrix3d by_to = root * error.by_to;
     const Index from = first_of(edge.from);

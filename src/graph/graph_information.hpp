@@ -40,6 +40,14 @@ class GraphInformation {
   /// The change of all poses that makes the errors least, to first order.
   [[nodiscard]] Eigen::VectorXd best_change() const { return factor_.solve(gradient_); }
 
+  /// The chi-square there, to first order of the errors.
+  [[nodiscard]] double least_chi_square() const {
+    return chi_square_ - gradient_.dot(best_change());
+  }
+
+  /// Natural logarithm of its determinant.
+  [[nodiscard]] double log_determinant() const { return factor_.vectorD().array().log().sum(); }
+
   /// The covariance of each pose; zero for the fixed one.
   [[nodiscard]] std::vector<Eigen::Matrix3d> marginal_covariances() const;
 
@@ -57,6 +65,7 @@ class GraphInformation {
   std::size_t nodes_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor_;
   Eigen::VectorXd gradient_;  ///< of half the chi-square, downhill
+  double chi_square_ = 0.0;   ///< of the edges, where the poses are
 };
 
 }  // namespace matchbox_slam

@@ -7,6 +7,7 @@
 #include "graph/best_poses.hpp"
 #include "graph/compatible_loops.hpp"
 #include "graph/edge_error.hpp"
+#include "graph/map_drift.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -42,6 +43,7 @@ class Optimiser {
         })) {
       reconsider(graph);
     }
+    move_by_learned_drift(graph);
     for (PoseEdge& edge : graph.edges) {
       if (edge.kind == EdgeKind::kLoop && !is_used(edge)) {
         edge.belief = Belief::kDisbelieved;
@@ -56,6 +58,17 @@ class Optimiser {
     const BestPoses best = move_to_best_poses(graph, options_.max_iterations, tolerance);
     result_.iterations += best.iterations;
     result_.converged = best.converged;
+  }
+
+  /// What is believed is decided with all the drift that is assumed, so that one that comes late is
+  /// no surprise; the poses are by what there was of it.
+  void move_by_learned_drift(PoseGraph& graph) {
+    const double share = learn_drift(graph);
+    if (share < 1.0) {
+      PoseGraph weighed = with_drift(graph, share);
+      move(weighed, kExactly);
+      graph.poses = std::move(weighed.poses);
+    }
   }
 
   /// Believes what is compatible with all that is believed already, and then drops what fits it no

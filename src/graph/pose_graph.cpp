@@ -17,6 +17,15 @@ std::string name_of(const PoseEdge& edge) {
   throw std::invalid_argument("pose graph: " + text);
 }
 
+/// Whether something is left without nearly all of its drift.
+bool has_room_for_drift(const PoseEdge& edge) {
+  constexpr double kNearlyAll = 0.9999;
+  const Eigen::Vector3d drift(edge.drift.x(), edge.drift.x(), edge.drift.y());
+  Eigen::Matrix3d left = edge.covariance;
+  left.diagonal() -= kNearlyAll * drift;
+  return left.llt().info() == Eigen::Success;
+}
+
 void require_sound(const PoseEdge& edge, std::size_t nodes) {
   if (edge.from >= nodes || edge.to >= nodes) {
     fail(name_of(edge) + " ends at a node that there is not; there are " + std::to_string(nodes));
@@ -31,6 +40,9 @@ void require_sound(const PoseEdge& edge, std::size_t nodes) {
   if (!covariance.allFinite() || !covariance.isApprox(covariance.transpose(), 1e-9) ||
       covariance.llt().info() != Eigen::Success) {
     fail(name_of(edge) + " has a covariance that is not finite, symmetric and positive definite");
+  }
+  if (!(edge.drift.array() >= 0.0).all() || !has_room_for_drift(edge)) {
+    fail(name_of(edge) + " has a drift that is not a part of its covariance");
   }
 }
 

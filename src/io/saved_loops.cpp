@@ -35,6 +35,9 @@ void transfer_edge(Archive& archive, Edge& edge, std::size_t nodes) {
   transfer_matrix(archive, edge.covariance);
   transfer_choice(archive, edge.kind, EdgeKind::kLoop);
   transfer_choice(archive, edge.belief, Belief::kDisbelieved);
+  if (archive.version() >= 9) {
+    transfer_vector(archive, edge.drift);
+  }
 }
 
 template <typename Archive, typename Loop>

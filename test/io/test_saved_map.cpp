@@ -215,7 +215,7 @@ TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
   EXPECT_EQ(points->points[3].position.x(), -0.73786027155316258);
   EXPECT_EQ(points->stamp, 1.1);
   write(to_saved_map(start));
-  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 8";
+  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 9";
 }
 
 /// Written before lasers could be tilted, after ten scans of twelve beams.
@@ -224,6 +224,8 @@ TEST_F(SavedMap, ReadsVersion4OfTheFormat) {
       read_saved_map(std::string(MATCHBOX_SOURCE_DIR) + "/test/io/version_4.slam");
   ASSERT_GT(start.key_scans.size(), 1U);
   EXPECT_EQ(start.loops.graph().poses.size(), start.key_scans.size());
+  ASSERT_FALSE(start.loops.graph().edges.empty());
+  EXPECT_TRUE(start.loops.graph().edges.front().drift.isZero()) << "version 9 tells it apart";
   for (const PlacedScan& key : start.key_scans.all()) {
     const MeasuredScan* measured = key.scan->measured();
     ASSERT_NE(measured, nullptr);
@@ -291,7 +293,7 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   map.occupancy.restore({1, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
   std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 8\n").size() + 4 * 8;
+  const std::size_t first_cell = std::string("matchbox_slam map, version 9\n").size() + 4 * 8;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
@@ -326,7 +328,7 @@ TEST_F(SavedMap, AMapOfANewerVersionIsNotDamaged) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
   bytes.replace(head.size(), 1, "12");
   write(compress(bytes));
-  EXPECT_TRUE(contains(error(), "is a saved map of version 12; this program reads 1 to 8: "));
+  EXPECT_TRUE(contains(error(), "is a saved map of version 12; this program reads 1 to 9: "));
   EXPECT_THROW(
       {
         try {
@@ -365,7 +367,7 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t head = std::string("matchbox_slam map, version 8\n").size();
+  const std::size_t head = std::string("matchbox_slam map, version 9\n").size();
   const auto error_with = [&](double number, std::size_t at) {
     std::string sound(bytes, at, sizeof number);
     std::memcpy(bytes.data() + at, &number, sizeof number);

@@ -225,8 +225,12 @@ TEST_F(SetDownTest, AMapWithoutAGraphStaysAsItIs) {
   ASSERT_EQ(closer_.graph().edges.size(), 5U) << "the newest matches an earlier one";
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_LT(closer_.graph().edges[i].covariance.trace(), 1e-5) << i;
+    EXPECT_TRUE(closer_.graph().edges[i].drift.isZero()) << i;
   }
   EXPECT_GT(closer_.graph().edges[3].covariance.trace(), 1e-3);
+  // A way of 0.3 m.
+  EXPECT_NEAR(closer_.graph().edges[3].drift.x(), 0.3 * 0.05 * 0.05, 1e-12);
+  EXPECT_NEAR(closer_.graph().edges[3].drift.y(), 0.3 * 0.004 * 0.004, 1e-12);
 }
 
 TEST(LoopClosing, CorrectionsAreStepsInOrderOfTime) {

@@ -42,6 +42,9 @@ struct OptimisedGraph {
 /// of the disbelieved ones, and the larger set is kept. Disbelieved loops stay in the graph and are
 /// asked again each time.
 ///
+/// Drift is learned (`src/graph/map_drift.hpp`): loops are decided upon with all that is assumed,
+/// so that a late one is believed, and the poses are then by what there was.
+///
 /// The same graph gives the same bits. Throws std::invalid_argument as require_sound does.
 [[nodiscard]] OptimisedGraph optimise(PoseGraph graph, const GraphOptions& options = {});
 

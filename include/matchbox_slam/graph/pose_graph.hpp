@@ -24,6 +24,9 @@ struct PoseEdge {
   Eigen::Matrix3d covariance;  ///< of `from_to` over (x, y, theta) of the frame of `from`
   EdgeKind kind = EdgeKind::kMotion;
   Belief belief = Belief::kUndecided;  ///< of loops only
+  /// What of the covariance is the map's drift as it is assumed: variances of x and of y each, and
+  /// of theta. Loops tell how much of it there is.
+  Eigen::Vector2d drift = Eigen::Vector2d::Zero();
 };
 
 /// Where all key scans were taken, and what says so. The first pose is where the map begins and
@@ -41,8 +44,8 @@ struct PoseGraph {
 
 /// Throws std::invalid_argument, naming the node or the edge, for a graph without poses, poses and
 /// measurements that are not finite, covariances that are not symmetric and positive definite,
-/// edges to nodes that there are not or from a node to itself, and for nodes that no edges of
-/// motion join to the first one.
+/// drifts that are no part of them, edges to nodes that there are not or from a node to itself, and
+/// for nodes that no edges of motion join to the first one.
 void require_sound(const PoseGraph& graph);
 
 }  // namespace matchbox_slam

@@ -30,9 +30,11 @@ struct LoopOptions {
   static void visit(Self& self, Visitor&& option) {
     option(self.drift_xy, "drift_xy", between(1e-4, 1.0), "m/sqrt(m)",
            "Standard deviation of the map's drift after one metre driven, beside what the matches "
-           "say of themselves; it grows with the square root of the way.");
+           "say of themselves; it grows with the square root of the way. Loops tell when it is "
+           "less.");
     option(self.drift_theta, "drift_theta", between(1e-5, 1.0), "rad/sqrt(m)",
-           "Standard deviation of the map's drift in heading after one metre driven.");
+           "Standard deviation of the map's drift in heading after one metre driven. Loops tell "
+           "when it is less.");
     option(self.apart, "apart", between(0.01, 10.0), "m",
            "Key scans whose places are known less well than this from where the robot is, by "
            "standard deviation, are not matched against; they are searched for loops.");
