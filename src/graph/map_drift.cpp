@@ -31,7 +31,7 @@ double learn_drift(const PoseGraph& graph) {
   }
   // A priori its deviation is what is assumed, half of it is 1.4 deviations of a normal
   // distribution by its logarithm away. Campuses of 3 km with ten times the noise of odometry,
-  // seeds 2 and 5, end with 0.097 and 0.089 m; with half of that cost of a halving 0.088 and 0.086,
+  // seeds 2 and 5, end with 0.088 and 0.089 m; with half of that cost of a halving 0.097 and 0.086,
   // with four times 0.097 and 0.153, without learning 0.231 and 0.254.
   const auto log_posterior = [&](int halvings) {
     return log_likelihood_of_loops(with_drift(graph, std::pow(0.25, halvings))) -
