@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "graph/map_drift.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -17,13 +19,9 @@ std::string name_of(const PoseEdge& edge) {
   throw std::invalid_argument("pose graph: " + text);
 }
 
-/// Whether something is left without nearly all of its drift.
+/// Whether it is a covariance still with the least of its drift.
 bool has_room_for_drift(const PoseEdge& edge) {
-  constexpr double kNearlyAll = 0.9999;
-  const Eigen::Vector3d drift(edge.drift.x(), edge.drift.x(), edge.drift.y());
-  Eigen::Matrix3d left = edge.covariance;
-  left.diagonal() -= kNearlyAll * drift;
-  return left.llt().info() == Eigen::Success;
+  return with_drift(edge, kLeastDriftShare).covariance.llt().info() == Eigen::Success;
 }
 
 void require_sound(const PoseEdge& edge, std::size_t nodes) {

@@ -36,7 +36,9 @@ void transfer_edge(Archive& archive, Edge& edge, std::size_t nodes) {
   transfer_choice(archive, edge.kind, EdgeKind::kLoop);
   transfer_choice(archive, edge.belief, Belief::kDisbelieved);
   if (archive.version() >= 9) {
-    transfer_vector(archive, edge.drift);
+    for (int i = 0; i < 3; ++i) {
+      archive.number(edge.drift[i]);
+    }
   }
 }
 

@@ -117,7 +117,7 @@ void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& 
   const Eigen::Matrix3d drift = way * covariance_of(options.drift_xy, options.drift_theta);
   graph_.edges.push_back(
       {node - 1, node, moved, drift + in_turned_frame(map_covariance, before.theta)});
-  graph_.edges.back().drift = {drift(0, 0), drift(2, 2)};
+  graph_.edges.back().drift = drift.diagonal();
 }
 
 /// What is matched with belongs together from now on, too; and what lies where the robot was found.

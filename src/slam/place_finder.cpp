@@ -10,9 +10,9 @@ namespace {
 /// all key scans are searched. Stamps may be made up, and too close: then the way counts.
 RecoveryOptions paced(RecoveryOptions options, const SearchStep& step) {
   constexpr double kWay = 0.1;  // [m] for each key scan
-  // So that no scan waits long: a key scan takes 3 to 5 ms, and up to 10 (where so many take longer
-  // the search itself leaves some out). With three in place of five a robot is found in seattle's
-  // map after 33 scans, not 20, in that of belgioioso after 154, not 92.
+  // So that no scan waits long; where so many take longer the search itself leaves some out. With
+  // three in place of five a robot was found in seattle's map after 33 scans, not 20, in that of
+  // belgioioso after 154, not 92.
   constexpr double kMost = 5.0;
   constexpr double kJitter = 0.1;  // of the time between scans, as a share of the interval
   const double by_way = step.way / kWay;

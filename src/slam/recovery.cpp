@@ -202,8 +202,8 @@ Votes votes_of(const PlacedScans& way, const LostScan& lost, const PlaceHypothes
 
 /// What was seen on the way speaks for a far place or against it, as what comes will, so that a
 /// robot that stands is found, too. Whether it does not speak against it.
-bool agrees_with_way(const LostScan& lost, PlaceHypothesis& place) {
-  const Votes votes = votes_of(way_of(lost), lost, place, 1 - place.confirmations);
+bool agrees_with_way(const PlacedScans& way, const LostScan& lost, PlaceHypothesis& place) {
+  const Votes votes = votes_of(way, lost, place, 1 - place.confirmations);
   place.confirmations += votes.confirm - votes.refute;
   return place.confirmations > 0;
 }
@@ -214,7 +214,7 @@ std::size_t find_around(const LostScan& lost, const SearchedScan& searched,
                         const SearchedPlace& place, std::vector<PlaceHypothesis>& hypotheses) {
   const MapPart& part = lost.parts[place.part];
   constexpr std::size_t kTries = 3;  // a guess; half or double changes no byte (CONSTANTS.md)
-  // A match takes some 0.4 ms; the way is asked by several.
+  // A match takes some 0.4 ms.
   constexpr std::size_t kPosesAMatch = 1500;
   const KeyScanSearch search = search_anywhere(searched, place.key, HoughOptions{}, kTries);
   std::size_t looked_at = search.ranked;
@@ -235,9 +235,9 @@ std::size_t find_around(const LostScan& lost, const SearchedScan& searched,
     if (!is_new || judge(match, is_where_said, lost.doubt, lost.options) != Verdict::kConfirmed) {
       continue;
     }
-    looked_at +=
-        is_where_said ? 0 : kPosesAMatch * static_cast<std::size_t>(lost.options.far_confirmations);
-    if (is_where_said || agrees_with_way(lost, found)) {
+    const PlacedScans way = is_where_said ? PlacedScans{} : way_of(lost);
+    looked_at += kPosesAMatch * way.size();
+    if (is_where_said || agrees_with_way(way, lost, found)) {
       hypotheses.push_back(found);
     }
   }
@@ -265,6 +265,9 @@ void add_hypotheses(const LostScan& lost, const std::vector<SearchedPlace>& plac
   const std::size_t count = std::min(most, places.size());
   std::size_t ranked = 0;
   for (std::size_t i = 0; i < count && ranked < kMostRanked; ++i) {
+    if (search.next % kNearEach == 0) {
+      look_near(lost, search.hypotheses);
+    }
     search.next = std::min(search.next, places.size() - 1);
     ranked += find_around(lost, searched, places[search.next++], search.hypotheses);
     if (search.next == places.size()) {
@@ -419,9 +422,6 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
     add_hypotheses(lost, places, 1, search);
     drop_copies(search);
     return std::nullopt;
-  }
-  if (search.next % kNearEach == 0) {
-    look_near(lost, search.hypotheses);
   }
   add_hypotheses(lost, places, static_cast<std::size_t>(options.key_scans), search);
   drop_copies(search);

@@ -253,6 +253,7 @@ class SavedFields {
       add(2, 8, counts);
       add(3 + 9, 8, state);
       add(2, 1, rest);
+      add(3, 8, state);
     }
     EXPECT_EQ(count(), 0U) << "no loops";
     add(1, 8, state);

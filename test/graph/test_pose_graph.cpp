@@ -73,10 +73,10 @@ TEST(PoseGraph, EdgesThatAreWrongAreNamed) {
   expect_edge_error([](PoseEdge& edge) { edge.covariance.setZero(); }, covariance);
   const std::string drift =
       "the loop from node 1 to node 2 has a drift that is not a part of its covariance";
-  expect_edge_error([](PoseEdge& edge) { edge.drift = {2e-4, 0.0}; }, drift);
-  expect_edge_error([](PoseEdge& edge) { edge.drift = {0.0, 1.1e-4}; }, drift);
-  expect_edge_error([](PoseEdge& edge) { edge.drift = {-1e-5, 0.0}; }, drift);
-  expect_edge_error([](PoseEdge& edge) { edge.drift = {0.0, std::nan("")}; }, drift);
+  expect_edge_error([](PoseEdge& edge) { edge.drift = {2e-4, 0.0, 0.0}; }, drift);
+  expect_edge_error([](PoseEdge& edge) { edge.drift = {0.0, 0.0, 1.1e-4}; }, drift);
+  expect_edge_error([](PoseEdge& edge) { edge.drift = {0.0, -1e-5, 0.0}; }, drift);
+  expect_edge_error([](PoseEdge& edge) { edge.drift = {0.0, 0.0, std::nan("")}; }, drift);
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ LoopCloser::State sound_loops() {
   loops.graph.edges = {{0, 1, {1.0, 2.0, 3.0}, covariance},
                        {1, 2, {}, covariance},
                        {0, 2, {}, covariance, EdgeKind::kLoop, Belief::kDisbelieved}};
-  loops.graph.edges[1].drift = {0.001, 0.002};
+  loops.graph.edges[1].drift = {0.001, 0.002, 0.003};
   loops.loops = {{{0, {0.1, 0.2, 0.3}, covariance, 0.9, 0.5, 0.05}, 2, true, 1.5, 0.25}};
   loops.way = 0.75;
   loops.tries = 7;

@@ -230,7 +230,7 @@ TEST_F(SetDownTest, AMapWithoutAGraphStaysAsItIs) {
   EXPECT_GT(closer_.graph().edges[3].covariance.trace(), 1e-3);
   // A way of 0.3 m.
   EXPECT_NEAR(closer_.graph().edges[3].drift.x(), 0.3 * 0.05 * 0.05, 1e-12);
-  EXPECT_NEAR(closer_.graph().edges[3].drift.y(), 0.3 * 0.004 * 0.004, 1e-12);
+  EXPECT_NEAR(closer_.graph().edges[3].drift.z(), 0.3 * 0.004 * 0.004, 1e-12);
 }
 
 TEST(LoopClosing, CorrectionsAreStepsInOrderOfTime) {

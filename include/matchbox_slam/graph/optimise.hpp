@@ -21,12 +21,13 @@ struct GraphOptions {
   }
 };
 
-/// A graph whose poses fit its edges best.
+/// A graph whose poses fit its edges best, with as much of the drift as was learned.
 struct OptimisedGraph {
-  PoseGraph graph;                 ///< every loop is believed or not, and the poses are by those
-  std::vector<double> chi_square;  ///< of each edge at these poses; those of disbelieved loops, too
-  int iterations = 0;              ///< of the optimiser, all in all
-  bool converged = false;          ///< false: it still moved when the iterations were used up
+  PoseGraph graph;  ///< every loop is believed or not, and the poses are by those
+  /// Of each edge at these poses, by its covariance as assumed; those of disbelieved loops, too.
+  std::vector<double> chi_square;
+  int iterations = 0;      ///< of the optimiser, all in all
+  bool converged = false;  ///< false: it still moved when the iterations were used up
 };
 
 /// The most likely poses given all edges of motion and the loops that can be believed.

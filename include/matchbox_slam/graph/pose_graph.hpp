@@ -24,9 +24,9 @@ struct PoseEdge {
   Eigen::Matrix3d covariance;  ///< of `from_to` over (x, y, theta) of the frame of `from`
   EdgeKind kind = EdgeKind::kMotion;
   Belief belief = Belief::kUndecided;  ///< of loops only
-  /// What of the covariance is the map's drift as it is assumed: variances of x and of y each, and
-  /// of theta. Loops tell how much of it there is.
-  Eigen::Vector2d drift = Eigen::Vector2d::Zero();
+  /// What of the covariance's diagonal is the map's drift as it is assumed; loops tell how much of
+  /// it there is.
+  Eigen::Vector3d drift = Eigen::Vector3d::Zero();
 };
 
 /// Where all key scans were taken, and what says so. The first pose is where the map begins and
