@@ -265,9 +265,6 @@ void add_hypotheses(const LostScan& lost, const std::vector<SearchedPlace>& plac
   const std::size_t count = std::min(most, places.size());
   std::size_t ranked = 0;
   for (std::size_t i = 0; i < count && ranked < kMostRanked; ++i) {
-    if (search.next % kNearEach == 0) {
-      look_near(lost, search.hypotheses);
-    }
     search.next = std::min(search.next, places.size() - 1);
     ranked += find_around(lost, searched, places[search.next++], search.hypotheses);
     if (search.next == places.size()) {
@@ -423,7 +420,11 @@ std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2&
     drop_copies(search);
     return std::nullopt;
   }
-  add_hypotheses(lost, places, static_cast<std::size_t>(options.key_scans), search);
+  const auto most = static_cast<std::size_t>(options.key_scans);
+  if (search.next % kNearEach < most) {
+    look_near(lost, search.hypotheses);
+  }
+  add_hypotheses(lost, places, most, search);
   drop_copies(search);
   return is_to_be_judged(lost, search) ? judge_first(lost, places, search.hypotheses)
                                        : std::nullopt;
