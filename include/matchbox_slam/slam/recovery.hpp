@@ -27,8 +27,8 @@ struct RecoveryOptions {
            "each of them where they are 0.1 m and more apart.");
     option(self.key_scans, "key_scans", between(1, 1000), "",
            "Key scans that a scan is searched in at a time, 2 to 10 milliseconds each; up to five "
-           "times as many where scans are rare or far apart. After some 24 milliseconds it is "
-           "searched in no more.");
+           "times as many where scans are rare or far apart. With 1 it is searched in no "
+           "more after some 24 milliseconds, with more in proportion.");
     option(self.confirmations, "confirmations", between(1, 100), "",
            "A lost robot counts as found at a place near where odometry says where so many scans "
            "match well, and hardly one at another place.");
