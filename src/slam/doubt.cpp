@@ -321,4 +321,16 @@ WeighedMatch match_and_weigh(const ScanMatcher& matcher, const MatchProblem& pro
   return {doubted(first.match, wide), Certainty::kDoubtful};
 }
 
+std::optional<WeighedMatch> match_if_convincing(const MatchProblem& problem,
+                                                const OccupancyGrid& occupancy,
+                                                const Expectation& expected,
+                                                const DoubtOptions& options) {
+  WeighedMatch found{search_exactly(problem, occupancy)};
+  found.fit = fit_on_mapped_ground(
+      found.match.score,
+      unknown_share(problem.scan, found.match.map_from_base, occupancy, problem.field));
+  const bool is_usual = found.fit >= options.score_drop * expected.usual_score;
+  return is_convincing(found.match, options) && is_usual ? std::optional(found) : std::nullopt;
+}
+
 }  // namespace matchbox_slam

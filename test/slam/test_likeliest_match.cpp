@@ -83,6 +83,69 @@ TEST(LikeliestMatch, AsManyPointsAsTheOptionsAskForAreMatched) {
   EXPECT_EQ(matcher.asked.size(), 1U);
 }
 
+// --- a map that was drawn wrong ---
+
+/// A scan of a robot whose map is wrong everywhere: each key scan was drawn turned.
+class DrawnWrongTest : public testing::Test {
+ protected:
+  DrawnWrongTest() {
+    double turned = 0.4;  // [rad]
+    for (const PlacedScan& key : scene_.key_scans) {
+      insert_scan(*key.scan->points(), shifted(key.map_from_base, {0.3, -0.2, turned}),
+                  MapOptions{}, wrong_);
+      turned = -1.3 * turned;
+    }
+  }
+
+  /// What was seen 0.3 m from the scan, placed off by this.
+  [[nodiscard]] PlacedScan newest(const Eigen::Vector3d& off) const {
+    const Pose2 before = shifted(scene_.map_from_base, {-0.3, 0.0, 0.1});
+    return placed(look_around(world_, LaserOptions{}, before, 5), shifted(before, off));
+  }
+
+  [[nodiscard]] WeighedMatch match(const PlacedScans& recent, bool is_by_odometry = true) const {
+    AskedMatcher matcher;
+    matcher.answers = {answer(scene_.map_from_base, 0.05)};
+    MotionPrediction predicted =
+        prediction(shifted(scene_.map_from_base, {0.03, 0.02, 0.01}), 0.1, is_by_odometry);
+    const ScanToMatch scan{scene_.scan, wrong_, recent, 1, {0.9, false}};
+    return match_likeliest(matcher, scan, {}, predicted, {});
+  }
+
+  World world_ = make_rooms_world(4);
+  MatchScene scene_ = make_match_scene(world_, LaserOptions{}, 30.0, 3);
+  SlamMap wrong_{MapOptions{}, LikelihoodFieldOptions{}};
+};
+
+TEST_F(DrawnWrongTest, WhatFitsTheNewestKeyScansIsBelieved) {
+  const WeighedMatch believed = match({newest({0.0, 0.0, 0.0})});
+  EXPECT_TRUE(believed.match.accepted());
+  EXPECT_EQ(believed.certainty, Certainty::kSure);
+  EXPECT_TRUE(believed.upheld);
+  EXPECT_FALSE(believed.jumped);
+  EXPECT_LT(distance(believed.match.map_from_base, scene_.map_from_base), 0.01);
+  EXPECT_NEAR(believed.match.map_from_base.theta, scene_.map_from_base.theta, 0.002);
+}
+
+TEST_F(DrawnWrongTest, OlderKeyScansThatWereDrawnWrongAreNotAsked) {
+  const PlacedScan right = newest({0.0, 0.0, 0.0});
+  PlacedScans recent;
+  for (const double turned : {0.5, -0.5, 1.0}) {
+    recent.push_back(newest({0.2, -0.3, turned}));
+  }
+  recent.insert(recent.end(), 2, right);
+  EXPECT_TRUE(match(recent).match.accepted());
+}
+
+TEST_F(DrawnWrongTest, WithoutKeyScansThatFitThePoseStaysDoubtful) {
+  EXPECT_EQ(match({}).certainty, Certainty::kDoubtful);
+  EXPECT_EQ(match({newest({0.0, 0.0, 0.5})}).certainty, Certainty::kDoubtful);
+}
+
+TEST_F(DrawnWrongTest, WithoutOdometryThePoseStaysDoubtful) {
+  EXPECT_EQ(match({newest({0.0, 0.0, 0.0})}, false).certainty, Certainty::kDoubtful);
+}
+
 // --- whether the robot would have been carried ---
 
 /// A match that is right, of half of the usual score: a second look finds nothing better. Odometry

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
@@ -87,6 +89,13 @@ struct Expectation {
                                            const OccupancyGrid& occupancy,
                                            const Expectation& expected,
                                            const DoubtOptions& options);
+
+/// A match by exact search in the window of the prior, where it convinces and fits what is mapped
+/// as well as is usual.
+[[nodiscard]] std::optional<WeighedMatch> match_if_convincing(const MatchProblem& problem,
+                                                              const OccupancyGrid& occupancy,
+                                                              const Expectation& expected,
+                                                              const DoubtOptions& options);
 
 /// What speaks for a match less what speaks against it: its score less its contradiction.
 [[nodiscard]] double net_score(const MatchResult& match);
