@@ -73,8 +73,9 @@ WeighedMatch match(const ScanMatcher& matcher, const ScanToMatch& to_match,
   }
   WeighedMatch weighed =
       match_and_weigh(matcher, problem, to_match.map.occupancy, to_match.expected, options.doubt);
+  // What a loaded map ends with is not what was seen last.
   if (weighed.match.status == MatchStatus::kRejectedContradiction &&
-      predicted.motion.is_by_odometry) {
+      predicted.motion.is_by_odometry && options.slam.update_map) {
     weighed = match_newest(problem, to_match, options).value_or(weighed);
   }
   weighed.jumped = weighed.jumped || is_carried(weighed, predicted, to_match.expected);

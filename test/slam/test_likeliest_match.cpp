@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "matching/match_scene.hpp"
@@ -46,6 +48,17 @@ MotionPrediction prediction(const Pose2& map_from_base, double way, bool is_by_o
   predicted.motion.previous_from_current = {way, 0.0, 0.0};
   predicted.motion.is_by_odometry = is_by_odometry;
   return predicted;
+}
+
+/// Of every ten beams so many end where they did.
+PointScan partly_hidden(PointScan scan, double fits) {
+  constexpr double kBefore = 0.8;  // of the way to the wall
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    if (static_cast<double>(i % 10) >= 10.0 * fits) {
+      scan.points[i].position *= kBefore;
+    }
+  }
+  return scan;
 }
 
 // --- what there is to match ---
@@ -103,13 +116,14 @@ class DrawnWrongTest : public testing::Test {
     return placed(look_around(world_, LaserOptions{}, before, 5), shifted(before, off));
   }
 
-  [[nodiscard]] WeighedMatch match(const PlacedScans& recent, bool is_by_odometry = true) const {
+  [[nodiscard]] WeighedMatch match(const PlacedScans& recent, bool is_by_odometry = true,
+                                   const EngineOptions& options = {}) const {
     AskedMatcher matcher;
     matcher.answers = {answer(scene_.map_from_base, 0.05)};
     MotionPrediction predicted =
         prediction(shifted(scene_.map_from_base, {0.03, 0.02, 0.01}), 0.1, is_by_odometry);
     const ScanToMatch scan{scene_.scan, wrong_, recent, 1, {0.9, false}};
-    return match_likeliest(matcher, scan, {}, predicted, {});
+    return match_likeliest(matcher, scan, {}, predicted, options);
   }
 
   World world_ = make_rooms_world(4);
@@ -127,14 +141,24 @@ TEST_F(DrawnWrongTest, WhatFitsTheNewestKeyScansIsBelieved) {
   EXPECT_NEAR(believed.match.map_from_base.theta, scene_.map_from_base.theta, 0.002);
 }
 
+/// The points of a key scan that lie to that side of it.
+PlacedScan half_of(const PlacedScan& key, bool is_left) {
+  PointScan points = *key.scan->points();
+  points.points.erase(
+      std::remove_if(points.points.begin(), points.points.end(),
+                     [&](const ScanPoint& point) { return (point.position.y() > 0.0) != is_left; }),
+      points.points.end());
+  return placed(std::move(points), key.map_from_base);
+}
+
 TEST_F(DrawnWrongTest, OlderKeyScansThatWereDrawnWrongAreNotAsked) {
   const PlacedScan right = newest({0.0, 0.0, 0.0});
-  PlacedScans recent;
-  for (const double turned : {0.5, -0.5, 1.0}) {
-    recent.push_back(newest({0.2, -0.3, turned}));
-  }
-  recent.insert(recent.end(), 2, right);
-  EXPECT_TRUE(match(recent).match.accepted());
+  const PlacedScan seen_last = half_of(right, true);
+  // Walls before those that the scan sees to the other side: it would look through them.
+  const PlacedScan other = half_of(right, false);
+  const PlacedScan wrong = placed(partly_hidden(*other.scan->points(), 0.0), other.map_from_base);
+  EXPECT_TRUE(match({wrong, wrong, wrong, seen_last, seen_last}).match.accepted());
+  EXPECT_FALSE(match({seen_last, wrong, wrong}).match.accepted());
 }
 
 TEST_F(DrawnWrongTest, WithoutKeyScansThatFitThePoseStaysDoubtful) {
@@ -144,6 +168,12 @@ TEST_F(DrawnWrongTest, WithoutKeyScansThatFitThePoseStaysDoubtful) {
 
 TEST_F(DrawnWrongTest, WithoutOdometryThePoseStaysDoubtful) {
   EXPECT_EQ(match({newest({0.0, 0.0, 0.0})}, false).certainty, Certainty::kDoubtful);
+}
+
+TEST_F(DrawnWrongTest, WhereNothingIsMappedThePoseStaysDoubtful) {
+  EngineOptions frozen;
+  frozen.slam.update_map = false;
+  EXPECT_EQ(match({newest({0.0, 0.0, 0.0})}, true, frozen).certainty, Certainty::kDoubtful);
 }
 
 // --- whether the robot would have been carried ---
@@ -158,17 +188,6 @@ struct Doubtful {
   bool is_in_doubt = false;
   double fits = 1.0;  ///< share of the scan, for the rest something stands before the walls
 };
-
-/// Of every ten beams so many end where they did.
-PointScan partly_hidden(PointScan scan, double fits) {
-  constexpr double kBefore = 0.8;  // of the way to the wall
-  for (std::size_t i = 0; i < scan.points.size(); ++i) {
-    if (static_cast<double>(i % 10) >= 10.0 * fits) {
-      scan.points[i].position *= kBefore;
-    }
-  }
-  return scan;
-}
 
 WeighedMatch weighed(const Doubtful& doubtful, const MatchScene& scene) {
   AskedMatcher matcher;

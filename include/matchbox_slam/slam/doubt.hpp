@@ -27,9 +27,10 @@ struct DoubtOptions {
     option(self.contradiction, "contradiction", between(0.0, 1.0), "",
            "A match is looked at again when more of its beams than this share cross walls of the "
            "map, or when its score is too low; what the second look finds contradicts less.");
-    option(self.most_contradiction, "most_contradiction", between(0.0, 1.0), "",
-           "A match is rejected when more than this share of its beams cross walls, and the second "
-           "look finds nothing better.");
+    option(
+        self.most_contradiction, "most_contradiction", between(0.0, 1.0), "",
+        "A match is rejected when more than this share of its beams cross walls, the second look "
+        "finds nothing better, and what was seen last does not say that the map is wrong.");
     option(self.score_drop, "score_drop", between(0.0, 1.0), "",
            "A match is looked at again, too, when it scores less than this share of what is usual "
            "lately, though what it sees is mapped; and after a doubt it confirms no pose.");
