@@ -93,6 +93,7 @@ void write_whereabouts(const Whereabouts& whereabouts, MapWriter& writer) {
   transfer_part(writer, whereabouts.here, parts);
   transfer_doubt(writer, whereabouts.doubt);
   writer.number(whereabouts.usual_score);
+  writer.number(whereabouts.contradicted_way);
   write_waiting(whereabouts.held, writer);
   write_waiting(whereabouts.pending, writer);
   transfer_search(writer, whereabouts.search, parts);
@@ -111,6 +112,9 @@ Whereabouts read_whereabouts(MapReader& reader) {
   transfer_part(reader, whereabouts.here, parts);
   transfer_doubt(reader, whereabouts.doubt);
   reader.number(whereabouts.usual_score);
+  if (reader.version() >= 10) {
+    reader.number(whereabouts.contradicted_way);
+  }
   whereabouts.held = read_waiting(parts, reader);
   whereabouts.pending = read_waiting(parts, reader);
   transfer_search(reader, whereabouts.search, parts);

@@ -33,19 +33,25 @@ bool is_carried(const WeighedMatch& weighed, const MotionPrediction& predicted,
   const bool hardly_fits = !expected.is_in_doubt &&
                            off.norm() > std::max(kWhereSaid, kShare * way) && weighed.fit > 0.0 &&
                            net_fit < kHardly * expected.usual_score;
-  return (weighed.upheld && (is_far || hardly_fits)) || (expected.is_in_doubt && is_far);
+  return (weighed.upheld && (is_far || hardly_fits)) ||
+         ((weighed.overruled || expected.is_in_doubt) && is_far);
 }
 
 /// Where a drifted robot drew the map wrong, walls contradict a pose that is right, which would end
 /// with a robot that counts as lost. What it saw last contradicts nothing: a scan that fits the
 /// newest key scans as well as is usual, about where odometry has it, says that the map is wrong.
-std::optional<WeighedMatch> match_newest(const MatchProblem& problem, const ScanToMatch& to_match,
-                                         const EngineOptions& options) {
+/// Only for a while: who is elsewhere draws what it sees there, and fits it. Nor in doubt, which is
+/// about the pose.
+std::optional<WeighedMatch> overruled_by_newest(const MatchProblem& problem,
+                                                const ScanToMatch& to_match,
+                                                const EngineOptions& options) {
+  constexpr double kMostWay = 1.0;  // [m], a guess: half and double were not tried
   // Some 0.6 m of way. At the mouth of a corridor that was drawn some decimetres too short the
   // newest five contradict 27 % of a scan, two none.
   constexpr std::size_t kNewest = 2;
   const PlacedScans& recent = to_match.recent;
-  if (recent.empty() || problem.prior_covariance.isZero(0.0)) {
+  if (recent.empty() || problem.prior_covariance.isZero(0.0) || to_match.expected.is_in_doubt ||
+      to_match.expected.contradicted_way >= kMostWay) {
     return std::nullopt;
   }
   const auto count = static_cast<std::ptrdiff_t>(std::min(kNewest, recent.size()));
@@ -56,7 +62,9 @@ std::optional<WeighedMatch> match_newest(const MatchProblem& problem, const Scan
                            map.field, newest, problem.seed},
                           map.occupancy, to_match.expected, options.doubt);
   if (found) {
-    found->upheld = true;
+    found->overruled = true;
+    found->match.contradiction =
+        contradiction(problem.scan, found->match.map_from_base, problem.field);
   }
   return found;
 }
@@ -73,10 +81,9 @@ WeighedMatch match(const ScanMatcher& matcher, const ScanToMatch& to_match,
   }
   WeighedMatch weighed =
       match_and_weigh(matcher, problem, to_match.map.occupancy, to_match.expected, options.doubt);
-  // What a loaded map ends with is not what was seen last.
-  if (weighed.match.status == MatchStatus::kRejectedContradiction &&
-      predicted.motion.is_by_odometry && options.slam.update_map) {
-    weighed = match_newest(problem, to_match, options).value_or(weighed);
+  if (to_match.may_map_be_wrong && predicted.motion.is_by_odometry &&
+      weighed.match.status == MatchStatus::kRejectedContradiction) {
+    weighed = overruled_by_newest(problem, to_match, options).value_or(weighed);
   }
   weighed.jumped = weighed.jumped || is_carried(weighed, predicted, to_match.expected);
   return weighed;

@@ -20,12 +20,14 @@ struct ScanToMatch {
   const PlacedScans& recent;
   std::uint64_t seed;
   Expectation expected;
+  /// Where loops may move it, `recent` is what was seen last, and odometry is possible.
+  bool may_map_be_wrong = false;
 };
 
 /// Matches a scan and weighs the answer. Where there is no map yet, or the scan has too few points,
-/// the matcher is not asked. Where the map contradicts the answer and the newest key
-/// scans do not, while these are mapped, what matches them is believed. Where odometry tells of a
-/// step that cannot be, the robot may have gone on as it did: then `predicted` becomes that.
+/// the matcher is not asked. Where the map may be wrong and contradicts the answer, and the newest
+/// key scans do not, what matches these is believed, for a metre. Where odometry tells of a step
+/// that cannot be, the robot may have gone on as it did: then `predicted` becomes that.
 /// @param steady  the prediction by the last motion alone, where odometry cannot be right.
 [[nodiscard]] WeighedMatch match_likeliest(const ScanMatcher& matcher, const ScanToMatch& scan,
                                            const std::optional<MotionPrediction>& steady,

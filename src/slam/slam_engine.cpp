@@ -132,7 +132,7 @@ WeighedMatch SlamEngine::match(const std::optional<MotionPrediction>& steady,
       static_cast<std::size_t>(options_.slam.recent_scans), recent_);
   return match_likeliest(*matcher_,
                          {seen_->all(), mapping_.matched(), recent_, mix_seed(seed_, scan_count_),
-                          tracking_.expected()},
+                          tracking_.expected(), maps_on() && mapping_.is_continued() && !steady},
                          steady, predicted, options_);
 }
 
@@ -148,8 +148,7 @@ void SlamEngine::weigh_doubt(const WeighedMatch& match, const MotionPrediction& 
   if (held.is_any_dropped) {
     mapping_.expect_no_more();
   }
-  if (mapping_.closes_loops(options_) && options_.slam.update_map && !mapping_.is_lost() &&
-      tracking_.doubt().is_blind(options_.tracking)) {
+  if (maps_on() && tracking_.doubt().is_blind(options_.tracking)) {
     // Nothing says that it is elsewhere. How badly it is known where, the graph is told.
     tracking_.believe();
     outcome.certainty = Certainty::kNewGround;
@@ -194,6 +193,10 @@ std::optional<MapCorrection> SlamEngine::finish_loops() {
     tracker_.change_frame(correction->newest);
   }
   return correction;
+}
+
+bool SlamEngine::maps_on() const {
+  return mapping_.closes_loops(options_) && options_.slam.update_map && !mapping_.is_lost();
 }
 
 TrackingState SlamEngine::state() const {
@@ -281,7 +284,8 @@ void SlamEngine::start_from(MapStart start) {
   mapping_ = Mapping(MapParts(std::move(parts), whereabouts.here, std::move(whereabouts.pending)),
                      std::move(start.loops), {std::move(start.near_map), start.is_moved, drawn},
                      start.is_continued, start.is_of_key_scans, options_);
-  tracking_ = Tracking(whereabouts.doubt, whereabouts.usual_score, std::move(whereabouts.held));
+  tracking_ = Tracking(whereabouts.doubt, whereabouts.usual_score, whereabouts.contradicted_way,
+                       std::move(whereabouts.held));
   places_ = PlaceFinder(std::move(whereabouts.search), mapping_.parts());
   tracker_.set_state(start.motion);
   scan_count_ = start.scan_count;
@@ -303,6 +307,7 @@ MapStart SlamEngine::snapshot() {
           scan_count_,
           {tracking_.doubt(),
            tracking_.usual_score(),
+           tracking_.contradicted_way(),
            tracking_.held(),
            parts.waiting(),
            {parts.all().begin() + 1, parts.all().end()},

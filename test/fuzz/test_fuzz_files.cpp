@@ -200,7 +200,7 @@ std::string small_map() {
 class SavedFields {
  public:
   explicit SavedFields(const std::string& bytes)
-      : bytes_(bytes), at_(std::string("matchbox_slam map, version 9\n").size()) {
+      : bytes_(bytes), at_(std::string("matchbox_slam map, version 10\n").size()) {
     add(3, 8, numbers);
     for (std::uint64_t cells = count(); cells > 0; --cells) {
       add(2, 4, coordinates);
@@ -242,7 +242,7 @@ class SavedFields {
     add(2, 1, rest);
     add(2, 8, state);
     add(3, 4, rest);
-    add(3 + 1, 8, state);
+    add(3 + 1 + 1, 8, state);
     EXPECT_EQ(count() + count(), 0U) << "no scans that wait";
     add(1, 8, rest);
     add(1, 1, rest);

@@ -215,7 +215,7 @@ TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
   EXPECT_EQ(points->points[3].position.x(), -0.73786027155316258);
   EXPECT_EQ(points->stamp, 1.1);
   write(to_saved_map(start));
-  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 9";
+  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 10";
 }
 
 /// Written before lasers could be tilted, after ten scans of twelve beams.
@@ -276,11 +276,15 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 
 /// Bytes of what follows the motion and the lasers' number, and of what follows the key scans, when
 /// there are no lasers and nothing was ever in doubt: see write_whereabouts, transfer_motion.
-constexpr std::size_t kWhereaboutsBytes = (1 + 1 + 2 + 3 + 1 + 2 + 1 + 1 + 1) * 8 + 3 * 4 + 2 + 1;
+constexpr std::size_t kWhereaboutsBytes =
+    (1 + 1 + 2 + 3 + 1 + 1 + 2 + 1 + 1 + 1) * 8 + 3 * 4 + 2 + 1;
 constexpr std::size_t kLoopBytes = (1 + 1 + 1 + 1 + 1) * 8 + 5;
 constexpr std::size_t kLaserBytes = 4 + 4 + 8 + 8;
 constexpr std::size_t kEndBytes = kWhereaboutsBytes + kLoopBytes + kLaserBytes;
 constexpr std::size_t kCalibrationBytes = (3 + 9 + 2 + 1 + 3 + 3 + 3) * 8 + 1;
+/// The way since a match that the map does not contradict, and what follows it.
+constexpr std::size_t kWayBytes = 8;
+constexpr std::size_t kAfterWayBytes = (2 + 1 + 1 + 1) * 8 + 1 + kLoopBytes + kLaserBytes;
 /// After what the motion learned of odometry.
 constexpr std::size_t kAfterMotionBytes = 8 + 8 + kEndBytes;
 constexpr std::size_t kStateBytes =
@@ -293,7 +297,7 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   map.occupancy.restore({1, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
   std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 9\n").size() + 4 * 8;
+  const std::size_t first_cell = std::string("matchbox_slam map, version 10\n").size() + 4 * 8;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
@@ -303,14 +307,19 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
 }
 
 /// What is new in them is left out of a map of today.
-TEST_F(SavedMap, ReadsVersionsThatLearnedNothingOfOdometry) {
+TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  bytes.erase(bytes.size() - kAfterMotionBytes - kCalibrationBytes, kCalibrationBytes);
+  bytes.erase(bytes.size() - kAfterWayBytes - kWayBytes, kWayBytes);
+  bytes.replace(head.size(), 2, "9");
+  write(compress(bytes));
+  EXPECT_EQ(read_saved_map(path_).whereabouts.contradicted_way, 0.0);
+  constexpr std::size_t kAfterMotion = kAfterMotionBytes - kWayBytes;
+  bytes.erase(bytes.size() - kAfterMotion - kCalibrationBytes, kCalibrationBytes);
   bytes[head.size()] = '7';
   write(compress(bytes));
   EXPECT_EQ(read_saved_map(path_).motion.calibration.missing, Eigen::Vector3d(0.0, 0.0, 0.0));
-  bytes.erase(bytes.size() - kAfterMotionBytes - 16, 2 * sizeof(double));
+  bytes.erase(bytes.size() - kAfterMotion - 16, 2 * sizeof(double));
   bytes[head.size()] = '6';
   write(compress(bytes));
   const MapStart version_6 = read_saved_map(path_);
@@ -326,9 +335,9 @@ TEST_F(SavedMap, ReadsVersionsThatLearnedNothingOfOdometry) {
 TEST_F(SavedMap, AMapOfANewerVersionIsNotDamaged) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  bytes.replace(head.size(), 1, "12");
+  bytes.replace(head.size(), 2, "12");
   write(compress(bytes));
-  EXPECT_TRUE(contains(error(), "is a saved map of version 12; this program reads 1 to 9: "));
+  EXPECT_TRUE(contains(error(), "is a saved map of version 12; this program reads 1 to 10: "));
   EXPECT_THROW(
       {
         try {
@@ -367,7 +376,7 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t head = std::string("matchbox_slam map, version 9\n").size();
+  const std::size_t head = std::string("matchbox_slam map, version 10\n").size();
   const auto error_with = [&](double number, std::size_t at) {
     std::string sound(bytes, at, sizeof number);
     std::memcpy(bytes.data() + at, &number, sizeof number);

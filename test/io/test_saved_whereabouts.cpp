@@ -36,6 +36,15 @@ TEST(SavedWhereabouts, ComeBack) {
   EXPECT_EQ(error_after([](Whereabouts& /*sound*/) {}), "(no error)");
   const auto contradict = [](Whereabouts& there) { there.doubt.confirmations = -3; };
   EXPECT_EQ(error_after(contradict), "(no error)");
+  EngineOptions options;
+  MapStart start{SlamMap(options.map, options.field), {}, {}, {}, 0};
+  start.whereabouts.usual_score = 0.8;
+  start.whereabouts.contradicted_way = 0.6;
+  const TemporaryFolder folder;
+  replace_file(folder / "map.slam", to_saved_map(start));
+  const Whereabouts back = read_saved_map(folder / "map.slam").whereabouts;
+  EXPECT_EQ(back.usual_score, 0.8);
+  EXPECT_EQ(back.contradicted_way, 0.6);
 }
 
 /// As while it is made: the frames of maps apart are of their own.

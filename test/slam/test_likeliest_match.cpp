@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "matchbox_slam/matching/contradiction.hpp"
 #include "matching/match_scene.hpp"
 #include "simulation/make_world.hpp"
 #include "slam/likeliest_match.hpp"
@@ -116,15 +117,24 @@ class DrawnWrongTest : public testing::Test {
     return placed(look_around(world_, LaserOptions{}, before, 5), shifted(before, off));
   }
 
-  [[nodiscard]] WeighedMatch match(const PlacedScans& recent, bool is_by_odometry = true,
-                                   const EngineOptions& options = {}) const {
+  /// How a scan is asked for whose pose the map contradicts.
+  struct Asked {
+    bool is_by_odometry = true;
+    bool may_map_be_wrong = true;
+    Expectation expected = {0.9, false, 0.9};
+    Eigen::Vector3d off = {0.03, 0.02, 0.01};  ///< what odometry predicts, seen from the truth
+  };
+
+  [[nodiscard]] WeighedMatch match(const PlacedScans& recent, const Asked& asked) const {
     AskedMatcher matcher;
     matcher.answers = {answer(scene_.map_from_base, 0.05)};
     MotionPrediction predicted =
-        prediction(shifted(scene_.map_from_base, {0.03, 0.02, 0.01}), 0.1, is_by_odometry);
-    const ScanToMatch scan{scene_.scan, wrong_, recent, 1, {0.9, false}};
-    return match_likeliest(matcher, scan, {}, predicted, options);
+        prediction(shifted(scene_.map_from_base, asked.off), 0.1, asked.is_by_odometry);
+    predicted.covariance = prior_of(0.1, 0.03);
+    const ScanToMatch scan{scene_.scan, wrong_, recent, 1, asked.expected, asked.may_map_be_wrong};
+    return match_likeliest(matcher, scan, {}, predicted, {});
   }
+  [[nodiscard]] WeighedMatch match(const PlacedScans& recent) const { return match(recent, {}); }
 
   World world_ = make_rooms_world(4);
   MatchScene scene_ = make_match_scene(world_, LaserOptions{}, 30.0, 3);
@@ -135,7 +145,6 @@ TEST_F(DrawnWrongTest, WhatFitsTheNewestKeyScansIsBelieved) {
   const WeighedMatch believed = match({newest({0.0, 0.0, 0.0})});
   EXPECT_TRUE(believed.match.accepted());
   EXPECT_EQ(believed.certainty, Certainty::kSure);
-  EXPECT_TRUE(believed.upheld);
   EXPECT_FALSE(believed.jumped);
   EXPECT_LT(distance(believed.match.map_from_base, scene_.map_from_base), 0.01);
   EXPECT_NEAR(believed.match.map_from_base.theta, scene_.map_from_base.theta, 0.002);
@@ -166,14 +175,42 @@ TEST_F(DrawnWrongTest, WithoutKeyScansThatFitThePoseStaysDoubtful) {
   EXPECT_EQ(match({newest({0.0, 0.0, 0.5})}).certainty, Certainty::kDoubtful);
 }
 
-TEST_F(DrawnWrongTest, WithoutOdometryThePoseStaysDoubtful) {
-  EXPECT_EQ(match({newest({0.0, 0.0, 0.0})}, false).certainty, Certainty::kDoubtful);
+TEST_F(DrawnWrongTest, ThePoseStaysDoubtfulWhereItMayBeWhatIsWrong) {
+  const PlacedScans recent{newest({0.0, 0.0, 0.0})};
+  const auto certainty = [&](const Asked& asked) { return match(recent, asked).certainty; };
+  EXPECT_EQ(certainty({}), Certainty::kSure);
+  EXPECT_EQ(certainty({false}), Certainty::kDoubtful) << "without odometry";
+  EXPECT_EQ(certainty({true, false}), Certainty::kDoubtful) << "where loops move no map";
+  EXPECT_EQ(certainty({true, true, {0.9, true}}), Certainty::kDoubtful) << "in doubt";
+  EXPECT_EQ(certainty({true, true, {0.9, false, 1.0}}), Certainty::kDoubtful)
+      << "after a metre that the map contradicts";
 }
 
-TEST_F(DrawnWrongTest, WhereNothingIsMappedThePoseStaysDoubtful) {
-  EngineOptions frozen;
-  frozen.slam.update_map = false;
-  EXPECT_EQ(match({newest({0.0, 0.0, 0.0})}, true, frozen).certainty, Certainty::kDoubtful);
+TEST_F(DrawnWrongTest, TheMapsContradictionIsTold) {
+  const WeighedMatch believed = match({newest({0.0, 0.0, 0.0})});
+  EXPECT_TRUE(believed.overruled);
+  EXPECT_GT(believed.match.contradiction, 0.3);
+  EXPECT_EQ(believed.match.contradiction,
+            contradiction(scene_.scan, believed.match.map_from_base, wrong_.field));
+}
+
+TEST_F(DrawnWrongTest, FarFromWhereOdometryHasItItIsAJump) {
+  Asked far;
+  far.off = {0.19, 0.0, 0.0};
+  EXPECT_FALSE(match({newest({0.0, 0.0, 0.0})}, far).jumped);
+  far.off = {0.21, 0.0, 0.0};
+  const WeighedMatch jump = match({newest({0.0, 0.0, 0.0})}, far);
+  EXPECT_TRUE(jump.overruled);
+  EXPECT_TRUE(jump.jumped);
+}
+
+TEST_F(DrawnWrongTest, WhatFitsLessThanIsUsualIsNotBelieved) {
+  const PlacedScans recent{newest({0.0, 0.0, 0.0})};
+  const PointScan whole = scene_.scan;
+  scene_.scan = partly_hidden(whole, 0.8);
+  EXPECT_EQ(match(recent).certainty, Certainty::kSure);
+  scene_.scan = partly_hidden(whole, 0.6);
+  EXPECT_EQ(match(recent).certainty, Certainty::kDoubtful);
 }
 
 // --- whether the robot would have been carried ---

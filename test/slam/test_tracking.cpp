@@ -46,6 +46,31 @@ TEST_F(TrackingTest, LearnsTheUsualScoreFromMatchesThatNothingSpeaksAgainst) {
   EXPECT_TRUE(tracking_.expected().is_in_doubt);
 }
 
+TEST_F(TrackingTest, TellsTheWaySinceAMatchThatTheMapDoesNotContradict) {
+  WeighedMatch contradicted = match_of(0.9);
+  contradicted.match.contradiction = 0.2;
+  static_cast<void>(follow(contradicted));
+  EXPECT_DOUBLE_EQ(tracking_.expected().contradicted_way, 0.5);
+  contradicted.overruled = true;
+  static_cast<void>(follow(contradicted));
+  EXPECT_DOUBLE_EQ(tracking_.expected().contradicted_way, 1.0);
+  static_cast<void>(follow(match_of(0.9, Certainty::kDoubtful)));
+  EXPECT_DOUBLE_EQ(tracking_.expected().contradicted_way, 1.5) << "one that is none";
+  static_cast<void>(follow(match_of(0.9)));
+  EXPECT_DOUBLE_EQ(tracking_.expected().contradicted_way, 0.0);
+  static_cast<void>(follow(contradicted));
+  tracking_.believe();
+  EXPECT_DOUBLE_EQ(tracking_.expected().contradicted_way, 0.0);
+}
+
+TEST_F(TrackingTest, LearnsNoUsualScoreFromWhatTheMapContradicts) {
+  static_cast<void>(follow(match_of(0.8)));
+  WeighedMatch overruled = match_of(0.2);
+  overruled.overruled = true;
+  static_cast<void>(follow(overruled));
+  EXPECT_DOUBLE_EQ(tracking_.usual_score(), 0.8);
+}
+
 TEST_F(TrackingTest, GivesOutWhatWasHeldOnceThePlaceIsConfirmed) {
   EXPECT_TRUE(follow(jump()).confirmed.empty());
   hold();

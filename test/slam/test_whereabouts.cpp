@@ -210,11 +210,13 @@ TEST_F(WhereaboutsTest, BegunAnewNothingIsInDoubtNorSearched) {
   start_.whereabouts.apart = {part(7.0)};
   start_.whereabouts.here = 1;
   start_.whereabouts.doubt.doubts = true;
+  start_.whereabouts.contradicted_way = 0.5;
   start_.whereabouts.held = {waiting(1)};
   start_.whereabouts.search.hypotheses = {{}};
   start_.begin_anew({}, Eigen::Matrix3d::Identity());
   EXPECT_EQ(start_.whereabouts.here, 0U);
   EXPECT_FALSE(start_.whereabouts.doubt.doubts);
+  EXPECT_EQ(start_.whereabouts.contradicted_way, 0.0);
   EXPECT_TRUE(start_.whereabouts.held.empty());
   EXPECT_TRUE(start_.whereabouts.search.hypotheses.empty());
   EXPECT_EQ(start_.whereabouts.apart.size(), 1U) << "what was mapped stays";
@@ -306,6 +308,66 @@ TEST(LostRobot, IsSearchedForWithEachScanThatComesAnIntervalAfterTheOneBefore) {
     engine.process(scan_input(run, i));
     EXPECT_EQ(engine.snapshot().whereabouts.search.stamp, run.scans[i].stamp);
   }
+}
+
+/// A drive whose map was drawn wrong, though its key scans lie where they should: what fits these
+/// is believed.
+class WrongMapTest : public testing::Test {
+ protected:
+  WrongMapTest() {
+    SlamEngine engine({}, std::make_shared<OlsonMatcher>(), 1);
+    for (std::size_t i = 0; i < kNext; ++i) {
+      engine.process(scan_input(run_, i));
+    }
+    start_ = engine.snapshot();
+    start_.map = SlamMap({}, {});
+    double turned = 0.4;  // [rad]
+    for (const PlacedScan& key : start_.key_scans.all()) {
+      insert_scan(*key.scan->points(), key.map_from_base * Pose2{0.3, -0.2, turned}, {},
+                  start_.map);
+      turned = -1.3 * turned;
+    }
+  }
+
+  [[nodiscard]] TrackingState next(const EngineOptions& options = {}) {
+    SlamEngine engine(options, std::make_shared<OlsonMatcher>(), 1);
+    engine.start_from(start_);
+    const ScanOutcome outcome = engine.process(scan_input(run_, kNext));
+    way_ = engine.snapshot().whereabouts.contradicted_way;
+    return outcome.state;
+  }
+
+  static constexpr std::size_t kNext = 10;
+  SimulatedRun run_ = perfect_drive();
+  MapStart start_{SlamMap({}, {}), {}, {}, {}, 0};
+  double way_ = 0.0;  ///< since a match that the map does not contradict, after the scan
+};
+
+TEST_F(WrongMapTest, WhatFitsTheNewestKeyScansIsBelieved) {
+  EXPECT_EQ(next(), TrackingState::kTracking);
+  start_.whereabouts.contradicted_way = 0.5;
+  EXPECT_EQ(next(), TrackingState::kTracking);
+  EXPECT_GT(way_, 0.5);
+  EXPECT_LT(way_, 1.0);
+}
+
+TEST_F(WrongMapTest, ItIsNotAfterAMetre) {
+  start_.whereabouts.contradicted_way = 1.0;
+  EXPECT_EQ(next(), TrackingState::kDoubt);
+}
+
+TEST_F(WrongMapTest, ItIsNotWhereTheNewestKeyScansWereSeenElsewhere) {
+  start_.is_continued = false;
+  EXPECT_EQ(next(), TrackingState::kDoubt);
+}
+
+TEST_F(WrongMapTest, ItIsNotWhereNoLoopMovesTheMap) {
+  EngineOptions options;
+  options.slam.loop_closing = false;
+  EXPECT_EQ(next(options), TrackingState::kDoubt);
+  options = {};
+  options.slam.update_map = false;
+  EXPECT_EQ(next(options), TrackingState::kDoubt);
 }
 
 /// Wheels that jumped: what was held before a second look put them right lies where the robot was

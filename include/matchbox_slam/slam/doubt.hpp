@@ -30,14 +30,13 @@ struct DoubtOptions {
     option(
         self.most_contradiction, "most_contradiction", between(0.0, 1.0), "",
         "A match is rejected when more than this share of its beams cross walls, the second look "
-        "finds nothing better, and what was seen last does not say that the map is wrong.");
+        "finds nothing better, and the newest key scans do not say that the map is wrong.");
     option(self.score_drop, "score_drop", between(0.0, 1.0), "",
            "A match is looked at again, too, when it scores less than this share of what is usual "
            "lately, though what it sees is mapped; and after a doubt it confirms no pose.");
-    option(
-        self.least_net, "least_net", between(-1.0, 1.0), "",
-        "A match is rejected when its score less its contradiction is lower, and the second look "
-        "finds nothing better.");
+    option(self.least_net, "least_net", between(-1.0, 1.0), "",
+           "A match is rejected when its score less its contradiction is lower, the second look "
+           "finds nothing better, and the newest key scans do not say that the map is wrong.");
     option(self.look_xy, "look_xy", between(0.01, 2.0), "m",
            "Standard deviation of the position that a second look adds to the prior's.");
     option(self.look_theta, "look_theta", between(0.01, 3.2), "rad",
@@ -69,14 +68,16 @@ struct WeighedMatch {
   /// whatever the matcher scores against, over the share of the scan that lies on mapped ground.
   /// Known in doubt, and when there was a second look.
   double fit = 0.0;
-  bool jumped = false;  ///< found clearly away from the prediction, and not beyond doubt
-  bool upheld = false;  ///< doubtful at first, and what a second look found was no better
+  bool jumped = false;     ///< found clearly away from the prediction, and not beyond doubt
+  bool upheld = false;     ///< doubtful at first, and what a second look found was no better
+  bool overruled = false;  ///< what the map contradicts is believed as the newest key scans do not
 };
 
 /// What is known before a match: its score is compared with the usual one.
 struct Expectation {
   double usual_score = 0.0;  ///< of matches lately; 0: none is known
   bool is_in_doubt = false;
+  double contradicted_way = 0.0;  ///< [m] driven since a match that the map does not contradict
 };
 
 /// Matches, weighs the answer by its contradiction, and where it is doubtful looks again with a

@@ -24,6 +24,7 @@ namespace matchbox_slam {
 struct Whereabouts {
   TrackingDoubt doubt;
   double usual_score = 0.0;          ///< of matches lately; 0: none is known
+  double contradicted_way = 0.0;     ///< [m] since a match that the map does not contradict
   std::vector<WaitingScan> held;     ///< inserted once the place is confirmed, else dropped
   std::vector<WaitingScan> pending;  ///< inserted a few with each scan, oldest first
   std::vector<MapPart> apart;        ///< maps that the robot made while it was lost, not yet joined

@@ -106,6 +106,8 @@ class SlamEngine {
                    ScanOutcome& outcome);
   void remember(const ScanInput& input, const MotionPrediction& predicted, bool jumped,
                 const ScanOutcome& outcome);
+  /// Whether scans go into a map that loops may move.
+  [[nodiscard]] bool maps_on() const;
   void close_loops(ScanOutcome& outcome);
   void search_for_map(const SearchStep& step, ScanOutcome& outcome);
   void join(const PlaceHypothesis& found);

@@ -16,15 +16,22 @@ namespace matchbox_slam {
 class Tracking {
  public:
   Tracking() = default;
-  Tracking(const TrackingDoubt& doubt, double usual_score, std::vector<WaitingScan> held)
-      : doubt_(doubt), usual_score_(usual_score), held_(std::move(held)) {}
+  Tracking(const TrackingDoubt& doubt, double usual_score, double contradicted_way,
+           std::vector<WaitingScan> held)
+      : doubt_(doubt),
+        usual_score_(usual_score),
+        contradicted_way_(contradicted_way),
+        held_(std::move(held)) {}
 
   [[nodiscard]] const TrackingDoubt& doubt() const { return doubt_; }
   [[nodiscard]] double usual_score() const { return usual_score_; }
+  [[nodiscard]] double contradicted_way() const { return contradicted_way_; }
   [[nodiscard]] const std::vector<WaitingScan>& held() const { return held_; }
 
   /// Of the next match.
-  [[nodiscard]] Expectation expected() const { return {usual_score_, doubt_.doubts}; }
+  [[nodiscard]] Expectation expected() const {
+    return {usual_score_, doubt_.doubts, contradicted_way_};
+  }
 
   /// What becomes of the scans that were held.
   struct Held {
@@ -47,7 +54,8 @@ class Tracking {
 
  private:
   TrackingDoubt doubt_;
-  double usual_score_ = 0.0;  ///< of matches lately; 0: none is known
+  double usual_score_ = 0.0;       ///< of matches lately; 0: none is known
+  double contradicted_way_ = 0.0;  ///< [m] since a match that the map does not contradict
   std::vector<WaitingScan> held_;
 };
 
