@@ -11,17 +11,6 @@
 namespace matchbox_slam {
 namespace {
 
-/// With the beams that end on a wall's back. They went through that wall, and what they fit is not
-/// what they saw, so they count twice.
-MatchResult with_contradiction(MatchResult result, const MatchProblem& problem,
-                               const OccupancyGrid& occupancy) {
-  const PointScan& scan = problem.scan;
-  const Pose2& pose = result.map_from_base;
-  const double on_backs = share_on_backs(scan, pose, occupancy, problem.field);
-  result.contradiction = std::min(1.0, contradiction(scan, pose, problem.field) + 2.0 * on_backs);
-  return result;
-}
-
 /// Of the second look, whose steps are wider than the matcher's: the refinement's basin is wider
 /// still.
 OlsonOptions look_options() {
@@ -250,6 +239,15 @@ const char* to_string(Certainty certainty) {
       return "doubtful";
   }
   return "unknown";
+}
+
+MatchResult with_contradiction(MatchResult result, const MatchProblem& problem,
+                               const OccupancyGrid& occupancy) {
+  const PointScan& scan = problem.scan;
+  const Pose2& pose = result.map_from_base;
+  const double on_backs = share_on_backs(scan, pose, occupancy, problem.field);
+  result.contradiction = std::min(1.0, contradiction(scan, pose, problem.field) + 2.0 * on_backs);
+  return result;
 }
 
 double net_score(const MatchResult& match) { return match.score - match.contradiction; }

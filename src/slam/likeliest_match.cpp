@@ -63,8 +63,7 @@ std::optional<WeighedMatch> overruled_by_newest(const MatchProblem& problem,
                           map.occupancy, to_match.expected, options.doubt);
   if (found) {
     found->overruled = true;
-    found->match.contradiction =
-        contradiction(problem.scan, found->match.map_from_base, problem.field);
+    found->match = with_contradiction(found->match, problem, to_match.map.occupancy);
   }
   return found;
 }
@@ -82,7 +81,8 @@ WeighedMatch match(const ScanMatcher& matcher, const ScanToMatch& to_match,
   WeighedMatch weighed =
       match_and_weigh(matcher, problem, to_match.map.occupancy, to_match.expected, options.doubt);
   if (to_match.may_map_be_wrong && predicted.motion.is_by_odometry &&
-      weighed.match.status == MatchStatus::kRejectedContradiction) {
+      weighed.certainty == Certainty::kDoubtful &&
+      weighed.match.contradiction > options.doubt.contradiction) {
     weighed = overruled_by_newest(problem, to_match, options).value_or(weighed);
   }
   weighed.jumped = weighed.jumped || is_carried(weighed, predicted, to_match.expected);

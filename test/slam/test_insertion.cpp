@@ -220,7 +220,7 @@ TEST_F(InsertOrHoldTest, WhatIsToBeConfirmedIsHeldAndCountsAsInserted) {
   TrackingDoubt doubt;
   doubt.doubts = true;
   doubt.is_provisional = true;
-  Tracking tracking(doubt, 0.9, {});
+  Tracking tracking(doubt, 0.9, 0.0, {});
   insert_into(tracking);
   EXPECT_FALSE(outcome_.inserted);
   EXPECT_EQ(outcome_.left_out, 0U);
@@ -237,7 +237,7 @@ TEST_F(InsertOrHoldTest, WhatIsHeldBelongsToThePartThatTheRobotIsIn) {
   TrackingDoubt doubt;
   doubt.doubts = true;
   doubt.is_provisional = true;
-  Tracking tracking(doubt, 0.9, {});
+  Tracking tracking(doubt, 0.9, 0.0, {});
   Tracking sure;
   insert_into(sure);  // a map to be lost from
   (void)mapping_.begin_apart(9.0, options_);
@@ -250,7 +250,7 @@ TEST_F(InsertOrHoldTest, WhatIsHeldBelongsToThePartThatTheRobotIsIn) {
 TEST_F(InsertOrHoldTest, InDoubtNothingIsKept) {
   TrackingDoubt doubt;
   doubt.doubts = true;
-  Tracking tracking(doubt, 0.9, {});
+  Tracking tracking(doubt, 0.9, 0.0, {});
   insert_into(tracking);
   EXPECT_FALSE(outcome_.inserted);
   EXPECT_EQ(outcome_.left_out, 0U);

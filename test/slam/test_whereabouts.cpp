@@ -321,11 +321,13 @@ class WrongMapTest : public testing::Test {
     }
     start_ = engine.snapshot();
     start_.map = SlamMap({}, {});
-    double turned = 0.4;  // [rad]
+    constexpr double kTooNear = 0.7;  // of the way to each wall: the next scan looks through
     for (const PlacedScan& key : start_.key_scans.all()) {
-      insert_scan(*key.scan->points(), key.map_from_base * Pose2{0.3, -0.2, turned}, {},
-                  start_.map);
-      turned = -1.3 * turned;
+      PointScan points = *key.scan->points();
+      for (ScanPoint& point : points.points) {
+        point.position *= kTooNear;
+      }
+      insert_scan(points, key.map_from_base, {}, start_.map);
     }
   }
 

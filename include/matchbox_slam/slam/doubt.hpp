@@ -99,6 +99,11 @@ struct Expectation {
                                                               const Expectation& expected,
                                                               const DoubtOptions& options);
 
+/// The match with what the map says against it. Beams that end on a wall's back count twice: they
+/// went through that wall, and what they fit is not what they saw.
+[[nodiscard]] MatchResult with_contradiction(MatchResult match, const MatchProblem& problem,
+                                             const OccupancyGrid& occupancy);
+
 /// What speaks for a match less what speaks against it: its score less its contradiction.
 [[nodiscard]] double net_score(const MatchResult& match);
 
