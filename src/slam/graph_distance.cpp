@@ -1,8 +1,6 @@
 #include "matchbox_slam/slam/graph_distance.hpp"
 
 #include <functional>
-#include <limits>
-#include <numeric>
 #include <queue>
 #include <utility>
 
@@ -10,107 +8,113 @@ namespace matchbox_slam {
 
 namespace {
 
-struct Way {
-  std::size_t to;
-  double variance;
-  double length;  // [m]
-};
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Those of all nodes in one piece, as they are found anew with each key scan: with 24,000 of these
-/// a list for each node took two fifths of the mapping's time.
-struct Ways {
-  std::vector<std::size_t> begin;  ///< of each node's ways among all, and their end
-  std::vector<Way> all;
-
-  [[nodiscard]] std::size_t nodes() const { return begin.size() - 1; }
-};
-
-Ways ways_between(const PoseGraph& graph, const Eigen::Vector2d& here) {
-  Ways ways;
-  ways.begin.assign(graph.poses.size() + 1, 0);
-  for (const PoseEdge& edge : graph.edges) {
-    if (is_used(edge)) {
-      ++ways.begin[edge.from + 1];
-      ++ways.begin[edge.to + 1];
+/// [m] from a node to each one by the way of the fewest edges, where that is short enough for them
+/// to lie together; else infinite.
+std::vector<double> lengths_within_reach(const PoseGraph& graph, const GraphLinks& links,
+                                         std::size_t node) {
+  constexpr std::size_t kTogether = 40;   // edges of the graph
+  constexpr double kLongTogether = 60.0;  // [m], where key scans are far from one another
+  std::vector<double> lengths(graph.poses.size(), kInfinity);
+  std::vector<std::size_t> reached{node};
+  lengths[node] = 0.0;
+  std::size_t begin = 0;
+  for (std::size_t edges = 1; edges <= kTogether; ++edges) {
+    for (const std::size_t end = reached.size(); begin < end; ++begin) {
+      const std::size_t from = reached[begin];
+      links.for_each(from, [&](std::size_t edge, std::size_t to) {
+        if (is_used(graph.edges[edge]) && lengths[to] == kInfinity) {
+          lengths[to] = lengths[from] + graph.edges[edge].from_to.translation().norm();
+          reached.push_back(to);
+        }
+      });
     }
   }
-  std::partial_sum(ways.begin.begin(), ways.begin.end(), ways.begin.begin());
-  ways.all.resize(ways.begin.back());
-  std::vector<std::size_t> next = ways.begin;
-  for (const PoseEdge& edge : graph.edges) {
-    if (is_used(edge)) {
-      const double squared_distance = (graph.poses[edge.from].translation() - here).squaredNorm();
-      const double variance = 0.5 * edge.covariance.topLeftCorner<2, 2>().trace() +
-                              edge.covariance(2, 2) * squared_distance;
-      const double length = edge.from_to.translation().norm();
-      ways.all[next[edge.from]++] = {edge.to, variance, length};
-      ways.all[next[edge.to]++] = {edge.from, variance, length};
-    }
+  for (const std::size_t one : reached) {
+    lengths[one] = lengths[one] > kLongTogether ? kInfinity : lengths[one];
   }
-  return ways;
+  return lengths;
 }
 
-std::vector<double> least_variances(const Ways& ways, std::size_t node) {
-  std::vector<double> variances(ways.nodes(), std::numeric_limits<double>::infinity());
-  using Reached = std::pair<double, std::size_t>;
-  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
-  variances[node] = 0.0;
-  next.push({0.0, node});
-  while (!next.empty()) {
-    const auto [variance, from] = next.top();
-    next.pop();
-    if (variance > variances[from]) {
-      continue;
-    }
-    for (std::size_t i = ways.begin[from]; i < ways.begin[from + 1]; ++i) {
-      const Way& way = ways.all[i];
-      if (const double there = variance + way.variance; there < variances[way.to]) {
-        variances[way.to] = there;
-        next.push({there, way.to});
-      }
-    }
-  }
-  return variances;
-}
-
-/// Fills in `edges` and `lengths`.
-void find_fewest_edges(const Ways& ways, std::size_t node, GraphWays& found) {
-  std::queue<std::size_t> next;
-  found.edges.assign(ways.nodes(), std::numeric_limits<std::size_t>::max());
-  found.lengths.assign(ways.nodes(), std::numeric_limits<double>::infinity());
-  found.edges[node] = 0;
-  found.lengths[node] = 0.0;
-  next.push(node);
-  for (; !next.empty(); next.pop()) {
-    const std::size_t from = next.front();
-    for (std::size_t i = ways.begin[from]; i < ways.begin[from + 1]; ++i) {
-      const Way& way = ways.all[i];
-      if (found.edges[way.to] > found.edges[from] + 1) {
-        found.edges[way.to] = found.edges[from] + 1;
-        found.lengths[way.to] = found.lengths[from] + way.length;
-        next.push(way.to);
-      }
-    }
-  }
+/// [m^2]
+double variance_of(const PoseEdge& edge, const PoseGraph& graph, const Eigen::Vector2d& here) {
+  const double squared_distance = (graph.poses[edge.from].translation() - here).squaredNorm();
+  return 0.5 * edge.covariance.topLeftCorner<2, 2>().trace() +
+         edge.covariance(2, 2) * squared_distance;
 }
 
 }  // namespace
 
-GraphWays ways_from(const PoseGraph& graph, std::size_t node) {
-  const Ways ways = ways_between(graph, graph.poses[node].translation());
-  GraphWays found;
-  found.variances = least_variances(ways, node);
-  find_fewest_edges(ways, node, found);
-  return found;
+void GraphLinks::take_new(const PoseGraph& graph) {
+  first_.resize(graph.poses.size(), kNone);
+  last_.resize(graph.poses.size(), kNone);
+  for (std::size_t edge = ends_.size() / 2; edge < graph.edges.size(); ++edge) {
+    for (const std::size_t node : {graph.edges[edge].from, graph.edges[edge].to}) {
+      const std::size_t end = ends_.size();
+      (first_[node] == kNone ? first_[node] : ends_[last_[node]].next) = end;
+      last_[node] = end;
+      ends_.push_back({node, kNone});
+    }
+  }
 }
 
-std::vector<bool> apart(const GraphWays& ways, double sigma) {
-  constexpr std::size_t kTogether = 40;   // edges of the graph
-  constexpr double kLongTogether = 60.0;  // [m], where key scans are far from one another
-  std::vector<bool> apart(ways.variances.size());
-  for (std::size_t i = 0; i < apart.size(); ++i) {
-    const bool is_far = ways.edges[i] > kTogether || ways.lengths[i] > kLongTogether;
-    apart[i] = is_far && ways.variances[i] > sigma * sigma;
+std::vector<double> GraphWays::variances(const std::vector<std::size_t>& nodes,
+                                         double enough) const {
+  const Eigen::Vector2d here = graph_->poses[node_].translation();
+  std::vector<double> least(graph_->poses.size(), kInfinity);
+  std::vector<bool> is_open(graph_->poses.size(), false);
+  std::size_t open = 0;
+  for (const std::size_t node : nodes) {
+    open += is_open[node] ? 0 : 1;
+    is_open[node] = true;
+  }
+  using Reached = std::pair<double, std::size_t>;
+  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
+  least[node_] = 0.0;
+  next.push({0.0, node_});
+  while (!next.empty() && open > 0) {
+    const auto [variance, from] = next.top();
+    next.pop();
+    if (variance > least[from]) {
+      continue;
+    }
+    open -= is_open[from] ? 1 : 0;
+    is_open[from] = false;
+    links_->for_each(from, [&, variance = variance](std::size_t number, std::size_t to) {
+      const PoseEdge& edge = graph_->edges[number];
+      if (!is_used(edge)) {
+        return;
+      }
+      const double there = variance + variance_of(edge, *graph_, here);
+      if (there < least[to] && there <= enough) {
+        least[to] = there;
+        next.push({there, to});
+      }
+    });
+  }
+  std::vector<double> asked;
+  asked.reserve(nodes.size());
+  for (const std::size_t node : nodes) {
+    asked.push_back(least[node]);
+  }
+  return asked;
+}
+
+std::vector<bool> GraphWays::apart(const std::vector<std::size_t>& nodes, double sigma) const {
+  const std::vector<double> lengths = lengths_within_reach(*graph_, *links_, node_);
+  std::vector<std::size_t> far;
+  for (const std::size_t node : nodes) {
+    if (lengths[node] == kInfinity) {
+      far.push_back(node);
+    }
+  }
+  const std::vector<double> far_variances = variances(far, sigma * sigma);
+  auto variance = far_variances.begin();
+  std::vector<bool> apart;
+  apart.reserve(nodes.size());
+  for (const std::size_t node : nodes) {
+    apart.push_back(lengths[node] == kInfinity && *variance++ > sigma * sigma);
   }
   return apart;
 }

@@ -41,9 +41,7 @@ LoopCloser::LoopCloser(State state)
       way_(state.way),
       tries_(state.tries),
       pending_(state.pending) {
-  if (!empty()) {
-    find_ways();
-  }
+  links_.take_new(graph_);
 }
 
 std::size_t LoopCloser::closed() const {
@@ -71,11 +69,10 @@ void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance
   }
   join_to_before(all, covariance, options);
   const std::size_t way = graph_.edges.size() - 1;
-  find_ways();
+  links_.take_new(graph_);
   if (join_to_earlier(keys, is_continued, options) && !is_continued) {
     // What is wrong about the place goes to the way there, and not to all ways before it.
     graph_.edges[way].covariance += covariance_of(kWay, kWayHeading);
-    find_ways();
   }
 }
 
@@ -92,10 +89,9 @@ void LoopCloser::join_rigidly(const PlacedScans& keys) {
   }
 }
 
-void LoopCloser::find_ways() { ways_ = ways_from(graph_, graph_.poses.size() - 1); }
-
-std::vector<bool> LoopCloser::apart(const LoopOptions& options) const {
-  return matchbox_slam::apart(ways_, options.apart);
+std::vector<bool> LoopCloser::apart(const std::vector<std::size_t>& keys,
+                                    const LoopOptions& options) const {
+  return ways().apart(keys, options.apart);
 }
 
 void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& map_covariance,
@@ -131,15 +127,18 @@ bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
   const PlacedScans& all = keys.all();
   const std::size_t newest = all.size() - 1;
   const std::size_t since = is_continued ? kEarlier : 0;
-  const std::vector<bool> is_apart = apart(options);
+  const Eigen::Vector2d here = all[newest].map_from_base.translation();
+  std::vector<std::size_t> near = keys_within(all, here, kNear);
+  near.erase(std::lower_bound(near.begin(), near.end(), newest - std::min(newest, since)),
+             near.end());
+  const std::vector<bool> is_apart = apart(near, options);
   std::optional<std::size_t> nearest;
   double least = kNear;
-  for (std::size_t i = 0; i + since < newest; ++i) {
-    const double distance =
-        (all[i].map_from_base.translation() - all[newest].map_from_base.translation()).norm();
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    const double distance = (all[near[i]].map_from_base.translation() - here).norm();
     if (distance < least && (!is_apart[i] || !is_continued)) {
       least = distance;
-      nearest = i;
+      nearest = near[i];
     }
   }
   if (!nearest) {
@@ -150,7 +149,7 @@ bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
     return false;
   }
   graph_.edges.push_back({*nearest, newest, found->key_from_newest, found->covariance});
-  find_ways();
+  links_.take_new(graph_);
   return true;
 }
 
@@ -160,7 +159,7 @@ void LoopCloser::begin(const KeyScans& keys, const NearRequest& near, const Loop
   }
   const bool is_search_due =
       way_ >= options.search_way &&
-      !loop_candidates(keys.all(), apart(options), ways_.variances, options).empty();
+      !loop_candidates(keys.all(), ways(), options).empty();
   if (!is_search_due && !near.is_due) {
     return;
   }
@@ -217,7 +216,7 @@ LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
   graph_ = std::move(graph);
   loops_.insert(loops_.end(), done.loops.begin(), done.loops.end());
   tries_ += done.tries;
-  find_ways();
+  links_ = GraphLinks(graph_);
   Result result{std::nullopt, done.near};
   if (done.has_moved) {
     result.correction = correction_of(keys.all(), graph_.poses);

@@ -132,8 +132,8 @@ OlsonOptions fine_options() {
 
 }  // namespace
 
-std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const std::vector<bool>& is_apart,
-                                         const std::vector<double>& variances,
+std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const AreApart& are_apart,
+                                         const VariancesOf& variances_of,
                                          const LoopOptions& options) {
   // Guesses; half or double of the first changes five drives by up to 3 %, of the others only
   // intel, by 0.2 % (CONSTANTS.md).
@@ -141,12 +141,20 @@ std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const std::vec
   constexpr std::size_t kSpread = 20;  // key scans
   constexpr std::size_t kMost = 2;
   const Eigen::Vector2d here = keys.back().map_from_base.translation();
+  const std::vector<std::size_t> within = keys_within(keys, here, options.max_window);
+  const std::vector<bool> is_apart = are_apart(within);
+  std::vector<std::size_t> apart;
+  for (std::size_t i = 0; i < within.size(); ++i) {
+    if (is_apart[i]) {
+      apart.push_back(within[i]);
+    }
+  }
+  const std::vector<double> variances = variances_of(apart);
   std::vector<std::pair<double, std::size_t>> near;
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    const double sigma = std::sqrt(variances[i]);
-    const double distance = (keys[i].map_from_base.translation() - here).norm();
-    if (is_apart[i] && distance < std::min(options.max_window, kMargin + 3.0 * sigma)) {
-      near.emplace_back(distance, i);
+  for (std::size_t i = 0; i < apart.size(); ++i) {
+    const double distance = (keys[apart[i]].map_from_base.translation() - here).norm();
+    if (distance < kMargin + 3.0 * std::sqrt(variances[i])) {
+      near.emplace_back(distance, apart[i]);
     }
   }
   std::sort(near.begin(), near.end());
@@ -160,6 +168,13 @@ std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const std::vec
     }
   }
   return chosen;
+}
+
+std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const GraphWays& ways,
+                                         const LoopOptions& options) {
+  return loop_candidates(
+      keys, [&](const auto& some) { return ways.apart(some, options.apart); },
+      [&](const auto& some) { return ways.variances(some); }, options);
 }
 
 std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidate, double sigma,

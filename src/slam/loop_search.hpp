@@ -1,19 +1,29 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <vector>
 
 #include "matchbox_slam/slam/loop_closing.hpp"
+#include "matchbox_slam/slam/near_map.hpp"
 
 namespace matchbox_slam {
 
+using VariancesOf = std::function<std::vector<double>(const std::vector<std::size_t>& keys)>;
+
 /// Key scans where the newest may have been taken too, though hardly known where from it: nearest
 /// first, none near another.
-/// @param variances  [m^2] of where each is from the newest.
+/// @param are_apart     is asked of those alone that a search reaches.
+/// @param variances_of  [m^2] of where some are from the newest; asked of those that are apart.
 [[nodiscard]] std::vector<std::size_t> loop_candidates(const PlacedScans& keys,
-                                                       const std::vector<bool>& is_apart,
-                                                       const std::vector<double>& variances,
+                                                       const AreApart& are_apart,
+                                                       const VariancesOf& variances_of,
+                                                       const LoopOptions& options);
+
+/// @param ways  from the newest.
+[[nodiscard]] std::vector<std::size_t> loop_candidates(const PlacedScans& keys,
+                                                       const GraphWays& ways,
                                                        const LoopOptions& options);
 
 /// Searches the newest key scans, all at once, against those taken around one: a scan of one place

@@ -23,12 +23,12 @@ double most_moved(const PlacedScans& keys, const std::vector<Pose2>& poses) {
 /// Searches the candidates until one loop is believed.
 void close_a_loop(const LoopTask& task, LoopTaskDone& done) {
   const std::size_t newest = task.keys.size() - 1;
-  const GraphWays ways = ways_from(task.graph, newest);
-  for (const std::size_t candidate :
-       loop_candidates(task.keys, apart(ways, task.options.apart), ways.variances, task.options)) {
+  const GraphLinks links(task.graph);
+  const GraphWays ways(task.graph, links, newest);
+  for (const std::size_t candidate : loop_candidates(task.keys, ways, task.options)) {
     ++done.tries;
-    const std::optional<FoundLoop> found =
-        find_loop(task.keys, candidate, std::sqrt(ways.variances[candidate]), task.options);
+    const double sigma = std::sqrt(ways.variances({candidate}).front());
+    const std::optional<FoundLoop> found = find_loop(task.keys, candidate, sigma, task.options);
     if (!found) {
       continue;
     }
@@ -57,8 +57,10 @@ NearMap rendered_near(const LoopTask& task, const PoseGraph& graph) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     keys[i].map_from_base = graph.poses[i];
   }
-  const GraphWays ways = ways_from(graph, keys.size() - 1);
-  return {near_scans(keys, apart(ways, task.options.apart)), keys, task.near.map, task.near.field};
+  const GraphLinks links(graph);
+  const GraphWays ways(graph, links, keys.size() - 1);
+  const auto are_apart = [&](const auto& some) { return ways.apart(some, task.options.apart); };
+  return {near_scans(keys, are_apart), keys, task.near.map, task.near.field};
 }
 
 }  // namespace

@@ -132,7 +132,8 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
     correction = finish_loops(options);
   }
   NearRequest near = near_request(options);
-  const bool is_any_apart = near_scans(key_scans.all(), loops_.apart(options.loops)).is_any_apart;
+  const auto are_apart = [&](const auto& some) { return loops_.apart(some, options.loops); };
+  const bool is_any_apart = near_scans(key_scans.all(), are_apart).is_any_apart;
   if (is_any_apart || drawing_.is_moved()) {
     near.is_due = drawing_.near().is_due(key_scans.all());
   } else if (drawing_.near().map() != nullptr) {

@@ -50,15 +50,27 @@ SlamMap rendered(const PlacedScans& keys, const MapOptions& map_options,
   return map;
 }
 
-NearScans near_scans(const PlacedScans& keys, const std::vector<bool>& is_apart) {
-  const Eigen::Vector2d here = keys.back().map_from_base.translation();
-  NearScans near;
+std::vector<std::size_t> keys_within(const PlacedScans& keys, const Eigen::Vector2d& here,
+                                     double reach) {
+  std::vector<std::size_t> within;
   for (std::size_t i = 0; i < keys.size(); ++i) {
-    const double away = distance(keys[i], here);
-    if (is_apart[i]) {
-      near.is_any_apart = near.is_any_apart || away < kReach + kSoon;
-    } else if (away < kReach) {
-      near.belonging.push_back(keys[i]);
+    if (distance(keys[i], here) < reach) {
+      within.push_back(i);
+    }
+  }
+  return within;
+}
+
+NearScans near_scans(const PlacedScans& keys, const AreApart& are_apart) {
+  const Eigen::Vector2d here = keys.back().map_from_base.translation();
+  const std::vector<std::size_t> soon = keys_within(keys, here, kReach + kSoon);
+  const std::vector<bool> is_apart = are_apart(soon);
+  NearScans near;
+  near.is_any_apart = std::find(is_apart.begin(), is_apart.end(), true) != is_apart.end();
+  for (std::size_t i = 0; i < soon.size(); ++i) {
+    const PlacedScan& key = keys[soon[i]];
+    if (!is_apart[i] && distance(key, here) < kReach) {
+      near.belonging.push_back(key);
     }
   }
   near.belonging = nearest(near.belonging, here);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "matchbox_slam/common/random.hpp"
@@ -33,32 +35,56 @@ PoseGraph chain(std::size_t nodes, const Eigen::Matrix3d& covariance) {
   return graph;
 }
 
+std::vector<std::size_t> all_of(const PoseGraph& graph) {
+  std::vector<std::size_t> nodes(graph.poses.size());
+  std::iota(nodes.begin(), nodes.end(), 0U);
+  return nodes;
+}
+
+std::vector<double> variances_from(std::size_t node, const PoseGraph& graph) {
+  const GraphLinks links(graph);
+  return GraphWays(graph, links, node).variances(all_of(graph));
+}
+
+std::vector<bool> apart_from(std::size_t node, const PoseGraph& graph, double sigma) {
+  const GraphLinks links(graph);
+  return GraphWays(graph, links, node).apart(all_of(graph), sigma);
+}
+
 TEST(GraphDistance, AddsUpAlongAChain) {
-  const GraphWays ways = ways_from(chain(6, covariance_of(0.3, 0.1, 1e-9)), 4);
-  const std::vector<std::size_t> edges = {4, 3, 2, 1, 0, 1};
-  EXPECT_EQ(ways.edges, edges);
+  const std::vector<double> variances = variances_from(4, chain(6, covariance_of(0.3, 0.1, 1e-9)));
+  const std::vector<double> edges = {4, 3, 2, 1, 0, 1};
   for (std::size_t i = 0; i < edges.size(); ++i) {  // a place is as unsure as x and y on average
-    EXPECT_NEAR(ways.variances[i], 0.05 * static_cast<double>(edges[i]), 1e-12);
+    EXPECT_NEAR(variances[i], 0.05 * edges[i], 1e-12);
   }
 }
 
 TEST(GraphDistance, HeadingCountsByTheLever) {
-  const GraphWays ways = ways_from(chain(4, covariance_of(1e-9, 1e-9, 0.1)), 3);
-  EXPECT_NEAR(ways.variances[2], 0.01 * 1.0, 1e-12);
-  EXPECT_NEAR(ways.variances[1], 0.01 * (1.0 + 4.0), 1e-12);
-  EXPECT_NEAR(ways.variances[0], 0.01 * (1.0 + 4.0 + 9.0), 1e-12);
+  const std::vector<double> variances = variances_from(3, chain(4, covariance_of(1e-9, 1e-9, 0.1)));
+  EXPECT_NEAR(variances[2], 0.01 * 1.0, 1e-12);
+  EXPECT_NEAR(variances[1], 0.01 * (1.0 + 4.0), 1e-12);
+  EXPECT_NEAR(variances[0], 0.01 * (1.0 + 4.0 + 9.0), 1e-12);
 }
 
 TEST(GraphDistance, OnlyLoopsThatAreBelievedShorten) {
   const Eigen::Matrix3d covariance = covariance_of(0.1, 0.1, 1e-9);
   for (const Belief belief : {Belief::kUndecided, Belief::kBelieved, Belief::kDisbelieved}) {
-    PoseGraph graph = chain(10, covariance);
-    graph.edges.push_back(edge(1, 9, covariance, EdgeKind::kLoop, belief));
-    const GraphWays ways = ways_from(graph, 9);
-    const std::size_t to_first = belief == Belief::kBelieved ? 2 : 9;
-    EXPECT_EQ(ways.edges[0], to_first);
-    EXPECT_NEAR(ways.variances[0], 0.01 * static_cast<double>(to_first), 1e-12);
+    PoseGraph graph = chain(60, covariance);
+    graph.edges.push_back(edge(1, 59, covariance, EdgeKind::kLoop, belief));
+    const std::size_t to_first = belief == Belief::kBelieved ? 2 : 59;
+    EXPECT_NEAR(variances_from(59, graph)[0], 0.01 * static_cast<double>(to_first), 1e-12);
+    EXPECT_EQ(apart_from(59, graph, 0.1)[0], belief != Belief::kBelieved);
   }
+}
+
+TEST(GraphDistance, WhatIsKnownWorseThanEnoughIsNotLookedFor) {
+  const PoseGraph graph = chain(10, covariance_of(0.1, 0.1, 1e-9));
+  const GraphLinks links(graph);
+  const std::vector<double> variances = GraphWays(graph, links, 9).variances({2, 7, 0, 7}, 0.025);
+  EXPECT_NEAR(variances[1], 0.02, 1e-12);
+  EXPECT_NEAR(variances[3], 0.02, 1e-12);
+  EXPECT_EQ(variances[0], std::numeric_limits<double>::infinity());
+  EXPECT_EQ(variances[2], std::numeric_limits<double>::infinity());
 }
 
 /// How many nodes of a chain lie together with its last one, though their places are hardly known.
@@ -67,7 +93,7 @@ std::size_t together(std::size_t nodes, double spacing) {
   for (PoseEdge& edge : graph.edges) {
     edge.from_to = {spacing, 0.0, 0.0};
   }
-  const std::vector<bool> is_apart = apart(ways_from(graph, nodes - 1), 0.1);
+  const std::vector<bool> is_apart = apart_from(nodes - 1, graph, 0.1);
   return static_cast<std::size_t>(std::count(is_apart.begin(), is_apart.end(), false));
 }
 
@@ -79,15 +105,19 @@ TEST(GraphDistance, ALongWayIsFarHoweverFewItsKeyScans) {
 }
 
 TEST(GraphDistance, TheSurestWayMayHaveMoreEdges) {
-  PoseGraph graph = chain(4, covariance_of(0.1, 0.1, 1e-9));
-  graph.edges.push_back(edge(0, 3, covariance_of(0.5, 0.5, 1e-9)));
-  const GraphWays ways = ways_from(graph, 3);
-  EXPECT_NEAR(ways.variances[0], 3.0 * 0.01, 1e-12);
-  EXPECT_EQ(ways.edges[0], 1U);
+  PoseGraph graph = chain(60, covariance_of(0.1, 0.1, 1e-9));
+  graph.edges.push_back(edge(0, 59, covariance_of(5.0, 5.0, 1e-9)));
+  EXPECT_NEAR(variances_from(59, graph)[0], 59.0 * 0.01, 1e-12);
+  EXPECT_FALSE(apart_from(59, graph, 0.1)[0]) << "by one edge it is near";
 }
 
+struct Ways {
+  std::vector<double> variances;
+  std::vector<double> edges;
+};
+
 /// By relaxing every edge as often as there are nodes (Bellman and Ford).
-GraphWays by_force(const PoseGraph& graph, std::size_t node) {
+Ways by_force(const PoseGraph& graph, std::size_t node) {
   const std::size_t nodes = graph.poses.size();
   std::vector<double> variances(nodes, std::numeric_limits<double>::infinity());
   std::vector<double> edges(nodes, std::numeric_limits<double>::infinity());
@@ -107,46 +137,59 @@ GraphWays by_force(const PoseGraph& graph, std::size_t node) {
       }
     }
   }
-  GraphWays ways{variances, {}, {}};
-  for (const double count : edges) {
-    ways.edges.push_back(static_cast<std::size_t>(count));
-  }
-  return ways;
+  return {variances, edges};
 }
 
+/// Of nodes some of which are near and some far, some known and some hardly.
 TEST(GraphDistance, IsThatOfBruteForce) {
+  constexpr double kSigma = 2.0;  // [m]
   Random random(7);
-  for (int trial = 0; trial < 200; ++trial) {
+  std::size_t far_and_known = 0;
+  std::size_t far_and_unknown = 0;
+  for (int trial = 0; trial < 100; ++trial) {
     const auto pick = [&](std::size_t below) {
       return std::min(below - 1,
                       static_cast<std::size_t>(random.uniform() * static_cast<double>(below)));
     };
     const auto any_covariance = [&] {
       return covariance_of(random.uniform(0.01, 0.5), random.uniform(0.01, 0.5),
-                           random.uniform(0.001, 0.1));
+                           random.uniform(0.001, 0.02));
     };
     PoseGraph graph;
-    const std::size_t nodes = 2 + pick(18);
+    GraphLinks links;
+    const std::size_t nodes = 2 + pick(118);
     for (std::size_t i = 0; i < nodes; ++i) {
       graph.poses.push_back({random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0), 0.0});
       if (i > 0) {
         graph.edges.push_back(edge(i - 1, i, any_covariance()));
       }
+      if (pick(2) == 0) {
+        links.take_new(graph);  // as the edges come
+      }
     }
-    for (std::size_t loops = pick(15); loops > 0; --loops) {
+    for (std::size_t loops = pick(4); loops > 0; --loops) {
       const std::size_t from = pick(nodes);
       const std::size_t to = (from + 1 + pick(nodes - 1)) % nodes;
       graph.edges.push_back(edge(from, to, any_covariance(), EdgeKind::kLoop,
                                  pick(2) == 0 ? Belief::kBelieved : Belief::kDisbelieved));
     }
+    links.take_new(graph);
     const std::size_t node = pick(nodes);
-    const GraphWays ways = ways_from(graph, node);
-    const GraphWays expected = by_force(graph, node);
-    ASSERT_EQ(ways.edges, expected.edges) << trial;
+    const GraphWays ways(graph, links, node);
+    const Ways expected = by_force(graph, node);
+    const std::vector<double> variances = ways.variances(all_of(graph));
+    const std::vector<bool> is_apart = ways.apart(all_of(graph), kSigma);
     for (std::size_t i = 0; i < nodes; ++i) {
-      ASSERT_NEAR(ways.variances[i], expected.variances[i], 1e-9) << trial << ' ' << i;
+      ASSERT_NEAR(variances[i], expected.variances[i], 1e-9) << trial << ' ' << i;
+      const bool is_far = expected.edges[i] > 40.0;
+      const bool is_hardly_known = expected.variances[i] > kSigma * kSigma;
+      ASSERT_EQ(is_apart[i], is_far && is_hardly_known) << trial << ' ' << i;
+      far_and_known += is_far && !is_hardly_known ? 1 : 0;
+      far_and_unknown += is_far && is_hardly_known ? 1 : 0;
     }
   }
+  EXPECT_GT(far_and_known, 100U);
+  EXPECT_GT(far_and_unknown, 100U);
 }
 
 }  // namespace

@@ -37,17 +37,31 @@ std::vector<double> there_and_back(std::size_t there, double step) {
 
 using Numbers = std::vector<std::size_t>;
 
+Numbers candidates(const PlacedScans& keys, const std::vector<bool>& is_apart,
+                   const std::vector<double>& variances, const LoopOptions& options) {
+  const auto pick = [](const auto& of) {
+    return [of](const Numbers& asked) {
+      std::decay_t<decltype(of)> picked;
+      for (const std::size_t key : asked) {
+        picked.push_back(of.at(key));
+      }
+      return picked;
+    };
+  };
+  return loop_candidates(keys, pick(is_apart), pick(variances), options);
+}
+
 TEST(LoopCandidates, AreTheNearestOfThoseThatAreApart) {
   const std::vector<double> places = there_and_back(10, 0.3);
   std::vector<bool> is_apart(11, true);
   is_apart[10] = false;
   const std::vector<double> variances(11, 0.0);
   const LoopOptions options;
-  EXPECT_EQ(loop_candidates(keys_at(places), is_apart, variances, options), (Numbers{0}));
+  EXPECT_EQ(candidates(keys_at(places), is_apart, variances, options), (Numbers{0}));
   is_apart[0] = is_apart[1] = false;
-  EXPECT_EQ(loop_candidates(keys_at(places), is_apart, variances, options), (Numbers{2}));
+  EXPECT_EQ(candidates(keys_at(places), is_apart, variances, options), (Numbers{2}));
   is_apart.assign(11, false);
-  EXPECT_EQ(loop_candidates(keys_at(places), is_apart, variances, options), (Numbers{}));
+  EXPECT_EQ(candidates(keys_at(places), is_apart, variances, options), (Numbers{}));
 }
 
 TEST(LoopCandidates, ComeNearestFirst) {
@@ -56,7 +70,7 @@ TEST(LoopCandidates, ComeNearestFirst) {
   std::vector<bool> is_apart(51, true);
   is_apart[50] = false;
   const std::vector<double> variances(51, 0.0);
-  EXPECT_EQ(loop_candidates(keys_at(places), is_apart, variances, {}), (Numbers{30, 10}));
+  EXPECT_EQ(candidates(keys_at(places), is_apart, variances, {}), (Numbers{30, 10}));
 }
 
 TEST(LoopCandidates, AreTwoThatWereNotTakenAfterEachOther) {
@@ -64,16 +78,15 @@ TEST(LoopCandidates, AreTwoThatWereNotTakenAfterEachOther) {
   std::vector<bool> is_apart(101, true);
   is_apart[100] = false;
   const std::vector<double> variances(101, 0.0);
-  EXPECT_EQ(loop_candidates(keys_at(places), is_apart, variances, {}), (Numbers{0, 20}));
+  EXPECT_EQ(candidates(keys_at(places), is_apart, variances, {}), (Numbers{0, 20}));
   is_apart[20] = false;
-  EXPECT_EQ(loop_candidates(keys_at(places), is_apart, variances, {}), (Numbers{0, 21}));
+  EXPECT_EQ(candidates(keys_at(places), is_apart, variances, {}), (Numbers{0, 21}));
 }
 
 /// Up to 2 m and three standard deviations away, and no farther than a search reaches.
 TEST(LoopCandidates, AreWhereTheNewestMayHaveBeenTaken) {
   const auto is_candidate = [](double distance, double sigma) {
-    return !loop_candidates(keys_at({distance, 0.0}), {true, false}, {sigma * sigma, 0.0}, {})
-                .empty();
+    return !candidates(keys_at({distance, 0.0}), {true, false}, {sigma * sigma, 0.0}, {}).empty();
   };
   EXPECT_TRUE(is_candidate(1.99, 0.0));
   EXPECT_FALSE(is_candidate(2.01, 0.0));
@@ -88,9 +101,9 @@ TEST(LoopCandidates, DoNotDependOnTheMapsFrame) {
   std::vector<bool> is_apart(71, true);
   is_apart[70] = is_apart[0] = false;
   const std::vector<double> variances(71, 0.1);
-  const Numbers here = loop_candidates(keys_at(places), is_apart, variances, {});
+  const Numbers here = candidates(keys_at(places), is_apart, variances, {});
   EXPECT_EQ(here, (Numbers{1, 21}));
-  EXPECT_EQ(loop_candidates(keys_at(places, {-31.0, 12.0, 2.1}), is_apart, variances, {}), here);
+  EXPECT_EQ(candidates(keys_at(places, {-31.0, 12.0, 2.1}), is_apart, variances, {}), here);
 }
 
 // --- the search ---

@@ -46,8 +46,14 @@ TEST_F(MapDrawingTest, DrawsEachKeyScanWhileTheWholeIsMatchedAgainst) {
 
 TEST_F(MapDrawingTest, DrawsTheWholeWhenAskedWhileWhatLiesNearIsMatchedAgainst) {
   const PlacedScans& all = part_.key_scans.all();
-  drawing_.match_near(
-      {near_scans(all, {true, true, false, false}), all, kOptions.map, kOptions.field});
+  const auto are_apart = [](const std::vector<std::size_t>& asked) {
+    std::vector<bool> is_apart;
+    for (const std::size_t key : asked) {
+      is_apart.push_back(key < 2);
+    }
+    return is_apart;
+  };
+  drawing_.match_near({near_scans(all, are_apart), all, kOptions.map, kOptions.field});
   const SlamMap before = part_.map;
   add(keys_[4], part_, drawing_);
   EXPECT_TRUE(same_map(part_.map, before));

@@ -26,6 +26,16 @@ TEST(NearMap, WhatIsRenderedIsAsInserted) {
   EXPECT_TRUE(same_map(rendered(keys, kMap, kField), inserted(keys)));
 }
 
+AreApart of(const std::vector<bool>& is_apart) {
+  return [is_apart](const std::vector<std::size_t>& keys) {
+    std::vector<bool> asked;
+    for (const std::size_t key : keys) {
+      asked.push_back(is_apart.at(key));
+    }
+    return asked;
+  };
+}
+
 std::vector<double> stamps(const PlacedScans& keys) {
   std::vector<double> stamps;
   for (const PlacedScan& key : keys) {
@@ -36,10 +46,10 @@ std::vector<double> stamps(const PlacedScans& keys) {
 
 TEST(NearScans, AreThoseThatBelong) {
   const PlacedScans keys = drive_through_rooms(6);
-  const NearScans all = near_scans(keys, std::vector<bool>(6, false));
+  const NearScans all = near_scans(keys, of(std::vector<bool>(6, false)));
   EXPECT_FALSE(all.is_any_apart);
   EXPECT_EQ(stamps(all.belonging), stamps(keys));
-  const NearScans some = near_scans(keys, {true, false, true, false, false, false});
+  const NearScans some = near_scans(keys, of({true, false, true, false, false, false}));
   EXPECT_TRUE(some.is_any_apart);
   EXPECT_EQ(stamps(some.belonging), stamps({keys[1], keys[3], keys[4], keys[5]}));
 }
@@ -49,10 +59,10 @@ TEST(NearScans, AreNoFartherThanTheRobotSees) {
   const Pose2& newest = keys.back().map_from_base;
   keys[0].map_from_base = Pose2{newest.x + 14.9, newest.y, 0.0};
   keys[1].map_from_base = Pose2{newest.x, newest.y - 25.1, 0.0};
-  EXPECT_FALSE(near_scans(keys, {false, true, false, false}).is_any_apart);
+  EXPECT_FALSE(near_scans(keys, of({false, true, false, false})).is_any_apart);
   keys[1].map_from_base = Pose2{newest.x, newest.y - 24.9, 0.0};
-  EXPECT_TRUE(near_scans(keys, {false, true, false, false}).is_any_apart) << "it will be soon";
-  EXPECT_EQ(stamps(near_scans(keys, {false, false, true, false}).belonging),
+  EXPECT_TRUE(near_scans(keys, of({false, true, false, false})).is_any_apart) << "it will be soon";
+  EXPECT_EQ(stamps(near_scans(keys, of({false, false, true, false})).belonging),
             stamps({keys[0], keys[3]}));
 }
 
@@ -62,7 +72,7 @@ TEST(NearScans, AreTheNearestOfMany) {
   for (std::size_t i = 0; i < 150; ++i) {  // from 7.45 m to 0
     keys.push_back({few[i % 6].scan, {0.05 * static_cast<double>(149 - i), 0.0, 0.0}});
   }
-  const PlacedScans near = near_scans(keys, std::vector<bool>(150, false)).belonging;
+  const PlacedScans near = near_scans(keys, of(std::vector<bool>(150, false))).belonging;
   ASSERT_EQ(near.size(), 100U);
   EXPECT_EQ(near.front().map_from_base, keys[50].map_from_base);
   EXPECT_EQ(near.back().map_from_base, keys.back().map_from_base);
@@ -75,7 +85,7 @@ TEST(NearScans, AreTheNewestOfManyThatAreEquallyNear) {
   for (std::size_t i = 0; i < 150; ++i) {
     keys.push_back({few[i % 6].scan, {1.0, 2.0, 0.01 * static_cast<double>(i)}});
   }
-  const PlacedScans near = near_scans(keys, std::vector<bool>(150, false)).belonging;
+  const PlacedScans near = near_scans(keys, of(std::vector<bool>(150, false))).belonging;
   ASSERT_EQ(near.size(), 100U);
   for (std::size_t i = 0; i < 100; ++i) {
     EXPECT_EQ(near[i].map_from_base, keys[50 + i].map_from_base) << i;
@@ -85,7 +95,7 @@ TEST(NearScans, AreTheNewestOfManyThatAreEquallyNear) {
 TEST(NearMap, TakesInWhatCameSince) {
   PlacedScans keys = drive_through_rooms(6);
   const PlacedScans first(keys.begin(), keys.begin() + 3);
-  NearMap near(near_scans(first, {true, false, false}), first, kMap, kField);
+  NearMap near(near_scans(first, of({true, false, false})), first, kMap, kField);
   keys[4].map_from_base.x += 40.0;  // mapped elsewhere
   near.take_new(keys, kMap);
   ASSERT_NE(near.map(), nullptr);
@@ -99,7 +109,7 @@ TEST(NearMap, TakesInWhatCameSince) {
 TEST(NearMap, IsDueWhenThereIsNoneOrTheRobotHasMoved) {
   PlacedScans keys = drive_through_rooms(2);
   EXPECT_TRUE(NearMap().is_due(keys));
-  const NearMap near(near_scans(keys, {false, false}), keys, kMap, kField);
+  const NearMap near(near_scans(keys, of({false, false})), keys, kMap, kField);
   EXPECT_FALSE(near.is_due(keys));
   keys.back().map_from_base.y += 4.9;
   EXPECT_FALSE(near.is_due(keys));

@@ -1,26 +1,67 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "matchbox_slam/graph/pose_graph.hpp"
 
 namespace matchbox_slam {
 
-/// How near nodes are to one of them in the graph, along edges that are used.
-struct GraphWays {
-  /// Variance [m^2] of where each node is, by the surest way: each edge adds the variance of its
-  /// translation, and that of its heading times the square of its distance (Dijkstra 1959). Never
-  /// less than what the whole graph says.
-  std::vector<double> variances;
-  std::vector<std::size_t> edges;  ///< of the way with the fewest
-  std::vector<double> lengths;     ///< [m] of that way
+/// Which edges each node of a graph has, used or not. Edges are added as they come, so that nothing
+/// has to look at the whole graph for a walk through a part of it.
+class GraphLinks {
+ public:
+  GraphLinks() = default;
+  explicit GraphLinks(const PoseGraph& graph) { take_new(graph); }
+
+  /// Takes in the nodes and edges that the graph has had since.
+  void take_new(const PoseGraph& graph);
+
+  /// Calls `visit(edge, to)` with the number of each edge of a node and of the node at its other
+  /// end, in the order of edges.
+  template <typename Visit>
+  void for_each(std::size_t node, Visit&& visit) const {
+    for (std::size_t end = first_[node]; end != kNone; end = ends_[end].next) {
+      visit(end / 2, ends_[end ^ 1].node);
+    }
+  }
+
+ private:
+  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  struct End {
+    std::size_t node;
+    std::size_t next;  ///< end at the same node
+  };
+
+  std::vector<std::size_t> first_;  ///< end at each node
+  std::vector<std::size_t> last_;
+  std::vector<End> ends_;  ///< two of each edge
 };
 
-[[nodiscard]] GraphWays ways_from(const PoseGraph& graph, std::size_t node);
+/// How near nodes are to one of them in the graph, along edges that are used. Looks at graph and
+/// links as long as it lives, and follows no more edges than it takes to answer.
+class GraphWays {
+ public:
+  GraphWays(const PoseGraph& graph, const GraphLinks& links, std::size_t node)
+      : graph_(&graph), links_(&links), node_(node) {}
 
-/// Whether each node lies apart from that one: hardly known where, and far in the graph.
-/// @param sigma  [m] from which on a place is hardly known.
-[[nodiscard]] std::vector<bool> apart(const GraphWays& ways, double sigma);
+  /// Variance [m^2] of where each of some nodes is, by the surest way: each edge adds the variance
+  /// of its translation, and that of its heading times the square of its distance (Dijkstra 1959).
+  /// Never less than what the whole graph says.
+  /// @param enough  [m^2] nodes that are known worse than that have an infinite one.
+  [[nodiscard]] std::vector<double> variances(
+      const std::vector<std::size_t>& nodes,
+      double enough = std::numeric_limits<double>::infinity()) const;
+
+  /// Whether each of some nodes lies apart: hardly known where, and far in the graph.
+  /// @param sigma  [m] from which on a place is hardly known.
+  [[nodiscard]] std::vector<bool> apart(const std::vector<std::size_t>& nodes, double sigma) const;
+
+ private:
+  const PoseGraph* graph_;
+  const GraphLinks* links_;
+  std::size_t node_;
+};
 
 }  // namespace matchbox_slam

@@ -156,8 +156,10 @@ class LoopCloser {
   /// What is under way will not take effect: the robot is elsewhere than it was thought to be.
   void abandon();
 
-  /// Whether each key scan lies apart from the newest: hardly known where, and far in the graph.
-  [[nodiscard]] std::vector<bool> apart(const LoopOptions& options) const;
+  /// Whether each of some key scans, by their numbers, lies apart from the newest: hardly known
+  /// where, and far in the graph.
+  [[nodiscard]] std::vector<bool> apart(const std::vector<std::size_t>& keys,
+                                        const LoopOptions& options) const;
 
   [[nodiscard]] const PoseGraph& graph() const { return graph_; }
   [[nodiscard]] const std::vector<ClosedLoop>& loops() const { return loops_; }
@@ -167,14 +169,14 @@ class LoopCloser {
   [[nodiscard]] bool empty() const { return graph_.poses.empty(); }
 
  private:
-  void find_ways();
+  [[nodiscard]] GraphWays ways() const { return {graph_, links_, graph_.poses.size() - 1}; }
   void join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& map_covariance,
                       const LoopOptions& options);
   bool join_to_earlier(const KeyScans& keys, bool is_continued, const LoopOptions& options);
   void join_rigidly(const PlacedScans& keys);
 
   PoseGraph graph_;
-  GraphWays ways_;  ///< to the newest key scan
+  GraphLinks links_;  ///< of the graph
   std::vector<ClosedLoop> loops_;
   double way_ = 0.0;  ///< [m] since the last search
   std::size_t tries_ = 0;
