@@ -1,6 +1,7 @@
 #include "slam/likeliest_match.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "matchbox_slam/slam/near_map.hpp"
@@ -69,7 +70,8 @@ std::optional<WeighedMatch> overruled_by_newest(const MatchProblem& problem,
 }
 
 WeighedMatch match(const ScanMatcher& matcher, const ScanToMatch& to_match,
-                   const MotionPrediction& predicted, const EngineOptions& options) {
+                   const MotionPrediction& predicted, const EngineOptions& options,
+                   bool is_odometry_improbable) {
   const MatchProblem problem{to_match.scan,      predicted.fixed_from_base, predicted.covariance,
                              to_match.map.field, to_match.recent,           to_match.seed};
   if (to_match.map.field.empty()) {
@@ -80,7 +82,7 @@ WeighedMatch match(const ScanMatcher& matcher, const ScanToMatch& to_match,
   }
   WeighedMatch weighed =
       match_and_weigh(matcher, problem, to_match.map.occupancy, to_match.expected, options.doubt);
-  if (to_match.may_map_be_wrong && predicted.motion.is_by_odometry &&
+  if (to_match.may_map_be_wrong && !is_odometry_improbable && predicted.motion.is_by_odometry &&
       weighed.certainty == Certainty::kDoubtful &&
       weighed.match.contradiction > options.doubt.contradiction) {
     weighed = overruled_by_newest(problem, to_match, options).value_or(weighed);
@@ -89,32 +91,63 @@ WeighedMatch match(const ScanMatcher& matcher, const ScanToMatch& to_match,
   return weighed;
 }
 
+/// Whether a second look turned the robot far from where odometry has it: where corridors cross
+/// they are alike after a quarter of a turn.
+bool is_turned_far(const WeighedMatch& by_odometry, const MotionPrediction& predicted) {
+  constexpr double kFar = 0.5;  // [rad], well below a quarter of a turn
+  const Eigen::Vector3d off =
+      difference(by_odometry.match.map_from_base, predicted.fixed_from_base);
+  return by_odometry.jumped && std::abs(off.z()) > kFar;
+}
+
+/// Whether the robot may have gone on as it did and not as odometry says. Where scans are rare, one
+/// that turns by a radian in a step may be right: the last motion is asked, too, where that leads
+/// into doubt or to a far turn. (Not to every jump: what a second look finds is to be confirmed,
+/// and the graph knows that the way there is hardly known.)
+bool is_to_be_asked(const SteadyPrediction& steady, const WeighedMatch& by_odometry,
+                    const MotionPrediction& predicted) {
+  // As a second look's jump: less is within its window.
+  constexpr double kFar = 0.2;     // [m]
+  constexpr double kTurned = 0.1;  // [rad]
+  if (steady.is_odometry_improbable) {
+    return true;
+  }
+  const Eigen::Vector3d off =
+      difference(steady.predicted.fixed_from_base, predicted.fixed_from_base);
+  const bool is_other = off.head<2>().norm() > kFar || std::abs(off.z()) > kTurned;
+  return is_other &&
+         (by_odometry.certainty == Certainty::kDoubtful || is_turned_far(by_odometry, predicted));
+}
+
 /// Whether a match with the prediction of a steady motion is to be believed and not that with the
-/// prediction of an odometry which says what robots cannot do.
+/// prediction of odometry; a far turn of that one alone has to be clearly better.
 bool is_likelier(const WeighedMatch& steady, const WeighedMatch& by_odometry,
-                 const DoubtOptions& options) {
+                 const MotionPrediction& predicted, const DoubtOptions& options) {
   // As a second look has to. Half or double changes no byte of six drives with faults and two logs
   // (benchmark/reports/2026-11-23/CONSTANTS.md).
   constexpr double kClearly = 0.1;
+  const bool is_turned = is_turned_far(by_odometry, predicted) && !steady.jumped;
+  const double better = is_turned ? -kClearly : kClearly;
   return is_convincing(steady.match, options) &&
          (!by_odometry.match.accepted() ||
-          net_score(steady.match) > net_score(by_odometry.match) + kClearly);
+          net_score(steady.match) > net_score(by_odometry.match) + better);
 }
 
 }  // namespace
 
 WeighedMatch match_likeliest(const ScanMatcher& matcher, const ScanToMatch& scan,
-                             const std::optional<MotionPrediction>& steady,
+                             const std::optional<SteadyPrediction>& steady,
                              MotionPrediction& predicted, const EngineOptions& options) {
-  WeighedMatch by_odometry = match(matcher, scan, predicted, options);
-  if (!steady) {
+  const bool is_improbable = steady && steady->is_odometry_improbable;
+  WeighedMatch by_odometry = match(matcher, scan, predicted, options, is_improbable);
+  if (!steady || !is_to_be_asked(*steady, by_odometry, predicted)) {
     return by_odometry;
   }
-  WeighedMatch steadily = match(matcher, scan, *steady, options);
-  if (!is_likelier(steadily, by_odometry, options.doubt)) {
+  WeighedMatch steadily = match(matcher, scan, steady->predicted, options, is_improbable);
+  if (!is_likelier(steadily, by_odometry, predicted, options.doubt)) {
     return by_odometry;
   }
-  predicted = *steady;
+  predicted = steady->predicted;
   return steadily;
 }
 

@@ -20,17 +20,18 @@ struct ScanToMatch {
   const PlacedScans& recent;
   std::uint64_t seed;
   Expectation expected;
-  /// Where loops may move it, `recent` is what was seen last, and odometry is possible.
+  /// Where loops may move it, and `recent` is what was seen last.
   bool may_map_be_wrong = false;
 };
 
 /// Matches a scan and weighs the answer. Where there is no map yet, or the scan has too few points,
 /// the matcher is not asked. Where the map may be wrong and contradicts the answer, and the newest
 /// key scans do not, what matches these is believed, for a metre. Where odometry tells of a step
-/// that cannot be, the robot may have gone on as it did: then `predicted` becomes that.
-/// @param steady  the prediction by the last motion alone, where odometry cannot be right.
+/// that cannot be, or leads into doubt or to a far turn, the robot may have gone on as it did: then
+/// `predicted` becomes that.
+/// @param steady  the prediction by the last motion alone, if it is to be asked.
 [[nodiscard]] WeighedMatch match_likeliest(const ScanMatcher& matcher, const ScanToMatch& scan,
-                                           const std::optional<MotionPrediction>& steady,
+                                           const std::optional<SteadyPrediction>& steady,
                                            MotionPrediction& predicted,
                                            const EngineOptions& options);
 

@@ -36,23 +36,22 @@ MotionPrediction MotionTracker::predict(const ScanInput& input) const {
   return predicted;
 }
 
-std::optional<MotionPrediction> MotionTracker::predict_steadily(const ScanInput& input) const {
-  if (!has_odometry(input) || !state_.odom_from_base) {
+std::optional<SteadyPrediction> MotionTracker::predict_steadily(const ScanInput& input) const {
+  if (!has_odometry(input) || !state_.odom_from_base || !knows_motion()) {
     return std::nullopt;
   }
   const double interval = input.scan.stamp - *state_.stamp;
-  if (!is_improbable(motion_since_newest(input).previous_from_current, interval)) {
-    return std::nullopt;
-  }
-  return predict_by(steady_motion(interval), input);
+  return SteadyPrediction{
+      predict_by(steady_motion(interval), input),
+      is_improbable(motion_since_newest(input).previous_from_current, interval)};
 }
 
 /// Whether no robot moves so in this time that has just moved as this one did, but for the usual
 /// changes of its velocity and what its last two poses make that uncertain.
 bool MotionTracker::is_improbable(const Pose2& moved, double interval) const {
   constexpr double kImprobable = 16.27;  // squared, of three degrees of freedom: 99.9 % are within
-  if (!state_.matched || !(state_.interval > 0.0)) {
-    return false;  // nobody knows
+  if (!knows_motion()) {
+    return false;
   }
   const MotionEstimate steady = steady_motion(interval);
   const double share = interval / state_.interval;
@@ -162,7 +161,7 @@ void MotionTracker::learn(const ScanInput& input, const MotionPrediction& predic
     return;
   }
   if (!predicted.motion.is_by_odometry) {
-    distrust_odometry();  // it told of a step that cannot be
+    distrust_odometry();  // it told of a step that was none
   } else if (state_.matched) {
     state_.learned = learn_from(state_.learned, predicted.motion.previous_from_current,
                                 predicted.fixed_from_base, predicted.covariance,

@@ -50,8 +50,8 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   }
   const Pose2 before = tracker_.state().fixed_from_base;
   const double seconds = input.scan.stamp - tracker_.state().stamp.value_or(input.scan.stamp);
-  const std::optional<MotionPrediction> steady = tracker_.predict_steadily(input);
-  see(input, predicted, !steady);
+  const std::optional<SteadyPrediction> steady = tracker_.predict_steadily(input);
+  see(input, predicted, !(steady && steady->is_odometry_improbable));
   const WeighedMatch weighed = match(steady, predicted);
   // A rejected match carries the prediction, which stands then.
   ScanOutcome outcome = outcome_of(input, predicted);
@@ -126,13 +126,17 @@ void SlamEngine::see(const ScanInput& input, const MotionPrediction& predicted,
                 predicted.during_scan, options_.scan, std::move(further), projector_);
 }
 
-WeighedMatch SlamEngine::match(const std::optional<MotionPrediction>& steady,
+/// What further lasers saw lies where odometry has it: without odometry they would be left out.
+WeighedMatch SlamEngine::match(std::optional<SteadyPrediction> steady,
                                MotionPrediction& predicted) {
+  if (!seen_->further().empty()) {
+    steady.reset();
+  }
   mapping_.parts().here().key_scans.copy_newest(
       static_cast<std::size_t>(options_.slam.recent_scans), recent_);
   return match_likeliest(*matcher_,
                          {seen_->all(), mapping_.matched(), recent_, mix_seed(seed_, scan_count_),
-                          tracking_.expected(), maps_on() && mapping_.is_continued() && !steady},
+                          tracking_.expected(), maps_on() && mapping_.is_continued()},
                          steady, predicted, options_);
 }
 

@@ -120,16 +120,21 @@ class DrawnWrongTest : public testing::Test {
     bool may_map_be_wrong = true;
     Expectation expected = {0.9, false, 0.9};
     Eigen::Vector3d off = {0.03, 0.02, 0.01};  ///< what odometry predicts, seen from the truth
+    bool is_odometry_improbable = false;
   };
 
   [[nodiscard]] WeighedMatch match(const PlacedScans& recent, const Asked& asked) const {
     AskedMatcher matcher;
-    matcher.answers = {answer(scene_.map_from_base, 0.05)};
+    matcher.answers = {2, answer(scene_.map_from_base, 0.05)};
     MotionPrediction predicted =
         prediction(shifted(scene_.map_from_base, asked.off), 0.1, asked.is_by_odometry);
     predicted.covariance = prior_of(0.1, 0.03);
     const ScanToMatch scan{scene_.scan, wrong_, recent, 1, asked.expected, asked.may_map_be_wrong};
-    return match_likeliest(matcher, scan, {}, predicted, {});
+    std::optional<SteadyPrediction> steady;
+    if (asked.is_odometry_improbable) {
+      steady = SteadyPrediction{prediction(scene_.map_from_base, 0.1, false), true};
+    }
+    return match_likeliest(matcher, scan, steady, predicted, {});
   }
   [[nodiscard]] WeighedMatch match(const PlacedScans& recent) const { return match(recent, {}); }
 
@@ -181,6 +186,9 @@ TEST_F(DrawnWrongTest, ThePoseStaysDoubtfulWhereItMayBeWhatIsWrong) {
   EXPECT_EQ(certainty({true, true, {0.9, true}}), Certainty::kDoubtful) << "in doubt";
   EXPECT_EQ(certainty({true, true, {0.9, false, 1.0}}), Certainty::kDoubtful)
       << "after a metre that the map contradicts";
+  Asked improbable;
+  improbable.is_odometry_improbable = true;
+  EXPECT_EQ(certainty(improbable), Certainty::kDoubtful) << "by odometry that cannot be";
 }
 
 TEST_F(DrawnWrongTest, TheMapsContradictionIsTold) {
@@ -348,8 +356,8 @@ class SteadyTest : public testing::Test {
     MotionPrediction predicted = prediction(kByOdometry, 0.5, true);
     MotionPrediction steady = prediction(kSteadily, 0.1, false);
     steady.covariance = prior_of(0.2, 0.1);
-    const WeighedMatch weighed =
-        match_likeliest(matcher, {scan_, map_, {}, 1, {}}, steady, predicted, options_);
+    const WeighedMatch weighed = match_likeliest(
+        matcher, {scan_, map_, {}, 1, {}}, SteadyPrediction{steady, true}, predicted, options_);
     EXPECT_EQ(matcher.asked, (std::vector<Pose2>{kByOdometry, kSteadily}));
     EXPECT_EQ(matcher.covariances.at(0), prior_of(0.03, 0.03));
     EXPECT_EQ(matcher.covariances.at(1), prior_of(0.2, 0.1));
@@ -406,10 +414,107 @@ TEST_F(SteadyTest, WhatSpeaksAgainstAMatchCountsAsMuchAsItsScore) {
   matcher.answers = {answer({-0.4, 0.0, 0.0}, 0.5), answer({0.0, 0.0, 0.0}, 0.9)};
   MotionPrediction predicted = prediction(kByOdometry, 0.5, true);
   const WeighedMatch weighed = match_likeliest(
-      matcher, {scan_, map_, {}, 1, {}}, prediction(kSteadily, 0.1, false), predicted, options_);
+      matcher, {scan_, map_, {}, 1, {}}, SteadyPrediction{prediction(kSteadily, 0.1, false), true},
+      predicted, options_);
   EXPECT_EQ(weighed.match.score, 0.5);
   EXPECT_LT(weighed.match.contradiction, 0.01);
   EXPECT_EQ(predicted.fixed_from_base, kByOdometry);
+}
+
+// --- odometry that tells of another step than the last motion does ---
+
+/// A robot that goes on as it did, while odometry may have it turned.
+class AnotherStepTest : public testing::Test {
+ protected:
+  struct Step {
+    double turned;                       ///< [rad] by which odometry is off
+    Eigen::Vector3d steady = {0, 0, 0};  ///< by which the last motion is [m], [rad]
+    double score_steadily = 0.9;         ///< of a match where it is
+  };
+
+  /// Whether the last motion was asked, and won.
+  struct Asked {
+    bool is_asked;
+    bool has_won;
+  };
+
+  [[nodiscard]] Asked match(const Step& step) const {
+    const Pose2& truth = scene_.map_from_base;
+    const Pose2 by_odometry = shifted(truth, {0.0, 0.0, step.turned});
+    const Pose2 steadily = shifted(truth, step.steady);
+    AskedMatcher matcher;
+    matcher.answers = {answer(by_odometry, 0.05), answer(truth, step.score_steadily)};
+    MotionPrediction predicted = prediction(by_odometry, 0.2, true);
+    EngineOptions options;
+    options.doubt.look_theta = 0.1;  // so that no second look finds it
+    const WeighedMatch weighed =
+        match_likeliest(matcher, {scene_.scan, scene_.map, scene_.key_scans, 1, {0.9, false}},
+                        SteadyPrediction{prediction(steadily, 0.2, false)}, predicted, options);
+    const bool has_won = predicted.fixed_from_base == steadily;
+    EXPECT_EQ(has_won, weighed.match.accepted() && weighed.certainty == Certainty::kSure);
+    return {matcher.asked.size() == 2, has_won};
+  }
+
+  MatchScene scene_ = make_match_scene(make_rooms_world(4), LaserOptions{}, 30.0, 3);
+};
+
+TEST_F(AnotherStepTest, TheRobotMayHaveGoneOnWhereOdometryLeadsIntoDoubt) {
+  EXPECT_TRUE(match({1.0}).has_won);
+  EXPECT_FALSE(match({1.0, {0.0, 0.0, 0.0}, 0.3}).has_won) << "that has to convince";
+}
+
+TEST_F(AnotherStepTest, TheLastMotionIsNotAskedWhereItSaysTheSame) {
+  EXPECT_FALSE(match({0.6, {0.19, 0.0, 0.6}}).is_asked);
+  EXPECT_TRUE(match({0.6, {0.21, 0.0, 0.6}}).is_asked);
+  EXPECT_FALSE(match({0.6, {0.0, 0.0, 0.51}}).is_asked);
+  EXPECT_TRUE(match({0.6, {0.0, 0.0, 0.49}}).is_asked);
+}
+
+/// A second look finds it too, and would have to be confirmed.
+TEST_F(AnotherStepTest, AFarTurnOfASecondLookHasToBeClearlyBetter) {
+  const Pose2& truth = scene_.map_from_base;
+  const auto match = [&](double turned, double score_steadily,
+                         const std::optional<SteadyPrediction>& steady) {
+    const Pose2 by_odometry = shifted(truth, {0.0, 0.0, turned});
+    AskedMatcher matcher;
+    matcher.answers = {answer(by_odometry, 0.05), answer(truth, score_steadily)};
+    MotionPrediction predicted = prediction(by_odometry, 0.2, true);
+    return match_likeliest(matcher, {scene_.scan, scene_.map, scene_.key_scans, 1, {0.9, false}},
+                           steady, predicted, {});
+  };
+  const WeighedMatch second_look = match(0.51, 0.0, {});
+  ASSERT_TRUE(second_look.jumped);
+  const double net = net_score(second_look.match);
+  const SteadyPrediction steady{prediction(truth, 0.2, false)};
+  EXPECT_FALSE(match(0.51, net - 0.09, steady).jumped);
+  EXPECT_TRUE(match(0.51, net - 0.11, steady).jumped);
+  EXPECT_TRUE(match(0.49, net, steady).jumped) << "no far turn";
+}
+
+TEST_F(AnotherStepTest, OfTwoFarTurnsThatFitAsWellOdometrysStands) {
+  const Pose2& truth = scene_.map_from_base;
+  AskedMatcher matcher;
+  matcher.answers = {2, answer(shifted(truth, {1.0, 1.0, 1.0}), 0.05)};
+  MotionPrediction predicted = prediction(shifted(truth, {0.0, 0.0, 0.51}), 0.2, true);
+  const SteadyPrediction steady{prediction(shifted(truth, {0.0, 0.0, -0.51}), 0.2, false)};
+  const WeighedMatch weighed = match_likeliest(
+      matcher, {scene_.scan, scene_.map, scene_.key_scans, 1, {0.9, false}}, steady, predicted, {});
+  EXPECT_EQ(matcher.asked.size(), 2U);
+  EXPECT_TRUE(weighed.jumped);
+  EXPECT_TRUE(predicted.motion.is_by_odometry);
+}
+
+TEST_F(AnotherStepTest, TheLastMotionIsNotAskedWhereOdometryLeadsToAPlaceThatFits) {
+  AskedMatcher matcher;
+  matcher.answers = {answer(scene_.map_from_base, 0.9)};
+  MotionPrediction predicted = prediction(scene_.map_from_base, 0.2, true);
+  const SteadyPrediction steady{
+      prediction(shifted(scene_.map_from_base, {0.5, 0.0, 0.3}), 0.2, false)};
+  const WeighedMatch weighed = match_likeliest(
+      matcher, {scene_.scan, scene_.map, scene_.key_scans, 1, {0.9, false}}, steady, predicted, {});
+  EXPECT_EQ(weighed.certainty, Certainty::kSure);
+  EXPECT_EQ(matcher.asked.size(), 1U);
+  EXPECT_TRUE(predicted.motion.is_by_odometry);
 }
 
 }  // namespace

@@ -123,6 +123,17 @@ TEST(Recovery, OdometryThatCatchesUpDoesNoHarm) {
   EXPECT_EQ(caught_up.states.at(TrackingState::kTracking), caught_up.scans);
 }
 
+/// Where scans are rare, a robot may turn by a radian in a step.
+TEST(Recovery, OdometryThatTurnsByARadianDoesNoHarmWhereScansAreRare) {
+  SimulationOptions options;
+  options.laser.scan_rate = 5.0;
+  options.laser.beams = 520;
+  options.faults = {parse_fault("turn_jump:75::1")};
+  const Drive turned = drive(simulate_in("rooms", options, 3), kOlson);
+  expect_unharmed(turned);
+  EXPECT_EQ(turned.states.at(TrackingState::kTracking), turned.scans);
+}
+
 /// Whose ends are out of sight: what the robot has just drawn of it lies as wrong as the robot.
 TEST(Recovery, InACorridorThatHoldsNothingTheWaySinceTheLastKeyScanCounts) {
   SimulationOptions options;

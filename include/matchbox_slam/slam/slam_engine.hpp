@@ -100,7 +100,7 @@ class SlamEngine {
  private:
   ScanOutcome take_aside(const ScanInput& input, const MotionPrediction& predicted);
   void see(const ScanInput& input, const MotionPrediction& predicted, bool with_further_lasers);
-  [[nodiscard]] WeighedMatch match(const std::optional<MotionPrediction>& steady,
+  [[nodiscard]] WeighedMatch match(std::optional<SteadyPrediction> steady,
                                    MotionPrediction& predicted);
   void weigh_doubt(const WeighedMatch& match, const MotionPrediction& predicted,
                    ScanOutcome& outcome);
