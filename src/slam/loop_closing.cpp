@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "slam/hidden_way.hpp"
 #include "slam/loop_search.hpp"
 #include "slam/loop_work.hpp"
 
@@ -70,6 +71,9 @@ void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance
   join_to_before(all, covariance, options);
   const std::size_t way = graph_.edges.size() - 1;
   links_.take_new(graph_);
+  if (newest > 0 && !pending_) {
+    allow_for_hidden_way(all, newest - 1, graph_);
+  }
   if (join_to_earlier(keys, is_continued, options) && !is_continued) {
     // What is wrong about the place goes to the way there, and not to all ways before it.
     graph_.edges[way].covariance += covariance_of(kWay, kWayHeading);
@@ -158,8 +162,7 @@ void LoopCloser::begin(const KeyScans& keys, const NearRequest& near, const Loop
     return;
   }
   const bool is_search_due =
-      way_ >= options.search_way &&
-      !loop_candidates(keys.all(), ways(), options).empty();
+      way_ >= options.search_way && !loop_candidates(keys.all(), ways(), options).empty();
   if (!is_search_due && !near.is_due) {
     return;
   }
@@ -201,6 +204,7 @@ LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
   pending_.reset();
   const LoopTaskDone& done = work->done.get();
   if (pending.is_abandoned) {
+    allow_for_hidden_ways(keys.all(), pending.newest);
     return {};
   }
   // What has come since moves with the key scan that it came after.
@@ -214,6 +218,7 @@ LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
                      graph_.edges.begin() + static_cast<std::ptrdiff_t>(pending.edges),
                      graph_.edges.end());
   graph_ = std::move(graph);
+  allow_for_hidden_ways(keys.all(), pending.newest);
   loops_.insert(loops_.end(), done.loops.begin(), done.loops.end());
   tries_ += done.tries;
   links_ = GraphLinks(graph_);
@@ -222,6 +227,14 @@ LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
     result.correction = correction_of(keys.all(), graph_.poses);
   }
   return result;
+}
+
+/// That end at this key scan or later: while work was under way, which has a copy of the graph, the
+/// graph that it was begun with stayed as it was.
+void LoopCloser::allow_for_hidden_ways(const PlacedScans& keys, std::size_t since) {
+  for (std::size_t key = since; key + 1 < keys.size(); ++key) {
+    allow_for_hidden_way(keys, key, graph_);
+  }
 }
 
 void LoopCloser::abandon() {

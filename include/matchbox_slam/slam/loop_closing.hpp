@@ -174,6 +174,7 @@ class LoopCloser {
                       const LoopOptions& options);
   bool join_to_earlier(const KeyScans& keys, bool is_continued, const LoopOptions& options);
   void join_rigidly(const PlacedScans& keys);
+  void allow_for_hidden_ways(const PlacedScans& keys, std::size_t since);
 
   PoseGraph graph_;
   GraphLinks links_;  ///< of the graph

@@ -1,0 +1,123 @@
+#include "slam/hidden_way.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "matchbox_slam/geometry/angles.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+// Guesses (benchmark/reports/2026-11-25/LOOPS.md, "Wheels that slip").
+constexpr double kDrives = 0.2;    // [m/s]
+constexpr double kSlower = 0.6;    // of its speed before and after
+constexpr double kLongest = 6.0;   // [s], else it stands
+constexpr double kLeast = 0.3;     // [m] that are hidden
+constexpr double kStraight = 0.3;  // [rad]; who turns slows down for it
+constexpr double kShare = 0.5;     // of what is hidden is its standard deviation
+constexpr double kNotSeen = 0.02;  // [m], standard deviation by scans and odometry
+
+/// From one key scan to the next.
+struct Leg {
+  std::size_t to = 0;
+  double seconds = 0.0;
+  Eigen::Vector2d way = Eigen::Vector2d::Zero();  ///< [m] in the map frame
+  double turn = 0.0;                              ///< [rad], its amount
+
+  [[nodiscard]] bool is_in_order() const { return seconds > 0.0; }
+  [[nodiscard]] double speed() const { return way.norm() / seconds; }
+};
+
+Leg leg_to(std::size_t key, const PlacedScans& keys) {
+  const PlacedScan& from = keys[key - 1];
+  const PlacedScan& to = keys[key];
+  return {key, to.scan->stamp() - from.scan->stamp(),
+          to.map_from_base.translation() - from.map_from_base.translation(),
+          std::abs(wrap_angle(to.map_from_base.theta - from.map_from_base.theta))};
+}
+
+/// Legs that are slower than those before and after.
+struct SlowStretch {
+  Leg before;
+  std::vector<Leg> legs;  ///< newest first; none where there is no such stretch
+  Leg after;
+
+  [[nodiscard]] double usual() const { return std::min(before.speed(), after.speed()); }
+  [[nodiscard]] double hidden(const Leg& leg) const {
+    return std::max(0.0, usual() * leg.seconds - leg.way.norm());
+  }
+  [[nodiscard]] bool is_straight() const {
+    const bool turns =
+        std::any_of(legs.begin(), legs.end(), [](const Leg& leg) { return leg.turn >= kStraight; });
+    return !turns && before.turn < kStraight && after.turn < kStraight &&
+           before.way.normalized().dot(after.way.normalized()) > std::cos(kStraight);
+  }
+};
+
+SlowStretch slow_stretch(const PlacedScans& keys, std::size_t end) {
+  SlowStretch stretch;
+  stretch.after = leg_to(end + 1, keys);
+  double seconds = 0.0;
+  for (std::size_t key = end; key > 0; --key) {
+    stretch.before = leg_to(key, keys);
+    seconds += stretch.before.seconds;
+    if (!stretch.before.is_in_order()) {
+      break;
+    }
+    if (stretch.before.speed() > kSlower * stretch.after.speed()) {
+      return stretch;
+    }
+    if (seconds > kLongest) {
+      break;
+    }
+    stretch.legs.push_back(stretch.before);
+  }
+  stretch.legs.clear();
+  return stretch;
+}
+
+/// Widens the edge of motion of a leg along a direction of the map, unless scans tell how far it
+/// was.
+void widen(const Leg& leg, const Eigen::Vector2d& along_in_map, double variance,
+           const PlacedScans& keys, PoseGraph& graph) {
+  const auto edge = std::find_if(graph.edges.rbegin(), graph.edges.rend(), [&](const auto& one) {
+    return one.from + 1 == leg.to && one.to == leg.to && one.kind == EdgeKind::kMotion;
+  });
+  if (edge == graph.edges.rend()) {
+    return;
+  }
+  const Eigen::Vector2d along =
+      Eigen::Rotation2Dd(-keys[leg.to - 1].map_from_base.theta) * along_in_map;
+  const double seen = along.dot(edge->covariance.topLeftCorner<2, 2>() * along) -
+                      along.cwiseAbs2().dot(edge->drift.head<2>());
+  if (seen > kNotSeen * kNotSeen) {
+    edge->covariance.topLeftCorner<2, 2>() += variance * along * along.transpose();
+  }
+}
+
+}  // namespace
+
+void allow_for_hidden_way(const PlacedScans& keys, std::size_t key, PoseGraph& graph) {
+  if (key + 1 >= keys.size()) {
+    return;
+  }
+  const SlowStretch stretch = slow_stretch(keys, key);
+  if (stretch.legs.empty() || stretch.usual() < kDrives || !stretch.is_straight()) {
+    return;
+  }
+  double hidden = 0.0;
+  for (const Leg& leg : stretch.legs) {
+    hidden += stretch.hidden(leg);
+  }
+  if (hidden < kLeast) {
+    return;
+  }
+  for (const Leg& leg : stretch.legs) {  // all at once: what is hidden in one is in the others
+    const double variance = kShare * kShare * hidden * stretch.hidden(leg);
+    widen(leg, stretch.before.way.normalized(), variance, keys, graph);
+  }
+}
+
+}  // namespace matchbox_slam
