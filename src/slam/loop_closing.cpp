@@ -42,7 +42,9 @@ LoopCloser::LoopCloser(State state)
       way_(state.way),
       tries_(state.tries),
       pending_(state.pending) {
-  links_.take_new(graph_);
+  if (!empty()) {
+    links_.take_new(graph_);
+  }
 }
 
 std::size_t LoopCloser::closed() const {
