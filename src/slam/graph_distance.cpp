@@ -32,7 +32,9 @@ std::vector<double> lengths_within_reach(const PoseGraph& graph, const GraphLink
     }
   }
   for (const std::size_t one : reached) {
-    lengths[one] = lengths[one] > kLongTogether ? kInfinity : lengths[one];
+    if (lengths[one] > kLongTogether) {
+      lengths[one] = kInfinity;
+    }
   }
   return lengths;
 }
