@@ -40,18 +40,9 @@ fi
 say "Building the tests"
 build -DCATKIN_ENABLE_TESTING=ON tests
 say "Running the tests"
-# run_tests succeeds also when tests fail: the results tell. Nodes run one at a time, as a crowd of
-# them would wait for one another; and beside the other tests, as each mostly waits.
-nodes_log=$workspace/build/node_tests.log
-catkin_make --directory "$workspace" -j1 run_tests_matchbox_slam_rostest </dev/null &>"$nodes_log" &
-nodes=$!
-trap 'kill "$nodes" 2>/dev/null || true' EXIT
+# run_tests succeeds also when tests fail: the results tell. Python tests and nodes run one at a time:
+# a crowd of them would wait for one another.
 catkin_make --directory "$workspace" -j"$(job_count)" run_tests_matchbox_slam_gtest </dev/null
-catkin_make --directory "$workspace" -j1 run_tests_matchbox_slam_python </dev/null
-ran=0
-wait "$nodes" || ran=$?
-trap - EXIT
-cat "$nodes_log"
-((ran == 0))
-catkin_make --directory "$workspace" -j1 run_tests_example_matcher </dev/null
+catkin_make --directory "$workspace" -j1 run_tests_matchbox_slam_python \
+  run_tests_matchbox_slam_rostest run_tests_example_matcher </dev/null
 /usr/bin/python3 "$clone/scripts/count_tests.py" "$results"
