@@ -121,11 +121,6 @@ bool is_convincing_here(MatchResult match, const MatchResult& first, const Match
   return is_convincing(match, options);
 }
 
-/// Whether a second look found the robot where the prediction does not have it.
-bool is_jump(const MatchResult& found, const MatchProblem& problem) {
-  return !is_near(found.map_from_base, problem.predicted_map_from_base, 0.2, 0.1);
-}
-
 /// In the window of a wide prior. Where corridors cross they are alike after a quarter of a turn,
 /// and on the search's lattice, whose poses are up to half a step off, a wrong one may score more
 /// than the true one: what a narrower window holds is taken unless something farther is clearly
@@ -169,11 +164,10 @@ MatchResult look_again(const MatchResult& first, const MatchProblem& problem,
 /// fits little is new, and where corridors cross they are alike after a quarter of a turn.
 bool is_far_fetched(const MatchResult& first, const MatchResult& second,
                     const MatchProblem& problem) {
-  // Guesses, kFar well below a quarter of a turn; half or double changes no byte (CONSTANTS.md).
-  constexpr double kHardly = 0.01;  // share of a scan
-  constexpr double kFar = 0.5;      // [rad]
-  const Eigen::Vector3d off = difference(second.map_from_base, problem.predicted_map_from_base);
-  return first.contradiction <= kHardly && std::abs(off.z()) > kFar;
+  constexpr double kHardly =
+      0.01;  // share of a scan; half or double changes no byte (CONSTANTS.md)
+  return first.contradiction <= kHardly &&
+         is_turned_far(second.map_from_base, problem.predicted_map_from_base);
 }
 
 /// A first look that the second one does not better, clearly where the prediction does not speak
@@ -239,6 +233,15 @@ const char* to_string(Certainty certainty) {
       return "doubtful";
   }
   return "unknown";
+}
+
+bool is_jump(const Pose2& found, const Pose2& predicted) {
+  return !is_near(found, predicted, 0.2, 0.1);
+}
+
+bool is_turned_far(const Pose2& found, const Pose2& predicted) {
+  constexpr double kFar = 0.5;  // [rad], a guess; half or double changes no byte (CONSTANTS.md)
+  return std::abs(difference(found, predicted).z()) > kFar;
 }
 
 MatchResult with_contradiction(MatchResult result, const MatchProblem& problem,
@@ -308,7 +311,7 @@ WeighedMatch match_and_weigh(const ScanMatcher& matcher, const MatchProblem& pro
   }
   if (is_convincing_here(second.match, first.match, problem, options)) {
     second.fit = fit_of(second.match, second.match.score);
-    second.jumped = is_jump(second.match, problem);
+    second.jumped = is_jump(second.match.map_from_base, problem.predicted_map_from_base);
     return second;
   }
   if (is_new_ground(first.match, problem, occupancy, options)) {

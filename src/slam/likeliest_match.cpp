@@ -1,7 +1,6 @@
 #include "slam/likeliest_match.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 #include "matchbox_slam/slam/near_map.hpp"
@@ -93,11 +92,9 @@ WeighedMatch match(const ScanMatcher& matcher, const ScanToMatch& to_match,
 
 /// Whether a second look turned the robot far from where odometry has it: where corridors cross
 /// they are alike after a quarter of a turn.
-bool is_turned_far(const WeighedMatch& by_odometry, const MotionPrediction& predicted) {
-  constexpr double kFar = 0.5;  // [rad], well below a quarter of a turn
-  const Eigen::Vector3d off =
-      difference(by_odometry.match.map_from_base, predicted.fixed_from_base);
-  return by_odometry.jumped && std::abs(off.z()) > kFar;
+bool is_far_turn(const WeighedMatch& by_odometry, const MotionPrediction& predicted) {
+  return by_odometry.jumped &&
+         is_turned_far(by_odometry.match.map_from_base, predicted.fixed_from_base);
 }
 
 /// Whether the robot may have gone on as it did and not as odometry says. Where scans are rare, one
@@ -106,17 +103,12 @@ bool is_turned_far(const WeighedMatch& by_odometry, const MotionPrediction& pred
 /// and the graph knows that the way there is hardly known.)
 bool is_to_be_asked(const SteadyPrediction& steady, const WeighedMatch& by_odometry,
                     const MotionPrediction& predicted) {
-  // As a second look's jump: less is within its window.
-  constexpr double kFar = 0.2;     // [m]
-  constexpr double kTurned = 0.1;  // [rad]
   if (steady.is_odometry_improbable) {
     return true;
   }
-  const Eigen::Vector3d off =
-      difference(steady.predicted.fixed_from_base, predicted.fixed_from_base);
-  const bool is_other = off.head<2>().norm() > kFar || std::abs(off.z()) > kTurned;
-  return is_other &&
-         (by_odometry.certainty == Certainty::kDoubtful || is_turned_far(by_odometry, predicted));
+  // What is less than a jump apart is within the window of the other one.
+  return is_jump(steady.predicted.fixed_from_base, predicted.fixed_from_base) &&
+         (by_odometry.certainty == Certainty::kDoubtful || is_far_turn(by_odometry, predicted));
 }
 
 /// Whether a match with the prediction of a steady motion is to be believed and not that with the
@@ -126,7 +118,7 @@ bool is_likelier(const WeighedMatch& steady, const WeighedMatch& by_odometry,
   // As a second look has to. Half or double changes no byte of six drives with faults and two logs
   // (benchmark/reports/2026-11-23/CONSTANTS.md).
   constexpr double kClearly = 0.1;
-  const bool is_turned = is_turned_far(by_odometry, predicted) && !steady.jumped;
+  const bool is_turned = is_far_turn(by_odometry, predicted) && !steady.jumped;
   const double better = is_turned ? -kClearly : kClearly;
   return is_convincing(steady.match, options) &&
          (!by_odometry.match.accepted() ||

@@ -91,11 +91,12 @@ void expect_unharmed(const Drive& drive) {
   EXPECT_EQ(drive.last.state, TrackingState::kTracking);
 }
 
-TEST(Recovery, AHealthyDriveIsNeverInDoubt) {
-  const Drive healthy = drive("", kOlson);
-  expect_unharmed(healthy);
-  EXPECT_EQ(healthy.states.at(TrackingState::kTracking), healthy.scans);
+void expect_never_in_doubt(const Drive& drive) {
+  expect_unharmed(drive);
+  EXPECT_EQ(drive.states.at(TrackingState::kTracking), drive.scans);
 }
+
+TEST(Recovery, AHealthyDriveIsNeverInDoubt) { expect_never_in_doubt(drive("", kOlson)); }
 
 TEST(Recovery, OdometryThatJumpsAMetreDoesNoHarm) {
   expect_unharmed(drive("jump:60::1", kOlson));
@@ -118,9 +119,7 @@ TEST(Recovery, OdometryThatCatchesUpDoesNoHarm) {
   options.laser.range_noise = 0.002;
   options.time.duration = 90.0;
   options.faults = {parse_fault("freeze:74.5:4.81")};
-  const Drive caught_up = drive(simulate_in("rooms", options, 1055), kOlson);
-  expect_unharmed(caught_up);
-  EXPECT_EQ(caught_up.states.at(TrackingState::kTracking), caught_up.scans);
+  expect_never_in_doubt(drive(simulate_in("rooms", options, 1055), kOlson));
 }
 
 /// Where scans are rare, a robot may turn by a radian in a step.
@@ -129,9 +128,7 @@ TEST(Recovery, OdometryThatTurnsByARadianDoesNoHarmWhereScansAreRare) {
   options.laser.scan_rate = 5.0;
   options.laser.beams = 520;
   options.faults = {parse_fault("turn_jump:75::1")};
-  const Drive turned = drive(simulate_in("rooms", options, 3), kOlson);
-  expect_unharmed(turned);
-  EXPECT_EQ(turned.states.at(TrackingState::kTracking), turned.scans);
+  expect_never_in_doubt(drive(simulate_in("rooms", options, 3), kOlson));
 }
 
 /// Whose ends are out of sight: what the robot has just drawn of it lies as wrong as the robot.

@@ -99,6 +99,13 @@ struct Expectation {
                                                               const Expectation& expected,
                                                               const DoubtOptions& options);
 
+/// Whether a pose is so far from where the prediction has the robot that it would have jumped.
+[[nodiscard]] bool is_jump(const Pose2& found, const Pose2& predicted);
+
+/// Whether a pose is turned so far from the prediction, well below a quarter of a turn, that
+/// another arm of a crossing of corridors may have been taken for the right one.
+[[nodiscard]] bool is_turned_far(const Pose2& found, const Pose2& predicted);
+
 /// The match with what the map says against it. Beams that end on a wall's back count twice: they
 /// went through that wall, and what they fit is not what they saw.
 [[nodiscard]] MatchResult with_contradiction(MatchResult match, const MatchProblem& problem,
