@@ -40,9 +40,21 @@ fi
 say "Building the tests"
 build -DCATKIN_ENABLE_TESTING=ON tests
 say "Running the tests"
-# run_tests succeeds also when tests fail: the results tell. Python tests and nodes run one at a time:
-# a crowd of them would wait for one another.
-catkin_make --directory "$workspace" -j"$(job_count)" run_tests_matchbox_slam_gtest </dev/null
-catkin_make --directory "$workspace" -j1 run_tests_matchbox_slam_python \
-  run_tests_matchbox_slam_rostest run_tests_example_matcher </dev/null
+# run_tests JOBS OF: by make, as catkin_make may configure anew, and two at once trip over each other. It
+# succeeds also when tests fail: the results tell.
+run_tests() { make -C "$workspace/build" -j"$1" "run_tests_$2" </dev/null; }
+# Nodes run one at a time, as a crowd of them would wait for one another; and beside the other tests, as
+# each mostly waits.
+nodes_log=$workspace/build/node_tests.log
+run_tests 1 matchbox_slam_rostest &>"$nodes_log" &
+nodes=$!
+trap 'kill "$nodes" 2>/dev/null || true' EXIT
+run_tests "$(job_count)" matchbox_slam_gtest
+run_tests 1 matchbox_slam_python
+ran=0
+wait "$nodes" || ran=$?
+trap - EXIT
+cat "$nodes_log"
+((ran == 0)) || fail "the tests of nodes could not be run: make returned $ran"
+run_tests 1 example_matcher
 /usr/bin/python3 "$clone/scripts/count_tests.py" "$results"
