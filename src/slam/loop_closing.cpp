@@ -165,31 +165,39 @@ void LoopCloser::begin(const KeyScans& keys, const NearRequest& near, const Loop
   }
   const bool is_search_due =
       way_ >= options.search_way && !loop_candidates(keys.all(), ways(), options).empty();
-  if (!is_search_due && !near.is_due) {
+  if (!is_search_due && !near.scans) {
     return;
   }
   if (is_search_due) {
     way_ = 0.0;
   }
-  pending_ = Pending{keys.size() - 1, graph_.edges.size(), is_search_due, near.is_due};
-  begin_again(keys, near, options);
+  pending_ = Pending{keys.size() - 1, graph_.edges.size(), is_search_due, near.scans.has_value()};
+  LoopTask task{std::nullopt, near};
+  if (is_search_due) {
+    task.search = LoopSearch{keys.all(), graph_, options};
+  }
+  work_ = begin_work(std::move(task));
 }
 
-void LoopCloser::begin_again(const KeyScans& keys, NearRequest near, const LoopOptions& options) {
+void LoopCloser::begin_again(const KeyScans& keys, const NearRequest& near,
+                             const LoopOptions& options) {
   if (!pending_ || work_ != nullptr) {
     return;
   }
   const auto nodes = static_cast<std::ptrdiff_t>(pending_->newest + 1);
   const auto edges = static_cast<std::ptrdiff_t>(pending_->edges);
-  near.is_due = pending_->is_near_due;
-  LoopTask task{{keys.all().begin(), keys.all().begin() + nodes},
-                {{graph_.poses.begin(), graph_.poses.begin() + nodes},
-                 {graph_.edges.begin(), graph_.edges.begin() + edges}},
-                pending_->is_search_due,
-                near,
-                options};
-  auto work = [task = std::move(task)] { return do_loop_task(task); };
-  work_ = std::make_shared<LoopWork>(LoopWork{std::async(std::launch::async, std::move(work))});
+  LoopSearch then{{keys.all().begin(), keys.all().begin() + nodes},
+                  {{graph_.poses.begin(), graph_.poses.begin() + nodes},
+                   {graph_.edges.begin(), graph_.edges.begin() + edges}},
+                  options};
+  LoopTask task{std::nullopt, near};
+  if (pending_->is_near_due) {
+    task.near.scans = near_scans_of(then, then.graph);
+  }
+  if (pending_->is_search_due) {
+    task.search = std::move(then);
+  }
+  work_ = begin_work(std::move(task));
 }
 
 bool LoopCloser::is_due(const KeyScans& keys) const {
@@ -201,34 +209,38 @@ bool LoopCloser::is_due(const KeyScans& keys) const {
 }
 
 LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
-  const Pending pending = *pending_;
-  const std::shared_ptr<const LoopWork> work = std::move(work_);
-  pending_.reset();
-  const LoopTaskDone& done = work->done.get();
+  const Pending pending = *std::exchange(pending_, std::nullopt);
+  LoopTaskDone done = result_of(std::move(work_));
   if (pending.is_abandoned) {
     allow_for_hidden_ways(keys.all(), pending.newest);
     return {};
   }
-  // What has come since moves with the key scan that it came after.
-  const Pose2 new_from_old =
-      done.has_moved ? done.graph.poses.back() * graph_.poses[pending.newest].inverse() : Pose2{};
-  PoseGraph graph = done.graph;
-  for (std::size_t i = pending.newest + 1; i < graph_.poses.size(); ++i) {
-    graph.poses.push_back(new_from_old * graph_.poses[i]);
-  }
-  graph.edges.insert(graph.edges.end(),
-                     graph_.edges.begin() + static_cast<std::ptrdiff_t>(pending.edges),
-                     graph_.edges.end());
-  graph_ = std::move(graph);
-  allow_for_hidden_ways(keys.all(), pending.newest);
-  loops_.insert(loops_.end(), done.loops.begin(), done.loops.end());
+  Result result{std::nullopt, std::move(done.near)};
   tries_ += done.tries;
-  links_ = GraphLinks(graph_);
-  Result result{std::nullopt, done.near};
-  if (done.has_moved) {
+  const bool has_moved = done.has_moved;
+  if (!done.loops.empty()) {
+    take_loops(std::move(done), pending);
+  }
+  allow_for_hidden_ways(keys.all(), pending.newest);
+  if (has_moved) {
     result.correction = correction_of(keys.all(), graph_.poses);
   }
   return result;
+}
+
+/// What has come since moves with the key scan that it came after.
+void LoopCloser::take_loops(LoopTaskDone done, const Pending& pending) {
+  const Pose2 new_from_old =
+      done.has_moved ? done.graph.poses.back() * graph_.poses[pending.newest].inverse() : Pose2{};
+  for (std::size_t i = pending.newest + 1; i < graph_.poses.size(); ++i) {
+    done.graph.poses.push_back(new_from_old * graph_.poses[i]);
+  }
+  done.graph.edges.insert(done.graph.edges.end(),
+                          graph_.edges.begin() + static_cast<std::ptrdiff_t>(pending.edges),
+                          graph_.edges.end());
+  graph_ = std::move(done.graph);
+  links_ = GraphLinks(graph_);
+  loops_.insert(loops_.end(), done.loops.begin(), done.loops.end());
 }
 
 /// That end at this key scan or later: while work was under way, which has a copy of the graph, the

@@ -21,14 +21,15 @@ double most_moved(const PlacedScans& keys, const std::vector<Pose2>& poses) {
 }
 
 /// Searches the candidates until one loop is believed.
-void close_a_loop(const LoopTask& task, LoopTaskDone& done) {
-  const std::size_t newest = task.keys.size() - 1;
-  const GraphLinks links(task.graph);
-  const GraphWays ways(task.graph, links, newest);
-  for (const std::size_t candidate : loop_candidates(task.keys, ways, task.options)) {
+/// @param least_moved  [m]
+void close_a_loop(const LoopSearch& search, double least_moved, LoopTaskDone& done) {
+  const std::size_t newest = search.keys.size() - 1;
+  const GraphLinks links(search.graph);
+  const GraphWays ways(search.graph, links, newest);
+  for (const std::size_t candidate : loop_candidates(search.keys, ways, search.options)) {
     ++done.tries;
     const double sigma = std::sqrt(ways.variances({candidate}).front());
-    const std::optional<FoundLoop> found = find_loop(task.keys, candidate, sigma, task.options);
+    const std::optional<FoundLoop> found = find_loop(search.keys, candidate, sigma, search.options);
     if (!found) {
       continue;
     }
@@ -38,8 +39,8 @@ void close_a_loop(const LoopTask& task, LoopTaskDone& done) {
     ClosedLoop loop{*found, newest, best.graph.edges.back().belief == Belief::kBelieved,
                     best.chi_square.back(), 0.0};
     if (loop.believed) {
-      loop.moved = most_moved(task.keys, best.graph.poses);
-      done.has_moved = loop.moved > kLeastMoved * task.near.map.resolution;
+      loop.moved = most_moved(search.keys, best.graph.poses);
+      done.has_moved = loop.moved > least_moved;
       done.graph.edges = std::move(best.graph.edges);
       if (done.has_moved) {
         done.graph.poses = std::move(best.graph.poses);
@@ -52,29 +53,45 @@ void close_a_loop(const LoopTask& task, LoopTaskDone& done) {
   }
 }
 
-NearMap rendered_near(const LoopTask& task, const PoseGraph& graph) {
-  PlacedScans keys = task.keys;
+}  // namespace
+
+NearScans near_scans_of(const LoopSearch& search, const PoseGraph& graph) {
+  PlacedScans keys = search.keys;
   for (std::size_t i = 0; i < keys.size(); ++i) {
     keys[i].map_from_base = graph.poses[i];
   }
   const GraphLinks links(graph);
   const GraphWays ways(graph, links, keys.size() - 1);
-  const auto are_apart = [&](const auto& some) { return ways.apart(some, task.options.apart); };
-  return {near_scans(keys, are_apart), keys, task.near.map, task.near.field};
+  return near_scans(keys, [&](const auto& some) { return ways.apart(some, search.options.apart); });
 }
-
-}  // namespace
 
 LoopTaskDone do_loop_task(const LoopTask& task) {
   LoopTaskDone done;
-  done.graph = task.graph;
-  if (task.is_search_due) {
-    close_a_loop(task, done);
+  if (task.search) {
+    done.graph = task.search->graph;
+    close_a_loop(*task.search, kLeastMoved * task.near.map.resolution, done);
   }
-  if (done.has_moved || task.near.is_due) {
-    done.near = rendered_near(task, done.graph);
+  if (done.has_moved || task.near.scans) {
+    const NearScans scans =
+        done.loops.empty() ? *task.near.scans : near_scans_of(*task.search, done.graph);
+    done.near = NearMap(scans, task.near.map, task.near.field);
   }
   return done;
+}
+
+std::shared_ptr<LoopWork> begin_work(LoopTask task) {
+  auto work = [task = std::move(task)] {
+    return std::make_shared<LoopTaskDone>(do_loop_task(task));
+  };
+  return std::make_shared<LoopWork>(LoopWork{std::async(std::launch::async, std::move(work))});
+}
+
+LoopTaskDone result_of(std::shared_ptr<LoopWork> work) {
+  const std::shared_ptr<LoopTaskDone> done = work->done.get();
+  if (work.use_count() > 1) {
+    return *done;
+  }
+  return std::move(*done);
 }
 
 }  // namespace matchbox_slam

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <future>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -11,28 +12,39 @@
 
 namespace matchbox_slam {
 
-/// What is to be done for a map as it was when one of its key scans was the newest.
-struct LoopTask {
+/// A loop to be searched for in a map as it was when one of its key scans was the newest.
+struct LoopSearch {
   PlacedScans keys;
   PoseGraph graph;
-  bool is_search_due = false;
-  NearRequest near;
   LoopOptions options;
 };
 
+struct LoopTask {
+  std::optional<LoopSearch> search;
+  NearRequest near;
+};
+
 struct LoopTaskDone {
-  PoseGraph graph;                ///< with the loops that were found
+  PoseGraph graph;                ///< with the loops that were found, if any
   bool has_moved = false;         ///< the poses are where they put them
   std::vector<ClosedLoop> loops;  ///< that were found; only the last one may be believed
   std::size_t tries = 0;
   std::optional<NearMap> near;  ///< when it was asked for, or the key scans have moved
 };
 
+/// Of the search's key scans where a graph has them, in which it is known how they lie.
+[[nodiscard]] NearScans near_scans_of(const LoopSearch& search, const PoseGraph& graph);
+
 [[nodiscard]] LoopTaskDone do_loop_task(const LoopTask& task);
 
 /// A task under way, in a thread of its own.
 struct LoopWork {
-  std::shared_future<LoopTaskDone> done;
+  std::shared_future<std::shared_ptr<LoopTaskDone>> done;
 };
+
+[[nodiscard]] std::shared_ptr<LoopWork> begin_work(LoopTask task);
+
+/// Waits for it. What came of it is copied only where others still want it.
+[[nodiscard]] LoopTaskDone result_of(std::shared_ptr<LoopWork> work);
 
 }  // namespace matchbox_slam

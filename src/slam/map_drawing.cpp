@@ -47,7 +47,6 @@ void MapDrawing::add(const PlacedScan& key, const PointScan& points, MapPart& pa
     insert_scan(points, key.map_from_base, options.map, part.map);
     ++drawn_;
   }
-  catch_up(part, options);
 }
 
 void MapDrawing::match_whole(MapPart& part, const EngineOptions& options) {

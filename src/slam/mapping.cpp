@@ -15,7 +15,7 @@ MapPart empty_part(const EngineOptions& options, double begin) {
 }
 
 NearRequest near_request(const EngineOptions& options) {
-  return {false, options.map, options.field};
+  return {std::nullopt, options.map, options.field};
 }
 
 /// map_from_base of a scan that has waited: about where it is said to be; where the map holds it,
@@ -117,6 +117,7 @@ std::size_t Mapping::insert_pending(const EngineOptions& options) {
     const bool is_inserted =
         add(*points, {waiting.scan, *map_from_base}, covariance_of(kXy, kTheta), false, options);
     left_out += is_inserted ? 0 : 1;
+    drawing_.catch_up(parts_.map(), options);
     break_off();
     parts_.here().last_inserted = last_inserted;
   }
@@ -133,15 +134,19 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
   }
   NearRequest near = near_request(options);
   const auto are_apart = [&](const auto& some) { return loops_.apart(some, options.loops); };
-  const bool is_any_apart = near_scans(key_scans.all(), are_apart).is_any_apart;
-  if (is_any_apart || drawing_.is_moved()) {
-    near.is_due = drawing_.near().is_due(key_scans.all());
+  NearScans scans = near_scans(key_scans.all(), are_apart);
+  if (scans.is_any_apart || drawing_.is_moved()) {
+    if (drawing_.near().is_due(key_scans.all())) {
+      near.scans = std::move(scans);
+    }
   } else if (drawing_.near().map() != nullptr) {
     match_whole_map(options);
   }
   if (!has_pending(options)) {
     loops_.begin(key_scans, near, options.loops);
   }
+  // Not before: a map that was made meanwhile would be drawn in twice.
+  drawing_.catch_up(parts_.map(), options);
   return correction;
 }
 

@@ -66,6 +66,8 @@ NearScans near_scans(const PlacedScans& keys, const AreApart& are_apart) {
   const std::vector<std::size_t> soon = keys_within(keys, here, kReach + kSoon);
   const std::vector<bool> is_apart = are_apart(soon);
   NearScans near;
+  near.center = here;
+  near.newest = keys.size() - 1;
   near.is_any_apart = std::find(is_apart.begin(), is_apart.end(), true) != is_apart.end();
   for (std::size_t i = 0; i < soon.size(); ++i) {
     const PlacedScan& key = keys[soon[i]];
@@ -88,8 +90,11 @@ void NearMap::take_new(const PlacedScans& keys, const MapOptions& map_options) {
   for (; taken_ < keys.size(); ++taken_) {
     const PlacedScan& key = keys[taken_];
     if (map_ && distance(key, center_) < kReach) {
-      insert_scan(*key.scan->points(), key.map_from_base, map_options, *map_);
+      insert_unrendered(*key.scan->points(), key.map_from_base, map_options, *map_);
     }
+  }
+  if (map_) {
+    map_->field.render();
   }
 }
 

@@ -14,6 +14,7 @@
 #include "simulation/make_world.hpp"
 #include "simulation/robot.hpp"
 #include "simulation/simulation_support.hpp"
+#include "slam/map_equality.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -276,7 +277,7 @@ class HiddenBesideTest : public testing::Test {
     std::for_each(sights_.begin(), slow + 1,
                   [&](const auto& sight) { drive_.take(sight, kOptions); });
     edge_ = drive_.closer().graph().edges.size() - 1;
-    drive_.closer().begin(drive_.keys(), kNear, kOptions);
+    drive_.closer().begin(drive_.keys(), near(), kOptions);
     drive_.take(slow[1], kOptions);
   }
 
@@ -285,7 +286,13 @@ class HiddenBesideTest : public testing::Test {
     return closer.graph().edges[edge_].covariance.topLeftCorner<2, 2>().trace();
   }
 
-  const NearRequest kNear{true, {}, {}};
+  [[nodiscard]] NearRequest near() const {
+    const auto are_apart = [this](const auto& some) {
+      return drive_.closer().apart(some, kOptions);
+    };
+    return {near_scans(drive_.keys().all(), are_apart), {}, {}};
+  }
+
   const World world_ = make_loop_world(1);
   const std::vector<Sight> sights_ = lap_with_hidden_way(world_, 0.05);
   Drive drive_{world_};
@@ -306,13 +313,24 @@ TEST_F(HiddenBesideTest, WorkThatIsAbandonedLeavesNothingOut) {
 
 TEST_F(HiddenBesideTest, AMapThatIsGoneOnWithIsTheSame) {
   LoopCloser again(drive_.closer().state());
-  again.begin_again(drive_.keys(), kNear, kOptions);
-  static_cast<void>(again.finish(drive_.keys()));
-  static_cast<void>(drive_.closer().finish(drive_.keys()));
+  again.begin_again(drive_.keys(), {}, kOptions);
+  const LoopCloser::Result gone_on = again.finish(drive_.keys());
+  const LoopCloser::Result never_stopped = drive_.closer().finish(drive_.keys());
+  ASSERT_TRUE(gone_on.near && never_stopped.near);
+  EXPECT_TRUE(same_map(*gone_on.near->map(), *never_stopped.near->map()));
   ASSERT_EQ(again.graph().edges.size(), drive_.closer().graph().edges.size());
   for (std::size_t i = 0; i < again.graph().edges.size(); ++i) {
     EXPECT_EQ(again.graph().edges[i].covariance, drive_.closer().graph().edges[i].covariance) << i;
   }
+}
+
+TEST_F(HiddenBesideTest, CopiesShareWhatIsUnderWay) {
+  LoopCloser copy = drive_.closer();
+  const LoopCloser::Result first = copy.finish(drive_.keys());
+  const LoopCloser::Result second = drive_.closer().finish(drive_.keys());
+  ASSERT_TRUE(first.near && second.near);
+  EXPECT_FALSE(first.near->map()->field.empty());
+  EXPECT_TRUE(same_map(*first.near->map(), *second.near->map()));
 }
 
 TEST(LoopClosing, CorrectionsAreStepsInOrderOfTime) {
@@ -426,7 +444,7 @@ TEST_F(BesideTheMappingTest, WhatIsAbandonedChangesNothing) {
   EXPECT_FALSE(drive_.closer().finish(drive_.keys()).correction);
   EXPECT_EQ(drive_.closer().closed(), 0U);
   EXPECT_EQ(drive_.closer().graph().poses.back(), before.back());
-  drive_.closer().begin(drive_.keys(), {true, {}, {}}, kOptions);
+  drive_.closer().begin(drive_.keys(), {NearScans{}, {}, {}}, kOptions);
   EXPECT_TRUE(drive_.closer().is_pending()) << "the next may begin";
 }
 

@@ -13,6 +13,7 @@ MapPart empty_part() { return {SlamMap(kOptions.map, kOptions.field), {}, {}}; }
 
 void add(const PlacedScan& key, MapPart& part, MapDrawing& drawing) {
   drawing.add(key, *key.scan->points(), part, kOptions);
+  drawing.catch_up(part, kOptions);
 }
 
 SlamMap rendered_all(const MapPart& part) {
@@ -53,7 +54,7 @@ TEST_F(MapDrawingTest, DrawsTheWholeWhenAskedWhileWhatLiesNearIsMatchedAgainst) 
     }
     return is_apart;
   };
-  drawing_.match_near({near_scans(all, are_apart), all, kOptions.map, kOptions.field});
+  drawing_.match_near({near_scans(all, are_apart), kOptions.map, kOptions.field});
   const SlamMap before = part_.map;
   add(keys_[4], part_, drawing_);
   EXPECT_TRUE(same_map(part_.map, before));

@@ -48,6 +48,8 @@ TEST(NearScans, AreThoseThatBelong) {
   const PlacedScans keys = drive_through_rooms(6);
   const NearScans all = near_scans(keys, of(std::vector<bool>(6, false)));
   EXPECT_FALSE(all.is_any_apart);
+  EXPECT_EQ(all.newest, 5U);
+  EXPECT_EQ(all.center, keys.back().map_from_base.translation());
   EXPECT_EQ(stamps(all.belonging), stamps(keys));
   const NearScans some = near_scans(keys, of({true, false, true, false, false, false}));
   EXPECT_TRUE(some.is_any_apart);
@@ -95,7 +97,7 @@ TEST(NearScans, AreTheNewestOfManyThatAreEquallyNear) {
 TEST(NearMap, TakesInWhatCameSince) {
   PlacedScans keys = drive_through_rooms(6);
   const PlacedScans first(keys.begin(), keys.begin() + 3);
-  NearMap near(near_scans(first, of({true, false, false})), first, kMap, kField);
+  NearMap near(near_scans(first, of({true, false, false})), kMap, kField);
   keys[4].map_from_base.x += 40.0;  // mapped elsewhere
   near.take_new(keys, kMap);
   ASSERT_NE(near.map(), nullptr);
@@ -109,7 +111,7 @@ TEST(NearMap, TakesInWhatCameSince) {
 TEST(NearMap, IsDueWhenThereIsNoneOrTheRobotHasMoved) {
   PlacedScans keys = drive_through_rooms(2);
   EXPECT_TRUE(NearMap().is_due(keys));
-  const NearMap near(near_scans(keys, of({false, false})), keys, kMap, kField);
+  const NearMap near(near_scans(keys, of({false, false})), kMap, kField);
   EXPECT_FALSE(near.is_due(keys));
   keys.back().map_from_base.y += 4.9;
   EXPECT_FALSE(near.is_due(keys));

@@ -82,7 +82,7 @@ struct MapCorrection {
 
 /// A map of what lies near, to be made beside the mapping.
 struct NearRequest {
-  bool is_due = false;  ///< else only when a loop moves the key scans
+  std::optional<NearScans> scans;  ///< none: only when a loop moves the key scans
   MapOptions map;
   LikelihoodFieldOptions field;
 };
@@ -91,6 +91,7 @@ struct NearRequest {
 /// matched lies better than that, and the map and the robot in it stay together.
 constexpr double kLeastMoved = 0.1;
 
+struct LoopTaskDone;
 struct LoopWork;
 
 /// Keeps the graph of the key scans of a map, and closes loops in it: a value, to be copied and
@@ -142,7 +143,7 @@ class LoopCloser {
   void begin(const KeyScans& keys, const NearRequest& near, const LoopOptions& options);
 
   /// Begins work again that was under way when the state was taken.
-  void begin_again(const KeyScans& keys, NearRequest near, const LoopOptions& options);
+  void begin_again(const KeyScans& keys, const NearRequest& near, const LoopOptions& options);
 
   /// Whether something was begun that has not taken effect.
   [[nodiscard]] bool is_pending() const { return pending_.has_value(); }
@@ -175,6 +176,7 @@ class LoopCloser {
   bool join_to_earlier(const KeyScans& keys, bool is_continued, const LoopOptions& options);
   void join_rigidly(const PlacedScans& keys);
   void allow_for_hidden_ways(const PlacedScans& keys, std::size_t since);
+  void take_loops(LoopTaskDone done, const Pending& pending);
 
   PoseGraph graph_;
   GraphLinks links_;  ///< of the graph
@@ -182,7 +184,7 @@ class LoopCloser {
   double way_ = 0.0;  ///< [m] since the last search
   std::size_t tries_ = 0;
   std::optional<Pending> pending_;
-  std::shared_ptr<const LoopWork> work_;  ///< of what is pending; copies share it
+  std::shared_ptr<LoopWork> work_;  ///< of what is pending; copies share it
 };
 
 }  // namespace matchbox_slam

@@ -40,7 +40,7 @@ class MapDrawing {
   /// moved since.
   void take_rendered(SlamMap map, const PlacedScans& keys, MapPart& part);
 
-  /// Adds a key scan, and draws it where it is matched against.
+  /// Adds a key scan, and draws it where the whole map is matched against; else `catch_up` does.
   /// @param points  of it.
   void add(const PlacedScan& key, const PointScan& points, MapPart& part,
            const EngineOptions& options);
@@ -56,7 +56,7 @@ class MapDrawing {
   /// The key scans move: what was drawn is outdated.
   void expect_move() { is_moved_ = is_outdated_ = true; }
 
-  /// Draws the key scans that have come while what lies near was made.
+  /// Draws the key scans that what lies near has not taken in.
   void catch_up(const MapPart& part, const EngineOptions& options) {
     near_.take_new(part.key_scans.all(), options.map);
   }

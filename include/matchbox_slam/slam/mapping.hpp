@@ -51,8 +51,8 @@ class Mapping {
 
   // --- scans ---
 
-  /// Makes a scan a key scan of the part that the robot is in. False when the map has no room for
-  /// it.
+  /// Makes a scan a key scan of the part that the robot is in. Scans are matched against it after
+  /// `close_loops`. False when the map has no room for it.
   /// @param points      of it.
   /// @param covariance  of its pose, in the map frame.
   bool insert(const PointScan& points, const PlacedScan& placed, const Eigen::Matrix3d& covariance,

@@ -22,6 +22,8 @@ namespace matchbox_slam {
 
 /// Key scans around the newest one.
 struct NearScans {
+  Eigen::Vector2d center = Eigen::Vector2d::Zero();  ///< where the newest was taken
+  std::size_t newest = 0;                            ///< its number
   PlacedScans belonging;      ///< with the newest, the nearest ones: many of one place say the same
   bool is_any_apart = false;  ///< of those that are near, or will be soon
 };
@@ -43,10 +45,10 @@ class NearMap {
       : map_(std::move(map)), center_(center), taken_(taken) {}
 
   /// @param near  of these.
-  NearMap(const NearScans& near, const PlacedScans& keys, const MapOptions& map_options,
+  NearMap(const NearScans& near, const MapOptions& map_options,
           const LikelihoodFieldOptions& field_options)
-      : NearMap(rendered(near.belonging, map_options, field_options),
-                keys.back().map_from_base.translation(), keys.size()) {}
+      : NearMap(rendered(near.belonging, map_options, field_options), near.center,
+                near.newest + 1) {}
 
   /// Nothing, where the whole map is to be matched against.
   [[nodiscard]] const SlamMap* map() const { return map_ ? &*map_ : nullptr; }
