@@ -98,6 +98,10 @@ class FileAside {
       }
       written += count > 0 ? static_cast<std::size_t>(count) : 0;
     }
+  }
+
+  /// To be called once, after everything.
+  void flush() {
     if (::fsync(descriptor_) != 0 && errno != EINVAL) {  // EINVAL: a file system without fsync
       throw_system_error(errno);
     }
@@ -170,22 +174,44 @@ std::string read_file(const std::string& path) {
   return bytes;
 }
 
-void replace_files(const std::vector<FileContents>& files) {
-  std::vector<std::unique_ptr<FileAside>> written;
-  for (const FileContents& file : files) {
-    explain_failure(file.path, [&] {
-      require_replaceable(file.path);
-      remove_left_behind(file.path);
-      written.push_back(std::make_unique<FileAside>(file.path));
-      written.back()->write(file.bytes);
-    });
-  }
-  for (const auto& file : written) {
+struct FileReplacement::Written {
+  std::vector<std::unique_ptr<FileAside>> files;
+};
+
+FileReplacement::FileReplacement() : written_(std::make_unique<Written>()) {}
+FileReplacement::~FileReplacement() = default;
+
+void FileReplacement::add(const FileContents& file) {
+  add(file.path, [&file](const ByteSink& write) { write(file.bytes); });
+}
+
+void FileReplacement::add(const std::string& path,
+                          const std::function<void(const ByteSink&)>& write_all) {
+  explain_failure(path, [&] {
+    require_replaceable(path);
+    remove_left_behind(path);
+    FileAside& aside = *written_->files.emplace_back(std::make_unique<FileAside>(path));
+    write_all([&aside](const std::string& bytes) { aside.write(bytes); });
+    aside.flush();
+  });
+}
+
+void FileReplacement::finish() {
+  for (const auto& file : written_->files) {
     explain_failure(file->final_path(), [&] { file->take_final_name(); });
   }
-  for (const FileContents& file : files) {
-    flush_folder(folder_of(file.path));
+  for (const auto& file : written_->files) {
+    flush_folder(folder_of(file->final_path()));
   }
+  written_->files.clear();
+}
+
+void replace_files(const std::vector<FileContents>& files) {
+  FileReplacement replacement;
+  for (const FileContents& file : files) {
+    replacement.add(file);
+  }
+  replacement.finish();
 }
 
 void replace_file(const std::string& path, const std::string& bytes) {
@@ -221,14 +247,14 @@ std::string set_aside(const std::vector<std::string>& files, const std::string& 
 void require_writable_file(const std::string& path) {
   explain_failure(path, [&] {
     require_replaceable(path);
-    FileAside(path).write("");
+    FileAside(path).flush();
   });
 }
 
 void require_writable_folder(const std::string& folder) {
   try {
     fs::create_directories(folder);
-    FileAside((fs::path(folder) / "write_test").string()).write("");
+    FileAside((fs::path(folder) / "write_test").string()).flush();
   } catch (const std::system_error& error) {
     throw FileError("cannot create the folder '" + folder +
                     "' and write to it: " + error.code().message());

@@ -5,8 +5,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "matchbox_slam/io/file.hpp"
-
 namespace matchbox_slam {
 namespace {
 
@@ -27,7 +25,7 @@ void give_input(const std::string& bytes, z_stream& stream) {
 
 }  // namespace
 
-Compressor::Compressor() {
+Compressor::Compressor(ByteSink sink) : sink_(std::move(sink)) {
   if (deflateInit2(&stream_, kLevel, Z_DEFLATED, kGzipWindow, kMemoryLevel, Z_DEFAULT_STRATEGY) !=
       Z_OK) {
     throw std::runtime_error("cannot compress: there is not enough memory");
@@ -48,19 +46,18 @@ void Compressor::deflate_all(const std::string& bytes, int flush) {
     stream_.next_out = reinterpret_cast<Bytef*>(buffer.data());
     stream_.avail_out = static_cast<uInt>(buffer.size());
     deflate(&stream_, flush);
-    result_.append(buffer.data(), buffer.size() - stream_.avail_out);
+    sink_({buffer.data(), buffer.size() - stream_.avail_out});
   } while (stream_.avail_out == 0);
 }
 
-std::string Compressor::finish() {
-  deflate_all("", Z_FINISH);
-  return std::move(result_);
-}
+void Compressor::finish() { deflate_all("", Z_FINISH); }
 
 std::string compress(const std::string& bytes) {
-  Compressor compressor;
+  std::string compressed;
+  Compressor compressor([&compressed](const std::string& piece) { compressed += piece; });
   compressor.add(bytes);
-  return compressor.finish();
+  compressor.finish();
+  return compressed;
 }
 
 std::string decompress(const std::string& compressed, const std::string& path) {

@@ -4,27 +4,30 @@
 
 #include <string>
 
+#include "matchbox_slam/io/file.hpp"
+
 namespace matchbox_slam {
 
 /// Turns bytes that come piece by piece into the gzip format, which carries their length and
 /// checksum. Throws std::runtime_error for more than 4 GB.
 class Compressor {
  public:
-  Compressor();
+  /// @param sink  gets what is compressed, piece by piece.
+  explicit Compressor(ByteSink sink);
   ~Compressor() { deflateEnd(&stream_); }
   Compressor(const Compressor&) = delete;
   Compressor& operator=(const Compressor&) = delete;
 
   void add(const std::string& bytes);
 
-  /// All of them; to be called once, at the end.
-  [[nodiscard]] std::string finish();
+  /// To be called once, at the end.
+  void finish();
 
  private:
   void deflate_all(const std::string& bytes, int flush);
 
   z_stream stream_{};
-  std::string result_;
+  ByteSink sink_;
 };
 
 /// The same of bytes in one piece.

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 #include "io/gzip.hpp"
 #include "matchbox_slam/common/options.hpp"
@@ -32,6 +33,9 @@ class MapWriter {
  public:
   static constexpr bool kReads = false;
   static constexpr int version() { return kSavedVersion; }
+
+  /// @param sink  gets what is written, compressed.
+  explicit MapWriter(ByteSink sink) : compressor_(std::move(sink)) {}
 
   template <typename Integer>
   void integer(Integer value) {
@@ -70,10 +74,10 @@ class MapWriter {
     integer(std::int32_t{cell.y});
   }
 
-  /// All that was written, compressed.
-  [[nodiscard]] std::string finish() {
+  /// To be called once, at the end.
+  void finish() {
     compressor_.add(bytes_);
-    return compressor_.finish();
+    compressor_.finish();
   }
 
  private:

@@ -110,8 +110,8 @@ void refuse_newer(const MapReader& reader, const std::string& bytes) {
 
 }  // namespace
 
-std::string to_saved_map(const MapStart& map) {
-  MapWriter writer;
+void write_saved_map(const MapStart& map, const ByteSink& sink) {
+  MapWriter writer(sink);
   writer.text(head_of(kSavedVersion));
   write_grids(map.map, writer);
   write_key_scans(map.key_scans, writer);
@@ -121,7 +121,13 @@ std::string to_saved_map(const MapStart& map) {
   write_whereabouts(map.whereabouts, writer);
   write_loops(map, writer);
   write_further_lasers(map.further_lasers, writer);
-  return writer.finish();
+  writer.finish();
+}
+
+std::string to_saved_map(const MapStart& map) {
+  std::string saved;
+  write_saved_map(map, [&saved](const std::string& piece) { saved += piece; });
+  return saved;
 }
 
 MapStart read_saved_map(const std::string& path, double max_cells) {

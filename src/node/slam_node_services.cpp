@@ -237,12 +237,15 @@ SlamNode::SavedMap SlamNode::save_map_files() {
   const Trajectory odometry(run_.odometry_path().poses());
   lock.unlock();
   const Picture picture = draw_map(map.map.occupancy, trajectory, odometry, map.loops.graph());
-  std::vector<FileContents> files = map_files(path, make_map_image(map.map.occupancy), format);
-  files.push_back({path + ".png", picture.to_png()});
-  files.push_back({path + ".slam", to_saved_map(map)});
   // Each time: map_file may change while the node runs, and its folder may be cleared.
   require_writable_folder(std::filesystem::path(path).parent_path().string());
-  replace_files(files);
+  FileReplacement files;
+  for (const FileContents& file : map_files(path, make_map_image(map.map.occupancy), format)) {
+    files.add(file);
+  }
+  files.add({path + ".png", picture.to_png()});
+  files.add(path + ".slam", [&map](const ByteSink& sink) { write_saved_map(map, sink); });
+  files.finish();
   saved_ = revision;
   return {scans, path + (format == MapFormat::kPng ? ".occupancy.png" : ".pgm") +
                      ", .yaml, .png and .slam"};

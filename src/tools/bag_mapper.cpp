@@ -96,7 +96,7 @@ class BagMapping {
 
  private:
   [[nodiscard]] RunDialog telling_loops(RunDialog dialog) const;
-  [[nodiscard]] std::vector<FileContents> map_and_trajectories();
+  void add_map_and_trajectories(FileReplacement& files);
   [[nodiscard]] std::vector<FileContents> hough_pictures() const;
   void tell(const RunFacts& facts) const;
   void handle(const ReadyScan& scan);
@@ -254,23 +254,24 @@ void BagMapping::handle(const TimeJump& jump) {
   }
 }
 
-std::vector<FileContents> BagMapping::map_and_trajectories() {
+void BagMapping::add_map_and_trajectories(FileReplacement& files) {
   const Trajectory trajectory(run_->trajectory());
   const Trajectory odometry(run_->odometry());
   const SlamMap& map = run_->map();
   const PoseGraph& graph = run_->loops().graph();
-  std::vector<FileContents> files =
-      map_files(out_ + "/map", make_map_image(map.occupancy), map_format(run_->setup().run));
-  files.push_back({out_ + "/trajectory.tum", to_tum(trajectory)});
-  files.push_back({out_ + "/trajectory_live.tum", to_tum(Trajectory(run_->live_trajectory()))});
-  files.push_back({out_ + "/odometry.tum", to_tum(odometry)});
-  files.push_back(
-      {out_ + "/map.png", draw_map(map.occupancy, trajectory, odometry, graph).to_png()});
-  files.push_back({out_ + "/key_scans.tum", to_tum(key_scan_trajectory(run_->key_scans()))});
-  files.push_back({out_ + "/graph.g2o", to_g2o(graph)});
-  files.push_back({out_ + "/scans.csv", scan_table_.text()});
-  files.push_back({out_ + "/map.slam", to_saved_map(run_->snapshot())});
-  return files;
+  for (const FileContents& file :
+       map_files(out_ + "/map", make_map_image(map.occupancy), map_format(run_->setup().run))) {
+    files.add(file);
+  }
+  files.add({out_ + "/trajectory.tum", to_tum(trajectory)});
+  files.add({out_ + "/trajectory_live.tum", to_tum(Trajectory(run_->live_trajectory()))});
+  files.add({out_ + "/odometry.tum", to_tum(odometry)});
+  files.add({out_ + "/map.png", draw_map(map.occupancy, trajectory, odometry, graph).to_png()});
+  files.add({out_ + "/key_scans.tum", to_tum(key_scan_trajectory(run_->key_scans()))});
+  files.add({out_ + "/graph.g2o", to_g2o(graph)});
+  files.add({out_ + "/scans.csv", scan_table_.text()});
+  files.add(out_ + "/map.slam",
+            [this](const ByteSink& sink) { write_saved_map(run_->snapshot(), sink); });
 }
 
 /// What the Hough matcher sees of each of the first key scans and its predecessor.
@@ -314,14 +315,15 @@ void BagMapping::write() {
     scans_.throw_nothing_used();
   }
   run_->finish();
-  std::vector<FileContents> files = map_and_trajectories();
+  FileReplacement files;
+  add_map_and_trajectories(files);
   const ResourceUsage now = resource_usage();
   const RunFacts facts{scans_.facts(),
                        run_->resets(),
                        {now.wall_seconds - started_.wall_seconds,
                         now.cpu_seconds - started_.cpu_seconds, now.peak_memory}};
-  files.push_back({out_ + "/report.json", to_json(facts, scans_.account(), *run_)});
-  replace_files(files);
+  files.add({out_ + "/report.json", to_json(facts, scans_.account(), *run_)});
+  files.finish();
   replace_files(hough_pictures());
   tell(facts);
   if (!facts.bag.damage.empty()) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -35,10 +37,37 @@ struct FileContents {
   std::string bytes;
 };
 
+/// Takes bytes as they come.
+using ByteSink = std::function<void(const std::string& bytes)>;
+
 /// Replaces files that belong together. Each is first written beside its final place and flushed to
 /// the disk; only when all of them are there do they take their names. So whoever reads meanwhile,
 /// and whoever reads after a crash, finds every file either as it was or as it should be.
-/// Throws FileError when one cannot be written: files written aside are removed, old ones stay.
+/// Both members throw FileError when a file cannot be written: then, and without `finish`, files
+/// written aside are removed, old ones stay.
+class FileReplacement {
+ public:
+  FileReplacement();
+  FileReplacement(const FileReplacement&) = delete;
+  FileReplacement& operator=(const FileReplacement&) = delete;
+  ~FileReplacement();
+
+  /// Writes a file aside.
+  void add(const FileContents& file);
+
+  /// The same of what is too much to have as a whole.
+  /// @param write_all  gives all of it to the sink, piece by piece.
+  void add(const std::string& path, const std::function<void(const ByteSink&)>& write_all);
+
+  /// Lets all files take their names.
+  void finish();
+
+ private:
+  struct Written;
+  std::unique_ptr<Written> written_;
+};
+
+/// The same for files that are there as a whole.
 void replace_files(const std::vector<FileContents>& files);
 
 /// The same for a single file.

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
 
@@ -10,12 +11,15 @@ namespace matchbox_slam {
 /// A map as bytes, from which mapping goes on to the bit as if it had never stopped: every cell
 /// with all that is known of it, the walls below the size of a cell, the key scans as they were
 /// measured and joined to a graph, and how the base moved. Compressed and with a checksum (gzip).
+void write_saved_map(const MapStart& map, const ByteSink& sink);
+
+/// The same in one piece.
 [[nodiscard]] std::string to_saved_map(const MapStart& map);
 
-/// Reads what `to_saved_map` wrote, or wrote in version 2 of the format, which has no graph, or in
-/// version 1, which has of key scans the points, and of the base where it was. Throws FileError for
-/// a file that is none, is cut off or damaged, comes from another version of the format, or whose
-/// cells span more than `max_cells`.
+/// Reads what `write_saved_map` wrote, or wrote in version 2 of the format, which has no graph, or
+/// in version 1, which has of key scans the points, and of the base where it was. Throws FileError
+/// for a file that is none, is cut off or damaged, comes from another version of the format, or
+/// whose cells span more than `max_cells`.
 [[nodiscard]] MapStart read_saved_map(const std::string& path,
                                       double max_cells = MapOptions{}.max_cells);
 
