@@ -102,10 +102,10 @@ ScanMessage read_scan(const ByteReader& bytes, const BagConnection& connection,
       sensor_msgs::LaserScan::ConstPtr(deserialize<sensor_msgs::LaserScan>(bytes, connection)));
 }
 
-/// A message and the bag that it is in, by number.
+/// Which of a bag's entries, by their numbers: a long drive has a million.
 struct Place {
-  std::size_t bag;
-  BagEntry entry;
+  std::uint32_t bag;
+  std::uint32_t entry;
 };
 
 /// Reads messages from where they are.
@@ -129,8 +129,9 @@ class PlaceStream : public BagStream {
       return std::nullopt;
     }
     const Place& place = places_[next_++];
+    const BagEntry& entry = bags_[place.bag]->entries()[place.entry];
     try {
-      BagMessage message = read(place);
+      BagMessage message = read(place.bag, entry);
       last_read_ = std::to_string(message.time.toSec()) + " s";
       return message;
     } catch (const BagError&) {
@@ -143,11 +144,11 @@ class PlaceStream : public BagStream {
   }
 
  private:
-  BagMessage read(const Place& place) {
-    const BagConnection& connection = bags_[place.bag]->connections().at(place.entry.connection);
-    const ByteReader bytes = readers_[place.bag].read(place.entry);
+  BagMessage read(std::size_t bag, const BagEntry& entry) {
+    const BagConnection& connection = bags_[bag]->connections().at(entry.connection);
+    const ByteReader bytes = readers_[bag].read(entry);
     BagMessage message;
-    message.time = place.entry.time;
+    message.time = entry.time;
     if (is_transform_topic(connection.topic) || is_static_transform_topic(connection.topic)) {
       message.content = BagTransforms{deserialize<tf2_msgs::TFMessage>(bytes, connection),
                                       is_static_transform_topic(connection.topic)};
@@ -246,21 +247,24 @@ std::unique_ptr<BagStream> BagReader::stream(const std::vector<std::string>& sca
   };
   std::vector<Place> before;
   std::vector<Place> during;
-  for (std::size_t bag = 0; bag < bags_.size(); ++bag) {
-    for (const BagEntry& entry : bags_[bag]->entries()) {
+  for (std::uint32_t bag = 0; bag < bags_.size(); ++bag) {
+    const std::vector<BagEntry>& entries = bags_[bag]->entries();
+    for (std::uint32_t i = 0; i < entries.size(); ++i) {
+      const BagEntry& entry = entries[i];
       const std::string& topic = bags_[bag]->connections().at(entry.connection).topic;
       const bool is_static = is_static_transform_topic(topic);
       if (is_static && entry.time < first) {
-        before.push_back({bag, entry});
+        before.push_back({bag, i});
       } else if ((is_static || is_transform_topic(topic) || is_asked(topic)) &&
                  entry.time >= first && entry.time <= last) {
-        during.push_back({bag, entry});
+        during.push_back({bag, i});
       }
     }
   }
   for (std::vector<Place>* places : {&before, &during}) {
-    std::stable_sort(places->begin(), places->end(),
-                     [](const Place& a, const Place& b) { return a.entry.time < b.entry.time; });
+    std::stable_sort(places->begin(), places->end(), [this](const Place& a, const Place& b) {
+      return bags_[a.bag]->entries()[a.entry].time < bags_[b.bag]->entries()[b.entry].time;
+    });
   }
   before.insert(before.end(), during.begin(), during.end());
   return std::make_unique<PlaceStream>(bags_, std::move(before), scan_topics, imu_topic, cloud);

@@ -53,7 +53,7 @@ std::size_t bytes_of(const PointScan& scan) {
 
 struct KeyScanCache {
   LruCache<PointScan> points{std::size_t{8} << 20U, bytes_of};
-  LruCache<LikelihoodField> fields{std::size_t{64} << 20U,
+  LruCache<LikelihoodField> fields{std::size_t{32} << 20U,
                                    [](const LikelihoodField& field) { return field.bytes(); }};
   std::atomic<std::uint64_t> next_key{0};
 };

@@ -12,6 +12,7 @@ const SlamMap& MapDrawing::whole(MapPart& part, const EngineOptions& options) {
   }
   const PlacedScans& keys = part.key_scans.all();
   if (is_outdated_) {
+    part.map = SlamMap(options.map, options.field);  // not both at once
     part.map = rendered(keys, options.map, options.field);
     is_outdated_ = false;
     drawn_ = keys.size();

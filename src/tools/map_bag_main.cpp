@@ -1,5 +1,7 @@
 // rosrun matchbox_slam map_bag: maps a bag without a roscore.
 
+#include <malloc.h>
+
 #include <CLI/CLI.hpp>
 
 #include "tools/bag_flags.hpp"
@@ -37,6 +39,9 @@ void declare_options(CLI::App& app, MapBagRequest& request) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // The mapping and what works beside it pass maps to each other: with an arena for each thread
+  // both would keep what the other has freed.
+  mallopt(M_ARENA_MAX, 1);
   const InterruptGuard interrupt;
   MapBagRequest request;
   return run_program(
