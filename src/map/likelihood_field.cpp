@@ -1,5 +1,6 @@
 #include "matchbox_slam/map/likelihood_field.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -143,13 +144,11 @@ void LikelihoodField::update(const std::vector<SurfaceHit>& hits,
 
 void LikelihoodField::take(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared) {
   for (const Cell& cell : cleared) {
-    if (remove_surface(cell)) {
-      changed_.push_back(cell);
-    }
+    remove_surface(cell);
   }
+  make_room_for(hits);
   for (const SurfaceHit& hit : hits) {
     add_hit(hit);
-    changed_.push_back(geometry_.cell_at(hit.position));
   }
   constexpr std::size_t kMostChanged = 1'000'000;
   if (changed_.size() > kMostChanged) {
@@ -158,21 +157,28 @@ void LikelihoodField::take(const std::vector<SurfaceHit>& hits, const std::vecto
 }
 
 void LikelihoodField::render() {
+  for (const Cell& cell : changed_) {
+    settle(cell);
+  }
+  render_changed();
+}
+
+void LikelihoodField::render_changed() {
   render_around(changed_);
+  for (const Cell& cell : changed_) {
+    touch_tile(cell).changed = 0;
+  }
   changed_.clear();
 }
 
 void LikelihoodField::restore(const std::vector<std::pair<Cell, StoredSurface>>& surfaces) {
   *this = LikelihoodField(geometry_.resolution(), options_);
-  std::vector<Cell> cells;
-  cells.reserve(surfaces.size());
   for (const auto& [cell, surface] : surfaces) {
     if (surface.hits > 0) {
       touch_surface(cell) = surface;
-      cells.push_back(cell);
     }
   }
-  render_around(cells);
+  render_changed();
 }
 
 void LikelihoodField::render_around(const std::vector<Cell>& changed) {
@@ -199,14 +205,39 @@ void LikelihoodField::render_around(const std::vector<Cell>& changed) {
   }
 }
 
-LikelihoodField::StoredSurface& LikelihoodField::touch_surface(const Cell& cell) {
+LikelihoodField::SurfaceTile& LikelihoodField::touch_tile(const Cell& cell) {
   static const SurfaceTile kBlank{};
-  SurfaceTile& tile = surfaces_.touch(SurfaceTiles::tile_of(cell), kBlank);
+  return surfaces_.touch(SurfaceTiles::tile_of(cell), kBlank);
+}
+
+LikelihoodField::StoredSurface& LikelihoodField::touch_surface(const Cell& cell) {
+  SurfaceTile& tile = touch_tile(cell);
   const std::size_t index = SurfaceTiles::index_in_tile(cell);
   const std::uint64_t bit = std::uint64_t{1} << index;
   surface_count_ += (tile.present & bit) == 0 ? 1U : 0U;
   tile.present |= bit;
+  note_change(cell, tile);
   return tile.surfaces[index];
+}
+
+void LikelihoodField::note_change(const Cell& cell, SurfaceTile& tile) {
+  const std::uint64_t bit = std::uint64_t{1} << SurfaceTiles::index_in_tile(cell);
+  if ((tile.changed & bit) == 0) {
+    tile.changed |= bit;
+    changed_.push_back(cell);
+  }
+}
+
+void LikelihoodField::make_room_for(const std::vector<SurfaceHit>& hits) {
+  Eigen::AlignedBox2d box;
+  for (const SurfaceHit& hit : hits) {
+    box.extend(hit.position);
+  }
+  if (!box.isEmpty()) {
+    const Cell last = SurfaceTiles::tile_of(geometry_.cell_at(box.max()));
+    surfaces_.make_room(
+        {SurfaceTiles::tile_of(geometry_.cell_at(box.min())), {last.x + 1, last.y + 1}});
+  }
 }
 
 void LikelihoodField::add_hit(const SurfaceHit& hit) {
@@ -214,18 +245,27 @@ void LikelihoodField::add_hit(const SurfaceHit& hit) {
   StoredSurface& surface = touch_surface(cell);
   surface.hits = static_cast<std::uint16_t>(std::min(surface.hits + 1, kMostHits));
   const double share = 1.0 / surface.hits;
-  const auto blend = [share](std::int16_t& mean, double value) {
-    const double before = from_fixed(mean);
-    mean = to_fixed(before + share * (value - before));
-  };
   const Eigen::Vector2d offset =
       (hit.position - geometry_.center(cell)) * (2.0 / geometry_.resolution());
-  blend(surface.offset_x, offset.x());
-  blend(surface.offset_y, offset.y());
   // (nx + i ny)^2 has twice the angle.
-  blend(surface.mean_double_angle_x,
-        hit.normal.x() * hit.normal.x() - hit.normal.y() * hit.normal.y());
-  blend(surface.mean_double_angle_y, 2.0 * hit.normal.x() * hit.normal.y());
+  const std::array<double, 4> values{
+      offset.x(), offset.y(), hit.normal.x() * hit.normal.x() - hit.normal.y() * hit.normal.y(),
+      2.0 * hit.normal.x() * hit.normal.y()};
+  std::array<std::int16_t, 4> means{surface.offset_x, surface.offset_y, surface.mean_double_angle_x,
+                                    surface.mean_double_angle_y};
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    const double before = from_fixed(means[i]);
+    means[i] = to_fixed(before + share * (values[i] - before));
+  }
+  surface.offset_x = means[0];
+  surface.offset_y = means[1];
+  surface.mean_double_angle_x = means[2];
+  surface.mean_double_angle_y = means[3];
+}
+
+/// What is said of a changed cell's surface once it has all its hits.
+void LikelihoodField::settle(const Cell& cell) {
+  StoredSurface& surface = touch_tile(cell).surfaces[SurfaceTiles::index_in_tile(cell)];
   const Eigen::Vector2d mean(from_fixed(surface.mean_double_angle_x),
                              from_fixed(surface.mean_double_angle_y));
   const double agreement = mean.norm();
@@ -234,16 +274,16 @@ void LikelihoodField::add_hit(const SurfaceHit& hit) {
   surface.double_angle_y = to_fixed(stretch * mean.y());
 }
 
-bool LikelihoodField::remove_surface(const Cell& cell) {
+void LikelihoodField::remove_surface(const Cell& cell) {
   if (!has_surface(cell)) {
-    return false;
+    return;
   }
-  SurfaceTile& tile = surfaces_.touch(SurfaceTiles::tile_of(cell), {});
+  SurfaceTile& tile = touch_tile(cell);
   const std::size_t index = SurfaceTiles::index_in_tile(cell);
   tile.surfaces[index] = {};
   tile.present &= ~(std::uint64_t{1} << index);
   --surface_count_;
-  return true;
+  note_change(cell, tile);
 }
 
 const LikelihoodField::StoredSurface* LikelihoodField::find_surface(const Cell& cell) const {

@@ -185,6 +185,31 @@ TEST(LikelihoodField, UpdatesEqualAFieldMadeAnew) {
   }
 }
 
+TEST(LikelihoodField, RenderedOnceAfterManyUpdatesItIsTheSame) {
+  Random random(14);
+  LikelihoodField each_time(kResolution, tidy_options());
+  LikelihoodField once(kResolution, tidy_options());
+  std::vector<LikelihoodField> copies;
+  for (int round = 0; round < 40; ++round) {
+    std::vector<SurfaceHit> hits;
+    for (int i = 0; i < 200; ++i) {
+      hits.push_back(random_hit(random));  // of a cell ten or more in all
+    }
+    std::vector<Cell> cleared = each_time.surface_cells();
+    cleared.resize(std::min<std::size_t>(cleared.size(), 30));
+    each_time.update(hits, cleared);
+    once.take(hits, cleared);
+    if (round == 20) {
+      copies.push_back(once);
+      copies.back().render();
+      expect_same_field(copies.back(), each_time);
+    }
+  }
+  once.render();
+  EXPECT_EQ(once.surface_cells().size(), each_time.surface_cells().size());
+  expect_same_field(once, each_time);
+}
+
 TEST(LikelihoodField, NothingIsLeftAfterEverySurfaceIsRemoved) {
   Random random(13);
   LikelihoodField field(kResolution, tidy_options());

@@ -52,6 +52,22 @@ TEST(TiledGrid, MakesMissingTilesFromTheBlankOne) {
   EXPECT_EQ(grid.touch({2, -3}, kBlank)[5], 1) << "an existing tile is kept";
 }
 
+TEST(TiledGrid, MakesRoomForABoxAtOnce) {
+  Grid grid;
+  write(grid, {5, -2}, 7);
+  const Tile* tile = grid.find({1, -1});
+  grid.make_room({{-3, -2}, {5, 4}});
+  EXPECT_EQ(grid.tile_bounds().min, (Cell{-3, -2}));
+  EXPECT_EQ(grid.tile_bounds().max, (Cell{5, 4}));
+  EXPECT_EQ(grid.find({1, -1}), tile);
+  EXPECT_EQ(read(grid, {5, -2}), 7);
+  EXPECT_EQ(grid.tile_count(), 1U);
+  const std::size_t bytes = grid.bytes();
+  grid.make_room({{0, 0}, {2, 2}});
+  EXPECT_EQ(grid.bytes(), bytes) << "there was room";
+  EXPECT_EQ(grid.find({1, -1}), tile);
+}
+
 TEST(TiledGrid, GrowsInAllDirectionsAndKeepsWhatItHolds) {
   Grid grid;
   std::map<std::pair<int, int>, int> expected;

@@ -124,15 +124,21 @@ class LikelihoodField {
  private:
   struct SurfaceTile {
     std::uint64_t present = 0;  ///< a bit for every cell with hits
+    std::uint64_t changed = 0;  ///< one for every cell that changed since it was rendered
     std::array<StoredSurface, std::size_t{8} * 8> surfaces;
   };
   using SurfaceTiles = TiledGrid<SurfaceTile, 3>;
 
+  void make_room_for(const std::vector<SurfaceHit>& hits);
   void add_hit(const SurfaceHit& hit);
-  bool remove_surface(const Cell& cell);
+  void remove_surface(const Cell& cell);
   [[nodiscard]] const StoredSurface* find_surface(const Cell& cell) const;
-  /// The surface of a cell for writing; it counts as there from now on.
+  SurfaceTile& touch_tile(const Cell& cell);  ///< that of a cell, for writing
+  /// The surface of a cell for writing; it counts as there, and as changed, from now on.
   StoredSurface& touch_surface(const Cell& cell);
+  void note_change(const Cell& cell, SurfaceTile& tile);
+  void settle(const Cell& cell);
+  void render_changed();
   void render_around(const std::vector<Cell>& changed);
   [[nodiscard]] std::vector<Cell> blocks_around(const std::vector<Cell>& changed) const;
   /// Calls `visit(cell, stored_surface)` tile by tile, each by rows.
@@ -146,7 +152,7 @@ class LikelihoodField {
   /// squared; the last entry is for what is farther.
   std::vector<std::uint16_t> of_square_;
   std::size_t surface_count_ = 0;
-  std::vector<Cell> changed_;  ///< since it was rendered
+  std::vector<Cell> changed_;  ///< since it was rendered, each once
   SurfaceTiles surfaces_;
   Tiles tiles_;
 };

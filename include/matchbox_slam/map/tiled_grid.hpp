@@ -44,7 +44,9 @@ class TiledGrid {
 
   /// The tile for writing, made from `blank` when there is none yet.
   Tile& touch(const Cell& tile, const Tile& blank) {
-    include(tile);
+    if (!bounds_.contains(tile)) {
+      make_room({tile, {tile.x + 1, tile.y + 1}});
+    }
     std::shared_ptr<Tile>& slot = tiles_[slot_of(tile)];
     if (slot == nullptr) {
       slot = std::make_shared<Tile>(blank);
@@ -59,6 +61,26 @@ class TiledGrid {
 #endif
     }
     return *slot;
+  }
+
+  /// Grows once, and not tile by tile, for a box of tiles whose corners are about to be written to.
+  void make_room(const CellBox& tiles) {
+    TiledGrid bigger;
+    bigger.bounds_ = bounds_;
+    bigger.bounds_.include(tiles.min);
+    bigger.bounds_.include({tiles.max.x - 1, tiles.max.y - 1});
+    if (bigger.bounds_.width() == bounds_.width() && bigger.bounds_.height() == bounds_.height()) {
+      return;
+    }
+    bigger.width_ = static_cast<unsigned>(bigger.bounds_.width());
+    bigger.height_ = static_cast<unsigned>(bigger.bounds_.height());
+    bigger.tiles_.resize(static_cast<std::size_t>(bigger.width_) * bigger.height_);
+    for (int y = bounds_.min.y; y < bounds_.max.y; ++y) {
+      for (int x = bounds_.min.x; x < bounds_.max.x; ++x) {
+        bigger.tiles_[bigger.slot_of({x, y})] = std::move(tiles_[slot_of({x, y})]);
+      }
+    }
+    *this = std::move(bigger);
   }
 
   /// Smallest box of tiles, in tiles, around all tiles that exist.
@@ -77,24 +99,6 @@ class TiledGrid {
   [[nodiscard]] std::size_t slot_of(const Cell& tile) const {
     return static_cast<std::size_t>(tile.y - bounds_.min.y) * width_ +
            static_cast<std::size_t>(tile.x - bounds_.min.x);
-  }
-
-  void include(const Cell& tile) {
-    if (bounds_.contains(tile)) {
-      return;
-    }
-    TiledGrid bigger;
-    bigger.bounds_ = bounds_;
-    bigger.bounds_.include(tile);
-    bigger.width_ = static_cast<unsigned>(bigger.bounds_.width());
-    bigger.height_ = static_cast<unsigned>(bigger.bounds_.height());
-    bigger.tiles_.resize(static_cast<std::size_t>(bigger.width_) * bigger.height_);
-    for (int y = bounds_.min.y; y < bounds_.max.y; ++y) {
-      for (int x = bounds_.min.x; x < bounds_.max.x; ++x) {
-        bigger.tiles_[bigger.slot_of({x, y})] = std::move(tiles_[slot_of({x, y})]);
-      }
-    }
-    *this = std::move(bigger);
   }
 
   CellBox bounds_;
