@@ -59,7 +59,7 @@ BagScans::BagScans(const BagRequest& request, const RunDialog& dialog)
 RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   check_asked_frames(parameters, options);
   facts_.scan_topics = choose_scan_topics(
-      reader_, request_.scan_topic ? std::vector{*request_.scan_topic} : options.scan_topics);
+      reader_, request_.scan_topics.empty() ? options.scan_topics : request_.scan_topics);
   const CloudOptions cloud = read_cloud_options(parameters);
   const BagSurvey survey = survey_bag(reader_, facts_.scan_topics, request_.period,
                                       options.map_frame, dialog_.is_interrupted, cloud);

@@ -20,7 +20,7 @@ namespace matchbox_slam {
 /// The recording that is asked for; what is not given is found in the bag.
 struct BagRequest {
   std::vector<std::string> bags;
-  std::optional<std::string> scan_topic;
+  std::vector<std::string> scan_topics;
   std::optional<std::string> base_frame;
   std::optional<std::string> odom_frame;
   bool no_odometry = false;

@@ -212,10 +212,8 @@ std::vector<std::string> choose_scan_topics(const BagReader& reader,
     throw ConfigurationError("the bag has no topic of type " + join(scan_types()));
   }
   if (candidates.size() > 1) {
-    throw ConfigurationError(
-        "the bag has several topics with laser scans: " + list_of(candidates) +
-        "; choose one with --scan-topic, or several with --set 'scan_topics=[" +
-        list_of(candidates) + "]'");
+    throw ConfigurationError("the bag has several topics with laser scans: " + list_of(candidates) +
+                             "; choose one with --scan-topic, or several by giving it for each");
   }
   return candidates;
 }

@@ -10,8 +10,7 @@ void add_repeated(CLI::App& app, const std::string& name, std::vector<std::strin
 }
 
 void add_bag_flags(CLI::App& app, BagRequest& request) {
-  app.add_option("--scan-topic", request.scan_topic, "Topic of the laser scans")
-      ->type_name("TOPIC");
+  add_repeated(app, "--scan-topic", request.scan_topics, "Topic of the laser scans", "TOPIC");
   app.add_option("--base-frame", request.base_frame, "Frame of the robot")->type_name("FRAME");
   app.add_option("--odom-frame", request.odom_frame, "Frame of the odometry")->type_name("FRAME");
   app.add_flag("--no-odom", request.no_odometry, "Leave odometry aside, or there is none");

@@ -177,7 +177,7 @@ TEST_F(SurveyBag, DoesNotChooseBetweenScanTopics) {
               (void)choose_scan_topics(BagReader({path_, folder_ / "back.bag"}), {});
             }),
             "the bag has several topics with laser scans: /back_scan, /scan; choose one with "
-            "--scan-topic, or several with --set 'scan_topics=[/back_scan, /scan]'");
+            "--scan-topic, or several by giving it for each");
   EXPECT_EQ(choose_scan_topics(BagReader({path_, folder_ / "back.bag"}), {"scan", "/back_scan"}),
             (Topics{"/scan", "/back_scan"}));
   EXPECT_EQ(error_text<ConfigurationError>([&] {

@@ -412,11 +412,12 @@ TEST_F(BesideTheMappingTest, ALoopTakesEffectHalfAMetreOnAndWhatCameSinceMovesWi
   drive_on();
   EXPECT_EQ(drive_.keys().size(), begun_with_ + 3) << "of 0.3 m";
   const std::vector<Pose2> before = drive_.believed();
-  const auto correction = drive_.closer().finish(drive_.keys()).correction;
-  ASSERT_TRUE(correction);
+  const LoopCloser::Result result = drive_.closer().finish(drive_.keys());
+  ASSERT_TRUE(result.correction && result.near);
   EXPECT_FALSE(drive_.closer().is_pending());
   const std::vector<Pose2>& after = drive_.closer().graph().poses;
   ASSERT_EQ(after.size(), before.size());
+  EXPECT_EQ(result.near->center(), after[begun_with_].translation());
   for (std::size_t i = begun_with_ + 1; i < after.size(); ++i) {
     const Pose2 seen_before = before[begun_with_].inverse() * before[i];
     EXPECT_LT(difference(after[begun_with_].inverse() * after[i], seen_before).norm(), 1e-9);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/slam/mapping.hpp"
@@ -102,6 +103,19 @@ TEST_F(MappingTest, KeepsWhatWaitsWhileTheMapIsNotToGrow) {
   options_.slam.update_map = true;
   EXPECT_EQ(mapping_.insert_pending(options_), 0U);
   EXPECT_EQ(mapped(), 3U);
+}
+
+TEST_F(MappingTest, DrawsWhatWaitedIntoWhatLiesNearAtOnce) {
+  insert_first(2);
+  const auto none_apart = [](const auto& some) { return std::vector<bool>(some.size(), false); };
+  const NearScans near = near_scans(mapping_.parts().map().key_scans.all(), none_apart);
+  Mapping near_by(mapping_.parts(), mapping_.loops(),
+                  {NearMap(near, options_.map, options_.field), true, 2}, true, true, options_);
+  near_by.wait({{0, keys_[2]}});
+  EXPECT_EQ(near_by.insert_pending(options_), 0U);
+  const PlacedScans& all = near_by.parts().map().key_scans.all();
+  ASSERT_EQ(all.size(), 3U);
+  EXPECT_TRUE(same_map(near_by.matched(), rendered(all, options_.map, options_.field)));
 }
 
 TEST_F(MappingTest, ExpectsAScanOnlyUntilItIsDropped) {

@@ -615,6 +615,11 @@ TEST_F(MapBag, MapsWithSeveralLasers) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_EQ(report("scans/used"), 100.0);
   EXPECT_EQ(poses(), 50U) << "two lasers at one moment give one pose";
+  const std::string first = read_file(out_ + "/trajectory.tum");
+  const Outcome by_flags = run(second + " --scan-topic /scan --scan-topic /back_scan");
+  EXPECT_EQ(by_flags.exit_code, 0) << by_flags.output;
+  EXPECT_EQ(report("scans/used"), 100.0);
+  EXPECT_EQ(read_file(out_ + "/trajectory.tum"), first);
 }
 
 TEST_F(MapBag, MapsFromTheLaserAlone) {
