@@ -46,9 +46,11 @@ run_tests() { make -C "$workspace/build" -j"$1" "run_tests_$2" </dev/null; }
 # Nodes run one at a time, as a crowd of them would wait for one another; and beside the other tests, as
 # each mostly waits.
 nodes_log=$workspace/build/node_tests.log
+set -m  # in a group of its own, all of which ends when this script does
 run_tests 1 matchbox_slam_rostest &>"$nodes_log" &
 nodes=$!
-trap 'kill "$nodes" 2>/dev/null || true' EXIT
+set +m
+trap 'kill -- -"$nodes" 2>/dev/null || true; wait "$nodes" || true' EXIT
 run_tests "$(job_count)" matchbox_slam_gtest
 run_tests 1 matchbox_slam_python
 ran=0

@@ -102,7 +102,7 @@ ScanMessage read_scan(const ByteReader& bytes, const BagConnection& connection,
       sensor_msgs::LaserScan::ConstPtr(deserialize<sensor_msgs::LaserScan>(bytes, connection)));
 }
 
-/// Which of a bag's entries, by their numbers: a long drive has a million.
+/// A bag and one of its entries, by their numbers: a long drive has a million.
 struct Place {
   std::uint32_t bag;
   std::uint32_t entry;

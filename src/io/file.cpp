@@ -190,13 +190,16 @@ void FileReplacement::add(const std::string& path,
   explain_failure(path, [&] {
     require_replaceable(path);
     remove_left_behind(path);
-    FileAside& aside = *written_->files.emplace_back(std::make_unique<FileAside>(path));
-    write_all([&aside](const std::string& bytes) { aside.write(bytes); });
-    aside.flush();
+    auto aside = std::make_unique<FileAside>(path);
+    write_all([&aside](const std::string& bytes) { aside->write(bytes); });
+    written_->files.push_back(std::move(aside));
   });
 }
 
 void FileReplacement::finish() {
+  for (const auto& file : written_->files) {
+    explain_failure(file->final_path(), [&] { file->flush(); });
+  }
   for (const auto& file : written_->files) {
     explain_failure(file->final_path(), [&] { file->take_final_name(); });
   }

@@ -210,7 +210,7 @@ bool SlamNode::answer_take_place(TakePlace::Request& request, TakePlace::Respons
 
 /// Returns why the best pose is not the robot's now; empty: it is.
 std::string SlamNode::try_to_correct_pose(const Relocalisation& found, double stamp) {
-  if (const std::string doubt = doubt_about(found); !doubt.empty()) {
+  if (std::string doubt = doubt_about(found); !doubt.empty()) {
     return doubt;
   }
   try {

@@ -159,7 +159,7 @@ bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
   return true;
 }
 
-void LoopCloser::begin(const KeyScans& keys, const NearRequest& near, const LoopOptions& options) {
+void LoopCloser::begin(const KeyScans& keys, NearRequest near, const LoopOptions& options) {
   if (pending_) {
     return;
   }
@@ -168,19 +168,17 @@ void LoopCloser::begin(const KeyScans& keys, const NearRequest& near, const Loop
   if (!is_search_due && !near.scans) {
     return;
   }
-  if (is_search_due) {
-    way_ = 0.0;
-  }
-  pending_ = Pending{keys.size() - 1, graph_.edges.size(), is_search_due, near.scans.has_value()};
-  LoopTask task{std::nullopt, near};
+  const Pending begun{keys.size() - 1, graph_.edges.size(), is_search_due, near.scans.has_value()};
+  LoopTask task{std::nullopt, std::move(near)};
   if (is_search_due) {
     task.search = LoopSearch{keys.all(), graph_, options};
   }
   work_ = begin_work(std::move(task));
+  pending_ = begun;
+  way_ = is_search_due ? 0.0 : way_;
 }
 
-void LoopCloser::begin_again(const KeyScans& keys, const NearRequest& near,
-                             const LoopOptions& options) {
+void LoopCloser::begin_again(const KeyScans& keys, NearRequest near, const LoopOptions& options) {
   if (!pending_ || work_ != nullptr) {
     return;
   }
@@ -190,10 +188,11 @@ void LoopCloser::begin_again(const KeyScans& keys, const NearRequest& near,
                   {{graph_.poses.begin(), graph_.poses.begin() + nodes},
                    {graph_.edges.begin(), graph_.edges.begin() + edges}},
                   options};
-  LoopTask task{std::nullopt, near};
+  near.scans.reset();
   if (pending_->is_near_due) {
-    task.near.scans = near_scans_of(then, then.graph);
+    near.scans = near_scans_of(then, then.graph);
   }
+  LoopTask task{std::nullopt, std::move(near)};
   if (pending_->is_search_due) {
     task.search = std::move(then);
   }
@@ -210,7 +209,8 @@ bool LoopCloser::is_due(const KeyScans& keys) const {
 
 LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
   const Pending pending = *std::exchange(pending_, std::nullopt);
-  LoopTaskDone done = result_of(std::move(work_));
+  LoopTaskDone done = result_of(work_);
+  work_.reset();
   if (pending.is_abandoned) {
     allow_for_hidden_ways(keys.all(), pending.newest);
     return {};

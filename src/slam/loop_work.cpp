@@ -53,18 +53,6 @@ void close_a_loop(const LoopSearch& search, double least_moved, LoopTaskDone& do
   }
 }
 
-}  // namespace
-
-NearScans near_scans_of(const LoopSearch& search, const PoseGraph& graph) {
-  PlacedScans keys = search.keys;
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    keys[i].map_from_base = graph.poses[i];
-  }
-  const GraphLinks links(graph);
-  const GraphWays ways(graph, links, keys.size() - 1);
-  return near_scans(keys, [&](const auto& some) { return ways.apart(some, search.options.apart); });
-}
-
 LoopTaskDone do_loop_task(const LoopTask& task) {
   LoopTaskDone done;
   if (task.search) {
@@ -79,6 +67,18 @@ LoopTaskDone do_loop_task(const LoopTask& task) {
   return done;
 }
 
+}  // namespace
+
+NearScans near_scans_of(const LoopSearch& search, const PoseGraph& graph) {
+  PlacedScans keys = search.keys;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    keys[i].map_from_base = graph.poses[i];
+  }
+  const GraphLinks links(graph);
+  const GraphWays ways(graph, links, keys.size() - 1);
+  return near_scans(keys, [&](const auto& some) { return ways.apart(some, search.options.apart); });
+}
+
 std::shared_ptr<LoopWork> begin_work(LoopTask task) {
   auto work = [task = std::move(task)] {
     return std::make_shared<LoopTaskDone>(do_loop_task(task));
@@ -86,7 +86,7 @@ std::shared_ptr<LoopWork> begin_work(LoopTask task) {
   return std::make_shared<LoopWork>(LoopWork{std::async(std::launch::async, std::move(work))});
 }
 
-LoopTaskDone result_of(std::shared_ptr<LoopWork> work) {
+LoopTaskDone result_of(const std::shared_ptr<LoopWork>& work) {
   const std::shared_ptr<LoopTaskDone> done = work->done.get();
   if (work.use_count() > 1) {
     return *done;

@@ -19,13 +19,14 @@ struct LoopSearch {
   LoopOptions options;
 };
 
+/// What is to be done beside the mapping: a search, a map of what lies near, or both.
 struct LoopTask {
   std::optional<LoopSearch> search;
   NearRequest near;
 };
 
 struct LoopTaskDone {
-  PoseGraph graph;                ///< with the loops that were found, if any
+  PoseGraph graph;                ///< of a search: with the loops that were found
   bool has_moved = false;         ///< the poses are where they put them
   std::vector<ClosedLoop> loops;  ///< that were found; only the last one may be believed
   std::size_t tries = 0;
@@ -35,8 +36,6 @@ struct LoopTaskDone {
 /// Of the search's key scans where a graph has them, in which it is known how they lie.
 [[nodiscard]] NearScans near_scans_of(const LoopSearch& search, const PoseGraph& graph);
 
-[[nodiscard]] LoopTaskDone do_loop_task(const LoopTask& task);
-
 /// A task under way, in a thread of its own.
 struct LoopWork {
   std::shared_future<std::shared_ptr<LoopTaskDone>> done;
@@ -44,7 +43,7 @@ struct LoopWork {
 
 [[nodiscard]] std::shared_ptr<LoopWork> begin_work(LoopTask task);
 
-/// Waits for it. What came of it is copied only where others still want it.
-[[nodiscard]] LoopTaskDone result_of(std::shared_ptr<LoopWork> work);
+/// Waits for it. What came of it is copied only where others still want it; else it is gone.
+[[nodiscard]] LoopTaskDone result_of(const std::shared_ptr<LoopWork>& work);
 
 }  // namespace matchbox_slam

@@ -49,6 +49,9 @@ Mapping::Mapping(MapParts parts, LoopCloser loops, MapDrawing drawing, bool is_c
       is_continued_(is_continued),
       is_of_key_scans_(is_of_key_scans) {
   loops_.begin_again(parts_.map().key_scans, near_request(options), options.loops);
+  if (!closes_loops(options)) {
+    match_whole_map(options);
+  }
 }
 
 bool Mapping::has_pending(const EngineOptions& options) const {
@@ -117,7 +120,7 @@ std::size_t Mapping::insert_pending(const EngineOptions& options) {
     const bool is_inserted =
         add(*points, {waiting.scan, *map_from_base}, covariance_of(kXy, kTheta), false, options);
     left_out += is_inserted ? 0 : 1;
-    drawing_.catch_up(parts_.map(), options);
+    catch_up(options);
     break_off();
     parts_.here().last_inserted = last_inserted;
   }
@@ -130,7 +133,7 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
   const KeyScans& key_scans = parts_.map().key_scans;
   std::optional<MapCorrection> correction;
   if (loops_.is_due(key_scans)) {
-    correction = finish_loops(options);
+    correction = finish_loops();
   }
   NearRequest near = near_request(options);
   const auto are_apart = [&](const auto& some) { return loops_.apart(some, options.loops); };
@@ -143,14 +146,12 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
     match_whole_map(options);
   }
   if (!has_pending(options)) {
-    loops_.begin(key_scans, near, options.loops);
+    loops_.begin(key_scans, std::move(near), options.loops);
   }
-  // Not before: a map that was made meanwhile would be drawn in twice.
-  drawing_.catch_up(parts_.map(), options);
   return correction;
 }
 
-std::optional<MapCorrection> Mapping::finish_loops(const EngineOptions& options) {
+std::optional<MapCorrection> Mapping::finish_loops() {
   if (!loops_.is_pending()) {
     return std::nullopt;
   }
@@ -161,7 +162,6 @@ std::optional<MapCorrection> Mapping::finish_loops(const EngineOptions& options)
   if (result.correction) {
     move_map(*result.correction);
   }
-  drawing_.catch_up(parts_.map(), options);
   return result.correction;
 }
 

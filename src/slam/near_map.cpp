@@ -87,6 +87,9 @@ bool NearMap::is_due(const PlacedScans& keys) const {
 }
 
 void NearMap::take_new(const PlacedScans& keys, const MapOptions& map_options) {
+  if (taken_ == keys.size()) {
+    return;
+  }
   for (; taken_ < keys.size(); ++taken_) {
     const PlacedScan& key = keys[taken_];
     if (map_ && distance(key, center_) < kReach) {

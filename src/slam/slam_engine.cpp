@@ -76,6 +76,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   if (outcome.inserted) {
     close_loops(outcome);
   }
+  mapping_.catch_up(options_);
   if (!tracking_.doubt().doubts) {
     outcome.left_out += mapping_.insert_pending(options_);
   }
@@ -192,7 +193,8 @@ void SlamEngine::close_loops(ScanOutcome& outcome) {
 }
 
 std::optional<MapCorrection> SlamEngine::finish_loops() {
-  std::optional<MapCorrection> correction = mapping_.finish_loops(options_);
+  std::optional<MapCorrection> correction = mapping_.finish_loops();
+  mapping_.catch_up(options_);
   if (correction) {
     tracker_.change_frame(correction->newest);
   }

@@ -83,6 +83,61 @@ TEST(ReplaceFiles, ReplacesNoneWhenAFolderIsInTheWayOfOne) {
   EXPECT_EQ(read_file(folder / "first"), "old");
 }
 
+TEST(FileReplacement, TakesPiecesAndReplacesAllAtOnce) {
+  const TemporaryFolder folder;
+  replace_file(folder / "first", "old");
+  FileReplacement replacement;
+  replacement.add({folder / "first", "new"});
+  replacement.add(folder / "second", [](const ByteSink& sink) {
+    sink("piece ");
+    sink("by piece");
+  });
+  EXPECT_EQ(read_file(folder / "first"), "old");
+  EXPECT_FALSE(std::filesystem::exists(folder / "second"));
+  replacement.finish();
+  EXPECT_EQ(read_file(folder / "first"), "new");
+  EXPECT_EQ(read_file(folder / "second"), "piece by piece");
+  EXPECT_EQ(folder.file_count(), 2U);
+}
+
+TEST(FileReplacement, LeavesEverythingAsItWasWhenItIsNotFinished) {
+  const TemporaryFolder folder;
+  replace_file(folder / "first", "old");
+  {
+    FileReplacement replacement;
+    replacement.add({folder / "first", "new"});
+    replacement.add({folder / "second", "new"});
+  }
+  EXPECT_EQ(read_file(folder / "first"), "old");
+  EXPECT_EQ(folder.file_count(), 1U);
+}
+
+TEST(FileReplacement, WhatCouldNotBeAddedIsNotThere) {
+  const TemporaryFolder folder;
+  FileReplacement replacement;
+  replacement.add({folder / "first", "new"});
+  EXPECT_EQ(error_text<std::invalid_argument>([&] {
+              replacement.add(folder / "second", [](const ByteSink& sink) {
+                sink("half of it");
+                throw std::invalid_argument("that is not it");
+              });
+            }),
+            "that is not it");
+  {
+    const FullDisk full(1000);
+    EXPECT_THROW(replacement.add(folder / "third",
+                                 [](const ByteSink& sink) {
+                                   sink(std::string(900, 'x'));
+                                   sink(std::string(900, 'x'));
+                                 }),
+                 FileError);
+  }
+  EXPECT_EQ(folder.file_count(), 1U) << "the first one, aside";
+  replacement.finish();
+  EXPECT_EQ(read_file(folder / "first"), "new");
+  EXPECT_EQ(folder.file_count(), 1U);
+}
+
 TEST(ReplaceFile, SaysWhyAPlaceCannotBeWritten) {
   const TemporaryFolder folder;
   const std::string nowhere = folder / "no/such/folder/file";

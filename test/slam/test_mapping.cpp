@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
@@ -24,6 +25,14 @@ class MappingTest : public testing::Test {
     for (std::size_t i = 0; i < count; ++i) {
       ASSERT_TRUE(insert(keys_[i]));
     }
+  }
+  /// From what is saved while only what lies near is matched against.
+  [[nodiscard]] Mapping gone_on_with_near_map() const {
+    const PlacedScans& all = mapping_.parts().map().key_scans.all();
+    const auto none_apart = [](const auto& some) { return std::vector<bool>(some.size(), false); };
+    NearMap near(near_scans(all, none_apart), options_.map, options_.field);
+    return {mapping_.parts(), mapping_.loops(), {std::move(near), true, all.size()}, true, true,
+            options_};
   }
   [[nodiscard]] std::size_t mapped() const { return mapping_.parts().map().key_scans.size(); }
 
@@ -107,15 +116,24 @@ TEST_F(MappingTest, KeepsWhatWaitsWhileTheMapIsNotToGrow) {
 
 TEST_F(MappingTest, DrawsWhatWaitedIntoWhatLiesNearAtOnce) {
   insert_first(2);
-  const auto none_apart = [](const auto& some) { return std::vector<bool>(some.size(), false); };
-  const NearScans near = near_scans(mapping_.parts().map().key_scans.all(), none_apart);
-  Mapping near_by(mapping_.parts(), mapping_.loops(),
-                  {NearMap(near, options_.map, options_.field), true, 2}, true, true, options_);
+  Mapping near_by = gone_on_with_near_map();
   near_by.wait({{0, keys_[2]}});
   EXPECT_EQ(near_by.insert_pending(options_), 0U);
   const PlacedScans& all = near_by.parts().map().key_scans.all();
   ASSERT_EQ(all.size(), 3U);
   EXPECT_TRUE(same_map(near_by.matched(), rendered(all, options_.map, options_.field)));
+}
+
+TEST_F(MappingTest, MatchesTheWholeMapWhereItIsGoneOnWithWithoutLoops) {
+  insert_first(2);
+  EXPECT_NE(gone_on_with_near_map().drawing().near().map(), nullptr);
+  options_.slam.loop_closing = false;
+  Mapping gone_on = gone_on_with_near_map();
+  EXPECT_EQ(gone_on.drawing().near().map(), nullptr);
+  ASSERT_TRUE(
+      gone_on.insert(*keys_[2].scan->points(), keys_[2], covariance_of(0.01, 0.01), options_));
+  EXPECT_TRUE(same_map(gone_on.matched(),
+                       rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field)));
 }
 
 TEST_F(MappingTest, ExpectsAScanOnlyUntilItIsDropped) {

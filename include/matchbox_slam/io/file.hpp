@@ -40,11 +40,12 @@ struct FileContents {
 /// Takes bytes as they come.
 using ByteSink = std::function<void(const std::string& bytes)>;
 
-/// Replaces files that belong together. Each is first written beside its final place and flushed to
-/// the disk; only when all of them are there do they take their names. So whoever reads meanwhile,
-/// and whoever reads after a crash, finds every file either as it was or as it should be.
-/// Both members throw FileError when a file cannot be written: then, and without `finish`, files
-/// written aside are removed, old ones stay.
+/// Replaces files that belong together. Each is first written beside its final place; only when all
+/// of them are there and flushed to the disk do they take their names. So whoever reads meanwhile,
+/// and whoever reads after a crash, finds every file either as it was or as it should be. What was
+/// written aside goes with this object.
+/// Members throw FileError when a file cannot be written: of a file that was not added nothing
+/// stays.
 class FileReplacement {
  public:
   FileReplacement();
@@ -55,8 +56,8 @@ class FileReplacement {
   /// Writes a file aside.
   void add(const FileContents& file);
 
-  /// The same of what is too much to have as a whole.
-  /// @param write_all  gives all of it to the sink, piece by piece.
+  /// The same piece by piece, so that the whole need not be in memory.
+  /// @param write_all  gives all of it to the sink. What it throws passes through.
   void add(const std::string& path, const std::function<void(const ByteSink&)>& write_all);
 
   /// Lets all files take their names.

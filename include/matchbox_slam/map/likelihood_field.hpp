@@ -68,7 +68,7 @@ class LikelihoodField {
   void update(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared);
 
   /// The same without rendering, for many updates of which only the last is looked at: after
-  /// `render`.
+  /// `render`, also for which way surfaces face.
   void take(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared);
 
   void render();

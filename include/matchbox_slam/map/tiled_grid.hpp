@@ -63,7 +63,8 @@ class TiledGrid {
     return *slot;
   }
 
-  /// Grows once, and not tile by tile, for a box of tiles whose corners are about to be written to.
+  /// Grows once, and not tile by tile, for a box around tiles that are about to be written to.
+  /// @param tiles  not empty.
   void make_room(const CellBox& tiles) {
     TiledGrid bigger;
     bigger.bounds_ = bounds_;

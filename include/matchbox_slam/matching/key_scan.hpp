@@ -12,7 +12,7 @@
 namespace matchbox_slam {
 
 /// What was derived from key scans last, so that it need not be made again at once: their points up
-/// to 8 MB and their fields up to 32 MB, of some dozens scans in rooms. A match looks at a dozen.
+/// to 8 MB and their fields up to 32 MB, of a few dozen scans in rooms. A match looks at a dozen.
 /// Shared by the key scans of a run; results do not depend on what it holds.
 struct KeyScanCache;
 

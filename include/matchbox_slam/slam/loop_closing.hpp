@@ -95,9 +95,10 @@ struct LoopTaskDone;
 struct LoopWork;
 
 /// Keeps the graph of the key scans of a map, and closes loops in it: a value, to be copied and
-/// saved. Key scans are joined to the one before, and to one seen earlier that they are matched
-/// with; where the way between two says little of where one is from the other, a search has to find
-/// it (several scans at once, against the key scans there; exact, Olson 2009).
+/// saved. Copies share the work under way, and are finished in one thread. Key scans are joined to
+/// the one before, and to one seen earlier that they are matched with; where the way between two
+/// says little of where one is from the other, a search has to find it (several scans at once,
+/// against the key scans there; exact, Olson 2009).
 ///
 /// What takes long is begun with one key scan, done in a thread of its own, and takes effect with a
 /// later one that does not depend on how long it took: the same drive gives the same bits.
@@ -140,10 +141,10 @@ class LoopCloser {
 
   /// Begins to search for a loop with the newest key scan, if it is time to, and to make a map of
   /// what lies near; nothing if there is neither to do or work is under way.
-  void begin(const KeyScans& keys, const NearRequest& near, const LoopOptions& options);
+  void begin(const KeyScans& keys, NearRequest near, const LoopOptions& options);
 
   /// Begins work again that was under way when the state was taken.
-  void begin_again(const KeyScans& keys, const NearRequest& near, const LoopOptions& options);
+  void begin_again(const KeyScans& keys, NearRequest near, const LoopOptions& options);
 
   /// Whether something was begun that has not taken effect.
   [[nodiscard]] bool is_pending() const { return pending_.has_value(); }

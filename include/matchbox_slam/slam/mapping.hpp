@@ -51,8 +51,8 @@ class Mapping {
 
   // --- scans ---
 
-  /// Makes a scan a key scan of the part that the robot is in. Scans are matched against it after
-  /// `close_loops`. False when the map has no room for it.
+  /// Makes a scan a key scan of the part that the robot is in; `catch_up` is to follow. False when
+  /// the map has no room for it.
   /// @param points      of it.
   /// @param covariance  of its pose, in the map frame.
   bool insert(const PointScan& points, const PlacedScan& placed, const Eigen::Matrix3d& covariance,
@@ -65,6 +65,10 @@ class Mapping {
   void expect_no_more();
   /// Scans are to be inserted, a few with each of the next ones.
   void wait(const std::vector<WaitingScan>& scans) { parts_.wait(scans); }
+  /// Draws the key scans that have come since, where only what lies near is matched against. To be
+  /// called before the next scan is matched or the map is saved, and after `close_loops`, which may
+  /// replace or drop what would be drawn into.
+  void catch_up(const EngineOptions& options) { drawing_.catch_up(parts_.map(), options); }
   /// Inserts a few of those that wait, where the map holds them. Returns how many it has no room
   /// for.
   std::size_t insert_pending(const EngineOptions& options);
@@ -74,8 +78,8 @@ class Mapping {
   /// With the newest key scan: lets a search that is due take effect, and begins the next. Returns
   /// how the map has moved, if it has.
   std::optional<MapCorrection> close_loops(const EngineOptions& options);
-  /// Waits for a search that is under way, and lets it take effect.
-  std::optional<MapCorrection> finish_loops(const EngineOptions& options);
+  /// Waits for a search that is under way, and lets it take effect; `catch_up` is to follow.
+  std::optional<MapCorrection> finish_loops();
 
   /// A search that is under way is abandoned, and with loop closing off the whole map is matched
   /// against.
