@@ -44,8 +44,7 @@ using ByteSink = std::function<void(const std::string& bytes)>;
 /// of them are there and flushed to the disk do they take their names. So whoever reads meanwhile,
 /// and whoever reads after a crash, finds every file either as it was or as it should be. What was
 /// written aside goes with this object.
-/// Members throw FileError when a file cannot be written: of a file that was not added nothing
-/// stays.
+/// Members throw FileError when a file cannot be written: one that could not be added is removed.
 class FileReplacement {
  public:
   FileReplacement();
@@ -57,10 +56,11 @@ class FileReplacement {
   void add(const FileContents& file);
 
   /// The same piece by piece, so that the whole need not be in memory.
-  /// @param write_all  gives all of it to the sink. What it throws passes through.
+  /// @param write_all  gives all of it to the sink. What it throws passes through, but for a
+  ///                   std::system_error, which is taken for one of writing.
   void add(const std::string& path, const std::function<void(const ByteSink&)>& write_all);
 
-  /// Lets all files take their names.
+  /// Lets all files take their names, one after the other: where one cannot, those before it have.
   void finish();
 
  private:

@@ -41,7 +41,7 @@ class NearMap {
   NearMap() = default;
   /// @param center  where the newest key scan of its making was taken.
   /// @param taken   how many key scans there were then.
-  /// NOLINTNEXTLINE(modernize-pass-by-value): two numbers are copied either way
+  // Two numbers are copied either way. NOLINTNEXTLINE(modernize-pass-by-value)
   NearMap(SlamMap map, const Eigen::Vector2d& center, std::size_t taken)
       : map_(std::move(map)), center_(center), taken_(taken) {}
 
