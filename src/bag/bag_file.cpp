@@ -307,6 +307,7 @@ BagFile::BagFile(std::string path) : path_(std::move(path)) {
   std::sort(entries_.begin(), entries_.end(), [](const BagEntry& a, const BagEntry& b) {
     return std::tie(a.time, a.chunk, a.offset) < std::tie(b.time, b.chunk, b.offset);
   });
+  entries_.shrink_to_fit();
 }
 
 BagMessageReader::BagMessageReader(const BagFile& file)

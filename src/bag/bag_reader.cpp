@@ -203,6 +203,7 @@ BagReader::BagReader(const std::vector<std::string>& paths) {
       ++topics[bag.connections().at(entry.connection).topic].messages;
     }
     const ros::Time begin = bag.entries().front().time;
+    begins_.push_back(begin);
     begin_ = bags_.size() == 1 ? begin : std::min(begin_, begin);
     end_ = std::max(end_, bag.entries().back().time);
   }
@@ -214,9 +215,8 @@ BagReader::BagReader(const std::vector<std::string>& paths) {
 BagReader::~BagReader() = default;
 
 bool BagReader::has_begin_between(double from, double to) const {
-  return std::any_of(bags_.begin(), bags_.end(), [&](const auto& bag) {
-    const double begin = bag->entries().front().time.toSec();
-    return from < begin && begin < to;
+  return std::any_of(begins_.begin(), begins_.end(), [&](const ros::Time& begin) {
+    return from < begin.toSec() && begin.toSec() < to;
   });
 }
 

@@ -85,8 +85,12 @@ class BagReader {
                                                   const std::string& imu_topic = {},
                                                   const CloudOptions& cloud = {}) const;
 
+  /// Frees the index, which takes 24 bytes a message. No stream is to be read from then on.
+  void close() { bags_.clear(); }
+
  private:
   std::vector<std::unique_ptr<BagFile>> bags_;
+  std::vector<ros::Time> begins_;  ///< of the bags
   std::vector<BagTopic> topics_;
   ros::Time begin_;
   ros::Time end_;

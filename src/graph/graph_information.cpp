@@ -55,6 +55,15 @@ struct SparseInverse {
 
 GraphInformation::GraphInformation(const PoseGraph& graph, std::size_t fixed, bool motion_only)
     : fixed_(fixed), nodes_(graph.poses.size()) {
+  factor_.compute(add_edges(graph, motion_only));
+  if (factor_.info() != Eigen::Success) {
+    throw std::invalid_argument(
+        "pose graph: its covariances differ too much to be computed with; give the smallest more, "
+        "or the largest less");
+  }
+}
+
+Eigen::SparseMatrix<double> GraphInformation::add_edges(const PoseGraph& graph, bool motion_only) {
   const Index size = 3 * static_cast<Index>(nodes_ - 1);
   gradient_.setZero(size);
   std::vector<Eigen::Triplet<double>> entries;
@@ -99,12 +108,7 @@ GraphInformation::GraphInformation(const PoseGraph& graph, std::size_t fixed, bo
   }
   Sparse information(size, size);
   information.setFromTriplets(entries.begin(), entries.end());
-  factor_.compute(information);
-  if (factor_.info() != Eigen::Success) {
-    throw std::invalid_argument(
-        "pose graph: its covariances differ too much to be computed with; give the smallest more, "
-        "or the largest less");
-  }
+  return information;
 }
 
 GraphInformation::Change GraphInformation::covariance_with(const PoseEdge& edge,

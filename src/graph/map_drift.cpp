@@ -11,10 +11,11 @@ namespace {
 /// Log-likelihood of the believed loops given the motion, up to what does not depend on the drift:
 /// that of all edges less that of the motion, each with its poses integrated out (Laplace).
 double log_likelihood_of_loops(const PoseGraph& graph) {
-  const GraphInformation with_loops(graph, 0);
-  const GraphInformation motion(graph, 0, true);
-  return 0.5 * (motion.least_chi_square() + motion.log_determinant() -
-                with_loops.least_chi_square() - with_loops.log_determinant());
+  const auto without_poses = [&graph](bool motion_only) {
+    const GraphInformation information(graph, 0, motion_only);
+    return information.least_chi_square() + information.log_determinant();
+  };
+  return 0.5 * (without_poses(true) - without_poses(false));
 }
 
 }  // namespace

@@ -9,17 +9,16 @@ namespace {
 
 constexpr double kMostReachCells = 120.0;  // as LikelihoodField allows
 
-std::vector<Cell> known_cells(const OccupancyGrid& grid) {
+template <typename Visit>
+void visit_known(const OccupancyGrid& grid, const Visit& visit) {
   const CellBox bounds = grid.known_bounds();
-  std::vector<Cell> cells;
   for (int y = bounds.min.y; y < bounds.max.y; ++y) {
     for (int x = bounds.min.x; x < bounds.max.x; ++x) {
       if (grid.is_known({x, y})) {
-        cells.push_back({x, y});
+        visit(Cell{x, y});
       }
     }
   }
-  return cells;
 }
 
 template <typename Archive, typename Surface>
@@ -38,12 +37,13 @@ void write_grids(const SlamMap& map, MapWriter& writer) {
   writer.number(map.field.geometry().resolution());
   writer.number(map.field.options().sigma);
   writer.number(map.field.options().reach);
-  const std::vector<Cell> known = known_cells(map.occupancy);
-  writer.integer(std::uint64_t{known.size()});
-  for (const Cell& cell : known) {
+  std::uint64_t known = 0;  // counted first, as a list of them would take more memory than the map
+  visit_known(map.occupancy, [&known](const Cell& /*cell*/) { ++known; });
+  writer.integer(known);
+  visit_known(map.occupancy, [&](const Cell& cell) {
     writer.cell(cell);
     writer.integer(map.occupancy.stored(cell));
-  }
+  });
   const std::vector<Cell> walls = map.field.surface_cells();
   writer.integer(std::uint64_t{walls.size()});
   for (const Cell& cell : walls) {

@@ -1,4 +1,5 @@
 #include <limits>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
@@ -113,9 +114,9 @@ void write_key_scans(const KeyScans& key_scans, MapWriter& writer) {
   for (const PlacedScan& key : key_scans.all()) {
     transfer_pose(writer, key.map_from_base);
     writer.integer(std::int32_t{key.scan->laser()});
-    const MeasuredScan* measured = key.scan->measured();
-    writer.flag(measured != nullptr);
-    if (measured != nullptr) {
+    const std::optional<MeasuredScan> measured = key.scan->measured();
+    writer.flag(measured.has_value());
+    if (measured) {
       transfer_measured(writer, *measured);
     } else {
       transfer_points(writer, *key.scan->points());

@@ -1,3 +1,4 @@
+#include <optional>
 #include <utility>
 
 #include "io/saved_parts.hpp"
@@ -72,10 +73,11 @@ FurtherLasers read_further_lasers(MapReader& reader) {
     const KeyScans waiting = read_key_scans(reader);
     if (!waiting.empty()) {
       const PlacedScan& scan = waiting.all().front();
-      if (scan.scan->measured() == nullptr) {
+      std::optional<MeasuredScan> measured = scan.scan->measured();
+      if (!measured) {
         reader.fail("is damaged: a laser's scan that waits was not measured");
       }
-      laser.waiting = FurtherScan{*scan.scan->measured(), scan.map_from_base};
+      laser.waiting = FurtherScan{std::move(*measured), scan.map_from_base};
     }
   }
   return {std::move(lasers), lead};

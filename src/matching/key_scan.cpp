@@ -7,6 +7,7 @@
 #include "common/lru_cache.hpp"
 #include "map/scan_surfaces.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
+#include "sensor/packed_ranges.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -60,11 +61,16 @@ struct KeyScanCache {
 
 std::shared_ptr<KeyScanCache> make_key_scan_cache() { return std::make_shared<KeyScanCache>(); }
 
+KeyScan::Packed KeyScan::packed_of(MeasuredScan measured) {
+  const std::vector<float> ranges = std::exchange(measured.scan.ranges, {});
+  return {std::move(measured), pack_ranges(ranges), ranges.size()};
+}
+
 KeyScan::KeyScan(MeasuredScan measured, std::uint64_t id, int laser,
                  std::shared_ptr<KeyScanCache> cache)
     : id_(id),
       laser_(laser),
-      seen_(std::move(measured)),
+      seen_(packed_of(std::move(measured))),
       cache_(std::move(cache)),
       cache_key_(cache_->next_key++) {}
 
@@ -76,7 +82,16 @@ KeyScan::KeyScan(PointScan points, std::uint64_t id, int laser, std::shared_ptr<
       cache_key_(cache_->next_key++) {}
 
 double KeyScan::stamp() const {
-  return measured() != nullptr ? measured()->scan.stamp : points()->stamp;
+  return packed() != nullptr ? packed()->measured.scan.stamp : points()->stamp;
+}
+
+std::optional<MeasuredScan> KeyScan::measured() const {
+  if (packed() == nullptr) {
+    return std::nullopt;
+  }
+  MeasuredScan measured = packed()->measured;
+  measured.scan.ranges = unpack_ranges(packed()->ranges, packed()->beams);
+  return measured;
 }
 
 std::shared_ptr<const PointScan> KeyScan::points() const {
@@ -87,7 +102,7 @@ std::shared_ptr<const PointScan> KeyScan::points() const {
 }
 
 void KeyScan::keep(const PointScan& points) const {
-  if (measured() != nullptr) {
+  if (packed() != nullptr) {
     static_cast<void>(cache_->points.get(cache_key_, [&points] { return points; }));
   }
 }

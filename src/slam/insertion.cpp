@@ -14,12 +14,12 @@ bool sees_farther(const ScanInput& input, const KeyScans& key_scans) {
   constexpr double kLevel = 0.01;  // [rad]
   const PlacedScans& all = key_scans.all();
   const auto newest = std::find_if(all.rbegin(), all.rend(), [&](const PlacedScan& placed) {
-    return placed.scan->laser() == input.laser && placed.scan->measured() != nullptr;
+    return placed.scan->laser() == input.laser && placed.scan->base_from_laser() != nullptr;
   });
   if (newest == all.rend()) {
     return false;
   }
-  const double tilt = tilt_of(newest->scan->measured()->base_from_laser);
+  const double tilt = tilt_of(*newest->scan->base_from_laser());
   return tilt > kLevel && tilt_of(input.base_from_laser) < 0.5 * tilt;
 }
 

@@ -1,6 +1,7 @@
 #include "matchbox_slam/slam/key_scans.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace matchbox_slam {
@@ -19,8 +20,8 @@ void KeyScans::add(PointScan points, int laser, const Pose2& map_from_base) {
 
 void KeyScans::add(const PlacedScan& other) {
   const KeyScan& scan = *other.scan;
-  if (scan.measured() != nullptr) {
-    add(*scan.measured(), scan.laser(), other.map_from_base);
+  if (std::optional<MeasuredScan> measured = scan.measured()) {
+    add(std::move(*measured), scan.laser(), other.map_from_base);
   } else {
     add(*scan.points(), scan.laser(), other.map_from_base);
   }

@@ -56,6 +56,7 @@ void close_a_loop(const LoopSearch& search, double least_moved, LoopTaskDone& do
 LoopTaskDone do_loop_task(const LoopTask& task) {
   LoopTaskDone done;
   if (task.search) {
+    done.graph.edges.reserve(task.search->graph.edges.size() + 1);  // twice as many else
     done.graph = task.search->graph;
     close_a_loop(*task.search, kLeastMoved * task.near.map.resolution, done);
   }

@@ -227,8 +227,8 @@ TEST_F(SavedMap, ReadsVersion4OfTheFormat) {
   ASSERT_FALSE(start.loops.graph().edges.empty());
   EXPECT_TRUE(start.loops.graph().edges.front().drift.isZero()) << "version 9 tells it apart";
   for (const PlacedScan& key : start.key_scans.all()) {
-    const MeasuredScan* measured = key.scan->measured();
-    ASSERT_NE(measured, nullptr);
+    const std::optional<MeasuredScan> measured = key.scan->measured();
+    ASSERT_TRUE(measured);
     EXPECT_EQ(measured->options.max_drop, 1000.0);
     EXPECT_EQ(measured->options.free_range, 0.0);
     EXPECT_EQ(measured->laser_motion.matrix(), Eigen::Matrix4d::Identity());
