@@ -54,6 +54,9 @@ void transfer_doubt(Archive& archive, Doubt& doubt) {
   archive.number(doubt.way);
   transfer_count(archive, doubt.doubtful);
   transfer_count(archive, doubt.contradictions);
+  if (archive.version() >= 11) {
+    archive.number(doubt.contradicted);
+  }
   transfer_count(archive, doubt.confirmations, -kMost);
   transfer_pose(archive, doubt.map_from_base);
 }

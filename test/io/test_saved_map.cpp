@@ -215,7 +215,7 @@ TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
   EXPECT_EQ(points->points[3].position.x(), -0.73786027155316258);
   EXPECT_EQ(points->stamp, 1.1);
   write(to_saved_map(start));
-  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 10";
+  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 11";
 }
 
 /// Written before lasers could be tilted, after ten scans of twelve beams.
@@ -277,7 +277,7 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 /// Bytes of what follows the motion and the lasers' number, and of what follows the key scans, when
 /// there are no lasers and nothing was ever in doubt: see write_whereabouts, transfer_motion.
 constexpr std::size_t kWhereaboutsBytes =
-    (1 + 1 + 2 + 3 + 1 + 1 + 2 + 1 + 1 + 1) * 8 + 3 * 4 + 2 + 1;
+    (1 + 1 + 2 + 1 + 3 + 1 + 1 + 2 + 1 + 1 + 1) * 8 + 3 * 4 + 2 + 1;
 constexpr std::size_t kLoopBytes = (1 + 1 + 1 + 1 + 1) * 8 + 5;
 constexpr std::size_t kLaserBytes = 4 + 4 + 8 + 8;
 constexpr std::size_t kEndBytes = kWhereaboutsBytes + kLoopBytes + kLaserBytes;
@@ -285,6 +285,9 @@ constexpr std::size_t kCalibrationBytes = (3 + 9 + 2 + 1 + 3 + 3 + 3) * 8 + 1;
 /// The way since a match that the map does not contradict, and what follows it.
 constexpr std::size_t kWayBytes = 8;
 constexpr std::size_t kAfterWayBytes = (2 + 1 + 1 + 1) * 8 + 1 + kLoopBytes + kLaserBytes;
+/// How much contradicted the map in a doubt, and what follows it.
+constexpr std::size_t kContradictedBytes = 8;
+constexpr std::size_t kAfterContradictedBytes = 4 + (3 + 1) * 8 + kWayBytes + kAfterWayBytes;
 /// After what the motion learned of odometry.
 constexpr std::size_t kAfterMotionBytes = 8 + 8 + kEndBytes;
 constexpr std::size_t kStateBytes =
@@ -297,7 +300,7 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   map.occupancy.restore({1, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
   std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 10\n").size() + 4 * 8;
+  const std::size_t first_cell = std::string("matchbox_slam map, version 11\n").size() + 4 * 8;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
@@ -310,11 +313,15 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
 TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
+  bytes.erase(bytes.size() - kAfterContradictedBytes - kContradictedBytes, kContradictedBytes);
+  bytes.replace(head.size(), 2, "10");
+  write(compress(bytes));
+  EXPECT_EQ(read_saved_map(path_).whereabouts.doubt.contradicted, 0.0);
   bytes.erase(bytes.size() - kAfterWayBytes - kWayBytes, kWayBytes);
   bytes.replace(head.size(), 2, "9");
   write(compress(bytes));
   EXPECT_EQ(read_saved_map(path_).whereabouts.contradicted_way, 0.0);
-  constexpr std::size_t kAfterMotion = kAfterMotionBytes - kWayBytes;
+  constexpr std::size_t kAfterMotion = kAfterMotionBytes - kWayBytes - kContradictedBytes;
   bytes.erase(bytes.size() - kAfterMotion - kCalibrationBytes, kCalibrationBytes);
   bytes[head.size()] = '7';
   write(compress(bytes));
@@ -337,7 +344,7 @@ TEST_F(SavedMap, AMapOfANewerVersionIsNotDamaged) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
   bytes.replace(head.size(), 2, "12");
   write(compress(bytes));
-  EXPECT_TRUE(contains(error(), "is a saved map of version 12; this program reads 1 to 10: "));
+  EXPECT_TRUE(contains(error(), "is a saved map of version 12; this program reads 1 to 11: "));
   EXPECT_THROW(
       {
         try {
@@ -376,7 +383,7 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t head = std::string("matchbox_slam map, version 10\n").size();
+  const std::size_t head = std::string("matchbox_slam map, version 11\n").size();
   const auto error_with = [&](double number, std::size_t at) {
     std::string sound(bytes, at, sizeof number);
     std::memcpy(bytes.data() + at, &number, sizeof number);

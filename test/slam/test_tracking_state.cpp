@@ -186,6 +186,18 @@ TEST_F(TrackingDoubtTest, SomethingThatCoversTheViewIsNotBeingLost) {
   EXPECT_TRUE(doubt_.is_lost(stamp_, {}));
 }
 
+/// Too little of each scan contradicts the map to count, and every scan does a little.
+TEST_F(TrackingDoubtTest, OnlyWhereHardlyAnythingContradictsALongDoubtIsBlind) {
+  for (const double contradiction : {0.0, 0.01, 0.03, 0.09}) {
+    doubt_ = {};
+    for (int i = 0; i < 90; ++i) {  // 5.4 m
+      follow(doubtful(contradiction));
+    }
+    EXPECT_TRUE(doubt_.is_lost(stamp_, {})) << contradiction;
+    EXPECT_EQ(doubt_.is_blind({}), contradiction < 0.02) << contradiction;
+  }
+}
+
 TEST_F(TrackingDoubtTest, TimeWithoutScansSaysNothing) {
   // 0.3 s of scans, 2 s apart from 0.3 s more, as of a laser that nods.
   for (int i = 0; i < 3; ++i) {

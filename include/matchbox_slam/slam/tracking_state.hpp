@@ -33,11 +33,12 @@ struct TrackingOptions {
     option(self.lost_after, "lost_after", between(0.0, 1000.0), "s",
            "The robot counts as lost after this time of scans that contradict the map, five or "
            "more.");
-    option(self.lost_way, "lost_way", between(0.0, 1000.0), "m",
-           "After this way of scans, ten or more, that match nowhere and contradict nothing, as "
-           "where nothing is mapped, it maps on where odometry says, if loops are closed, and "
-           "else counts as lost, too. A provisional pose "
-           "that nothing speaks against for so long is confirmed.");
+    option(
+        self.lost_way, "lost_way", between(0.0, 1000.0), "m",
+        "After this way of scans, ten or more, that match nowhere, the robot counts as lost, too. "
+        "Where they contradict nothing, as where nothing is mapped, and loops are closed, it maps "
+        "on where odometry says instead. A provisional pose that nothing speaks against for so "
+        "long is confirmed.");
   }
 };
 
@@ -51,7 +52,8 @@ struct TrackingDoubt {
   double way = 0.0;             ///< [m] driven since then, or since a provisional pose was
                                 ///< found or contradicted
   int doubtful = 0;             ///< scans since then that matched nowhere
-  int contradictions = 0;       ///< scans since then that contradicted the map
+  int contradictions = 0;       ///< of those, scans that contradicted the map
+  double contradicted = 0.0;    ///< of those, sum of the shares of beams that contradicted it
   int confirmations = 0;  ///< scans that agree with a provisional pose, less contradicted ones
   Pose2 map_from_base;    ///< at the newest scan that counted
 
@@ -66,7 +68,7 @@ struct TrackingDoubt {
   void follow(const WeighedMatch& match, double stamp, double way, const Pose2& map_from_base,
               double usual_score, const DoubtOptions& doubt, const TrackingOptions& options);
 
-  /// Whether nothing matched for long, and nothing contradicted either.
+  /// Whether nothing matched for long, and hardly anything contradicted either.
   [[nodiscard]] bool is_blind(const TrackingOptions& options) const;
 
   [[nodiscard]] bool is_lost(double stamp, const TrackingOptions& options) const;
