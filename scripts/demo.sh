@@ -43,9 +43,10 @@ demo_of_bag() {
 
 name_results() {
   say "Results are in $1"
-  echo "map.png         the map, for people: raw odometry and corrected trajectory drawn over it"
+  echo "map.png         the map, for people: trajectory, raw odometry and loops drawn over it"
   echo "map.pgm, .yaml  the map, for map_server and navigation"
-  echo "trajectory.tum, odometry.tum, report.json"
+  echo "map.slam        all that was learnt, to go on with: --map"
+  echo "trajectory.tum, odometry.tum, report.json; the README tells of the others"
 }
 
 case ${1:-} in

@@ -138,6 +138,9 @@ std::optional<ScanQueue::Item> BagScans::next() {
         first_skip_.clear();
         used_before_jump_ += queue_->account().delivered;
       }
+      if (const auto* scan = std::get_if<ReadyScan>(next)) {
+        delivered_time_ = scan->arrival;
+      }
       return queue_->next();
     }
     if (stream_ == nullptr) {
@@ -160,6 +163,12 @@ bool BagScans::is_event_due(const ScanQueue::Item& next) const {
 
 double BagScans::stamp_after_event() const {
   return std::get<ReadyScan>(*queue_->peek()).input.scan.stamp;
+}
+
+double BagScans::start_of_rest() const {
+  constexpr double kStep = 1e-3;  // [s], so that it is short to type
+  const double delivered = seconds_between(reader_.begin_time(), delivered_time_);
+  return (std::floor(delivered / kStep) + 1.0) * kStep;
 }
 
 void BagScans::read_message() {

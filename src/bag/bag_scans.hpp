@@ -76,6 +76,9 @@ class BagScans {
   /// Stamp [s] of the scan that comes next, after `next` has given an event.
   [[nodiscard]] double stamp_after_event() const;
 
+  /// The `BagPeriod::start` [s] of what has not been delivered yet.
+  [[nodiscard]] double start_of_rest() const;
+
   /// Whether a bag begins between scans of these stamps [s].
   [[nodiscard]] bool begins_bag(double before, double stamp) const {
     constexpr double kLatency = 1.0;  // [s] from a scan's stamp to its recording
@@ -125,6 +128,7 @@ class BagScans {
   bool told_of_map_link_ = false;
   bool told_of_imu_ = false;
   std::optional<ros::Time> first_time_;
+  ros::Time delivered_time_;  ///< when the newest scan that was delivered had been recorded
   std::deque<TimedEvent> events_;
   int time_jumps_ = 0;
 };

@@ -192,9 +192,9 @@ std::string TransformStore::why_not(const std::string& target, const std::string
     const ros::Time newest = buffer_.lookupTransform(target, source, ros::Time(0)).header.stamp;
     const double lag = seconds_between(newest, stamp);
     if (lag > 0.0) {
-      text << "the newest is " << lag << " s older than the scan";
+      text << "the newest is " << lag << " s older";
     } else {
-      text << "tf is there from later on only, up to " << -lag << " s after the scan";
+      text << "tf is there from later on only, up to " << -lag << " s after that";
     }
   } catch (const tf2::ConnectivityException&) {
     text << (by_imu ? "tf does not say how it is mounted" : "tf does not connect them");

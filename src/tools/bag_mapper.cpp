@@ -164,13 +164,24 @@ void BagMapping::cut_no_returns() {
                " m, from which on they are no return");
 }
 
+/// Why a drive is another than that of a saved map.
+std::string text_of_another_drive(double stamp, std::optional<double> saved) {
+  std::string why;
+  if (saved) {
+    why = ", as its first scan is " + fixed_text(std::abs(stamp - *saved), 3) +
+          (stamp > *saved ? " s newer" : " s older") + " than the last one of the map";
+  }
+  return "; this is another drive" + why + ": the robot is searched for in the map";
+}
+
 void BagMapping::go_on_with_saved_map(double stamp) {
+  const std::optional<double> last = saved_->motion.stamp;
   const bool has_key_scans = !saved_->key_scans.empty();
   const bool same_drive = run_->take_up(std::move(*saved_), stamp, kLongestPause);
   saved_.reset();
   dialog_.inform("going on with " + map_file_ +
                  (same_drive      ? ", whose drive goes on"
-                  : has_key_scans ? "; this is another drive: the robot is searched for in the map"
+                  : has_key_scans ? text_of_another_drive(stamp, last)
                                   : "; where the robot is in it is known to 0.3 m and 0.2 rad"));
 }
 
@@ -306,7 +317,8 @@ void BagMapping::tell(const RunFacts& facts) const {
                  " events have no scan after them and took no effect");
   }
   if (facts.bag.interrupted) {
-    dialog_.warn("interrupted: the results cover the bag up to there");
+    dialog_.warn("interrupted: the results cover the bag up to there; to go on give --start " +
+                 fixed_text(scans_.start_of_rest(), 3) + " --map " + out_ + "/map.slam");
   }
 }
 

@@ -256,7 +256,7 @@ TEST(ScanQueue, SkipsAScanWithoutTransformAfterTheTimeout) {
   EXPECT_EQ(skipped[0].reason, SkipReason::kNoTransform);
   EXPECT_EQ(skipped[0].text,
             "scan of 100.500 s skipped (no_transform): no transform from 'base' to 'odom' at "
-            "100.500: the newest is 0.200 s older than the scan");
+            "100.500: the newest is 0.200 s older");
   feed.expect_all_accounted_for();
 }
 

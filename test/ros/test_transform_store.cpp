@@ -119,8 +119,7 @@ TEST(TransformStore, SaysWhyThereIsNoTransform) {
   store.add(make_link(100.0, "odom", "base", 1.0), false);
   store.add(make_link(100.0, "wall", "camera", 1.0), true);
   EXPECT_EQ(store.why_not("odom", "base", ros::Time(100.25)),
-            "no transform from 'base' to 'odom' at 100.250: the newest is 0.250 s older than the "
-            "scan");
+            "no transform from 'base' to 'odom' at 100.250: the newest is 0.250 s older");
   EXPECT_EQ(store.why_not("odom", "base_link", ros::Time(100.0)),
             "no transform from 'base_link' to 'odom' at 100.000: tf has no frame 'base_link'; it "
             "has base, camera, odom, wall");
@@ -132,7 +131,7 @@ TEST(TransformStore, SaysWhyThereIsNoTransform) {
             "no orientation by the IMU at 100.000: tf does not say how it is mounted");
   store.add(make_link(100.0, "base", "imu_link", 0.0), true);
   EXPECT_EQ(store.why_not("base", kImuHeadingFrame, ros::Time(100.25)),
-            "no orientation by the IMU at 100.250: the newest is 0.250 s older than the scan");
+            "no orientation by the IMU at 100.250: the newest is 0.250 s older");
   EXPECT_TRUE(contains(store.why_not("odom", "base", ros::Time(99.0)), "from later on only"));
   EXPECT_TRUE(contains(store.why_not("odom", "camera", ros::Time(100.0)), "does not connect them"));
 }

@@ -410,7 +410,10 @@ TEST_F(MapBag, ARobotOfAnotherDriveIsLostUntilItMoves) {
     other.begin = begin;
     const Outcome outcome = run_small(other, "--map " + old);
     ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
-    EXPECT_TRUE(contains(outcome.output, "old.slam; this is another drive: the robot is searched"))
+    EXPECT_TRUE(contains(outcome.output,
+                         "old.slam; this is another drive, as its first scan is " +
+                             std::string(begin < 1000.0 ? "504.900 s older" : "995.100 s newer") +
+                             " than the last one of the map: the robot is searched"))
         << outcome.output;
     EXPECT_TRUE(contains(outcome.output, "found nowhere in the map: 1; ")) << outcome.output;
     EXPECT_TRUE(read_file(out_ + "/map.pgm") == map);
@@ -500,7 +503,7 @@ TEST_F(TwoDrives, BecomeOneMap) {
   const std::string old = folder_ / "old.slam";
   std::filesystem::copy_file(out_ + "/map.slam", old);
   expect_one_map(run_command(MATCHBOX_MAP_BAG, second_ + " --out " + out_ + " --map " + old),
-                 "old.slam; this is another drive: the robot is searched for in the map");
+                 " newer than the last one of the map: the robot is searched for in the map");
 }
 
 TEST_F(MapBag, LaterConfigurationsReplaceEarlierOnes) {
@@ -1063,6 +1066,26 @@ TEST_F(MapBag, AnInterruptEndsItInGoodOrder) {
     EXPECT_GT(poses(), 0U);
     EXPECT_LT(poses(), 100000U);
   }
+}
+
+/// As its last line says.
+TEST_F(MapBag, AnInterruptedRunIsGoneOnWithWhereItEnded) {
+  SmallBag recipe;
+  recipe.scans = 20000;  // which take some second
+  write_small_bag(bag_, recipe);
+  const Outcome outcome = run_command(
+      "/bin/sh", std::string("-c '\"$@\" & pid=$!; sleep 0.5; kill -INT $pid; wait $pid' sh ") +
+                     MATCHBOX_MAP_BAG + " " + bag_ + " --out " + out_);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  const std::string advice = "to go on give ";
+  const std::size_t at = outcome.output.find(advice);
+  ASSERT_NE(at, std::string::npos) << outcome.output;
+  const std::string arguments = outcome.output.substr(at + advice.size());
+  const std::size_t covered = poses();
+  const Outcome rest = run(arguments.substr(0, arguments.find('\n')));
+  ASSERT_EQ(rest.exit_code, 0) << rest.output;
+  EXPECT_TRUE(contains(rest.output, "map.slam, whose drive goes on")) << rest.output;
+  EXPECT_EQ(covered + poses(), recipe.scans);
 }
 
 TEST_F(MapBag, AnInterruptBeforeTheFirstScanWritesNothing) {
