@@ -168,7 +168,7 @@ double BagScans::stamp_after_event() const {
 double BagScans::start_of_rest() const {
   constexpr double kStep = 1e-3;  // [s], so that it is short to type
   const double delivered = seconds_between(reader_.begin_time(), delivered_time_);
-  return (std::floor(delivered / kStep) + 1.0) * kStep;
+  return std::floor(delivered / kStep + 1.5) * kStep;
 }
 
 void BagScans::read_message() {

@@ -241,7 +241,9 @@ class SavedFields {
     add(1, 8, rest);
     add(2, 1, rest);
     add(2, 8, state);
-    add(3, 4, rest);
+    add(2, 4, rest);
+    add(1, 8, state);
+    add(1, 4, rest);
     add(3 + 1 + 1, 8, state);
     EXPECT_EQ(count() + count(), 0U) << "no scans that wait";
     add(1, 8, rest);
