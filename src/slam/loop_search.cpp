@@ -11,6 +11,7 @@
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/contradiction.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
+#include "slam/mutual_fit.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -87,12 +88,22 @@ PlacedScans around(const PlacedScans& keys, std::size_t candidate) {
           keys.begin() + static_cast<std::ptrdiff_t>(end)};
 }
 
+/// The newest, with the newest of all at this pose.
+PlacedScans newest_at(const PlacedScans& keys, const Pose2& frame_from_newest) {
+  const Pose2 frame_from_map = frame_from_newest * keys.back().map_from_base.inverse();
+  PlacedScans newest(keys.end() - static_cast<std::ptrdiff_t>(std::min(keys.size(), kMerged)),
+                     keys.end());
+  for (PlacedScan& key : newest) {
+    key.map_from_base = frame_from_map * key.map_from_base;
+  }
+  return newest;
+}
+
 PointScan merged_newest(const PlacedScans& keys) {
-  const Pose2 newest_from_map = keys.back().map_from_base.inverse();
   PointScan merged;
   merged.stamp = keys.back().scan->stamp();
-  for (std::size_t i = keys.size() - std::min(keys.size(), kMerged); i < keys.size(); ++i) {
-    append(*keys[i].scan->points(), newest_from_map * keys[i].map_from_base, merged);
+  for (const PlacedScan& key : newest_at(keys, {})) {
+    append(*key.scan->points(), key.map_from_base, merged);
   }
   return merged;
 }
@@ -206,6 +217,10 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
                   match.score, rough.rival_share,   through_walls};
   if (!match.accepted() || !match.unconstrained_directions.empty() ||
       match.score < options.least_score || found.contradiction > options.most_contradiction) {
+    return std::nullopt;
+  }
+  const PlacedScans here = newest_at(keys, map_from_key * match.map_from_base);
+  if (mutual_fit(here, there, match.score) - through_walls < options.least_mutual_fit) {
     return std::nullopt;
   }
   found.covariance += covariance_of(0.03, 0.005);

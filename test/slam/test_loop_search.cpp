@@ -211,6 +211,9 @@ TEST(FindLoop, WhatFitsTooLittleIsNone) {
   EXPECT_TRUE(find_loop(driven.keys(), kCandidate, 0.5, options));
   options.most_rival = found->rival_share - 0.001;
   EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 0.5, options)) << "another fits as well";
+  options = {};
+  options.least_mutual_fit = 1.0;
+  EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 0.5, options)) << "either time saw more";
 }
 
 /// The walls of a block of 3 m by 2 m; a robot drives round it.
@@ -240,9 +243,13 @@ TEST(FindLoop, TheInsideOfWallsIsNotTheirOutside) {
   EXPECT_FALSE(find_loop(closet.keys(), 10, 0.3, {}));
   LoopOptions options;
   options.most_contradiction = 1.0;
+  options.least_mutual_fit = -1.0;
   const auto fits = find_loop(closet.keys(), 10, 0.3, options);
   ASSERT_TRUE(fits) << "it fits but for that";
   EXPECT_GT(fits->contradiction, 0.9);
+  options.least_mutual_fit = 0.3;
+  EXPECT_FALSE(find_loop(closet.keys(), 10, 0.3, options))
+      << "beams through walls count there, too";
 
   DriftedDrive block = round_a_block();
   for (std::size_t i = 0; i < kMerged; ++i) {

@@ -112,6 +112,23 @@ TEST(WholeRun, OlsonDrivesThroughChaosAndKnowsHowWell) {
 
 TEST(WholeRun, OlsonClosesTheRing) { EXPECT_LE(error_of_rings(kOlson), 0.020); }  // 13 mm
 
+/// A lap of a ring, the whole of which odometry alone knows to some metres: with a laser of 8 m and
+/// half a turn many places along it look alike.
+TEST(WholeRun, APieceOfCorridorIsNotTakenForAnother) {
+  SimulationOptions options;
+  options.laser.beams = 181;
+  options.laser.field_of_view = kPi;
+  options.laser.range_max = 8.0;
+  options.laser.range_noise = 0.015;
+  options.laser.scan_rate = 5.0;
+  options.odometry.translation_noise = 0.04;
+  options.odometry.rotation_noise = 0.06;
+  options.odometry.heading_noise = 0.016;
+  // As it is known at the time, 0.07 and 0.08 m; 1.1 m where a loop has only to fit somewhere.
+  EXPECT_LE(errors_of_run("loop", 3, kOlson, options).translation, 0.11);
+  EXPECT_LE(errors_of_run("loop", 48, kOlson, options).translation, 0.11);
+}
+
 /// In the plain corridors between two buildings, 20 m long, all that tells the way along are two to
 /// four beams that meet walls through the cracks of far corners.
 TEST(WholeRun, BeamsThroughFarCracksTellTheWayAlongACorridor) {

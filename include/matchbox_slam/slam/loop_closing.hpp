@@ -25,6 +25,7 @@ struct LoopOptions {
   double least_score = 0.55;
   double most_rival = 0.95;
   double most_contradiction = 0.1;
+  double least_mutual_fit = 0.55;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -48,6 +49,9 @@ struct LoopOptions {
            "A place is no loop when another one fits more than this share as well.");
     option(self.most_contradiction, "most_contradiction", between(0.0, 1.0), "",
            "A place is no loop when more than this share of the beams cross walls there.");
+    option(self.least_mutual_fit, "least_mutual_fit", between(-1.0, 1.0), "",
+           "A loop fits at least this well on ground that was seen both times, less the shares of "
+           "what either time saw where the other saw free ground, and of beams that cross walls.");
   }
 };
 
