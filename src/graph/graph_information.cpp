@@ -167,10 +167,10 @@ std::vector<Eigen::Matrix3d> GraphInformation::error_covariances(
     const EdgeError error = edge_error(graph, edge);
     const Eigen::Matrix3d cross =
         error.by_from * inverse.block(edge.from, edge.to) * error.by_to.transpose();
-    covariances.push_back(error.by_from * inverse.block(edge.from, edge.from) *
-                              error.by_from.transpose() +
-                          cross + cross.transpose() +
-                          error.by_to * inverse.block(edge.to, edge.to) * error.by_to.transpose());
+    covariances.emplace_back(
+        error.by_from * inverse.block(edge.from, edge.from) * error.by_from.transpose() + cross +
+        cross.transpose() +
+        error.by_to * inverse.block(edge.to, edge.to) * error.by_to.transpose());
   }
   return covariances;
 }
