@@ -139,7 +139,7 @@ std::optional<ScanQueue::Item> BagScans::next() {
         used_before_jump_ += queue_->account().delivered;
       }
       if (const auto* scan = std::get_if<ReadyScan>(next)) {
-        delivered_time_ = scan->arrival;
+        delivered_time_ = std::max(delivered_time_, scan->arrival);
       }
       return queue_->next();
     }

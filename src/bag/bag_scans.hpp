@@ -128,7 +128,7 @@ class BagScans {
   bool told_of_map_link_ = false;
   bool told_of_imu_ = false;
   std::optional<ros::Time> first_time_;
-  ros::Time delivered_time_;  ///< when the newest scan that was delivered had been recorded
+  ros::Time delivered_time_;  ///< latest recording of a scan that was delivered
   std::deque<TimedEvent> events_;
   int time_jumps_ = 0;
 };

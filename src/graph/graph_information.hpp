@@ -57,7 +57,8 @@ class GraphInformation {
 
  private:
   struct Inverse;
-  /// Adds the edges to gradient and chi-square, and returns the information, its lower half.
+  /// Adds the edges to gradient and chi-square, and returns the information, its lower half. What
+  /// that takes is freed before the information is factored, which takes as much again.
   [[nodiscard]] Eigen::SparseMatrix<double> add_edges(const PoseGraph& graph, bool motion_only);
   [[nodiscard]] Eigen::Index first_of(std::size_t node) const {
     return 3 * static_cast<Eigen::Index>(node - (node > fixed_ ? 1 : 0));

@@ -55,7 +55,7 @@ void transfer_doubt(Archive& archive, Doubt& doubt) {
   transfer_count(archive, doubt.doubtful);
   transfer_count(archive, doubt.contradictions);
   if (archive.version() >= 11) {
-    archive.number(doubt.contradicted);
+    archive.number(doubt.contradiction_sum);
   }
   transfer_count(archive, doubt.confirmations, -kMost);
   transfer_pose(archive, doubt.map_from_base);

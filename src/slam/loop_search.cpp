@@ -88,6 +88,13 @@ PlacedScans around(const PlacedScans& keys, std::size_t candidate) {
           keys.begin() + static_cast<std::ptrdiff_t>(end)};
 }
 
+PlacedScans in_frame(PlacedScans keys, const Pose2& map_from_frame) {
+  for (PlacedScan& key : keys) {
+    key.map_from_base = map_from_frame.inverse() * key.map_from_base;
+  }
+  return keys;
+}
+
 /// The newest, with the newest of all at this pose.
 PlacedScans newest_at(const PlacedScans& keys, const Pose2& frame_from_newest) {
   const Pose2 frame_from_map = frame_from_newest * keys.back().map_from_base.inverse();
@@ -219,8 +226,9 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
       match.score < options.least_score || found.contradiction > options.most_contradiction) {
     return std::nullopt;
   }
-  const PlacedScans here = newest_at(keys, map_from_key * match.map_from_base);
-  if (mutual_fit(here, there, match.score) - through_walls < options.least_mutual_fit) {
+  const PlacedScans here = newest_at(keys, match.map_from_base);
+  if (mutual_fit(here, in_frame(there, map_from_key), match.score) - through_walls <
+      options.least_mutual_fit) {
     return std::nullopt;
   }
   found.covariance += covariance_of(0.03, 0.005);

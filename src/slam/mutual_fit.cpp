@@ -1,5 +1,7 @@
 #include "slam/mutual_fit.hpp"
 
+#include <algorithm>
+
 #include "matchbox_slam/slam/near_map.hpp"
 
 namespace matchbox_slam {
@@ -43,7 +45,7 @@ GroundShares ground_shares(const PointScan& scan, const Pose2& map_from_base, co
 double mutual_fit(const PlacedScans& here, const PlacedScans& there, double score) {
   const GroundShares on_there = shares_of_all(here, rendered(there, {}, {}));
   const GroundShares on_here = shares_of_all(there, rendered(here, {}, {}));
-  const double on_ground = score < on_there.mapped ? score / on_there.mapped : 1.0;
+  const double on_ground = on_there.mapped > 0.0 ? std::min(1.0, score / on_there.mapped) : 0.0;
   return on_ground - on_there.off_walls - on_here.off_walls;
 }
 

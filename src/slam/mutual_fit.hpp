@@ -17,7 +17,7 @@ struct GroundShares {
 /// How well two sets of key scans fit each other where both have seen something: the score of the
 /// one on ground that the other has mapped, less the shares of either that the other knows better.
 /// Scans that saw a plain corridor from two places of it fit but for what is seen in one of them
-/// alone, and no beam has to go through a wall for that. 1 at most, but for noise.
+/// alone, and no beam has to go through a wall for that. 1 at most.
 /// @param score  of `here` against the walls of `there`.
 /// Cost: of drawing all of them.
 [[nodiscard]] double mutual_fit(const PlacedScans& here, const PlacedScans& there, double score);

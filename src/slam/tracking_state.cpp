@@ -36,7 +36,8 @@ bool has_moved(const Pose2& map_from_before, const Pose2& map_from_now) {
 
 /// Whether nothing matched for long.
 bool is_unmatched(const TrackingDoubt& doubt, const TrackingOptions& options) {
-  constexpr int kLeastDoubtful = 10;  // a guess; half or double changes no byte (CONSTANTS.md)
+  // A guess; half or double changes no byte (CONSTANTS.md, as kLeastBlind).
+  constexpr int kLeastDoubtful = 10;
   return doubt.doubts && !doubt.is_provisional && doubt.doubtful >= kLeastDoubtful &&
          doubt.way >= options.lost_way;
 }
@@ -81,7 +82,7 @@ void TrackingDoubt::follow(const WeighedMatch& match, double stamp, double way_s
     is_provisional = false;
     ++doubtful;
     contradictions += match.match.contradiction > doubt.contradiction ? 1 : 0;
-    contradicted += match.match.contradiction;
+    contradiction_sum += match.match.contradiction;
   } else if (match.jumped || (doubts && !is_provisional && is_uncontradicted(match, doubt))) {
     since = doubts ? since : stamp;
     doubts = true;
@@ -105,11 +106,12 @@ void TrackingDoubt::follow(const WeighedMatch& match, double stamp, double way_s
 }
 
 bool TrackingDoubt::is_blind(const TrackingOptions& options) const {
-  // Share of the beams, in the mean of the doubt's scans. A guess: where a robot is where it should
-  // be it is 0; one that was kidnapped, with a laser of 8 m, had 5 %
-  // (benchmark/reports/2026-11-25/FAULTS.md).
+  // Share of the beams, in the mean of the doubt's scans. A guess: of 95 % of the scans of a robot
+  // that is where it should be nothing contradicts; of one that was kidnapped, with a laser of 8 m,
+  // 5 % did (benchmark/reports/2026-11-25/FAULTS.md).
   constexpr double kHardly = 0.02;
-  return is_unmatched(*this, options) && contradicted <= kHardly * doubtful;
+  return is_unmatched(*this, options) && contradictions < kLeastContradictions &&
+         contradiction_sum <= kHardly * doubtful;
 }
 
 bool TrackingDoubt::is_lost(double stamp, const TrackingOptions& options) const {

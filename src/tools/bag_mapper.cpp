@@ -317,8 +317,11 @@ void BagMapping::tell(const RunFacts& facts) const {
                  " events have no scan after them and took no effect");
   }
   if (facts.bag.interrupted) {
-    dialog_.warn("interrupted: the results cover the bag up to there; to go on give --start " +
-                 fixed_text(scans_.start_of_rest(), 3) + " --map " + out_ + "/map.slam");
+    dialog_.warn(
+        "interrupted: the results cover the bag up to there; for the rest of it give another "
+        "--out, "
+        "no --pose, no --events, and --start " +
+        fixed_text(scans_.start_of_rest(), 3) + " --map " + out_ + "/map.slam");
   }
 }
 

@@ -316,7 +316,7 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   bytes.erase(bytes.size() - kAfterContradictedBytes - kContradictedBytes, kContradictedBytes);
   bytes.replace(head.size(), 2, "10");
   write(compress(bytes));
-  EXPECT_EQ(read_saved_map(path_).whereabouts.doubt.contradicted, 0.0);
+  EXPECT_EQ(read_saved_map(path_).whereabouts.doubt.contradiction_sum, 0.0);
   bytes.erase(bytes.size() - kAfterWayBytes - kWayBytes, kWayBytes);
   bytes.replace(head.size(), 2, "9");
   write(compress(bytes));

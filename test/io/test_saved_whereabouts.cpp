@@ -40,13 +40,13 @@ TEST(SavedWhereabouts, ComeBack) {
   MapStart start{SlamMap(options.map, options.field), {}, {}, {}, 0};
   start.whereabouts.usual_score = 0.8;
   start.whereabouts.contradicted_way = 0.6;
-  start.whereabouts.doubt.contradicted = 0.7;
+  start.whereabouts.doubt.contradiction_sum = 0.7;
   const TemporaryFolder folder;
   replace_file(folder / "map.slam", to_saved_map(start));
   const Whereabouts back = read_saved_map(folder / "map.slam").whereabouts;
   EXPECT_EQ(back.usual_score, 0.8);
   EXPECT_EQ(back.contradicted_way, 0.6);
-  EXPECT_EQ(back.doubt.contradicted, 0.7);
+  EXPECT_EQ(back.doubt.contradiction_sum, 0.7);
 }
 
 /// As while it is made: the frames of maps apart are of their own.

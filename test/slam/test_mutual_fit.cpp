@@ -77,10 +77,12 @@ TEST(MutualFit, IsOfTheGroundThatBothSaw) {
   EXPECT_NEAR(mutual_fit(seen(wall_ahead()), seen(all_around), 0.9), 0.9, 1e-9);
 }
 
-TEST(MutualFit, DoesNotDependOnTheMapsFrame) {
+TEST(MutualFit, IsOfScansWhereTheyAre) {
   const Pose2 there{3.0, -2.0, 0.0};
   EXPECT_NEAR(mutual_fit(seen_at(wall_ahead(), there), seen_at(wall_ahead(), there), 0.9), 0.9,
               1e-9);
+  EXPECT_EQ(mutual_fit(seen_at(wall_ahead(), there), seen(wall_ahead()), 0.9), 0.0)
+      << "hardly any ground was seen both times";
 }
 
 }  // namespace

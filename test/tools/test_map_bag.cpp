@@ -1071,16 +1071,15 @@ TEST_F(MapBag, AnInterruptEndsItInGoodOrder) {
 /// As its last line says.
 TEST_F(MapBag, AnInterruptedRunIsGoneOnWithWhereItEnded) {
   SmallBag recipe;
-  recipe.scans = 20000;  // which take some second
+  recipe.scans = 100000;  // which take some five seconds
   write_small_bag(bag_, recipe);
   const Outcome outcome = run_command(
-      "/bin/sh", std::string("-c '\"$@\" & pid=$!; sleep 0.5; kill -INT $pid; wait $pid' sh ") +
+      "/bin/sh", std::string("-c '\"$@\" & pid=$!; sleep 1; kill -INT $pid; wait $pid' sh ") +
                      MATCHBOX_MAP_BAG + " " + bag_ + " --out " + out_);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
-  const std::string advice = "to go on give ";
-  const std::size_t at = outcome.output.find(advice);
+  const std::size_t at = outcome.output.find("--start ");
   ASSERT_NE(at, std::string::npos) << outcome.output;
-  const std::string arguments = outcome.output.substr(at + advice.size());
+  const std::string arguments = outcome.output.substr(at);
   const std::size_t covered = poses();
   const Outcome rest = run(arguments.substr(0, arguments.find('\n')));
   ASSERT_EQ(rest.exit_code, 0) << rest.output;

@@ -46,14 +46,14 @@ struct TrackingOptions {
 /// provisional pose, and enough of them with motion between to tracking; too long without to being
 /// lost. Scans from one place repeat its error, hence the motion. A value, to be copied and saved.
 struct TrackingDoubt {
-  bool doubts = false;          ///< since the last match that was confirmed
-  bool is_provisional = false;  ///< else the newest match is no good
-  double since = 0.0;           ///< [s] stamp of the first doubtful scan
-  double way = 0.0;             ///< [m] driven since then, or since a provisional pose was
-                                ///< found or contradicted
-  int doubtful = 0;             ///< scans since then that matched nowhere
-  int contradictions = 0;       ///< of those, scans that contradicted the map
-  double contradicted = 0.0;    ///< of those, sum of the shares of beams that contradicted it
+  bool doubts = false;             ///< since the last match that was confirmed
+  bool is_provisional = false;     ///< else the newest match is no good
+  double since = 0.0;              ///< [s] stamp of the first doubtful scan
+  double way = 0.0;                ///< [m] driven since then, or since a provisional pose was
+                                   ///< found or contradicted
+  int doubtful = 0;                ///< scans since then that matched nowhere
+  int contradictions = 0;          ///< of those, scans that contradicted the map
+  double contradiction_sum = 0.0;  ///< of those, of the shares of beams that contradicted it
   int confirmations = 0;  ///< scans that agree with a provisional pose, less contradicted ones
   Pose2 map_from_base;    ///< at the newest scan that counted
 
