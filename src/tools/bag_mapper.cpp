@@ -180,9 +180,10 @@ void BagMapping::go_on_with_saved_map(double stamp) {
   const bool same_drive = run_->take_up(std::move(*saved_), stamp, kLongestPause);
   saved_.reset();
   dialog_.inform("going on with " + map_file_ +
-                 (same_drive      ? ", whose drive goes on"
-                  : has_key_scans ? text_of_another_drive(stamp, last)
-                                  : "; where the robot is in it is known to 0.3 m and 0.2 rad"));
+                 (same_drive ? ", whose drive goes on"
+                  : has_key_scans
+                      ? text_of_another_drive(stamp, last)
+                      : "; the robot is taken to be where start_x, start_y and start_theta say"));
 }
 
 /// The robot may have been carried, and its odometry may have begun anew.
@@ -318,9 +319,8 @@ void BagMapping::tell(const RunFacts& facts) const {
   }
   if (facts.bag.interrupted) {
     dialog_.warn(
-        "interrupted: the results cover the bag up to there; for the rest of it give another "
-        "--out, "
-        "no --pose, no --events, and --start " +
+        "interrupted: the results cover the bag up to there; for the rest of it give the same "
+        "options but another --out, no --pose and no --events, and --start " +
         fixed_text(scans_.start_of_rest(), 3) + " --map " + out_ + "/map.slam");
   }
 }
