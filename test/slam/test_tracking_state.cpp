@@ -198,6 +198,19 @@ TEST_F(TrackingDoubtTest, OnlyWhereHardlyAnythingContradictsALongDoubtIsBlind) {
   }
 }
 
+/// However many others say nothing.
+TEST_F(TrackingDoubtTest, ADoubtWithFiveContradictionsIsNotBlind) {
+  for (int i = 0; i < 200; ++i) {
+    follow(doubtful(i < 5 ? 0.2 : 0.0));
+  }
+  EXPECT_FALSE(doubt_.is_blind({}));
+  doubt_ = {};
+  for (int i = 0; i < 200; ++i) {
+    follow(doubtful(i < 4 ? 0.2 : 0.0));
+  }
+  EXPECT_TRUE(doubt_.is_blind({}));
+}
+
 TEST_F(TrackingDoubtTest, TimeWithoutScansSaysNothing) {
   // 0.3 s of scans, 2 s apart from 0.3 s more, as of a laser that nods.
   for (int i = 0; i < 3; ++i) {
