@@ -53,7 +53,7 @@ struct TrackingDoubt {
                                    ///< found or contradicted
   int doubtful = 0;                ///< scans since then that matched nowhere
   int contradictions = 0;          ///< of those, scans that contradicted the map
-  double contradiction_sum = 0.0;  ///< of those, of the shares of beams that contradicted it
+  double contradiction_sum = 0.0;  ///< of all those, of the shares of beams that contradicted it
   int confirmations = 0;  ///< scans that agree with a provisional pose, less contradicted ones
   Pose2 map_from_base;    ///< at the newest scan that counted
 
