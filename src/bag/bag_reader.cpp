@@ -102,48 +102,92 @@ ScanMessage read_scan(const ByteReader& bytes, const BagConnection& connection,
       sensor_msgs::LaserScan::ConstPtr(deserialize<sensor_msgs::LaserScan>(bytes, connection)));
 }
 
-/// A bag and one of its entries, by their numbers: a long drive has a million.
-struct Place {
-  std::uint32_t bag;
-  std::uint32_t entry;
+/// Which messages are asked for, and how they are read.
+struct BagAsked {
+  std::vector<std::string> scan_topics;
+  std::string imu_topic;
+  CloudOptions cloud;
+
+  [[nodiscard]] bool has(const std::string& topic) const {
+    return is_transform_topic(topic) || is_static_transform_topic(topic) || topic == imu_topic ||
+           std::find(scan_topics.begin(), scan_topics.end(), topic) != scan_topics.end();
+  }
 };
 
-/// Reads messages from where they are.
-class PlaceStream : public BagStream {
+/// The first of those that are to come of several bags; of one time that of the first bag.
+struct NextEntry {
+  std::size_t bag = 0;
+  const BagEntry* entry = nullptr;
+};
+
+NextEntry next_of(std::vector<BagEntries>& bags) {
+  NextEntry next;
+  for (std::size_t bag = 0; bag < bags.size(); ++bag) {
+    const BagEntry* entry = bags[bag].peek();
+    if (entry != nullptr && (next.entry == nullptr || entry->time < next.entry->time)) {
+      next = {bag, entry};
+    }
+  }
+  return next;
+}
+
+/// What was said on /tf_static before a period, and then the period.
+class PeriodStream : public BagStream {
  public:
-  PlaceStream(const std::vector<std::unique_ptr<BagFile>>& bags, std::vector<Place> places,
-              std::vector<std::string> scan_topics, std::string imu_topic,
-              const CloudOptions& cloud)
-      : bags_(bags),
-        places_(std::move(places)),
-        scan_topics_(std::move(scan_topics)),
-        imu_topic_(std::move(imu_topic)),
-        cloud_(cloud) {
+  PeriodStream(const std::vector<std::unique_ptr<BagFile>>& bags, const ros::Time& first,
+               const ros::Time& last, BagAsked asked)
+      : bags_(bags), asked_(std::move(asked)) {
     for (const auto& bag : bags_) {
+      BagSelection before;
+      BagSelection during{{}, first, last};
+      for (const auto& [number, connection] : bag->connections()) {
+        if (asked_.has(connection.topic)) {
+          during.connections.insert(number);
+        }
+        if (is_static_transform_topic(connection.topic) && !first.isZero()) {
+          before.connections.insert(number);
+          before.last = first - ros::Duration(0, 1);
+        }
+      }
+      before_.emplace_back(*bag, std::move(before));
+      during_.emplace_back(*bag, std::move(during));
       readers_.emplace_back(*bag);
     }
   }
 
   std::optional<BagMessage> next() override {
-    if (next_ == places_.size()) {
+    if (is_over_) {
       return std::nullopt;
     }
-    const Place& place = places_[next_++];
-    const BagEntry& entry = bags_[place.bag]->entries()[place.entry];
+    is_over_ = true;  // should this fail
     try {
-      BagMessage message = read(place.bag, entry);
-      last_read_ = std::to_string(message.time.toSec()) + " s";
+      std::optional<BagMessage> message = read_next(before_);
+      if (!message) {
+        message = read_next(during_);
+      }
+      if (message) {
+        is_over_ = false;
+        last_read_ = std::to_string(message->time.toSec()) + " s";
+      }
       return message;
     } catch (const BagError&) {
-      next_ = places_.size();
       throw;
     } catch (const std::exception& error) {
-      next_ = places_.size();
       throw BagError("the bag is damaged after " + last_read_ + " (" + error.what() + ")");
     }
   }
 
  private:
+  std::optional<BagMessage> read_next(std::vector<BagEntries>& entries) {
+    const NextEntry next = next_of(entries);
+    if (next.entry == nullptr) {
+      return std::nullopt;
+    }
+    BagMessage message = read(next.bag, *next.entry);
+    entries[next.bag].pop();
+    return message;
+  }
+
   BagMessage read(std::size_t bag, const BagEntry& entry) {
     const BagConnection& connection = bags_[bag]->connections().at(entry.connection);
     const ByteReader bytes = readers_[bag].read(entry);
@@ -152,25 +196,25 @@ class PlaceStream : public BagStream {
     if (is_transform_topic(connection.topic) || is_static_transform_topic(connection.topic)) {
       message.content = BagTransforms{deserialize<tf2_msgs::TFMessage>(bytes, connection),
                                       is_static_transform_topic(connection.topic)};
-    } else if (connection.topic == imu_topic_) {
+    } else if (connection.topic == asked_.imu_topic) {
       message.content =
           sensor_msgs::Imu::ConstPtr(deserialize<sensor_msgs::Imu>(bytes, connection));
     } else {
-      message.content = read_scan(bytes, connection, cloud_);
-      message.laser =
-          static_cast<int>(std::find(scan_topics_.begin(), scan_topics_.end(), connection.topic) -
-                           scan_topics_.begin());
+      const std::vector<std::string>& topics = asked_.scan_topics;
+      message.content = read_scan(bytes, connection, asked_.cloud);
+      message.laser = static_cast<int>(std::find(topics.begin(), topics.end(), connection.topic) -
+                                       topics.begin());
     }
     return message;
   }
 
   const std::vector<std::unique_ptr<BagFile>>& bags_;
-  std::vector<BagMessageReader> readers_;  ///< one a bag
-  std::vector<Place> places_;
-  std::vector<std::string> scan_topics_;
-  std::string imu_topic_;
-  CloudOptions cloud_;
-  std::size_t next_ = 0;
+  BagAsked asked_;
+  // Of each bag:
+  std::vector<BagEntries> before_;
+  std::vector<BagEntries> during_;
+  std::vector<BagMessageReader> readers_;
+  bool is_over_ = false;
   std::string last_read_ = "its beginning";
 };
 
@@ -192,20 +236,18 @@ BagReader::BagReader(const std::vector<std::string>& paths) {
     }
     bags_.push_back(std::make_unique<BagFile>(path));
     const BagFile& bag = *bags_.back();
-    if (bag.entries().empty()) {
+    if (bag.empty()) {
       throw BagError("bag '" + path + "' holds no messages");
     }
     for (const auto& [number, connection] : bag.connections()) {
       topics[connection.topic].name = connection.topic;
       topics[connection.topic].type = connection.type;
+      topics[connection.topic].messages += connection.messages;
     }
-    for (const BagEntry& entry : bag.entries()) {
-      ++topics[bag.connections().at(entry.connection).topic].messages;
-    }
-    const ros::Time begin = bag.entries().front().time;
+    const ros::Time begin = bag.begin_time();
     begins_.push_back(begin);
     begin_ = bags_.size() == 1 ? begin : std::min(begin_, begin);
-    end_ = std::max(end_, bag.entries().back().time);
+    end_ = std::max(end_, bag.end_time());
   }
   for (auto& [name, topic] : topics) {
     topics_.push_back(std::move(topic));
@@ -241,33 +283,8 @@ std::unique_ptr<BagStream> BagReader::stream(const std::vector<std::string>& sca
                                              const CloudOptions& cloud) const {
   const ros::Time first = seconds_after(begin_, period.start);
   const ros::Time last = seconds_after(first, period.duration);
-  const auto is_asked = [&](const std::string& topic) {
-    return topic == imu_topic ||
-           std::find(scan_topics.begin(), scan_topics.end(), topic) != scan_topics.end();
-  };
-  std::vector<Place> before;
-  std::vector<Place> during;
-  for (std::uint32_t bag = 0; bag < bags_.size(); ++bag) {
-    const std::vector<BagEntry>& entries = bags_[bag]->entries();
-    for (std::uint32_t i = 0; i < entries.size(); ++i) {
-      const BagEntry& entry = entries[i];
-      const std::string& topic = bags_[bag]->connections().at(entry.connection).topic;
-      const bool is_static = is_static_transform_topic(topic);
-      if (is_static && entry.time < first) {
-        before.push_back({bag, i});
-      } else if ((is_static || is_transform_topic(topic) || is_asked(topic)) &&
-                 entry.time >= first && entry.time <= last) {
-        during.push_back({bag, i});
-      }
-    }
-  }
-  for (std::vector<Place>* places : {&before, &during}) {
-    std::stable_sort(places->begin(), places->end(), [this](const Place& a, const Place& b) {
-      return bags_[a.bag]->entries()[a.entry].time < bags_[b.bag]->entries()[b.entry].time;
-    });
-  }
-  before.insert(before.end(), during.begin(), during.end());
-  return std::make_unique<PlaceStream>(bags_, std::move(before), scan_topics, imu_topic, cloud);
+  return std::make_unique<PeriodStream>(bags_, first, last,
+                                        BagAsked{scan_topics, imu_topic, cloud});
 }
 
 }  // namespace matchbox_slam

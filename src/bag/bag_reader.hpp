@@ -50,8 +50,7 @@ class BagStream {
   [[nodiscard]] virtual std::optional<BagMessage> next() = 0;
 };
 
-/// One recording, in one bag file or split into several. Reads chunk by chunk; of the bags only the
-/// index is held in memory.
+/// One recording, in one bag file or split into several. Reads chunk by chunk, the index too.
 class BagReader {
  public:
   /// Throws ConfigurationError for a file that is missing or named twice and BagError for one that
@@ -84,9 +83,6 @@ class BagReader {
                                                   const BagPeriod& period,
                                                   const std::string& imu_topic = {},
                                                   const CloudOptions& cloud = {}) const;
-
-  /// Frees the index, which takes 24 bytes a message. No stream is to be read from then on.
-  void close() { bags_.clear(); }
 
  private:
   std::vector<std::unique_ptr<BagFile>> bags_;

@@ -204,7 +204,6 @@ void BagScans::take(const BagMessage& message) {
 
 void BagScans::stop() {
   stream_.reset();
-  reader_.close();
   queue_->finish();
   warn_of_skipped();
   facts_.ignored_map_link = queue_->transforms().ignored_map_link();

@@ -4,6 +4,7 @@
 #include <std_msgs/String.h>
 
 #include <charconv>
+#include <utility>
 
 #include "bag/bag_file.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
@@ -73,18 +74,23 @@ std::optional<SimulationRecord> read_simulation_record(const std::vector<std::st
   for (const std::string& path : bags) {
     const BagFile bag(path);
     BagMessageReader reader(bag);
-    for (const BagEntry& entry : bag.entries()) {
-      const BagConnection& connection = bag.connections().at(entry.connection);
-      if (connection.topic != kSimulationTopic ||
-          connection.md5sum != ros::message_traits::md5sum<std_msgs::String>()) {
-        continue;
+    BagSelection selection;
+    for (const auto& [number, connection] : bag.connections()) {
+      if (connection.topic == kSimulationTopic &&
+          connection.md5sum == ros::message_traits::md5sum<std_msgs::String>()) {
+        selection.connections.insert(number);
       }
-      try {
-        return parse_simulation_record(reader.read(entry).array().text());
-      } catch (const ByteError& error) {
-        throw BagError("bag '" + path +
-                       "': the record of the simulation cannot be read: " + error.what());
-      }
+    }
+    BagEntries entries(bag, std::move(selection));
+    const BagEntry* entry = entries.peek();
+    if (entry == nullptr) {
+      continue;
+    }
+    try {
+      return parse_simulation_record(reader.read(*entry).array().text());
+    } catch (const ByteError& error) {
+      throw BagError("bag '" + path +
+                     "': the record of the simulation cannot be read: " + error.what());
     }
   }
   return std::nullopt;

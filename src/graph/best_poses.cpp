@@ -14,7 +14,8 @@ using Parameters = std::array<double, 3>;
 
 class EdgeCost : public ceres::SizedCostFunction<3, 3, 3> {
  public:
-  explicit EdgeCost(const PoseEdge& edge) : edge_(edge), root_(information_root(edge)) {}
+  EdgeCost(const PoseEdge& edge, double drift_share)
+      : edge_(edge), root_(information_root(covariance_with_drift(edge, drift_share))) {}
 
   bool Evaluate(const double* const* parameters, double* residuals,
                 double** jacobians) const override {
@@ -54,7 +55,8 @@ ceres::Solver::Options solver_options(int max_iterations, double tolerance) {
 
 }  // namespace
 
-BestPoses move_to_best_poses(PoseGraph& graph, int max_iterations, double tolerance) {
+BestPoses move_to_best_poses(PoseGraph& graph, double drift_share, int max_iterations,
+                             double tolerance) {
   std::vector<Parameters> poses;
   poses.reserve(graph.poses.size());
   for (const Pose2& pose : graph.poses) {
@@ -63,7 +65,7 @@ BestPoses move_to_best_poses(PoseGraph& graph, int max_iterations, double tolera
   ceres::Problem problem;
   for (const PoseEdge& edge : graph.edges) {
     if (is_used(edge)) {
-      problem.AddResidualBlock(std::make_unique<EdgeCost>(edge).release(), nullptr,
+      problem.AddResidualBlock(std::make_unique<EdgeCost>(edge, drift_share).release(), nullptr,
                                poses[edge.from].data(), poses[edge.to].data());
     }
   }

@@ -21,8 +21,14 @@ EdgeError edge_error(const PoseGraph& graph, const PoseEdge& edge) {
   return edge_error(edge, graph.poses[edge.from], graph.poses[edge.to]);
 }
 
-Eigen::Matrix3d information_root(const PoseEdge& edge) {
-  const Eigen::Matrix3d lower = edge.covariance.llt().matrixL();
+Eigen::Matrix3d covariance_with_drift(const PoseEdge& edge, double share) {
+  Eigen::Matrix3d covariance = edge.covariance;
+  covariance.diagonal() -= (1.0 - share) * edge.drift;
+  return covariance;
+}
+
+Eigen::Matrix3d information_root(const Eigen::Matrix3d& covariance) {
+  const Eigen::Matrix3d lower = covariance.llt().matrixL();
   return lower.triangularView<Eigen::Lower>().solve(Eigen::Matrix3d::Identity());
 }
 

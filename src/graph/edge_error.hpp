@@ -27,7 +27,10 @@ struct EdgeError {
   return error.dot(covariance.inverse() * error);
 }
 
-/// A root W of the edge's information: Wᵀ W is the inverse of its covariance.
-[[nodiscard]] Eigen::Matrix3d information_root(const PoseEdge& edge);
+/// Of an edge, with this share of the variance of its drift.
+[[nodiscard]] Eigen::Matrix3d covariance_with_drift(const PoseEdge& edge, double share);
+
+/// A root W of an information: Wᵀ W is the inverse of the covariance.
+[[nodiscard]] Eigen::Matrix3d information_root(const Eigen::Matrix3d& covariance);
 
 }  // namespace matchbox_slam

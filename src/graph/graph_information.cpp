@@ -53,9 +53,9 @@ struct SparseInverse {
 
 }  // namespace
 
-GraphInformation::GraphInformation(const PoseGraph& graph, std::size_t fixed, bool motion_only)
+GraphInformation::GraphInformation(const PoseGraph& graph, std::size_t fixed, const Of& of)
     : fixed_(fixed), nodes_(graph.poses.size()) {
-  factor_.compute(add_edges(graph, motion_only));
+  factor_.compute(add_edges(graph, of));
   if (factor_.info() != Eigen::Success) {
     throw std::invalid_argument(
         "pose graph: its covariances differ too much to be computed with; give the smallest more, "
@@ -63,26 +63,36 @@ GraphInformation::GraphInformation(const PoseGraph& graph, std::size_t fixed, bo
   }
 }
 
-Eigen::SparseMatrix<double> GraphInformation::add_edges(const PoseGraph& graph, bool motion_only) {
+/// How many rows each column of the lower half has at most.
+Eigen::VectorXi GraphInformation::count_rows(const PoseGraph& graph) const {
+  Eigen::VectorXi rows = Eigen::VectorXi::Constant(3 * static_cast<Index>(nodes_ - 1), 3);
+  for (const PoseEdge& edge : graph.edges) {
+    if (edge.from != fixed_ && edge.to != fixed_) {
+      rows.segment<3>(std::min(first_of(edge.from), first_of(edge.to))).array() += 3;
+    }
+  }
+  return rows;
+}
+
+Eigen::SparseMatrix<double> GraphInformation::add_edges(const PoseGraph& graph, const Of& of) {
   const Index size = 3 * static_cast<Index>(nodes_ - 1);
   gradient_.setZero(size);
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(27 * graph.edges.size());
+  Sparse information(size, size);
+  information.reserve(count_rows(graph));
   const auto add = [&](Index row, Index column, const Eigen::Matrix3d& block) {
     for (Index i = 0; i < 3; ++i) {
       for (Index j = 0; j < 3; ++j) {
         if (row + i >= column + j) {
-          entries.emplace_back(static_cast<int>(row + i), static_cast<int>(column + j),
-                               block(i, j));
+          information.coeffRef(row + i, column + j) += block(i, j);
         }
       }
     }
   };
   for (const PoseEdge& edge : graph.edges) {
-    if (!is_used(edge) || (motion_only && edge.kind == EdgeKind::kLoop)) {
+    if (!is_used(edge) || (of.motion_only && edge.kind == EdgeKind::kLoop)) {
       continue;
     }
-    const Eigen::Matrix3d root = information_root(edge);
+    const Eigen::Matrix3d root = information_root(covariance_with_drift(edge, of.drift_share));
     const EdgeError error = edge_error(graph, edge);
     const Eigen::Vector3d weighed = root * error.error;
     chi_square_ += weighed.squaredNorm();
@@ -106,8 +116,7 @@ Eigen::SparseMatrix<double> GraphInformation::add_edges(const PoseGraph& graph, 
       }
     }
   }
-  Sparse information(size, size);
-  information.setFromTriplets(entries.begin(), entries.end());
+  information.makeCompressed();
   return information;
 }
 

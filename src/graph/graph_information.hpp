@@ -13,8 +13,13 @@ namespace matchbox_slam {
 /// The inverse of the covariance of all poses, linearised where they are, with one node held fixed.
 class GraphInformation {
  public:
-  /// Of edges of motion and, unless `motion_only`, believed loops.
-  GraphInformation(const PoseGraph& graph, std::size_t fixed, bool motion_only = false);
+  /// Of what edges tell.
+  struct Of {
+    bool motion_only = false;  ///< of edges of motion alone; else of believed loops, too
+    double drift_share = 1.0;  ///< of the variance of drift that edges assume
+  };
+
+  GraphInformation(const PoseGraph& graph, std::size_t fixed, const Of& of);
 
   /// How the error of an edge changes where the poses are changed so: `edge_error` times this.
   using Change = Eigen::Matrix<double, Eigen::Dynamic, 3>;
@@ -57,9 +62,10 @@ class GraphInformation {
 
  private:
   struct Inverse;
+  [[nodiscard]] Eigen::VectorXi count_rows(const PoseGraph& graph) const;
   /// Adds the edges to gradient and chi-square, and returns the information, its lower half. What
   /// that takes is freed before the information is factored, which takes as much again.
-  [[nodiscard]] Eigen::SparseMatrix<double> add_edges(const PoseGraph& graph, bool motion_only);
+  [[nodiscard]] Eigen::SparseMatrix<double> add_edges(const PoseGraph& graph, const Of& of);
   [[nodiscard]] Eigen::Index first_of(std::size_t node) const {
     return 3 * static_cast<Eigen::Index>(node - (node > fixed_ ? 1 : 0));
   }

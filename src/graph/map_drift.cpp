@@ -10,9 +10,9 @@ namespace {
 
 /// Log-likelihood of the believed loops given the motion, up to what does not depend on the drift:
 /// that of all edges less that of the motion, each with its poses integrated out (Laplace).
-double log_likelihood_of_loops(const PoseGraph& graph) {
-  const auto without_poses = [&graph](bool motion_only) {
-    const GraphInformation information(graph, 0, motion_only);
+double log_likelihood_of_loops(const PoseGraph& graph, double drift_share) {
+  const auto without_poses = [&](bool motion_only) {
+    const GraphInformation information(graph, 0, {motion_only, drift_share});
     return information.least_chi_square() + information.log_determinant();
   };
   return 0.5 * (without_poses(true) - without_poses(false));
@@ -35,7 +35,7 @@ double learn_drift(const PoseGraph& graph) {
   // with four times 0.097 and 0.153, without learning 0.231 and 0.254.
   const auto log_posterior = [&](double share) {
     const double halvings = -0.5 * std::log2(share);
-    return log_likelihood_of_loops(with_drift(graph, share)) - halvings * halvings;
+    return log_likelihood_of_loops(graph, share) - halvings * halvings;
   };
   double share = 1.0;
   double most = log_posterior(share);
@@ -48,18 +48,6 @@ double learn_drift(const PoseGraph& graph) {
     share *= 0.25;
   }
   return share;
-}
-
-PoseEdge with_drift(PoseEdge edge, double share) {
-  edge.covariance.diagonal() -= (1.0 - share) * edge.drift;
-  return edge;
-}
-
-PoseGraph with_drift(PoseGraph graph, double share) {
-  for (PoseEdge& edge : graph.edges) {
-    edge = with_drift(edge, share);
-  }
-  return graph;
 }
 
 }  // namespace matchbox_slam

@@ -15,8 +15,4 @@ constexpr double kLeastDriftShare = 1.0 / 4096.0;
 /// @return the share of its variances, kLeastDriftShare to 1.
 [[nodiscard]] double learn_drift(const PoseGraph& graph);
 
-/// With covariances that have this share of it.
-[[nodiscard]] PoseGraph with_drift(PoseGraph graph, double share);
-[[nodiscard]] PoseEdge with_drift(PoseEdge edge, double share);
-
 }  // namespace matchbox_slam

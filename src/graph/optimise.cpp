@@ -54,8 +54,9 @@ class Optimiser {
   }
 
  private:
-  void move(PoseGraph& graph, double tolerance) {
-    const BestPoses best = move_to_best_poses(graph, options_.max_iterations, tolerance);
+  void move(PoseGraph& graph, double tolerance, double drift_share = 1.0) {
+    const BestPoses best =
+        move_to_best_poses(graph, drift_share, options_.max_iterations, tolerance);
     result_.iterations += best.iterations;
     result_.converged = best.converged;
   }
@@ -65,9 +66,7 @@ class Optimiser {
   void move_by_learned_drift(PoseGraph& graph) {
     const double share = learn_drift(graph);
     if (share < 1.0) {
-      PoseGraph weighed = with_drift(graph, share);
-      move(weighed, kExactly);
-      graph.poses = std::move(weighed.poses);
+      move(graph, kExactly, share);
     }
   }
 
@@ -119,18 +118,18 @@ class Optimiser {
     if (best.size() <= number_of_believed(graph)) {
       return;
     }
-    PoseGraph other = graph;
+    GraphState before = state_of(graph);
+    const std::size_t believed_before = number_of_believed(graph);
     for (const std::size_t loop : errors.loops) {
-      other.edges[loop].belief = Belief::kDisbelieved;
+      graph.edges[loop].belief = Belief::kDisbelieved;
     }
     for (const std::size_t i : best) {
-      other.edges[errors.loops[i]].belief = Belief::kBelieved;
+      graph.edges[errors.loops[i]].belief = Belief::kBelieved;
     }
     const bool converged = result_.converged;
-    settle(other);
-    if (number_of_believed(other) > number_of_believed(graph)) {
-      graph = std::move(other);
-    } else {
+    settle(graph);
+    if (number_of_believed(graph) <= believed_before) {
+      set_state(std::move(before), graph);
       result_.converged = converged;
     }
   }

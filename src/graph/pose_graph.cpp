@@ -4,7 +4,9 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
+#include "graph/edge_error.hpp"
 #include "graph/map_drift.hpp"
 
 namespace matchbox_slam {
@@ -21,7 +23,7 @@ std::string name_of(const PoseEdge& edge) {
 
 /// Whether it is a covariance still with the least of its drift.
 bool has_room_for_drift(const PoseEdge& edge) {
-  return with_drift(edge, kLeastDriftShare).covariance.llt().info() == Eigen::Success;
+  return covariance_with_drift(edge, kLeastDriftShare).llt().info() == Eigen::Success;
 }
 
 void require_sound(const PoseEdge& edge, std::size_t nodes) {
@@ -54,6 +56,31 @@ std::size_t root_of(std::vector<std::size_t>& parents, std::size_t node) {
 }
 
 }  // namespace
+
+void add_edge(const PoseEdge& edge, PoseGraph& graph) {
+  std::vector<PoseEdge>& edges = graph.edges;
+  if (edges.size() == edges.capacity()) {
+    constexpr std::size_t kLeast = 16;
+    edges.reserve(edges.size() + edges.size() / 8 + kLeast);
+  }
+  edges.push_back(edge);
+}
+
+GraphState state_of(const PoseGraph& graph) {
+  GraphState state{graph.poses, {}};
+  state.beliefs.reserve(graph.edges.size());
+  for (const PoseEdge& edge : graph.edges) {
+    state.beliefs.push_back(edge.belief);
+  }
+  return state;
+}
+
+void set_state(GraphState state, PoseGraph& graph) {
+  graph.poses = std::move(state.poses);
+  for (std::size_t i = 0; i < graph.edges.size(); ++i) {
+    graph.edges[i].belief = state.beliefs[i];
+  }
+}
 
 void require_sound(const PoseGraph& graph) {
   if (graph.poses.empty()) {

@@ -9,7 +9,7 @@ std::vector<Eigen::Matrix3d> relative_covariances(const PoseGraph& graph, std::s
                                                   const std::vector<std::size_t>& nodes) {
   require_sound(graph);
   const double theta = graph.poses.at(reference).theta;
-  const auto all = GraphInformation(graph, reference).marginal_covariances();
+  const auto all = GraphInformation(graph, reference, {}).marginal_covariances();
   std::vector<Eigen::Matrix3d> covariances;
   covariances.reserve(nodes.size());
   for (const std::size_t node : nodes) {

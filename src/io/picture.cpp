@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace matchbox_slam {
 namespace {
@@ -73,15 +74,31 @@ void Picture::fill(int left, int top, int right, int bottom, Color color) {
 }
 
 void Picture::draw_line(const std::vector<Eigen::Vector2d>& points, const Stroke& stroke) {
-  for (const Eigen::Vector2d& point : points) {
-    if ((point.array().abs() <= kFarthest).all()) {  // never for NaN
-      cairo_line_to(context_.get(), point.x(), point.y());
-    }
-  }
+  constexpr std::size_t kPiece = 10'000;  // points of a path, of which Cairo takes 450 bytes each
   use_color(stroke.color);
   cairo_set_line_width(context_.get(), stroke.width);
-  cairo_set_dash(context_.get(), &stroke.dash, stroke.dash > 0.0 ? 1 : 0, 0.0);
-  cairo_stroke(context_.get());
+  double length = 0.0;  // of the pieces before
+  const auto draw_path = [&](double piece) {
+    cairo_set_dash(context_.get(), &stroke.dash, stroke.dash > 0.0 ? 1 : 0, length);
+    cairo_stroke(context_.get());
+    length += piece;
+  };
+  std::size_t count = 0;
+  double piece = 0.0;
+  Eigen::Vector2d last = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& point : points) {
+    if (!(point.array().abs() <= kFarthest).all()) {  // never for NaN
+      continue;
+    }
+    cairo_line_to(context_.get(), point.x(), point.y());
+    piece += count > 0 ? (point - last).norm() : 0.0;
+    last = point;
+    if (++count % kPiece == 0) {
+      draw_path(std::exchange(piece, 0.0));
+      cairo_move_to(context_.get(), point.x(), point.y());
+    }
+  }
+  draw_path(piece);
 }
 
 void Picture::draw_disc(const Eigen::Vector2d& center, double radius, Color color) {

@@ -156,10 +156,14 @@ void LikelihoodField::take(const std::vector<SurfaceHit>& hits, const std::vecto
   }
 }
 
-void LikelihoodField::render() {
+void LikelihoodField::settle() {
   for (const Cell& cell : changed_) {
     settle(cell);
   }
+}
+
+void LikelihoodField::render() {
+  settle();
   render_changed();
 }
 

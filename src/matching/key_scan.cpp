@@ -2,6 +2,8 @@
 
 #include <atomic>
 #include <cstddef>
+#include <map>
+#include <mutex>
 #include <utility>
 
 #include "common/lru_cache.hpp"
@@ -50,6 +52,36 @@ std::size_t bytes_of(const PointScan& scan) {
          scan.free_rays.capacity() * sizeof(FreeRay);
 }
 
+bool is_alike(const LaserScan& a, const LaserScan& b) {
+  return a.angle_min == b.angle_min && a.angle_increment == b.angle_increment &&
+         a.time_increment == b.time_increment && a.range_min == b.range_min &&
+         a.range_max == b.range_max;
+}
+
+/// Whether two scans differ by nothing but what each has of its own.
+bool is_alike(const MeasuredScan& a, const MeasuredScan& b) {
+  return is_alike(a.scan, b.scan) && a.options == b.options &&
+         a.base_from_laser.matrix() == b.base_from_laser.matrix() &&
+         a.laser_motion.matrix() == b.laser_motion.matrix();
+}
+
+/// Of each laser what its last scan had that was not its own, so that scans share it.
+class ScanLikenesses {
+ public:
+  std::shared_ptr<const MeasuredScan> of(const MeasuredScan& measured, int laser) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::shared_ptr<const MeasuredScan>& last = last_[laser];
+    if (last == nullptr || !is_alike(measured, *last)) {
+      last = std::make_shared<const MeasuredScan>(measured);
+    }
+    return last;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<int, std::shared_ptr<const MeasuredScan>> last_;
+};
+
 }  // namespace
 
 struct KeyScanCache {
@@ -57,20 +89,23 @@ struct KeyScanCache {
   LruCache<LikelihoodField> fields{std::size_t{32} << 20U,
                                    [](const LikelihoodField& field) { return field.bytes(); }};
   std::atomic<std::uint64_t> next_key{0};
+  ScanLikenesses likenesses;
 };
 
 std::shared_ptr<KeyScanCache> make_key_scan_cache() { return std::make_shared<KeyScanCache>(); }
 
-KeyScan::Packed KeyScan::packed_of(MeasuredScan measured) {
+KeyScan::Packed KeyScan::packed_of(MeasuredScan measured, int laser, KeyScanCache& cache) {
   const std::vector<float> ranges = std::exchange(measured.scan.ranges, {});
-  return {std::move(measured), pack_ranges(ranges), ranges.size()};
+  const double stamp = std::exchange(measured.scan.stamp, 0.0);
+  const Pose2 motion = std::exchange(measured.motion, {});
+  return {stamp, motion, pack_ranges(ranges), ranges.size(), cache.likenesses.of(measured, laser)};
 }
 
 KeyScan::KeyScan(MeasuredScan measured, std::uint64_t id, int laser,
                  std::shared_ptr<KeyScanCache> cache)
     : id_(id),
       laser_(laser),
-      seen_(packed_of(std::move(measured))),
+      seen_(packed_of(std::move(measured), laser, *cache)),
       cache_(std::move(cache)),
       cache_key_(cache_->next_key++) {}
 
@@ -81,15 +116,15 @@ KeyScan::KeyScan(PointScan points, std::uint64_t id, int laser, std::shared_ptr<
       cache_(std::move(cache)),
       cache_key_(cache_->next_key++) {}
 
-double KeyScan::stamp() const {
-  return packed() != nullptr ? packed()->measured.scan.stamp : points()->stamp;
-}
+double KeyScan::stamp() const { return packed() != nullptr ? packed()->stamp : points()->stamp; }
 
 std::optional<MeasuredScan> KeyScan::measured() const {
   if (packed() == nullptr) {
     return std::nullopt;
   }
-  MeasuredScan measured = packed()->measured;
+  MeasuredScan measured = *packed()->like;
+  measured.scan.stamp = packed()->stamp;
+  measured.motion = packed()->motion;
   measured.scan.ranges = unpack_ranges(packed()->ranges, packed()->beams);
   return measured;
 }

@@ -364,7 +364,7 @@ MapSnapshot SlamNode::map_snapshot() {
   snapshot.odometry_path = run_.odometry_path().poses();
   snapshot.graph = run_.loops().graph();
   if (!run_.is_outdated()) {
-    snapshot.occupancy = run_.map().occupancy;
+    snapshot.occupancy = run_.drawn_map().occupancy;
     return snapshot;
   }
   const PlacedScans keys = run_.key_scans().all();

@@ -89,7 +89,7 @@ class SlamRun {
   [[nodiscard]] double last_match_seconds() const { return last_match_seconds_; }
 
   /// These as of SlamEngine.
-  [[nodiscard]] const SlamMap& map() const { return engine_->map(); }
+  [[nodiscard]] const SlamMap& drawn_map() const { return engine_->drawn_map(); }
   [[nodiscard]] bool is_outdated() const { return engine_->is_outdated(); }
   void take_rendered(SlamMap map, const PlacedScans& keys) {
     engine_->take_rendered(std::move(map), keys);

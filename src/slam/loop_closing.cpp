@@ -91,7 +91,7 @@ void LoopCloser::join_rigidly(const PlacedScans& keys) {
   graph_.poses.push_back(keys[node].map_from_base);
   if (node > 0) {
     const Pose2 moved = keys[node - 1].map_from_base.inverse() * keys[node].map_from_base;
-    graph_.edges.push_back({node - 1, node, moved, covariance_of(kXy, kTheta)});
+    add_edge({node - 1, node, moved, covariance_of(kXy, kTheta)}, graph_);
   }
 }
 
@@ -117,9 +117,9 @@ void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& 
       std::max(kLeastWay, moved.translation().norm() + kMetresPerRadian * std::abs(moved.theta));
   way_ += way;
   const Eigen::Matrix3d drift = way * covariance_of(options.drift_xy, options.drift_theta);
-  graph_.edges.push_back(
-      {node - 1, node, moved, drift + in_turned_frame(map_covariance, before.theta)});
-  graph_.edges.back().drift = drift.diagonal();
+  PoseEdge edge{node - 1, node, moved, drift + in_turned_frame(map_covariance, before.theta)};
+  edge.drift = drift.diagonal();
+  add_edge(edge, graph_);
 }
 
 /// What is matched with belongs together from now on, too; and what lies where the robot was found.
@@ -154,7 +154,7 @@ bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
   if (!found) {
     return false;
   }
-  graph_.edges.push_back({*nearest, newest, found->key_from_newest, found->covariance});
+  add_edge({*nearest, newest, found->key_from_newest, found->covariance}, graph_);
   links_.take_new(graph_);
   return true;
 }
@@ -190,7 +190,7 @@ void LoopCloser::begin_again(const KeyScans& keys, NearRequest near, const LoopO
                   options};
   near.scans.reset();
   if (pending_->is_near_due) {
-    near.scans = near_scans_of(then, then.graph);
+    near.scans = near_scans_of(then);
   }
   LoopTask task{std::nullopt, std::move(near)};
   if (pending_->is_search_due) {
@@ -235,9 +235,9 @@ void LoopCloser::take_loops(LoopTaskDone done, const Pending& pending) {
   for (std::size_t i = pending.newest + 1; i < graph_.poses.size(); ++i) {
     done.graph.poses.push_back(new_from_old * graph_.poses[i]);
   }
-  done.graph.edges.insert(done.graph.edges.end(),
-                          graph_.edges.begin() + static_cast<std::ptrdiff_t>(pending.edges),
-                          graph_.edges.end());
+  for (std::size_t i = pending.edges; i < graph_.edges.size(); ++i) {
+    add_edge(graph_.edges[i], done.graph);
+  }
   graph_ = std::move(done.graph);
   links_ = GraphLinks(graph_);
   loops_.insert(loops_.end(), done.loops.begin(), done.loops.end());

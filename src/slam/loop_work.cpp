@@ -20,69 +20,94 @@ double most_moved(const PlacedScans& keys, const std::vector<Pose2>& poses) {
   return most;
 }
 
+struct Candidate {
+  std::size_t key;
+  double sigma;  ///< [m], how well it is known where it is
+};
+
+std::vector<Candidate> candidates_of(const LoopSearch& search) {
+  const GraphLinks links(search.graph);
+  const GraphWays ways(search.graph, links, search.keys.size() - 1);
+  const std::vector<std::size_t> keys = loop_candidates(search.keys, ways, search.options);
+  const std::vector<double> variances = ways.variances(keys);
+  std::vector<Candidate> candidates;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    candidates.push_back({keys[i], std::sqrt(variances[i])});
+  }
+  return candidates;
+}
+
+/// Adds a loop to the search's graph, which is left as it was but for the loop unless that is
+/// believed, and with poses as they were if they hardly move.
+/// @param least_moved  [m]
+ClosedLoop take_loop(const FoundLoop& found, double least_moved, LoopSearch& search) {
+  PoseGraph& graph = search.graph;
+  const std::size_t newest = search.keys.size() - 1;
+  add_edge({found.key, newest, found.key_from_newest, found.covariance, EdgeKind::kLoop}, graph);
+  GraphState before = state_of(graph);
+  OptimisedGraph best = optimise(std::move(graph));
+  graph = std::move(best.graph);
+  ClosedLoop loop{found, newest, graph.edges.back().belief == Belief::kBelieved,
+                  best.chi_square.back(), 0.0};
+  if (!loop.believed) {
+    set_state(std::move(before), graph);
+    return loop;
+  }
+  loop.moved = most_moved(search.keys, graph.poses);
+  if (loop.moved <= least_moved) {
+    graph.poses = std::move(before.poses);
+  }
+  return loop;
+}
+
 /// Searches the candidates until one loop is believed.
 /// @param least_moved  [m]
-void close_a_loop(const LoopSearch& search, double least_moved, LoopTaskDone& done) {
-  const std::size_t newest = search.keys.size() - 1;
-  const GraphLinks links(search.graph);
-  const GraphWays ways(search.graph, links, newest);
-  for (const std::size_t candidate : loop_candidates(search.keys, ways, search.options)) {
+void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done) {
+  for (const Candidate& candidate : candidates_of(search)) {
     ++done.tries;
-    const double sigma = std::sqrt(ways.variances({candidate}).front());
-    const std::optional<FoundLoop> found = find_loop(search.keys, candidate, sigma, search.options);
+    const std::optional<FoundLoop> found =
+        find_loop(search.keys, candidate.key, candidate.sigma, search.options);
     if (!found) {
       continue;
     }
-    done.graph.edges.push_back(
-        {found->key, newest, found->key_from_newest, found->covariance, EdgeKind::kLoop});
-    OptimisedGraph best = optimise(done.graph);
-    ClosedLoop loop{*found, newest, best.graph.edges.back().belief == Belief::kBelieved,
-                    best.chi_square.back(), 0.0};
-    if (loop.believed) {
-      loop.moved = most_moved(search.keys, best.graph.poses);
-      done.has_moved = loop.moved > least_moved;
-      done.graph.edges = std::move(best.graph.edges);
-      if (done.has_moved) {
-        done.graph.poses = std::move(best.graph.poses);
-      }
-    }
-    done.loops.push_back(loop);
-    if (loop.believed) {
+    done.loops.push_back(take_loop(*found, least_moved, search));
+    if (done.loops.back().believed) {
+      done.has_moved = done.loops.back().moved > least_moved;
       return;
     }
   }
 }
 
-LoopTaskDone do_loop_task(const LoopTask& task) {
+LoopTaskDone do_loop_task(LoopTask task) {
   LoopTaskDone done;
   if (task.search) {
-    done.graph.edges.reserve(task.search->graph.edges.size() + 1);  // twice as many else
-    done.graph = task.search->graph;
     close_a_loop(*task.search, kLeastMoved * task.near.map.resolution, done);
   }
   if (done.has_moved || task.near.scans) {
-    const NearScans scans =
-        done.loops.empty() ? *task.near.scans : near_scans_of(*task.search, done.graph);
+    const NearScans scans = done.loops.empty() ? *task.near.scans : near_scans_of(*task.search);
     done.near = NearMap(scans, task.near.map, task.near.field);
+  }
+  if (task.search) {
+    done.graph = std::move(task.search->graph);
   }
   return done;
 }
 
 }  // namespace
 
-NearScans near_scans_of(const LoopSearch& search, const PoseGraph& graph) {
+NearScans near_scans_of(const LoopSearch& search) {
   PlacedScans keys = search.keys;
   for (std::size_t i = 0; i < keys.size(); ++i) {
-    keys[i].map_from_base = graph.poses[i];
+    keys[i].map_from_base = search.graph.poses[i];
   }
-  const GraphLinks links(graph);
-  const GraphWays ways(graph, links, keys.size() - 1);
+  const GraphLinks links(search.graph);
+  const GraphWays ways(search.graph, links, keys.size() - 1);
   return near_scans(keys, [&](const auto& some) { return ways.apart(some, search.options.apart); });
 }
 
 std::shared_ptr<LoopWork> begin_work(LoopTask task) {
-  auto work = [task = std::move(task)] {
-    return std::make_shared<LoopTaskDone>(do_loop_task(task));
+  auto work = [task = std::move(task)]() mutable {
+    return std::make_shared<LoopTaskDone>(do_loop_task(std::move(task)));
   };
   return std::make_shared<LoopWork>(LoopWork{std::async(std::launch::async, std::move(work))});
 }

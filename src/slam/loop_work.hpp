@@ -33,8 +33,8 @@ struct LoopTaskDone {
   std::optional<NearMap> near;  ///< when it was asked for, or the key scans have moved
 };
 
-/// Of the search's key scans where a graph has them, in which it is known how they lie.
-[[nodiscard]] NearScans near_scans_of(const LoopSearch& search, const PoseGraph& graph);
+/// Of the search's key scans where its graph has them, in which it is known how they lie.
+[[nodiscard]] NearScans near_scans_of(const LoopSearch& search);
 
 /// A task under way, in a thread of its own.
 struct LoopWork {

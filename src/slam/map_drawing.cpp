@@ -5,22 +5,27 @@
 
 namespace matchbox_slam {
 
-const SlamMap& MapDrawing::whole(MapPart& part, const EngineOptions& options) {
+const SlamMap& MapDrawing::drawn(MapPart& part, const EngineOptions& options) {
   if (const std::shared_ptr<Rendering> begun = std::exchange(rendering_, nullptr);
       begun && begun->map.valid()) {
     take_rendered(begun->map.get(), begun->keys, part);
   }
   const PlacedScans& keys = part.key_scans.all();
   if (is_outdated_) {
-    part.map = SlamMap(options.map, options.field);  // not both at once
-    part.map = rendered(keys, options.map, options.field);
+    part.map = SlamMap(options.map, options.field);
     is_outdated_ = false;
-    drawn_ = keys.size();
+    drawn_ = 0;
   }
   for (; drawn_ < keys.size(); ++drawn_) {
     insert_unrendered(*keys[drawn_].scan->points(), keys[drawn_].map_from_base, options.map,
                       part.map);
   }
+  part.map.field.settle();
+  return part.map;
+}
+
+const SlamMap& MapDrawing::whole(MapPart& part, const EngineOptions& options) {
+  static_cast<void>(drawn(part, options));
   part.map.field.render();
   return part.map;
 }

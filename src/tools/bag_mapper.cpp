@@ -269,7 +269,7 @@ void BagMapping::handle(const TimeJump& jump) {
 void BagMapping::add_map_and_trajectories(FileReplacement& files) {
   const Trajectory trajectory(run_->trajectory());
   const Trajectory odometry(run_->odometry());
-  const SlamMap& map = run_->map();
+  const SlamMap& map = run_->drawn_map();
   const PoseGraph& graph = run_->loops().graph();
   for (const FileContents& file :
        map_files(out_ + "/map", make_map_image(map.occupancy), map_format(run_->setup().run))) {

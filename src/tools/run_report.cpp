@@ -171,7 +171,7 @@ std::string to_json(const RunFacts& facts, const ScanAccount& account, const Sla
   report["threads"] = facts.bag.threads;
   report["scans"] = scan_counts(account, run);
   add_cost(facts, run, report);
-  report["map"] = map_facts(run.map());
+  report["map"] = map_facts(run.drawn_map());
   report["loops"] = loop_facts(run);
   report["further_lasers"] = laser_facts(run);
   add_incidents(facts, report);

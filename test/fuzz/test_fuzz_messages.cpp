@@ -303,7 +303,7 @@ class Fuzzed {
         ASSERT_TRUE(outcome.map_from_base.is_finite());
         ASSERT_TRUE(outcome.covariance.allFinite());
         ASSERT_GE(outcome.covariance.diagonal().minCoeff(), 0.0);
-        ASSERT_LE(run_.map().occupancy.bytes() + run_.map().field.bytes(), kMostBytes);
+        ASSERT_LE(run_.drawn_map().occupancy.bytes() + run_.drawn_map().field.bytes(), kMostBytes);
       } else if (const auto* event = std::get_if<RunEvent>(&*item)) {
         run_.apply(*event);
       } else {
@@ -323,7 +323,7 @@ class Fuzzed {
   /// What becomes of them at the end of map_bag.
   void check_results() const {
     const Trajectory trajectory(run_.trajectory());
-    const MapImage image = make_map_image(run_.map().occupancy);
+    const MapImage image = make_map_image(run_.drawn_map().occupancy);
     ASSERT_LE(image.pixels.size(), kMostBytes);
   }
 

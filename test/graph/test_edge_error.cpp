@@ -40,7 +40,7 @@ TEST(EdgeError, HeadingsDifferByTheShorterArc) {
 TEST(EdgeError, TheRootIsOfTheInverseCovariance) {
   PoseEdge edge;
   edge.covariance << 4.0, 1.0, 0.5, 1.0, 3.0, -0.2, 0.5, -0.2, 2.0;
-  const Eigen::Matrix3d root = information_root(edge);
+  const Eigen::Matrix3d root = information_root(edge.covariance);
   EXPECT_TRUE((root.transpose() * root * edge.covariance).isIdentity(1e-12));
 }
 

@@ -38,6 +38,13 @@ double rms_error(const std::vector<Pose2>& poses, const std::vector<Pose2>& trut
   return std::sqrt(sum / static_cast<double>(poses.size()));
 }
 
+PoseGraph with_drift(PoseGraph graph, double share) {
+  for (PoseEdge& edge : graph.edges) {
+    edge.covariance = covariance_with_drift(edge, share);
+  }
+  return graph;
+}
+
 PoseGraph without_drift(PoseGraph graph) {
   for (PoseEdge& edge : graph.edges) {
     edge.drift.setZero();

@@ -34,6 +34,31 @@ TEST(PoseGraph, ASoundOneIsTaken) {
   EXPECT_NO_THROW(require_sound(single));
 }
 
+TEST(PoseGraph, AStateIsTakenBack) {
+  PoseGraph graph = three_nodes();
+  graph.edges[1].kind = EdgeKind::kLoop;
+  graph.edges[1].belief = Belief::kBelieved;
+  const GraphState state = state_of(graph);
+  PoseGraph changed = graph;
+  changed.poses[2].x = 3.0;
+  changed.edges[1].belief = Belief::kDisbelieved;
+  set_state(state, changed);
+  EXPECT_EQ(changed.poses, graph.poses);
+  EXPECT_EQ(changed.edges[1].belief, Belief::kBelieved);
+}
+
+TEST(PoseGraph, EdgesAreAddedWithLittleMemoryToSpare) {
+  PoseGraph graph = three_nodes();
+  for (std::size_t i = 0; i < 1000; ++i) {
+    PoseEdge edge = graph.edges[0];
+    edge.from_to.x = static_cast<double>(i);
+    add_edge(edge, graph);
+    ASSERT_LE(graph.edges.capacity(), graph.edges.size() + graph.edges.size() / 8 + 16);
+  }
+  ASSERT_EQ(graph.edges.size(), 1002U);
+  EXPECT_EQ(graph.edges[1001].from_to.x, 999.0);
+}
+
 TEST(PoseGraph, NodesThatMotionDoesNotJoinAreNamed) {
   expect_error({}, "it has no nodes");
   PoseGraph graph = three_nodes();

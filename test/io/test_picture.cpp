@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 #include <sstream>
+#include <vector>
 
 #include "common/error_text.hpp"
 #include "io/picture.hpp"
@@ -64,6 +65,22 @@ TEST(Picture, DashesLeaveHalfOfTheLineOut) {
   EXPECT_EQ(darkness(picture, 25, 10), 0);
   EXPECT_GT(darkness(picture, 95, 10), 100);
   EXPECT_EQ(darkness(picture, 105, 10), 0);
+}
+
+TEST(Picture, ALineOfManyPointsIsDrawnAsOneOfFew) {
+  std::vector<Eigen::Vector2d> points;
+  for (int i = 0; i <= 25'000; ++i) {
+    points.emplace_back(10.0 + 0.008 * i, 10.0);
+  }
+  for (const double dash : {0.0, 7.0}) {
+    Picture many(220, 20, kWhite);
+    Picture few(220, 20, kWhite);
+    many.draw_line(points, {kBlack, 4.0, dash});
+    few.draw_line({{10, 10}, {210, 10}}, {kBlack, 4.0, dash});
+    for (int x = 0; x < 220; ++x) {
+      EXPECT_NEAR(darkness(many, x, 10), darkness(few, x, 10), 2) << dash << " " << x;
+    }
+  }
 }
 
 TEST(Picture, DrawsOnlyWhatIsInsideHoweverFarALineLeads) {

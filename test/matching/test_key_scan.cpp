@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include "matchbox_slam/matching/key_scan.hpp"
 #include "matching/match_scene.hpp"
@@ -51,6 +52,48 @@ TEST(KeyScan, MakesItsPointsOfWhatWasMeasured) {
   EXPECT_EQ(key.points(), points) << "kept";
   EXPECT_EQ(key.id(), 5U);
   EXPECT_EQ(key.laser(), 1);
+}
+
+void expect_same(const MeasuredScan& a, const MeasuredScan& b) {
+  EXPECT_EQ(a.scan.stamp, b.scan.stamp);
+  EXPECT_EQ(a.scan.angle_min, b.scan.angle_min);
+  EXPECT_EQ(a.scan.angle_increment, b.scan.angle_increment);
+  EXPECT_EQ(a.scan.time_increment, b.scan.time_increment);
+  EXPECT_EQ(a.scan.range_min, b.scan.range_min);
+  EXPECT_EQ(a.scan.range_max, b.scan.range_max);
+  EXPECT_EQ(a.scan.ranges, b.scan.ranges);
+  EXPECT_EQ(a.base_from_laser.matrix(), b.base_from_laser.matrix());
+  EXPECT_EQ(a.laser_motion.matrix(), b.laser_motion.matrix());
+  EXPECT_EQ(a.motion, b.motion);
+  EXPECT_TRUE(a.options == b.options);
+}
+
+TEST(KeyScan, WhatScansShareIsToldOfEachAsItWas) {
+  const std::shared_ptr<KeyScanCache> cache = make_key_scan_cache();
+  std::vector<MeasuredScan> all(10);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i].scan.ranges = {1.0F, 2.0F + static_cast<float>(i)};
+    all[i].scan.stamp = 10.0 + static_cast<double>(i);
+    all[i].motion.x = 0.01 * static_cast<double>(i);
+  }
+  all[2].scan.angle_min = -1.0;
+  all[3].scan.angle_increment = 0.1;
+  all[4].scan.time_increment = 1e-4;
+  all[5].scan.range_min = 0.1;
+  all[6].scan.range_max = 30.0;
+  all[7].base_from_laser.translation().x() = 0.2;
+  all[8].laser_motion.translation().z() = 0.01;
+  all[9].options.max_range = 12.0;
+  std::vector<KeyScan> keys;
+  for (const MeasuredScan& measured : all) {
+    keys.emplace_back(measured, 0, 0, cache);
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    SCOPED_TRACE(i);
+    expect_same(*keys[i].measured(), all[i]);
+  }
+  EXPECT_EQ(keys[0].base_from_laser(), keys[1].base_from_laser()) << "shared";
+  EXPECT_NE(keys[0].base_from_laser(), keys[8].base_from_laser());
 }
 
 TEST(KeyScan, SharesItsCacheWithOthersButNotWhatIsInIt) {

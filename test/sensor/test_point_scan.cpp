@@ -706,5 +706,35 @@ TEST(PointScan, AppendedIsWhatALaserMountedThereSees) {
   }
 }
 
+/// Sets the option of a number to another value.
+struct ChangeOption {
+  template <typename Value, typename... Rest>
+  void operator()(Value& value, const Rest&... /*rest*/) {
+    if (number++ == changed) {
+      change(value);
+    }
+  }
+  static void change(double& value) { value += 0.25; }
+  static void change(bool& value) { value = !value; }
+  static void change(std::vector<double>& value) { value.push_back(1.0); }
+
+  int changed;
+  int number = 0;
+};
+
+TEST(ProjectionOptions, AreEqualWhenAllOfThemAre) {
+  ChangeOption none{-1};
+  ProjectionOptions same;
+  ProjectionOptions::visit(same, none);
+  EXPECT_TRUE(same == ProjectionOptions{});
+  ASSERT_GT(none.number, 10);
+  for (int i = 0; i < none.number; ++i) {
+    ProjectionOptions other;
+    ChangeOption one{i};
+    ProjectionOptions::visit(other, one);
+    EXPECT_FALSE(other == ProjectionOptions{}) << i;
+  }
+}
+
 }  // namespace
 }  // namespace matchbox_slam

@@ -37,6 +37,20 @@ struct PoseGraph {
   std::vector<PoseEdge> edges;
 };
 
+/// Appends an edge. Memory grows by an eighth: doubled, it would hold a long drive's edges twice.
+void add_edge(const PoseEdge& edge, PoseGraph& graph);
+
+/// What optimising changes of a graph. Kept to take it back, it is a tenth of the graph.
+struct GraphState {
+  std::vector<Pose2> poses;
+  std::vector<Belief> beliefs;  ///< by edge
+};
+
+[[nodiscard]] GraphState state_of(const PoseGraph& graph);
+
+/// Of a graph that has the same edges as the one whose state it was.
+void set_state(GraphState state, PoseGraph& graph);
+
 /// Whether the edge has a say in where the poses are.
 [[nodiscard]] inline bool is_used(const PoseEdge& edge) {
   return edge.kind == EdgeKind::kMotion || edge.belief == Belief::kBelieved;

@@ -67,10 +67,11 @@ class LikelihoodField {
   /// Takes in new hits and drops the surfaces of cells that turned out free, then renders.
   void update(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared);
 
-  /// The same without rendering, for many updates of which only the last is looked at: after
-  /// `render`, also for which way surfaces face.
+  /// The same without rendering, for many updates of which only the last is looked at: its
+  /// likelihoods after `render`, which way surfaces face after `settle`, too.
   void take(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared);
 
+  void settle();
   void render();
 
   [[nodiscard]] const GridGeometry& geometry() const { return geometry_; }

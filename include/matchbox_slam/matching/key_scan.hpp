@@ -42,7 +42,7 @@ class KeyScan {
 
   /// Pose of the laser in the base at the first beam; null for one that was made of points.
   [[nodiscard]] const Eigen::Isometry3d* base_from_laser() const {
-    return packed() == nullptr ? nullptr : &packed()->measured.base_from_laser;
+    return packed() == nullptr ? nullptr : &packed()->like->base_from_laser;
   }
 
   /// In the base frame. Cost: as of `project_scan`, unless they were asked for lately.
@@ -58,14 +58,16 @@ class KeyScan {
   [[nodiscard]] std::shared_ptr<const LikelihoodField> field() const;
 
  private:
-  /// A scan without its ranges, which are packed.
+  /// What a scan has of its own, its ranges packed.
   struct Packed {
-    MeasuredScan measured;
+    double stamp;  ///< [s]
+    Pose2 motion;
     std::vector<std::uint8_t> ranges;
     std::size_t beams;
+    std::shared_ptr<const MeasuredScan> like;  ///< the rest, as most scans of a laser have it
   };
 
-  [[nodiscard]] static Packed packed_of(MeasuredScan measured);
+  [[nodiscard]] static Packed packed_of(MeasuredScan measured, int laser, KeyScanCache& cache);
   [[nodiscard]] const Packed* packed() const { return std::get_if<Packed>(&seen_); }
 
   std::uint64_t id_;

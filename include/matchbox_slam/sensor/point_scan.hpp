@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <memory>
+#include <tuple>
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
@@ -93,6 +94,15 @@ struct ProjectionOptions {
         "Moves hits that agree with a straight wall, but for the noise of their ranges, onto it.");
   }
 };
+
+[[nodiscard]] inline bool operator==(const ProjectionOptions& a, const ProjectionOptions& b) {
+  const auto all = [](const ProjectionOptions& of) {
+    return std::tie(of.min_range, of.max_range, of.free_range, of.max_point_weight,
+                    of.surface_radius, of.max_wall_gap, of.max_drop, of.max_rise, of.max_tilt,
+                    of.masked_angles, of.straighten_walls);
+  };
+  return all(a) == all(b);
+}
 
 /// Throws ConfigurationError when the options do not fit together.
 void check_projection_options(const ProjectionOptions& options);

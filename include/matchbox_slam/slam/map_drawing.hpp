@@ -33,7 +33,11 @@ class MapDrawing {
     return near_.map() != nullptr ? *near_.map() : part.map;
   }
 
-  /// Draws what the whole map lacks, or waits until it is drawn.
+  /// Draws what the whole map lacks, or waits until it is drawn, to be looked at: its field is not
+  /// rendered where only `near` is matched against.
+  const SlamMap& drawn(MapPart& part, const EngineOptions& options);
+
+  /// The same with its field.
   const SlamMap& whole(MapPart& part, const EngineOptions& options);
 
   /// Takes a whole map that was `rendered` from key scans as they were. Left alone where they have

@@ -42,7 +42,11 @@ class Mapping {
 
   /// What scans are matched against.
   [[nodiscard]] const SlamMap& matched() const;
-  /// The map, drawn as far as it goes.
+  /// The map, drawn as far as it goes. See MapDrawing.
+  const SlamMap& drawn(const EngineOptions& options) {
+    return drawing_.drawn(parts_.map(), options);
+  }
+  /// The same with its field.
   const SlamMap& whole(const EngineOptions& options) {
     return drawing_.whole(parts_.map(), options);
   }

@@ -52,6 +52,8 @@ class SlamEngine {
   /// The map so far, without what a lost robot maps apart; copy it for a snapshot.
   /// Renders anew what loops have moved.
   [[nodiscard]] const SlamMap& map() { return mapping_.whole(options_); }
+  /// The same to be looked at alone: its field may lack likelihoods, which take time and memory.
+  [[nodiscard]] const SlamMap& drawn_map() { return mapping_.drawn(options_); }
   /// Whether map() would render it, which takes 2 ms a key scan, so that others may do it beside.
   [[nodiscard]] bool is_outdated() const { return mapping_.drawing().is_outdated(); }
   /// Takes what another thread has `rendered` from key scans as they were. Left alone where they
