@@ -281,7 +281,7 @@ void BagMapping::add_map_and_trajectories(FileReplacement& files) {
   files.add({out_ + "/map.png", draw_map(map.occupancy, trajectory, odometry, graph).to_png()});
   files.add({out_ + "/key_scans.tum", to_tum(key_scan_trajectory(run_->key_scans()))});
   files.add({out_ + "/graph.g2o", to_g2o(graph)});
-  files.add({out_ + "/scans.csv", scan_table_.text()});
+  files.add(out_ + "/scans.csv", [this](const ByteSink& sink) { scan_table_.write(sink); });
   files.add(out_ + "/map.slam",
             [this](const ByteSink& sink) { write_saved_map(run_->snapshot(), sink); });
 }

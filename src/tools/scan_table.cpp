@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iomanip>
 #include <locale>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -13,35 +14,49 @@ constexpr const char* kHead =
     "stamp,x,y,theta,cov_xx,cov_xy,cov_xt,cov_yy,cov_yt,cov_tt,state,certainty,status,score,"
     "contradiction,rival_share,inserted\n";
 
-}  // namespace
+constexpr std::size_t kPage = std::size_t{1} << 16U;  // [bytes]
+constexpr std::size_t kLongestRow = std::size_t{1} << 10U;
 
-ScanTable::ScanTable() {
-  rows_.imbue(std::locale::classic());
-  rows_ << std::fixed;
-}
-
-void ScanTable::add(const ScanOutcome& outcome) {
+std::string row_of(const ScanOutcome& outcome) {
+  std::ostringstream row;
+  row.imbue(std::locale::classic());
+  row << std::fixed;
   const Pose2& pose = outcome.map_from_base;
   const Eigen::Matrix3d& covariance = outcome.covariance;
-  rows_ << std::setprecision(6) << outcome.stamp << std::setprecision(9);
+  row << std::setprecision(6) << outcome.stamp << std::setprecision(9);
   for (const double value :
        {pose.x, pose.y, pose.theta, covariance(0, 0), covariance(0, 1), covariance(0, 2),
         covariance(1, 1), covariance(1, 2), covariance(2, 2)}) {
-    rows_ << ',' << value;
+    row << ',' << value;
   }
   for (const char* word :
        {to_string(outcome.state), to_string(outcome.certainty), to_string(outcome.match.status)}) {
-    rows_ << ',' << word;
+    row << ',' << word;
   }
-  rows_ << std::setprecision(4);
+  row << std::setprecision(4);
   for (const double value :
        {outcome.match.score, outcome.match.contradiction, outcome.match.rival_share}) {
-    rows_ << ',' << value;
+    row << ',' << value;
   }
-  rows_ << (outcome.inserted ? ",1\n" : ",0\n");
+  row << (outcome.inserted ? ",1\n" : ",0\n");
+  return row.str();
 }
 
-std::string ScanTable::text() const { return kHead + rows_.str(); }
+}  // namespace
+
+void ScanTable::add(const ScanOutcome& outcome) {
+  if (pages_.empty() || pages_.back().size() + kLongestRow > kPage) {
+    pages_.emplace_back().reserve(kPage);
+  }
+  pages_.back() += row_of(outcome);
+}
+
+void ScanTable::write(const ByteSink& sink) const {
+  sink(kHead);
+  for (const std::string& page : pages_) {
+    sink(page);
+  }
+}
 
 Trajectory key_scan_trajectory(const KeyScans& key_scans) {
   std::vector<StampedPose2> poses;
