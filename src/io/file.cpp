@@ -196,6 +196,17 @@ void FileReplacement::add(const std::string& path,
   });
 }
 
+ByteSink FileReplacement::begin(const std::string& path) {
+  explain_failure(path, [&] {
+    require_replaceable(path);
+    remove_left_behind(path);
+    written_->files.push_back(std::make_unique<FileAside>(path));
+  });
+  return [file = written_->files.back().get()](const std::string& bytes) {
+    explain_failure(file->final_path(), [&] { file->write(bytes); });
+  };
+}
+
 void FileReplacement::finish() {
   for (const auto& file : written_->files) {
     explain_failure(file->final_path(), [&] { file->flush(); });

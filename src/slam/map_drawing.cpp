@@ -66,7 +66,7 @@ bool MapDrawing::begin_whole(const MapPart& part, const EngineOptions& options) 
   const bool may_take_long = near_.map() != nullptr || is_moved_;
   near_.clear();
   is_moved_ = false;
-  if (!rendering_ && (is_outdated_ || drawn_ < keys.size())) {
+  if (!rendering_ && (is_outdated_ || drawn_ < keys.size() || !part.map.field.is_rendered())) {
     is_outdated_ = true;
     rendering_ = std::make_shared<Rendering>(Rendering{
         keys, std::async(std::launch::async, [keys, map = options.map, field = options.field] {

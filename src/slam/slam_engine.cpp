@@ -304,7 +304,7 @@ std::size_t SlamEngine::map_bytes() const {
 }
 
 MapStart SlamEngine::snapshot() {
-  static_cast<void>(map());
+  static_cast<void>(drawn_map());
   const MapParts& parts = mapping_.parts();
   return {parts.map().map,
           parts.map().key_scans,

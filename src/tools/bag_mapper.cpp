@@ -102,6 +102,7 @@ class BagMapping {
   void handle(const ReadyScan& scan);
   void handle(const TimeJump& jump);
   void handle(const RunEvent& event);
+  void begin_scan_table();
   void forget_map();
   void cut_no_returns();
   void go_on_with_saved_map(double stamp);
@@ -119,7 +120,8 @@ class BagMapping {
   std::optional<SlamRun> run_;
   std::optional<MapStart> saved_;  ///< until the first scan comes, or an event before it
   std::vector<std::shared_ptr<const KeyScan>> first_key_scans_;  ///< of the map
-  ScanTable scan_table_;
+  std::unique_ptr<FileReplacement> files_;                       ///< that the run writes
+  std::optional<ScanTable> scan_table_;                          ///< into one of them
   FitRecord fit_;
   bool told_of_left_out_ = false;
 };
@@ -140,6 +142,7 @@ void BagMapping::map() {
   parameters_.set("scan_topics", found.scan_topics);
   cut_no_returns();
   run_.emplace(LiveConfiguration(parameters_, loader_));
+  begin_scan_table();
   while (const std::optional<ScanQueue::Item> item = scans_.next()) {
     std::visit([this](const auto& one) { handle(one); }, *item);
   }
@@ -210,7 +213,7 @@ void BagMapping::handle(const ReadyScan& scan) {
     scans_.leave_out(scan);
     return;
   }
-  scan_table_.add(*outcome);
+  scan_table_->add(*outcome);
   fit_.add(*outcome);
   if (outcome->inserted && outcome->state == TrackingState::kTracking && !debug_.empty() &&
       first_key_scans_.size() <= kMostHoughPictures) {
@@ -246,10 +249,15 @@ void BagMapping::handle(const RunEvent& event) {
   }
 }
 
+void BagMapping::begin_scan_table() {
+  files_ = std::make_unique<FileReplacement>();
+  scan_table_.emplace(files_->begin(out_ + "/scans.csv"));
+}
+
 /// What is kept of it beside the run.
 void BagMapping::forget_map() {
   first_key_scans_.clear();
-  scan_table_.clear();
+  begin_scan_table();
   fit_ = {};
   scans_.discard_delivered();
 }
@@ -269,19 +277,19 @@ void BagMapping::handle(const TimeJump& jump) {
 void BagMapping::add_map_and_trajectories(FileReplacement& files) {
   const Trajectory trajectory(run_->trajectory());
   const Trajectory odometry(run_->odometry());
-  const SlamMap& map = run_->drawn_map();
   const PoseGraph& graph = run_->loops().graph();
+  // The texts first, which are as large as the map of a long drive: the map is not drawn yet.
+  files.add({out_ + "/trajectory.tum", to_tum(trajectory)});
+  files.add({out_ + "/trajectory_live.tum", to_tum(Trajectory(run_->live_trajectory()))});
+  files.add({out_ + "/odometry.tum", to_tum(odometry)});
+  files.add({out_ + "/key_scans.tum", to_tum(key_scan_trajectory(run_->key_scans()))});
+  files.add({out_ + "/graph.g2o", to_g2o(graph)});
+  const SlamMap& map = run_->drawn_map();
   for (const FileContents& file :
        map_files(out_ + "/map", make_map_image(map.occupancy), map_format(run_->setup().run))) {
     files.add(file);
   }
-  files.add({out_ + "/trajectory.tum", to_tum(trajectory)});
-  files.add({out_ + "/trajectory_live.tum", to_tum(Trajectory(run_->live_trajectory()))});
-  files.add({out_ + "/odometry.tum", to_tum(odometry)});
   files.add({out_ + "/map.png", draw_map(map.occupancy, trajectory, odometry, graph).to_png()});
-  files.add({out_ + "/key_scans.tum", to_tum(key_scan_trajectory(run_->key_scans()))});
-  files.add({out_ + "/graph.g2o", to_g2o(graph)});
-  files.add(out_ + "/scans.csv", [this](const ByteSink& sink) { scan_table_.write(sink); });
   files.add(out_ + "/map.slam",
             [this](const ByteSink& sink) { write_saved_map(run_->snapshot(), sink); });
 }
@@ -330,15 +338,15 @@ void BagMapping::write() {
     scans_.throw_nothing_used();
   }
   run_->finish();
-  FileReplacement files;
-  add_map_and_trajectories(files);
+  scan_table_->finish();
+  add_map_and_trajectories(*files_);
   const ResourceUsage now = resource_usage();
   const RunFacts facts{scans_.facts(),
                        run_->resets(),
                        {now.wall_seconds - started_.wall_seconds,
                         now.cpu_seconds - started_.cpu_seconds, now.peak_memory}};
-  files.add({out_ + "/report.json", to_json(facts, scans_.account(), *run_)});
-  files.finish();
+  files_->add({out_ + "/report.json", to_json(facts, scans_.account(), *run_)});
+  files_->finish();
   replace_files(hough_pictures());
   tell(facts);
   if (!facts.bag.damage.empty()) {

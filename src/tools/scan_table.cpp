@@ -14,9 +14,6 @@ constexpr const char* kHead =
     "stamp,x,y,theta,cov_xx,cov_xy,cov_xt,cov_yy,cov_yt,cov_tt,state,certainty,status,score,"
     "contradiction,rival_share,inserted\n";
 
-constexpr std::size_t kPage = std::size_t{1} << 16U;  // [bytes]
-constexpr std::size_t kLongestRow = std::size_t{1} << 10U;
-
 std::string row_of(const ScanOutcome& outcome) {
   std::ostringstream row;
   row.imbue(std::locale::classic());
@@ -44,18 +41,19 @@ std::string row_of(const ScanOutcome& outcome) {
 
 }  // namespace
 
+ScanTable::ScanTable(ByteSink sink) : sink_(std::move(sink)), page_(kHead) {}
+
 void ScanTable::add(const ScanOutcome& outcome) {
-  if (pages_.empty() || pages_.back().size() + kLongestRow > kPage) {
-    pages_.emplace_back().reserve(kPage);
+  constexpr std::size_t kPage = std::size_t{1} << 16U;  // [bytes]
+  page_ += row_of(outcome);
+  if (page_.size() >= kPage) {
+    finish();
   }
-  pages_.back() += row_of(outcome);
 }
 
-void ScanTable::write(const ByteSink& sink) const {
-  sink(kHead);
-  for (const std::string& page : pages_) {
-    sink(page);
-  }
+void ScanTable::finish() {
+  sink_(page_);
+  page_.clear();
 }
 
 Trajectory key_scan_trajectory(const KeyScans& key_scans) {

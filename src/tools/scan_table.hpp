@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "geometry/trajectory.hpp"
 #include "matchbox_slam/io/file.hpp"
@@ -13,12 +12,17 @@ namespace matchbox_slam {
 /// One row a scan, as text with commas: what became of it at the time it was matched.
 class ScanTable {
  public:
+  /// @param sink  gets a page of rows at a time: those of a long drive take more memory than its
+  ///              map. What it throws passes through.
+  explicit ScanTable(ByteSink sink);
+
   void add(const ScanOutcome& outcome);
-  void clear() { pages_.clear(); }
-  void write(const ByteSink& sink) const;
+  /// Gives the last rows to the sink.
+  void finish();
 
  private:
-  std::vector<std::string> pages_;  ///< of rows: one text would be twice as large while it grows
+  ByteSink sink_;
+  std::string page_;
 };
 
 /// Where the key scans of a map are now, by their stamps; of two at one stamp the first.

@@ -100,6 +100,22 @@ TEST(FileReplacement, TakesPiecesAndReplacesAllAtOnce) {
   EXPECT_EQ(folder.file_count(), 2U);
 }
 
+TEST(FileReplacement, PiecesMayComeWhileOtherFilesAreAdded) {
+  const TemporaryFolder folder;
+  FileReplacement replacement;
+  const ByteSink sink = replacement.begin(folder / "first");
+  sink("piece ");
+  replacement.add({folder / "second", "new"});
+  sink("by piece");
+  EXPECT_FALSE(std::filesystem::exists(folder / "first"));
+  replacement.finish();
+  EXPECT_EQ(read_file(folder / "first"), "piece by piece");
+  EXPECT_EQ(read_file(folder / "second"), "new");
+  EXPECT_THROW((void)replacement.begin(folder.path()), FileError) << "a folder";
+  EXPECT_THROW((void)replacement.begin(folder / "missing/first"), FileError);
+  EXPECT_EQ(folder.file_count(), 2U);
+}
+
 TEST(FileReplacement, LeavesEverythingAsItWasWhenItIsNotFinished) {
   const TemporaryFolder folder;
   replace_file(folder / "first", "old");

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "matchbox_slam/map/map_image.hpp"
 #include "matchbox_slam/slam/map_drawing.hpp"
 #include "slam/key_scans_of_rooms.hpp"
 #include "slam/map_equality.hpp"
@@ -86,6 +87,33 @@ TEST_F(MapDrawingTest, DrawsBesideWhatNobodyAsksForAtOnce) {
   drawing_.begin_whole(part_, kOptions);
   move_first(part_, drawing_);  // meanwhile
   EXPECT_TRUE(same_map(drawing_.whole(part_, kOptions), rendered_all(part_)));
+}
+
+TEST_F(MapDrawingTest, WhatIsDrawnToBeLookedAtIsRenderedBeforeItIsMatchedAgainst) {
+  const auto draw = [this] {
+    move_first(part_, drawing_);
+    const SlamMap& drawn = drawing_.drawn(part_, kOptions);
+    const SlamMap expected = rendered_all(part_);
+    EXPECT_FALSE(drawing_.is_outdated());
+    EXPECT_FALSE(drawn.field.is_rendered());
+    EXPECT_EQ(make_map_image(drawn.occupancy).pixels, make_map_image(expected.occupancy).pixels);
+    for (const Cell& cell : expected.field.surface_cells()) {
+      const auto surface = drawn.field.stored_surface(cell);
+      const auto rendered = expected.field.stored_surface(cell);
+      ASSERT_EQ(surface.hits, rendered.hits);
+      ASSERT_EQ(surface.double_angle_x, rendered.double_angle_x);
+      ASSERT_EQ(surface.double_angle_y, rendered.double_angle_y);
+    }
+  };
+  draw();
+  drawing_.match_whole(part_, kOptions);
+  EXPECT_TRUE(same_map(drawing_.matched(part_), rendered_all(part_)));
+
+  draw();
+  drawing_.begin_whole(part_, kOptions);
+  EXPECT_TRUE(drawing_.is_outdated()) << "another thread renders it";
+  drawing_.match_whole(part_, kOptions);
+  EXPECT_TRUE(same_map(drawing_.matched(part_), rendered_all(part_)));
 }
 
 TEST_F(MapDrawingTest, SaysThatAMapMayTakeLongWhoeverHasAskedForItBefore) {

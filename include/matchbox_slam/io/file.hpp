@@ -60,6 +60,10 @@ class FileReplacement {
   ///                   std::system_error, which is taken for one of writing.
   void add(const std::string& path, const std::function<void(const ByteSink&)>& write_all);
 
+  /// Begins a file whose pieces come while other work is done. Its sink throws FileError when one
+  /// cannot be written, and is good until this object is finished or gone.
+  [[nodiscard]] ByteSink begin(const std::string& path);
+
   /// Lets all files take their names, one after the other: where one cannot, those before it have.
   void finish();
 

@@ -73,6 +73,7 @@ class LikelihoodField {
 
   void settle();
   void render();
+  [[nodiscard]] bool is_rendered() const { return changed_.empty(); }
 
   [[nodiscard]] const GridGeometry& geometry() const { return geometry_; }
   [[nodiscard]] const LikelihoodFieldOptions& options() const { return options_; }

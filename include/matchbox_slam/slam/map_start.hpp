@@ -34,7 +34,7 @@ struct Whereabouts {
 
 /// All that an engine knows: what it takes to go on from there as if nothing had been between.
 struct MapStart {
-  SlamMap map;
+  SlamMap map;  ///< its field is rendered if it is matched against
   KeyScans key_scans;
   MotionState motion;                  ///< in the map frame
   std::map<int, Pose2> last_inserted;  ///< map_from_base, by laser
