@@ -3,6 +3,7 @@
 #include <string>
 
 #include "matchbox_slam/graph/pose_graph.hpp"
+#include "matchbox_slam/io/file.hpp"
 
 namespace matchbox_slam {
 
@@ -12,6 +13,9 @@ namespace matchbox_slam {
 /// in the frame of the measured pose, which the information is turned into. It holds all the drift
 /// that is assumed, and not what loops say of it.
 [[nodiscard]] std::string to_g2o(const PoseGraph& graph);
+
+/// The same, a page at a time.
+void write_g2o(const PoseGraph& graph, const ByteSink& sink);
 
 /// Writes a file atomically. Throws FileError.
 void write_g2o(const std::string& path, const PoseGraph& graph);

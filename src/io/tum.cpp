@@ -3,12 +3,11 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <iomanip>
-#include <locale>
-#include <sstream>
+#include <ostream>
 #include <vector>
 
+#include "io/paged_text.hpp"
 #include "io/text_columns.hpp"
-#include "matchbox_slam/io/file.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -39,17 +38,21 @@ Trajectory parse_tum(const std::string& text, const std::string& source) {
 
 Trajectory read_tum(const std::string& path) { return parse_tum(read_file(path), path); }
 
-std::string to_tum(const Trajectory& trajectory) {
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  text << std::fixed;
+void write_tum(const Trajectory& trajectory, const ByteSink& sink) {
+  PagedText text(sink);
+  text.line() << std::fixed;
   for (const StampedPose2& stamped : trajectory.poses()) {
     const Pose2& pose = stamped.pose;
-    text << std::setprecision(6) << stamped.stamp << std::setprecision(9) << ' ' << pose.x << ' '
-         << pose.y << ' ' << 0.0 << ' ' << 0.0 << ' ' << 0.0 << ' ' << std::sin(0.5 * pose.theta)
-         << ' ' << std::cos(0.5 * pose.theta) << '\n';
+    text.line() << std::setprecision(6) << stamped.stamp << std::setprecision(9) << ' ' << pose.x
+                << ' ' << pose.y << ' ' << 0.0 << ' ' << 0.0 << ' ' << 0.0 << ' '
+                << std::sin(0.5 * pose.theta) << ' ' << std::cos(0.5 * pose.theta);
+    text.end_line();
   }
-  return text.str();
+  text.finish();
+}
+
+std::string to_tum(const Trajectory& trajectory) {
+  return text_of_pages([&](const ByteSink& sink) { write_tum(trajectory, sink); });
 }
 
 void write_tum(const std::string& path, const Trajectory& trajectory) {

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "geometry/trajectory.hpp"
+#include "matchbox_slam/io/file.hpp"
 
 namespace matchbox_slam {
 
@@ -20,6 +21,9 @@ namespace matchbox_slam {
 /// The trajectory in the TUM format: z is 0, the quaternion a yaw; stamps with 6 decimals, all else
 /// with 9. The same poses give the same bytes, whatever the locale.
 [[nodiscard]] std::string to_tum(const Trajectory& trajectory);
+
+/// The same, a page at a time.
+void write_tum(const Trajectory& trajectory, const ByteSink& sink);
 
 /// Writes a file atomically. Throws FileError.
 void write_tum(const std::string& path, const Trajectory& trajectory);

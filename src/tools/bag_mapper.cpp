@@ -278,12 +278,14 @@ void BagMapping::add_map_and_trajectories(FileReplacement& files) {
   const Trajectory trajectory(run_->trajectory());
   const Trajectory odometry(run_->odometry());
   const PoseGraph& graph = run_->loops().graph();
-  // The texts first, which are as large as the map of a long drive: the map is not drawn yet.
-  files.add({out_ + "/trajectory.tum", to_tum(trajectory)});
-  files.add({out_ + "/trajectory_live.tum", to_tum(Trajectory(run_->live_trajectory()))});
-  files.add({out_ + "/odometry.tum", to_tum(odometry)});
-  files.add({out_ + "/key_scans.tum", to_tum(key_scan_trajectory(run_->key_scans()))});
-  files.add({out_ + "/graph.g2o", to_g2o(graph)});
+  const auto add_poses = [&](const std::string& name, const Trajectory& poses) {
+    files.add(out_ + name, [&poses](const ByteSink& sink) { write_tum(poses, sink); });
+  };
+  add_poses("/trajectory.tum", trajectory);
+  add_poses("/trajectory_live.tum", Trajectory(run_->live_trajectory()));
+  add_poses("/odometry.tum", odometry);
+  add_poses("/key_scans.tum", key_scan_trajectory(run_->key_scans()));
+  files.add(out_ + "/graph.g2o", [&graph](const ByteSink& sink) { write_g2o(graph, sink); });
   const SlamMap& map = run_->drawn_map();
   for (const FileContents& file :
        map_files(out_ + "/map", make_map_image(map.occupancy), map_format(run_->setup().run))) {

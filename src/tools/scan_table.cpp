@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <iomanip>
-#include <locale>
-#include <sstream>
+#include <ostream>
 #include <utility>
 #include <vector>
 
@@ -12,12 +11,17 @@ namespace {
 
 constexpr const char* kHead =
     "stamp,x,y,theta,cov_xx,cov_xy,cov_xt,cov_yy,cov_yt,cov_tt,state,certainty,status,score,"
-    "contradiction,rival_share,inserted\n";
+    "contradiction,rival_share,inserted";
 
-std::string row_of(const ScanOutcome& outcome) {
-  std::ostringstream row;
-  row.imbue(std::locale::classic());
-  row << std::fixed;
+}  // namespace
+
+ScanTable::ScanTable(ByteSink sink) : text_(std::move(sink)) {
+  text_.line() << std::fixed << kHead;
+  text_.end_line();
+}
+
+void ScanTable::add(const ScanOutcome& outcome) {
+  std::ostream& row = text_.line();
   const Pose2& pose = outcome.map_from_base;
   const Eigen::Matrix3d& covariance = outcome.covariance;
   row << std::setprecision(6) << outcome.stamp << std::setprecision(9);
@@ -35,25 +39,8 @@ std::string row_of(const ScanOutcome& outcome) {
        {outcome.match.score, outcome.match.contradiction, outcome.match.rival_share}) {
     row << ',' << value;
   }
-  row << (outcome.inserted ? ",1\n" : ",0\n");
-  return row.str();
-}
-
-}  // namespace
-
-ScanTable::ScanTable(ByteSink sink) : sink_(std::move(sink)), page_(kHead) {}
-
-void ScanTable::add(const ScanOutcome& outcome) {
-  constexpr std::size_t kPage = std::size_t{1} << 16U;  // [bytes]
-  page_ += row_of(outcome);
-  if (page_.size() >= kPage) {
-    finish();
-  }
-}
-
-void ScanTable::finish() {
-  sink_(page_);
-  page_.clear();
+  row << (outcome.inserted ? ",1" : ",0");
+  text_.end_line();
 }
 
 Trajectory key_scan_trajectory(const KeyScans& key_scans) {

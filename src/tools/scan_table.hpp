@@ -3,7 +3,7 @@
 #include <string>
 
 #include "geometry/trajectory.hpp"
-#include "matchbox_slam/io/file.hpp"
+#include "io/paged_text.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
 
@@ -12,17 +12,15 @@ namespace matchbox_slam {
 /// One row a scan, as text with commas: what became of it at the time it was matched.
 class ScanTable {
  public:
-  /// @param sink  gets a page of rows at a time: those of a long drive take more memory than its
-  ///              map. What it throws passes through.
+  /// @param sink  gets a page of rows at a time. What it throws passes through.
   explicit ScanTable(ByteSink sink);
 
   void add(const ScanOutcome& outcome);
   /// Gives the last rows to the sink.
-  void finish();
+  void finish() { text_.finish(); }
 
  private:
-  ByteSink sink_;
-  std::string page_;
+  PagedText text_;
 };
 
 /// Where the key scans of a map are now, by their stamps; of two at one stamp the first.

@@ -1,0 +1,134 @@
+#!/usr/bin/env python3
+"""How much of an error against verified relations is that of their stamps.
+
+    relation_stamps.py ours.tum --relations intel.relations --odometry intel.odom.tum
+
+A relation says how two scans lie to each other; where they were taken has to be looked up by their stamps. Where a log
+wrote down several poses at once, a robot seems to drive decimetres within milliseconds, and a stamp does not tell which
+of them is meant. So relations are told apart by how far odometry goes within --within of one of their two stamps. The
+error of a relation is as of `evaluate relations`: between its poses the estimate is carried by odometry.
+"""
+
+import argparse
+import bisect
+import json
+import math
+import sys
+
+LIMITS = (0.0, 0.01, 0.1, 0.2, 0.3, math.inf)  # m, of the way at a stamp
+FARTHEST = 0.5  # s from a stamp to the odometry that is looked up for it
+
+
+class Mistake(Exception):
+    """What the user gave is not as it has to be: the text says what, and what would do."""
+
+
+def read_rows(path, columns, what):
+    try:
+        with open(path) as file:
+            rows = [[float(word) for word in line.split()] for line in file if line.strip() and line[0] != "#"]
+    except OSError as mistake:
+        raise Mistake(f"'{path}' cannot be read: {mistake.strerror or mistake}")
+    except ValueError:
+        rows = []
+    if not rows or any(len(row) != columns or not all(map(math.isfinite, row)) for row in rows):
+        raise Mistake(f"'{path}' is no file of {what}")
+    return rows
+
+
+def compose(a, b):
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], a[2] + b[2]
+
+
+def inverse(a):
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return -c * a[0] - s * a[1], s * a[0] - c * a[1], -a[2]
+
+
+def blend(a, b, share):
+    """From a to b, of the turn the shorter way."""
+    turn = math.remainder(b[2] - a[2], 2.0 * math.pi)
+    return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * turn
+
+
+class Trajectory:
+    def __init__(self, path):
+        rows = sorted(read_rows(path, 8, "poses: each line has to be eight numbers, stamp x y z qx qy qz qw"))
+        self.stamps = [row[0] for row in rows]
+        self.poses = [(row[1], row[2], 2.0 * math.atan2(row[6], row[7])) for row in rows]
+
+    def around(self, stamp):
+        """Numbers of the poses before and after; both the same at an end."""
+        after = bisect.bisect_left(self.stamps, stamp)
+        return max(0, after - 1), min(len(self.stamps) - 1, after)
+
+    def at(self, stamp):
+        """Interpolated; none where no pose is near."""
+        before, after = self.around(stamp)
+        if min(abs(self.stamps[i] - stamp) for i in (before, after)) > FARTHEST:
+            return None
+        length = self.stamps[after] - self.stamps[before]
+        share = min(1.0, max(0.0, (stamp - self.stamps[before]) / length)) if length > 0.0 else 0.0
+        return blend(self.poses[before], self.poses[after], share)
+
+    def way(self, begin, end):
+        """[m] from the pose before to the one after a time."""
+        first = max(0, bisect.bisect_left(self.stamps, begin) - 1)
+        last = min(len(self.stamps) - 1, bisect.bisect_right(self.stamps, end))
+        return sum(math.dist(self.poses[i][:2], self.poses[i + 1][:2]) for i in range(first, last))
+
+
+def carried(estimate, odometry, stamp):
+    """The estimate before and the one after, each carried to a stamp by odometry, the nearer the more."""
+    there = odometry.at(stamp)
+    before, after = estimate.around(stamp)
+    from_odometry = [odometry.at(estimate.stamps[i]) for i in (before, after)]
+    if there is None or None in from_odometry:
+        return None
+    a, b = (compose(estimate.poses[i], compose(inverse(odom), there))
+            for i, odom in zip((before, after), from_odometry))
+    length = estimate.stamps[after] - estimate.stamps[before]
+    return blend(a, b, (stamp - estimate.stamps[before]) / length if length > 0.0 else 0.0)
+
+
+def errors_by_way(estimate, odometry, relations, within):
+    """(way at the stamps, error), both in m, of each relation that can be looked up."""
+    for first, second, x, y, _, _, _, yaw in relations:
+        poses = [carried(estimate, odometry, stamp) for stamp in (first, second)]
+        if None not in poses:
+            error = compose(inverse((x, y, yaw)), compose(inverse(poses[0]), poses[1]))
+            yield max(odometry.way(t - within, t + within) for t in (first, second)), math.hypot(*error[:2])
+
+
+def parse():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("estimate", help="TUM file")
+    parser.add_argument("--relations", required=True, help="lines of stamp1 stamp2 x y z roll pitch yaw")
+    parser.add_argument("--odometry", required=True, help="TUM file of raw odometry")
+    parser.add_argument("--within", type=float, default=0.005, help="s (default: %(default)s)")
+    return parser.parse_args()
+
+
+def main():
+    options = parse()
+    if not options.within >= 0.0:
+        raise Mistake(f"--within: {options.within:g} is not allowed; allowed: 0 and more")
+    relations = read_rows(options.relations, 8, "relations: each line has to be eight numbers")
+    errors = list(errors_by_way(Trajectory(options.estimate), Trajectory(options.odometry), relations, options.within))
+    if not errors:
+        raise Mistake(f"odometry has no pose within {FARTHEST:g} s of the stamps of any relation")
+    for least, most in [(0.0, math.inf)] + list(zip(LIMITS, LIMITS[1:])):
+        some = sorted(error for way, error in errors if least <= way < most)
+        if some:
+            print(json.dumps({"way_from_m": least, "way_to_m": most if most < math.inf else None,
+                              "relations": len(some), "mean_m": round(sum(some) / len(some), 4),
+                              "median_m": round(some[len(some) // 2], 4)}))
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except Mistake as mistake:
+        print(f"relation_stamps.py: {mistake}", file=sys.stderr)
+        sys.exit(2)

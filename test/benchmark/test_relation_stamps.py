@@ -1,0 +1,62 @@
+"""benchmark/relation_stamps.py: relations by what their stamps tell, and one line for a mistake."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
+PROGRAM = os.path.join(SOURCE, 'benchmark', 'relation_stamps.py')
+
+
+def poses(stamps_and_xs):
+    return ''.join(f'{stamp:.4f} {x:.4f} 0 0 0 0 0 1\n' for stamp, x in stamps_and_xs)
+
+
+class RelationStamps(unittest.TestCase):
+    """A robot that drives along x by 1 m/s, and whose log then writes four poses down at once."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        way = [(100.0 + 0.1 * k, 0.1 * k) for k in range(50)]
+        burst = [(104.901 + 0.001 * k, 5.0 + 0.1 * k) for k in range(4)]
+        relations = ['100.0 103.0 3.0 0 0 0 0 0', '101.0 104.0 3.5 0 0 0 0 0', '100.0 104.903 5.0 0 0 0 0 0']
+        for name, text in (('odometry.tum', poses(way + burst)), ('estimate.tum', poses(way[::10] + burst[-1:])),
+                           ('relations', '\n'.join(relations))):
+            with open(cls.path(name), 'w') as file:
+                file.write(text)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    @classmethod
+    def path(cls, name):
+        return os.path.join(cls.folder.name, name)
+
+    def run_program(self, *arguments, relations='relations'):
+        return subprocess.run([sys.executable, PROGRAM, self.path('estimate.tum'), '--relations', self.path(relations),
+                               '--odometry', self.path('odometry.tum'), *arguments],
+                              capture_output=True, text=True, timeout=60)
+
+    def test_relations_are_told_apart_by_the_way_at_their_stamps(self):
+        done = self.run_program()
+        self.assertEqual(done.returncode, 0, done.stderr)
+        groups = [json.loads(line) for line in done.stdout.splitlines()]
+        self.assertEqual([(g['way_from_m'], g['way_to_m'], g['relations'], g['mean_m']) for g in groups],
+                         [(0.0, None, 3, 0.2333), (0.2, 0.3, 2, 0.25), (0.3, None, 1, 0.2)])
+
+    def test_a_mistake_is_told_in_one_line(self):
+        for done, text in ((self.run_program(relations='missing'), 'cannot be read'),
+                           (self.run_program(relations='odometry.tum', *['--within', '-1']), '--within: -1'),
+                           (self.run_program(relations='../'), 'cannot be read')):
+            self.assertEqual(done.returncode, 2)
+            self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+            self.assertIn(text, done.stderr)
+
+
+if __name__ == '__main__':
+    unittest.main()
