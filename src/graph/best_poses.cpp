@@ -3,7 +3,7 @@
 #include <ceres/ceres.h>
 
 #include <array>
-#include <memory>
+#include <deque>
 
 #include "graph/edge_error.hpp"
 
@@ -12,30 +12,31 @@ namespace {
 
 using Parameters = std::array<double, 3>;
 
+/// Small, as a long drive has as many as edges: the root is not kept.
 class EdgeCost : public ceres::SizedCostFunction<3, 3, 3> {
  public:
-  EdgeCost(const PoseEdge& edge, double drift_share)
-      : edge_(edge), root_(information_root(covariance_with_drift(edge, drift_share))) {}
+  EdgeCost(const PoseEdge& edge, double drift_share) : edge_(&edge), drift_share_(drift_share) {}
 
   bool Evaluate(const double* const* parameters, double* residuals,
                 double** jacobians) const override {
     using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
     const double* from = parameters[0];
     const double* to = parameters[1];
-    const EdgeError error = edge_error(edge_, {from[0], from[1], from[2]}, {to[0], to[1], to[2]});
-    Eigen::Map<Eigen::Vector3d>{residuals} = root_ * error.error;
+    const Eigen::Matrix3d root = information_root(covariance_with_drift(*edge_, drift_share_));
+    const EdgeError error = edge_error(*edge_, {from[0], from[1], from[2]}, {to[0], to[1], to[2]});
+    Eigen::Map<Eigen::Vector3d>{residuals} = root * error.error;
     if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<Rows>{jacobians[0]} = root_ * error.by_from;
+      Eigen::Map<Rows>{jacobians[0]} = root * error.by_from;
     }
     if (jacobians != nullptr && jacobians[1] != nullptr) {
-      Eigen::Map<Rows>{jacobians[1]} = root_ * error.by_to;
+      Eigen::Map<Rows>{jacobians[1]} = root * error.by_to;
     }
     return true;
   }
 
  private:
-  const PoseEdge& edge_;
-  Eigen::Matrix3d root_;
+  const PoseEdge* edge_;
+  double drift_share_;
 };
 
 ceres::Solver::Options solver_options(int max_iterations, double tolerance) {
@@ -62,10 +63,13 @@ BestPoses move_to_best_poses(PoseGraph& graph, double drift_share, int max_itera
   for (const Pose2& pose : graph.poses) {
     poses.push_back({pose.x, pose.y, pose.theta});
   }
-  ceres::Problem problem;
+  std::deque<EdgeCost> costs;
+  ceres::Problem::Options owned_here;
+  owned_here.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(owned_here);
   for (const PoseEdge& edge : graph.edges) {
     if (is_used(edge)) {
-      problem.AddResidualBlock(std::make_unique<EdgeCost>(edge, drift_share).release(), nullptr,
+      problem.AddResidualBlock(&costs.emplace_back(edge, drift_share), nullptr,
                                poses[edge.from].data(), poses[edge.to].data());
     }
   }

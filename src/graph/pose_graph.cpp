@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "common/append.hpp"
 #include "graph/edge_error.hpp"
 #include "graph/map_drift.hpp"
 
@@ -57,14 +58,7 @@ std::size_t root_of(std::vector<std::size_t>& parents, std::size_t node) {
 
 }  // namespace
 
-void add_edge(const PoseEdge& edge, PoseGraph& graph) {
-  std::vector<PoseEdge>& edges = graph.edges;
-  if (edges.size() == edges.capacity()) {
-    constexpr std::size_t kLeast = 16;
-    edges.reserve(edges.size() + edges.size() / 8 + kLeast);
-  }
-  edges.push_back(edge);
-}
+void add_edge(const PoseEdge& edge, PoseGraph& graph) { append_sparingly(edge, graph.edges); }
 
 GraphState state_of(const PoseGraph& graph) {
   GraphState state{graph.poses, {}};

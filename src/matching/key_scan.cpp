@@ -86,7 +86,7 @@ class ScanLikenesses {
 
 struct KeyScanCache {
   LruCache<PointScan> points{std::size_t{8} << 20U, bytes_of};
-  LruCache<LikelihoodField> fields{std::size_t{32} << 20U,
+  LruCache<LikelihoodField> fields{std::size_t{16} << 20U,
                                    [](const LikelihoodField& field) { return field.bytes(); }};
   std::atomic<std::uint64_t> next_key{0};
   ScanLikenesses likenesses;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "common/append.hpp"
 #include "common/number_text.hpp"
 #include "common/thread_time.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
@@ -34,7 +35,7 @@ void add_pose(const StampedPose2& pose, std::vector<StampedPose2>& poses) {
   if (!poses.empty() && poses.back().stamp == pose.stamp) {
     poses.back() = pose;
   } else {
-    poses.push_back(pose);
+    append_sparingly(pose, poses);
   }
 }
 

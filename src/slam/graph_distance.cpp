@@ -4,6 +4,8 @@
 #include <queue>
 #include <utility>
 
+#include "common/append.hpp"
+
 namespace matchbox_slam {
 
 namespace {
@@ -53,10 +55,10 @@ void GraphLinks::take_new(const PoseGraph& graph) {
   last_.resize(graph.poses.size(), kNone);
   for (std::size_t edge = ends_.size() / 2; edge < graph.edges.size(); ++edge) {
     for (const std::size_t node : {graph.edges[edge].from, graph.edges[edge].to}) {
-      const std::size_t end = ends_.size();
+      const auto end = static_cast<Number>(ends_.size());
       (first_[node] == kNone ? first_[node] : ends_[last_[node]].next) = end;
       last_[node] = end;
-      ends_.push_back({node, kNone});
+      append_sparingly({static_cast<Number>(node), kNone}, ends_);
     }
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -22,20 +23,21 @@ class GraphLinks {
   /// end, in the order of edges.
   template <typename Visit>
   void for_each(std::size_t node, Visit&& visit) const {
-    for (std::size_t end = first_[node]; end != kNone; end = ends_[end].next) {
-      visit(end / 2, ends_[end ^ 1].node);
+    for (Number end = first_[node]; end != kNone; end = ends_[end].next) {
+      visit(std::size_t{end} / 2, std::size_t{ends_[end ^ 1U].node});
     }
   }
 
  private:
-  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  using Number = std::uint32_t;  ///< small, as copies of long drives have many
+  static constexpr Number kNone = std::numeric_limits<Number>::max();
   struct End {
-    std::size_t node;
-    std::size_t next;  ///< end at the same node
+    Number node;
+    Number next;  ///< end at the same node
   };
 
-  std::vector<std::size_t> first_;  ///< end at each node
-  std::vector<std::size_t> last_;
+  std::vector<Number> first_;  ///< end at each node
+  std::vector<Number> last_;
   std::vector<End> ends_;  ///< two of each edge
 };
 
