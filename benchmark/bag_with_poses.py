@@ -4,16 +4,24 @@
     bag_with_poses.py my.bag poses.tum out.bag --scan /scan
     map_bag out.bag --matcher odometry_only --set slam/loop_closing=false --out DIR
 
-Takes the scans of one topic that the trajectory has a pose for, by stamps that agree to 1 ms, and from /tf and
-/tf_static what is not of the odometry frame. Poses are of the base, in a TUM file.
+Takes the scans of one topic that the trajectory has a pose for, by stamps that are the same when rounded to ms, and
+from /tf and /tf_static what is not of the odometry frame. Poses are of the base, in a TUM file.
 """
 
 import argparse
+import math
+import os
 import sys
 
-import rosbag
-from geometry_msgs.msg import TransformStamped
-from tf2_msgs.msg import TFMessage
+try:
+    import rosbag
+    from geometry_msgs.msg import TransformStamped
+    from tf2_msgs.msg import TFMessage
+except ImportError as error:
+    sys.exit(f"bag_with_poses.py: {error}: it needs ROS's rosbag and tf2_msgs for this Python, {sys.executable}; "
+             "on Debian: apt-get install python3-rosbag python3-tf2-msgs, and /usr/bin first in PATH")
+
+SCAN = "sensor_msgs/LaserScan"
 
 
 class Mistake(Exception):
@@ -29,7 +37,7 @@ def read_poses(path):
         raise Mistake(f"'{path}' cannot be read: {mistake.strerror or mistake}")
     except ValueError:
         rows = []
-    if not rows or any(len(row) != 8 for row in rows):
+    if not rows or any(len(row) != 8 or not all(map(math.isfinite, row)) for row in rows):
         raise Mistake(f"'{path}' is no TUM file: each line has to be eight numbers, stamp x y z qx qy qz qw")
     return {f"{row[0]:.3f}": row[1:] for row in rows}
 
@@ -77,22 +85,48 @@ def parse():
     return parser.parse_args()
 
 
+def open_bag(path, topic):
+    try:
+        bag = rosbag.Bag(path)
+        topics = bag.get_type_and_topic_info().topics
+    except rosbag.ROSBagUnindexedException:
+        raise Mistake(f"bag '{path}' has no index, as of a recording that was cut off; rosbag reindex makes one")
+    except (OSError, rosbag.ROSBagException, ValueError) as mistake:
+        raise Mistake(f"bag '{path}' cannot be read: {getattr(mistake, 'strerror', None) or mistake}")
+    scans = sorted(name for name, info in topics.items() if info.msg_type == SCAN)
+    if topic not in scans:
+        raise Mistake(f"--scan: '{topic}' is no topic of {SCAN} in '{path}'; there: {', '.join(scans) or 'none'}")
+    return bag
+
+
+def write(options, poses, path):
+    """The number of scans."""
+    with open_bag(options.bag, options.scan) as bag:
+        try:
+            with rosbag.Bag(path, "w") as out:
+                return copy(bag, out, poses, options)
+        except Exception as mistake:  # damaged bytes make rosbag raise whatever comes of them
+            raise Mistake(f"'{options.bag}' cannot be copied to '{options.out}': "
+                          f"{getattr(mistake, 'strerror', None) or mistake or type(mistake).__name__}")
+
+
 def main():
     options = parse()
     poses = read_poses(options.poses)
+    aside = f"{options.out}.{os.getpid()}"
     try:
-        with rosbag.Bag(options.bag) as bag, rosbag.Bag(options.out, "w") as out:
-            scans = copy(bag, out, poses, options)
-    except OSError as mistake:
-        raise Mistake(f"'{mistake.filename}': {mistake.strerror}")
-    if scans == 0:
-        raise Mistake(f"no scan of {options.scan} has a pose in '{options.poses}': stamps have to agree to 1 ms")
-    print(f"{options.out}: {scans} scans with their poses")
+        if write(options, poses, aside) == 0:
+            raise Mistake(f"no scan of {options.scan} has a pose in '{options.poses}': "
+                          "stamps have to be the same, rounded to ms")
+        os.rename(aside, options.out)
+    finally:
+        if os.path.exists(aside):
+            os.remove(aside)
 
 
 if __name__ == "__main__":
     try:
         main()
-    except (Mistake, rosbag.ROSBagException) as mistake:
+    except Mistake as mistake:
         print(f"bag_with_poses.py: {mistake}", file=sys.stderr)
         sys.exit(2)

@@ -4,9 +4,9 @@
     relation_stamps.py ours.tum --relations intel.relations --odometry intel.odom.tum
 
 A relation says how two scans lie to each other; where they were taken has to be looked up by their stamps. Where a log
-wrote down several poses at once, a robot seems to drive decimetres within milliseconds, and a stamp does not tell which
-of them is meant. So relations are told apart by how far odometry goes within --within of one of their two stamps. The
-error of a relation is as of `evaluate relations`: between its poses the estimate is carried by odometry.
+wrote down many poses at once, its odometry goes from one to the next faster than any robot, and a stamp does not tell
+which of them is meant. So relations are told apart by the fastest step of odometry within --within of one of their two
+stamps. The error of a relation is as of `evaluate relations`: between its poses the estimate is carried by odometry.
 """
 
 import argparse
@@ -15,7 +15,8 @@ import json
 import math
 import sys
 
-LIMITS = (0.0, 0.01, 0.1, 0.2, 0.3, math.inf)  # m, of the way at a stamp
+LIMITS = (0.0, 2.0, 20.0, math.inf)  # m/s, of the fastest step
+SHORTEST = 1e-4  # s that a step takes at least, of stamps that are the same
 FARTHEST = 0.5  # s from a stamp to the odometry that is looked up for it
 
 
@@ -54,7 +55,8 @@ def blend(a, b, share):
 
 class Trajectory:
     def __init__(self, path):
-        rows = sorted(read_rows(path, 8, "poses: each line has to be eight numbers, stamp x y z qx qy qz qw"))
+        rows = read_rows(path, 8, "poses: each line has to be eight numbers, stamp x y z qx qy qz qw")
+        rows.sort(key=lambda row: row[0])
         self.stamps = [row[0] for row in rows]
         self.poses = [(row[1], row[2], 2.0 * math.atan2(row[6], row[7])) for row in rows]
 
@@ -72,11 +74,12 @@ class Trajectory:
         share = min(1.0, max(0.0, (stamp - self.stamps[before]) / length)) if length > 0.0 else 0.0
         return blend(self.poses[before], self.poses[after], share)
 
-    def way(self, begin, end):
-        """[m] from the pose before to the one after a time."""
+    def fastest(self, begin, end):
+        """[m/s] of the steps from the pose before a time to the one after another."""
         first = max(0, bisect.bisect_left(self.stamps, begin) - 1)
         last = min(len(self.stamps) - 1, bisect.bisect_right(self.stamps, end))
-        return sum(math.dist(self.poses[i][:2], self.poses[i + 1][:2]) for i in range(first, last))
+        return max((math.dist(self.poses[i][:2], self.poses[i + 1][:2])
+                    / max(SHORTEST, self.stamps[i + 1] - self.stamps[i]) for i in range(first, last)), default=0.0)
 
 
 def carried(estimate, odometry, stamp):
@@ -92,13 +95,13 @@ def carried(estimate, odometry, stamp):
     return blend(a, b, (stamp - estimate.stamps[before]) / length if length > 0.0 else 0.0)
 
 
-def errors_by_way(estimate, odometry, relations, within):
-    """(way at the stamps, error), both in m, of each relation that can be looked up."""
+def errors_by_speed(estimate, odometry, relations, within):
+    """(fastest step [m/s], error [m]) of each relation that can be looked up."""
     for first, second, x, y, _, _, _, yaw in relations:
         poses = [carried(estimate, odometry, stamp) for stamp in (first, second)]
         if None not in poses:
             error = compose(inverse((x, y, yaw)), compose(inverse(poses[0]), poses[1]))
-            yield max(odometry.way(t - within, t + within) for t in (first, second)), math.hypot(*error[:2])
+            yield max(odometry.fastest(t - within, t + within) for t in (first, second)), math.hypot(*error[:2])
 
 
 def parse():
@@ -106,7 +109,7 @@ def parse():
     parser.add_argument("estimate", help="TUM file")
     parser.add_argument("--relations", required=True, help="lines of stamp1 stamp2 x y z roll pitch yaw")
     parser.add_argument("--odometry", required=True, help="TUM file of raw odometry")
-    parser.add_argument("--within", type=float, default=0.005, help="s (default: %(default)s)")
+    parser.add_argument("--within", type=float, default=0.5, help="s (default: %(default)s)")
     return parser.parse_args()
 
 
@@ -115,13 +118,13 @@ def main():
     if not options.within >= 0.0:
         raise Mistake(f"--within: {options.within:g} is not allowed; allowed: 0 and more")
     relations = read_rows(options.relations, 8, "relations: each line has to be eight numbers")
-    errors = list(errors_by_way(Trajectory(options.estimate), Trajectory(options.odometry), relations, options.within))
+    errors = list(errors_by_speed(Trajectory(options.estimate), Trajectory(options.odometry), relations, options.within))
     if not errors:
         raise Mistake(f"odometry has no pose within {FARTHEST:g} s of the stamps of any relation")
     for least, most in [(0.0, math.inf)] + list(zip(LIMITS, LIMITS[1:])):
-        some = sorted(error for way, error in errors if least <= way < most)
+        some = sorted(error for speed, error in errors if least <= speed < most)
         if some:
-            print(json.dumps({"way_from_m": least, "way_to_m": most if most < math.inf else None,
+            print(json.dumps({"fastest_from_m_s": least, "fastest_to_m_s": most if most < math.inf else None,
                               "relations": len(some), "mean_m": round(sum(some) / len(some), 4),
                               "median_m": round(some[len(some) // 2], 4)}))
 

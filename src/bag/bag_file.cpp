@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <system_error>
 #include <tuple>
 #include <utility>
@@ -191,13 +190,15 @@ void BagFile::add_chunk(const BagRecord& info, BagRecordReader& records) {
     ++connections_[entry.connection].messages;
   });
   if (!is_empty) {
-    last_ = chunks_.empty() ? chunk.last : std::max(last_, chunk.last);
+    last_ = std::max(last_, chunk.last);
     chunks_.push_back(chunk);
   }
 }
 
 BagEntries::BagEntries(const BagFile& bag, BagSelection selection)
-    : bag_(bag), selection_(std::move(selection)), records_(bag.path()) {}
+    : bag_(bag),
+      selection_(std::move(selection)),
+      next_chunk_(selection_.connections.empty() ? bag.chunks().size() : 0) {}
 
 const BagEntry* BagEntries::peek() {
   const std::vector<BagChunk>& chunks = bag_.chunks();
@@ -219,14 +220,15 @@ void BagEntries::add(const BagChunk& chunk) {
   const auto is_asked = [this](std::uint32_t connection) {
     return selection_.connections.count(connection) > 0;
   };
+  BagRecordReader records(bag_.path());  // opened anew, as a drive may be split into many bags
   try {
-    read_index(chunk, records_, is_asked, [this](const BagEntry& entry) {
+    read_index(chunk, records, is_asked, [this](const BagEntry& entry) {
       if (entry.time >= selection_.first && entry.time <= selection_.last) {
         read_.push_back(entry);
       }
     });
   } catch (const ByteError& error) {  // it has been written to since
-    throw_damaged(bag_.path(), records_.position(), error.what());
+    throw_damaged(bag_.path(), records.position(), error.what());
   }
   std::sort(read_.begin() + old, read_.end(), is_before);
   std::inplace_merge(read_.begin(), read_.begin() + old, read_.end(), is_before);

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <map>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -14,12 +13,6 @@
 #include "bag/byte_reader.hpp"
 
 namespace matchbox_slam {
-
-/// Thrown when a bag cannot be read. The text names the bag, what is wrong and what to do.
-class BagError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// One recorder's messages on one topic.
 struct BagConnection {
@@ -102,8 +95,7 @@ class BagEntries {
 
   const BagFile& bag_;
   BagSelection selection_;
-  BagRecordReader records_;
-  std::size_t next_chunk_ = 0;
+  std::size_t next_chunk_;
   std::vector<BagEntry> read_;  ///< from `next_` on they are still to come
   std::size_t next_ = 0;
 };

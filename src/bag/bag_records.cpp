@@ -1,15 +1,13 @@
 #include "bag/bag_records.hpp"
 
+#include <cerrno>
+#include <system_error>
+
 namespace matchbox_slam {
 namespace {
 
 // No recorder comes near it; a length beyond is damage, not worth trying to get the memory.
 constexpr std::uint32_t kLongestHeader = 1U << 24U;
-
-std::uint64_t size_of(std::ifstream& stream) {
-  stream.seekg(0, std::ios::end);
-  return static_cast<std::uint64_t>(stream.tellg());
-}
 
 }  // namespace
 
@@ -44,8 +42,14 @@ void BagFields::require(BagOperation expected) const {
   }
 }
 
-BagRecordReader::BagRecordReader(const std::string& path)
-    : stream_(path, std::ios::binary), size_(size_of(stream_)) {}
+BagRecordReader::BagRecordReader(const std::string& path) : stream_(path, std::ios::binary) {
+  if (!stream_) {
+    throw BagError("bag '" + path +
+                   "' cannot be opened: " + std::generic_category().message(errno));
+  }
+  stream_.seekg(0, std::ios::end);
+  size_ = static_cast<std::uint64_t>(stream_.tellg());
+}
 
 std::vector<std::uint8_t> BagRecordReader::bytes(std::uint64_t position, std::uint32_t count) {
   if (position > size_ || count > size_ - position) {
@@ -67,7 +71,7 @@ std::uint32_t BagRecordReader::length(std::uint64_t position) {
   return ByteReader(read.data(), read.size()).number<std::uint32_t>();
 }
 
-BagRecord BagRecordReader::read(std::uint64_t position) {
+BagRecord BagRecordReader::read(std::uint64_t position, BagOperation operation) {
   position_ = position;
   const std::uint32_t header_size = length(position);
   if (header_size > kLongestHeader) {
@@ -80,11 +84,6 @@ BagRecord BagRecordReader::read(std::uint64_t position) {
   if (record.end() > size_) {
     throw ByteError("it goes beyond the end of the file, which may be cut off");
   }
-  return record;
-}
-
-BagRecord BagRecordReader::read(std::uint64_t position, BagOperation operation) {
-  BagRecord record = read(position);
   record.fields.require(operation);
   return record;
 }

@@ -3,12 +3,19 @@
 #include <cstdint>
 #include <fstream>
 #include <map>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "bag/byte_reader.hpp"
 
 namespace matchbox_slam {
+
+/// Thrown when a bag cannot be read. The text names the bag, what is wrong and what to do.
+class BagError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 /// What kind of record a bag of version 2.0 holds (wiki.ros.org/Bags/Format/2.0).
 enum class BagOperation : std::uint8_t {
@@ -59,9 +66,9 @@ struct BagRecord {
 /// end of the file, or cannot be.
 class BagRecordReader {
  public:
+  /// Throws BagError when the file cannot be opened.
   explicit BagRecordReader(const std::string& path);
 
-  [[nodiscard]] BagRecord read(std::uint64_t position);
   [[nodiscard]] BagRecord read(std::uint64_t position, BagOperation operation);
   [[nodiscard]] std::vector<std::uint8_t> data_of(const BagRecord& record);
 
@@ -73,7 +80,7 @@ class BagRecordReader {
   [[nodiscard]] std::uint32_t length(std::uint64_t position);
 
   std::ifstream stream_;
-  std::uint64_t size_;
+  std::uint64_t size_ = 0;
   std::uint64_t position_ = 0;
 };
 

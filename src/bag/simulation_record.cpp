@@ -73,7 +73,6 @@ SimulationRecord parse_simulation_record(const std::string& yaml) {
 std::optional<SimulationRecord> read_simulation_record(const std::vector<std::string>& bags) {
   for (const std::string& path : bags) {
     const BagFile bag(path);
-    BagMessageReader reader(bag);
     BagSelection selection;
     for (const auto& [number, connection] : bag.connections()) {
       if (connection.topic == kSimulationTopic &&
@@ -87,7 +86,7 @@ std::optional<SimulationRecord> read_simulation_record(const std::vector<std::st
       continue;
     }
     try {
-      return parse_simulation_record(reader.read(*entry).array().text());
+      return parse_simulation_record(BagMessageReader(bag).read(*entry).array().text());
     } catch (const ByteError& error) {
       throw BagError("bag '" + path +
                      "': the record of the simulation cannot be read: " + error.what());

@@ -53,9 +53,9 @@ struct SparseInverse {
 
 }  // namespace
 
-GraphInformation::GraphInformation(const PoseGraph& graph, std::size_t fixed, const Of& of)
+GraphInformation::GraphInformation(const PoseGraph& graph, std::size_t fixed, const Terms& terms)
     : fixed_(fixed), nodes_(graph.poses.size()) {
-  factor_.compute(add_edges(graph, of));
+  factor_.compute(add_edges(graph, terms));
   if (factor_.info() != Eigen::Success) {
     throw std::invalid_argument(
         "pose graph: its covariances differ too much to be computed with; give the smallest more, "
@@ -74,7 +74,8 @@ Eigen::VectorXi GraphInformation::count_rows(const PoseGraph& graph) const {
   return rows;
 }
 
-Eigen::SparseMatrix<double> GraphInformation::add_edges(const PoseGraph& graph, const Of& of) {
+Eigen::SparseMatrix<double> GraphInformation::add_edges(const PoseGraph& graph,
+                                                        const Terms& terms) {
   const Index size = 3 * static_cast<Index>(nodes_ - 1);
   gradient_.setZero(size);
   Sparse information(size, size);
@@ -89,10 +90,10 @@ Eigen::SparseMatrix<double> GraphInformation::add_edges(const PoseGraph& graph, 
     }
   };
   for (const PoseEdge& edge : graph.edges) {
-    if (!is_used(edge) || (of.motion_only && edge.kind == EdgeKind::kLoop)) {
+    if (!is_used(edge) || (terms.motion_only && edge.kind == EdgeKind::kLoop)) {
       continue;
     }
-    const Eigen::Matrix3d root = information_root(covariance_with_drift(edge, of.drift_share));
+    const Eigen::Matrix3d root = information_root(covariance_with_drift(edge, terms.drift_share));
     const EdgeError error = edge_error(graph, edge);
     const Eigen::Vector3d weighed = root * error.error;
     chi_square_ += weighed.squaredNorm();

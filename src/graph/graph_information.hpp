@@ -14,12 +14,12 @@ namespace matchbox_slam {
 class GraphInformation {
  public:
   /// Of what edges tell.
-  struct Of {
+  struct Terms {
     bool motion_only = false;  ///< of edges of motion alone; else of believed loops, too
     double drift_share = 1.0;  ///< of the variance of drift that edges assume
   };
 
-  GraphInformation(const PoseGraph& graph, std::size_t fixed, const Of& of);
+  GraphInformation(const PoseGraph& graph, std::size_t fixed, const Terms& terms);
 
   /// How the error of an edge changes where the poses are changed so: `edge_error` times this.
   using Change = Eigen::Matrix<double, Eigen::Dynamic, 3>;
@@ -63,9 +63,8 @@ class GraphInformation {
  private:
   struct Inverse;
   [[nodiscard]] Eigen::VectorXi count_rows(const PoseGraph& graph) const;
-  /// Adds the edges to gradient and chi-square, and returns the information, its lower half. What
-  /// that takes is freed before the information is factored, which takes as much again.
-  [[nodiscard]] Eigen::SparseMatrix<double> add_edges(const PoseGraph& graph, const Of& of);
+  /// Adds the edges to gradient and chi-square, and returns the information, its lower half.
+  [[nodiscard]] Eigen::SparseMatrix<double> add_edges(const PoseGraph& graph, const Terms& terms);
   [[nodiscard]] Eigen::Index first_of(std::size_t node) const {
     return 3 * static_cast<Eigen::Index>(node - (node > fixed_ ? 1 : 0));
   }

@@ -115,11 +115,11 @@ class Optimiser {
         best = std::move(set);
       }
     }
-    if (best.size() <= number_of_believed(graph)) {
+    const std::size_t believed_before = number_of_believed(graph);
+    if (best.size() <= believed_before) {
       return;
     }
     GraphState before = state_of(graph);
-    const std::size_t believed_before = number_of_believed(graph);
     for (const std::size_t loop : errors.loops) {
       graph.edges[loop].belief = Belief::kDisbelieved;
     }

@@ -39,7 +39,7 @@ std::string name_aside(const std::string& path) {
 /// Removes what a program left beside `path` that was killed while it wrote; not what may belong to
 /// a program that this one cannot see, as of another machine.
 void remove_left_behind(const std::string& path) {
-  constexpr auto kLongestWrite = std::chrono::minutes(1);
+  constexpr auto kLongestWrite = std::chrono::hours(1);  // from one piece to the next
   const std::string begin = name_aside(path);
   std::error_code ignored;
   for (fs::directory_iterator entry(folder_of(path), ignored); entry != fs::directory_iterator();
@@ -142,6 +142,12 @@ void require_replaceable(const std::string& path) {
   }
 }
 
+std::unique_ptr<FileAside> begin_aside(const std::string& path) {
+  require_replaceable(path);
+  remove_left_behind(path);
+  return std::make_unique<FileAside>(path);
+}
+
 template <typename Work>
 void explain_failure(const std::string& path, Work&& work) {
   try {
@@ -188,20 +194,14 @@ void FileReplacement::add(const FileContents& file) {
 void FileReplacement::add(const std::string& path,
                           const std::function<void(const ByteSink&)>& write_all) {
   explain_failure(path, [&] {
-    require_replaceable(path);
-    remove_left_behind(path);
-    auto aside = std::make_unique<FileAside>(path);
+    std::unique_ptr<FileAside> aside = begin_aside(path);
     write_all([&aside](const std::string& bytes) { aside->write(bytes); });
     written_->files.push_back(std::move(aside));
   });
 }
 
 ByteSink FileReplacement::begin(const std::string& path) {
-  explain_failure(path, [&] {
-    require_replaceable(path);
-    remove_left_behind(path);
-    written_->files.push_back(std::make_unique<FileAside>(path));
-  });
+  explain_failure(path, [&] { written_->files.push_back(begin_aside(path)); });
   return [file = written_->files.back().get()](const std::string& bytes) {
     explain_failure(file->final_path(), [&] { file->write(bytes); });
   };

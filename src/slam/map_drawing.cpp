@@ -13,14 +13,17 @@ const SlamMap& MapDrawing::drawn(MapPart& part, const EngineOptions& options) {
   const PlacedScans& keys = part.key_scans.all();
   if (is_outdated_) {
     part.map = SlamMap(options.map, options.field);
-    is_outdated_ = false;
     drawn_ = 0;
   }
-  for (; drawn_ < keys.size(); ++drawn_) {
-    insert_unrendered(*keys[drawn_].scan->points(), keys[drawn_].map_from_base, options.map,
-                      part.map);
+  if (drawn_ < keys.size()) {
+    is_outdated_ = true;  // unless all of it can be drawn
+    for (; drawn_ < keys.size(); ++drawn_) {
+      insert_unrendered(*keys[drawn_].scan->points(), keys[drawn_].map_from_base, options.map,
+                        part.map);
+    }
+    part.map.field.settle();
   }
-  part.map.field.settle();
+  is_outdated_ = false;
   return part.map;
 }
 

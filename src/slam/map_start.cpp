@@ -17,6 +17,7 @@ void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   whereabouts.here = 0;
   whereabouts.search = {};
   near_map.clear();
+  map.field.render();  // as it is matched against from now on
   loops.abandon();
   is_moved = false;
   is_continued = false;

@@ -96,7 +96,7 @@ class BagMapping {
 
  private:
   [[nodiscard]] RunDialog telling_loops(RunDialog dialog) const;
-  void add_map_and_trajectories(FileReplacement& files);
+  void add_map_and_trajectories();
   [[nodiscard]] std::vector<FileContents> hough_pictures() const;
   void tell(const RunFacts& facts) const;
   void handle(const ReadyScan& scan);
@@ -120,7 +120,7 @@ class BagMapping {
   std::optional<SlamRun> run_;
   std::optional<MapStart> saved_;  ///< until the first scan comes, or an event before it
   std::vector<std::shared_ptr<const KeyScan>> first_key_scans_;  ///< of the map
-  std::unique_ptr<FileReplacement> files_;                       ///< that the run writes
+  std::optional<FileReplacement> files_;                         ///< that the run writes
   std::optional<ScanTable> scan_table_;                          ///< into one of them
   FitRecord fit_;
   bool told_of_left_out_ = false;
@@ -250,7 +250,8 @@ void BagMapping::handle(const RunEvent& event) {
 }
 
 void BagMapping::begin_scan_table() {
-  files_ = std::make_unique<FileReplacement>();
+  scan_table_.reset();
+  files_.emplace();
   scan_table_.emplace(files_->begin(out_ + "/scans.csv"));
 }
 
@@ -274,26 +275,26 @@ void BagMapping::handle(const TimeJump& jump) {
   }
 }
 
-void BagMapping::add_map_and_trajectories(FileReplacement& files) {
+void BagMapping::add_map_and_trajectories() {
   const Trajectory trajectory(run_->trajectory());
   const Trajectory odometry(run_->odometry());
   const PoseGraph& graph = run_->loops().graph();
   const auto add_poses = [&](const std::string& name, const Trajectory& poses) {
-    files.add(out_ + name, [&poses](const ByteSink& sink) { write_tum(poses, sink); });
+    files_->add(out_ + name, [&poses](const ByteSink& sink) { write_tum(poses, sink); });
   };
   add_poses("/trajectory.tum", trajectory);
   add_poses("/trajectory_live.tum", Trajectory(run_->live_trajectory()));
   add_poses("/odometry.tum", odometry);
   add_poses("/key_scans.tum", key_scan_trajectory(run_->key_scans()));
-  files.add(out_ + "/graph.g2o", [&graph](const ByteSink& sink) { write_g2o(graph, sink); });
+  files_->add(out_ + "/graph.g2o", [&graph](const ByteSink& sink) { write_g2o(graph, sink); });
   const SlamMap& map = run_->drawn_map();
   for (const FileContents& file :
        map_files(out_ + "/map", make_map_image(map.occupancy), map_format(run_->setup().run))) {
-    files.add(file);
+    files_->add(file);
   }
-  files.add({out_ + "/map.png", draw_map(map.occupancy, trajectory, odometry, graph).to_png()});
-  files.add(out_ + "/map.slam",
-            [this](const ByteSink& sink) { write_saved_map(run_->snapshot(), sink); });
+  files_->add({out_ + "/map.png", draw_map(map.occupancy, trajectory, odometry, graph).to_png()});
+  files_->add(out_ + "/map.slam",
+              [this](const ByteSink& sink) { write_saved_map(run_->snapshot(), sink); });
 }
 
 /// What the Hough matcher sees of each of the first key scans and its predecessor.
@@ -341,7 +342,7 @@ void BagMapping::write() {
   }
   run_->finish();
   scan_table_->finish();
-  add_map_and_trajectories(*files_);
+  add_map_and_trajectories();
   const ResourceUsage now = resource_usage();
   const RunFacts facts{scans_.facts(),
                        run_->resets(),

@@ -3,10 +3,12 @@
 #include <std_msgs/String.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "bag/bag_file.hpp"
+#include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/common/random.hpp"
 
@@ -91,6 +93,24 @@ TEST(BagFile, EntriesComeInTheOrderOfTimeHoweverTheyWereRecorded) {
       }
     }
   }
+}
+
+TEST(BagFile, OfNoConnectionNothingComes) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "said.bag";
+  write_bag(path, 1, 0.0);
+  const BagFile bag(path);
+  EXPECT_EQ(BagEntries(bag, {}).peek(), nullptr);
+}
+
+TEST(BagFile, ThatIsGoneCannotBeOpened) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "said.bag";
+  write_bag(path, 1, 0.0);
+  const BagFile bag(path);
+  std::filesystem::remove(path);
+  EXPECT_EQ(error_text<BagError>([&] { const BagMessageReader reader(bag); }),
+            "bag '" + path + "' cannot be opened: No such file or directory");
 }
 
 TEST(BagFile, TellsWhatIsInIt) {

@@ -86,6 +86,43 @@ TEST_F(ReadBag, ReadsAPeriodAndTheStaticTransformsBefore) {
   EXPECT_EQ(counted.static_transforms, 1);
 }
 
+TEST_F(ReadBag, ReadsABagThatBeginsAtTimeZeroWithItsStaticTransforms) {
+  {
+    rosbag::Bag bag(path_, rosbag::bagmode::Write);
+    bag.write("/tf_static", ros::Time(0, 1), make_link(0.0, "base_link", "laser", 1.0));
+    bag.write("/scan", ros::Time(0, 1), make_scan(0.0, "laser"));
+    bag.write("/scan", ros::Time(1.0), make_scan(1.0, "laser"));
+  }
+  const BagReader reader({path_});
+  const Count all = count(*reader.stream({"/scan"}, {}));
+  EXPECT_EQ(all.scans, 2);
+  EXPECT_EQ(all.static_transforms, 1);
+  BagPeriod later;
+  later.start = 0.5;
+  const Count counted = count(*reader.stream({"/scan"}, later));
+  EXPECT_EQ(counted.scans, 1);
+  EXPECT_EQ(counted.static_transforms, 1);
+}
+
+TEST_F(ReadBag, OfOneTimeWhatTheFirstBagHoldsComesFirst) {
+  SmallBag recipe;
+  write_small_bag(path_, recipe);
+  recipe.laser_frame = "other";
+  write_small_bag(folder_ / "second.bag", recipe);
+  const BagReader reader({path_, folder_ / "second.bag"});
+  const auto stream = reader.stream({"/scan"}, {});
+  std::vector<std::string> frames;
+  while (const auto message = stream->next()) {
+    if (const auto* scan = std::get_if<ScanMessage>(&message->content)) {
+      frames.push_back(scan->scan->header.frame_id);
+    }
+  }
+  ASSERT_EQ(frames.size(), 100U);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ(frames[i], i % 2 == 0 ? "laser" : "other") << i;
+  }
+}
+
 TEST_F(ReadBag, ReadsSeveralBagsAsOne) {
   write_small_bag(path_);
   SmallBag second;

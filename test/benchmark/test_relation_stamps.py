@@ -42,12 +42,19 @@ class RelationStamps(unittest.TestCase):
                                '--odometry', self.path('odometry.tum'), *arguments],
                               capture_output=True, text=True, timeout=60)
 
-    def test_relations_are_told_apart_by_the_way_at_their_stamps(self):
+    def test_relations_are_told_apart_by_the_fastest_step_at_their_stamps(self):
         done = self.run_program()
         self.assertEqual(done.returncode, 0, done.stderr)
         groups = [json.loads(line) for line in done.stdout.splitlines()]
-        self.assertEqual([(g['way_from_m'], g['way_to_m'], g['relations'], g['mean_m']) for g in groups],
-                         [(0.0, None, 3, 0.2333), (0.2, 0.3, 2, 0.25), (0.3, None, 1, 0.2)])
+        self.assertEqual([(g['fastest_from_m_s'], g['fastest_to_m_s'], g['relations'], g['mean_m']) for g in groups],
+                         [(0.0, None, 3, 0.2333), (0.0, 2.0, 2, 0.25), (20.0, None, 1, 0.2)])
+
+    def test_poses_of_one_stamp_stay_in_their_order(self):
+        with open(self.path('turns.tum'), 'w') as file:
+            file.write(poses([(100.0, 0.0), (101.0, 3.0), (101.0, 1.0), (101.0, 2.0), (102.0, 2.0)]))
+        sys.path.insert(0, os.path.dirname(PROGRAM))
+        from relation_stamps import Trajectory  # pylint: disable=import-outside-toplevel
+        self.assertEqual([pose[0] for pose in Trajectory(self.path('turns.tum')).poses], [0.0, 3.0, 1.0, 2.0, 2.0])
 
     def test_a_mistake_is_told_in_one_line(self):
         for done, text in ((self.run_program(relations='missing'), 'cannot be read'),

@@ -249,7 +249,7 @@ TEST(ReplaceFile, RemovesWhatAKilledProgramLeftBeside) {
   const auto now = std::filesystem::file_time_type::clock::now();
   const auto write = [&](const std::string& path) {
     replace_file(path, "half of it");
-    std::filesystem::last_write_time(path, now - std::chrono::hours(1));
+    std::filesystem::last_write_time(path, now - std::chrono::hours(2));
   };
   write(left);
   std::for_each(others.begin(), others.end(), write);

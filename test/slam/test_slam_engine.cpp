@@ -364,6 +364,16 @@ TEST(SlamEngineLoops, AClosedLoopMovesAllThatTheEngineKnows) {
   EXPECT_LT(error(at + 1, drive.outcomes.back().map_from_base), 0.03);
 }
 
+TEST(SlamEngineLoops, AnotherDriveIsMatchedAgainstAMapThatIsRendered) {
+  LoopDrive drive;
+  drive.process_until_corrected();
+  MapStart start = drive.engine->snapshot();
+  EXPECT_FALSE(start.map.field.is_rendered());
+  start.begin_anew(drive.outcomes.back().map_from_base, 1e-4 * Eigen::Matrix3d::Identity());
+  EXPECT_TRUE(
+      same_map(start.map, rendered(start.key_scans.all(), drive.options.map, drive.options.field)));
+}
+
 /// Share of the surfaces [0, 1] that lie farther than this [m] from any of another map.
 double share_off(const LikelihoodField& field, const LikelihoodField& truth) {
   const std::vector<Cell> cells = field.surface_cells();

@@ -71,8 +71,11 @@ class LikelihoodField {
   /// likelihoods after `render`, which way surfaces face after `settle`, too.
   void take(const std::vector<SurfaceHit>& hits, const std::vector<Cell>& cleared);
 
+  /// Decides which way the surfaces face that have changed since it was rendered.
   void settle();
+  /// The same, and renders the likelihoods around them.
   void render();
+  /// Whether nothing has changed since.
   [[nodiscard]] bool is_rendered() const { return changed_.empty(); }
 
   [[nodiscard]] const GridGeometry& geometry() const { return geometry_; }

@@ -14,14 +14,14 @@
 namespace matchbox_slam {
 
 /// What was derived from key scans last, so that it need not be made again at once: their points up
-/// to 8 MB and their fields up to 32 MB, of a few dozen scans in rooms. A match looks at a dozen.
+/// to 8 MB and their fields up to 16 MB, of a hundred scans in corridors. A match looks at a dozen.
 /// Shared by the key scans of a run; results do not depend on what it holds.
 struct KeyScanCache;
 
 [[nodiscard]] std::shared_ptr<KeyScanCache> make_key_scan_cache();
 
 /// A scan that was inserted into the map: what was seen, not where. It never changes, and takes
-/// some 2.6 bytes a beam and half a kilobyte; where it was taken lies beside it, in a PlacedScan.
+/// some 2.6 bytes a beam and 0.2 kB; where it was taken lies beside it, in a PlacedScan.
 class KeyScan {
  public:
   /// @param id     number within its run.

@@ -96,7 +96,8 @@ class SlamEngine {
   /// Where a drive ends: waits for a search for a loop that is under way, and closes what it finds.
   std::optional<MapCorrection> finish_loops();
 
-  /// What it takes to go on from here.
+  /// What it takes to go on from here. Where scans are matched against what lies near alone, the
+  /// map's field is not rendered.
   [[nodiscard]] MapStart snapshot();
 
  private:
