@@ -841,7 +841,7 @@ TEST_F(MapBag, AFullDiskLeavesTheOldResults) {
   const Outcome outcome =
       run_on_full_disk(MATCHBOX_MAP_BAG, bag_ + " --quiet --set map/resolution=0.02 --out " + out_);
   EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
-  EXPECT_EQ(outcome.output, "map_bag: cannot write '" + out_ + "/map.pgm': File too large\n");
+  EXPECT_EQ(outcome.output, "map_bag: cannot write '" + out_ + "/scans.csv': File too large\n");
   std::size_t files = 0;
   for (const auto& file : std::filesystem::directory_iterator(out_)) {
     EXPECT_TRUE(read_file(file.path().string()) == old[file.path().string()]) << file.path();
