@@ -37,12 +37,21 @@ void declare_options(CLI::App& app, MapBagRequest& request) {
                   "From 2 on, the bag is read by a thread of its own");
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+void set_up_malloc() {
+  constexpr int kMegabyte = 1 << 20;
   // The mapping and what works beside it pass maps to each other: with an arena for each thread
   // both would keep what the other has freed.
   mallopt(M_ARENA_MAX, 1);
+  // What is freed is asked for again with the next scan, and pages that the system hands out anew
+  // take a scan in a hundred 0.3 ms (campus of 3 km, 1040 beams, p99 1.9 in place of 1.55 ms).
+  mallopt(M_MMAP_THRESHOLD, 4 * kMegabyte);
+  mallopt(M_TRIM_THRESHOLD, 64 * kMegabyte);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  set_up_malloc();
   const InterruptGuard interrupt;
   MapBagRequest request;
   return run_program(
