@@ -9,7 +9,6 @@ from /tf and /tf_static what is not of the odometry frame. Poses are of the base
 """
 
 import argparse
-import math
 import os
 import sys
 
@@ -17,29 +16,12 @@ try:
     import rosbag
     from geometry_msgs.msg import TransformStamped
     from tf2_msgs.msg import TFMessage
+
+    from scan_bag import open_scan_bag
 except ImportError as error:
     sys.exit(f"bag_with_poses.py: {error}: it needs ROS's rosbag and tf2_msgs for this Python, {sys.executable}; "
              "on Debian: apt-get install python3-rosbag python3-tf2-msgs, and /usr/bin first in PATH")
-
-SCAN = "sensor_msgs/LaserScan"
-
-
-class Mistake(Exception):
-    """What the user gave is not as it has to be: the text says what, and what would do."""
-
-
-def read_poses(path):
-    """By stamps in ms, as text."""
-    try:
-        with open(path) as file:
-            rows = [[float(word) for word in line.split()] for line in file if line.strip() and line[0] != "#"]
-    except OSError as mistake:
-        raise Mistake(f"'{path}' cannot be read: {mistake.strerror or mistake}")
-    except ValueError:
-        rows = []
-    if not rows or any(len(row) != 8 or not all(map(math.isfinite, row)) for row in rows):
-        raise Mistake(f"'{path}' is no TUM file: each line has to be eight numbers, stamp x y z qx qy qz qw")
-    return {f"{row[0]:.3f}": row[1:] for row in rows}
+from text_rows import TUM, Mistake, read_rows
 
 
 def transform_of(pose, stamp, odom, base):
@@ -85,23 +67,9 @@ def parse():
     return parser.parse_args()
 
 
-def open_bag(path, topic):
-    try:
-        bag = rosbag.Bag(path)
-        topics = bag.get_type_and_topic_info().topics
-    except rosbag.ROSBagUnindexedException:
-        raise Mistake(f"bag '{path}' has no index, as of a recording that was cut off; rosbag reindex makes one")
-    except (OSError, rosbag.ROSBagException, ValueError) as mistake:
-        raise Mistake(f"bag '{path}' cannot be read: {getattr(mistake, 'strerror', None) or mistake}")
-    scans = sorted(name for name, info in topics.items() if info.msg_type == SCAN)
-    if topic not in scans:
-        raise Mistake(f"--scan: '{topic}' is no topic of {SCAN} in '{path}'; there: {', '.join(scans) or 'none'}")
-    return bag
-
-
 def write(options, poses, path):
     """The number of scans."""
-    with open_bag(options.bag, options.scan) as bag:
+    with open_scan_bag(options.bag, options.scan) as bag:
         try:
             with rosbag.Bag(path, "w") as out:
                 return copy(bag, out, poses, options)
@@ -112,7 +80,7 @@ def write(options, poses, path):
 
 def main():
     options = parse()
-    poses = read_poses(options.poses)
+    poses = {f"{row[0]:.3f}": row[1:] for row in read_rows(options.poses, 8, TUM)}
     aside = f"{options.out}.{os.getpid()}"
     try:
         if write(options, poses, aside) == 0:

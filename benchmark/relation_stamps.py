@@ -15,26 +15,11 @@ import json
 import math
 import sys
 
+from text_rows import TUM, Mistake, read_rows
+
 LIMITS = (0.0, 2.0, 20.0, math.inf)  # m/s, of the fastest step
 SHORTEST = 1e-4  # s that a step takes at least, of stamps that are the same
 FARTHEST = 0.5  # s from a stamp to the odometry that is looked up for it
-
-
-class Mistake(Exception):
-    """What the user gave is not as it has to be: the text says what, and what would do."""
-
-
-def read_rows(path, columns, what):
-    try:
-        with open(path) as file:
-            rows = [[float(word) for word in line.split()] for line in file if line.strip() and line[0] != "#"]
-    except OSError as mistake:
-        raise Mistake(f"'{path}' cannot be read: {mistake.strerror or mistake}")
-    except ValueError:
-        rows = []
-    if not rows or any(len(row) != columns or not all(map(math.isfinite, row)) for row in rows):
-        raise Mistake(f"'{path}' is no file of {what}")
-    return rows
 
 
 def compose(a, b):
@@ -55,7 +40,7 @@ def blend(a, b, share):
 
 class Trajectory:
     def __init__(self, path):
-        rows = read_rows(path, 8, "poses: each line has to be eight numbers, stamp x y z qx qy qz qw")
+        rows = read_rows(path, 8, TUM)
         rows.sort(key=lambda row: row[0])
         self.stamps = [row[0] for row in rows]
         self.poses = [(row[1], row[2], 2.0 * math.atan2(row[6], row[7])) for row in rows]
@@ -117,7 +102,7 @@ def main():
     options = parse()
     if not options.within >= 0.0:
         raise Mistake(f"--within: {options.within:g} is not allowed; allowed: 0 and more")
-    relations = read_rows(options.relations, 8, "relations: each line has to be eight numbers")
+    relations = read_rows(options.relations, 8, "file of relations: each line has to be eight numbers")
     errors = list(errors_by_speed(Trajectory(options.estimate), Trajectory(options.odometry), relations, options.within))
     if not errors:
         raise Mistake(f"odometry has no pose within {FARTHEST:g} s of the stamps of any relation")

@@ -18,35 +18,16 @@ try:
     import numpy as np
     import rosbag
     from scipy.spatial import cKDTree
+
+    from scan_bag import open_scan_bag
 except ImportError as error:
     sys.exit(f"wall_distance.py: {error}: it needs NumPy, SciPy and ROS's rosbag for this Python, {sys.executable}; "
              "on Debian: apt-get install python3-scipy python3-rosbag, and /usr/bin first in PATH")
-
-SCAN = "sensor_msgs/LaserScan"
-
-
-class Mistake(Exception):
-    """What the user gave is not as it has to be: the text says what, and what would do."""
-
-
-def scan_topics(bag):
-    return [topic for topic, info in bag.get_type_and_topic_info().topics.items() if info.msg_type == SCAN]
-
-
-def open_bag(path):
-    try:
-        return rosbag.Bag(path)
-    except rosbag.ROSBagUnindexedException:
-        raise Mistake(f"bag '{path}' has no index, as of a recording that was cut off; rosbag reindex makes one")
-    except (OSError, rosbag.ROSBagException, ValueError) as mistake:
-        raise Mistake(f"bag '{path}' cannot be read: {getattr(mistake, 'strerror', None) or mistake}")
+from text_rows import TUM, Mistake, read_rows
 
 
 def read_scans(path, topic):
-    with open_bag(path) as bag:
-        if topic not in scan_topics(bag):
-            raise Mistake(f"--scan: '{topic}' is no topic of {SCAN} in '{path}'; "
-                          f"there: {', '.join(sorted(scan_topics(bag))) or 'none'}")
+    with open_scan_bag(path, topic) as bag:
         for _, message, _ in bag.read_messages(topics=[topic]):
             ranges = np.asarray(message.ranges)
             angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
@@ -62,15 +43,7 @@ def place(points, pose):
 
 
 def read_poses(path):
-    try:
-        with open(path) as file:
-            rows = np.array([line.split() for line in file if line.strip() and line[0] != "#"], dtype=float)
-    except OSError as mistake:
-        raise Mistake(f"'{path}' cannot be read: {mistake.strerror or mistake}")
-    except ValueError:
-        rows = np.empty((0, 0))
-    if rows.ndim != 2 or rows.shape[1] != 8 or not np.isfinite(rows).all():
-        raise Mistake(f"'{path}' is no TUM file: each line has to be eight numbers, stamp x y z qx qy qz qw")
+    rows = np.array(read_rows(path, 8, TUM))
     theta = 2.0 * np.arctan2(rows[:, 6], rows[:, 7])
     return {f"{stamp:.3f}": (x, y, t) for stamp, x, y, t in zip(rows[:, 0], rows[:, 1], rows[:, 2], theta)}
 

@@ -2,9 +2,6 @@
 
 import os
 import shutil
-import subprocess
-import sys
-import tempfile
 import unittest
 
 import rosbag
@@ -13,8 +10,7 @@ from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
-PROGRAM = os.path.join(SOURCE, 'benchmark', 'bag_with_poses.py')
+from program_test import ProgramTest
 
 
 def link(parent, child, x):
@@ -24,10 +20,12 @@ def link(parent, child, x):
     return transform
 
 
-class BagWithPoses(unittest.TestCase):
+class BagWithPoses(ProgramTest):
+    program = 'bag_with_poses.py'
+
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
+        super().setUpClass()
         with rosbag.Bag(cls.path('run.bag'), 'w') as bag:
             for k in range(3):
                 time = rospy.Time.from_sec(100.0 + k)
@@ -43,17 +41,8 @@ class BagWithPoses(unittest.TestCase):
             middle = whole.index(b'laser') - 40
             damaged.write(whole[:middle] + b'\xff' * 30 + whole[middle + 30:])
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
-
-    @classmethod
-    def path(cls, name):
-        return os.path.join(cls.folder.name, name)
-
     def run_program(self, bag='run.bag', poses='poses.tum', *arguments, out='out.bag'):
-        return subprocess.run([sys.executable, PROGRAM, self.path(bag), self.path(poses), self.path(out),
-                               *arguments], capture_output=True, text=True, timeout=60)
+        return self.run_on(self.path(bag), self.path(poses), self.path(out), *arguments)
 
     def test_scans_with_a_pose_get_it_for_odometry(self):
         done = self.run_program()

@@ -1,26 +1,24 @@
 """benchmark/relation_stamps.py: relations by what their stamps tell, and one line for a mistake."""
 
 import json
-import os
-import subprocess
 import sys
-import tempfile
 import unittest
 
-SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
-PROGRAM = os.path.join(SOURCE, 'benchmark', 'relation_stamps.py')
+from program_test import BENCHMARK, ProgramTest
 
 
 def poses(stamps_and_xs):
     return ''.join(f'{stamp:.4f} {x:.4f} 0 0 0 0 0 1\n' for stamp, x in stamps_and_xs)
 
 
-class RelationStamps(unittest.TestCase):
+class RelationStamps(ProgramTest):
     """A robot that drives along x by 1 m/s, and whose log then writes four poses down at once."""
+
+    program = 'relation_stamps.py'
 
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
+        super().setUpClass()
         way = [(100.0 + 0.1 * k, 0.1 * k) for k in range(50)]
         burst = [(104.901 + 0.001 * k, 5.0 + 0.1 * k) for k in range(4)]
         relations = ['100.0 103.0 3.0 0 0 0 0 0', '101.0 104.0 3.5 0 0 0 0 0', '100.0 104.903 5.0 0 0 0 0 0']
@@ -29,18 +27,9 @@ class RelationStamps(unittest.TestCase):
             with open(cls.path(name), 'w') as file:
                 file.write(text)
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
-
-    @classmethod
-    def path(cls, name):
-        return os.path.join(cls.folder.name, name)
-
     def run_program(self, *arguments, relations='relations'):
-        return subprocess.run([sys.executable, PROGRAM, self.path('estimate.tum'), '--relations', self.path(relations),
-                               '--odometry', self.path('odometry.tum'), *arguments],
-                              capture_output=True, text=True, timeout=60)
+        return self.run_on(self.path('estimate.tum'), '--relations', self.path(relations),
+                           '--odometry', self.path('odometry.tum'), *arguments)
 
     def test_relations_are_told_apart_by_the_fastest_step_at_their_stamps(self):
         done = self.run_program()
@@ -52,7 +41,7 @@ class RelationStamps(unittest.TestCase):
     def test_poses_of_one_stamp_stay_in_their_order(self):
         with open(self.path('turns.tum'), 'w') as file:
             file.write(poses([(100.0, 0.0), (101.0, 3.0), (101.0, 1.0), (101.0, 2.0), (102.0, 2.0)]))
-        sys.path.insert(0, os.path.dirname(PROGRAM))
+        sys.path.insert(0, BENCHMARK)
         from relation_stamps import Trajectory  # pylint: disable=import-outside-toplevel
         self.assertEqual([pose[0] for pose in Trajectory(self.path('turns.tum')).poses], [0.0, 3.0, 1.0, 2.0, 2.0])
 

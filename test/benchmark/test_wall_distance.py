@@ -1,18 +1,14 @@
 """benchmark/wall_distance.py: what it measures, and that a mistake ends it with one line that says what to do."""
 
 import json
-import os
-import subprocess
-import sys
-import tempfile
 import unittest
 
 import rosbag
 import rospy
 from sensor_msgs.msg import LaserScan
 
-SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
-PROGRAM = os.path.join(SOURCE, 'benchmark', 'wall_distance.py')
+from program_test import ProgramTest
+
 SCANS = 120
 
 
@@ -22,10 +18,12 @@ def scan(stamp):
                      range_max=10.0, ranges=[2.0] * 41)
 
 
-class WallDistance(unittest.TestCase):
+class WallDistance(ProgramTest):
+    program = 'wall_distance.py'
+
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
+        super().setUpClass()
         with rosbag.Bag(cls.path('run.bag'), 'w') as bag:
             for k in range(SCANS):
                 bag.write('/base_scan', scan(100.0 + k))
@@ -34,20 +32,9 @@ class WallDistance(unittest.TestCase):
                 for k in range(SCANS):
                     file.write(f'{100.0 + k:.6f} {shift * k:.6f} 0 0 0 0 0 1\n')
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
-
-    @classmethod
-    def path(cls, name):
-        return os.path.join(cls.folder.name, name)
-
-    def run_program(self, *arguments):
-        return subprocess.run([sys.executable, PROGRAM, *arguments], capture_output=True, text=True, timeout=60)
-
     def test_a_wall_that_drifts_is_not_where_it_was(self):
-        done = self.run_program(self.path('run.bag'), '--scan', '/base_scan', '--apart', '40',
-                                self.path('still.tum'), self.path('drifts.tum'))
+        done = self.run_on(self.path('run.bag'), '--scan', '/base_scan', '--apart', '40',
+                           self.path('still.tum'), self.path('drifts.tum'))
         self.assertEqual(done.returncode, 0, done.stderr)
         still, drifts = (json.loads(line) for line in done.stdout.splitlines())
         self.assertEqual((still['scans'], still['mean_m'], still['alone']), (SCANS, 0.0, 0))
@@ -79,12 +66,12 @@ class WallDistance(unittest.TestCase):
                 ((bag, '--scan', '/base_scan', self.path('nan.tum')), 'is no TUM file'),
                 ((bag, '--scan', '/base_scan', self.path('elsewhere.tum')), 'stamps have to agree'),
                 ((bag, '--scan', '/base_scan', still, '--apart', '1000'), 'the robot did not come by again')):
-            done = self.run_program(*arguments)
+            done = self.run_on(*arguments)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(words, done.stderr)
             self.assertEqual(done.stderr.count('\n'), 1, done.stderr)
         for option, value in (('--reach', '0'), ('--apart', '-3'), ('--mount', 'nan')):
-            done = self.run_program(bag, '--scan', '/base_scan', still, option, value, *['0'] * 2 * (option == '--mount'))
+            done = self.run_on(bag, '--scan', '/base_scan', still, option, value, *['0'] * 2 * (option == '--mount'))
             self.assertEqual(done.returncode, 2)
             self.assertIn(f'argument {option}: {value} is not allowed; allowed: ', done.stderr)
 
