@@ -15,6 +15,7 @@ import csv
 import functools
 import json
 import math
+import os
 import pathlib
 import shlex
 import shutil
@@ -48,7 +49,9 @@ ELLIPSE = 16.27  # of 99.9 %, three degrees of freedom
 
 @functools.lru_cache(maxsize=None)
 def path_of(program):
-    """rosrun itself takes longer than a short drive."""
+    """rosrun itself takes longer than a short drive. The folder $MATCHBOX_PROGRAMS goes first."""
+    if "MATCHBOX_PROGRAMS" in os.environ:
+        return os.path.join(os.environ["MATCHBOX_PROGRAMS"], program)
     found = subprocess.run(["rosrun", "--prefix", "echo", "matchbox_slam", program],
                            capture_output=True, text=True)
     if found.returncode != 0:
@@ -56,9 +59,12 @@ def path_of(program):
     return found.stdout.strip()
 
 
-def output_of(program, *arguments):
+def output_of(program, *arguments, timeout=None):
     command = [path_of(program), *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True)
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=timeout)
+    except subprocess.TimeoutExpired:
+        raise SystemExit(f"{' '.join(command)}: not done after {timeout} s")
     if done.returncode != 0:
         raise SystemExit(f"{' '.join(command)}: {done.stderr.strip()}")
     return done.stdout
