@@ -32,8 +32,8 @@ def simulate(world, seed, folder, *options):
 
 
 def default_folder():
-    """Where the reports of today belong."""
-    return os.path.join(SOURCE, 'benchmark', 'reports', datetime.date.today().isoformat())
+    """Where the newest report of each program belongs; older ones are in the history of the folder."""
+    return os.path.join(SOURCE, 'benchmark', 'reports', 'current')
 
 
 def machine():

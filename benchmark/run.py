@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs all benchmarks one after the other and writes their reports into one dated folder.
+"""Runs all benchmarks one after the other and writes their reports into one folder.
 
 Source the workspace first (`source .workspace/devel/setup.bash`), then:
 
@@ -17,7 +17,7 @@ import sys
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split('\n')[0])
-    parser.add_argument('--out', help='default: a folder of today in benchmark/reports')
+    parser.add_argument('--out', help='default: benchmark/reports/current')
     parser.add_argument('--matcher', action='append', default=[])
     parser.add_argument('--other', action='append', default=[])
     arguments = parser.parse_args()

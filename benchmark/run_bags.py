@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs whole programs over bags and writes a dated report of accuracy, time and memory.
+"""Runs whole programs over bags and writes a report of accuracy, time and memory.
 
 Source the workspace first (`source .workspace/devel/setup.bash`), then:
 

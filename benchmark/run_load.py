@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Puts a running slam_node under load and writes a dated report: sustained rates, processor time,
+"""Puts a running slam_node under load and writes a report: sustained rates, processor time,
 latency, memory, and what a storm of scans, late transforms, stuck subscribers and a deadline do.
 
 Build and source the workspace, leave the machine alone, then:

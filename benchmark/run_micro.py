@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Builds the micro-benchmarks without ROS, runs them and writes a dated report of their times.
+"""Builds the micro-benchmarks without ROS, runs them and writes a report of their times.
 
     benchmark/run_micro.py [--out DIR] [--build DIR] [--repetitions N] [--filter REGEX]
 

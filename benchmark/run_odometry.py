@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs laser odometry with every matcher over bags and writes a dated report of its drift.
+"""Runs laser odometry with every matcher over bags and writes a report of its drift.
 
 Build what it runs (`catkin_make scan_odometry_bag`, besides the package), source the workspace, then:
 

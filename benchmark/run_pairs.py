@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Matches pairs of simulated scans and writes a dated report of error, success, time and honesty.
+"""Matches pairs of simulated scans and writes a report of error, success, time and honesty.
 
 Source the workspace first (`source .workspace/devel/setup.bash`), then:
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures how the cost of a scan grows with beams, window, map and cells, and writes a dated report.
+"""Measures how the cost of a scan grows with beams, window, map and cells, and writes a report.
 
     benchmark/run_scaling.py [--out DIR] [--build DIR | --program PATH] [--repetitions N]
 

@@ -13,7 +13,7 @@ namespace matchbox_slam {
 namespace {
 
 // Guesses, tried on six simulated drives with faults, aces and seattle
-// (benchmark/reports/2026-11-23/CONSTANTS.md): half or double of the first three leaves all eight
+// (benchmark/reports/current/CONSTANTS.md): half or double of the first three leaves all eight
 // as they are but for one carried robot that is found nowhere either way; half of kReach makes aces
 // 14 % worse, and double that and a carried robot 70 %. kBeams was not tried.
 constexpr double kClearly = 0.4;  // [m] from the wall that is crossed to the end of the beam

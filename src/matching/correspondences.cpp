@@ -289,7 +289,7 @@ NormalEquations Correspondences::linearise(double kernel) const {
 double Correspondences::facing_information(double kernel, const Eigen::Vector3d& motion) const {
   // Of the surface's direction with the motion's, as double angles: within 18 degrees of it, and
   // nearer where the hits agree less. Half or double changes no byte of six drives with faults and
-  // two logs (benchmark/reports/2026-11-23/CONSTANTS.md).
+  // two logs (benchmark/reports/current/CONSTANTS.md).
   constexpr double kFacing = 0.8;
   const PointRows view = rows();
   const double c = motion.x() * motion.x() - motion.y() * motion.y();

@@ -74,7 +74,7 @@ double score_on_map(const MatchProblem& problem, const Pose2& map_from_base) {
 /// Where hardly anything is mapped nothing fits.
 double fit_on_mapped_ground(double score, double unknown) {
   // A guess: half or double changes no byte of six drives with faults and two logs
-  // (benchmark/reports/2026-11-23/CONSTANTS.md).
+  // (benchmark/reports/current/CONSTANTS.md).
   constexpr double kLeastMapped = 0.3;
   const double mapped = 1.0 - unknown;
   return mapped >= kLeastMapped ? std::min(1.0, score / mapped) : 0.0;

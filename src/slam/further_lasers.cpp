@@ -59,7 +59,7 @@ std::optional<MatchResult> match_near(const PointScan& scan, const Pose2& expect
   const double xy = is_found ? 0.03 : 0.1;
   const double theta = is_found ? 0.02 : 0.06;
   // Guesses; half or double changes no byte of a drive whose second laser tf has 36 mm and 1.2
-  // degrees off (benchmark/reports/2026-11-23/CONSTANTS.md), but for the score: of twice as much
+  // degrees off (benchmark/reports/current/CONSTANTS.md), but for the score: of twice as much
   // there is none.
   constexpr double kWindow = 2.5;  // sigmas
   constexpr double kLeastScore = 0.6;

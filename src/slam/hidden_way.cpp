@@ -10,7 +10,7 @@
 namespace matchbox_slam {
 namespace {
 
-// Guesses (benchmark/reports/2026-11-25/LOOPS.md, "Wheels that slip").
+// Guesses (benchmark/reports/current/LOOPS.md, "Wheels that slip").
 constexpr double kDrives = 0.2;    // [m/s]
 constexpr double kSlower = 0.6;    // of its speed before and after
 constexpr double kLongest = 6.0;   // [s], else it stands

@@ -36,7 +36,7 @@ bool is_heading_known(const MatchResult& match) {
 /// after it. Where nothing tells for longer, the map goes on without.
 bool is_to_wait(const ScanOutcome& outcome, const Pose2& moved, const SlamOptions& options) {
   // [m], a cell. Five drives of 3 km through campuses with ten times the noise of odometry: 0.135 m
-  // in the mean, without waiting 0.163 (benchmark/reports/2026-11-24/LOOPS.md). With double of it
+  // in the mean, without waiting 0.163 (benchmark/reports/current/LOOPS.md). With double of it
   // the first one ended with 0.16 in place of 0.02 m, with 2 below with 0.20; half was not tried.
   constexpr double kKnown = 0.05;
   constexpr double kLongest = 3.0;  // of the usual way between key scans

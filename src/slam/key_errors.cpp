@@ -22,7 +22,7 @@ std::vector<double> weights_at(const Eigen::Vector2d& base,
                                const std::vector<Eigen::Vector2d>& keys) {
   // The walls that say most are near, and were measured best by the key scans near there.
   // [m], by the errors of simulated drives. It decides covariances, and no pose: half or double
-  // changes no byte of a trajectory (benchmark/reports/2026-11-23/CONSTANTS.md).
+  // changes no byte of a trajectory (benchmark/reports/current/CONSTANTS.md).
   constexpr double kReach = 1.2;
   constexpr double kLeast = 1e-9;  // somebody has to count, however far away
   std::vector<double> weights;

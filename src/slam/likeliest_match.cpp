@@ -116,7 +116,7 @@ bool is_to_be_asked(const SteadyPrediction& steady, const WeighedMatch& by_odome
 bool is_likelier(const WeighedMatch& steady, const WeighedMatch& by_odometry,
                  const MotionPrediction& predicted, const DoubtOptions& options) {
   // As a second look has to. Half or double changes no byte of six drives with faults and two logs
-  // (benchmark/reports/2026-11-23/CONSTANTS.md).
+  // (benchmark/reports/current/CONSTANTS.md).
   constexpr double kClearly = 0.1;
   const bool is_turned = is_far_turn(by_odometry, predicted) && !steady.jumped;
   const double better = is_turned ? -kClearly : kClearly;

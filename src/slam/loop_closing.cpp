@@ -17,7 +17,7 @@ namespace {
 // later: at a metre a second most searches are done by then. (Not by stamps: of some logs they are
 // made up.) With half or double of the way five drives change by up to 3 %, and aces by 8; with
 // half of the key scans loop is 44 % worse and aces 16, with double aces 5
-// (benchmark/reports/2026-11-23/CONSTANTS.md).
+// (benchmark/reports/current/CONSTANTS.md).
 constexpr double kDelayWay = 0.5;  // [m]
 constexpr std::size_t kMostDelay = 5;
 
@@ -54,7 +54,7 @@ std::size_t LoopCloser::closed() const {
 
 void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance, bool is_continued,
                      const LoopOptions& options) {
-  // Guesses (benchmark/reports/2026-11-23/CONSTANTS.md): half or double of how well a place is
+  // Guesses (benchmark/reports/current/CONSTANTS.md): half or double of how well a place is
   // found anew changes five drives with loops by up to 0.5 %, that of the way there six drives with
   // faults not at all, and two logs by up to 0.6 %.
   constexpr double kFound = 0.1;          // [m], how well a place is found anew

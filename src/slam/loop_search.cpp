@@ -16,7 +16,7 @@
 namespace matchbox_slam {
 namespace {
 
-// Guesses, tried on five drives with loops (benchmark/reports/2026-11-23/CONSTANTS.md): with half
+// Guesses, tried on five drives with loops (benchmark/reports/current/CONSTANTS.md): with half
 // of kMerged they are up to 2 % better, with double aces is 11 % worse and seattle 14 % better;
 // half of kAround changes them by up to 1 %, with double aces is 8 % worse.
 constexpr std::size_t kMerged = 8;   // key scans that are searched at once

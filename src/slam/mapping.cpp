@@ -24,7 +24,7 @@ NearRequest near_request(const EngineOptions& options) {
 std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_base,
                                  const SlamMap& map, const DoubtOptions& options) {
   // How wrong odometry may have placed it since. Guesses: half or double changes no drive with a
-  // fault, aces by 18 to 20 % and seattle by 2 (benchmark/reports/2026-11-23/CONSTANTS.md).
+  // fault, aces by 18 to 20 % and seattle by 2 (benchmark/reports/current/CONSTANTS.md).
   constexpr double kXy = 0.1;      // [m]
   constexpr double kTheta = 0.03;  // [rad]
   const PlacedScans none;

@@ -14,7 +14,7 @@ namespace {
 using Jacobian = Eigen::Matrix<double, 3, 4>;
 
 // Guesses, tried on a drive whose second laser tf has 36 mm and 1.2 degrees off
-// (benchmark/reports/2026-11-23/CONSTANTS.md), where its ATE is 4.1 mm.
+// (benchmark/reports/current/CONSTANTS.md), where its ATE is 4.1 mm.
 // How far from tf a laser, and from its stamps a scan, may be: [m], [rad], [s]. 5 degrees, one scan
 // of 20 Hz. Half or double changes the ATE by up to 4 %.
 constexpr double kXy = 0.1;

@@ -20,7 +20,7 @@ GroundShares shares_of_all(const PlacedScans& keys, const SlamMap& map) {
 
 GroundShares ground_shares(const PointScan& scan, const Pose2& map_from_base, const SlamMap& map) {
   // From a wall, three cells. Twice of it tells right loops from wrong ones less well
-  // (benchmark/reports/2026-11-25/LOOPS.md).
+  // (benchmark/reports/current/LOOPS.md).
   constexpr double kOnWall = 0.15;  // [m]
   const double metres = map.field.options().reach / LikelihoodField::kFar;
   double all = 0.0;

@@ -6,7 +6,7 @@
 namespace matchbox_slam {
 namespace {
 
-// Guesses, tried on five drives with loops (benchmark/reports/2026-11-23/CONSTANTS.md). kReach:
+// Guesses, tried on five drives with loops (benchmark/reports/current/CONSTANTS.md). kReach:
 // with half loop is 8 % and aces 10 % worse, seattle 16 % better; with double aces 13 % worse.
 // kSoon, on the way to what lies apart, so that the map is made in time: with half aces is 10 %
 // worse, with double seattle 6 % better.

@@ -10,7 +10,7 @@ namespace {
 
 // Of 64 drives through corridors the mean error is 77 mm without calibration, and 54 to 59 with it:
 // with half, double and four times the length, a quarter of the memory, five deviations, five times
-// the drift, or none (benchmark/reports/2026-11-24/CORRIDORS.md). The last three are guesses.
+// the drift, or none (benchmark/reports/current/CORRIDORS.md). The last three are guesses.
 constexpr double kLength = 1.0;   // [m] of a stretch
 constexpr double kMemory = 20.0;  // [m] of way, for the noise
 constexpr double kDeviations = 3.0;

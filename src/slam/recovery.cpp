@@ -12,7 +12,7 @@
 namespace matchbox_slam {
 namespace {
 
-// Guesses, tried on six drives with faults (benchmark/reports/2026-11-23/CONSTANTS.md): half of the
+// Guesses, tried on six drives with faults (benchmark/reports/current/CONSTANTS.md): half of the
 // first two finds one carried robot 0.6 s later, half or double of the others changes no byte
 // there, but that of the most hypotheses, which was 24 then. How well a place is known before a
 // scan is matched there: [m], [rad].

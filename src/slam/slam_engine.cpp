@@ -247,7 +247,7 @@ void SlamEngine::search_for_map(const SearchStep& step, ScanOutcome& outcome) {
   outcome.map_from_base = tracker_.state().fixed_from_base;
   outcome.predicted_map_from_base = found->part_from_apart * outcome.predicted_map_from_base;
   // How well the place was confirmed: [m], [rad]. Guesses; half or double changes no byte of six
-  // drives with faults (benchmark/reports/2026-11-23/CONSTANTS.md).
+  // drives with faults (benchmark/reports/current/CONSTANTS.md).
   constexpr double kXy = 0.1;
   constexpr double kTheta = 0.05;
   outcome.covariance = tracker_.state().covariance + covariance_of(kXy, kTheta);

@@ -6,7 +6,7 @@ Tracking::Held Tracking::follow(const WeighedMatch& match, double stamp, double 
                                 const Pose2& map_from_base, const EngineOptions& options) {
   // Weight of the newest score among those of late: ten scans count most. A guess; half or double
   // changes no byte of six drives with faults and two logs
-  // (benchmark/reports/2026-11-23/CONSTANTS.md).
+  // (benchmark/reports/current/CONSTANTS.md).
   constexpr double kNewest = 0.1;
   // What is found in doubt may be wrong, and fits less than it would elsewhere; what the map
   // contradicts was not scored against it.

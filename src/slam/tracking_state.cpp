@@ -7,7 +7,7 @@ namespace matchbox_slam {
 namespace {
 
 // Guesses, tried on six drives with faults and two logs
-// (benchmark/reports/2026-11-23/CONSTANTS.md): half or double of the motion changes no error by
+// (benchmark/reports/current/CONSTANTS.md): half or double of the motion changes no error by
 // 1 %. With 10 contradictions a carried robot is found 4 s later, with an ATE of 0.13 m instead of
 // 0.04; with 2 only one changes that is found nowhere either way.
 constexpr double kDistance = 0.1;  // [m] of motion after which a scan says something new
@@ -108,7 +108,7 @@ void TrackingDoubt::follow(const WeighedMatch& match, double stamp, double way_s
 bool TrackingDoubt::is_blind(const TrackingOptions& options) const {
   // Share of the beams, in the mean of the doubt's scans. A guess: of 95 % of the scans of a robot
   // that is where it should be nothing contradicts; of one that was kidnapped, with a laser of 8 m,
-  // 5 % did (benchmark/reports/2026-11-25/FAULTS.md).
+  // 5 % did (benchmark/reports/current/FAULTS.md).
   constexpr double kHardly = 0.02;
   return is_unmatched(*this, options) && contradictions < kLeastContradictions &&
          contradiction_sum <= kHardly * doubtful;

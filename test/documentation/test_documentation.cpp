@@ -1,6 +1,6 @@
 // What the documentation says is what the code does: the tables of doc/parameters.md, the list of
-// matchers, the tests that doc/bad_input.md names, the code that doc/write_a_matcher.md quotes, and
-// where links lead.
+// matchers, the tests that doc/bad_input.md names, the code that doc/write_a_matcher.md quotes,
+// where links lead, and the reports that figures are quoted from.
 //
 // After a change of options write the tables anew:
 //   MATCHBOX_UPDATE_README=1 rosrun matchbox_slam test_documentation
@@ -54,6 +54,19 @@ std::vector<std::string> pages() {
   for (const auto& entry : std::filesystem::directory_iterator(in_package("doc"))) {
     if (entry.path().extension() == ".md") {
       files.push_back("doc/" + entry.path().filename().string());
+    }
+  }
+  return files;
+}
+
+constexpr std::string_view kReports = "benchmark/reports/current/";
+
+/// Those that are there, as paths in the package.
+std::vector<std::string> reports() {
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(in_package(std::string(kReports)))) {
+    if (entry.path().extension() == ".md") {
+      files.push_back(std::string(kReports) + entry.path().filename().string());
     }
   }
   return files;
@@ -204,9 +217,10 @@ std::set<std::string> anchors(const std::string& page) {
   return names;
 }
 
-TEST(Pages, HaveLinksThatLeadSomewhere) {
+/// The number of links, each of which leads somewhere.
+int check_links(const std::vector<std::string>& files) {
   int links = 0;
-  for (const std::string& page : pages()) {
+  for (const std::string& page : files) {
     const std::string text = without_code(read_file(in_package(page)));
     const std::regex link(R"re((?:\]\(|src=")([^)#\s"]*)(?:#([^)\s"]*))?[)"])re");
     for (std::sregex_iterator at(text.begin(), text.end(), link); at != std::sregex_iterator();
@@ -217,14 +231,81 @@ TEST(Pages, HaveLinksThatLeadSomewhere) {
       }
       const std::filesystem::path here = in_package(page);
       const std::filesystem::path file = path.empty() ? here : here.parent_path() / path;
-      ASSERT_TRUE(std::filesystem::exists(file)) << page << " leads to " << at->str();
-      if ((*at)[2].matched) {
+      EXPECT_TRUE(std::filesystem::exists(file)) << page << " leads to " << at->str();
+      if ((*at)[2].matched && std::filesystem::exists(file)) {
         EXPECT_EQ(anchors(read_file(file.string())).count(at->str(2)), 1U)
             << page << " leads to " << at->str();
       }
     }
   }
-  EXPECT_GT(links, 60);
+  return links;
+}
+
+TEST(Pages, HaveLinksThatLeadSomewhere) { EXPECT_GT(check_links(pages()), 60); }
+
+TEST(Reports, HaveLinksThatLeadSomewhere) { EXPECT_GT(check_links(reports()), 20); }
+
+TEST(Reports, AreEachInTheIndex) {
+  const std::string index = read_file(in_package(std::string(kReports) + "README.md"));
+  for (const std::string& report : reports()) {
+    const std::string name = std::filesystem::path(report).filename().string();
+    EXPECT_TRUE(name == "README.md" || contains(index, "](" + name + ")")) << report;
+  }
+}
+
+/// What may quote a report: pages, the changelog, sources, and the programs that make reports.
+std::vector<std::string> files_with_quotes() {
+  std::vector<std::string> files = pages();
+  files.push_back("CHANGELOG.rst");
+  const std::set<std::string> kinds = {".cpp", ".hpp", ".py", ".yaml"};
+  for (const std::string folder : {"src", "include", "config", "test", "benchmark"}) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(
+             in_package(folder), std::filesystem::directory_options::follow_directory_symlink)) {
+      if (kinds.count(entry.path().extension().string()) == 1) {
+        files.push_back(std::filesystem::relative(entry.path(), in_package("")).generic_string());
+      }
+    }
+  }
+  return files;
+}
+
+/// `benchmark/reports/...` and, where programs do not tell what they write themselves, `NAME.md`.
+std::vector<std::string> quoted_reports(const std::string& file, const std::string& text) {
+  std::vector<std::string> found;
+  const std::regex path(R"(benchmark/reports/[\w/.-]*\w\.(?:md|json|png))");
+  for (std::sregex_iterator at(text.begin(), text.end(), path); at != std::sregex_iterator();
+       ++at) {
+    found.push_back(at->str());
+  }
+  if (file.rfind("benchmark/", 0) == 0) {
+    return found;
+  }
+  const std::regex bare(R"((^|[^\w/.-])([A-Z][A-Z_]{2,}\.md))");
+  for (std::sregex_iterator at(text.begin(), text.end(), bare); at != std::sregex_iterator();
+       ++at) {
+    const std::string name = at->str(2);
+    if (!std::filesystem::exists(in_package(name))) {  // as README.md
+      found.push_back(std::string(kReports) + name);
+    }
+  }
+  return found;
+}
+
+TEST(Reports, ThatAreQuotedAreThere) {
+  EXPECT_EQ(quoted_reports("src/a.cpp", "// (benchmark/reports/1999-01-01/OLD.md), NONE.md"),
+            (std::vector<std::string>{"benchmark/reports/1999-01-01/OLD.md",
+                                      "benchmark/reports/current/NONE.md"}));
+  int quotes = 0;
+  for (const std::string& file : files_with_quotes()) {
+    if (file == "test/documentation/test_documentation.cpp") {
+      continue;  // whose examples are of none
+    }
+    for (const std::string& report : quoted_reports(file, read_file(in_package(file)))) {
+      ++quotes;
+      EXPECT_TRUE(std::filesystem::exists(in_package(report))) << file << " quotes " << report;
+    }
+  }
+  EXPECT_GT(quotes, 60);
 }
 
 /// The titles of a file's sections, which are underlined by dashes: "1.0.0 (2026-11-23)".

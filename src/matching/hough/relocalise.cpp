@@ -62,7 +62,7 @@ KeyScanSearch search_anywhere(const SearchedScan& scan, const PlacedScan& key,
 
 PlacedScans spread_out(const PlacedScans& key_scans) {
   // Guesses. With half or double of both a carried robot is found 3 to 4 s later, with the same
-  // error (benchmark/reports/2026-11-23/CONSTANTS.md).
+  // error (benchmark/reports/current/CONSTANTS.md).
   constexpr double kNear = 1.0;           // [m]
   constexpr double kTurned = 0.25 * kPi;  // [rad]
   PlacedScans chosen;
