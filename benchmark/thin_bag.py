@@ -55,8 +55,13 @@ def thin(path, target, topic, scans=1, beams=1):
     """The number of scans that were written; the target is there only once it is whole."""
     aside = f"{target}.{os.getpid()}"
     try:
-        with open_scan_bag(path, topic) as bag, rosbag.Bag(aside, "w") as out:
-            written = copy(bag, out, topic, scans, beams)
+        with open_scan_bag(path, topic) as bag:
+            try:
+                with rosbag.Bag(aside, "w") as out:
+                    written = copy(bag, out, topic, scans, beams)
+            except Exception as mistake:  # damaged bytes make rosbag raise whatever comes of them
+                raise Mistake(f"'{path}' cannot be copied to '{target}': "
+                              f"{getattr(mistake, 'strerror', None) or mistake or type(mistake).__name__}")
         os.rename(aside, target)
     finally:
         if os.path.exists(aside):
