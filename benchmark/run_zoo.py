@@ -61,6 +61,8 @@ FLOORS = {"jarvis_circular": 0.004, "intel": 0.05, "aces": 0.1, "belgioioso": 0.
           "infinite_corridor": 0.4}
 LONGEST = 600  # [s] of one program; a run that takes longer has failed
 SURE = ("tracking", "recovered")
+HERE = os.path.dirname(os.path.abspath(__file__))
+PYTHON = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable  # pyenv's and conda's have no rosbag
 FOLDED = re.compile(r"\s+")
 
 
@@ -128,29 +130,30 @@ class Recording:
 
     def __init__(self, recording, thinning, space):
         name, file, options, truth = recording
-        self.scans, self.beams, more = THINNINGS[thinning]
+        scans, beams, more = THINNINGS[thinning]
         self.name = f"{name} {thinning}".replace(", ", "-").replace(" ", "_")
         self.kinds = {"recording": name, "thinning": thinning}
         self.source = (space.data / f"{file}.bag").resolve()
-        self.topic = options[options.index("--scan-topic") + 1] if "--scan-topic" in options else None
-        is_thin = self.scans * self.beams > 1
+        is_thin = scans * beams > 1
         self.bag = space.bags / f"{self.name}.bag" if is_thin else self.source
         self.floor, self.has_truth = FLOORS.get(file, 0.0), truth is not None
         self.metric = truth and [str(space.data / word) if "." in word else word for word in truth]
         self.map_options = options + more
         state = self.source.stat()
         self.input = f"{state.st_size}-{int(state.st_mtime)}-{self.metric}"
-        topic = ["--scan", self.topic] if self.topic else []
+        topic = ["--scan", options[options.index("--scan-topic") + 1]] if "--scan-topic" in options else []
+        self.thinning = [*topic, "--scans", str(scans), "--beams", str(beams)]
         self.commands = []
         if is_thin:
-            self.commands.append(shlex.join(["benchmark/thin_bag.py", f"{file}.bag", "drive.bag", *topic, "--scans", str(self.scans),
-                                             "--beams", str(self.beams)]))
+            self.commands.append(shlex.join(["benchmark/thin_bag.py", f"{file}.bag", "drive.bag", *self.thinning]))
         self.commands.append(shlex.join(["map_bag", "drive.bag" if is_thin else f"{file}.bag", *self.map_options, "--out", "out"]))
 
     def prepare(self):
         if self.bag != self.source and not (self.bag.exists() and self.bag.stat().st_mtime >= self.source.stat().st_mtime):
-            from thin_bag import only_scan_topic, thin  # which needs rosbag
-            thin(str(self.source), str(self.bag), self.topic or only_scan_topic(str(self.source)), self.scans, self.beams)
+            done = subprocess.run([PYTHON, os.path.join(HERE, "thin_bag.py"), self.source, self.bag, *self.thinning],
+                                  capture_output=True, text=True)
+            if done.returncode != 0:
+                raise SystemExit(done.stderr.strip())
 
     def errors_of(self, folder):
         if not self.has_truth:
