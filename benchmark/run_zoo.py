@@ -340,6 +340,7 @@ def parsed(words=None):
     place = parser.add_mutually_exclusive_group(required=True)
     place.add_argument("--out", type=pathlib.Path, help="folder of results and of what is kept to go on")
     place.add_argument("--from", type=pathlib.Path, dest="source", metavar="ZOO.json", help="run nothing")
+    place.add_argument("--list", action="store_true", help="the simulated drives, and nothing else")
     parser.add_argument("--data", type=pathlib.Path, default=os.environ.get(
         "MATCHBOX_DATA", os.path.join(report.SOURCE, "..", "shared", "data")), help="folder of the recordings")
     parser.add_argument("--bin", type=pathlib.Path, metavar="DIR", help="devel space, in place of the one that is sourced")
@@ -352,7 +353,6 @@ def parsed(words=None):
     parser.add_argument("--leave-out", action="append", default=[], choices=FACTORS["world"], metavar="WORLD",
                         help="a world that is not looked at while a number is fitted")
     parser.add_argument("--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE", help="in every run")
-    parser.add_argument("--list", action="store_true", help="the drives, and nothing else")
     parser.add_argument("--drop-bags", action="store_true", help="delete the simulated and thinned bags at the end")
     parser.add_argument("--compare", type=pathlib.Path, metavar="OLD.json")
     parser.add_argument("--page", type=pathlib.Path, metavar="doc/zoo.md", help="write what each mechanism is worth into this page")
