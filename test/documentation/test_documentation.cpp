@@ -269,7 +269,8 @@ std::vector<std::string> files_with_quotes() {
   return files;
 }
 
-/// `benchmark/reports/...` and, where programs do not tell what they write themselves, `NAME.md`.
+/// `benchmark/reports/...` and `NAME.md`, but for programs and tests, which tell so what they
+/// write.
 std::vector<std::string> quoted_reports(const std::string& file, const std::string& text) {
   std::vector<std::string> found;
   const std::regex path(R"(benchmark/reports/[\w/.-]*\w\.(?:md|json|png))");
@@ -277,7 +278,7 @@ std::vector<std::string> quoted_reports(const std::string& file, const std::stri
        ++at) {
     found.push_back(at->str());
   }
-  if (file.rfind("benchmark/", 0) == 0) {
+  if (file.rfind("benchmark/", 0) == 0 || file.rfind("test/", 0) == 0) {
     return found;
   }
   const std::regex bare(R"((^|[^\w/.-])([A-Z][A-Z_]{2,}\.md))");
