@@ -50,8 +50,10 @@ class MessageMaker {
     message.angle_max = static_cast<float>(
         scan.angle_min + scan.angle_increment * static_cast<double>(scan.ranges.size() - 1));
     message.angle_increment = static_cast<float>(scan.angle_increment);
-    message.time_increment = static_cast<float>(scan.time_increment);
-    message.scan_time = static_cast<float>(1.0 / laser_.scan_rate);
+    message.time_increment =
+        static_cast<float>(told(laser_.sent_time_increment, scan.time_increment));
+    message.scan_time =
+        static_cast<float>(told(laser_.sent_scan_time, 1.0 / (laser_.scan_rate * laser_.parts)));
     message.range_min = static_cast<float>(scan.range_min);
     message.range_max = static_cast<float>(scan.range_max);
     message.ranges = scan.ranges;
@@ -100,6 +102,9 @@ class MessageMaker {
   }
 
  private:
+  /// What a message says, which may be another than the truth.
+  [[nodiscard]] static double told(double sent, double truth) { return sent < 0.0 ? truth : sent; }
+
   [[nodiscard]] static Eigen::Isometry3d base_from_imu() {
     return Eigen::Translation3d(-0.1, 0.05, 0.3) *
            Eigen::AngleAxisd(0.5 * kPi, Eigen::Vector3d::UnitX());

@@ -4,6 +4,7 @@
 #include <std_msgs/String.h>
 
 #include <charconv>
+#include <cstddef>
 #include <utility>
 
 #include "bag/bag_file.hpp"
@@ -19,6 +20,13 @@ std::string text_of(const Parameters& parameters, const std::string& name) {
     throw ConfigurationError(std::string(kSimulationTopic) + ": there is no text '" + name + "'");
   }
   return *text;
+}
+
+/// Options that programs before them refuse are told of only where they matter, so that all other
+/// records can be read by those.
+bool is_of_later_version(const std::string& option) {
+  return option == "range_noise_square" || option == "parts" || option == "sent_time_increment" ||
+         option == "sent_scan_time";
 }
 
 std::uint64_t seed_of(const std::string& text) {
@@ -39,8 +47,12 @@ std::string to_yaml(const SimulationRecord& record) {
   parameters.set("world", record.world);
   // As text, since a seed may be larger than a number in YAML.
   parameters.set("seed", std::to_string(record.seed));
-  for (const OptionDescription& row : describe_options(record.laser)) {
-    parameters.set("laser/" + row.name, row.value);
+  const std::vector<OptionDescription> defaults = describe_options(LaserOptions{});
+  const std::vector<OptionDescription> rows = describe_options(record.laser);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!is_of_later_version(rows[i].name) || rows[i].value != defaults[i].value) {
+      parameters.set("laser/" + rows[i].name, rows[i].value);
+    }
   }
   std::vector<std::string> faults;
   for (const Fault& fault : record.faults) {

@@ -51,6 +51,13 @@ std::vector<WallSegment> outline(const Corners& corners) {
   return lines;
 }
 
+std::vector<WallSegment> with_surface(std::vector<WallSegment> lines, const WallSurface& surface) {
+  for (WallSegment& line : lines) {
+    line.surface = surface;
+  }
+  return lines;
+}
+
 FloorPlan::FloorPlan(Route route)
     : route_(std::move(route)), route_lines_(open_line(route_.waypoints)) {}
 
@@ -58,8 +65,35 @@ void FloorPlan::add(const std::vector<WallSegment>& lines) {
   segments_.insert(segments_.end(), lines.begin(), lines.end());
 }
 
+void FloorPlan::add_wall(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double thickness,
+                         std::vector<double> doors, double door_width) {
+  const double length = (to - from).norm();
+  const Eigen::Vector2d along = (to - from) / length;
+  const double angle = std::atan2(along.y(), along.x());
+  std::sort(doors.begin(), doors.end());
+  doors.push_back(length + 0.5 * door_width);
+  double start = 0.0;
+  for (const double door : doors) {
+    const double end = door - 0.5 * door_width;
+    add(outline(box(from + 0.5 * (start + end) * along, {end - start, thickness}, angle)));
+    start = door + 0.5 * door_width;
+  }
+}
+
+bool FloorPlan::is_clear(const std::vector<WallSegment>& lines, double clearance,
+                         double gap) const {
+  return !is_any_nearer(lines, route_lines_, clearance) && !is_any_nearer(lines, things_, gap);
+}
+
+void FloorPlan::add_walking(const std::vector<WallSegment>& lines, const Walk& walk) {
+  WallSurface walking;
+  walking.walk = walks_.size();
+  add(with_surface(lines, walking));
+  walks_.push_back(walk);
+}
+
 bool FloorPlan::add_if_clear(const std::vector<WallSegment>& lines, double clearance, double gap) {
-  if (is_any_nearer(lines, route_lines_, clearance) || is_any_nearer(lines, things_, gap)) {
+  if (!is_clear(lines, clearance, gap)) {
     return false;
   }
   add(lines);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "simulation/wall_segment.hpp"
@@ -24,6 +25,10 @@ using Corners = std::vector<Eigen::Vector2d>;
 /// The lines that join the corners, all around.
 [[nodiscard]] std::vector<WallSegment> outline(const Corners& corners);
 
+/// The same lines of this surface.
+[[nodiscard]] std::vector<WallSegment> with_surface(std::vector<WallSegment> lines,
+                                                    const WallSurface& surface);
+
 /// Walls and things in a world that is being drawn.
 class FloorPlan {
  public:
@@ -33,17 +38,32 @@ class FloorPlan {
   /// Adds lines, wherever they are.
   void add(const std::vector<WallSegment>& lines);
 
+  /// Adds a wall of two faces with openings for doors, whose middles are at `doors` [m] along it.
+  void add_wall(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double thickness,
+                std::vector<double> doors = {}, double door_width = 0.0);
+
   /// Adds a thing of several outlines unless it comes nearer than `clearance` to the route or than
   /// `gap` to a thing added before. Returns whether it was added.
   bool add_if_clear(const std::vector<WallSegment>& lines, double clearance, double gap);
 
-  [[nodiscard]] World world() const { return {segments_, route_}; }
+  /// Whether lines come nowhere nearer than `clearance` to the route and than `gap` to a thing.
+  [[nodiscard]] bool is_clear(const std::vector<WallSegment>& lines, double clearance,
+                              double gap) const;
+
+  /// Adds a thing that goes a way, wherever that leads; the lines are where it is at time 0.
+  void add_walking(const std::vector<WallSegment>& lines, const Walk& walk);
+
+  /// @param seed  of what surfaces leave to chance.
+  [[nodiscard]] World world(std::uint64_t seed = 0) const {
+    return {segments_, route_, walks_, seed};
+  }
 
  private:
   Route route_;
   std::vector<WallSegment> route_lines_;
   std::vector<WallSegment> segments_;
   std::vector<WallSegment> things_;
+  std::vector<Walk> walks_;
 };
 
 }  // namespace matchbox_slam

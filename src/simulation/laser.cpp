@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "matchbox_slam/common/random.hpp"
 
@@ -37,7 +39,8 @@ RayPart part_below(double limit, double height, double slope) {
 }
 
 BeamTruth trace_beam(const World& world, const LaserOptions& options, const Pose2& world_from_base,
-                     const Eigen::Isometry3d& ground_from_laser, double angle, double reach) {
+                     const Eigen::Isometry3d& ground_from_laser, double angle, double reach,
+                     const RayMoment& moment) {
   const Eigen::Vector3d in_base =
       ground_from_laser.linear() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
   const double horizontal = in_base.head<2>().norm();
@@ -53,7 +56,7 @@ BeamTruth trace_beam(const World& world, const LaserOptions& options, const Pose
   const double floor = options.floor && slope < 0.0 ? -height / slope : kInfinity;
   const std::optional<RayHit> hit =
       world.cast_ray(origin, direction, std::min(floor, reach * horizontal),
-                     part_below(options.table_height, height, slope));
+                     part_below(options.table_height, height, slope), moment);
   BeamTruth truth;
   if (!hit) {
     truth.range = floor <= reach * horizontal ? floor / horizontal : kInfinity;
@@ -88,14 +91,28 @@ class Outliers {
   Random random_;
 };
 
+/// What a beam reads that tells nothing, as it is lost or the distance too short.
+double nothing_told(const LaserOptions& options, double usual) {
+  return options.no_return == "zero"  ? 0.0
+         : options.no_return == "nan" ? std::numeric_limits<double>::quiet_NaN()
+                                      : usual;
+}
+
 double measure(double range, const LaserOptions& options) {
   if (range < options.range_min) {
-    return -kInfinity;
+    return nothing_told(options, -kInfinity);
   }
   if (range < options.range_max) {
     return range;
   }
-  return options.no_return == "infinite" ? kInfinity : options.range_max + 1.0;
+  return options.no_return == "over_range" ? options.range_max + 1.0
+                                           : nothing_told(options, kInfinity);
+}
+
+/// Of all rays of a scan. Readers of a recording have its stamp but for rounding.
+std::uint64_t chance_at(const World& world, double stamp) {
+  constexpr double kStep = 1e-4;  // [s]
+  return mix_seed(world.seed(), static_cast<std::uint64_t>(std::llround(stamp / kStep)));
 }
 
 }  // namespace
@@ -134,6 +151,10 @@ void check_laser_options(const LaserOptions& options) {
                              " s; it must fit into the " + std::to_string(1.0 / options.scan_rate) +
                              " s from scan to scan");
   }
+  if (options.beams % options.parts != 0) {
+    throw ConfigurationError("laser: parts is " + std::to_string(options.parts) +
+                             "; it must divide the " + std::to_string(options.beams) + " beams");
+  }
 }
 
 std::vector<BeamTruth> trace_beams(const World& world, const LaserOptions& options,
@@ -147,17 +168,20 @@ std::vector<BeamTruth> trace_beams(const World& world, const LaserOptions& optio
   };
   Eigen::Isometry3d laser = laser_at(stamp);
   // Noise may bring a surface a little out of reach into it.
-  const double reach = options.range_max + 10.0 * options.range_noise;
+  const double reach = options.range_max + 10.0 * options.noise_at(options.range_max);
+  const std::uint64_t chance = chance_at(world, stamp);
   std::vector<BeamTruth> beams;
   beams.reserve(static_cast<std::size_t>(options.beams));
   Pose2 pose = world_from_base(stamp);
   for (int k = 0; k < options.beams; ++k) {
+    const double time = stamp + k * options.time_increment;
     if (options.time_increment > 0.0) {
-      pose = world_from_base(stamp + k * options.time_increment);
-      laser = laser_at(stamp + k * options.time_increment);
+      pose = world_from_base(time);
+      laser = laser_at(time);
     }
+    const RayMoment moment{time, mix_seed(chance, static_cast<std::uint64_t>(k))};
     const double angle = first_angle(options) + k * beam_increment(options);
-    beams.push_back(trace_beam(world, options, pose, laser, angle, reach));
+    beams.push_back(trace_beam(world, options, pose, laser, angle, reach, moment));
   }
   return beams;
 }
@@ -177,13 +201,28 @@ SimulatedScan simulate_scan(const World& world, const LaserOptions& options,
   Random random(seed);
   Outliers outliers(options, seed);
   for (const BeamTruth& beam : result.truth) {
-    const double noise = options.range_noise * random.gaussian();
+    const double noise =
+        options.noise_at(std::min(beam.range, options.range_max)) * random.gaussian();
     const bool is_lost = random.uniform() < options.dropout;
-    const double range = is_lost ? std::numeric_limits<double>::quiet_NaN()
+    const double range = is_lost ? nothing_told(options, std::numeric_limits<double>::quiet_NaN())
                                  : measure(outliers.shortened(beam.range) + noise, options);
     scan.ranges.push_back(static_cast<float>(range));
   }
   return result;
+}
+
+std::vector<LaserScan> in_parts(const LaserScan& scan, const LaserOptions& options) {
+  const std::size_t beams = scan.ranges.size() / static_cast<std::size_t>(options.parts);
+  std::vector<LaserScan> parts;
+  for (std::size_t first = 0; first < scan.ranges.size(); first += beams) {
+    LaserScan part = scan;
+    part.stamp += static_cast<double>(first) * scan.time_increment;
+    part.angle_min += static_cast<double>(first) * scan.angle_increment;
+    const auto begin = scan.ranges.begin() + static_cast<std::ptrdiff_t>(first);
+    part.ranges.assign(begin, begin + static_cast<std::ptrdiff_t>(beams));
+    parts.push_back(std::move(part));
+  }
+  return parts;
 }
 
 }  // namespace matchbox_slam

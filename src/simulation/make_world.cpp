@@ -12,12 +12,16 @@ struct NamedWorld {
   World (*make)(std::uint64_t seed);
 };
 
-constexpr std::array<NamedWorld, 6> kWorlds = {{{"rooms", make_rooms_world},
-                                                {"random", make_random_world},
-                                                {"corridor", make_corridor_world},
-                                                {"loop", make_loop_world},
-                                                {"campus", make_campus_world},
-                                                {"hotel", make_hotel_world}}};
+constexpr std::array<NamedWorld, 10> kWorlds = {{{"rooms", make_rooms_world},
+                                                 {"random", make_random_world},
+                                                 {"corridor", make_corridor_world},
+                                                 {"loop", make_loop_world},
+                                                 {"campus", make_campus_world},
+                                                 {"hotel", make_hotel_world},
+                                                 {"atrium", make_atrium_world},
+                                                 {"glass", make_glass_world},
+                                                 {"street", make_street_world},
+                                                 {"hall", make_hall_world}}};
 
 }  // namespace
 

@@ -35,6 +35,24 @@ namespace matchbox_slam {
 /// the ends nothing tells one from the next. The route passes and visits rooms for about 450 m.
 [[nodiscard]] World make_hotel_world(std::uint64_t seed);
 
+/// A ring corridor around an atrium, 72 m along its middle, with a railing to the atrium that lets
+/// half of the beams pass, rooms along its straight sides and round walls at its ends. The route is
+/// once around, with visits to rooms.
+[[nodiscard]] World make_atrium_world(std::uint64_t seed);
+
+/// A corridor of 24 m with rooms on both sides, most of whose walls are panes of glass between
+/// posts: a pane returns only beams within 12 degrees of its normal. The route visits rooms and
+/// ends where it started.
+[[nodiscard]] World make_glass_world(std::uint64_t seed);
+
+/// A street of 46 m: house fronts with gaps, trees, hedges whose returns scatter over 0.3 m of
+/// depth, parked cars, and much sky. The route leads out on one side and back on the other.
+[[nodiscard]] World make_street_world(std::uint64_t seed);
+
+/// A hall of 48 m x 32 m with thin pillars, tables and chairs of which there are only the legs, and
+/// twelve people who walk. The route is a tour that ends where it started.
+[[nodiscard]] World make_hall_world(std::uint64_t seed);
+
 /// The names that make_world knows.
 [[nodiscard]] std::vector<std::string> world_names();
 

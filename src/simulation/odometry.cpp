@@ -9,16 +9,31 @@
 namespace matchbox_slam {
 namespace {
 
+/// The shares by which distances and turns are off that wander along the way.
+struct Wander {
+  double translation = 0.0;
+  double rotation = 0.0;
+};
+
+/// @param way  [m] driven and [rad] turned so far, together.
+Wander wander_at(double way, const OdometryOptions& options, std::uint64_t seed) {
+  // Chance of its own, so that the noise stays what it is without it.
+  Random random(mix_seed(mix_seed(seed, 0x77616E646572ULL), static_cast<std::uint64_t>(way)));
+  const double translation = options.translation_wander * random.gaussian();
+  return {translation, options.rotation_wander * random.gaussian()};
+}
+
 /// What the wheels report of a true motion, both in the robot's frame before it.
-Pose2 measure_motion(const Pose2& motion, const OdometryOptions& options, Random& random) {
+Pose2 measure_motion(const Pose2& motion, const OdometryOptions& options, const Wander& wander,
+                     Random& random) {
   const double distance = std::hypot(motion.x, motion.y);
   const double turn = std::abs(motion.theta);
-  const double distance_error = options.translation_bias * distance +
+  const double distance_error = (options.translation_bias + wander.translation) * distance +
                                 options.translation_noise * std::sqrt(distance) * random.gaussian();
   const double turn_noise = options.rotation_noise * std::sqrt(turn) * random.gaussian();
   const double heading_noise = options.heading_noise * std::sqrt(distance) * random.gaussian();
   const double scale = distance > 0.0 ? 1.0 + distance_error / distance : 1.0;
-  const double theta = motion.theta * (1.0 + options.rotation_bias) +
+  const double theta = motion.theta * (1.0 + (options.rotation_bias + wander.rotation)) +
                        options.heading_bias * distance + turn_noise + heading_noise;
   return {scale * motion.x, scale * motion.y, wrap_angle(theta)};
 }
@@ -71,11 +86,14 @@ std::vector<OdometryReading> simulate_odometry(const PoseAtTime& world_from_base
   readings.reserve(stamps.size());
   Pose2 odom_from_base;
   Pose2 world_from_last;
+  double way = 0.0;
   for (const double stamp : stamps) {
     const Pose2 world_from_now = world_from_base(stamp);
     if (!readings.empty()) {
       const Pose2 motion = world_from_last.inverse() * world_from_now;
-      odom_from_base = odom_from_base * measure_motion(motion, options, random);
+      const Wander wander = wander_at(way, options, seed);
+      odom_from_base = odom_from_base * measure_motion(motion, options, wander, random);
+      way += std::hypot(motion.x, motion.y) + std::abs(motion.theta);
     }
     world_from_last = world_from_now;
     readings.push_back({stamp, odom_from_base});

@@ -11,7 +11,8 @@
 namespace matchbox_slam {
 
 /// Errors of the wheels' odometry. Noise is white over the distance: its variance grows in
-/// proportion to the way driven or turned, and the deviation given is that after 1 m or 1 rad. The
+/// proportion to the way driven or turned, and the deviation given is that after 1 m or 1 rad. What
+/// wanders is a share that stays for some way, as wheels on a carpet have it. The
 /// defaults are a decent wheeled robot's; over 100 m they add up to metres.
 struct OdometryOptions {
   double odometry_rate = 50.0;
@@ -21,6 +22,8 @@ struct OdometryOptions {
   double translation_bias = 0.01;
   double rotation_bias = 0.01;
   double heading_bias = 0.003;
+  double translation_wander = 0.0;
+  double rotation_wander = 0.0;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -37,6 +40,11 @@ struct OdometryOptions {
            "Share by which every turn is reported too large.");
     option(self.heading_bias, "heading_bias", between(-0.5, 0.5), "rad/m",
            "Turn that is reported for every metre driven straight on.");
+    option(self.translation_wander, "translation_wander", between(0.0, 0.5), "m/m",
+           "Standard deviation of the share by which distances are off for a metre or radian of "
+           "the way, and by another for the next.");
+    option(self.rotation_wander, "rotation_wander", between(0.0, 0.5), "rad/rad",
+           "Likewise of turns.");
   }
 };
 

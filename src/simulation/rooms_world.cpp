@@ -125,23 +125,6 @@ Route draw_route(const Building& building, Random& random) {
   return route;
 }
 
-/// A wall of two faces, with openings of a door's width at the places along it.
-void add_wall(const Eigen::Vector2d& from, const Eigen::Vector2d& to, std::vector<double> doors,
-              FloorPlan& plan) {
-  const double length = (to - from).norm();
-  const Eigen::Vector2d along = (to - from) / length;
-  const double angle = std::atan2(along.y(), along.x());
-  std::sort(doors.begin(), doors.end());
-  doors.push_back(length + 0.5 * kDoorWidth);
-  double start = 0.0;
-  for (const double door : doors) {
-    const double end = door - 0.5 * kDoorWidth;
-    plan.add(
-        outline(box(from + 0.5 * (start + end) * along, {end - start, kWallThickness}, angle)));
-    start = door + 0.5 * kDoorWidth;
-  }
-}
-
 void add_row_walls(const std::vector<Room>& row, FloorPlan& plan) {
   std::vector<double> doors;
   for (const Room& room : row) {
@@ -149,14 +132,14 @@ void add_row_walls(const std::vector<Room>& row, FloorPlan& plan) {
   }
   const double near_y = row.front().near_y;
   const double far_y = row.front().far_y;
-  add_wall({0.0, near_y}, {kBuildingLength, near_y}, doors, plan);
+  plan.add_wall({0.0, near_y}, {kBuildingLength, near_y}, kWallThickness, doors, kDoorWidth);
   for (std::size_t i = 0; i + 1 < row.size(); ++i) {
     const double x = row[i].right;
     std::vector<double> openings;
     if (row[i].is_open_to_next) {
       openings.push_back(std::abs(row[i].next_door_y - near_y));
     }
-    add_wall({x, near_y}, {x, far_y}, openings, plan);
+    plan.add_wall({x, near_y}, {x, far_y}, kWallThickness, openings, kDoorWidth);
   }
 }
 

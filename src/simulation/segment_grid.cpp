@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "matchbox_slam/common/random.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -71,6 +73,9 @@ SegmentGrid::SegmentGrid(const std::vector<WallSegment>& segments) {
   std::vector<std::vector<std::size_t>> cells(static_cast<std::size_t>(columns_) *
                                               static_cast<std::size_t>(rows_));
   for (std::size_t i = 0; i < segments.size(); ++i) {
+    if (segments[i].surface.walk) {
+      continue;
+    }
     const Eigen::Vector2d from = segments[i].start.cwiseMin(segments[i].end).array() - kMargin;
     const Eigen::Vector2d to = segments[i].start.cwiseMax(segments[i].end).array() + kMargin;
     for (int row = cell_of(from.y(), low_.y(), rows_); row <= cell_of(to.y(), low_.y(), rows_);
@@ -112,8 +117,8 @@ bool SegmentGrid::touches(const WallSegment& segment, int column, int row) const
 std::optional<SegmentGrid::Hit> SegmentGrid::first_hit(const std::vector<WallSegment>& segments,
                                                        const Eigen::Vector2d& origin,
                                                        const Eigen::Vector2d& direction,
-                                                       double max_range,
-                                                       const RayPart& at_tables) const {
+                                                       double max_range, const RayPart& at_tables,
+                                                       std::uint64_t chance) const {
   const Interval in_x = clip(origin.x(), direction.x(), low_.x(), high_.x());
   const Interval in_y = clip(origin.y(), direction.y(), low_.y(), high_.y());
   const double enter = std::max({0.0, in_x.from, in_y.from});
@@ -136,7 +141,8 @@ std::optional<SegmentGrid::Hit> SegmentGrid::first_hit(const std::vector<WallSeg
         continue;
       }
       if (range && *range <= max_range &&
-          (!best || *range < best->range || (*range == best->range && i < best->segment))) {
+          (!best || *range < best->range || (*range == best->range && i < best->segment)) &&
+          !lets_pass(segments[i], direction, mix_seed(chance, i))) {
         best = Hit{*range, i};
       }
     }

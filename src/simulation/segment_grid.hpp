@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -17,8 +18,9 @@ struct RayPart {
 };
 
 /// A uniform grid of buckets that holds, for each square cell, the segments that touch it, so that
-/// a ray is tested against few of them. The cells along a ray are visited in order (Amanatides and
-/// Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987).
+/// a ray is tested against few of them. Those that move are not in it. The cells along a ray are
+/// visited in order (Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing",
+/// Eurographics 1987).
 class SegmentGrid {
  public:
   struct Hit {
@@ -28,13 +30,14 @@ class SegmentGrid {
 
   explicit SegmentGrid(const std::vector<WallSegment>& segments);
 
-  /// The first of `segments` that the ray meets up to `max_range`. They are the ones that the grid
-  /// was built of; it keeps only their numbers.
+  /// The first of `segments` that the ray meets up to `max_range` and that does not let it pass.
+  /// They are the ones that the grid was built of; it keeps only their numbers.
   /// @param at_tables  part of the ray [m] on which it is low enough to meet tables.
+  /// @param chance     of this ray, where surfaces leave to chance what passes them.
   [[nodiscard]] std::optional<Hit> first_hit(const std::vector<WallSegment>& segments,
                                              const Eigen::Vector2d& origin,
                                              const Eigen::Vector2d& direction, double max_range,
-                                             const RayPart& at_tables) const;
+                                             const RayPart& at_tables, std::uint64_t chance) const;
 
  private:
   [[nodiscard]] bool touches(const WallSegment& segment, int column, int row) const;

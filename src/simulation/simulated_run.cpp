@@ -1,5 +1,9 @@
 #include "simulation/simulated_run.hpp"
 
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
 #include "common/interrupted.hpp"
 #include "matchbox_slam/common/random.hpp"
 #include "simulation/kidnapped_motion.hpp"
@@ -35,6 +39,10 @@ std::vector<double> stamps_at_rate(double start, double end, double rate) {
   return stamps;
 }
 
+void append(std::vector<LaserScan> more, std::vector<LaserScan>& scans) {
+  std::move(more.begin(), more.end(), std::back_inserter(scans));
+}
+
 }  // namespace
 
 SimulatedRun simulate_run(const World& world, const Route& route, const SimulationOptions& options,
@@ -66,22 +74,24 @@ SimulatedRun simulate_run(const World& world, const Route& route, const Simulati
     if (is_any_on(FaultKind::kDropout, stamp - start, run.faults)) {
       continue;
     }
-    const std::uint64_t scan_seed = mix_seed(mix_seed(seed, kLaserStream), i);
-    run.scans.push_back(
-        simulate_scan(world, options.laser, world_from_base, stamp, scan_seed).scan);
-    add_scan_faults(stamp - start, run.faults, mix_seed(seed, kPeople), run.scans.back());
+    const auto measure = [&](const LaserOptions& laser, Stream stream) {
+      const std::uint64_t scan_seed = mix_seed(mix_seed(seed, stream), i);
+      LaserScan scan = simulate_scan(world, laser, world_from_base, stamp, scan_seed).scan;
+      add_scan_faults(stamp - start, run.faults, mix_seed(seed, kPeople), scan);
+      return in_parts(scan, laser);
+    };
+    append(measure(options.laser, kLaserStream), run.scans);
     if (options.second_laser) {
-      const std::uint64_t second_seed = mix_seed(mix_seed(seed, kSecondLaserStream), i);
-      run.second_scans.push_back(
-          simulate_scan(world, second, world_from_base, stamp, second_seed).scan);
-      add_scan_faults(stamp - start, run.faults, mix_seed(seed, kPeople), run.second_scans.back());
+      append(measure(second, kSecondLaserStream), run.second_scans);
     }
-    run.world_from_base.push_back(world_from_base(stamp));
+    while (run.world_from_base.size() < run.scans.size()) {
+      run.world_from_base.push_back(world_from_base(run.scans[run.world_from_base.size()].stamp));
+    }
   }
   if (run.scans.empty()) {
     throw ConfigurationError("the faults leave no scan of the run; give them less time");
   }
-  const double sweep = run.scans.back().duration();
+  const double sweep = options.laser.time_increment * (options.laser.beams - 1);
   const std::vector<double> odometry_stamps =
       stamps_at_rate(start, scan_stamps.back() + sweep, options.odometry.odometry_rate);
   run.odometry = with_odometry_faults(

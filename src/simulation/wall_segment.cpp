@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "matchbox_slam/common/random.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -36,6 +38,20 @@ std::optional<double> intersect_ray(const WallSegment& segment, const Eigen::Vec
     return std::nullopt;
   }
   return range;
+}
+
+bool lets_pass(const WallSegment& segment, const Eigen::Vector2d& direction, std::uint64_t chance) {
+  const WallSurface& surface = segment.surface;
+  if (surface.passing > 0.0 && Random(chance).uniform() < surface.passing) {
+    return true;
+  }
+  return surface.widest_incidence < 0.5 * kPi &&
+         std::abs(segment.normal().dot(direction)) < std::cos(surface.widest_incidence);
+}
+
+double depth_of_return(const WallSegment& segment, std::uint64_t chance) {
+  const double depth = segment.surface.depth;
+  return depth > 0.0 ? depth * Random(chance).uniform() : 0.0;
 }
 
 double distance(const WallSegment& segment, const Eigen::Vector2d& point) {

@@ -150,7 +150,8 @@ struct Simulation {
 std::optional<Simulation> simulation_of(const MatchPairsRequest& request, const RunDialog& dialog) {
   try {
     const std::optional<SimulationRecord> record = read_simulation_record(request.recording.bags);
-    if (!record || !(record->laser.range_noise > 0.0) || record->laser.outliers > 0.0) {
+    if (!record || !(record->laser.range_noise > 0.0) || record->laser.range_noise_square > 0.0 ||
+        record->laser.outliers > 0.0 || record->laser.parts > 1) {
       return std::nullopt;
     }
     return Simulation{*record, make_world(record->world, record->seed)};

@@ -14,6 +14,7 @@
 #include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "simulation/make_world.hpp"
+#include "simulation/presets.hpp"
 #include "simulation/simulated_run.hpp"
 #include "tools/bag_flags.hpp"
 #include "tools/option_flags.hpp"
@@ -33,6 +34,8 @@ struct Request {
   bool inverted_laser = false;
   std::vector<double> second_laser;
   std::vector<double> second_laser_error;
+  std::string sensor = "utm30";
+  std::string odometry_kind = "good";
   Parameters laser;
   Parameters drive;
   Parameters odometry;
@@ -53,6 +56,15 @@ void declare_options(CLI::App& app, Request& request) {
          "True trajectory to write: pose of the base in the world at the stamp of each scan")
       ->required()
       ->type_name("OUT.tum");
+  app.add_option("--sensor", request.sensor,
+                 "Which options of the laser are set; any may be given besides: " +
+                     preset_help(sensor_presets()))
+      ->type_name("NAME")
+      ->capture_default_str();
+  app.add_option("--odometry", request.odometry_kind,
+                 "Likewise of the odometry: " + preset_help(odometry_presets()))
+      ->type_name("NAME")
+      ->capture_default_str();
   app.add_flag("--inverted-laser", request.inverted_laser,
                "The laser hangs upside down; the same as --mount-roll 3.14159...");
   CLI::Option* second =
@@ -82,7 +94,18 @@ void declare_options(CLI::App& app, Request& request) {
       ->group("Faults");
 }
 
+/// The preset's values, but for those that are given.
+Parameters preset_and_given(const std::vector<Preset>& presets, const std::string& flag,
+                            const std::string& name, const Parameters& given) {
+  Parameters all = preset_named(presets, flag, name).values;
+  all.merge(given);
+  return all;
+}
+
 SimulationOptions read_simulation_options(Request request) {
+  request.laser = preset_and_given(sensor_presets(), "--sensor", request.sensor, request.laser);
+  request.odometry =
+      preset_and_given(odometry_presets(), "--odometry", request.odometry_kind, request.odometry);
   if (request.inverted_laser) {
     if (request.laser.find("mount_roll") != nullptr) {
       throw ConfigurationError("--inverted-laser and --mount-roll exclude each other");
@@ -137,7 +160,8 @@ Trajectory truth_of(const SimulatedRun& run, double clock_offset) {
 void simulate(const Request& request, const InterruptGuard& interrupt) {
   require_two_files(request.bag, request.truth);
   const SimulationOptions options = read_simulation_options(request);
-  const auto recording = read_options<SimulatedBagOptions>(request.recording, "");
+  auto recording = read_options<SimulatedBagOptions>(request.recording, "");
+  recording.no_odometry = recording.no_odometry || request.odometry_kind == kNoOdometry;
   const auto seed = static_cast<std::uint64_t>(request.seed);
   const World world = make_world(request.world, seed);
   require_writable_file(request.truth);
