@@ -213,7 +213,7 @@ def measure(drive, folder):
     count = max(1, len(rows))
     return {**drive.errors_of(folder), "scans": len(rows), "cpu_ms": round(1e3 * facts["cpu_s"] / count, 3),
             "lost": sum(row["state"] == "lost" for row in rows) / count,
-            "unsure": sum(row["state"] not in SURE for row in rows) / count}
+            "unsure": sum(row["state"] not in SURE for row in rows) / count, "commit": facts.get("commit", "unknown")}
 
 
 def one_run(drive, name, options, space):
@@ -311,12 +311,15 @@ def run_all(drives, sets, space, jobs):
 
 
 def gathered(drives, sets, mechanisms, space):
-    """What zoo.json holds."""
-    return {"commit": report.commit(), "date": datetime.date.today().isoformat(), "mechanisms": mechanisms,
+    """What zoo.json holds. The commit is that of the programs, which may be another than that of the sources beside this one."""
+    runs = {(drive.name, name): dict(space.done[space.key_of(drive, options)]) for drive in drives
+            for name, options in sets.items() if space.key_of(drive, options) in space.done}
+    commits = {run.pop("commit") for run in runs.values() if "commit" in run}
+    return {"commit": ", ".join(sorted(commits)), "date": datetime.date.today().isoformat(), "mechanisms": mechanisms,
             "drives": [{"name": drive.name, "kinds": drive.kinds, "floor_m": drive.floor, "has_truth": drive.has_truth,
                         "commands": drive.commands,
-                        "runs": {name: space.done[space.key_of(drive, options)] for name, options in sets.items()
-                                 if space.key_of(drive, options) in space.done}} for drive in drives]}
+                        "runs": {name: runs[drive.name, name] for name in sets if (drive.name, name) in runs}}
+                       for drive in drives]}
 
 
 def text_of(zoo):

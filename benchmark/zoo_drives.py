@@ -1,6 +1,7 @@
 """Which drives the zoo has: worlds, sensors, odometry, distances between scans and faults, so that all pairs of them occur."""
 
 import itertools
+import math
 import zlib
 
 from run_faults import FAULTS as FAULT_OPTIONS
@@ -15,6 +16,7 @@ FACTORS = {"world": WORLDS, "sensor": SENSORS, "odometry": ODOMETRY, "distance":
 
 SPEED = 0.5  # [m/s], at most
 WAYS = {0.03: 24, 0.1: 60, 0.3: 120, 1.0: 250, 1.5: 330}  # [m] driven, by the distance between scans
+ENDING = {"corridor": 50, "loop": 118, "random": 42}  # [m]; ways that end there, and not where they begin
 SHORTER = {"in_parts": 0.25}  # drives of a sensor that sends ten scans a turn
 SWEEPS = {"lds01": 5.0, "lds01_as_sent": 5.0, "rplidar_a1": 5.5, "in_parts": 10.0}  # turns [1/s]; a scan takes one, however seldom it is
 OF_ODOMETRY = ("freeze", "heading slip", "jump 1 rad")
@@ -107,8 +109,11 @@ class Drive:
         way = WAYS[kinds["distance"]] * SHORTER.get(kinds["sensor"], 1.0)
         options = ["--world", kinds["world"], "--seed", self.seed, "--sensor", kinds["sensor"],
                    "--odometry", kinds["odometry"], "--speed", self.speed,
-                   "--scan-rate", round(self.speed / kinds["distance"], 4), "--odometry-rate", 50,
-                   "--duration", round(way / self.speed), "--laps", 100]
+                   "--scan-rate", round(self.speed / kinds["distance"], 4), "--odometry-rate", 50]
+        if way < ENDING.get(kinds["world"], math.inf):
+            options += ["--duration", round(way / self.speed)]
+        if kinds["world"] not in ENDING:
+            options += ["--laps", 100]
         for fault in FAULT_OPTIONS[kinds["fault"]]:
             options += ["--fault", fault]
         return list(map(str, options))

@@ -131,6 +131,7 @@ def report(zoo, heading):
     floors = {drive["kinds"]["recording"]: drive["floor_m"] for drive in drives
               if "recording" in drive["kinds"] and drive["floor_m"]}
     lines = heading + [
+        f"- programs: commit {zoo['commit']}",
         f"- {sum('recording' not in drive['kinds'] for drive in drives)} simulated drives, "
         f"{sum('recording' in drive['kinds'] for drive in drives)} of recordings, "
         f"{sum(len(drive['runs']) for drive in drives)} runs",
