@@ -20,14 +20,14 @@ import zoo_report  # noqa: E402
 PROGRAMS = os.environ.get('MATCHBOX_PROGRAMS')
 
 # In place of the package's programs: each writes down that it ran. map_bag knows neither `doubt/enabled` nor drives through glass.
-SIMULATE = '''#!/usr/bin/env python3
+SIMULATE = '''#!PYTHON -SE
 import sys
 words = sys.argv[1:]
 open(words[words.index("--bag") + 1], "w").write(" ".join(words))
 open(words[words.index("--truth") + 1], "w").write("")
 open(LOG, "a").write("simulate\\n")
 '''
-MAP_BAG = '''#!/usr/bin/env python3
+MAP_BAG = '''#!PYTHON -SE
 import json, os, sys
 words = sys.argv[1:]
 bag, out = open(words[0]).read(), words[words.index("--out") + 1]
@@ -43,7 +43,7 @@ error = 0.1 if "slam/loop_closing=false" in words else 0.2
 for name, text in (("trajectory", str(error)), ("odometry", "3")):
     open(out + "/" + name + ".tum", "w").write(text)
 '''
-EVALUATE = '''#!/usr/bin/env python3
+EVALUATE = '''#!PYTHON -SE
 import json, sys
 print(json.dumps({"estimates": [{"estimate": name, "rmse_m": float(open(name).read())}
                                 for name in sys.argv[1:] if name.endswith(("trajectory.tum", "odometry.tum"))]}))
@@ -183,7 +183,7 @@ class Program(ProgramTest):
         cls.log = pathlib.Path(cls.path('log'))
         for name, text in (('simulate', SIMULATE), ('map_bag', MAP_BAG), ('evaluate', EVALUATE)):
             file = programs / name
-            file.write_text(text.replace('LOG', repr(str(cls.log))))
+            file.write_text(text.replace('PYTHON', sys.executable).replace('LOG', repr(str(cls.log))))
             file.chmod(file.stat().st_mode | stat.S_IXUSR)
 
     def setUp(self):
@@ -197,7 +197,7 @@ class Program(ProgramTest):
 
     def test_each_mechanism_is_left_out_and_alone_and_what_is_not_known_is_told_once(self):
         out = self.path('mechanisms')
-        done = self.zoo(out, '--only-world', 'rooms', '--only', '^rooms-utm30-perfect')
+        done = self.zoo(out, '--only-world', 'rooms', '--only', '^rooms-utm30-perfect-0.03-none')
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stderr.count('doubt is left out'), 1, done.stderr)
         self.assertIn('there is no such option', done.stderr)
@@ -226,7 +226,7 @@ class Program(ProgramTest):
         with open(os.path.join(out, 'runs.jsonl'), 'a') as file:
             file.write('{"key": "cut o')  # as of a run that was killed
         self.log.write_text('')
-        done = self.zoo(*arguments, '--only', 'utm30|ranger32')
+        done = self.zoo(*arguments, '--only', 'utm30|ranger32-perfect')
         self.assertEqual(done.returncode, 0, done.stderr)
         zoo = json.loads(pathlib.Path(out, 'zoo.json').read_text())
         self.assertEqual(len(self.ran('map_bag')), len(zoo['drives']) - first)
