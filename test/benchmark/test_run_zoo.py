@@ -10,6 +10,10 @@ import sys
 import time
 import unittest
 
+import rosbag
+import rospy
+from sensor_msgs.msg import LaserScan
+
 from program_test import BENCHMARK, ProgramTest
 
 sys.path.insert(0, BENCHMARK)
@@ -30,7 +34,7 @@ open(LOG, "a").write("simulate\\n")
 MAP_BAG = '''#!PYTHON -SE
 import json, os, sys
 words = sys.argv[1:]
-bag, out = open(words[0]).read(), words[words.index("--out") + 1]
+bag, out = open(words[0], errors="replace").read(), words[words.index("--out") + 1]
 open(LOG, "a").write("map_bag " + " ".join(words[1:]) + "\\n")
 if "doubt/enabled=false" in words:
     sys.exit("map_bag: doubt/enabled: there is no such option")
@@ -214,6 +218,28 @@ class Program(ProgramTest):
         self.assertEqual(drive['runs']['+share']['ate_m'], 0.1)
         self.assertEqual(drive['runs']['+loops']['ate_m'], 0.2)
         self.assertIn('÷ without loops', pathlib.Path(out, 'ZOO.md').read_text())
+
+    def test_recordings_are_thinned_and_have_a_floor(self):
+        data, out = self.path('data'), self.path('recordings')
+        os.mkdir(data)
+        with rosbag.Bag(os.path.join(data, 'aces.bag'), 'w') as bag:
+            for k in range(8):
+                bag.write('/base_scan', LaserScan(header=rospy.Header(stamp=rospy.Time(k + 1)), ranges=[1.0] * 8))
+        done = self.run_on('--out', out, '--bin', str(self.space), '--data', data, '--only', '^aces')
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn('left out: jarvis_circular', done.stderr)
+        drives = {drive['kinds']['thinning']: drive for drive in json.loads(pathlib.Path(out, 'zoo.json').read_text())['drives']}
+        self.assertEqual(len(drives), 6)
+        self.assertEqual(drives['whole']['floor_m'], 0.1)
+        self.assertIn('+loops', drives['every 4th scan']['runs'])
+        self.assertIn('-loops', drives['every 2nd scan']['runs'])
+        self.assertNotIn('+loops', drives['every 2nd scan']['runs'])
+        self.assertIn('map_bag aces.bag --set scan/max_range=8 --out out', drives['reach 8 m']['commands'])
+        self.assertIn('benchmark/thin_bag.py aces.bag drive.bag --scans 1 --beams 4', drives['every 4th beam']['commands'])
+        for name, scans, beams in (('every_4th_scan', 2, 8), ('every_2nd_beam', 8, 4)):
+            with rosbag.Bag(os.path.join(out, 'bags', f'aces_{name}.bag')) as bag:
+                left = [message for _, message, _ in bag.read_messages()]
+            self.assertEqual((len(left), len(left[0].ranges)), (scans, beams))
 
     def test_what_was_run_is_not_run_again(self):
         out = self.path('resumed')
