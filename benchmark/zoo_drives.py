@@ -17,6 +17,7 @@ FACTORS = {"world": WORLDS, "sensor": SENSORS, "odometry": ODOMETRY, "distance":
 SPEED = 0.5  # [m/s], at most
 WAYS = {0.03: 24, 0.1: 60, 0.3: 120, 1.0: 250, 1.5: 330}  # [m] driven, by the distance between scans
 ENDING = {"corridor": 50, "loop": 118, "random": 42}  # [m]; ways that end there, and not where they begin
+LAPS = {"rooms": 100, "atrium": 100, "glass": 100, "street": 60, "hall": 100}  # [m], at least; others are longer than any drive, or end
 SHORTER = {"in_parts": 0.25}  # drives of a sensor that sends ten scans a turn
 SWEEPS = {"lds01": 5.0, "lds01_as_sent": 5.0, "rplidar_a1": 5.5, "in_parts": 10.0}  # turns [1/s]; a scan takes one, however seldom it is
 OF_ODOMETRY = ("freeze", "heading slip", "jump 1 rad")
@@ -112,8 +113,8 @@ class Drive:
                    "--scan-rate", round(self.speed / kinds["distance"], 4), "--odometry-rate", 50]
         if way < ENDING.get(kinds["world"], math.inf):
             options += ["--duration", round(way / self.speed)]
-        if kinds["world"] not in ENDING:
-            options += ["--laps", 100]
+        if kinds["world"] in LAPS:
+            options += ["--laps", math.ceil(way / LAPS[kinds["world"]])]
         for fault in FAULT_OPTIONS[kinds["fault"]]:
             options += ["--fault", fault]
         return list(map(str, options))
