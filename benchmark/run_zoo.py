@@ -23,6 +23,7 @@ import pathlib
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -189,8 +190,8 @@ class Space:
         self.locks = {}
         for line in self.file.read_text().splitlines() if self.file.exists() else []:
             try:
-                run = json.loads(line)
-                self.done[run.pop("key")] = run
+                key, _, _, run = json.loads(line)
+                self.done[key] = run
             except ValueError:  # the last line of a run that was killed
                 pass
 
@@ -203,11 +204,11 @@ class Space:
         with self.lock:
             return self.locks.setdefault(drive.name, threading.Lock())
 
-    def keep(self, key, run):
+    def keep(self, key, drive, name, run):
         with self.lock:
             self.done[key] = run
             with self.file.open("a") as file:
-                file.write(json.dumps({"key": key, **run}) + "\n")
+                file.write(json.dumps([key, drive.name, name, run]) + "\n")
 
 
 def measure(drive, folder):
@@ -231,7 +232,7 @@ def one_run(drive, name, options, space):
     except (SystemExit, Exception) as mistake:  # one run of thousands: the others go on, and the report names it
         run = {"failed": FOLDED.sub(" ", str(mistake).replace(str(space.out), "OUT"))[-300:]}
     shutil.rmtree(folder, ignore_errors=True)
-    space.keep(space.key_of(drive, options), run)
+    space.keep(space.key_of(drive, options), drive, name, run)
 
 
 def known_mechanisms(mechanisms, space):
@@ -296,7 +297,7 @@ def chosen(arguments, space):
 
 
 def run_all(drives, sets, space, jobs):
-    """All defaults first: who stops it early has one table that is whole."""
+    """All defaults first: who stops it early has one table that is whole. False when it was stopped."""
     tasks = [(drive, name, options) for name, options in sets.items() for drive in drives
              if drive.each_alone or not name.startswith("+")]
     tasks = [task for task in tasks if "failed" in space.done.get(space.key_of(task[0], task[2]), {"failed": "not run"})]
@@ -311,7 +312,8 @@ def run_all(drives, sets, space, jobs):
         except KeyboardInterrupt:
             for future in futures:
                 future.cancel()
-            raise SystemExit("interrupted; the same command goes on from here")
+            return False
+    return True
 
 
 def gathered(drives, sets, mechanisms, space):
@@ -375,11 +377,13 @@ def run_zoo(arguments):
         raise SystemExit("no drive is left")
     mechanisms = {} if arguments.quick or arguments.no_mechanisms else known_mechanisms(MECHANISMS, space)
     sets = configurations(mechanisms)
-    run_all(drives, sets, space, arguments.jobs)
+    is_whole = run_all(drives, sets, space, arguments.jobs)
     zoo = gathered(drives, sets, mechanisms, space)
     (arguments.out / "zoo.json").write_text(text_of(zoo))
     (arguments.out / "ZOO.md").write_text(zoo_report.report(
         zoo, report.heading("The zoo", "run_zoo.py", told(sys.argv[1:]))))
+    if not is_whole:
+        raise SystemExit("interrupted: the report is of what was run; the same command goes on from here")
     if arguments.drop_bags:
         shutil.rmtree(space.bags)
     return zoo
@@ -390,6 +394,7 @@ def main():
     if arguments.list:
         print("\n".join(f"{drive.name}: simulate {' '.join(drive.simulate_options())}" for drive in all_drives()))
         return
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     zoo = json.loads(arguments.source.read_text()) if arguments.source else run_zoo(arguments)
     print("\n".join(zoo_report.default_table(zoo["drives"])))
     if arguments.page:

@@ -250,7 +250,7 @@ class Program(ProgramTest):
         self.assertEqual(len(self.ran('simulate')), first)
         self.assertGreater(first, 5)
         with open(os.path.join(out, 'runs.jsonl'), 'a') as file:
-            file.write('{"key": "cut o')  # as of a run that was killed
+            file.write('["cut o')  # as of a run that was killed
         self.log.write_text('')
         done = self.zoo(*arguments, '--only', 'utm30|ranger32-perfect')
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -271,6 +271,23 @@ class Program(ProgramTest):
             self.assertFalse(os.path.exists(os.path.join(out, 'bags')))
         finally:
             program.write_text(before)
+
+    def test_what_was_run_when_it_is_ended_is_in_the_report(self):
+        out = self.path('ended')
+        command = [sys.executable, os.path.join(BENCHMARK, self.program), '--out', out, '--bin', str(self.space),
+                   '--no-recordings', '--leave-out', 'glass', '--no-mechanisms']
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        while len(self.ran('map_bag')) < 5 and process.poll() is None:
+            time.sleep(0.01)
+        process.terminate()
+        _, errors = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1, errors)
+        self.assertIn('interrupted: the report is of what was run', errors)
+        zoo = json.loads(pathlib.Path(out, 'zoo.json').read_text())
+        ran = sum(bool(drive['runs']) for drive in zoo['drives'])
+        self.assertGreaterEqual(ran, 3)
+        self.assertLess(ran, len(zoo['drives']))
+        self.assertIn('| all simulated |', pathlib.Path(out, 'ZOO.md').read_text())
 
     def test_one_run_that_fails_ends_nothing(self):
         out = self.path('failed')
