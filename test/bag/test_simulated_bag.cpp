@@ -96,6 +96,23 @@ TEST(SimulationRecord, KeepsTheLargestSeedAndEveryOption) {
   EXPECT_EQ(read.laser.no_return, "over_range");
 }
 
+TEST(SimulationRecord, TellsLaterOptionsOnlyWhereTheyMatter) {
+  SimulationRecord record{"rooms", 1, {}, {}};
+  for (const char* name :
+       {"range_noise_square", "parts", "sent_time_increment", "sent_scan_time"}) {
+    EXPECT_EQ(to_yaml(record).find(name), std::string::npos) << name;
+  }
+  record.laser.range_noise_square = 0.002;
+  record.laser.parts = 10;
+  record.laser.sent_time_increment = 0.0;
+  record.laser.sent_scan_time = 0.5;
+  const SimulationRecord read = parse_simulation_record(to_yaml(record));
+  EXPECT_EQ(read.laser.range_noise_square, 0.002);
+  EXPECT_EQ(read.laser.parts, 10);
+  EXPECT_EQ(read.laser.sent_time_increment, 0.0);
+  EXPECT_EQ(read.laser.sent_scan_time, 0.5);
+}
+
 TEST(SimulationRecord, NamesTheFaultsWithTheirTimes) {
   SimulationRecord record{"rooms", 1, {}, {parse_fault("freeze:7:1.5"), parse_fault("jump:20")}};
   const SimulationRecord read = parse_simulation_record(to_yaml(record));
@@ -134,6 +151,41 @@ TEST_F(SimulatedBag, HoldsTheScansAsTheyWere) {
 TEST_F(SimulatedBag, TimeFromScanToScanIsTheLasersAlsoAfterADropout) {
   run_.scans.erase(run_.scans.begin() + 1);
   EXPECT_NEAR(record({}).scans.front().scan_time, 0.05, 1e-6);
+}
+
+TEST_F(SimulatedBag, SaysOfTimesWhatTheLaserIsToSay) {
+  SimulationRecord how = how_it_was_made();
+  how.laser.sent_time_increment = 2.99e-5;
+  how.laser.sent_scan_time = 0.0;
+  SimulatedBagWriter(path_, {}).write(run_, how);
+  for (const sensor_msgs::LaserScan& scan : read(path_).scans) {
+    EXPECT_EQ(scan.time_increment, 2.99e-5F);
+    EXPECT_EQ(scan.scan_time, 0.0F);
+  }
+}
+
+TEST_F(SimulatedBag, PartsAreMessagesOfTheirOwn) {
+  SimulationOptions options;
+  options.time.duration = 2.0;
+  options.laser.beams = 50;
+  options.laser.parts = 5;
+  options.laser.scan_rate = 10.0;
+  options.laser.time_increment = 0.002;
+  const World world = make_world("rooms", 1);
+  run_ = simulate_run(world, world.route(), options, 1);
+  SimulatedBagWriter(path_, {}).write(run_, {"rooms", 1, options.laser, {}});
+  const std::vector<sensor_msgs::LaserScan> scans = read(path_).scans;
+  ASSERT_EQ(scans.size(), 21U * 5U);
+  for (std::size_t i = 1; i < scans.size(); ++i) {
+    EXPECT_NEAR((scans[i].header.stamp - scans[i - 1].header.stamp).toSec(), 0.02, 1e-6);
+    EXPECT_EQ(scans[i].ranges.size(), 10U);
+    EXPECT_NEAR(scans[i].scan_time, 0.02, 1e-6);
+    EXPECT_EQ(scans[i].time_increment, 0.002F);
+    EXPECT_NEAR(scans[i].angle_max, scans[i].angle_min + 9 * scans[i].angle_increment, 1e-5);
+    if (i % 5 != 0) {
+      EXPECT_NEAR(scans[i].angle_min, scans[i - 1].angle_max + scans[i].angle_increment, 1e-5);
+    }
+  }
 }
 
 TEST_F(SimulatedBag, HoldsTheTransformsAroundEveryScan) {

@@ -72,7 +72,8 @@ class ThinBag(ProgramTest):
         middle = whole.index(b'laser', len(whole) // 2)
         with open(self.path('damaged.bag'), 'wb') as file:
             file.write(whole[:middle + 5] + 100 * b'\xff' + whole[middle + 105:])
-        for arguments, words in (((self.path('damaged.bag'),), 'cannot be copied to'), ((self.path('two.bag'),), 'there: /base_scan, /other_scan'),
+        for arguments, words in (((self.path('damaged.bag'),), 'cannot be copied to'),
+                                 ((self.path('two.bag'),), 'there: /base_scan, /other_scan'),
                                  ((self.path('one.bag'), '--scan', '/scan'), "'/scan' is no topic"),
                                  ((self.path('no.bag'),), 'No such file')):
             done = self.run_on(arguments[0], self.path('out.bag'), *arguments[1:])

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "matchbox_slam/sensor/scan_input.hpp"
@@ -12,6 +13,7 @@ namespace matchbox_slam {
 /// The options with neither noise nor dropouts.
 [[nodiscard]] inline LaserOptions without_noise(LaserOptions options) {
   options.range_noise = 0.0;
+  options.range_noise_square = 0.0;
   options.dropout = 0.0;
   return options;
 }
@@ -19,7 +21,8 @@ namespace matchbox_slam {
 /// The options with neither noise nor bias.
 [[nodiscard]] inline OdometryOptions without_noise(OdometryOptions options) {
   for (double* error : {&options.translation_noise, &options.rotation_noise, &options.heading_noise,
-                        &options.translation_bias, &options.rotation_bias, &options.heading_bias}) {
+                        &options.translation_bias, &options.rotation_bias, &options.heading_bias,
+                        &options.translation_wander, &options.rotation_wander}) {
     *error = 0.0;
   }
   return options;
@@ -31,6 +34,12 @@ namespace matchbox_slam {
   options.odometry = without_noise(options.odometry);
   options.faults.clear();
   return options;
+}
+
+/// By their bits, since lost readings are NaN.
+[[nodiscard]] inline bool are_same_ranges(const LaserScan& a, const LaserScan& b) {
+  return a.ranges.size() == b.ranges.size() &&
+         std::memcmp(a.ranges.data(), b.ranges.data(), a.ranges.size() * sizeof(float)) == 0;
 }
 
 /// The scan of a robot at rest, without noise and dropouts.

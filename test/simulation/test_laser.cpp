@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "matchbox_slam/common/options.hpp"
 #include "simulation/laser.hpp"
@@ -177,6 +178,44 @@ TEST(Laser, ReadsWhatRep117Asks) {
   EXPECT_TRUE(std::isnan(scan.ranges[520]));
 }
 
+TEST(Laser, ReadsZeroOrNanForAllThatTellsNothing) {
+  LaserOptions options = centred_laser();
+  options.range_min = 4.1;
+  options.range_max = 5.0;
+  options.no_return = "zero";
+  LaserScan scan = ideal_scan(one_wall(), options, {});
+  EXPECT_EQ(scan.ranges[520], 0.0F) << "too near";
+  EXPECT_EQ(scan.ranges[0], 0.0F) << "nothing met";
+  options.no_return = "nan";
+  scan = ideal_scan(one_wall(), options, {});
+  EXPECT_TRUE(std::isnan(scan.ranges[520]));
+  EXPECT_TRUE(std::isnan(scan.ranges[0]));
+  options.no_return = "zero";
+  options.dropout = 1.0;
+  scan = simulate_scan(one_wall(), options, at_rest({}), 0.0, 1).scan;
+  EXPECT_EQ(scan.ranges, std::vector<float>(scan.ranges.size(), 0.0F));
+}
+
+TEST(Laser, WhatPassesARailingIsDrawnAnewForEachScanByTheWorldsSeed) {
+  WallSurface railing;
+  railing.passing = 0.5;
+  const auto world = [&](std::uint64_t seed) {
+    return World({{{4.0, -100.0}, {4.0, 100.0}, false, railing}}, {}, {}, seed);
+  };
+  const auto ranges = [&](std::uint64_t seed, double stamp) {
+    return ideal_scan(world(seed), centred_laser(), {}, stamp).ranges;
+  };
+  const auto returned = [](const std::vector<float>& all) {
+    return std::count_if(all.begin(), all.end(), [](float range) { return std::isfinite(range); });
+  };
+  const auto met = returned(ideal_scan(one_wall(), centred_laser(), {}).ranges);
+  EXPECT_NEAR(static_cast<double>(returned(ranges(1, 100.0))) / static_cast<double>(met), 0.5, 0.1);
+  EXPECT_EQ(ranges(1, 100.0), ranges(1, 100.0));
+  EXPECT_EQ(ranges(1, 100.0), ranges(1, 100.00001)) << "but for rounding";
+  EXPECT_NE(ranges(1, 100.0), ranges(1, 100.05));
+  EXPECT_NE(ranges(1, 100.0), ranges(2, 100.0));
+}
+
 TEST(Laser, NoiseHasTheDeviationAskedFor) {
   LaserOptions options = centred_laser();
   options.range_noise = 0.02;
@@ -270,6 +309,9 @@ TEST(Laser, RefusesOptionsThatDoNotFitTogether) {
   EXPECT_THROW((void)ideal_scan(one_wall(), options, {}), ConfigurationError);
   options = {};
   options.range_min = 40.0;
+  EXPECT_THROW((void)ideal_scan(one_wall(), options, {}), ConfigurationError);
+  options = {};
+  options.parts = 7;
   EXPECT_THROW((void)ideal_scan(one_wall(), options, {}), ConfigurationError);
 }
 

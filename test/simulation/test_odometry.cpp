@@ -103,6 +103,39 @@ TEST(Odometry, HeadingDriftsWithTheTurn) {
   EXPECT_NEAR(statistics(errors).deviation, deviation, kTolerance * deviation);
 }
 
+TEST(Odometry, AShareThatWandersStaysForAMetre) {
+  OdometryOptions options = without_noise(OdometryOptions{});
+  options.translation_wander = 0.2;
+  const auto straight = [](double time) { return Pose2{0.5 * time, 0.0, 0.0}; };
+  const std::vector<double> stamps = stamps_until(4.0, 0.1);  // 2 m
+  std::vector<double> first_metre;
+  std::vector<double> both;
+  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+    const auto readings = simulate_odometry(straight, stamps, options, seed);
+    const double half = readings[10].odom_from_base.x - 0.5;
+    first_metre.push_back(readings[20].odom_from_base.x - 1.0);
+    both.push_back(readings[40].odom_from_base.x - 2.0);
+    ASSERT_NEAR(half, 0.5 * first_metre.back(), 1e-9);
+  }
+  EXPECT_NEAR(statistics(first_metre).mean, 0.0, 4.0 * 0.2 / std::sqrt(kRuns));
+  EXPECT_NEAR(statistics(first_metre).deviation, 0.2, kTolerance * 0.2);
+  // The next metre has another.
+  EXPECT_NEAR(statistics(both).deviation, 0.2 * std::sqrt(2.0), kTolerance * 0.2 * std::sqrt(2.0));
+}
+
+TEST(Odometry, TurnsWanderLikewise) {
+  OdometryOptions options = without_noise(OdometryOptions{});
+  options.rotation_wander = 0.08;
+  const auto on_the_spot = [](double time) { return Pose2{0.0, 0.0, wrap_angle(0.5 * time)}; };
+  const std::vector<double> stamps = stamps_until(2.0, 0.1);  // 1 rad
+  std::vector<double> errors;
+  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+    errors.push_back(
+        simulate_odometry(on_the_spot, stamps, options, seed).back().odom_from_base.theta - 1.0);
+  }
+  EXPECT_NEAR(statistics(errors).deviation, 0.08, kTolerance * 0.08);
+}
+
 TEST(Odometry, ARestingRobotDoesNotDrift) {
   const auto at_rest = [](double /*time*/) { return Pose2{3.0, 1.0, 0.5}; };
   for (const OdometryReading& reading :

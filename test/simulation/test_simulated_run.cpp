@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
@@ -16,12 +15,6 @@ SimulationOptions short_run() {
   options.time.duration = 6.0;
   options.laser.beams = 100;
   return options;
-}
-
-/// By their bits, since lost readings are NaN.
-bool are_same_ranges(const LaserScan& a, const LaserScan& b) {
-  return a.ranges.size() == b.ranges.size() &&
-         std::memcmp(a.ranges.data(), b.ranges.data(), a.ranges.size() * sizeof(float)) == 0;
 }
 
 TEST(SimulatedRun, ScansComeAtTheirRateWithTruthAndOdometryAround) {

@@ -29,14 +29,26 @@ World square_room() {
 
 /// The oracle: every segment is tried.
 std::optional<RayHit> cast_ray_by_brute_force(const World& world, const Eigen::Vector2d& origin,
-                                              const Eigen::Vector2d& direction, double max_range) {
+                                              const Eigen::Vector2d& direction, double max_range,
+                                              const RayMoment& moment) {
   std::optional<RayHit> best;
   for (std::size_t i = 0; i < world.segments().size(); ++i) {
-    const auto range = intersect_ray(world.segments()[i], origin, direction);
-    if (range && *range <= max_range && (!best || *range < best->range)) {
-      const Eigen::Vector2d normal = world.segments()[i].normal();
+    const WallSegment& segment = world.segments()[i];
+    Eigen::Vector2d then = origin;  // as seen from the thing where it is at time 0
+    if (segment.surface.walk) {
+      const Walk& walk = world.walks()[*segment.surface.walk];
+      then = origin - walk.at(moment.time) + walk.at(0.0);
+    }
+    const auto range = intersect_ray(segment, then, direction);
+    if (range && *range <= max_range && (!best || *range < best->range) &&
+        !lets_pass(segment, direction, mix_seed(moment.chance, i))) {
+      const Eigen::Vector2d normal = segment.normal();
       best = RayHit{*range, i, normal.dot(direction) > 0.0 ? -normal : normal};
     }
+  }
+  if (best) {
+    best->range +=
+        depth_of_return(world.segments()[best->segment], mix_seed(~moment.chance, best->segment));
   }
   return best;
 }
@@ -100,6 +112,43 @@ TEST(World, RefusesSegmentsWithoutLength) {
   EXPECT_THROW(World({{{1.0, nan}, {1.0, 1.0}}}, {}), std::invalid_argument);
 }
 
+/// A walker, 0.2 m thick, that goes up and down the y axis between -3 m and 3 m in 12 s.
+World with_a_walker() {
+  WallSurface walking;
+  walking.walk = 0;
+  return {{{{-0.1, -4.0}, {-0.1, -2.0}, false, walking}, {{5.0, -9.0}, {5.0, 9.0}}},
+          {},
+          {Walk({{0.0, -3.0}, {0.0, 3.0}}, 1.0, 0.0)}};
+}
+
+TEST(World, WhatWalksIsMetWhereItIsThen) {
+  const World world = with_a_walker();
+  for (double time = -30.0; time < 30.0; time += 0.5) {
+    for (double y = -4.55; y < 5.0; y += 0.7) {
+      const auto hit = world.cast_ray({-2.0, y}, {1.0, 0.0}, 10.0, {}, {time, 0});
+      ASSERT_TRUE(hit);
+      const bool is_there = std::abs(world.walks()[0].at(time).y() - y) < 1.0;
+      EXPECT_EQ(hit->segment, is_there ? 0U : 1U) << time << " at " << y;
+      EXPECT_NEAR(hit->range, is_there ? 1.9 : 7.0, 1e-9);
+    }
+  }
+}
+
+TEST(World, WhatWalksHidesNothingThatIsNearer) {
+  const World world = with_a_walker();
+  EXPECT_EQ(world.cast_ray({6.0, -3.0}, {-1.0, 0.0}, 10.0)->segment, 1U);
+  EXPECT_FALSE(world.cast_ray({-2.0, -3.0}, {1.0, 0.0}, 1.8));
+  EXPECT_TRUE(world.cast_ray({-2.0, -3.0}, {1.0, 0.0}, 2.0));
+}
+
+TEST(World, RefusesAWayThatThereIsNot) {
+  WallSurface walking;
+  walking.walk = 1;
+  EXPECT_THROW(World({{{0.0, 0.0}, {1.0, 0.0}, false, walking}}, {},
+                     {Walk({{0.0, 0.0}, {1.0, 0.0}}, 1.0, 0.0)}),
+               std::invalid_argument);
+}
+
 TEST(World, ClearanceIsTheDistanceToTheNearestWall) {
   EXPECT_DOUBLE_EQ(clearance(square_room(), {1.5, 0.0}), 0.5);
   EXPECT_DOUBLE_EQ(clearance(square_room(), {5.0, 6.0}), 5.0);
@@ -123,8 +172,9 @@ TEST_P(NamedWorld, TheGridFindsWhatBruteForceFinds) {
     const Eigen::Vector2d origin(x, random.uniform(-15.0, 25.0));
     // Every tenth ray runs along an axis, on which the grid's cells and most walls lie.
     const double angle = i % 10 == 0 ? 0.5 * kPi * (i / 10 % 4) : random.uniform(-kPi, kPi);
-    const auto expected = cast_ray_by_brute_force(world, origin, direction_of(angle), 30.0);
-    const auto hit = world.cast_ray(origin, direction_of(angle), 30.0);
+    const RayMoment moment{0.1 * i, random.next()};
+    const auto expected = cast_ray_by_brute_force(world, origin, direction_of(angle), 30.0, moment);
+    const auto hit = world.cast_ray(origin, direction_of(angle), 30.0, {}, moment);
     ASSERT_EQ(hit.has_value(), expected.has_value()) << origin.transpose() << " at " << angle;
     if (hit) {
       ++hits;
@@ -159,7 +209,8 @@ TEST_P(NamedWorld, TheRobotKeepsClearOfTheWalls) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, NamedWorld,
-                         testing::Values("rooms", "random", "corridor", "loop", "campus", "hotel"),
+                         testing::Values("rooms", "random", "corridor", "loop", "campus", "hotel",
+                                         "atrium", "glass", "street", "hall"),
                          [](const auto& test) { return std::string(test.param); });
 
 TEST(MakeWorld, KnowsItsNamesAndNamesWhatItKnows) {
@@ -171,7 +222,8 @@ TEST(MakeWorld, KnowsItsNamesAndNamesWhatItKnows) {
     FAIL() << "accepted an unknown name";
   } catch (const ConfigurationError& error) {
     const std::string text = error.what();
-    for (const char* word : {"'room'", "rooms", "random", "corridor", "loop", "campus", "hotel"}) {
+    for (const char* word : {"'room'", "rooms", "random", "corridor", "loop", "campus", "hotel",
+                             "atrium", "glass", "street", "hall"}) {
       EXPECT_NE(text.find(word), std::string::npos) << text;
     }
   }

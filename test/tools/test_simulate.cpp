@@ -82,6 +82,37 @@ TEST_F(Simulate, TakesTheOptionsOfTheSimulation) {
   EXPECT_EQ(truth.poses().front().stamp, 1327500002.0);
 }
 
+TEST_F(Simulate, SensorAndOdometryAreSetByNameAndOverriddenByOptions) {
+  const auto scans = [&](const std::string& options) {
+    const Outcome outcome = run_simulate(arguments("run") + options);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    return read_tum(folder_ / "run.tum").size();
+  };
+  EXPECT_EQ(scans(" --sensor ranger32 --odometry perfect"), 31U);
+  EXPECT_EQ(scans(" --sensor ranger32 --scan-rate 20"), 61U);
+  EXPECT_EQ(scans(" --sensor in_parts --odometry awful"), 310U);
+  EXPECT_EQ(scans(" --sensor lds01_as_sent --scan-rate 0.5 --odometry bad"), 3U);
+  expect_one_line(2, arguments("run") + " --sensor sick", "one of utm30, sick180");
+  expect_one_line(2, arguments("run") + " --odometry worse", "one of perfect, good, bad, awful");
+}
+
+TEST_F(Simulate, Utm30AndGoodOdometryAreWhatItHasWithoutThem) {
+  ASSERT_EQ(run_simulate(arguments("a")).exit_code, 0);
+  ASSERT_EQ(run_simulate(arguments("b") + " --sensor utm30 --odometry good").exit_code, 0);
+  EXPECT_EQ(read_file(folder_ / "a.bag"), read_file(folder_ / "b.bag"));
+  ASSERT_EQ(run_simulate(arguments("b") + " --odometry bad").exit_code, 0);
+  EXPECT_NE(read_file(folder_ / "a.bag"), read_file(folder_ / "b.bag"));
+}
+
+TEST_F(Simulate, WithOdometryNoneThereIsNone) {
+  ASSERT_EQ(run_simulate(arguments("a") + " --odometry none").exit_code, 0);
+  ASSERT_EQ(run_simulate(arguments("b") + " --no-odometry").exit_code, 0);
+  EXPECT_EQ(read_file(folder_ / "a.bag"), read_file(folder_ / "b.bag"));
+  const Outcome mapped =
+      run_command(MATCHBOX_MAP_BAG, (folder_ / "a.bag") + " --no-odom --out " + folder_.path());
+  EXPECT_EQ(mapped.exit_code, 0) << mapped.output;
+}
+
 TEST_F(Simulate, TakesFaults) {
   const Outcome outcome =
       run_simulate(arguments("run") + " --fault dropout:1:1 --fault freeze:random:0.5");
