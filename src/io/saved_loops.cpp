@@ -144,7 +144,8 @@ void read_loops(MapReader& reader, MapStart& map) {
     bool has_pending = false;
     reader.flag(has_pending);
     if (has_pending) {
-      transfer_pending(reader, state.pending.emplace(), nodes, state.graph.edges.size());
+      state.pending = LoopCloser::Pending{};  // GCC 10 cannot emplace() what has initialisers
+      transfer_pending(reader, *state.pending, nodes, state.graph.edges.size());
     }
     reader.flag(map.is_of_key_scans);
   }
