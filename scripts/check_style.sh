@@ -22,7 +22,7 @@ case ${1:-} in
 esac
 
 use_system_ros
-install_missing catkin-lint clang-format shellcheck
+install_missing catkin-lint clang-format python3-rosdep2 shellcheck
 failed=()
 
 # check NAME COMMAND...: runs it, and goes on when it fails.
@@ -41,10 +41,27 @@ sources() {
   find "$clone"/{benchmark,doc,include,src,test} -name '*.[ch]pp' "$@" | sort
 }
 
+# catkin_lint asks rosdep, here of local files only, so that it needs no network.
+with_local_rosdep() {
+  env -u ROS_DISTRO \
+    ROSDEP_SOURCE_PATH="$workspace/rosdep/sources.list.d" \
+    ROSDISTRO_INDEX_URL="file://$workspace/rosdep/index.yaml" \
+    /usr/bin/python3 "$@"
+}
+
+prepare_rosdep() {
+  local sources=$workspace/rosdep/sources.list.d output
+  mkdir -p "$sources"
+  printf '%%YAML 1.1\n---\ndistributions: {}\ntype: index\nversion: 4\n' \
+    >"$workspace/rosdep/index.yaml"
+  echo "yaml file://$clone/scripts/rosdep.yaml" >"$sources/10-package-xml.list"
+  output=$(with_local_rosdep /usr/bin/rosdep update 2>&1) || fail "rosdep update: $output"
+}
+
 lint_package() {
   prepare_rosdep
   link_packages  # since catkin_lint insists on folders of the packages' names
-  with_local_rosdep /usr/bin/python3 /usr/bin/catkin_lint -W2 --strict \
+  with_local_rosdep /usr/bin/catkin_lint -W2 --strict \
     --rosdistro "${ROS_DISTRO:-Debian}" "$workspace/src/matchbox_slam" "$workspace/src/example_matcher"
 }
 

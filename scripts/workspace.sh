@@ -1,6 +1,6 @@
 # shellcheck shell=bash
 # Sourced by the other scripts: installs what package.xml names, and builds the package in a workspace
-# of its own in .workspace/. Needs Debian 12, or Ubuntu 20.04 with the package sources of ROS Noetic.
+# of its own in .workspace/. Needs Debian 11 to 13, or Ubuntu 20.04 with the package sources of ROS Noetic.
 
 clone=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 workspace=$clone/.workspace
@@ -82,80 +82,34 @@ install_missing() {
 packages configured?)"
 }
 
-# Runs a command that reads rosdep's lists: local files only, so that it needs no network.
-with_local_rosdep() {
-  env -u ROS_DISTRO \
-    ROSDEP_SOURCE_PATH="$workspace/rosdep/sources.list.d" \
-    ROSDISTRO_INDEX_URL="file://$workspace/rosdep/index.yaml" \
-    "$@"
-}
-
-local_rosdep() { with_local_rosdep /usr/bin/python3 /usr/bin/rosdep "$@"; }
-
-prepare_rosdep() {
-  local sources=$workspace/rosdep/sources.list.d
-  mkdir -p "$sources"
-  printf '%%YAML 1.1\n---\ndistributions: {}\ntype: index\nversion: 4\n' \
-    >"$workspace/rosdep/index.yaml"
-  echo "yaml file://$clone/scripts/rosdep.yaml" >"$sources/10-system-libraries.list"
-  if [[ -f /usr/share/python3-rosdep2/debian.yaml ]]; then
-    echo "yaml file:///usr/share/python3-rosdep2/debian.yaml debian" >"$sources/20-debian.list"
-  fi
-  local output
-  output=$(local_rosdep update 2>&1) || fail "rosdep update: $output"
-}
-
-# resolve_packages SYSTEM [rosdep's options]: the packages of the keys in the package.xml files. A key
-# that rosdep does not know is a ROS package, and those are named by one rule on Ubuntu.
-resolve_packages() {
-  local system=$1 folders=("$clone" "$clone/doc/example_matcher") keys unknown key
-  shift
-  mapfile -t keys < <(local_rosdep keys "$@" --from-paths "${folders[@]}" | grep -v '^matchbox_slam$')
-  if ((${#keys[@]} == 0)); then
-    fail "rosdep found no dependencies in package.xml"
-  fi
-  # Lines that start with # repeat the key and name the installer.
-  local_rosdep resolve "${keys[@]}" 2>"$workspace/rosdep/errors" | grep -v '^#' | tr ' ' '\n' || true
-  mapfile -t unknown < <(sed -n "s/^ERROR: no rosdep rule for '\(.*\)'.*/\1/p" \
-    "$workspace/rosdep/errors")
-  for key in "${unknown[@]}"; do
-    if [[ $system != ubuntu-* ]]; then
-      fail "package.xml: rosdep knows no package for '$key' on $system"
-    fi
-    echo "ros-noetic-${key//_/-}"
-  done
-}
-
 # install_dependencies programs|all
 install_dependencies() {
-  local kind=$1 system rosdep list types=()
+  local kind=$1 system list packages reader=(python3-catkin-pkg python3-yaml)
   if [[ $kind == programs ]]; then
-    types=(-t buildtool -t build)
     local -x MATCHBOX_WITH_RVIZ=OFF
   fi
   system=$(operating_system)
   case $system in
-    debian-12) rosdep=python3-rosdep2 ;;
-    ubuntu-20.04) rosdep=python3-rosdep ;;
+    debian-11 | debian-12 | debian-13 | ubuntu-20.04) ;;
     *)
-      echo "$(basename "$0"): $system is neither Debian 12 nor Ubuntu 20.04; building with the" \
-        "packages that are there" >&2
+      echo "$(basename "$0"): $system is neither Debian 11, 12 or 13 nor Ubuntu 20.04; building with" \
+        "the packages that are there" >&2
       return
       ;;
   esac
   list=$workspace/packages-$kind
   if [[ ! -s $list || -n $(find "$clone/package.xml" "$clone/doc/example_matcher/package.xml" \
-    "$clone/scripts/rosdep.yaml" "$clone/scripts/workspace.sh" -newer "$list") ]]; then
-    # Besides rosdep, what package.xml does not name by custom: a compiler and make.
-    install_missing "$rosdep" build-essential cmake
+    "$clone"/scripts/{list_packages.py,rosdep.yaml,workspace.sh} -newer "$list") ]]; then
+    install_missing "${reader[@]}"
     mkdir -p "$workspace"
-    prepare_rosdep
-    local resolved
-    resolved=$(resolve_packages "$system" "${types[@]}")
-    { printf '%s\n' "$rosdep" build-essential cmake && sort -u <<<"$resolved"; } >"$list.new"
+    # Besides what reads package.xml, what that does not name by custom: a compiler and make.
+    {
+      printf '%s\n' "${reader[@]}" build-essential cmake
+      /usr/bin/python3 "$clone/scripts/list_packages.py" "$system" "$kind" \
+        "$clone/package.xml" "$clone/doc/example_matcher/package.xml"
+    } >"$list.new"
     mv "$list.new" "$list"
   fi
-  local packages
   mapfile -t packages <"$list"
   install_missing "${packages[@]}"
 }
