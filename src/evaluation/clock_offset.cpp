@@ -173,7 +173,8 @@ void require_a_distinct_minimum(const Curve& curve, const ClockOffsetFit& best) 
   if (rival == nullptr) {
     return;
   }
-  const auto [low, high] = std::minmax(best.offset, rival->offset);
+  const double low = std::min(best.offset, rival->offset);
+  const double high = std::max(best.offset, rival->offset);
   const bool is_flat = std::all_of(curve.begin(), curve.end(), [&](const ClockOffsetFit& fit) {
     return fit.offset < low || fit.offset > high || fit.rmse <= limit;
   });

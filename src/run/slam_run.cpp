@@ -257,9 +257,11 @@ void SlamRun::record(const ScanOutcome& outcome) {
   ++certainties_[outcome.certainty];
   ++states_[outcome.state];
   if (outcome.joined) {
-    const auto& [begin, map_from_apart] = *outcome.joined;
-    change_frame_since(begin, map_from_apart, trajectory_);
-    path_.change([&](auto& poses) { change_frame_since(begin, map_from_apart, poses); });
+    const auto change = [&joined = *outcome.joined](auto& poses) {
+      change_frame_since(joined.begin, joined.map_from_apart, poses);
+    };
+    change(trajectory_);
+    path_.change(change);
   }
   put_right_by(outcome.corrected);
   inserted_ += outcome.inserted ? 1 : 0;
