@@ -70,10 +70,21 @@ tidy_files() {
   if [[ ! -f $database ]]; then
     fail "clang-tidy needs $database; run scripts/test.sh first"
   fi
-  # Headers that GCC has precompiled clang cannot read.
+  # Headers that GCC has precompiled clang cannot read; and sources that are built as one it is to read one by one.
   mkdir -p "$workspace/tidy"
-  sed -E 's/ -Winvalid-pch//; s/ -include [^ ]*cmake_pch\.hxx//' "$database" \
-    >"$workspace/tidy/compile_commands.json"
+  /usr/bin/python3 - "$database" >"$workspace/tidy/compile_commands.json" <<'END'
+import json, pathlib, re, sys
+
+commands = []
+for entry in json.loads(pathlib.Path(sys.argv[1]).read_text()):
+    entry['command'] = re.sub(r' -Winvalid-pch| -include \S*cmake_pch\.hxx', '', entry['command'])
+    sources = [entry['file']]
+    if '/Unity/' in entry['file']:
+        sources = re.findall('#include "(.*)"', pathlib.Path(entry['file']).read_text())
+    for source in sources:
+        commands.append({**entry, 'file': source, 'command': entry['command'].replace(entry['file'], source)})
+json.dump(commands, sys.stdout)
+END
   # The database knows the sources by their place in the workspace.
   realpath -z --relative-to="$clone" "$@" |
     sed -z "s|^|$workspace/src/matchbox_slam/|" |

@@ -86,7 +86,7 @@ packages configured?)"
 install_dependencies() {
   local kind=$1 system list packages reader=(python3-catkin-pkg python3-yaml)
   if [[ $kind == programs ]]; then
-    local -x MATCHBOX_WITH_RVIZ=OFF
+    local -x MATCHBOX_WITH_RVIZ=OFF MATCHBOX_WITH_OPENCV=OFF
   fi
   system=$(operating_system)
   case $system in

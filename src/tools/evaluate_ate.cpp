@@ -18,10 +18,10 @@ struct AteCommand : ComparisonOptions {
   std::string alignment = "se2";
 };
 
-using Result = Measured<AbsoluteTrajectoryError>;
+using AteResult = Measured<AbsoluteTrajectoryError>;
 
-std::vector<Result> evaluate(const AteCommand& command, const std::vector<Estimate>& estimates,
-                             const Truth& truth) {
+std::vector<AteResult> evaluate(const AteCommand& command, const std::vector<Estimate>& estimates,
+                                const Truth& truth) {
   AbsoluteTrajectoryErrorOptions options;
   options.alignment = command.alignment == "none" ? Alignment::kNone : Alignment::kSe2;
   options.max_gap = command.truth.max_gap;
@@ -31,7 +31,7 @@ std::vector<Result> evaluate(const AteCommand& command, const std::vector<Estima
       });
 }
 
-std::string table_of(const std::vector<Result>& results) {
+std::string table_of(const std::vector<AteResult>& results) {
   constexpr int kDecimals = 4;
   std::vector<std::vector<std::string>> rows = {{"estimate", "poses", "no truth", "rmse m",
                                                  "mean m", "median m", "p95 m", "max m",
@@ -57,7 +57,7 @@ std::string heading_of(const AteCommand& command, const Truth& truth) {
 }
 
 nlohmann::json json_of(const AteCommand& command, const Truth& truth,
-                       const std::vector<Result>& results) {
+                       const std::vector<AteResult>& results) {
   nlohmann::json estimates = nlohmann::json::array();
   for (const auto& [name, error] : results) {
     const ErrorStatistics& translation = error.translation;
@@ -83,7 +83,7 @@ nlohmann::json json_of(const AteCommand& command, const Truth& truth,
   return json;
 }
 
-nlohmann::json figure_of(const Truth& truth, const std::vector<Result>& results) {
+nlohmann::json figure_of(const Truth& truth, const std::vector<AteResult>& results) {
   nlohmann::json figure = {{"metric", "ate"}, {"estimates", nlohmann::json::array()}};
   for (const StampedPose2& stamped : truth.trajectory.poses()) {
     figure["truth"]["x"].push_back(stamped.pose.x);
@@ -106,7 +106,7 @@ void run(const AteCommand& command) {
   require_plot_file(command.output.plot);
   const std::vector<Estimate> estimates = read_estimates(command.estimates);
   const Truth truth = read_truth(command.truth, estimates.front());
-  const std::vector<Result> results = evaluate(command, estimates, truth);
+  const std::vector<AteResult> results = evaluate(command, estimates, truth);
   warn_of_little_overlap(truth, estimates, results);
   present(command.output, json_of(command, truth, results),
           heading_of(command, truth) + table_of(results),

@@ -13,7 +13,9 @@ void declare_options(CLI::App& app) {
   matchbox_slam::add_ate_command(app);
   matchbox_slam::add_rpe_command(app);
   matchbox_slam::add_relations_command(app);
+#ifdef MATCHBOX_MAP_QUALITY  // where OpenCV is installed
   matchbox_slam::add_map_command(app);
+#endif
 }
 
 }  // namespace

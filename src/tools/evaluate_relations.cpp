@@ -24,14 +24,14 @@ struct RelationsCommand {
   OutputOptions output;
 };
 
-using Result = Measured<RelationError>;
+using RelationResult = Measured<RelationError>;
 
 std::string spread_text(const ErrorSpread& spread, double scale, int decimals) {
   return fixed_text(scale * spread.mean, decimals) + " ± " +
          fixed_text(scale * spread.deviation, decimals);
 }
 
-std::string table_of(const std::vector<Result>& results) {
+std::string table_of(const std::vector<RelationResult>& results) {
   const double degrees = radians_to_degrees(1.0);
   std::vector<std::vector<std::string>> rows = {{"estimate", "usable", "unusable", "extrapolated",
                                                  "translation m", "max m", "squared m2",
@@ -62,7 +62,7 @@ std::string heading_of(const RelationsCommand& command, std::size_t count) {
 }
 
 nlohmann::json json_of(const RelationsCommand& command, std::size_t count,
-                       const std::vector<Result>& results) {
+                       const std::vector<RelationResult>& results) {
   const auto spread = [](const ErrorSpread& value) {
     return nlohmann::json::object(
         {{"mean", value.mean}, {"std", value.deviation}, {"max", value.max}});
@@ -91,7 +91,7 @@ nlohmann::json json_of(const RelationsCommand& command, std::size_t count,
        {"estimates", estimates}});
 }
 
-nlohmann::json figure_of(const std::vector<Result>& results) {
+nlohmann::json figure_of(const std::vector<RelationResult>& results) {
   nlohmann::json figure = {{"metric", "relations"}, {"estimates", nlohmann::json::array()}};
   for (const auto& [name, error] : results) {
     nlohmann::json estimate = {{"name", name}};

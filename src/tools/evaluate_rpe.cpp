@@ -17,7 +17,7 @@
 namespace matchbox_slam {
 namespace {
 
-using Result = Measured<RelativePoseError>;
+using RpeResult = Measured<RelativePoseError>;
 
 /// Such as "per scan", "per 5 m".
 std::string name_of(const PairRule& rule) {
@@ -50,7 +50,7 @@ void add_cells(const std::optional<ErrorStatistics>& statistics, double scale, i
 }
 
 /// One table a measure, with a row for each estimate.
-std::string tables_of(const std::vector<Result>& results) {
+std::string tables_of(const std::vector<RpeResult>& results) {
   std::string text;
   for (std::size_t i = 0; i < results.front().error.measures.size(); ++i) {
     std::vector<std::vector<std::string>> rows = {
@@ -75,7 +75,7 @@ std::string heading_of(const Truth& truth) {
          describe(truth);
 }
 
-nlohmann::json json_of(const Truth& truth, const std::vector<Result>& results) {
+nlohmann::json json_of(const Truth& truth, const std::vector<RpeResult>& results) {
   nlohmann::json estimates = nlohmann::json::array();
   for (const auto& [name, error] : results) {
     nlohmann::json measures;
@@ -96,7 +96,7 @@ nlohmann::json json_of(const Truth& truth, const std::vector<Result>& results) {
   return json;
 }
 
-nlohmann::json figure_of(const std::vector<Result>& results) {
+nlohmann::json figure_of(const std::vector<RpeResult>& results) {
   nlohmann::json figure = {{"metric", "rpe"}, {"measures", nlohmann::json::array()}};
   for (std::size_t i = 0; i < results.front().error.measures.size(); ++i) {
     nlohmann::json drawn = {{"name", name_of(results.front().error.measures[i].rule)},

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -25,16 +24,7 @@ struct StepRange {
 /// asks it of every pose.
 class SearchPenalty {
  public:
-  SearchPenalty(const SearchLattice& lattice, const SearchScoring& scoring, double resolution)
-      : information_(scoring.prior_information),
-        weight_(scoring.prior_weight),
-        step_xy_(lattice.step_xy(resolution)),
-        step_theta_(lattice.step_theta) {
-    // Also where translations in some direction cost nothing.
-    const Eigen::Matrix2d translation = information_.topLeftCorner<2, 2>();
-    const Eigen::Vector2d coupling = information_.topRightCorner<2, 1>();
-    follows_ = -translation.completeOrthogonalDecomposition().solve(coupling);
-  }
+  SearchPenalty(const SearchLattice& lattice, const SearchScoring& scoring, double resolution);
 
   [[nodiscard]] std::int64_t at(const LatticePose& pose) const {
     return to_whole(
