@@ -12,7 +12,8 @@ class Scripts(unittest.TestCase):
     def test_wrong_usage_exits_with_2_and_one_line(self):
         for name, *arguments in (('build.sh', 'all'), ('build.sh', '--hlep'), ('test.sh', '--hlep'),
                                  ('test.sh', '--style', 'test_map'), ('check_style.sh', '--hlep'),
-                                 ('demo.sh', '--hlep'), ('demo.sh', 'none.bag')):
+                                 ('demo.sh', '--hlep'), ('demo.sh', 'none.bag'),
+                                 ('try_platforms.sh', 'buster'), ('try_platforms.sh', '--folder')):
             done = subprocess.run([SCRIPTS / name, *arguments], stdout=subprocess.PIPE,
                                   stderr=subprocess.PIPE, text=True)
             self.assertEqual(done.returncode, 2, (name, arguments, done.stderr))
