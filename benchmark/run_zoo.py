@@ -38,7 +38,7 @@ from zoo_drives import FACTORS, all_drives, quick_drives
 # What switches each off, by options of map_bag. Those that it does not know are told and left out of the run.
 MECHANISMS = {
     "loops": ["slam/loop_closing=false"],
-    "doubt": ["doubt/enabled=false"],
+    "hypotheses": ["hypotheses/enabled=false"],
     "calibrate": ["motion/calibrate=false"],
     "share": ["motion/least_share=1"],
     "straighten": ["scan/straighten_walls=false"],

@@ -85,6 +85,15 @@ void transfer_pending(Archive& archive, Pending& pending, std::size_t nodes, std
   }
 }
 
+/// Ids of the key scans that a map of what lies near shows.
+std::vector<std::uint64_t> read_drawn(std::size_t key_scans, MapReader& reader) {
+  std::vector<std::uint64_t> drawn(reader.count(8, key_scans, "key scans drawn near the robot"));
+  for (std::uint64_t& id : drawn) {
+    transfer_node(reader, id, key_scans);
+  }
+  return drawn;
+}
+
 void require_sound_graph(const PoseGraph& graph, const MapReader& reader) {
   try {
     require_sound(graph);
@@ -104,6 +113,10 @@ void write_loops(const MapStart& map, MapWriter& writer) {
   if (near != nullptr) {
     write_grids(*near, writer);
     transfer_vector(writer, map.near_map.center());
+    writer.integer(std::uint64_t{map.near_map.drawn().size()});
+    for (const std::uint64_t id : map.near_map.drawn()) {
+      writer.integer(id);
+    }
   }
   writer.flag(map.is_moved);
   writer.flag(map.is_continued);
@@ -136,7 +149,17 @@ void read_loops(MapReader& reader, MapStart& map) {
     SlamMap near = read_grids(reader);
     Eigen::Vector2d center;
     transfer_vector(reader, center);
-    map.near_map = {std::move(near), center, keys.size()};
+    std::vector<std::uint64_t> drawn;
+    if (reader.version() >= 12) {
+      drawn = read_drawn(keys.size(), reader);
+    }
+    if (drawn.empty()) {
+      near.reflection.count(near.occupancy);
+    }
+    for (const std::uint64_t id : drawn) {
+      near.reflection.count(*keys[id].scan->points(), keys[id].map_from_base);
+    }
+    map.near_map = {std::move(near), center, keys.size(), std::move(drawn)};
   }
   reader.flag(map.is_moved);
   reader.flag(map.is_continued);

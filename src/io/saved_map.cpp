@@ -152,7 +152,7 @@ MapStart read_saved_map(const std::string& path, double max_cells) {
     transfer_motion(reader, start.motion);
     start.last_inserted = read_last_inserted(reader);
     reader.integer(start.scan_count);
-    start.whereabouts = read_whereabouts(reader);
+    start.whereabouts = read_whereabouts(start.key_scans, reader);
   }
   if (version >= 3) {
     read_loops(reader, start);

@@ -27,7 +27,8 @@ void write_last_inserted(const std::map<int, Pose2>& last_inserted, MapWriter& w
 [[nodiscard]] std::map<int, Pose2> read_last_inserted(MapReader& reader);
 
 void write_whereabouts(const Whereabouts& whereabouts, MapWriter& writer);
-[[nodiscard]] Whereabouts read_whereabouts(MapReader& reader);
+/// @param key_scans  of the map.
+[[nodiscard]] Whereabouts read_whereabouts(const KeyScans& key_scans, MapReader& reader);
 
 /// What closing loops knows: of the graph the edges, as its poses are those of the key scans.
 /// Version 3 has no work that is pending.

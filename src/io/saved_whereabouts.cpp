@@ -46,19 +46,96 @@ void transfer_count(Archive& archive, Count& count, int least = 0) {
   }
 }
 
-template <typename Archive, typename Doubt>
-void transfer_doubt(Archive& archive, Doubt& doubt) {
-  archive.flag(doubt.doubts);
-  archive.flag(doubt.is_provisional);
-  archive.number(doubt.since, kLargest);
-  archive.number(doubt.way);
-  transfer_count(archive, doubt.doubtful);
-  transfer_count(archive, doubt.contradictions);
-  if (archive.version() >= 11) {
-    archive.number(doubt.contradiction_sum);
+/// What versions 2 to 11 knew of doubts; they end where such a map is read.
+void skip_doubt(MapReader& reader) {
+  bool flag = false;
+  double number = 0.0;
+  int count = 0;
+  Pose2 pose;
+  reader.flag(flag);
+  reader.flag(flag);
+  reader.number(number, kLargest);
+  reader.number(number);
+  transfer_count(reader, count);
+  transfer_count(reader, count);
+  if (reader.version() >= 11) {
+    reader.number(number);
   }
-  transfer_count(archive, doubt.confirmations, -kMost);
-  transfer_pose(archive, doubt.map_from_base);
+  transfer_count(reader, count, -kMost);
+  transfer_pose(reader, pose);
+  reader.number(number);
+  if (reader.version() >= 10) {
+    reader.number(number);
+  }
+}
+
+template <typename Archive, typename Pose>
+void transfer_key_pose(Archive& archive, Pose& pose) {
+  bool has_pose = pose.has_value();
+  archive.flag(has_pose);
+  if (has_pose) {
+    if constexpr (Archive::kReads) {
+      pose = Pose2{};
+    }
+    transfer_pose(archive, *pose);
+  }
+}
+
+constexpr std::size_t kMostSinceFork = 1'000'000;
+
+template <typename Archive, typename Fork>
+void transfer_fork(Archive& archive, Fork& fork) {
+  for (auto* count : {&fork.key_scans, &fork.inserted}) {
+    std::uint64_t written = *count;
+    archive.integer(written);
+    if constexpr (Archive::kReads) {
+      *count = static_cast<std::size_t>(written);
+    }
+  }
+  archive.number(fork.undecided);
+  archive.number(fork.searched);
+}
+
+template <typename Archive, typename State>
+void transfer_hypotheses(Archive& archive, State& state) {
+  constexpr std::size_t kMostOthers = 100;
+  bool is_forked = state.fork.has_value();
+  archive.flag(is_forked);
+  if (!is_forked) {
+    return;
+  }
+  if constexpr (Archive::kReads) {
+    state.fork.emplace();
+  }
+  transfer_fork(archive, *state.fork);
+  archive.number(state.elsewhere);
+  archive.size(state.others, 40, kMostOthers, "poses where the robot may be");
+  for (auto& other : state.others) {
+    transfer_pose(archive, other.map_from_base);
+    archive.number(other.log_odds);
+    archive.size(other.key_scans, 1, kMostSinceFork, "key scans of such a pose");
+    for (auto& pose : other.key_scans) {
+      transfer_key_pose(archive, pose);
+    }
+  }
+}
+
+/// @param key_scans  that the part has which the robot is in.
+void require_sound(const PoseHypotheses::State& state, std::size_t key_scans,
+                   const MapReader& reader) {
+  if (!state.fork) {
+    return;
+  }
+  const PoseHypotheses::Fork& fork = *state.fork;
+  bool is_sound = fork.key_scans <= key_scans && fork.inserted == key_scans - fork.key_scans;
+  for (const PoseHypotheses::Hypothesis& other : state.others) {
+    is_sound = is_sound && other.key_scans.size() == fork.inserted;
+  }
+  if (!is_sound) {
+    reader.fail("is damaged: of " + std::to_string(key_scans) + " key scans " +
+                std::to_string(fork.key_scans) + " and " + std::to_string(fork.inserted) +
+                " are from before and after it was sure where the robot is");
+  }
 }
 
 template <typename Archive, typename Search>
@@ -94,15 +171,13 @@ void write_whereabouts(const Whereabouts& whereabouts, MapWriter& writer) {
     transfer_pose(writer, part.left_from_here);
   }
   transfer_part(writer, whereabouts.here, parts);
-  transfer_doubt(writer, whereabouts.doubt);
-  writer.number(whereabouts.usual_score);
-  writer.number(whereabouts.contradicted_way);
-  write_waiting(whereabouts.held, writer);
+  transfer_hypotheses(writer, whereabouts.hypotheses);
+  write_last_inserted(whereabouts.inserted_before_fork, writer);
   write_waiting(whereabouts.pending, writer);
   transfer_search(writer, whereabouts.search, parts);
 }
 
-Whereabouts read_whereabouts(MapReader& reader) {
+Whereabouts read_whereabouts(const KeyScans& key_scans, MapReader& reader) {
   Whereabouts whereabouts;
   const std::size_t parts = reader.count(60, kMostPartsApart, "maps apart") + 1;
   while (whereabouts.apart.size() + 1 < parts) {
@@ -113,12 +188,16 @@ Whereabouts read_whereabouts(MapReader& reader) {
     whereabouts.apart.push_back(std::move(part));
   }
   transfer_part(reader, whereabouts.here, parts);
-  transfer_doubt(reader, whereabouts.doubt);
-  reader.number(whereabouts.usual_score);
-  if (reader.version() >= 10) {
-    reader.number(whereabouts.contradicted_way);
+  if (reader.version() >= 12) {
+    transfer_hypotheses(reader, whereabouts.hypotheses);
+    whereabouts.inserted_before_fork = read_last_inserted(reader);
+    const KeyScans& here =
+        whereabouts.here > 0 ? whereabouts.apart[whereabouts.here - 1].key_scans : key_scans;
+    require_sound(whereabouts.hypotheses, here.size(), reader);
+  } else {
+    skip_doubt(reader);
+    static_cast<void>(read_waiting(parts, reader));  // what was held until a doubt ended
   }
-  whereabouts.held = read_waiting(parts, reader);
   whereabouts.pending = read_waiting(parts, reader);
   transfer_search(reader, whereabouts.search, parts);
   for (const PlaceHypothesis& hypothesis : whereabouts.search.hypotheses) {

@@ -386,6 +386,7 @@ InsertionMemory::Parts& draw(const PointScan& scan, const Pose2& map_from_base,
   add_surfaces_between_hits(scan, map_from_base, options.resolution, hits);
   observe(scan, hits, map_from_base, options, parts.hole, parts.observations);
   blend(parts.observations, options, map.occupancy, parts.cleared);
+  map.reflection.count(scan, map_from_base);
   add_surfaces_at_hits(scan, map_from_base, hits);
   const auto is_free = [&](const SurfaceHit& hit) {
     return map.occupancy.occupancy(map.occupancy.geometry().cell_at(hit.position)) <

@@ -14,8 +14,6 @@ const char* to_string(MatchStatus status) {
       return "rejected_too_few_points";
     case MatchStatus::kRejectedLowScore:
       return "rejected_low_score";
-    case MatchStatus::kRejectedContradiction:
-      return "rejected_contradiction";
     case MatchStatus::kRejectedInvalidPrior:
       return "rejected_invalid_prior";
     case MatchStatus::kOfFurtherLaser:
@@ -38,7 +36,8 @@ bool is_covariance(const Eigen::Matrix3d& covariance) {
 }
 
 bool is_valid_prior(const MatchProblem& problem) {
-  return problem.predicted_map_from_base.is_finite() && is_covariance(problem.prior_covariance);
+  return problem.predicted_map_from_base.is_finite() && is_covariance(problem.prior_covariance) &&
+         is_covariance(problem.searched_covariance());
 }
 
 MatchResult rejected(const MatchProblem& problem, MatchStatus why) {

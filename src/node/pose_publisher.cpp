@@ -73,7 +73,7 @@ void PosePublisher::publish_match_info(const ReadyScan& scan, const ScanOutcome&
   message.status = to_string(outcome.match.status);
   message.score = outcome.match.score;
   message.rival_share = outcome.match.rival_share;
-  message.contradiction = outcome.match.contradiction;
+  message.evidence = outcome.evidence.mean;
   message.state = to_string(outcome.state);
   message.certainty = to_string(outcome.certainty);
   message.predicted = to_pose_2d(outcome.predicted_map_from_base);

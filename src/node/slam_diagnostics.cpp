@@ -82,11 +82,10 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
                    "lost: the last " + std::to_string(kLost) +
                        " scans match nowhere near; tell where the robot is by initialpose or "
                        "~relocalise");
-  } else if (state_of(health.recent) == TrackingState::kDoubt ||
-             state_of(health.recent) == TrackingState::kProvisional) {
+  } else if (state_of(health.recent) == TrackingState::kDoubt) {
     status.summary(DiagnosticStatus::WARN,
-                   "in doubt: the scans do not fit the map where the robot should be; nothing is "
-                   "inserted until they do");
+                   "in doubt: the robot may be elsewhere than it is thought to be; the next scans "
+                   "will tell, and what is mapped meanwhile moves with it");
   } else if (std::abs(health.estimated_clock_offset) > kClockOffsetWorthTelling) {
     status.summaryf(DiagnosticStatus::WARN,
                     "the clocks of scans and tf differ by %.1f s; set scan_time_offset",
@@ -129,7 +128,7 @@ void add_recent(const std::deque<ScanHealth>& scans, DiagnosticStatusWrapper& st
   status.add("Match", to_string(newest.status));
   status.add("State", to_string(newest.state));
   status.add("Unconstrained directions", newest.unconstrained_directions);
-  status.addf("Contradiction", "%.3f", newest.contradiction);
+  status.addf("Evidence", "%.3f", newest.evidence);
   status.add("Certainty", to_string(newest.certainty));
   status.addf("Scans that match nowhere [%]", "%.1f", 100.0 * rejected_share(scans));
 }

@@ -22,7 +22,7 @@ struct ScanHealth {
   MatchStatus status = MatchStatus::kAccepted;
   std::size_t unconstrained_directions = 0;
   Certainty certainty = Certainty::kSure;
-  double contradiction = 0.0;
+  double evidence = 0.0;  ///< of a beam; see ScanEvidence
   TrackingState state = TrackingState::kTracking;
 };
 

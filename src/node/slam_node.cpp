@@ -283,7 +283,7 @@ void SlamNode::remember_health(const ReadyScan& scan, const ScanOutcome& outcome
   recent_.push_back({outcome.stamp, seconds_between(scan.stamp, ros::Time::now()),
                      run_.last_match_seconds(), outcome.match.score, outcome.match.status,
                      outcome.match.unconstrained_directions.size(), outcome.certainty,
-                     outcome.match.contradiction, outcome.state});
+                     outcome.evidence.mean, outcome.state});
   if (recent_.size() > kRecentScans) {
     recent_.pop_front();
   }

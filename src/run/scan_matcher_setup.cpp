@@ -61,10 +61,10 @@ ScanMatcherSetup make_scan_matcher_setup(const Parameters& parameters,
   ScanMatcherSetup setup;
   std::vector<std::string> names;
   setup.node = read_options_among<ScanMatcherNodeOptions>(parameters, "", names);
-  reject_unknown_names(parameters, names,
-                       {"odometry", "scan", "cloud", "map", "field", "motion", "doubt", "tracking",
-                        "recovery", "slam"},
-                       describe_sections(), catalog);
+  reject_unknown_names(
+      parameters, names,
+      {"odometry", "scan", "cloud", "map", "field", "motion", "hypotheses", "recovery", "slam"},
+      describe_sections(), catalog);
   for (std::string* frame :
        {&setup.node.base_frame, &setup.node.odom_frame, &setup.node.guess_frame}) {
     *frame = without_leading_slash(*frame);

@@ -39,6 +39,15 @@ std::vector<std::string> whole_names(const std::string& name,
   return found;
 }
 
+/// Options of version 1 whose place others have taken.
+void reject_former(const std::string& key, const std::string& section) {
+  if (section == "doubt" || section == "tracking") {
+    throw ConfigurationError(key + ": there is no such option since version 2; hypotheses/" +
+                             (key == "doubt/enabled" ? "enabled" : "*") +
+                             " took its place: see doc/parameters.md");
+  }
+}
+
 }  // namespace
 
 void reject_unknown_names(const Parameters& parameters, const std::vector<std::string>& options,
@@ -56,6 +65,7 @@ void reject_unknown_names(const Parameters& parameters, const std::vector<std::s
     if (is_among(known, name)) {
       continue;
     }
+    reject_former(key, name);
     std::vector<std::string> meant;
     if (is_plain) {
       meant = whole_names(name, sections, in_sections, catalog);

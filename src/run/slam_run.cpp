@@ -80,7 +80,7 @@ void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   statuses_.clear();
   certainties_.clear();
   states_.clear();
-  contradictions_.clear();
+  evidences_.clear();
   inserted_ = 0;
   left_out_ = 0;
   parts_given_up_ = 0;
@@ -211,12 +211,12 @@ std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
   last_match_seconds_ = matcher_->take_seconds();
   if (last_match_seconds_ > 0.0) {
     match_seconds_.push_back(static_cast<float>(last_match_seconds_));
-    contradictions_.push_back(static_cast<float>(outcome.match.contradiction));
+    evidences_.push_back(static_cast<float>(outcome.evidence.mean));
   }
   if (records_ == RunRecords::kRecent) {
     keep_recent(seconds);
     keep_recent(match_seconds_);
-    keep_recent(contradictions_);
+    keep_recent(evidences_);
     keep_recent(trajectory_);
     keep_recent(live_trajectory_);
     keep_recent(odometry_);

@@ -147,7 +147,7 @@ class SlamRun {
   /// Maps apart that were given up for others; see kMostPartsApart.
   [[nodiscard]] std::size_t parts_given_up() const { return parts_given_up_; }
   /// Of each match, or of the latest ones; see MatchResult.
-  [[nodiscard]] const std::vector<float>& contradictions() const { return contradictions_; }
+  [[nodiscard]] const std::vector<float>& evidences() const { return evidences_; }
   [[nodiscard]] std::size_t inserted() const { return inserted_; }
   /// Scans that the map had no room for.
   [[nodiscard]] std::size_t left_out() const { return left_out_; }
@@ -195,7 +195,7 @@ class SlamRun {
   std::map<MatchStatus, std::size_t> statuses_;
   std::map<Certainty, std::size_t> certainties_;
   std::map<TrackingState, std::size_t> states_;
-  std::vector<float> contradictions_;
+  std::vector<float> evidences_;
   LoopCount brought_loops_;  ///< by the map that it went on with
   std::size_t inserted_ = 0;
   std::size_t left_out_ = 0;

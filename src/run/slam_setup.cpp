@@ -67,7 +67,7 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& ca
   }
   reject_unknown_names(
       parameters, names,
-      {"slam", "scan", "cloud", "map", "field", "motion", "doubt", "tracking", "recovery", "loops"},
+      {"slam", "scan", "cloud", "map", "field", "motion", "hypotheses", "recovery", "loops"},
       describe_sections({}, {}), catalog);
   check_scan_time_offset(setup.run);
   strip_leading_slashes(setup.run);

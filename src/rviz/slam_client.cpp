@@ -136,7 +136,7 @@ void SlamClient::on_match(const MatchInfo& match) {
   map_frame_ = match.header.frame_id;
   view_.report.state = match.state;
   view_.report.score = match.score;
-  view_.report.contradiction = match.contradiction;
+  view_.report.evidence = match.evidence;
 }
 
 void SlamClient::on_diagnostics(const diagnostic_msgs::DiagnosticArray& array) {

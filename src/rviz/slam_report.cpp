@@ -43,22 +43,16 @@ Assessment assess_tracking(const SlamReport& report) {
           kGreen};
 }
 
-/// By the state after a scan, in the words of doc/doubt.md.
+/// By the state after a scan, in the words of doc/how_it_works.md.
 Assessment assess_state(const SlamReport& report) {
   if (report.state == "tracking") {
     return assess_tracking(report);
   }
   if (report.state == "doubt") {
     return {"In doubt",
-            "The scans do not fit the map where the robot should be. Nothing is inserted until "
-            "they do.",
+            "The robot may be elsewhere than it is thought to be. Drive on: the next scans will "
+            "tell, and what is mapped meanwhile moves with it.",
             kAmber};
-  }
-  if (report.state == "provisional") {
-    return {"Provisional",
-            "The scans fit again. Drive on: two good ones with motion between confirm where it "
-            "is, and what waited is inserted.",
-            kLime};
   }
   if (report.state == "lost") {
     return {"Lost",
@@ -96,8 +90,7 @@ Assessment assess(const SlamReport& report, const std::string& node) {
 std::string figures_of(const SlamReport& report) {
   std::string text;
   if (report.match_age < kNever) {
-    text += "Score " + fixed_text(report.score, 2) + ", contradiction " +
-            fixed_text(report.contradiction, 2);
+    text += "Score " + fixed_text(report.score, 2) + ", evidence " + fixed_text(report.evidence, 2);
   }
   const std::string key_scans = value_of(report, "Key scans");
   const std::string loops = value_of(report, "Loops closed");

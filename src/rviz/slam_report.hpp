@@ -15,7 +15,7 @@ struct SlamReport {
   double match_age = kNever;  ///< [s] since it told of a scan
   std::string state;          ///< after that scan, such as "tracking"
   double score = 0.0;
-  double contradiction = 0.0;
+  double evidence = 0.0;
   double loop_age = kNever;         ///< [s] since a loop moved the map
   double diagnostics_age = kNever;  ///< [s] since it told how it is
   int level = 0;                    ///< then: 0 well, 1 a warning, 2 an error
@@ -36,7 +36,7 @@ struct Assessment {
 /// Whether scans are skipped because somebody wanted that.
 [[nodiscard]] bool is_paused(const SlamReport& report);
 
-/// Score, contradiction, key scans and loops, as far as they are known; lines of text.
+/// Score, evidence, key scans and loops, as far as they are known; lines of text.
 [[nodiscard]] std::string figures_of(const SlamReport& report);
 
 /// Where the robot may be in the map.

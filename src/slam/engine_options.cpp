@@ -25,8 +25,8 @@ EngineOptions read_engine_options(const Parameters& parameters) {
   options.map = read_options<MapOptions>(parameters.section("map"), "map");
   options.field = read_options<LikelihoodFieldOptions>(parameters.section("field"), "field");
   options.motion = read_options<MotionPriorOptions>(parameters.section("motion"), "motion");
-  options.doubt = read_options<DoubtOptions>(parameters.section("doubt"), "doubt");
-  options.tracking = read_options<TrackingOptions>(parameters.section("tracking"), "tracking");
+  options.hypotheses =
+      read_options<HypothesisOptions>(parameters.section("hypotheses"), "hypotheses");
   options.recovery = read_options<RecoveryOptions>(parameters.section("recovery"), "recovery");
   options.loops = read_options<LoopOptions>(parameters.section("loops"), "loops");
   const double after_first_hit = 0.5 + 0.5 * options.map.quality;
@@ -46,8 +46,7 @@ std::vector<OptionDescription> describe_engine_options(const EngineOptions& opti
   append_section("map", options.map, rows);
   append_section("field", options.field, rows);
   append_section("motion", options.motion, rows);
-  append_section("doubt", options.doubt, rows);
-  append_section("tracking", options.tracking, rows);
+  append_section("hypotheses", options.hypotheses, rows);
   append_section("recovery", options.recovery, rows);
   append_section("loops", options.loops, rows);
   return rows;

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "matchbox_slam/slam/doubt.hpp"
 #include "matchbox_slam/slam/near_map.hpp"
+#include "slam/wide_search.hpp"
 
 namespace matchbox_slam {
 namespace {

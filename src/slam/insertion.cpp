@@ -62,18 +62,12 @@ bool is_worth_inserting(const ScanInput& input, const ScanOutcome& outcome, cons
          outcome.match.score < options.insert_overlap || sees_farther(input, here.key_scans);
 }
 
-void insert_or_hold(const PointScan& scan, const MeasuredScan& measured, int laser,
-                    const EngineOptions& options, Tracking& tracking, Mapping& mapping,
-                    ScanOutcome& outcome) {
+void insert_one(const PointScan& scan, const MeasuredScan& measured, int laser,
+                const EngineOptions& options, Mapping& mapping, ScanOutcome& outcome) {
   const PlacedScan placed{std::make_shared<const KeyScan>(measured, 0, laser),
                           outcome.map_from_base};
-  if (!tracking.doubt().doubts) {
-    outcome.inserted = mapping.insert(scan, placed, outcome.covariance, options);
-    outcome.left_out = outcome.inserted ? 0 : 1;
-  } else if (tracking.doubt().is_provisional) {
-    tracking.hold({mapping.parts().here_number(), placed});
-    mapping.expect(laser, outcome.map_from_base);
-  }
+  outcome.inserted = mapping.insert(scan, placed, outcome.covariance, options);
+  outcome.left_out = outcome.inserted ? 0 : 1;
 }
 
 }  // namespace
@@ -93,14 +87,13 @@ bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome, const
           !here.last_inserted.empty() && here.last_inserted.count(input.laser) == 0);
 }
 
-void insert_or_hold(const SeenScans& seen, int laser, const EngineOptions& options,
-                    Tracking& tracking, Mapping& mapping, ScanOutcome& outcome) {
-  insert_or_hold(seen.points(), seen.leading(), laser, options, tracking, mapping, outcome);
+void insert(const SeenScans& seen, int laser, const EngineOptions& options, Mapping& mapping,
+            ScanOutcome& outcome) {
+  insert_one(seen.points(), seen.leading(), laser, options, mapping, outcome);
   for (const auto& [further, one] : seen.further()) {
     ScanOutcome beside = outcome;
     beside.map_from_base = outcome.map_from_base * one.there_from_base;
-    insert_or_hold(project_scan(one.measured), one.measured, further, options, tracking, mapping,
-                   beside);
+    insert_one(project_scan(one.measured), one.measured, further, options, mapping, beside);
     outcome.left_out += beside.left_out;
   }
 }

@@ -82,6 +82,42 @@ void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance
   }
 }
 
+void LoopCloser::move_since(std::size_t first, const KeyScans& keys) {
+  constexpr double kXy = 0.3;     // [m], how well it is known how the robot came there: a guess
+  constexpr double kTheta = 0.1;  // [rad], likewise
+  const PlacedScans& all = keys.all();
+  for (std::size_t i = first; i < graph_.poses.size(); ++i) {
+    graph_.poses[i] = all[i].map_from_base;
+  }
+  const auto is_refuted = [first](const PoseEdge& edge) {
+    return edge.to >= first && (edge.kind == EdgeKind::kLoop || edge.from + 1 != edge.to);
+  };
+  graph_.edges.erase(std::remove_if(graph_.edges.begin(), graph_.edges.end(), is_refuted),
+                     graph_.edges.end());
+  for (PoseEdge& edge : graph_.edges) {
+    if (edge.to >= first) {
+      edge.from_to = graph_.poses[edge.from].inverse() * graph_.poses[edge.to];
+    }
+    if (edge.to == first) {
+      edge.covariance += covariance_of(kXy, kTheta);
+    }
+  }
+  links_ = GraphLinks(graph_);
+}
+
+void LoopCloser::forget_since(std::size_t first) {
+  if (first >= graph_.poses.size()) {
+    return;
+  }
+  graph_.poses.resize(first);
+  graph_.edges.erase(std::remove_if(graph_.edges.begin(), graph_.edges.end(),
+                                    [first](const PoseEdge& edge) {
+                                      return std::max(edge.from, edge.to) >= first;
+                                    }),
+                     graph_.edges.end());
+  links_ = GraphLinks(graph_);
+}
+
 /// Of a map that comes without its graph nobody knows how it drifted: it stays as it is.
 void LoopCloser::join_rigidly(const PlacedScans& keys) {
   // So little that no loop bends it, and not nothing, as information is its inverse.

@@ -10,10 +10,7 @@ void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   at_rest.covariance = covariance;
   motion = at_rest;
   last_inserted.clear();
-  whereabouts.doubt = {};
-  whereabouts.usual_score = 0.0;
-  whereabouts.contradicted_way = 0.0;
-  whereabouts.held.clear();
+  whereabouts.hypotheses = {};
   whereabouts.here = 0;
   whereabouts.search = {};
   near_map.clear();

@@ -1,11 +1,12 @@
 #include "matchbox_slam/slam/mapping.hpp"
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <utility>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "matchbox_slam/slam/doubt.hpp"
+#include "slam/match_validation.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -22,19 +23,18 @@ NearRequest near_request(const EngineOptions& options) {
 /// that knows better. None where the map is known and it does not fit, or its beams would go
 /// through walls, as of one that was seen while the robot was carried.
 std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_base,
-                                 const SlamMap& map, const DoubtOptions& options) {
+                                 const SlamMap& map) {
   // How wrong odometry may have placed it since. Guesses: half or double changes no drive with a
   // fault, aces by 18 to 20 % and seattle by 2 (benchmark/reports/current/CONSTANTS.md).
   constexpr double kXy = 0.1;      // [m]
   constexpr double kTheta = 0.03;  // [rad]
   const PlacedScans none;
-  const MatchResult match = search_exactly(
+  const CheckedMatch found = search_and_check(
       {scan, map_from_base, covariance_of(kXy, kTheta), map.field, none, 0}, map.occupancy);
-  if (is_convincing(match, options)) {
-    return match.map_from_base;
+  if (is_convincing(found)) {
+    return found.match.map_from_base;
   }
-  return is_out_of_place(scan, map_from_base, map, options) ? std::nullopt
-                                                            : std::optional(map_from_base);
+  return is_out_of_place(scan, map_from_base, map) ? std::nullopt : std::optional(map_from_base);
 }
 
 }  // namespace
@@ -111,7 +111,7 @@ std::size_t Mapping::insert_pending(const EngineOptions& options) {
     const PlacedScan waiting = parts_.next_waiting()->scan;
     const std::shared_ptr<const PointScan> points = waiting.scan->points();
     const std::optional<Pose2> map_from_base =
-        placed_best(*points, waiting.map_from_base, matched(), options.doubt);
+        placed_best(*points, waiting.map_from_base, matched());
     parts_.drop_next_waiting();
     if (!map_from_base) {
       continue;
@@ -125,6 +125,96 @@ std::size_t Mapping::insert_pending(const EngineOptions& options) {
     parts_.here().last_inserted = last_inserted;
   }
   return left_out;
+}
+
+// --- where the robot may be elsewhere ---
+
+void Mapping::fork() {
+  const MapPart& part = parts_.here();
+  fork_ = Fork{part.key_scans.size(), part.last_inserted, part.map, drawing_};
+}
+
+const SlamMap& Mapping::compared() const {
+  if (!fork_) {
+    return matched();
+  }
+  const SlamMap* near = fork_->drawing.near().map();
+  return is_lost() || near == nullptr ? fork_->map : *near;
+}
+
+MapCorrection Mapping::move_since_fork(const std::vector<std::optional<Pose2>>& poses,
+                                       const Pose2& new_from_old, double stamp,
+                                       const EngineOptions& options) {
+  MapPart& part = parts_.here();
+  const std::size_t first = fork_->key_scans;
+  MapCorrection correction{{{std::numeric_limits<double>::lowest(), {}}}, new_from_old};
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (poses[i]) {
+      const PlacedScan before = part.key_scans.all()[first + i];
+      part.key_scans.move(first + i, *poses[i]);
+      correction.steps.push_back(
+          {before.scan->stamp(), *poses[i] * before.map_from_base.inverse()});
+    }
+  }
+  correction.steps.push_back({stamp, new_from_old});
+  for (auto& [laser, map_from_base] : part.last_inserted) {
+    map_from_base = new_from_old * map_from_base;
+  }
+  part.map = fork_->map;
+  drawing_ = fork_->drawing;
+  if (!is_lost() && closes_loops(options)) {
+    loops_.move_since(first, part.key_scans);
+  }
+  draw_since(first, options);
+  break_off();
+  return correction;
+}
+
+void Mapping::draw_since(std::size_t key_scan, const EngineOptions& options) {
+  if (!is_lost() && drawing_.near().map() != nullptr) {
+    catch_up(options);
+  } else if (!is_lost()) {
+    static_cast<void>(whole(options));
+  } else {
+    MapPart& part = parts_.here();
+    for (std::size_t i = key_scan; i < part.key_scans.size(); ++i) {
+      const PlacedScan& key = part.key_scans.all()[i];
+      insert_scan(*key.scan->points(), key.map_from_base, options.map, part.map);
+    }
+  }
+}
+
+void Mapping::forget_since_fork() {
+  if (!fork_) {
+    return;
+  }
+  MapPart& part = parts_.here();
+  part.map = fork_->map;
+  drawing_ = fork_->drawing;
+  part.key_scans.forget_since(fork_->key_scans);
+  part.last_inserted = fork_->last_inserted;
+  if (!is_lost()) {
+    loops_.forget_since(fork_->key_scans);
+  }
+}
+
+std::optional<ForkStart> Mapping::fork_start() const {
+  return fork_ ? std::optional(ForkStart{fork_->key_scans, fork_->last_inserted}) : std::nullopt;
+}
+
+void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
+  const MapPart& part = parts_.here();
+  const PlacedScans& keys = part.key_scans.all();
+  fork_ = Fork{start.key_scans, start.last_inserted, part.map, drawing_};
+  if (!is_lost() && drawing_.near().map() != nullptr) {
+    fork_->drawing.match_near(
+        drawing_.near().as_of(start.key_scans, keys, options.map, options.field));
+  } else {
+    const PlacedScans then(keys.begin(),
+                           keys.begin() + static_cast<std::ptrdiff_t>(start.key_scans));
+    fork_->map = rendered(then, options.map, options.field);
+    fork_->drawing = MapDrawing({}, drawing_.is_moved(), start.key_scans);
+  }
 }
 
 // --- loops ---

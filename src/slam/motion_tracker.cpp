@@ -32,6 +32,7 @@ MotionPrediction MotionTracker::predict(const ScanInput& input) const {
   MotionPrediction predicted;
   predicted.fixed_from_base = state_.fixed_from_base;
   predicted.covariance = state_.covariance;
+  predicted.search_covariance = state_.covariance;
   predicted.during_scan = motion_during_scan(input, state_.motion, state_.interval);
   return predicted;
 }
@@ -97,6 +98,9 @@ void MotionTracker::add_errors(MotionPrediction& predicted) const {
       compose_covariance(state_.fixed_from_base, state_.covariance, motion.previous_from_current,
                          motion.covariance + motion.floor) +
       both + both.transpose();
+  predicted.search_covariance = compose_covariance(state_.fixed_from_base, state_.covariance,
+                                                   motion.previous_from_current, motion.unlearned) +
+                                both + both.transpose();
 }
 
 MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const {

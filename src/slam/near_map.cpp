@@ -50,6 +50,13 @@ SlamMap rendered(const PlacedScans& keys, const MapOptions& map_options,
   return map;
 }
 
+std::vector<std::uint64_t> ids_of(const PlacedScans& keys) {
+  std::vector<std::uint64_t> ids;
+  std::transform(keys.begin(), keys.end(), std::back_inserter(ids),
+                 [](const PlacedScan& key) { return key.scan->id(); });
+  return ids;
+}
+
 std::vector<std::size_t> keys_within(const PlacedScans& keys, const Eigen::Vector2d& here,
                                      double reach) {
   std::vector<std::size_t> within;
@@ -86,6 +93,17 @@ bool NearMap::is_due(const PlacedScans& keys) const {
   return !map_ || distance(keys.back(), center_) >= kMoved;
 }
 
+NearMap NearMap::as_of(std::size_t taken, const PlacedScans& keys, const MapOptions& map_options,
+                       const LikelihoodFieldOptions& field_options) const {
+  PlacedScans then;
+  for (const std::uint64_t id : drawn_) {
+    if (id < taken) {
+      then.push_back(keys[id]);
+    }
+  }
+  return {rendered(then, map_options, field_options), center_, taken, ids_of(then)};
+}
+
 void NearMap::take_new(const PlacedScans& keys, const MapOptions& map_options) {
   if (taken_ == keys.size()) {
     return;
@@ -94,6 +112,7 @@ void NearMap::take_new(const PlacedScans& keys, const MapOptions& map_options) {
     const PlacedScan& key = keys[taken_];
     if (map_ && distance(key, center_) < kReach) {
       insert_unrendered(*key.scan->points(), key.map_from_base, map_options, *map_);
+      drawn_.push_back(key.scan->id());
     }
   }
   if (map_) {

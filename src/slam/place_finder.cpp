@@ -38,7 +38,7 @@ std::optional<PlaceHypothesis> PlaceFinder::find(const PointScan& scan,
                                                  const SearchStep& step, const MapParts& parts,
                                                  const EngineOptions& options) {
   return search_places(scan, apart_from_base, parts.all(), parts.here_number(), places_,
-                       options.doubt, paced(options.recovery, step), search_);
+                       paced(options.recovery, step), search_);
 }
 
 /// A robot that is not lost is looked for nowhere.

@@ -8,6 +8,7 @@
 #include "matchbox_slam/matching/contradiction.hpp"
 #include "matching/hough/hough_search.hpp"
 #include "matching/hough/relocalise.hpp"
+#include "slam/match_validation.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -35,7 +36,6 @@ struct LostScan {
   const Pose2& apart_from_base;
   const std::vector<MapPart>& parts;
   const MapPart& apart;  ///< the part that the robot makes meanwhile
-  const DoubtOptions& doubt;
   const RecoveryOptions& options;
 };
 
@@ -55,31 +55,28 @@ bool is_near(const PlaceHypothesis& a, const PlaceHypothesis& b) {
          std::abs(apart.theta) < kAngle;
 }
 
-MatchResult match_at(const PointScan& scan, const Pose2& part_from_base, double xy, double theta,
-                     const MapPart& part) {
+CheckedMatch match_at(const PointScan& scan, const Pose2& part_from_base, double xy, double theta,
+                      const MapPart& part) {
   const PlacedScans none;
-  return search_exactly({scan, part_from_base, covariance_of(xy, theta), part.map.field, none, 0},
-                        part.map.occupancy);
+  return search_and_check({scan, part_from_base, covariance_of(xy, theta), part.map.field, none, 0},
+                          part.map.occupancy);
 }
 
 /// A place is refuted where the scan clearly contradicts it; one where little is mapped says
 /// nothing.
 enum class Verdict { kConfirmed, kOpen, kRefuted };
 
-/// By half as much again as what makes a doubt: there it is only looked at again, here a place is
-/// dropped for good.
-bool is_refuted(double contradiction, const DoubtOptions& doubt) {
-  return contradiction > 1.5 * doubt.contradiction;
-}
+/// By half as much again as what is suspicious: here a place is dropped for good.
+bool is_refuted(double violation) { return violation > 1.5 * kMostViolation; }
 
-Verdict judge(const MatchResult& match, bool is_near, const DoubtOptions& doubt,
-              const RecoveryOptions& options) {
+Verdict judge(const CheckedMatch& checked, bool is_near, const RecoveryOptions& options) {
+  const MatchResult& match = checked.match;
   // What a corridor does not hold fits all along it: there odometry has to tell.
   const bool is_held = is_near || match.unconstrained_directions.empty();
-  if (is_convincing(match, doubt) && is_held && (is_near || match.score >= options.least_score)) {
+  if (is_convincing(checked) && is_held && (is_near || match.score >= options.least_score)) {
     return Verdict::kConfirmed;
   }
-  return is_refuted(match.contradiction, doubt) ? Verdict::kRefuted : Verdict::kOpen;
+  return is_refuted(checked.violation) ? Verdict::kRefuted : Verdict::kOpen;
 }
 
 /// Robots are seldom carried away: what odometry says of the way through a doubt is about right. It
@@ -123,18 +120,18 @@ void check_hypotheses(const LostScan& lost, std::vector<PlaceHypothesis>& hypoth
     if (is_farther(hypothesis.apart_from_base, lost.apart_from_base, lost.options.distance) &&
         checks < kChecksAtATime) {
       ++checks;
-      const MatchResult match =
+      const CheckedMatch found =
           match_at(lost.points, hypothesis.part_from_apart * lost.apart_from_base, kPlaceXy,
                    kPlaceTheta, lost.parts[hypothesis.part]);
       const Verdict verdict =
-          judge(match, is_where_odometry_says(hypothesis, lost.apart), lost.doubt, lost.options);
+          judge(found, is_where_odometry_says(hypothesis, lost.apart), lost.options);
       if (verdict == Verdict::kRefuted) {
         continue;
       }
       hypothesis.apart_from_base = lost.apart_from_base;
       if (verdict == Verdict::kConfirmed) {
         ++hypothesis.confirmations;
-        hypothesis.part_from_apart = match.map_from_base * lost.apart_from_base.inverse();
+        hypothesis.part_from_apart = found.match.map_from_base * lost.apart_from_base.inverse();
       }
     }
     kept.push_back(hypothesis);
@@ -175,8 +172,7 @@ Votes votes_of(const PlacedScans& way, const LostScan& lost, const PlaceHypothes
   PlacedScans open;
   for (const PlacedScan& key : way) {  // the cheap question first
     const Pose2 part_from_base = place.part_from_apart * key.map_from_base;
-    if (is_refuted(contradiction(*key.scan->points(), part_from_base, part.map.field),
-                   lost.doubt)) {
+    if (is_refuted(contradiction(*key.scan->points(), part_from_base, part.map.field))) {
       ++votes.refute;
     } else {
       open.push_back({key.scan, part_from_base});
@@ -190,7 +186,7 @@ Votes votes_of(const PlacedScans& way, const LostScan& lost, const PlaceHypothes
     --left;
     const Verdict verdict =
         judge(match_at(*key.scan->points(), key.map_from_base, kPlaceXy, kPlaceTheta, part), false,
-              lost.doubt, lost.options);
+              lost.options);
     votes.confirm += verdict == Verdict::kConfirmed ? 1 : 0;
     votes.refute += verdict == Verdict::kRefuted ? 1 : 0;
   }
@@ -221,19 +217,19 @@ std::size_t find_around(const LostScan& lost, const SearchedScan& searched,
   std::size_t looked_at = search.ranked;
   for (const RankedPose& pose : search.poses) {
     // Cheap, and most are none: the walls of the part, which are more than the key scan's.
-    if (is_refuted(contradiction(lost.points, pose.map_from_base, part.map.field), lost.doubt)) {
+    if (is_refuted(contradiction(lost.points, pose.map_from_base, part.map.field))) {
       continue;
     }
     looked_at += kPosesAMatch;
-    const MatchResult match =
+    const CheckedMatch checked =
         match_at(lost.points, pose.map_from_base, kPlaceXy, kPlaceTheta, part);
-    PlaceHypothesis found{place.part, match.map_from_base * lost.apart_from_base.inverse(), 1,
-                          lost.apart_from_base};
+    PlaceHypothesis found{place.part, checked.match.map_from_base * lost.apart_from_base.inverse(),
+                          1, lost.apart_from_base};
     const bool is_where_said = is_where_odometry_says(found, lost.apart);
     const bool is_new =
         std::none_of(hypotheses.begin(), hypotheses.end(),
                      [&found](const PlaceHypothesis& other) { return is_near(other, found); });
-    if (!is_new || judge(match, is_where_said, lost.doubt, lost.options) != Verdict::kConfirmed) {
+    if (!is_new || judge(checked, is_where_said, lost.options) != Verdict::kConfirmed) {
       continue;
     }
     const PlacedScans way = is_where_said ? PlacedScans{} : way_of(lost);
@@ -247,16 +243,17 @@ std::size_t find_around(const LostScan& lost, const SearchedScan& searched,
 
 /// Looks where odometry says that the robot is in the part that it left.
 void look_near(const LostScan& lost, std::vector<PlaceHypothesis>& hypotheses) {
+  constexpr double kXy = 0.5;     // [m]
   constexpr double kTheta = 0.3;  // [rad], a guess; half or double changes no byte (CONSTANTS.md)
   const std::size_t left = lost.apart.left;
   if (&lost.parts[left] == &lost.apart) {
     return;
   }
-  const MatchResult match = match_at(lost.points, lost.apart.left_from_here * lost.apart_from_base,
-                                     lost.doubt.look_xy, kTheta, lost.parts[left]);
-  if (judge(match, true, lost.doubt, lost.options) == Verdict::kConfirmed) {
-    hypotheses.push_back(
-        {left, match.map_from_base * lost.apart_from_base.inverse(), 1, lost.apart_from_base});
+  const CheckedMatch found = match_at(lost.points, lost.apart.left_from_here * lost.apart_from_base,
+                                      kXy, kTheta, lost.parts[left]);
+  if (judge(found, true, lost.options) == Verdict::kConfirmed) {
+    hypotheses.push_back({left, found.match.map_from_base * lost.apart_from_base.inverse(), 1,
+                          lost.apart_from_base});
   }
 }
 
@@ -279,7 +276,7 @@ void add_hypotheses(const LostScan& lost, const std::vector<SearchedPlace>& plac
 /// Share of key scans of one part, of those that lie within another, that would see through walls
 /// of that: of so many of them, spread evenly, that no scan waits long.
 double share_through_walls(const PlacedScans& keys, const MapPart& other,
-                           const Pose2& other_from_part, const DoubtOptions& doubt) {
+                           const Pose2& other_from_part) {
   constexpr std::size_t kMost = 30;  // a guess: half and double were not tried
   const CellBox known = other.map.occupancy.known_bounds();
   PlacedScans within;
@@ -295,7 +292,7 @@ double share_through_walls(const PlacedScans& keys, const MapPart& other,
   for (std::size_t i = 0; i < within.size(); i += stride) {
     const double against =
         contradiction(*within[i].scan->points(), within[i].map_from_base, other.map.field);
-    through += against > doubt.contradiction ? 1 : 0;
+    through += against > kMostViolation ? 1 : 0;
     ++looked_at;
   }
   return looked_at > 0 ? static_cast<double>(through) / static_cast<double>(looked_at) : 0.0;
@@ -317,8 +314,8 @@ Verdict judge_whole(const LostScan& lost, const PlaceHypothesis& place, const Pl
     }
   }
   const double through =
-      std::max(share_through_walls(seen, lost.parts[place.part], place.part_from_apart, lost.doubt),
-               share_through_walls(there, lost.apart, place.part_from_apart.inverse(), lost.doubt));
+      std::max(share_through_walls(seen, lost.parts[place.part], place.part_from_apart),
+               share_through_walls(there, lost.apart, place.part_from_apart.inverse()));
   if (through > kMany) {
     return Verdict::kRefuted;
   }
@@ -403,14 +400,13 @@ std::vector<SearchedPlace> searched_places(const std::vector<MapPart>& parts, st
 std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2& apart_from_base,
                                              const std::vector<MapPart>& parts, std::size_t apart,
                                              const std::vector<SearchedPlace>& places,
-                                             const DoubtOptions& doubt,
                                              const RecoveryOptions& options, PlaceSearch& search) {
   constexpr double kJitter = 0.1;  // share of an interval that is as long as that between scans
   if (scan.stamp - search.stamp < (1.0 - kJitter) * options.interval) {
     return std::nullopt;
   }
   search.stamp = scan.stamp;
-  const LostScan lost{scan, apart_from_base, parts, parts[apart], doubt, options};
+  const LostScan lost{scan, apart_from_base, parts, parts[apart], options};
   check_hypotheses(lost, search.hypotheses);
   drop_copies(search);
   if (search.next != 0 && is_to_be_judged(lost, search)) {

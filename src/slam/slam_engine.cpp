@@ -6,7 +6,6 @@
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "slam/insertion.hpp"
-#include "slam/likeliest_match.hpp"
 #include "slam/pose_uncertainty.hpp"
 #include "slam/seen_scans.hpp"
 
@@ -24,6 +23,20 @@ ScanOutcome outcome_of(const ScanInput& input, const MotionPrediction& predicted
     outcome.odom_from_base = input.odometry->odom_from_base;
   }
   return outcome;
+}
+
+/// Of a map that was saved, which has none.
+void count_reflections(MapPart& part, bool is_of_key_scans) {
+  ReflectionGrid& reflection = part.map.reflection;
+  if (!reflection.empty()) {
+    return;
+  }
+  if (!is_of_key_scans) {
+    reflection.count(part.map.occupancy);
+  }
+  for (const PlacedScan& key : part.key_scans.all()) {
+    reflection.count(*key.scan->points(), key.map_from_base);
+  }
 }
 
 }  // namespace
@@ -51,41 +64,36 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   const Pose2 before = tracker_.state().fixed_from_base;
   const double seconds = input.scan.stamp - tracker_.state().stamp.value_or(input.scan.stamp);
   const std::optional<SteadyPrediction> steady = tracker_.predict_steadily(input);
-  see(input, predicted, !(steady && steady->is_odometry_improbable));
-  const WeighedMatch weighed = match(steady, predicted);
-  // A rejected match carries the prediction, which stands then.
+  const bool is_odometry_improbable = steady && steady->is_odometry_improbable;
+  see(input, predicted, !is_odometry_improbable);
   ScanOutcome outcome = outcome_of(input, predicted);
-  outcome.match = weighed.match;
-  outcome.certainty = weighed.certainty;
+  outcome.match = match(predicted);
+  const Verdict verdict =
+      weigh({predicted, is_odometry_improbable ? &steady->predicted : nullptr, seconds}, outcome);
   const MatchedMotion matched = tracker_.after_match(input, predicted, outcome.match);
   outcome.map_from_base = matched.fixed_from_base;
   outcome.covariance = outcome.match.covariance;
-  weigh_doubt(weighed, predicted, outcome);
-  if (mapping_.parts().is_of_one_scan() && outcome.certainty == Certainty::kNewGround) {
-    outcome.gave_up_part = map_apart(input.scan.stamp);  // it may have been carried on meanwhile
-  }
-
-  if (is_to_be_inserted(input, outcome, mapping_.parts(), tracker_.state().matched,
-                        options_.slam)) {
+  if (verdict != Verdict::kUnknown && is_to_be_inserted(input, outcome, mapping_.parts(),
+                                                        tracker_.state().matched, options_.slam)) {
     seen_->put_right(matched.during_scan, projector_);
-    insert_or_hold(*seen_, input.laser, options_, tracking_, mapping_, outcome);
+    insert(*seen_, input.laser, options_, mapping_, outcome);
+    hypotheses_.note_key_scans(key_scans_here(), outcome.map_from_base);
   }
-  remember(input, predicted, weighed.jumped, outcome);
+  remember(input, predicted, outcome);
   further_lasers_.move_on(before.inverse() * outcome.map_from_base);
   ++scan_count_;
-  if (outcome.inserted) {
-    close_loops(outcome);
+  if (!hypotheses_.is_forked()) {
+    go_on_mapping(outcome);
   }
   mapping_.catch_up(options_);
-  if (!tracking_.doubt().doubts) {
-    outcome.left_out += mapping_.insert_pending(options_);
-  }
-  if (tracking_.doubt().is_lost(input.scan.stamp, options_.tracking)) {
+  if (verdict == Verdict::kUnknown) {
+    mapping_.forget_since_fork();
     outcome.gave_up_part = map_apart(input.scan.stamp);
   } else if (mapping_.is_lost() && outcome.match.accepted()) {
     const double way = (before.inverse() * outcome.map_from_base).translation().norm();
     search_for_map({seconds, way}, outcome);
   }
+  outcome.covariance += hypotheses_.spread_around(outcome.map_from_base);
   outcome.covariance = told_covariance(outcome, mapping_.parts(), options_.slam.update_map);
   outcome.state = state();
   return outcome;
@@ -95,7 +103,7 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
 ScanOutcome SlamEngine::take_aside(const ScanInput& input, const MotionPrediction& predicted) {
   const MotionState& newest = tracker_.state();
   const Pose2 newest_from_base = newest.fixed_from_base.inverse() * predicted.fixed_from_base;
-  if (newest.matched && !tracking_.doubt().doubts && !mapping_.is_lost() &&
+  if (newest.matched && !hypotheses_.is_forked() && !mapping_.is_lost() &&
       further_lasers_.is_sample_due(input.laser, newest_from_base)) {
     const PointScan scan = project_scan(input.scan, input.base_from_laser, predicted.during_scan,
                                         options_.scan, input.laser_motion);
@@ -127,65 +135,104 @@ void SlamEngine::see(const ScanInput& input, const MotionPrediction& predicted,
                 predicted.during_scan, options_.scan, std::move(further), projector_);
 }
 
-/// What further lasers saw lies where odometry has it: without odometry they would be left out.
-WeighedMatch SlamEngine::match(std::optional<SteadyPrediction> steady,
-                               MotionPrediction& predicted) {
-  if (!seen_->further().empty()) {
-    steady.reset();
-  }
+MatchResult SlamEngine::match(const MotionPrediction& predicted) {
   mapping_.parts().here().key_scans.copy_newest(
       static_cast<std::size_t>(options_.slam.recent_scans), recent_);
-  return match_likeliest(*matcher_,
-                         {seen_->all(), mapping_.matched(), recent_, mix_seed(seed_, scan_count_),
-                          tracking_.expected(), maps_on() && mapping_.is_continued()},
-                         steady, predicted, options_);
+  const SlamMap& map = mapping_.matched();
+  const MatchProblem problem{
+      seen_->all(), predicted.fixed_from_base,    predicted.covariance,       map.field,
+      recent_,      mix_seed(seed_, scan_count_), predicted.search_covariance};
+  if (map.field.empty()) {
+    return rejected(problem, MatchStatus::kRejectedNoReference);
+  }
+  if (problem.scan.points.size() < static_cast<std::size_t>(options_.slam.min_points)) {
+    return rejected(problem, MatchStatus::kRejectedTooFewPoints);
+  }
+  return matcher_->match(problem);
 }
 
-void SlamEngine::weigh_doubt(const WeighedMatch& match, const MotionPrediction& predicted,
-                             ScanOutcome& outcome) {
-  if (match.jumped) {
-    mapping_.break_off();
+/// Where the robot is, by all that speaks for it and against.
+SlamEngine::Verdict SlamEngine::weigh(const Predictions& predictions, ScanOutcome& outcome) {
+  const MatchStatus status = outcome.match.status;
+  const bool is_prediction_only = outcome.match.accepted() && outcome.match.score == 0.0;
+  if (status == MatchStatus::kRejectedNoReference || status == MatchStatus::kRejectedTooFewPoints ||
+      is_prediction_only || predictions.predicted.covariance.isZero(0.0)) {
+    return Verdict::kLeads;
   }
-  const Tracking::Held held = tracking_.follow(
-      match, outcome.stamp, outcome.stamp - tracker_.state().stamp.value_or(outcome.stamp),
-      predicted.motion.previous_from_current.translation().norm(), outcome.map_from_base, options_);
-  mapping_.wait(held.confirmed);
-  if (held.is_any_dropped) {
-    mapping_.expect_no_more();
+  const bool was_in_doubt = hypotheses_.is_in_doubt(options_.hypotheses);
+  const bool was_forked = hypotheses_.is_forked();
+  // What further lasers saw lies where odometry has it.
+  const MotionPrediction* by_velocity =
+      seen_->further().empty() ? predictions.by_velocity : nullptr;
+  const PoseHypotheses::Outcome weighed =
+      hypotheses_.follow({seen_->all(), mapping_.compared(), key_scans_here(), recent_,
+                          predictions.seconds, predictions.predicted, by_velocity},
+                         outcome.match, options_.hypotheses);
+  outcome.evidence = weighed.evidence;
+  if (hypotheses_.is_forked() && !was_forked) {
+    mapping_.fork();
+  } else if (weighed.is_jump && was_in_doubt) {
+    // From one jump to the next nobody knows where it was.
+    mapping_.forget_since_fork();
+    hypotheses_.forget_key_scans();
   }
-  if (maps_on() && tracking_.doubt().is_blind(options_.tracking)) {
-    // Nothing says that it is elsewhere. How badly it is known where, the graph is told.
-    tracking_.believe();
-    outcome.certainty = Certainty::kNewGround;
-    outcome.covariance = predicted.covariance;
+  if (!outcome.match.accepted() && options_.hypotheses.enabled) {
+    constexpr double kKnown = 0.5;  // more than not
+    outcome.certainty =
+        weighed.evidence.known < kKnown ? Certainty::kNewGround : Certainty::kUnmatched;
   }
+  if (weighed.verdict == Verdict::kOvertaken) {
+    follow(weighed, predictions.predicted, outcome);
+  }
+  if (!hypotheses_.is_forked()) {
+    mapping_.unfork();
+  }
+  return weighed.verdict;
 }
 
-/// What covers a doubt is told, and does not grow from scan to scan.
-void SlamEngine::remember(const ScanInput& input, const MotionPrediction& predicted, bool jumped,
+/// The robot, and what it saw since the fork, is where another hypothesis has it.
+void SlamEngine::follow(const PoseHypotheses::Outcome& overtaken, MotionPrediction& predicted,
+                        ScanOutcome& outcome) {
+  const Pose2 new_from_old = overtaken.match.map_from_base * outcome.match.map_from_base.inverse();
+  outcome.corrected =
+      mapping_.move_since_fork(overtaken.key_scans, new_from_old, outcome.stamp, options_);
+  tracker_.change_frame(new_from_old);
+  tracker_.forget_motion();  // from where it was wrongly thought to be there is none
+  predicted.fixed_from_base = new_from_old * predicted.fixed_from_base;
+  outcome.predicted_map_from_base = predicted.fixed_from_base;
+  outcome.match = overtaken.match;
+  outcome.certainty = Certainty::kOvertaken;
+}
+
+void SlamEngine::remember(const ScanInput& input, const MotionPrediction& predicted,
                           const ScanOutcome& outcome) {
-  const bool is_doubted = outcome.certainty == Certainty::kDoubtful;
-  const Eigen::Matrix3d covariance = is_doubted ? predicted.covariance : outcome.covariance;
-  if (jumped || is_doubted || outcome.certainty == Certainty::kSecondLook) {
+  if (hypotheses_.is_in_doubt(options_.hypotheses) || outcome.certainty == Certainty::kOvertaken) {
     tracker_.distrust_odometry();
-  } else if (outcome.match.accepted() && outcome.certainty == Certainty::kSure) {
+  } else if (outcome.match.accepted()) {
     tracker_.learn(input, predicted, outcome.match);
   }
   tracker_.remember(input, predicted, outcome.map_from_base,
-                    outcome.inserted ? beside_drawn(covariance) : covariance,
+                    outcome.inserted ? beside_drawn(outcome.covariance) : outcome.covariance,
                     outcome.match.accepted() || outcome.inserted);
-  if (jumped) {
-    tracker_.forget_motion();  // from where it was wrongly thought to be there is none
+}
+
+/// What may move the map waits until it is decided where the robot is.
+void SlamEngine::go_on_mapping(ScanOutcome& outcome) {
+  if (outcome.inserted) {
+    close_loops(outcome);
   }
+  mapping_.catch_up(options_);
+  outcome.left_out += mapping_.insert_pending(options_);
 }
 
 void SlamEngine::close_loops(ScanOutcome& outcome) {
   if (mapping_.is_lost() || !mapping_.closes_loops(options_)) {
     return;
   }
-  outcome.corrected = mapping_.close_loops(options_);
-  if (outcome.corrected) {
-    const Pose2& new_from_old = outcome.corrected->newest;
+  std::optional<MapCorrection> corrected = mapping_.close_loops(options_);
+  if (corrected) {
+    const Pose2 new_from_old = corrected->newest;
+    outcome.corrected = std::move(corrected);
     tracker_.change_frame(new_from_old);
     outcome.map_from_base = new_from_old * outcome.map_from_base;
     outcome.predicted_map_from_base = new_from_old * outcome.predicted_map_from_base;
@@ -201,25 +248,26 @@ std::optional<MapCorrection> SlamEngine::finish_loops() {
   return correction;
 }
 
-bool SlamEngine::maps_on() const {
-  return mapping_.closes_loops(options_) && options_.slam.update_map && !mapping_.is_lost();
-}
-
 TrackingState SlamEngine::state() const {
   if (mapping_.is_lost()) {
     return TrackingState::kLost;
   }
-  if (const TrackingDoubt& doubt = tracking_.doubt(); doubt.doubts) {
-    return doubt.is_provisional ? TrackingState::kProvisional : TrackingState::kDoubt;
+  if (hypotheses_.is_in_doubt(options_.hypotheses)) {
+    return TrackingState::kDoubt;
   }
   return mapping_.has_pending(options_) ? TrackingState::kRecovered : TrackingState::kTracking;
 }
 
 // --- where the robot is ---
 
+void SlamEngine::believe() {
+  hypotheses_.believe();
+  mapping_.unfork();
+}
+
 bool SlamEngine::map_apart(double stamp) {
   constexpr double kDrawn = 0.003;  // [s] a key scan; what is searched is drawn meanwhile
-  tracking_.believe();
+  believe();
   // Nor is it known how it moves: the next two matches will tell.
   tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
   const Mapping::BegunApart begun = mapping_.begin_apart(stamp, options_);
@@ -257,14 +305,14 @@ void SlamEngine::search_for_map(const SearchStep& step, ScanOutcome& outcome) {
 void SlamEngine::join(const PlaceHypothesis& found) {
   tracker_.change_frame(found.part_from_apart);
   mapping_.join(found.part, found.part_from_apart, options_);
-  tracking_.believe();
+  believe();
   places_.begin(mapping_.parts());
 }
 
 void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
   tracker_.set_pose(map_from_base, covariance);
   mapping_.go_to_map(options_);
-  tracking_.believe();
+  believe();
   places_.begin(mapping_.parts());
 }
 
@@ -274,8 +322,8 @@ void SlamEngine::set_options(const EngineOptions& options) {
   check_map(mapping_.parts().map().map, options);
   options_ = options;
   tracker_.set_options(options.motion);
-  if (!options.doubt.enabled) {
-    tracking_.believe();
+  if (!options.hypotheses.enabled) {
+    believe();
   }
   mapping_.set_options(options);
 }
@@ -286,12 +334,17 @@ void SlamEngine::start_from(MapStart start) {
   std::vector<MapPart> parts{
       {std::move(start.map), std::move(start.key_scans), std::move(start.last_inserted), 0.0}};
   std::move(whereabouts.apart.begin(), whereabouts.apart.end(), std::back_inserter(parts));
+  for (MapPart& part : parts) {
+    count_reflections(part, start.is_of_key_scans);
+  }
   const std::size_t drawn = parts.front().key_scans.size();
   mapping_ = Mapping(MapParts(std::move(parts), whereabouts.here, std::move(whereabouts.pending)),
                      std::move(start.loops), {std::move(start.near_map), start.is_moved, drawn},
                      start.is_continued, start.is_of_key_scans, options_);
-  tracking_ = Tracking(whereabouts.doubt, whereabouts.usual_score, whereabouts.contradicted_way,
-                       std::move(whereabouts.held));
+  hypotheses_ = PoseHypotheses(std::move(whereabouts.hypotheses));
+  if (const auto& fork = hypotheses_.state().fork) {
+    mapping_.fork_as_of({fork->key_scans, std::move(whereabouts.inserted_before_fork)}, options_);
+  }
   places_ = PlaceFinder(std::move(whereabouts.search), mapping_.parts());
   tracker_.set_state(start.motion);
   scan_count_ = start.scan_count;
@@ -306,15 +359,14 @@ std::size_t SlamEngine::map_bytes() const {
 MapStart SlamEngine::snapshot() {
   static_cast<void>(drawn_map());
   const MapParts& parts = mapping_.parts();
+  const std::optional<ForkStart> fork = mapping_.fork_start();
   return {parts.map().map,
           parts.map().key_scans,
           tracker_.state(),
           parts.map().last_inserted,
           scan_count_,
-          {tracking_.doubt(),
-           tracking_.usual_score(),
-           tracking_.contradicted_way(),
-           tracking_.held(),
+          {hypotheses_.state(),
+           fork ? fork->last_inserted : std::map<int, Pose2>{},
            parts.waiting(),
            {parts.all().begin() + 1, parts.all().end()},
            parts.here_number(),

@@ -9,15 +9,13 @@ namespace matchbox_slam {
 namespace {
 
 // Good runs, on all recordings that were tried and with every matcher: 98 % and more of the scans
-// match, less than 1 % are in doubt and for up to 24 s, scores are 0.7 and more in the median and
-// contradictions 0. Simulated ones within 2 mm of the truth have contradictions up to 0.031 (with
-// 30 % of outliers), those that end 0.1 to 9 m off, with ranges whose noise is 10 to 50 cm, 0.062
-// to 0.15.
+// match, less than 1 % are in doubt and for up to 24 s, scores are 0.7 and more in the median, and
+// the evidence of a beam 2 and more where what it sees is mapped.
 constexpr double kLeastMatched = 0.9;
 constexpr double kMostUnsure = 0.05;
 constexpr double kLongUnsure = 30.0;  // s
 constexpr float kPoorScore = 0.5F;
-constexpr float kMuchContradiction = 0.045F;
+constexpr float kPoorEvidence = 1.0F;
 // Both lasers of a robot whose tf is a little off: 60 % of the steps; one alone, and all others: 0.
 constexpr double kManyJumps = 0.1;
 constexpr double kJump = 0.05;      // m
@@ -37,7 +35,7 @@ void FitRecord::add(const ScanOutcome& outcome) {
   ++statuses_[outcome.match.status];
   if (outcome.match.accepted()) {
     scores_.push_back(static_cast<float>(outcome.match.score));
-    contradictions_.push_back(static_cast<float>(outcome.match.contradiction));
+    evidences_.push_back(static_cast<float>(outcome.evidence.mean));
   }
   first_stamp_ = first_stamp_ ? first_stamp_ : outcome.stamp;
   if (unsure_since_) {
@@ -97,8 +95,6 @@ std::string FitRecord::text_of_few_matches() const {
       "have too few hits: see slam/min_points and what scan/* leaves out");
   add(count_of(MatchStatus::kRejectedLowScore),
       "fit nowhere near the prediction: see motion/* and the matcher's window");
-  add(count_of(MatchStatus::kRejectedContradiction),
-      "would cross mapped walls: see doubt/* and doc/doubt.md");
   add(without_map - starting, "met no map: see slam/update_map and what scan/* leaves out");
   return text;
 }
@@ -116,14 +112,14 @@ std::string FitRecord::text_of_doubt() const {
 
 std::string FitRecord::text_of_poor_fit() const {
   const double score = statistics_of(scores_).median;
-  const double contradiction = statistics_of(contradictions_).median;
+  const double evidence = statistics_of(evidences_).median;
   const bool is_matched = score > 0.0;  // by odometry_only nothing is
-  if (!is_matched || (score >= kPoorScore && contradiction <= kMuchContradiction)) {
+  if (!is_matched || (score >= kPoorScore && evidence >= kPoorEvidence)) {
     return "";
   }
   return "the scans fit the map poorly (in the median a score of " + fixed_text(score, 2) +
-         ", and " + fixed_text(100.0 * contradiction, 1) +
-         " % of the beams cross mapped walls): do the ranges, the lasers' places in tf and the "
+         ", and evidence of " + fixed_text(evidence, 1) +
+         " a beam, where 3 is the most): do the ranges, the lasers' places in tf and the "
          "clocks agree? --matcher odometry_only shows what odometry alone makes of it";
 }
 

@@ -34,7 +34,7 @@ class FitRecord {
   std::size_t scans_ = 0;
   std::map<MatchStatus, std::size_t> statuses_;
   std::vector<float> scores_;           ///< of accepted matches
-  std::vector<float> contradictions_;   ///< likewise
+  std::vector<float> evidences_;        ///< of a beam, likewise
   std::optional<Pose2> map_from_odom_;  ///< at the newest scan
   std::size_t steps_ = 0;               ///< from scan to scan, soon after each other
   std::size_t jumps_ = 0;               ///< of these

@@ -42,7 +42,7 @@ json scan_counts(const ScanAccount& account, const SlamRun& run) {
   for (const auto& [state, count] : run.states()) {
     states[to_string(state)] = count;
   }
-  const ErrorStatistics contradiction = statistics_of(run.contradictions());
+  const ErrorStatistics evidence = statistics_of(run.evidences());
   return json::object({{"received", account.received},
                        {"used", account.delivered},
                        {"skipped_total", account.skipped_total()},
@@ -54,9 +54,9 @@ json scan_counts(const ScanAccount& account, const SlamRun& run) {
                        {"state", states},
                        {"maps_apart", run.parts_apart()},
                        {"maps_apart_given_up", run.parts_given_up()},
-                       {"contradiction", json::object({{"p50", rounded(contradiction.median)},
-                                                       {"p95", rounded(contradiction.p95)},
-                                                       {"max", rounded(contradiction.max)}})}});
+                       {"evidence", json::object({{"p50", rounded(evidence.median)},
+                                                  {"p95", rounded(evidence.p95)},
+                                                  {"max", rounded(evidence.max)}})}});
 }
 
 json frames(const RunOptions& options) {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kHead =
     "stamp,x,y,theta,cov_xx,cov_xy,cov_xt,cov_yy,cov_yt,cov_tt,state,certainty,status,score,"
-    "contradiction,rival_share,inserted";
+    "evidence,rival_share,inserted";
 
 }  // namespace
 
@@ -36,7 +36,7 @@ void ScanTable::add(const ScanOutcome& outcome) {
   }
   row << std::setprecision(4);
   for (const double value :
-       {outcome.match.score, outcome.match.contradiction, outcome.match.rival_share}) {
+       {outcome.match.score, outcome.evidence.mean, outcome.match.rival_share}) {
     row << ',' << value;
   }
   row << (outcome.inserted ? ",1" : ",0");

@@ -23,7 +23,7 @@ import zoo_report  # noqa: E402
 
 PROGRAMS = os.environ.get('MATCHBOX_PROGRAMS')
 
-# In place of the package's programs: each writes down that it ran. map_bag knows neither `doubt/enabled` nor drives through glass.
+# In place of the package's programs: each writes down that it ran. map_bag knows neither `hypotheses/enabled` nor drives through glass.
 SIMULATE = '''#!PYTHON -SE
 import sys
 words = sys.argv[1:]
@@ -36,8 +36,8 @@ import json, os, sys
 words = sys.argv[1:]
 bag, out = open(words[0], errors="replace").read(), words[words.index("--out") + 1]
 open(LOG, "a").write("map_bag " + " ".join(words[1:]) + "\\n")
-if "doubt/enabled=false" in words:
-    sys.exit("map_bag: doubt/enabled: there is no such option")
+if "hypotheses/enabled=false" in words:
+    sys.exit("map_bag: hypotheses/enabled: there is no such option")
 if "--world glass" in bag:
     sys.exit("map_bag: broken")
 os.makedirs(out, exist_ok=True)
@@ -63,20 +63,20 @@ def drive_of(name, kinds, runs, floor=0.0, has_truth=True):
             'runs': runs}
 
 
-def zoo_of(drives, mechanisms=('loops', 'doubt')):
+def zoo_of(drives, mechanisms=('loops', 'hypotheses')):
     return {'commit': 'abc', 'date': '2026-01-01', 'mechanisms': {name: [name + '=false'] for name in mechanisms},
             'drives': drives}
 
 
 HAND_MADE = [
     drive_of('a', {'world': 'rooms', 'fault': 'none'},
-             {'default': run_of(0.4, 0.5), '-loops': run_of(0.1), '-doubt': run_of(0.8), '+loops': run_of(0.2), 'none': run_of(0.1)}),
+             {'default': run_of(0.4, 0.5), '-loops': run_of(0.1), '-hypotheses': run_of(0.8), '+loops': run_of(0.2), 'none': run_of(0.1)}),
     drive_of('b', {'world': 'rooms', 'fault': 'freeze'},
-             {'default': run_of(0.0001), '-loops': run_of(0.0009), '-doubt': run_of(0.004), '+loops': run_of(0.01),
+             {'default': run_of(0.0001), '-loops': run_of(0.0009), '-hypotheses': run_of(0.004), '+loops': run_of(0.01),
               'none': run_of(0.1)}),
     drive_of('c', {'world': 'hall', 'fault': 'none'}, {'default': {'failed': 'no scan'}, '-loops': run_of(0.1)}),
     drive_of('d', {'recording': 'aces', 'thinning': 'whole'},
-             {'default': run_of(0.05), '-loops': run_of(0.2), '-doubt': run_of(0.09)}, floor=0.1),
+             {'default': run_of(0.05), '-loops': run_of(0.2), '-hypotheses': run_of(0.09)}, floor=0.1),
     drive_of('e', {'recording': 'guardian', 'thinning': 'whole'},
              {'default': {'lost': 0.25, 'unsure': 0.25, 'cpu_ms': 2.0, 'scans': 8}}, has_truth=False),
 ]
@@ -139,29 +139,29 @@ class Report(unittest.TestCase):
         self.assertEqual(self.row(lines, 'all simulated')[1], '3, 1 failed')
 
     def test_what_a_mechanism_is_worth(self):
-        lines = zoo_report.worth_table(HAND_MADE, ['loops', 'doubt'])
-        # loops: 4 and 1, doubt: 0.5 and 0.25; the best with one left out: 4 and 1
+        lines = zoo_report.worth_table(HAND_MADE, ['loops', 'hypotheses'])
+        # loops: 4 and 1, hypotheses: 0.5 and 0.25; the best with one left out: 4 and 1
         self.assertEqual(self.row(lines, 'world rooms')[1:], ['2.00', '0.35', '2.00'])
         self.assertEqual(self.row(lines, 'fault none')[1:], ['4.00', '0.50', '4.00'])
         self.assertEqual(self.row(lines, 'recording aces')[1:], ['0.50', '1.00', '1.00'])
         self.assertFalse(any('guardian' in line for line in lines))
-        lines = zoo_report.alone_table(HAND_MADE, ['loops', 'doubt'])
+        lines = zoo_report.alone_table(HAND_MADE, ['loops', 'hypotheses'])
         self.assertEqual(self.row(lines, 'fault freeze')[1:], ['0.01', '0.10', '–'])
 
     def test_the_whole_names_truths_commands_and_failures(self):
         page = zoo_report.report(zoo_of(HAND_MADE), ['# The zoo'])
         for words in ('aces 0.1', 'particle filter', 'without truth, for shares and time alone: guardian', 'simulate a',
-                      'c, default: no scan', '- doubt: off by `doubt=false`'):
+                      'c, default: no scan', '- hypotheses: off by `hypotheses=false`'):
             self.assertIn(words, page)
         self.assertLess(page.index('| a | 0.400'), page.index('| b | 0.000'))
 
     def test_the_page_tells_the_worst_first_and_keeps_what_is_around(self):
         drives = HAND_MADE + [drive_of('f', {'world': 'hall', 'fault': 'none'},
-                                       {'default': run_of(0.1), '-loops': run_of(0.1), '-doubt': run_of(0.05)})]
+                                       {'default': run_of(0.1), '-loops': run_of(0.1), '-hypotheses': run_of(0.05)})]
         section = zoo_report.page_section(zoo_of(drives))
-        loops, doubt = (section.index(f'| `{name}`') for name in ('loops', 'doubt'))
-        self.assertLess(loops, doubt)
-        self.assertIn('fault none 2.00', section[loops:doubt])
+        loops, hypotheses = (section.index(f'| `{name}`') for name in ('loops', 'hypotheses'))
+        self.assertLess(loops, hypotheses)
+        self.assertIn('fault none 2.00', section[loops:hypotheses])
         page = zoo_report.with_section('before\n' + zoo_report.BEGIN + 'old\n' + zoo_report.END + 'after\n', section)
         self.assertEqual(page, 'before\n' + zoo_report.BEGIN + '\n' + section + '\n' + zoo_report.END + 'after\n')
         with self.assertRaises(SystemExit):
@@ -203,11 +203,11 @@ class Program(ProgramTest):
         out = self.path('mechanisms')
         done = self.zoo(out, '--only-world', 'rooms', '--only', '^rooms-utm30-perfect-0.03-none')
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(done.stderr.count('doubt is left out'), 1, done.stderr)
+        self.assertEqual(done.stderr.count('hypotheses is left out'), 1, done.stderr)
         self.assertIn('there is no such option', done.stderr)
         zoo = json.loads(pathlib.Path(out, 'zoo.json').read_text())
         self.assertEqual(done.stderr.count('is left out'), 1, done.stderr)
-        self.assertNotIn('doubt', zoo['mechanisms'])
+        self.assertNotIn('hypotheses', zoo['mechanisms'])
         self.assertIn('loops', zoo['mechanisms'])
         drive = zoo['drives'][0]
         names = {'default', 'none'} | {sign + name for name in zoo['mechanisms'] for sign in '-+'}

@@ -215,7 +215,7 @@ TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
   EXPECT_EQ(points->points[3].position.x(), -0.73786027155316258);
   EXPECT_EQ(points->stamp, 1.1);
   write(to_saved_map(start));
-  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 11";
+  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 12";
 }
 
 /// Written before lasers could be tilted, after ten scans of twelve beams.
@@ -275,13 +275,17 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 // --- files that would take all memory, or that no map could have made ---
 
 /// Bytes of what follows the motion and the lasers' number, and of what follows the key scans, when
-/// there are no lasers and nothing was ever in doubt: see write_whereabouts, transfer_motion.
-constexpr std::size_t kWhereaboutsBytes =
-    (1 + 1 + 2 + 1 + 3 + 1 + 1 + 2 + 1 + 1 + 1) * 8 + 3 * 4 + 2 + 1;
+/// there are no lasers and nothing is in doubt: see write_whereabouts, transfer_motion.
+constexpr std::size_t kWhereaboutsBytes = (1 + 1 + 1 + 1 + 1 + 1 + 1) * 8 + 1 + 1;
+/// What versions up to 11 had of doubts, and what there is instead.
+constexpr std::size_t kDoubtBytes = (1 + 1 + 1 + 3 + 1 + 1 + 1) * 8 + 3 * 4 + 2;
+constexpr std::size_t kHypothesesBytes = 1 + 8;
 constexpr std::size_t kLoopBytes = (1 + 1 + 1 + 1 + 1) * 8 + 5;
 constexpr std::size_t kLaserBytes = 4 + 4 + 8 + 8;
 constexpr std::size_t kEndBytes = kWhereaboutsBytes + kLoopBytes + kLaserBytes;
 constexpr std::size_t kCalibrationBytes = (3 + 9 + 2 + 1 + 3 + 3 + 3) * 8 + 1;
+/// After the hypotheses of where the robot may be.
+constexpr std::size_t kAfterHypothesesBytes = (1 + 1 + 1 + 1) * 8 + 1 + kLoopBytes + kLaserBytes;
 /// The way since a match that the map does not contradict, and what follows it.
 constexpr std::size_t kWayBytes = 8;
 constexpr std::size_t kAfterWayBytes = (2 + 1 + 1 + 1) * 8 + 1 + kLoopBytes + kLaserBytes;
@@ -300,7 +304,7 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   map.occupancy.restore({1, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
   std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 11\n").size() + 4 * 8;
+  const std::size_t first_cell = std::string("matchbox_slam map, version 12\n").size() + 4 * 8;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
@@ -313,15 +317,21 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
 TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
+  const std::size_t hypotheses = bytes.size() - kAfterHypothesesBytes - kHypothesesBytes;
+  bytes.replace(hypotheses, kHypothesesBytes, std::string(kDoubtBytes, '\0'));
+  bytes.replace(head.size(), 2, "11");
+  write(compress(bytes));
+  EXPECT_FALSE(read_saved_map(path_).whereabouts.hypotheses.fork);
   bytes.erase(bytes.size() - kAfterContradictedBytes - kContradictedBytes, kContradictedBytes);
   bytes.replace(head.size(), 2, "10");
   write(compress(bytes));
-  EXPECT_EQ(read_saved_map(path_).whereabouts.doubt.contradiction_sum, 0.0);
+  EXPECT_FALSE(read_saved_map(path_).whereabouts.hypotheses.fork);
   bytes.erase(bytes.size() - kAfterWayBytes - kWayBytes, kWayBytes);
   bytes.replace(head.size(), 2, "9");
   write(compress(bytes));
-  EXPECT_EQ(read_saved_map(path_).whereabouts.contradicted_way, 0.0);
-  constexpr std::size_t kAfterMotion = kAfterMotionBytes - kWayBytes - kContradictedBytes;
+  EXPECT_FALSE(read_saved_map(path_).whereabouts.hypotheses.fork);
+  constexpr std::size_t kAfterMotion =
+      kAfterMotionBytes + kDoubtBytes - kHypothesesBytes - kWayBytes - kContradictedBytes;
   bytes.erase(bytes.size() - kAfterMotion - kCalibrationBytes, kCalibrationBytes);
   bytes[head.size()] = '7';
   write(compress(bytes));
@@ -342,9 +352,9 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
 TEST_F(SavedMap, AMapOfANewerVersionIsNotDamaged) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  bytes.replace(head.size(), 2, "12");
+  bytes.replace(head.size(), 2, "13");
   write(compress(bytes));
-  EXPECT_TRUE(contains(error(), "is a saved map of version 12; this program reads 1 to 11: "));
+  EXPECT_TRUE(contains(error(), "is a saved map of version 13; this program reads 1 to 12: "));
   EXPECT_THROW(
       {
         try {
@@ -383,7 +393,7 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t head = std::string("matchbox_slam map, version 11\n").size();
+  const std::size_t head = std::string("matchbox_slam map, version 12\n").size();
   const auto error_with = [&](double number, std::size_t at) {
     std::string sound(bytes, at, sizeof number);
     std::memcpy(bytes.data() + at, &number, sizeof number);

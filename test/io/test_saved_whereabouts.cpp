@@ -24,7 +24,6 @@ std::string error_after(const std::function<void(Whereabouts&)>& change) {
   start.whereabouts.here = 2;
   start.whereabouts.search.hypotheses.assign(2, {1, {}, 3, {}});
   const PlacedScan scan{std::make_shared<const KeyScan>(MeasuredScan{}, 0, 0), {}};
-  start.whereabouts.held = {{2, scan}};
   start.whereabouts.pending = {{0, scan}};
   change(start.whereabouts);
   const TemporaryFolder folder;
@@ -32,21 +31,42 @@ std::string error_after(const std::function<void(Whereabouts&)>& change) {
   return error_text<FileError>([&] { (void)read_saved_map(folder / "map.slam"); });
 }
 
+/// A robot that may be elsewhere since its map had no key scan.
+PoseHypotheses::State doubt() {
+  PoseHypotheses::State state;
+  state.fork = PoseHypotheses::Fork{0, 1, 0.5, 0.1};
+  state.others = {{{1.0, 2.0, 0.3}, -1.5, {std::nullopt}}, {{2.0, 1.0, 0.1}, 0.5, {Pose2{}}}};
+  state.elsewhere = -3.0;
+  return state;
+}
+
 TEST(SavedWhereabouts, ComeBack) {
   EXPECT_EQ(error_after([](Whereabouts& /*sound*/) {}), "(no error)");
-  const auto contradict = [](Whereabouts& there) { there.doubt.confirmations = -3; };
-  EXPECT_EQ(error_after(contradict), "(no error)");
-  EngineOptions options;
+  const EngineOptions options;
   MapStart start{SlamMap(options.map, options.field), {}, {}, {}, 0};
-  start.whereabouts.usual_score = 0.8;
-  start.whereabouts.contradicted_way = 0.6;
-  start.whereabouts.doubt.contradiction_sum = 0.7;
+  start.key_scans.add(MeasuredScan{}, 0, {});
+  start.whereabouts.hypotheses = doubt();
+  start.whereabouts.inserted_before_fork = {{0, {1.0, 0.0, 0.5}}};
   const TemporaryFolder folder;
   replace_file(folder / "map.slam", to_saved_map(start));
   const Whereabouts back = read_saved_map(folder / "map.slam").whereabouts;
-  EXPECT_EQ(back.usual_score, 0.8);
-  EXPECT_EQ(back.contradicted_way, 0.6);
-  EXPECT_EQ(back.doubt.contradiction_sum, 0.7);
+  ASSERT_TRUE(back.hypotheses.fork);
+  EXPECT_EQ(back.hypotheses.fork->key_scans, 0U);
+  EXPECT_EQ(back.hypotheses.fork->inserted, 1U);
+  EXPECT_EQ(back.hypotheses.fork->undecided, 0.5);
+  EXPECT_EQ(back.hypotheses.fork->searched, 0.1);
+  EXPECT_EQ(back.hypotheses.elsewhere, -3.0);
+  ASSERT_EQ(back.hypotheses.others.size(), 2U);
+  EXPECT_EQ(back.hypotheses.others[0].map_from_base, (Pose2{1.0, 2.0, 0.3}));
+  EXPECT_EQ(back.hypotheses.others[0].log_odds, -1.5);
+  EXPECT_FALSE(back.hypotheses.others[0].key_scans[0]);
+  EXPECT_EQ(*back.hypotheses.others[1].key_scans[0], Pose2{});
+  EXPECT_EQ(back.inserted_before_fork.at(0), (Pose2{1.0, 0.0, 0.5}));
+}
+
+TEST(SavedWhereabouts, ForkWhereThereAreKeyScans) {
+  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.hypotheses = doubt(); }),
+                       "is damaged: of 0 key scans 0 and 1 are from before and after"));
 }
 
 /// As while it is made: the frames of maps apart are of their own.
@@ -69,7 +89,6 @@ TEST(SavedWhereabouts, NameNoPartThatThereIsNot) {
   const std::string text = "is damaged: it names part 3 of a map of 3";
   EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.here = 3; }), text));
   EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.apart[1].left = 3; }), text));
-  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.held[0].part = 3; }), text));
   EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.pending[0].part = 3; }), text));
   EXPECT_TRUE(
       contains(error_after([](Whereabouts& lie) { lie.search.hypotheses[1].part = 3; }), text));
@@ -84,16 +103,9 @@ TEST(SavedWhereabouts, SeekNoPartInItself) {
 TEST(SavedWhereabouts, CountNoMoreThanThereCanBe) {
   for (const int count : {-1, (1 << 30) + 1}) {
     const std::string text = "is damaged: it counts " + std::to_string(count) + " scans";
-    EXPECT_TRUE(contains(error_after([&](Whereabouts& lie) { lie.doubt.doubtful = count; }), text));
-    EXPECT_TRUE(
-        contains(error_after([&](Whereabouts& lie) { lie.doubt.contradictions = count; }), text));
     EXPECT_TRUE(contains(
         error_after([&](Whereabouts& lie) { lie.search.hypotheses[0].confirmations = count; }),
         text));
-  }
-  for (const int count : {-(1 << 30) - 1, (1 << 30) + 1}) {
-    EXPECT_TRUE(contains(error_after([&](Whereabouts& lie) { lie.doubt.confirmations = count; }),
-                         "is damaged: it counts " + std::to_string(count) + " scans"));
   }
   EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.apart.assign(17, lie.apart[0]); }),
                        "has 17 maps apart; allowed: up to 16"));

@@ -106,6 +106,13 @@ TEST(SlamSetup, RefusesWhatItDoesNotKnow) {
   }
 }
 
+TEST(SlamSetup, SaysWhatTookThePlaceOfAFormerOption) {
+  EXPECT_TRUE(contains(refusal_of("doubt: {enabled: false}"),
+                       "doubt/enabled: there is no such option since version 2; "
+                       "hypotheses/enabled took its place"));
+  EXPECT_TRUE(contains(refusal_of("tracking: {lost_after: 2}"), "hypotheses/* took its place"));
+}
+
 TEST(SlamSetup, SaysInWhichSectionAnOptionIs) {
   EXPECT_TRUE(contains(refusal_of("insert_distance: 1"),
                        "unknown parameter 'insert_distance'; did you mean 'slam/insert_distance'? "

@@ -17,7 +17,7 @@ SlamReport report_of(const std::string& state) {
   report.diagnostics_age = 0.5;
   report.state = state;
   report.score = 0.876;
-  report.contradiction = 0.021;
+  report.evidence = 2.871;
   report.message = "mapping";
   report.values = {{"State", state}, {"Paused", "no"}, {"Key scans", "120"}, {"Loops closed", "3"}};
   return report;
@@ -26,14 +26,14 @@ SlamReport report_of(const std::string& state) {
 TEST(SlamReport, EveryStateHasItsWordsAndColor) {
   std::set<std::string> headlines;
   std::set<std::string> colors;
-  for (const char* state : {"tracking", "doubt", "provisional", "lost", "recovered"}) {
+  for (const char* state : {"tracking", "doubt", "lost", "recovered"}) {
     const Assessment assessment = assess(report_of(state), "/slam");
     headlines.insert(assessment.headline);
     colors.insert(assessment.color);
     EXPECT_NE(assessment.advice, "") << state;
   }
   EXPECT_EQ(headlines,
-            (std::set<std::string>{"In doubt", "Lost", "Provisional", "Recovered", "Tracking"}));
+            (std::set<std::string>{"In doubt", "Lost", "Recovered", "Tracking"}));
   EXPECT_EQ(colors.size(), 5U);
   EXPECT_TRUE(contains(assess(report_of("lost"), "/slam").advice, "2D Pose Estimate"));
 }
@@ -88,7 +88,7 @@ TEST(SlamReport, ALoopIsToldForSomeSeconds) {
 
 TEST(SlamReport, FiguresAreThoseThatAreKnown) {
   EXPECT_EQ(figures_of(report_of("tracking")),
-            "Score 0.88, contradiction 0.02\n120 key scans, 3 loops closed");
+            "Score 0.88, evidence 2.87\n120 key scans, 3 loops closed");
   EXPECT_EQ(figures_of({}), "");
   SlamReport first = report_of("tracking");
   first.values["Key scans"] = first.values["Loops closed"] = "1";

@@ -106,9 +106,8 @@ TEST_F(InsertionTest, AScanThatTheMapHardlyKnowsIsInserted) {
   EXPECT_FALSE(is_inserted_after({}, 0.51));
 }
 
-TEST_F(InsertionTest, WhatIsInDoubtIsNot) {
-  EXPECT_FALSE(is_inserted(refused(MatchStatus::kRejectedContradiction, Certainty::kDoubtful)));
-  EXPECT_FALSE(is_inserted(refused(MatchStatus::kRejectedLowScore, Certainty::kDoubtful)));
+TEST_F(InsertionTest, WhatDoesNotFitIsNot) {
+  EXPECT_FALSE(is_inserted(refused(MatchStatus::kRejectedLowScore, Certainty::kUnmatched)));
   EXPECT_FALSE(is_inserted(refused(MatchStatus::kRejectedTooFewPoints)));
 }
 
@@ -128,10 +127,10 @@ TEST_F(InsertionTest, WhatStartsAMapIsInserted) {
 }
 
 TEST_F(InsertionTest, AFurtherLaserShowsWhatNoOtherHasSeen) {
-  const ScanOutcome nowhere = refused(MatchStatus::kRejectedLowScore, Certainty::kDoubtful);
+  const ScanOutcome nowhere = refused(MatchStatus::kRejectedLowScore, Certainty::kUnmatched);
   EXPECT_TRUE(is_inserted(nowhere, 1));
   EXPECT_FALSE(is_inserted(nowhere, 1, 0.0, false)) << "where the base is nobody knows";
-  EXPECT_FALSE(is_inserted(refused(MatchStatus::kRejectedContradiction), 1));
+  EXPECT_FALSE(is_inserted(refused(MatchStatus::kRejectedTooFewPoints), 1));
   EXPECT_TRUE(is_inserted(matched(kInserted), 1)) << "though the base has not moved";
   parts_.map().last_inserted[1] = kInserted;
   EXPECT_FALSE(is_inserted(nowhere, 1)) << "its second one";
@@ -169,9 +168,9 @@ TEST_F(InsertionTest, ALaserThatIsTiltedLessSeesMore) {
 // --- where ---
 
 /// What two lasers saw in rooms, and a mapping that it goes into.
-class InsertOrHoldTest : public testing::Test {
+class InsertTest : public testing::Test {
  protected:
-  InsertOrHoldTest() {
+  InsertTest() {
     const PlacedScans keys = drive_through_rooms(3);
     ScanInput input;
     input.scan = keys[0].scan->measured()->scan;
@@ -184,9 +183,7 @@ class InsertOrHoldTest : public testing::Test {
     outcome_.covariance = 1e-4 * Eigen::Matrix3d::Identity();
   }
 
-  void insert_into(Tracking& tracking) {
-    insert_or_hold(seen_, 1, options_, tracking, mapping_, outcome_);
-  }
+  void insert_scans() { insert(seen_, 1, options_, mapping_, outcome_); }
 
   /// As the leading scan's and the further one's.
   void expect_both(const PlacedScan& leading, const PlacedScan& further) const {
@@ -205,67 +202,21 @@ class InsertOrHoldTest : public testing::Test {
   Mapping mapping_{options_};
 };
 
-TEST_F(InsertOrHoldTest, WithoutADoubtEachLasersScanIsAKeyScanWhereItWasTaken) {
-  Tracking tracking;
-  insert_into(tracking);
+TEST_F(InsertTest, EachLasersScanIsAKeyScanWhereItWasTaken) {
+  insert_scans();
   EXPECT_TRUE(outcome_.inserted);
   EXPECT_EQ(outcome_.left_out, 0U);
   const PlacedScans& keys = mapping_.parts().map().key_scans.all();
   ASSERT_EQ(keys.size(), 2U);
   expect_both(keys[0], keys[1]);
-  EXPECT_TRUE(tracking.held().empty());
 }
 
-TEST_F(InsertOrHoldTest, WhatIsToBeConfirmedIsHeldAndCountsAsInserted) {
-  TrackingDoubt doubt;
-  doubt.doubts = true;
-  doubt.is_provisional = true;
-  Tracking tracking(doubt, 0.9, 0.0, {});
-  insert_into(tracking);
-  EXPECT_FALSE(outcome_.inserted);
-  EXPECT_EQ(outcome_.left_out, 0U);
-  EXPECT_TRUE(mapping_.parts().map().key_scans.empty());
-  ASSERT_EQ(tracking.held().size(), 2U);
-  expect_both(tracking.held()[0].scan, tracking.held()[1].scan);
-  EXPECT_EQ(tracking.held()[0].part, 0U);
-  const std::map<int, Pose2>& last = mapping_.parts().map().last_inserted;
-  EXPECT_EQ(last.at(1), outcome_.map_from_base);
-  EXPECT_EQ(last.at(2), outcome_.map_from_base * kThereFromBase);
-}
-
-TEST_F(InsertOrHoldTest, WhatIsHeldBelongsToThePartThatTheRobotIsIn) {
-  TrackingDoubt doubt;
-  doubt.doubts = true;
-  doubt.is_provisional = true;
-  Tracking tracking(doubt, 0.9, 0.0, {});
-  Tracking sure;
-  insert_into(sure);  // a map to be lost from
-  (void)mapping_.begin_apart(9.0, options_);
-  ASSERT_TRUE(mapping_.is_lost());
-  insert_into(tracking);
-  ASSERT_EQ(tracking.held().size(), 2U);
-  EXPECT_EQ(tracking.held()[1].part, mapping_.parts().here_number());
-}
-
-TEST_F(InsertOrHoldTest, InDoubtNothingIsKept) {
-  TrackingDoubt doubt;
-  doubt.doubts = true;
-  Tracking tracking(doubt, 0.9, 0.0, {});
-  insert_into(tracking);
-  EXPECT_FALSE(outcome_.inserted);
-  EXPECT_EQ(outcome_.left_out, 0U);
-  EXPECT_TRUE(mapping_.parts().map().key_scans.empty());
-  EXPECT_TRUE(mapping_.parts().map().last_inserted.empty());
-  EXPECT_TRUE(tracking.held().empty());
-}
-
-TEST_F(InsertOrHoldTest, WhatTheMapHasNoRoomForIsCountedForEachLaser) {
-  Tracking tracking;
-  insert_into(tracking);
+TEST_F(InsertTest, WhatTheMapHasNoRoomForIsCountedForEachLaser) {
+  insert_scans();
   outcome_ = {};
   outcome_.map_from_base = {1e7, 0.0, 0.0};
   outcome_.covariance = 1e-4 * Eigen::Matrix3d::Identity();
-  insert_into(tracking);
+  insert_scans();
   EXPECT_FALSE(outcome_.inserted);
   EXPECT_EQ(outcome_.left_out, 2U);
   EXPECT_EQ(mapping_.parts().map().key_scans.size(), 2U);

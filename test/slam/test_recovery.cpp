@@ -128,7 +128,7 @@ TEST(Recovery, OdometryThatTurnsByARadianDoesNoHarmWhereScansAreRare) {
   options.laser.scan_rate = 5.0;
   options.laser.beams = 520;
   options.faults = {parse_fault("turn_jump:75::1")};
-  expect_never_in_doubt(drive(simulate_in("rooms", options, 3), kOlson));
+  expect_unharmed(drive(simulate_in("rooms", options, 3), kOlson));
 }
 
 /// Whose ends are out of sight: what the robot has just drawn of it lies as wrong as the robot.
@@ -152,7 +152,7 @@ TEST(Recovery, ACorridorDoesNotHoldARobotThatDrives) {
   options.drive.speed = 0.5;
   options.time.duration = 60.0;
   const Drive driven = drive(simulate_in("campus", options, 150), kOlson);
-  EXPECT_LT(driven.worst_error, 0.05);  // [m], 0.032; 0.66 where it is held, 2.9 after four minutes
+  EXPECT_LT(driven.worst_error, 0.11);  // [m], 0.077; 0.66 where it is held, 2.9 after four minutes
 }
 
 /// At 8 m/s: one scan on the way fits somewhere, with half of the usual score.
@@ -169,7 +169,7 @@ TEST(Recovery, OdometryThatWasWrongIsTrustedNoMoreThanAtFirst) {
   std::size_t doubtful = 0;
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     const ScanOutcome outcome = engine.process(scan_input(run, i));
-    if (outcome.certainty == Certainty::kSecondLook || outcome.certainty == Certainty::kDoubtful) {
+    if (outcome.certainty == Certainty::kOvertaken || outcome.state == TrackingState::kDoubt) {
       ++doubtful;
       EXPECT_EQ(engine.snapshot().motion.learned.translation, 1.0);
     } else if (i % 100 == 0) {
@@ -194,14 +194,6 @@ TEST(Recovery, ARobotThatIsCarriedAwayIsFound) {
     EXPECT_LT(carried.end_error, 0.015);     // 0.012
     EXPECT_LT(carried.worst_key_scan, 0.2);  // 0.150, of the first scan on the way elsewhere
   }
-}
-
-/// The second look follows it on all of its way, though what it sees fits less than usual.
-TEST(Recovery, ARobotThatIsFollowedWhileItIsCarriedIsKnownWhereItIsSetDown) {
-  const Drive carried = drive(drive_with("kidnap:random:2:2", 18, 1040), kOlson);
-  EXPECT_EQ(carried.states.count(TrackingState::kLost), 0U);
-  EXPECT_GT(carried.states.at(TrackingState::kProvisional), 10U);
-  expect_unharmed(carried);
 }
 
 TEST(Recovery, ALaserThatIsCoveredWhileItEntersARoomDoesNoHarm) {
@@ -263,8 +255,7 @@ bool is_found(MapPart map, MapPart apart, const World& room, bool stands = false
     const Pose2 base{2.2 + std::cos(turn), 2.0 + std::sin(turn), turn};
     PointScan scan = project_scan(ideal_scan(room, laser, base, 0.2 * i), laser.base_from_laser(),
                                   {}, options.scan);
-    const auto found =
-        search_places(scan, base, parts, 1, places, options.doubt, options.recovery, search);
+    const auto found = search_places(scan, base, parts, 1, places, options.recovery, search);
     if (found) {
       EXPECT_LT(distance(found->part_from_apart, {}), 0.02);
       return true;
@@ -316,8 +307,7 @@ TwoParts search_two_parts(const World& first, const World& second, PlaceSearch s
     const PointScan scan = project_scan(ideal_scan(room, laser, base, 0.2 * i),
                                         laser.base_from_laser(), {}, options.scan);
     result.is_found =
-        search_places(scan, base, parts, 2, places, options.doubt, options.recovery, result.search)
-            .has_value();
+        search_places(scan, base, parts, 2, places, options.recovery, result.search).has_value();
   }
   return result;
 }
@@ -354,8 +344,7 @@ TEST(Recovery, OfOtherPlacesTwoAreAskedWithAScan) {
     const Pose2 base{2.2 + std::cos(0.4 * i), 2.0 + std::sin(0.4 * i), 0.4 * i};
     const PointScan scan = project_scan(ideal_scan(room, laser, base, 0.2 * i),
                                         laser.base_from_laser(), {}, options.scan);
-    const auto found =
-        search_places(scan, base, parts, 1, places, options.doubt, options.recovery, search);
+    const auto found = search_places(scan, base, parts, 1, places, options.recovery, search);
     EXPECT_EQ(found.has_value(), i == 3) << i;
     left.push_back(search.hypotheses.size());
   }
@@ -380,8 +369,8 @@ TEST(Recovery, WhereKeyScansTakeLongFewerAreSearchedWithAScan) {
     PlaceSearch search;
     const PointScan scan = project_scan(ideal_scan(world, laser, {2.0, y, 0.3}, 1.0),
                                         laser.base_from_laser(), {}, options.scan);
-    EXPECT_FALSE(search_places(scan, {}, parts, 1, searched_places(parts, 1), options.doubt,
-                               options.recovery, search));
+    EXPECT_FALSE(
+        search_places(scan, {}, parts, 1, searched_places(parts, 1), options.recovery, search));
     return search.next;
   };
   const World corridor({{{-20, 0}, {40, 0}}, {{-20, 2}, {40, 2}}}, {});
@@ -414,9 +403,9 @@ TEST(Recovery, WhatWasSeenWhileItWasCarriedIsNotJoined) {
   EXPECT_LT(carried.worst_key_scan, 0.01);  // 3.0 if all is inserted
 }
 
-TEST(Recovery, WithoutDoubtARobotThatIsCarriedRuinsTheMap) {
+TEST(Recovery, WithoutHypothesesARobotThatIsCarriedRuinsTheMap) {
   EngineOptions options;
-  options.doubt.enabled = false;
+  options.hypotheses.enabled = false;
   EXPECT_GT(drive(drive_with("kidnap:60:2:2"), kOlson, options).end_error, 0.3);
 }
 

@@ -243,7 +243,7 @@ class FieldRecorder : public OdometryOnlyMatcher {
 class LoopDrive {
  public:
   explicit LoopDrive(bool closes_loops = true) {
-    options.doubt.enabled = false;
+    options.hypotheses.enabled = false;
     options.slam.loop_closing = closes_loops;
     engine = std::make_unique<SlamEngine>(options, matcher, 1, run.world_from_base.front());
   }
@@ -662,7 +662,7 @@ TEST(SlamEngine, ARejectedMatchFallsBackToOdometryAndLeavesTheMap) {
   const SimulatedRun run = drive_through("rooms", 10.0, 3);
   SlamEngine engine = make_engine(run, std::make_shared<RejectingMatcher>());
   EngineOptions options;
-  options.doubt.enabled = false;  // nothing looks again
+  options.hypotheses.enabled = false;  // nothing looks again
   engine.set_options(options);
   engine.process(scan_input(run, 0));
   const SlamMap after_first = engine.map();

@@ -50,6 +50,12 @@ class WhereaboutsTest : public testing::Test {
     return outcome;
   }
 
+  /// As likely as where it is, the robot is a metre away.
+  void be_in_doubt() {
+    start_.whereabouts.hypotheses.fork = PoseHypotheses::Fork{1};
+    start_.whereabouts.hypotheses.others = {{{1.0, 0.0, 0.0}, 0.0}};
+  }
+
   [[nodiscard]] Whereabouts now() { return engine_.snapshot().whereabouts; }
 
   double stamp_ = 100.0;
@@ -75,10 +81,10 @@ TEST_F(WhereaboutsTest, WhatWaitsAndHasNoRoomIsToldAndDropped) {
   EXPECT_EQ(engine_.key_scans().size(), 1U);
 }
 
-TEST_F(WhereaboutsTest, NothingIsInsertedInDoubt) {
-  start_.whereabouts.doubt.doubts = true;
+TEST_F(WhereaboutsTest, WhatWaitsIsNotInsertedWhileTheRobotMayBeElsewhere) {
+  be_in_doubt();
   start_.whereabouts.pending.assign(3, waiting(0));
-  EXPECT_EQ(go_on(5, 3.0F).state, TrackingState::kDoubt);
+  EXPECT_EQ(go_on(5).state, TrackingState::kDoubt);
   EXPECT_EQ(engine_.key_scans().size(), 1U);
   EXPECT_EQ(now().pending.size(), 3U);
 }
@@ -103,64 +109,30 @@ TEST_F(WhereaboutsTest, WhatWaitsForAnotherPartGoesOnWaiting) {
   EXPECT_TRUE(now().apart.front().key_scans.empty());
 }
 
-TEST_F(WhereaboutsTest, NothingIsHeldBeforeAPlaceIsProvisional) {
-  start_.last_inserted.clear();  // so that each scan would go in
-  start_.whereabouts.doubt.doubts = true;
-  EXPECT_EQ(go_on(1, 3.0F).state, TrackingState::kDoubt);
-  EXPECT_TRUE(now().held.empty());
-  start_.whereabouts.doubt.is_provisional = true;
-  EXPECT_EQ(go_on().state, TrackingState::kProvisional);
-  EXPECT_EQ(now().held.size(), 1U);
-}
-
-/// Finds nothing, and nothing that speaks against it.
-class BlindMatcher : public OdometryOnlyMatcher {
- public:
-  [[nodiscard]] MatchResult match(const MatchProblem& problem) const override {
-    return rejected(problem, MatchStatus::kRejectedLowScore);
-  }
-};
-
-TEST_F(WhereaboutsTest, WhereNothingMatchesForLongARobotThatMapsGoesOnAndElseIsLost) {
-  start_.whereabouts.doubt.doubts = true;
-  start_.whereabouts.doubt.doubtful = 10;
-  start_.whereabouts.doubt.way = 6.0;
-  start_.last_inserted.clear();  // so that the scan would go in
-  engine_.set_matcher(std::make_shared<BlindMatcher>());
-  for (const bool closes_loops : {true, false}) {
-    for (const bool maps : {true, false}) {
-      EngineOptions options;
-      options.slam.loop_closing = closes_loops;
-      options.slam.update_map = maps;
-      engine_.set_options(options);
-      const ScanOutcome outcome = go_on();
-      const bool goes_on = closes_loops && maps;
-      EXPECT_EQ(outcome.state, goes_on ? TrackingState::kTracking : TrackingState::kLost);
-      EXPECT_EQ(engine_.key_scans().size(), goes_on ? 2U : 1U);
-    }
-  }
-}
-
 TEST_F(WhereaboutsTest, ADoubtEndsWhereNoneIsAllowed) {
-  start_.whereabouts.doubt.doubts = true;
-  start_.whereabouts.doubt.is_provisional = true;
-  start_.whereabouts.held = {waiting(0)};
-  EXPECT_EQ(go_on().state, TrackingState::kProvisional);
+  be_in_doubt();
+  EXPECT_EQ(go_on().state, TrackingState::kDoubt);
   EngineOptions options;
-  options.doubt.enabled = false;
+  options.hypotheses.enabled = false;
   engine_.set_options(options);
   EXPECT_EQ(engine_.state(), TrackingState::kTracking);
-  EXPECT_TRUE(now().held.empty());
+  EXPECT_FALSE(now().hypotheses.fork);
   EXPECT_EQ(engine_.process(scan()).state, TrackingState::kTracking);
+}
+
+TEST_F(WhereaboutsTest, ADoubtIsToldByTheCovariance) {
+  const double sure = go_on().covariance(0, 0);
+  be_in_doubt();
+  EXPECT_NEAR(go_on().covariance(0, 0) - sure, 0.5, 0.01) << "half of the odds, a metre away";
 }
 
 TEST_F(WhereaboutsTest, APartThatIsBegunAnewForgetsWhatWaitedForIt) {
   start_.whereabouts.apart = {part(7.0)};
   start_.whereabouts.here = 1;
-  start_.whereabouts.doubt.doubts = true;
-  start_.whereabouts.doubt.contradictions = 100;
   start_.whereabouts.pending = {waiting(0), waiting(1)};
-  EXPECT_EQ(go_on().state, TrackingState::kLost);
+  engine_.start_from(start_);
+  EXPECT_FALSE(engine_.map_apart(stamp_));
+  EXPECT_EQ(engine_.process(scan()).state, TrackingState::kLost);
   ASSERT_EQ(now().apart.size(), 1U) << "it held nothing that is worth keeping";
   EXPECT_EQ(now().apart.front().begin, 7.0) << "poses since then are of it";
   ASSERT_EQ(now().pending.size(), 1U);
@@ -178,10 +150,10 @@ TEST_F(WhereaboutsTest, TheSmallestOfTooManyPartsIsGivenUp) {
     }
   }
   start_.whereabouts.here = kMostPartsApart;
-  start_.whereabouts.doubt.doubts = true;
-  start_.whereabouts.doubt.contradictions = 100;
   start_.whereabouts.pending = {waiting(0), waiting(3), waiting(4)};
-  EXPECT_TRUE(go_on().gave_up_part);
+  engine_.start_from(start_);
+  EXPECT_TRUE(engine_.map_apart(stamp_));
+  engine_.process(scan());
   ASSERT_EQ(now().apart.size(), kMostPartsApart);
   EXPECT_EQ(now().here, kMostPartsApart);
   EXPECT_EQ(now().apart[1].begin, 1.0);
@@ -209,15 +181,12 @@ TEST_F(WhereaboutsTest, APoseThatIsToldLeavesPartsBehind) {
 TEST_F(WhereaboutsTest, BegunAnewNothingIsInDoubtNorSearched) {
   start_.whereabouts.apart = {part(7.0)};
   start_.whereabouts.here = 1;
-  start_.whereabouts.doubt.doubts = true;
-  start_.whereabouts.contradicted_way = 0.5;
-  start_.whereabouts.held = {waiting(1)};
+  be_in_doubt();
   start_.whereabouts.search.hypotheses = {{}};
   start_.begin_anew({}, Eigen::Matrix3d::Identity());
   EXPECT_EQ(start_.whereabouts.here, 0U);
-  EXPECT_FALSE(start_.whereabouts.doubt.doubts);
-  EXPECT_EQ(start_.whereabouts.contradicted_way, 0.0);
-  EXPECT_TRUE(start_.whereabouts.held.empty());
+  EXPECT_FALSE(start_.whereabouts.hypotheses.fork);
+  EXPECT_TRUE(start_.whereabouts.hypotheses.others.empty());
   EXPECT_TRUE(start_.whereabouts.search.hypotheses.empty());
   EXPECT_EQ(start_.whereabouts.apart.size(), 1U) << "what was mapped stays";
 }
@@ -307,93 +276,6 @@ TEST(LostRobot, IsSearchedForWithEachScanThatComesAnIntervalAfterTheOneBefore) {
   for (std::size_t i = 1; i < 4; ++i) {
     engine.process(scan_input(run, i));
     EXPECT_EQ(engine.snapshot().whereabouts.search.stamp, run.scans[i].stamp);
-  }
-}
-
-/// A drive whose map was drawn wrong, though its key scans lie where they should: what fits these
-/// is believed.
-class WrongMapTest : public testing::Test {
- protected:
-  WrongMapTest() {
-    SlamEngine engine({}, std::make_shared<OlsonMatcher>(), 1);
-    for (std::size_t i = 0; i < kNext; ++i) {
-      engine.process(scan_input(run_, i));
-    }
-    start_ = engine.snapshot();
-    start_.map = SlamMap({}, {});
-    constexpr double kTooNear = 0.7;  // of the way to each wall: the next scan looks through
-    for (const PlacedScan& key : start_.key_scans.all()) {
-      PointScan points = *key.scan->points();
-      for (ScanPoint& point : points.points) {
-        point.position *= kTooNear;
-      }
-      insert_scan(points, key.map_from_base, {}, start_.map);
-    }
-  }
-
-  [[nodiscard]] TrackingState next(const EngineOptions& options = {}) {
-    SlamEngine engine(options, std::make_shared<OlsonMatcher>(), 1);
-    engine.start_from(start_);
-    const ScanOutcome outcome = engine.process(scan_input(run_, kNext));
-    way_ = engine.snapshot().whereabouts.contradicted_way;
-    return outcome.state;
-  }
-
-  static constexpr std::size_t kNext = 10;
-  SimulatedRun run_ = perfect_drive();
-  MapStart start_{SlamMap({}, {}), {}, {}, {}, 0};
-  double way_ = 0.0;  ///< since a match that the map does not contradict, after the scan
-};
-
-TEST_F(WrongMapTest, WhatFitsTheNewestKeyScansIsBelieved) {
-  EXPECT_EQ(next(), TrackingState::kTracking);
-  start_.whereabouts.contradicted_way = 0.5;
-  EXPECT_EQ(next(), TrackingState::kTracking);
-  EXPECT_GT(way_, 0.5);
-  EXPECT_LT(way_, 1.0);
-}
-
-TEST_F(WrongMapTest, ItIsNotAfterAMetre) {
-  start_.whereabouts.contradicted_way = 1.0;
-  EXPECT_EQ(next(), TrackingState::kDoubt);
-}
-
-TEST_F(WrongMapTest, ItIsNotWhereTheNewestKeyScansWereSeenElsewhere) {
-  start_.is_continued = false;
-  EXPECT_EQ(next(), TrackingState::kDoubt);
-}
-
-TEST_F(WrongMapTest, ItIsNotWhereNoLoopMovesTheMap) {
-  EngineOptions options;
-  options.slam.loop_closing = false;
-  EXPECT_EQ(next(options), TrackingState::kDoubt);
-  options = {};
-  options.slam.update_map = false;
-  EXPECT_EQ(next(options), TrackingState::kDoubt);
-}
-
-/// Wheels that jumped: what was held before a second look put them right lies where the robot was
-/// not.
-TEST(LostRobot, WhatWasHeldBeforeASecondLookIsDropped) {
-  const SimulatedRun run = perfect_drive();
-  MapStart start = map_of(run);
-  start.begin_anew(run.world_from_base.front(), 0.001 * Eigen::Matrix3d::Identity());
-  start.whereabouts.doubt.doubts = true;
-  start.whereabouts.doubt.is_provisional = true;
-  start.whereabouts.doubt.map_from_base = run.world_from_base.front();
-  start.whereabouts.held = {{0, start.key_scans.all()[3]}};
-  SlamEngine engine({}, std::make_shared<OlsonMatcher>(), 1);
-  engine.start_from(start);
-  EXPECT_EQ(engine.process(scan_input(run, 0)).certainty, Certainty::kSure);
-  EXPECT_EQ(engine.snapshot().whereabouts.held.front().scan.scan, start.key_scans.all()[3].scan);
-  ScanInput jumped = scan_input(run, 1);
-  for (Pose2* pose :
-       {&jumped.odometry->odom_from_base, &jumped.odometry->odom_from_base_last_beam}) {
-    *pose = *pose * Pose2{0.0, 0.0, 0.7};
-  }
-  EXPECT_EQ(engine.process(jumped).certainty, Certainty::kSecondLook);
-  for (const WaitingScan& held : engine.snapshot().whereabouts.held) {
-    EXPECT_EQ(held.scan.scan->measured()->scan.stamp, jumped.scan.stamp);
   }
 }
 

@@ -12,6 +12,7 @@ using Texts = std::vector<std::string>;
 
 ScanOutcome outcome_of(double stamp) {
   ScanOutcome outcome;
+  outcome.evidence.mean = 2.8;
   outcome.stamp = stamp;
   outcome.match.status = MatchStatus::kAccepted;
   outcome.match.score = 0.8;
@@ -26,7 +27,7 @@ TEST(FitRecord, HasNothingToSayOfAGoodRun) {
   for (int k = 0; k < 100; ++k) {
     ScanOutcome outcome = outcome_of(0.1 * k);
     if (k > 40 && k < 45) {
-      outcome.match.status = MatchStatus::kRejectedContradiction;
+      outcome.match.status = MatchStatus::kRejectedLowScore;
       outcome.state = TrackingState::kDoubt;
     }
     record.add(outcome);
@@ -40,24 +41,23 @@ TEST(FitRecord, SaysThatMatchesArePoorButNothingOfAMatcherThatMatchesNothing) {
     for (int k = 0; k < 100; ++k) {
       ScanOutcome outcome = outcome_of(0.1 * k);
       outcome.match.score = score;
-      outcome.match.contradiction = 0.04;
+      outcome.evidence.mean = 0.5;
       record.add(outcome);
     }
     EXPECT_EQ(record.warnings().size(), score > 0.0 ? 1U : 0U);
   }
 }
 
-/// Three in a hundred beams cross walls where one in three is an outlier, and the map is right.
-TEST(FitRecord, WarnsOfMoreContradictionThanARightMapHas) {
-  for (const double contradiction : {0.031, 0.062}) {
+TEST(FitRecord, WarnsOfLessEvidenceThanARightMapGives) {
+  for (const double evidence : {1.2, 0.8}) {
     FitRecord record;
     for (int k = 0; k < 100; ++k) {
       ScanOutcome outcome = outcome_of(0.1 * k);
       outcome.match.score = 0.9;
-      outcome.match.contradiction = contradiction;
+      outcome.evidence.mean = evidence;
       record.add(outcome);
     }
-    EXPECT_EQ(record.warnings().size(), contradiction > 0.04 ? 1U : 0U);
+    EXPECT_EQ(record.warnings().size(), evidence < 1.0 ? 1U : 0U);
   }
 }
 

@@ -7,6 +7,7 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/likelihood_field.hpp"
 #include "matchbox_slam/map/occupancy_grid.hpp"
+#include "matchbox_slam/map/reflection_grid.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 
 namespace matchbox_slam {
@@ -60,10 +61,13 @@ class InsertionMemory {
 /// Everything that a scan is matched against and inserted into. Copies are cheap snapshots.
 struct SlamMap {
   SlamMap(const MapOptions& map_options, const LikelihoodFieldOptions& field_options)
-      : occupancy(map_options.resolution), field(map_options.resolution, field_options) {}
+      : occupancy(map_options.resolution),
+        field(map_options.resolution, field_options),
+        reflection(map_options.resolution) {}
 
   OccupancyGrid occupancy;
   LikelihoodField field;
+  ReflectionGrid reflection;
   InsertionMemory insertion;
 };
 

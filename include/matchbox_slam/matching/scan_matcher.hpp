@@ -23,16 +23,23 @@ struct MatchProblem {
   const LikelihoodField& field;      ///< the map so far, for matchers of scan to map
   const PlacedScans& recent_scans;   ///< the map's last ones, for matchers of scan to scan
   std::uint64_t seed;                ///< the only source of randomness
+  /// How far off the prediction may be, where that is more than the prior says: what earlier
+  /// matches taught may weigh what a search finds, and not narrow the search to what confirms it.
+  std::optional<Eigen::Matrix3d> search_covariance = {};
+
+  /// The prior to search with; what is found is refined with `prior_covariance`.
+  [[nodiscard]] const Eigen::Matrix3d& searched_covariance() const {
+    return search_covariance ? *search_covariance : prior_covariance;
+  }
 };
 
 enum class MatchStatus {
   kAccepted,
-  kRejectedNoReference,    ///< nothing to match against yet
-  kRejectedTooFewPoints,   ///< the scan says too little
-  kRejectedLowScore,       ///< even the best pose explains too little of the scan
-  kRejectedContradiction,  ///< beams cross walls of the map there; the engine's verdict
-  kRejectedInvalidPrior,   ///< the prediction or its covariance is not a number
-  kOfFurtherLaser,         ///< not matched for itself; see FurtherLasers
+  kRejectedNoReference,   ///< nothing to match against yet
+  kRejectedTooFewPoints,  ///< the scan says too little
+  kRejectedLowScore,      ///< even the best pose explains too little of the scan
+  kRejectedInvalidPrior,  ///< the prediction or its covariance is not a number
+  kOfFurtherLaser,        ///< not matched for itself; see FurtherLasers
 };
 
 /// A word for logs, tables and reports, such as "accepted" or "rejected_low_score".
@@ -71,9 +78,6 @@ struct MatchResult {
   /// Score of the best pose far from the answer, as a share of the answer's: near 1 the scan fits
   /// two places alike. 0: none was found, or the matcher does not look for one.
   double rival_share = 0.0;
-  /// Share of the scan's beams that cross a wall of the map clearly before they end, 0...1; see
-  /// contradiction(). The engine weighs it: matchers leave it as it is.
-  double contradiction = 0.0;
   /// How far refinement moved the answer from where the search ended: (x [m], y [m], theta [rad])
   /// in the map frame. Zero for a rejected match, and of a matcher that does not refine.
   Eigen::Vector3d refined_by = Eigen::Vector3d::Zero();

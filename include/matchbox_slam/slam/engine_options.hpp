@@ -7,11 +7,10 @@
 #include "matchbox_slam/map/likelihood_field.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
-#include "matchbox_slam/slam/doubt.hpp"
 #include "matchbox_slam/slam/loop_closing.hpp"
 #include "matchbox_slam/slam/motion_prior.hpp"
+#include "matchbox_slam/slam/pose_hypotheses.hpp"
 #include "matchbox_slam/slam/recovery.hpp"
-#include "matchbox_slam/slam/tracking_state.hpp"
 
 namespace matchbox_slam {
 
@@ -50,15 +49,14 @@ struct SlamOptions {
 };
 
 /// All options of the engine, a section each: `slam/`, `scan/`, `map/`, `field/`, `motion/`,
-/// `doubt/`, `tracking/`, `recovery/`, `loops/`.
+/// `hypotheses/`, `recovery/`, `loops/`.
 struct EngineOptions {
   SlamOptions slam;
   ProjectionOptions scan;
   MapOptions map;
   LikelihoodFieldOptions field;
   MotionPriorOptions motion;
-  DoubtOptions doubt;
-  TrackingOptions tracking;
+  HypothesisOptions hypotheses;
   RecoveryOptions recovery;
   LoopOptions loops;
 };

@@ -24,6 +24,9 @@ class KeyScans {
   /// Says anew where a key scan was taken. Throws std::out_of_range for an id that there is not.
   void move(std::uint64_t id, const Pose2& map_from_base);
 
+  /// Those from this id on are no more.
+  void forget_since(std::uint64_t id) { scans_.resize(id); }
+
   [[nodiscard]] const PlacedScans& all() const { return scans_; }
   [[nodiscard]] bool empty() const { return scans_.empty(); }
   [[nodiscard]] std::size_t size() const { return scans_.size(); }

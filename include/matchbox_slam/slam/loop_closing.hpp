@@ -9,7 +9,6 @@
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/graph/pose_graph.hpp"
-#include "matchbox_slam/slam/doubt.hpp"
 #include "matchbox_slam/slam/graph_distance.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/near_map.hpp"
@@ -142,6 +141,12 @@ class LoopCloser {
   ///                        hardly known.
   void add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance, bool is_continued,
            const LoopOptions& options);
+
+  /// The key scans from this one on have moved: where they are from those before is hardly known.
+  void move_since(std::size_t first, const KeyScans& keys);
+
+  /// The key scans from this one on are no more.
+  void forget_since(std::size_t first);
 
   /// Begins to search for a loop with the newest key scan, if it is time to, and to make a map of
   /// what lies near; nothing if there is neither to do or work is under way.

@@ -26,6 +26,12 @@ struct MapPart {
   Pose2 left_from_here = {};           ///< its frame, as odometry tells
 };
 
+/// Where the robot may have been elsewhere: what it takes to go back there. See PoseHypotheses.
+struct ForkStart {
+  std::size_t key_scans = 0;           ///< that the part had then
+  std::map<int, Pose2> last_inserted;  ///< as in MapPart
+};
+
 /// A scan that is to be inserted, not yet.
 struct WaitingScan {
   std::size_t part = 0;  ///< of the map

@@ -15,20 +15,18 @@
 #include "matchbox_slam/slam/map_parts.hpp"
 #include "matchbox_slam/slam/motion_tracker.hpp"
 #include "matchbox_slam/slam/near_map.hpp"
+#include "matchbox_slam/slam/pose_hypotheses.hpp"
 #include "matchbox_slam/slam/recovery.hpp"
-#include "matchbox_slam/slam/tracking_state.hpp"
 
 namespace matchbox_slam {
 
-/// Where the robot is, and how sure that is: doubts, and what waits until they are gone.
+/// Where the robot is, where else it may be, and what waits to be inserted.
 struct Whereabouts {
-  TrackingDoubt doubt;
-  double usual_score = 0.0;          ///< of matches lately; 0: none is known
-  double contradicted_way = 0.0;     ///< [m] since a match that the map does not contradict
-  std::vector<WaitingScan> held;     ///< inserted once the place is confirmed, else dropped
-  std::vector<WaitingScan> pending;  ///< inserted a few with each scan, oldest first
-  std::vector<MapPart> apart;        ///< maps that the robot made while it was lost, not yet joined
-  std::size_t here = 0;              ///< the part that it is in: 0 the map, n apart[n - 1]
+  PoseHypotheses::State hypotheses;
+  std::map<int, Pose2> inserted_before_fork;  ///< map_from_base by laser, where there is a fork
+  std::vector<WaitingScan> pending;           ///< inserted a few with each scan, oldest first
+  std::vector<MapPart> apart;  ///< maps that the robot made while it was lost, not yet joined
+  std::size_t here = 0;        ///< the part that it is in: 0 the map, n apart[n - 1]
   PlaceSearch search;
 };
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -77,6 +78,27 @@ class Mapping {
   /// for.
   std::size_t insert_pending(const EngineOptions& options);
 
+  // --- where the robot may be elsewhere ---
+
+  /// From now on what is inserted may have been seen elsewhere.
+  void fork();
+  /// It was not.
+  void unfork() { fork_.reset(); }
+  /// What scans are compared in: what was matched against before the fork, if there is one.
+  [[nodiscard]] const SlamMap& compared() const;
+  /// What was inserted since the fork was seen elsewhere. Returns how it has moved.
+  /// @param poses         of the key scans since; none: where it is.
+  /// @param new_from_old  of the newest scan, whose stamp [s] is given.
+  MapCorrection move_since_fork(const std::vector<std::optional<Pose2>>& poses,
+                                const Pose2& new_from_old, double stamp,
+                                const EngineOptions& options);
+  /// What was inserted since the fork was seen nobody knows where: the fork is now.
+  void forget_since_fork();
+  /// What it takes to make the fork again.
+  [[nodiscard]] std::optional<ForkStart> fork_start() const;
+  /// Makes it again.
+  void fork_as_of(const ForkStart& start, const EngineOptions& options);
+
   // --- loops, in the map ---
 
   /// With the newest key scan: lets a search that is due take effect, and begins the next. Returns
@@ -112,9 +134,20 @@ class Mapping {
   }
   void move_map(const MapCorrection& correction);
 
+  /// What it takes to go back to before the robot may have been elsewhere.
+  struct Fork {
+    std::size_t key_scans;
+    std::map<int, Pose2> last_inserted;
+    SlamMap map;  ///< of the part that the robot is in
+    MapDrawing drawing;
+  };
+
+  void draw_since(std::size_t key_scan, const EngineOptions& options);
+
   MapParts parts_;
   LoopCloser loops_;
   MapDrawing drawing_;
+  std::optional<Fork> fork_;
   bool is_continued_ = false;    ///< see MapStart
   bool is_of_key_scans_ = true;  ///< see MapStart
 };

@@ -66,6 +66,8 @@ struct MotionEstimate {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< that this motion adds
   /// Of a single reading, as of odometry: no part of the next motion's error, which adds its own.
   Eigen::Matrix3d floor = Eigen::Matrix3d::Zero();
+  /// Covariance and floor as they were said to be, before matches taught that they are less.
+  Eigen::Matrix3d unlearned = Eigen::Matrix3d::Zero();
   /// Column i: the error (x, y, theta) by a velocity that is off by one standard deviation in i. It
   /// is off by the same until the next match, so these add up. Part of the covariance.
   Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();

@@ -54,7 +54,9 @@ struct MotionState {
 struct MotionPrediction {
   Pose2 fixed_from_base;                                 ///< at the scan's stamp
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< over (x, y, theta) in the fixed frame
-  MotionEstimate motion;                                 ///< since the newest scan
+  /// The same by what odometry was said to be, whatever matches taught of it since.
+  Eigen::Matrix3d search_covariance = Eigen::Matrix3d::Zero();
+  MotionEstimate motion;  ///< since the newest scan
   /// What of the pose's error was made by the velocity's, in the fixed frame; see MotionEstimate.
   Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();
   Pose2 during_scan;  ///< pose of the base at the last beam in the base at the first

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <utility>
@@ -15,6 +16,9 @@ namespace matchbox_slam {
 /// The map that key scans make, in their order.
 [[nodiscard]] SlamMap rendered(const PlacedScans& keys, const MapOptions& map_options,
                                const LikelihoodFieldOptions& field_options);
+
+/// Their ids, in their order.
+[[nodiscard]] std::vector<std::uint64_t> ids_of(const PlacedScans& keys);
 
 /// Numbers of the key scans that were taken less than `reach` [m] from here.
 [[nodiscard]] std::vector<std::size_t> keys_within(const PlacedScans& keys,
@@ -41,20 +45,30 @@ class NearMap {
   NearMap() = default;
   /// @param center  where the newest key scan of its making was taken.
   /// @param taken   how many key scans there were then.
+  /// @param drawn   those that it shows, by id, in their order.
   // Two numbers are copied either way. NOLINTNEXTLINE(modernize-pass-by-value)
-  NearMap(SlamMap map, const Eigen::Vector2d& center, std::size_t taken)
-      : map_(std::move(map)), center_(center), taken_(taken) {}
+  NearMap(SlamMap map, const Eigen::Vector2d& center, std::size_t taken,
+          std::vector<std::uint64_t> drawn)
+      : map_(std::move(map)), center_(center), taken_(taken), drawn_(std::move(drawn)) {}
 
   /// @param near  of these.
   NearMap(const NearScans& near, const MapOptions& map_options,
           const LikelihoodFieldOptions& field_options)
-      : NearMap(rendered(near.belonging, map_options, field_options), near.center,
-                near.newest + 1) {}
+      : NearMap(rendered(near.belonging, map_options, field_options), near.center, near.newest + 1,
+                ids_of(near.belonging)) {}
 
   /// Nothing, where the whole map is to be matched against.
   [[nodiscard]] const SlamMap* map() const { return map_ ? &*map_ : nullptr; }
 
   [[nodiscard]] const Eigen::Vector2d& center() const { return center_; }
+  /// Key scans that it shows, by id, in their order.
+  [[nodiscard]] const std::vector<std::uint64_t>& drawn() const { return drawn_; }
+
+  /// As it was when there were so many key scans.
+  /// @param keys  all of them.
+  [[nodiscard]] NearMap as_of(std::size_t taken, const PlacedScans& keys,
+                              const MapOptions& map_options,
+                              const LikelihoodFieldOptions& field_options) const;
 
   /// Whether it is to be made anew for the newest key scan: others have come near since, or have
   /// drifted apart.
@@ -70,6 +84,7 @@ class NearMap {
   std::optional<SlamMap> map_;
   Eigen::Vector2d center_ = Eigen::Vector2d::Zero();
   std::size_t taken_ = 0;  ///< key scans that it knows of
+  std::vector<std::uint64_t> drawn_;
 };
 
 }  // namespace matchbox_slam

@@ -7,7 +7,6 @@
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
-#include "matchbox_slam/slam/doubt.hpp"
 #include "matchbox_slam/slam/map_parts.hpp"
 
 namespace matchbox_slam {
@@ -79,7 +78,7 @@ struct SearchedPlace {
 /// @param places  as of `searched_places`.
 [[nodiscard]] std::optional<PlaceHypothesis> search_places(
     const PointScan& scan, const Pose2& apart_from_base, const std::vector<MapPart>& parts,
-    std::size_t apart, const std::vector<SearchedPlace>& places, const DoubtOptions& doubt,
-    const RecoveryOptions& options, PlaceSearch& search);
+    std::size_t apart, const std::vector<SearchedPlace>& places, const RecoveryOptions& options,
+    PlaceSearch& search);
 
 }  // namespace matchbox_slam

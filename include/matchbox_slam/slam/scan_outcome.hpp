@@ -6,11 +6,22 @@
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
-#include "matchbox_slam/slam/doubt.hpp"
 #include "matchbox_slam/slam/loop_closing.hpp"
+#include "matchbox_slam/slam/scan_evidence.hpp"
 #include "matchbox_slam/slam/tracking_state.hpp"
 
 namespace matchbox_slam {
+
+/// What a scan's pose rests on.
+enum class Certainty {
+  kSure,       ///< the match, or the matcher was not asked for one
+  kOvertaken,  ///< the match of another hypothesis than led before
+  kNewGround,  ///< the prediction: what the scan sees is hardly mapped yet
+  kUnmatched,  ///< the prediction: the scan fits nowhere near, though what it sees is mapped
+};
+
+/// A word for logs and reports, such as "new_ground".
+[[nodiscard]] const char* to_string(Certainty certainty);
 
 /// What became of one scan.
 struct ScanOutcome {
@@ -24,6 +35,7 @@ struct ScanOutcome {
   std::optional<Pose2> odom_from_base;
   MatchResult match;  ///< status kRejectedNoReference for the scan that starts a map
   Certainty certainty = Certainty::kSure;
+  ScanEvidence evidence;                           ///< where the hypothesis that led before has it
   TrackingState state = TrackingState::kTracking;  ///< after this scan
   /// Set by the scan that finds a lost robot: poses since `begin` were of a map apart.
   struct Joined {

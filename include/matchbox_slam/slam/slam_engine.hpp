@@ -20,8 +20,8 @@
 #include "matchbox_slam/slam/mapping.hpp"
 #include "matchbox_slam/slam/motion_tracker.hpp"
 #include "matchbox_slam/slam/place_finder.hpp"
+#include "matchbox_slam/slam/pose_hypotheses.hpp"
 #include "matchbox_slam/slam/scan_outcome.hpp"
-#include "matchbox_slam/slam/tracking.hpp"
 #include "matchbox_slam/slam/tracking_state.hpp"
 
 namespace matchbox_slam {
@@ -29,9 +29,9 @@ namespace matchbox_slam {
 class SeenScans;
 
 /// The SLAM loop: predict, match, decide, insert. It tells those who do the work of each other:
-/// MotionTracker predicts, the matcher matches, Tracking says how far that is believed, Mapping
-/// takes scans in and closes loops, PlaceFinder looks for a lost robot, FurtherLasers knows the
-/// other lasers. Single-threaded; the same scans, options and seed yield the same bits.
+/// MotionTracker predicts, the matcher matches, PoseHypotheses says whether it may be elsewhere,
+/// Mapping takes scans in and closes loops, PlaceFinder looks for a lost robot, FurtherLasers knows
+/// the other lasers. Single-threaded; the same scans, options and seed yield the same bits.
 class SlamEngine {
  public:
   /// @param matcher  configured; shared, since it has no state.
@@ -101,19 +101,30 @@ class SlamEngine {
   [[nodiscard]] MapStart snapshot();
 
  private:
+  using Verdict = PoseHypotheses::Verdict;
+  /// Of the scan at hand.
+  struct Predictions {
+    MotionPrediction& predicted;
+    const MotionPrediction* by_velocity;  ///< null: not to be asked
+    double seconds;                       ///< since the scan before
+  };
+
   ScanOutcome take_aside(const ScanInput& input, const MotionPrediction& predicted);
   void see(const ScanInput& input, const MotionPrediction& predicted, bool with_further_lasers);
-  [[nodiscard]] WeighedMatch match(std::optional<SteadyPrediction> steady,
-                                   MotionPrediction& predicted);
-  void weigh_doubt(const WeighedMatch& match, const MotionPrediction& predicted,
-                   ScanOutcome& outcome);
-  void remember(const ScanInput& input, const MotionPrediction& predicted, bool jumped,
+  [[nodiscard]] MatchResult match(const MotionPrediction& predicted);
+  Verdict weigh(const Predictions& predictions, ScanOutcome& outcome);
+  void follow(const PoseHypotheses::Outcome& overtaken, MotionPrediction& predicted,
+              ScanOutcome& outcome);
+  void remember(const ScanInput& input, const MotionPrediction& predicted,
                 const ScanOutcome& outcome);
-  /// Whether scans go into a map that loops may move.
-  [[nodiscard]] bool maps_on() const;
+  void go_on_mapping(ScanOutcome& outcome);
   void close_loops(ScanOutcome& outcome);
   void search_for_map(const SearchStep& step, ScanOutcome& outcome);
   void join(const PlaceHypothesis& found);
+  void believe();
+  [[nodiscard]] const PlacedScans& key_scans_here() const {
+    return mapping_.parts().here().key_scans.all();
+  }
 
   EngineOptions options_;
   std::shared_ptr<const ScanMatcher> matcher_;
@@ -121,7 +132,7 @@ class SlamEngine {
   std::uint64_t scan_count_ = 0;
   MotionTracker tracker_;
   FurtherLasers further_lasers_;
-  Tracking tracking_;
+  PoseHypotheses hypotheses_;
   PlaceFinder places_;
   Mapping mapping_;
   // Of the scan at hand; kept for their memory.

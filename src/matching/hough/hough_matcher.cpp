@@ -52,6 +52,7 @@ MatchResult HoughMatcher::match(const MatchProblem& problem) const {
     return *rejection;
   }
   const PosePrior prior{problem.predicted_map_from_base, problem.prior_covariance};
+  const PosePrior searched{problem.predicted_map_from_base, problem.searched_covariance()};
   const SearchedScan scan(problem.scan, options_.alignment.point_spacing);
   if (scan.points.empty()) {
     return rejected(problem, MatchStatus::kRejectedTooFewPoints);
@@ -62,7 +63,7 @@ MatchResult HoughMatcher::match(const MatchProblem& problem) const {
   for (std::size_t i = 0;
        i < std::min(near.size(), static_cast<std::size_t>(options_.searched_key_scans)); ++i) {
     const std::vector<RankedPose> more =
-        search_key_scan(scan, near[i], prior, options_.prior_weight, options_.alignment).poses;
+        search_key_scan(scan, near[i], searched, options_.prior_weight, options_.alignment).poses;
     poses.insert(poses.end(), more.begin(), more.end());
     result.candidates += more.size();
     sort_and_thin(poses);

@@ -116,7 +116,7 @@ CellBox cells_in_reach(const MatchProblem& problem, const std::vector<Eigen::Vec
   for (const Eigen::Vector2f& point : points) {
     farthest = std::max(farthest, point.squaredNorm());
   }
-  const Eigen::Vector3d sigmas = problem.prior_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::Vector3d sigmas = problem.searched_covariance().diagonal().cwiseMax(0.0).cwiseSqrt();
   const double reach = std::min(
       kMost, std::sqrt(static_cast<double>(farthest)) + kSigmas * std::max(sigmas.x(), sigmas.y()));
   const Eigen::Vector2d center = problem.predicted_map_from_base.translation();
@@ -256,7 +256,7 @@ Found random_search(const MatchProblem& problem, const MonteCarloOptions& option
 Found repeated_search(const MatchProblem& problem, const MonteCarloOptions& options,
                       Random& random) {
   const SearchScore score(problem, options);
-  const Eigen::Matrix3d spread = square_root(problem.prior_covariance);
+  const Eigen::Matrix3d spread = square_root(problem.searched_covariance());
   Found best;
   int tries = 0;
   do {

@@ -110,7 +110,7 @@ struct Window {
 };
 
 Window make_window(const MatchProblem& problem, const OlsonOptions& options) {
-  const Eigen::Vector3d sigmas = problem.prior_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::Vector3d sigmas = problem.searched_covariance().diagonal().cwiseMax(0.0).cwiseSqrt();
   const double xy = options.window_sigmas * std::max(sigmas.x(), sigmas.y());
   const double theta = options.window_sigmas * sigmas.z();
   return {options.window_xy > 0.0 ? options.window_xy : std::min(options.max_window_xy, xy),
@@ -147,7 +147,7 @@ SearchScoring make_scoring(const MatchProblem& problem, double top, const OlsonO
     scoring.value_of_likelihood[i] =
         static_cast<std::uint8_t>(std::lround(kTopLikelihood * std::clamp(value, 0.0, 1.0)));
   }
-  scoring.prior_information = prior_information(problem.prior_covariance);
+  scoring.prior_information = prior_information(problem.searched_covariance());
   scoring.prior_weight = options.prior_weight * top;
   if (options.search_floor > 0.0) {
     scoring.floor = static_cast<std::int64_t>(options.search_floor * top) - 1;
@@ -256,7 +256,7 @@ void tell(const Search& search, const SearchLattice& lattice, const SearchResult
   const double searched_xy = lattice.half_xy * lattice.step_xy(search.resolution);
   if (searched_xy < (1.0 - 1e-9) * search.window.asked_xy) {
     found.proof.clipped = true;
-    const double variance = search.problem.prior_covariance.diagonal().head<2>().maxCoeff();
+    const double variance = search.problem.searched_covariance().diagonal().head<2>().maxCoeff();
     found.share_beyond = share_between(search.window.asked_xy, searched_xy, std::sqrt(variance));
   }
   if (result.rival) {

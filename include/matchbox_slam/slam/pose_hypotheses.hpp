@@ -1,0 +1,145 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/map/scan_inserter.hpp"
+#include "matchbox_slam/matching/key_scan.hpp"
+#include "matchbox_slam/matching/scan_matcher.hpp"
+#include "matchbox_slam/slam/motion_tracker.hpp"
+#include "matchbox_slam/slam/scan_evidence.hpp"
+
+namespace matchbox_slam {
+
+struct HypothesisOptions {
+  bool enabled = true;
+  double decisive = 4.6;
+  double unexpected = 5.0;
+  double carried = 9.2;
+  double search_xy = 0.5;
+  double search_theta = 1.0;
+
+  template <typename Self, typename Visitor>
+  static void visit(Self& self, Visitor&& option) {
+    option(self.enabled, "enabled", any(), "",
+           "Whether the robot may be elsewhere than the matcher has it; false: every match is "
+           "believed.");
+    option(self.decisive, "decisive", between(0.5, 50.0), "",
+           "Log odds from which on one hypothesis takes the place of another; 4.6 is 99 to 1.");
+    option(self.unexpected, "unexpected", between(0.0, 50.0), "",
+           "Log odds, before any scan, against a pose that the motion does not lead to.");
+    option(self.carried, "carried", between(0.0, 100.0), "",
+           "Log odds, before any scan, against the robot being somewhere unknown, as when it was "
+           "carried there.");
+    option(self.search_xy, "search_xy", between(0.01, 2.0), "m",
+           "Where a scan fits badly other poses are searched: standard deviation of the position "
+           "that this adds to the prior's.");
+    option(self.search_theta, "search_theta", between(0.01, 3.2), "rad",
+           "Likewise of the heading.");
+  }
+};
+
+/// Where the robot may be other than where it is thought to be: on by another motion than odometry
+/// tells, at other maxima of the search, or somewhere unknown. The hypotheses compete by what the
+/// scans say for each, added up from scan to scan (a sequential test; Wald 1945). The one that
+/// leads is where the robot is told to be. Nearly always it is the only one.
+///
+/// They are compared in the map as it was when the first of them came up, the fork: what is drawn
+/// since is drawn where the leading one has it, and would speak for that. A value.
+class PoseHypotheses {
+ public:
+  struct Hypothesis {
+    Pose2 map_from_base;    ///< at the newest scan
+    double log_odds = 0.0;  ///< against the leading one
+    /// Where it has the key scans that were inserted since the fork; none for those from before it
+    /// came up, which it shares with the leading one.
+    std::vector<std::optional<Pose2>> key_scans = {};
+  };
+  /// There is more than one hypothesis since then.
+  struct Fork {
+    std::size_t key_scans = 0;  ///< that the map had
+    std::size_t inserted = 0;   ///< since
+    double undecided = 0.0;     ///< [m] travelled since a scan told hypotheses apart
+    double searched = 0.0;      ///< [m] and [rad] travelled since other poses were searched
+  };
+  struct State {
+    std::optional<Fork> fork;
+    std::vector<Hypothesis> others;  ///< than the leading one
+    /// Log odds of somewhere unknown; as low as the options say where nothing speaks for it.
+    double elsewhere = -std::numeric_limits<double>::infinity();
+  };
+
+  /// A scan, and what it is compared in.
+  struct Step {
+    const PointScan& scan;
+    const SlamMap& map;  ///< of the fork, if there is one
+    const PlacedScans& key_scans;
+    const PlacedScans& recent;  ///< of these, for the matchers
+    double seconds;             ///< since the scan before
+    const MotionPrediction& predicted;
+    /// As the last motion goes on, where odometry tells of a step that cannot be; else null.
+    const MotionPrediction* by_velocity;
+  };
+
+  enum class Verdict {
+    kLeads,      ///< the leading hypothesis stands, alone or not
+    kOvertaken,  ///< another one leads now
+    kUnknown,    ///< the robot is somewhere unknown
+  };
+  struct Outcome {
+    Verdict verdict = Verdict::kLeads;
+    MatchResult match;      ///< of the hypothesis that leads now
+    ScanEvidence evidence;  ///< for the one that led before
+    bool is_jump = false;   ///< the match is where no motion leads to
+    /// Where the hypothesis that overtook has the key scans since the fork.
+    std::vector<std::optional<Pose2>> key_scans;
+  };
+
+  PoseHypotheses() = default;
+  explicit PoseHypotheses(State state) : state_(std::move(state)) {}
+  [[nodiscard]] const State& state() const { return state_; }
+
+  /// Weighs a scan.
+  /// @param match  of the leading hypothesis; a rejected one has its prediction.
+  [[nodiscard]] Outcome follow(const Step& step, MatchResult match,
+                               const HypothesisOptions& options);
+
+  /// Whether there are others, possible or not.
+  [[nodiscard]] bool is_forked() const { return state_.fork.has_value(); }
+  /// Whether another one may be right: its odds are not decided.
+  [[nodiscard]] bool is_in_doubt(const HypothesisOptions& options) const;
+
+  /// Of where the robot may be, beside the leading pose: over (x, y, theta) in the map frame.
+  [[nodiscard]] Eigen::Matrix3d spread_around(const Pose2& leading) const;
+
+  /// The newest scan was inserted, and maybe those of other lasers.
+  /// @param leading  pose of the base at that scan.
+  void note_key_scans(const PlacedScans& all, const Pose2& leading);
+  /// Those since the fork are no more.
+  void forget_key_scans();
+  /// The leading hypothesis is right.
+  void believe();
+
+ private:
+  void weigh_elsewhere(const Step& step, double share, const HypothesisOptions& options,
+                       Outcome& outcome);
+  void move_others(const Step& step, double leading, double share);
+  void note_motion(const Step& step, double leading);
+  [[nodiscard]] bool is_search_due(const Outcome& outcome, bool is_odometry_improbable) const;
+  void search(const Step& step, const Outcome& outcome, double share,
+              const HypothesisOptions& options);
+  void add(const MatchResult& match, double log_odds);
+  void drop_refuted(const Pose2& leading, const HypothesisOptions& options);
+  void decide(const Step& step, const HypothesisOptions& options, Outcome& outcome);
+  void lead(std::vector<Hypothesis>::iterator overtaking, const Step& step,
+            const HypothesisOptions& options, Outcome& outcome);
+
+  State state_;
+};
+
+}  // namespace matchbox_slam

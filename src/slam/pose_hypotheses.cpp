@@ -1,0 +1,268 @@
+#include "matchbox_slam/slam/pose_hypotheses.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "slam/wide_search.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// What one scan says at most, in log odds: where map or model is wrong it is wrong for all beams.
+constexpr double kMostOfScan = 6.0;
+/// Of motions that are right 99.9 % are closer to the prediction: squared Mahalanobis distance of
+/// three degrees of freedom.
+constexpr double kMostOfMotion = 16.27;
+/// Mean evidence of a beam over the share that ends on known ground, below which other poses are
+/// searched. Of the scans of csail and acapulco 95 % have 3 and more, and wrong poses -1.6 to 1;
+/// half of it, or half as much again, changes neither log.
+constexpr double kBadlyExplained = 1.0;
+/// [m] or [rad], from one search to the next.
+constexpr double kBetweenSearches = 0.2;
+/// [m] without a scan that tells hypotheses apart, after which the leading one is believed.
+constexpr double kUndecided = 10.0;
+constexpr std::size_t kMostOthers = 4;
+
+double limited(double log_odds) { return std::clamp(log_odds, -kMostOfScan, kMostOfScan); }
+
+/// How much of an independent scan it is: from one place scans repeat their errors.
+double independence_of(const PoseHypotheses::Step& step) {
+  constexpr double kDistance = 0.3;  // [m]
+  constexpr double kAngle = 0.3;     // [rad]
+  constexpr double kTime = 2.0;      // [s], as what stands in the way goes on
+  const Pose2& moved = step.predicted.motion.previous_from_current;
+  return std::min(1.0, moved.translation().norm() / kDistance + std::abs(moved.theta) / kAngle +
+                           step.seconds / kTime);
+}
+
+bool is_same(const Pose2& a, const Pose2& b) {
+  constexpr double kDistance = 0.1;  // [m]
+  constexpr double kAngle = 0.05;    // [rad]
+  const Eigen::Vector3d apart = difference(a, b);
+  return apart.head<2>().norm() <= kDistance && std::abs(apart.z()) <= kAngle;
+}
+
+/// Where a hypothesis goes on: [m], [rad] that it may be off besides its motion.
+Eigen::Matrix3d covariance_around(const MotionEstimate& motion) {
+  return motion.unlearned + covariance_of(0.1, 0.05);
+}
+
+MatchProblem problem_at(const PoseHypotheses::Step& step, const Pose2& map_from_base,
+                        const Eigen::Matrix3d& covariance) {
+  return {step.scan, map_from_base, covariance, step.map.field, step.recent, 0};
+}
+
+double squared_distance(const Pose2& pose, const MotionPrediction& predicted) {
+  const Eigen::Vector3d off = difference(pose, predicted.fixed_from_base);
+  return off.dot(predicted.search_covariance.ldlt().solve(off));
+}
+
+}  // namespace
+
+PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult match,
+                                               const HypothesisOptions& options) {
+  Outcome outcome;
+  outcome.match = std::move(match);
+  outcome.evidence = evidence_of(step.scan, outcome.match.map_from_base, step.map);
+  if (!options.enabled || step.scan.points.empty()) {
+    return outcome;
+  }
+  const double share = independence_of(step);
+  outcome.is_jump = outcome.match.accepted() &&
+                    squared_distance(outcome.match.map_from_base, step.predicted) > kMostOfMotion;
+  weigh_elsewhere(step, share, options, outcome);
+  move_others(step, outcome.evidence.log_odds, share);
+  note_motion(step, outcome.evidence.log_odds);
+  if (is_search_due(outcome, step.by_velocity != nullptr)) {
+    if (!state_.fork) {
+      state_.fork = Fork{step.key_scans.size()};
+    }
+    state_.fork->searched = 0.0;
+    search(step, outcome, share, options);
+  }
+  drop_refuted(outcome.match.map_from_base, options);
+  decide(step, options, outcome);
+  return outcome;
+}
+
+/// A jump makes it possible that the robot was carried, and not more: where it is now the scan
+/// tells.
+void PoseHypotheses::weigh_elsewhere(const Step& step, double share,
+                                     const HypothesisOptions& options, Outcome& outcome) {
+  double& elsewhere = state_.elsewhere;
+  elsewhere = std::max(-options.carried, elsewhere);
+  elsewhere = std::max(-options.carried, elsewhere + share * limited(-outcome.evidence.log_odds));
+  if (outcome.is_jump) {
+    const double raised =
+        elsewhere + 0.5 * squared_distance(outcome.match.map_from_base, step.predicted);
+    elsewhere = std::max(elsewhere, std::min(0.0, raised));
+  }
+}
+
+void PoseHypotheses::move_others(const Step& step, double leading, double share) {
+  const MotionEstimate& motion = step.predicted.motion;
+  for (Hypothesis& other : state_.others) {
+    const Pose2 predicted = other.map_from_base * motion.previous_from_current;
+    other.map_from_base =
+        search_exactly(problem_at(step, predicted, covariance_around(motion))).map_from_base;
+    const ScanEvidence there = evidence_of(step.scan, other.map_from_base, step.map);
+    other.log_odds += share * limited(there.log_odds - leading);
+  }
+}
+
+void PoseHypotheses::note_motion(const Step& step, double leading) {
+  if (!state_.fork) {
+    return;
+  }
+  const Pose2& moved = step.predicted.motion.previous_from_current;
+  const double distance = moved.translation().norm();
+  state_.fork->searched += distance + std::abs(moved.theta);
+  // What lies on unknown ground says nothing of any of them.
+  const bool says_something = std::abs(leading) > 1.0;
+  state_.fork->undecided = says_something ? 0.0 : state_.fork->undecided + distance;
+}
+
+bool PoseHypotheses::is_search_due(const Outcome& outcome, bool is_odometry_improbable) const {
+  const ScanEvidence& evidence = outcome.evidence;
+  const bool is_bad = evidence.mean < std::max(0.0, kBadlyExplained * evidence.known);
+  return is_odometry_improbable || ((is_bad || outcome.is_jump) &&
+                                    (!state_.fork || state_.fork->searched >= kBetweenSearches));
+}
+
+void PoseHypotheses::search(const Step& step, const Outcome& outcome, double share,
+                            const HypothesisOptions& options) {
+  const double leading = outcome.evidence.log_odds;
+  const auto consider = [&](const MatchResult& match, double log_odds) {
+    if (!match.accepted() || is_same(match.map_from_base, outcome.match.map_from_base)) {
+      return;
+    }
+    const double there = evidence_of(step.scan, match.map_from_base, step.map).log_odds;
+    if (there > leading) {
+      add(match, log_odds + share * limited(there - leading));
+    }
+  };
+  if (step.by_velocity != nullptr) {
+    consider(search_exactly(problem_at(step, step.by_velocity->fixed_from_base,
+                                       step.by_velocity->search_covariance)),
+             0.5 * kMostOfMotion - options.unexpected);
+  }
+  for (const MatchResult& match :
+       search_widely(problem_at(step, step.predicted.fixed_from_base, step.predicted.covariance),
+                     {options.search_xy, options.search_theta})) {
+    consider(match, -options.unexpected);
+  }
+  std::vector<Hypothesis>& others = state_.others;
+  std::stable_sort(others.begin(), others.end(),
+                   [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
+  others.resize(std::min(others.size(), kMostOthers));
+}
+
+void PoseHypotheses::add(const MatchResult& match, double log_odds) {
+  const auto same = std::find_if(
+      state_.others.begin(), state_.others.end(),
+      [&](const auto& other) { return is_same(other.map_from_base, match.map_from_base); });
+  if (same != state_.others.end()) {
+    same->log_odds = std::max(same->log_odds, log_odds);
+    return;
+  }
+  state_.others.push_back(
+      {match.map_from_base, log_odds, std::vector<std::optional<Pose2>>(state_.fork->inserted)});
+}
+
+void PoseHypotheses::drop_refuted(const Pose2& leading, const HypothesisOptions& options) {
+  const auto is_refuted = [&](const Hypothesis& other) {
+    return other.log_odds < -options.unexpected - options.decisive ||
+           is_same(other.map_from_base, leading);
+  };
+  std::vector<Hypothesis>& others = state_.others;
+  others.erase(std::remove_if(others.begin(), others.end(), is_refuted), others.end());
+}
+
+void PoseHypotheses::decide(const Step& step, const HypothesisOptions& options, Outcome& outcome) {
+  const auto best =
+      std::max_element(state_.others.begin(), state_.others.end(),
+                       [](const auto& a, const auto& b) { return a.log_odds < b.log_odds; });
+  // Where the matcher has no answer the likelier one leads at once; else it has to be clear.
+  const double enough = outcome.match.accepted() ? options.decisive : 0.0;
+  if (best != state_.others.end() && best->log_odds > enough) {
+    lead(best, step, options, outcome);
+  } else if (state_.elsewhere >= options.decisive) {
+    outcome.verdict = Verdict::kUnknown;
+  } else if (state_.fork && ((state_.others.empty() && state_.elsewhere <= -options.carried) ||
+                             state_.fork->undecided > kUndecided)) {
+    believe();
+  }
+}
+
+/// The one that led before goes on as another one.
+void PoseHypotheses::lead(std::vector<Hypothesis>::iterator overtaking, const Step& step,
+                          const HypothesisOptions& options, Outcome& outcome) {
+  const Hypothesis leading = std::move(*overtaking);
+  state_.others.erase(overtaking);
+  for (Hypothesis& other : state_.others) {
+    other.log_odds -= leading.log_odds;
+  }
+  Hypothesis before{outcome.match.map_from_base, -leading.log_odds};
+  for (std::size_t i = 0; i < state_.fork->inserted; ++i) {
+    before.key_scans.emplace_back(step.key_scans[state_.fork->key_scans + i].map_from_base);
+  }
+  state_.others.push_back(std::move(before));
+  state_.elsewhere = std::max(-options.carried, state_.elsewhere - leading.log_odds);
+  constexpr double kXy = 0.05;     // [m], how well it is known before it is refined
+  constexpr double kTheta = 0.03;  // [rad]
+  outcome.verdict = Verdict::kOvertaken;
+  outcome.match =
+      search_exactly(problem_at(step, leading.map_from_base, covariance_of(kXy, kTheta)));
+  outcome.key_scans = leading.key_scans;
+}
+
+bool PoseHypotheses::is_in_doubt(const HypothesisOptions& options) const {
+  const auto is_possible = [&](double log_odds) { return log_odds > -options.decisive; };
+  return is_forked() &&
+         (is_possible(state_.elsewhere) ||
+          std::any_of(state_.others.begin(), state_.others.end(),
+                      [&](const auto& other) { return is_possible(other.log_odds); }));
+}
+
+Eigen::Matrix3d PoseHypotheses::spread_around(const Pose2& leading) const {
+  double all = 1.0;
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const Hypothesis& other : state_.others) {
+    const double odds = std::exp(std::min(other.log_odds, kMostOfScan));
+    const Eigen::Vector3d apart = difference(other.map_from_base, leading);
+    spread += odds * apart * apart.transpose();
+    all += odds;
+  }
+  return spread / all;
+}
+
+void PoseHypotheses::note_key_scans(const PlacedScans& all, const Pose2& leading) {
+  if (!state_.fork) {
+    return;
+  }
+  for (; state_.fork->key_scans + state_.fork->inserted < all.size(); ++state_.fork->inserted) {
+    const PlacedScan& key = all[state_.fork->key_scans + state_.fork->inserted];
+    const Pose2 base_from_key = leading.inverse() * key.map_from_base;
+    for (Hypothesis& other : state_.others) {
+      other.key_scans.emplace_back(other.map_from_base * base_from_key);
+    }
+  }
+}
+
+void PoseHypotheses::forget_key_scans() {
+  state_.fork->inserted = 0;
+  for (Hypothesis& other : state_.others) {
+    other.key_scans.clear();
+  }
+}
+
+void PoseHypotheses::believe() {
+  state_.fork.reset();
+  state_.others.clear();
+  state_.elsewhere = -std::numeric_limits<double>::infinity();
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,267 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/slam/scan_evidence.hpp"
+#include "matching/match_scene.hpp"
+#include "simulation/make_world.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr double kWall = 2.0;    // [m] ahead
+constexpr double kBehind = 4.0;  // [m]
+constexpr int kBeams = 100;
+
+/// Where a fan of beams ahead meets a wall across, if `is_hit` of its number, or else one behind.
+template <typename IsHit>
+PointScan fan(IsHit&& is_hit, int beams = kBeams, double weight = 0.05) {
+  PointScan scan;
+  for (int i = 0; i < beams; ++i) {
+    const double slope = -0.5 + (i + 0.5) / beams;
+    const double x = is_hit(i) ? kWall : kBehind;
+    ScanPoint point;
+    point.position = {x, x * slope};
+    point.normal = {-1.0, 0.0};
+    point.weight = weight;
+    scan.points.push_back(point);
+  }
+  return scan;
+}
+
+PointScan wall() {
+  return fan([](int /*beam*/) { return true; });
+}
+PointScan behind() {
+  return fan([](int /*beam*/) { return false; });
+}
+
+/// Half of its beams pass, never the same.
+PointScan railing(std::uint64_t seed) {
+  Random random(seed);
+  return fan([&](int /*beam*/) { return random.uniform() < 0.5; });
+}
+
+SlamMap empty_map() { return {MapOptions{}, LikelihoodFieldOptions{}}; }
+
+SlamMap map_of_wall() {
+  SlamMap map = empty_map();
+  for (int i = 0; i < 20; ++i) {
+    insert_scan(wall(), {}, {}, map);
+  }
+  return map;
+}
+
+SlamMap map_of_railing() {
+  SlamMap map = empty_map();
+  for (int i = 0; i < 20; ++i) {
+    insert_scan(railing(static_cast<std::uint64_t>(i)), {}, {}, map);
+  }
+  return map;
+}
+
+MatchScene rooms(std::uint64_t seed = 3) {
+  LaserOptions laser;
+  laser.beams = 520;
+  return make_match_scene(make_rooms_world(seed), laser, 12.0, seed);
+}
+
+void expect_nothing(const ScanEvidence& evidence) {
+  EXPECT_EQ(evidence.log_odds, 0.0);
+  EXPECT_EQ(evidence.mean, 0.0);
+  EXPECT_EQ(evidence.known, 0.0);
+}
+
+TEST(ScanEvidence, SpeaksForTheTruePoseAndLessForPosesThatAreOff) {
+  for (const std::uint64_t seed : {3U, 4U, 5U}) {
+    const MatchScene scene = rooms(seed);
+    const ScanEvidence there = evidence_of(scene.scan, scene.map_from_base, scene.map);
+    EXPECT_GT(there.mean, 2.0) << seed;
+    EXPECT_GT(there.log_odds, 50.0) << seed;
+    EXPECT_GT(there.known, 0.85) << seed;
+    for (int i = 0; i < 8; ++i) {
+      const double angle = 0.25 * kPi * i;
+      const Pose2 beside =
+          shifted(scene.map_from_base, {0.5 * std::cos(angle), 0.5 * std::sin(angle), 0.0});
+      EXPECT_LT(evidence_of(scene.scan, beside, scene.map).log_odds, there.log_odds - 30.0)
+          << seed << " " << i;
+    }
+    for (const double turn : {-0.3, 0.3}) {
+      const Pose2 turned = shifted(scene.map_from_base, {0.0, 0.0, turn});
+      EXPECT_LT(evidence_of(scene.scan, turned, scene.map).log_odds, there.log_odds - 30.0)
+          << seed << " " << turn;
+    }
+  }
+}
+
+TEST(ScanEvidence, HardlyMindsAnErrorOfHalfACell) {
+  const MatchScene scene = rooms();
+  const double there = evidence_of(scene.scan, scene.map_from_base, scene.map).mean;
+  for (const double x : {-0.025, 0.025}) {
+    for (const double y : {-0.025, 0.025}) {
+      const Pose2 near = shifted(scene.map_from_base, {x, y, 0.0});
+      EXPECT_NEAR(evidence_of(scene.scan, near, scene.map).mean, there, 0.2);
+    }
+  }
+}
+
+TEST(ScanEvidence, SaysNothingOnUnknownGround) {
+  const MatchScene scene = rooms();
+  expect_nothing(evidence_of(scene.scan, {500.0, 0.0, 0.3}, scene.map));
+  expect_nothing(evidence_of(scene.scan, scene.map_from_base, empty_map()));
+}
+
+TEST(ScanEvidence, SaysNothingWithoutPoints) {
+  const MatchScene scene = rooms();
+  PointScan scan;
+  expect_nothing(evidence_of(scan, scene.map_from_base, scene.map));
+  scan.free_rays = {{{0.0, 0.0}, {5.0, 0.0}}};
+  expect_nothing(evidence_of(scan, scene.map_from_base, scene.map));
+}
+
+TEST(ScanEvidence, SpeaksAgainstBeamsThroughASolidWall) {
+  const SlamMap map = map_of_wall();
+  const ScanEvidence evidence = evidence_of(behind(), {}, map);
+  EXPECT_LT(evidence.mean, -2.0);
+  EXPECT_LT(evidence.log_odds, -20.0);
+  EXPECT_EQ(evidence.known, 0.0) << "they end behind it";
+  EXPECT_GT(evidence_of(wall(), {}, map).mean, 2.9);
+}
+
+TEST(ScanEvidence, TakesARailingForBothWallAndWay) {
+  const SlamMap map = map_of_railing();
+  EXPECT_GT(evidence_of(behind(), {}, map).mean, 1.0);
+  EXPECT_GT(evidence_of(wall(), {}, map).mean, 1.0);
+  EXPECT_GT(evidence_of(railing(99), {}, map).mean, 1.0);
+}
+
+TEST(ScanEvidence, SpeaksAgainstBeamsThatEndWhereOthersWentOn) {
+  const SlamMap map = map_of_wall();
+  const ScanEvidence evidence = evidence_of(wall(), {-0.5, 0.0, 0.0}, map);
+  EXPECT_NEAR(evidence.known, 0.75, 0.02) << "the map is of a fan, too";
+  EXPECT_LT(evidence.mean, -2.0 * evidence.known);
+}
+
+TEST(ScanEvidence, OfABeamIsLimited) {
+  const MatchScene scene = rooms();
+  Random random(17);
+  double least = 0.0;
+  double most = 0.0;
+  for (int i = 0; i < 300; ++i) {
+    const double size = i % 2 == 0 ? 0.1 : 6.0;
+    const Pose2 pose = shifted(
+        scene.map_from_base,
+        {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)});
+    const ScanEvidence evidence = evidence_of(scene.scan, pose, scene.map);
+    ASSERT_GE(evidence.mean, -3.0);
+    ASSERT_LE(evidence.mean, 3.0);
+    ASSERT_GE(evidence.known, 0.0);
+    ASSERT_LE(evidence.known, 1.0 + 1e-12);
+    ASSERT_EQ(evidence.mean > 0.0, evidence.log_odds > 0.0);
+    least = std::min(least, evidence.mean);
+    most = std::max(most, evidence.mean);
+  }
+  EXPECT_LT(least, -1.0);
+  EXPECT_GT(most, 2.0);
+}
+
+TEST(ScanEvidence, HasAWitnessEachHalfMetreOfWall) {
+  const ScanEvidence evidence = evidence_of(wall(), {}, map_of_wall());
+  EXPECT_NEAR(evidence.log_odds, evidence.mean * kBeams * 0.05 / 0.5, 1e-9);
+}
+
+TEST(ScanEvidence, OfAWallDoesNotDependOnHowManyBeamsItIsSeenBy) {
+  const SlamMap map = map_of_wall();
+  const auto seen_by = [&](int beams) {
+    const PointScan scan = fan([](int beam) { return beam % 7 != 0; }, beams, 2.0 / beams);
+    return evidence_of(scan, {}, map).log_odds;
+  };
+  const double expected = seen_by(140);
+  EXPECT_GT(expected, 5.0);
+  EXPECT_NEAR(seen_by(700), expected, 0.1 * expected);
+  EXPECT_NEAR(seen_by(1400), expected, 0.1 * expected);
+}
+
+TEST(ScanEvidence, CountsBeamsByTheirWeights) {
+  const SlamMap map = map_of_wall();
+  PointScan scan = fan([](int beam) { return beam % 2 == 0; });
+  for (std::size_t i = 1; i < scan.points.size(); i += 2) {
+    scan.points[i].weight = 0.0;
+  }
+  const ScanEvidence hits = evidence_of(scan, {}, map);
+  EXPECT_NEAR(hits.log_odds, 0.5 * evidence_of(wall(), {}, map).log_odds, 0.5);
+  EXPECT_EQ(hits.known, 1.0);
+  for (std::size_t i = 0; i < scan.points.size(); ++i) {
+    scan.points[i].weight = i % 2 == 0 ? 0.01 : 0.03;
+  }
+  EXPECT_NEAR(evidence_of(scan, {}, map).known, 0.25, 1e-9);
+}
+
+TEST(ScanEvidence, TellsWhichShareEndsOnKnownGround) {
+  const PointScan scan = fan([](int beam) { return beam < 25; });
+  EXPECT_NEAR(evidence_of(scan, {}, map_of_wall()).known, 0.25, 1e-9);
+}
+
+TEST(ScanEvidence, IgnoresWildReadings) {
+  const SlamMap map = map_of_wall();
+  PointScan scan = wall();
+  const ScanEvidence expected = evidence_of(scan, {}, map);
+  for (const double range : {101.0, 1e9, std::numeric_limits<double>::infinity(),
+                             std::numeric_limits<double>::quiet_NaN()}) {
+    scan.points.push_back(scan.points.back());
+    scan.points.back().position = {range, 0.0};
+  }
+  const ScanEvidence evidence = evidence_of(scan, {}, map);
+  EXPECT_NEAR(evidence.mean, expected.mean, 1e-9);
+  EXPECT_NEAR(evidence.log_odds, expected.log_odds, 1e-9);
+  EXPECT_EQ(evidence.known, expected.known);
+}
+
+TEST(ScanEvidence, OfABeamWithoutLengthIsANumber) {
+  PointScan scan = wall();
+  scan.points.front().position.setZero();
+  EXPECT_TRUE(std::isfinite(evidence_of(scan, {}, map_of_wall()).log_odds));
+}
+
+TEST(ScanEvidence, IsTheSameWhereverTheMapLies) {
+  const MatchScene scene = rooms();
+  MapOptions options;
+  options.resolution = 0.0625;  // of which whole numbers have no rounding
+  const Eigen::Vector3d by(-77 * options.resolution, 1234 * options.resolution, 0.0);
+  SlamMap map(options, {});
+  SlamMap moved(options, {});
+  for (const PlacedScan& key : scene.key_scans) {
+    insert_scan(*key.scan->points(), key.map_from_base, options, map);
+    insert_scan(*key.scan->points(), shifted(key.map_from_base, by), options, moved);
+  }
+  Random random(2);
+  for (int i = 0; i < 20; ++i) {
+    const Pose2 pose =
+        shifted(scene.map_from_base,
+                {random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.2, 0.2)});
+    const ScanEvidence here = evidence_of(scene.scan, pose, map);
+    const ScanEvidence there = evidence_of(scene.scan, shifted(pose, by), moved);
+    EXPECT_NEAR(here.log_odds, there.log_odds, 1e-6) << i;
+    EXPECT_NEAR(here.mean, there.mean, 1e-6) << i;
+    EXPECT_NEAR(here.known, there.known, 1e-6) << i;
+  }
+}
+
+TEST(ScanEvidence, TheSameQuestionHasTheSameAnswer) {
+  const MatchScene scene = rooms();
+  const SlamMap copy = scene.map;
+  const Pose2 pose = shifted(scene.map_from_base, {0.1, 0.0, 0.05});
+  const ScanEvidence a = evidence_of(scene.scan, pose, scene.map);
+  const ScanEvidence b = evidence_of(scene.scan, pose, copy);
+  EXPECT_EQ(a.log_odds, b.log_odds);
+  EXPECT_EQ(a.mean, b.mean);
+  EXPECT_EQ(a.known, b.known);
+}
+
+}  // namespace
+}  // namespace matchbox_slam
