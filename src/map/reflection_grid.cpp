@@ -159,6 +159,11 @@ void ReflectionGrid::take(const Cell& tile, const Tile& seen) {
     int all_passes = counts[i].passes + kScan - hits;
     if (const int all = all_hits + all_passes; all > kMost) {
       all_hits = (all_hits * kMost + all / 2) / all;
+      // Where rounding would keep a few old hits, or passes, for ever one makes room.
+      const bool keeps_hits = hits == 0 && all_hits > 0 && all_hits == counts[i].hits;
+      const bool keeps_passes =
+          hits == kScan && all_hits < kMost && kMost - all_hits == counts[i].passes;
+      all_hits += (keeps_passes ? 1 : 0) - (keeps_hits ? 1 : 0);
       all_passes = kMost - all_hits;
     }
     counts[i] = {static_cast<std::uint8_t>(all_hits), static_cast<std::uint8_t>(all_passes)};

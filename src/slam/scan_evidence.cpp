@@ -105,17 +105,19 @@ class BeamEvidence {
                           double clearance) {
     const double range = (to - from).norm();
     const Eigen::Vector2d direction = (to - from) / range;
-    double passage = 0.0;
-    for (double at = 0.0; at < range - clearance && passage > -2.0 * kMostOfBeam;) {
+    double free = 0.0;
+    double through = 0.0;  // walls
+    for (double at = 0.0; at < range - clearance && through > -2.0 * kMostOfBeam;) {
       const Cell cell = geometry_.cell_at(from + at * direction);
       const double step = std::max(metres_ * field_.distance(cell) - geometry_.resolution(),
                                    geometry_.resolution());
       const double here = cells_.of_passage(counts_.at(cell));
-      passage += here > 0.0 ? here * step / geometry_.resolution() : here;
+      free += std::max(0.0, here) * step / geometry_.resolution();
+      through += std::min(0.0, here);
       at += step;
     }
     const double end = of_end_near(geometry_.cell_at(to), cells_, counts_);
-    return std::clamp(std::min(passage, kMostOfPassage) + end, -kMostOfBeam, kMostOfBeam);
+    return std::clamp(std::min(free, kMostOfPassage) + through + end, -kMostOfBeam, kMostOfBeam);
   }
 
   [[nodiscard]] bool is_known(const Eigen::Vector2d& place) {

@@ -189,7 +189,7 @@ TEST(ReflectionGrid, CountsTheShareOfBeamsThatPassByChance) {
         ++looks;
       }
     }
-    EXPECT_NEAR(sum / looks, 1.0 - passing, 0.03) << passing;
+    EXPECT_NEAR(sum / looks, 1.0 - passing, 0.08) << passing;
   }
 }
 
@@ -236,7 +236,7 @@ TEST(ReflectionGrid, AWallThatGoesIsSoonMostlyPasses) {
   EXPECT_GE(scans, 10) << "not by a single person that hides it";
   EXPECT_LE(scans, 24);
   count(beyond(), 100, grid);
-  EXPECT_LT(hit_share(grid.counts({40, 0})), 0.15);
+  EXPECT_LT(hit_share(grid.counts({40, 0})), 0.02);
 }
 
 TEST(ReflectionGrid, AWallThatComesIsSoonMostlyHits) {
@@ -245,7 +245,7 @@ TEST(ReflectionGrid, AWallThatComesIsSoonMostlyHits) {
   count(wall(), 24, grid);
   EXPECT_GT(hit_share(grid.counts({40, 0})), 0.5);
   count(wall(), 100, grid);
-  EXPECT_GT(hit_share(grid.counts({40, 0})), 0.85);
+  EXPECT_GT(hit_share(grid.counts({40, 0})), 0.98);
 }
 
 TEST(ReflectionGrid, CopiesAreIndependent) {

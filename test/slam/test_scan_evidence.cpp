@@ -127,7 +127,7 @@ TEST(ScanEvidence, SaysNothingWithoutPoints) {
 TEST(ScanEvidence, SpeaksAgainstBeamsThroughASolidWall) {
   const SlamMap map = map_of_wall();
   const ScanEvidence evidence = evidence_of(behind(), {}, map);
-  EXPECT_LT(evidence.mean, -2.0);
+  EXPECT_LT(evidence.mean, -2.6);
   EXPECT_LT(evidence.log_odds, -20.0);
   EXPECT_EQ(evidence.known, 0.0) << "they end behind it";
   EXPECT_GT(evidence_of(wall(), {}, map).mean, 2.9);
