@@ -12,8 +12,8 @@ struct WideSearchOptions {
   double sigma_theta = 1.0;
 };
 
-/// By exact search in the window of the prior (Olson 2009), whatever the matcher of the run. It ends
-/// after so many look-ups as take some 10 ms.
+/// By exact search in the window of the prior (Olson 2009), whatever the matcher of the run. It
+/// ends after so many look-ups as take some 10 ms.
 [[nodiscard]] MatchResult search_exactly(const MatchProblem& problem);
 
 /// Where else the scan fits than where the prior has it: the best poses of a window that is wide in

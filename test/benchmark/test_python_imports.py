@@ -9,8 +9,8 @@ import xml.etree.ElementTree as ElementTree
 SOURCE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
 
 # The key in package.xml that brings a module, where it is not the module's name.
-KEYS = {'genpy': 'rospy', 'matplotlib': 'python3-matplotlib', 'numpy': 'python3-numpy', 'scipy': 'python3-scipy',
-        'yaml': 'python3-yaml'}
+KEYS = {'catkin_pkg': 'catkin', 'genpy': 'rospy', 'matplotlib': 'python3-matplotlib', 'numpy': 'python3-numpy',
+        'scipy': 'python3-scipy', 'yaml': 'python3-yaml'}
 
 # sys.stdlib_module_names is of Python 3.10.
 STANDARD = getattr(sys, 'stdlib_module_names', None)
