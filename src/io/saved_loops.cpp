@@ -156,7 +156,12 @@ void read_loops(MapReader& reader, MapStart& map) {
     if (drawn.empty()) {
       near.reflection.count(near.occupancy);
     }
+    const CellBox known = near.occupancy.known_bounds();
     for (const std::uint64_t id : drawn) {
+      if (!known.contains(
+              near.occupancy.geometry().cell_at(keys[id].map_from_base.translation()))) {
+        continue;  // as only a damaged file has it
+      }
       near.reflection.count(*keys[id].scan->points(), keys[id].map_from_base);
     }
     map.near_map = {std::move(near), center, keys.size(), std::move(drawn)};

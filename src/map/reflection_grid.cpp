@@ -105,7 +105,9 @@ void ReflectionGrid::count(const PointScan& scan, const Pose2& map_from_base) {
     cells.include(geometry_.cell_at(to_map * point.origin));
     cells.include(geometry_.cell_at(to_map * point.position));
   }
-  if (cells.empty()) {
+  // Wild points would take all memory.
+  const double far = kFarthestPoint / geometry_.resolution();
+  if (cells.empty() || cells.width() > 4.0 * far || cells.height() > 4.0 * far) {
     return;
   }
   if (tally_ == nullptr) {
@@ -133,14 +135,19 @@ void ReflectionGrid::count(const OccupancyGrid& occupancy) {
   constexpr int kScans = 8;
   constexpr double kWall = 0.5;
   constexpr auto kSeen = static_cast<std::uint8_t>(kScans * kScan);
-  const CellBox bounds = occupancy.known_bounds();
-  for (int y = bounds.min.y; y < bounds.max.y; ++y) {
-    for (int x = bounds.min.x; x < bounds.max.x; ++x) {
-      const Cell cell{x, y};
-      if (occupancy.is_known(cell)) {
-        const bool is_wall = occupancy.occupancy(cell) > kWall;
-        tiles_.touch(Tiles::tile_of(cell), Tile{})[Tiles::index_in_tile(cell)] =
-            is_wall ? Counts{kSeen, 0} : Counts{0, kSeen};
+  const CellBox tiles = occupancy.tiles().tile_bounds();
+  for (int y = tiles.min.y; y < tiles.max.y; ++y) {
+    for (int x = tiles.min.x; x < tiles.max.x; ++x) {
+      const OccupancyGrid::Tile* seen = occupancy.tiles().find({x, y});
+      if (seen == nullptr) {
+        continue;
+      }
+      Tile& counts = tiles_.touch({x, y}, Tile{});
+      for (std::size_t i = 0; i < seen->size(); ++i) {
+        if ((*seen)[i] != OccupancyGrid::kUnknown) {
+          const bool is_wall = OccupancyGrid::to_probability((*seen)[i]) > kWall;
+          counts[i] = is_wall ? Counts{kSeen, 0} : Counts{0, kSeen};
+        }
       }
     }
   }

@@ -34,8 +34,12 @@ void count_reflections(MapPart& part, bool is_of_key_scans) {
   if (!is_of_key_scans) {
     reflection.count(part.map.occupancy);
   }
+  // What is no part of the drawn map a damaged file may have put anywhere.
+  const CellBox known = part.map.occupancy.known_bounds();
   for (const PlacedScan& key : part.key_scans.all()) {
-    reflection.count(*key.scan->points(), key.map_from_base);
+    if (known.contains(reflection.geometry().cell_at(key.map_from_base.translation()))) {
+      reflection.count(*key.scan->points(), key.map_from_base);
+    }
   }
 }
 

@@ -51,7 +51,8 @@ class ReflectionGrid {
   }
 
   /// Counts a scan that was taken there. Beams pass each cell up to `clearance_of` their ends.
-  /// Beams without return count nowhere: glass has them, too.
+  /// Beams without return count nowhere: glass has them, too. Nor does a scan with points that are
+  /// farther apart than any laser reaches.
   void count(const PointScan& scan, const Pose2& map_from_base);
 
   /// Of a map that comes without the scans that made it: as if a few of them had seen each cell.
