@@ -82,11 +82,11 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   choose_clock(survey, options);
   facts_.no_return_from = survey.no_return_from;
   options.scan_topics = facts_.scan_topics;
-  const auto scan = read_options<ProjectionOptions>(parameters.section("scan"), "scan");
   if (!options.imu_topic.empty()) {
     options.imu_topic = find_imu_topic(reader_, options.imu_topic);
   }
-  queue_.emplace(queue_settings(options, scan.max_tilt, facts_.scan_time_offset));
+  queue_.emplace(queue_settings(options, read_projection_options(parameters).max_tilt,
+                                read_scan_timing_options(parameters), facts_.scan_time_offset));
   stream_ = reader_.stream(facts_.scan_topics, request_.period, options.imu_topic, cloud);
   if (request_.threads > 1) {
     stream_ = read_ahead(std::move(stream_), kReadAhead);
@@ -211,6 +211,9 @@ void BagScans::stop() {
 }
 
 void BagScans::warn_of_skipped() {
+  for (const std::string& news : queue_->take_news()) {
+    dialog_.warn(news);
+  }
   for (const SkippedScan& skipped : queue_->take_skipped()) {
     if (told_.insert(skipped.reason).second) {
       dialog_.warn(skipped.text);

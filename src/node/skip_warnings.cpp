@@ -6,6 +6,9 @@ namespace matchbox_slam {
 
 void SkipWarnings::tell(ScanQueue& queue) {
   constexpr double kInterval = 10.0;  // s
+  for (const std::string& news : queue.take_news()) {
+    ROS_WARN_STREAM(news);
+  }
   for (const SkippedScan& skipped : queue.take_skipped()) {
     latest_ = skipped.text;
     const ros::WallTime now = ros::WallTime::now();

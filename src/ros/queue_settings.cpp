@@ -6,9 +6,8 @@
 #include "ros/imu_heading.hpp"
 
 namespace matchbox_slam {
-
 ScanQueueSettings queue_settings(const RunOptions& options, double max_tilt,
-                                 double scan_time_offset) {
+                                 const ScanTimingOptions& timing, double scan_time_offset) {
   ScanQueueSettings settings;
   settings.base_frame = options.base_frame;
   if (options.use_odometry) {
@@ -21,6 +20,7 @@ ScanQueueSettings queue_settings(const RunOptions& options, double max_tilt,
   settings.lasers = std::max(1, static_cast<int>(options.scan_topics.size()));
   settings.max_lag = options.max_lag;
   settings.max_tilt = max_tilt;
+  settings.timing = scan_timing(timing);
   settings.use_imu = !options.imu_topic.empty();
   settings.stop_at_time_jump = options.time_jump == "stop";
   return settings;
@@ -40,6 +40,7 @@ ScanQueueSettings queue_settings(const ScanMatcherSetup& setup) {
   settings.max_waiting = static_cast<std::size_t>(setup.node.queue_size);
   settings.scan_time_offset = ros::Duration(setup.node.scan_time_offset);
   settings.max_tilt = setup.odometry.scan.max_tilt;
+  settings.timing = scan_timing(setup.timing);
   return settings;
 }
 

@@ -10,6 +10,7 @@ namespace matchbox_slam {
 /// @param max_tilt          [rad], of ProjectionOptions.
 /// @param scan_time_offset  [s], what 'auto' has come to.
 [[nodiscard]] ScanQueueSettings queue_settings(const RunOptions& options, double max_tilt,
+                                               const ScanTimingOptions& timing,
                                                double scan_time_offset);
 
 /// How the queue of scans is to be set up. An IMU's heading comes as a link of tf, from

@@ -117,34 +117,69 @@ void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time&
   if (defect.empty() && !(stamp > 0.0 && stamp < kLatestStamp)) {
     defect = "scan_time_offset takes its stamp to " + std::to_string(stamp) + " s";
   }
-  if (count(message.header.stamp, defect, message.ranges.empty(), now)) {
-    add_valid_scan(message, {message.header.stamp + settings_.scan_time_offset, laser});
-    collect_ready(true);
-    limit_waiting();
-    give_up_late();
+  advance(now);
+  if (!defect.empty()) {
+    count_defect(message.header.stamp, defect, message.ranges.empty());
+    return;
   }
+  add_joined(message, laser);
+  collect_ready(true);
+  limit_waiting();
+  give_up_late();
+}
+
+/// The scan, or the turn that is whole with this part of it; nothing where more parts are to come.
+void ScanQueue::add_joined(const sensor_msgs::LaserScan& message, int laser) {
+  Parts& parts =
+      parts_.try_emplace(laser, Parts{ScanJoiner(settings_.timing.join_parts), {}, {}}).first->second;
+  parts.stamp = message.header.stamp;
+  parts.frame = without_leading_slash(message.header.frame_id);
+  parts.scan_time = static_cast<double>(message.scan_time);
+  parts.joiner.add(to_laser_scan(message));
+  take_joined(parts, laser);
+  if (std::string news = parts.joiner.take_news(); !news.empty()) {
+    news_.push_back(std::move(news));
+  }
+}
+
+void ScanQueue::take_joined(Parts& parts, int laser) {
+  for (LaserScan& scan : parts.joiner.take()) {
+    const bool is_latest = scan.stamp == parts.stamp.toSec();  // which tells it without rounding
+    const ros::Time stamp = is_latest ? parts.stamp : ros::Time(scan.stamp);
+    const double sent_increment = scan.time_increment;
+    ++account_.received;
+    add_valid_scan({*now_, parts.frame, std::move(scan), sent_increment, parts.scan_time},
+                   {stamp + settings_.scan_time_offset, laser});
+  }
+}
+
+/// Of turns whose other parts will not come.
+void ScanQueue::skip_parts(SkipReason reason, const std::string& why) {
+  for (auto& [laser, parts] : parts_) {
+    parts.joiner.finish();
+    for (const LaserScan& scan : parts.joiner.take()) {
+      ++account_.received;
+      skip(ros::Time(scan.stamp) + settings_.scan_time_offset, reason, why);
+    }
+  }
+  parts_.clear();
 }
 
 void ScanQueue::add_scan(const ScanMessage& message, const ros::Time& now, int laser) {
   if (message.defect.empty()) {
     add_scan(*message.scan, now, laser);
   } else {
-    count(message.scan->header.stamp, message.defect, message.is_empty, now);
+    advance(now);
+    count_defect(message.scan->header.stamp, message.defect, message.is_empty);
   }
 }
 
-/// A scan that has come; one with a defect is skipped. Whether it is to be added.
-bool ScanQueue::count(const ros::Time& stamp, const std::string& defect, bool is_empty,
-                      const ros::Time& now) {
-  advance(now);
+void ScanQueue::count_defect(const ros::Time& stamp, const std::string& defect, bool is_empty) {
   ++account_.received;
-  if (!defect.empty()) {
-    skip(stamp, is_empty ? SkipReason::kEmpty : SkipReason::kInvalid, defect);
-  }
-  return defect.empty();
+  skip(stamp, is_empty ? SkipReason::kEmpty : SkipReason::kInvalid, defect);
 }
 
-void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const Turn& turn) {
+void ScanQueue::add_valid_scan(WaitingScan&& scan, const Turn& turn) {
   const ros::Time& stamp = turn.stamp;
   if (is_straggler(stamp)) {
     skip(stamp, SkipReason::kTimeJump, "it is from before time jumped back");
@@ -164,7 +199,6 @@ void ScanQueue::add_valid_scan(const sensor_msgs::LaserScan& message, const Turn
   } else if (leaps_ahead(stamp)) {
     skip(stamp, SkipReason::kOutOfOrder, "its stamp is far ahead of the scans before it");
   } else {
-    WaitingScan scan{*now_, without_leading_slash(message.header.frame_id), to_laser_scan(message)};
     scan.scan.stamp = stamp.toSec();
     waiting_.emplace(turn, std::move(scan));
   }
@@ -231,6 +265,8 @@ void ScanQueue::jump_back(double seconds, const ros::Time& now) {
     skip(turn.stamp, SkipReason::kTimeJump, "it was waiting when time jumped back");
   }
   waiting_.clear();
+  skip_parts(SkipReason::kTimeJump, "its other parts were to come when time jumped back");
+  sweep_times_.clear();
   straggling_.reset();
   if (!newest_.empty()) {
     const double newest = std::max_element(newest_.begin(), newest_.end())->toSec();
@@ -255,11 +291,15 @@ void ScanQueue::collect_ready(bool wait_for_more) {
     if (wait_for_more && !is_its_turn(turn, oldest->second)) {
       return;
     }
+    choose_sweep_time(turn, oldest->second);
     if (last_ready_ && turn.laser == last_ready_->laser &&
         turn.stamp.toSec() <= last_ready_->stamp.toSec()) {
       skip(turn.stamp, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
     } else if (const auto missing = missing_transform(turn.stamp, oldest->second); !missing) {
-      deliver(turn, make_ready(turn, std::move(oldest->second)));
+      const double sent_increment = oldest->second.sent_increment;
+      ReadyScan ready = make_ready(turn, std::move(oldest->second));
+      learn_sweep_time(ready, sent_increment);
+      deliver(turn, std::move(ready));
     } else if (wait_for_more &&
                seconds_between(oldest->second.arrival, *now_) <= settings_.transform_timeout) {
       return;
@@ -268,6 +308,29 @@ void ScanQueue::collect_ready(bool wait_for_more) {
            transforms_.why_not(missing->target, missing->source, missing->stamp));
     }
     waiting_.erase(oldest);
+  }
+}
+
+/// By the scans that were delivered before it, so that it is the same in every replay.
+void ScanQueue::choose_sweep_time(const Turn& turn, WaitingScan& waiting) {
+  SweepTimeChoice& choice =
+      sweep_times_.try_emplace(turn.laser, settings_.timing.sweep_time).first->second;
+  waiting.scan.time_increment = waiting.sent_increment;
+  waiting.scan.time_increment = choice.time_increment(waiting.scan, waiting.sent_scan_time);
+  if (std::string news = choice.take_news(); !news.empty()) {
+    news_.push_back(std::move(news));
+  }
+}
+
+void ScanQueue::learn_sweep_time(const ReadyScan& ready, double sent_increment) {
+  const ScanInput& input = ready.input;
+  if (input.odometry) {
+    sweep_times_.at(input.laser)
+        .add(input.scan, sent_increment, input.base_from_laser, input.odometry->odom_from_base,
+             [&](double stamp) {
+               return project_to_plane(*transforms_.lookup(*settings_.odom_frame,
+                                                           settings_.base_frame, ros::Time(stamp)));
+             });
   }
 }
 
@@ -390,11 +453,18 @@ void ScanQueue::discard_delivered() {
   }
 }
 
-void ScanQueue::finish() { collect_ready(false); }
+void ScanQueue::finish() {
+  for (auto& [laser, parts] : parts_) {
+    parts.joiner.finish();
+    take_joined(parts, laser);
+  }
+  collect_ready(false);
+}
 
 void ScanQueue::interrupt() {
   const std::string why = "it was waiting when the run was ended";
   drop_all_ready(SkipReason::kInterrupted, why);
+  skip_parts(SkipReason::kInterrupted, why);
   for (const auto& [turn, scan] : waiting_) {
     skip(turn.stamp, SkipReason::kInterrupted, why);
   }

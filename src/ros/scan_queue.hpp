@@ -11,6 +11,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -18,6 +19,9 @@
 #include "ros/scan_message.hpp"
 #include "ros/transform_store.hpp"
 #include "run/run_event.hpp"
+#include "sensor/scan_joiner.hpp"
+#include "sensor/scan_timing.hpp"
+#include "sensor/sweep_time_choice.hpp"
 
 namespace matchbox_slam {
 
@@ -47,7 +51,7 @@ struct SkippedScan {
   std::string text;  ///< for people, one line
 };
 
-/// received = delivered + waiting + the sum of skipped.
+/// received = delivered + waiting + the sum of skipped; parts that are joined count as one scan.
 struct ScanAccount {
   std::size_t received = 0;
   std::size_t delivered = 0;
@@ -87,6 +91,7 @@ struct ScanQueueSettings {
   double max_lag = 0.0;             ///< [s] after its arrival a scan is given up; 0: never
   double max_tilt = kPi / 2.0;      ///< [rad] of a scan's plane
   bool use_imu = false;             ///< its roll and pitch count where the odometry has none
+  ScanTiming timing;
 };
 
 /// Scans and transforms go in as they arrive, scans ready to be processed come out in the order of
@@ -157,6 +162,9 @@ class ScanQueue {
   /// Those skipped since the last call, oldest first.
   [[nodiscard]] std::vector<SkippedScan> take_skipped();
 
+  /// What was found odd about scans since the last call and what is done about it, for people.
+  [[nodiscard]] std::vector<std::string> take_news() { return std::exchange(news_, {}); }
+
   [[nodiscard]] const ScanAccount& account() const { return account_; }
   /// Scans that were neither delivered nor skipped yet.
   [[nodiscard]] std::size_t waiting() const { return waiting_.size() + ready_scans_; }
@@ -168,6 +176,15 @@ class ScanQueue {
     ros::Time arrival;
     std::string frame;
     LaserScan scan;
+    double sent_increment = 0.0;  ///< [s] between beams, by the message
+    double sent_scan_time = 0.0;  ///< [s]
+  };
+  /// Of the turns of one laser, where they come in parts.
+  struct Parts {
+    ScanJoiner joiner;
+    ros::Time stamp;  ///< of the latest message, as the next
+    std::string frame;
+    double scan_time = 0.0;  ///< [s]
   };
   /// The order in which scans come out: by stamp; of one stamp, the first laser's last, so that it
   /// is matched with the others'.
@@ -199,9 +216,13 @@ class ScanQueue {
 
   void advance(const ros::Time& now);
   void jump_back(double seconds, const ros::Time& now);
-  bool count(const ros::Time& stamp, const std::string& defect, bool is_empty,
-             const ros::Time& now);
-  void add_valid_scan(const sensor_msgs::LaserScan& message, const Turn& turn);
+  void count_defect(const ros::Time& stamp, const std::string& defect, bool is_empty);
+  void add_valid_scan(WaitingScan&& scan, const Turn& turn);
+  void add_joined(const sensor_msgs::LaserScan& message, int laser);
+  void take_joined(Parts& parts, int laser);
+  void skip_parts(SkipReason reason, const std::string& why);
+  void choose_sweep_time(const Turn& turn, WaitingScan& waiting);
+  void learn_sweep_time(const ReadyScan& ready, double sent_increment);
   [[nodiscard]] bool was_clock_set_back(const Turn& turn);
   [[nodiscard]] bool is_straggler(const ros::Time& stamp) const;
   [[nodiscard]] bool leaps_ahead(const ros::Time& stamp);
@@ -238,6 +259,9 @@ class ScanQueue {
   bool stopped_ = false;
   ScanAccount account_;
   std::vector<SkippedScan> skipped_;
+  std::map<int, Parts> parts_;  ///< by laser, as the next
+  std::map<int, SweepTimeChoice> sweep_times_;
+  std::vector<std::string> news_;
 };
 
 }  // namespace matchbox_slam

@@ -48,7 +48,8 @@ std::vector<OptionDescription> describe_sections() {
   for (OptionDescription& row : rows) {
     row.name = "odometry/" + row.name;
   }
-  for (const auto& section : {describe_cloud_options({}), describe_engine_options({})}) {
+  for (const auto& section : {describe_cloud_options({}), describe_scan_timing_options({}),
+                              describe_engine_options({})}) {
     rows.insert(rows.end(), section.begin(), section.end());
   }
   return rows;
@@ -71,6 +72,7 @@ ScanMatcherSetup make_scan_matcher_setup(const Parameters& parameters,
   }
   check_frames(setup.node);
   setup.cloud = read_cloud_options(parameters);
+  setup.timing = read_scan_timing_options(parameters);
   setup.guess = guess_source(setup.node.guess);
   setup.odometry = read_laser_odometry_settings(parameters);
   setup.matcher_name = catalog.find(setup.node.matcher);

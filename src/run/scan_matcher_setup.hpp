@@ -10,6 +10,7 @@
 #include "run/cloud_options.hpp"
 #include "run/matcher_catalog.hpp"
 #include "run/shared_run_options.hpp"
+#include "sensor/scan_timing.hpp"
 
 namespace matchbox_slam {
 
@@ -49,6 +50,7 @@ struct ScanMatcherNodeOptions : SharedRunOptions {
 struct ScanMatcherSetup {
   ScanMatcherNodeOptions node;
   CloudOptions cloud;
+  ScanTimingOptions timing;
   GuessSource guess = GuessSource::kVelocity;
   LaserOdometrySettings odometry;
   std::string matcher_name;  ///< lookup name

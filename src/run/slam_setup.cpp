@@ -32,8 +32,12 @@ void check_scan_time_offset(const RunOptions& options) {
 }
 
 std::vector<OptionDescription> describe_sections(const CloudOptions& cloud,
+                                                 const ScanTimingOptions& timing,
                                                  const EngineOptions& engine) {
   std::vector<OptionDescription> rows = describe_cloud_options(cloud);
+  for (OptionDescription& row : describe_scan_timing_options(timing)) {
+    rows.push_back(std::move(row));
+  }
   for (OptionDescription& row : describe_engine_options(engine)) {
     rows.push_back(std::move(row));
   }
@@ -68,10 +72,11 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& ca
   reject_unknown_names(
       parameters, names,
       {"slam", "scan", "cloud", "map", "field", "motion", "hypotheses", "recovery", "loops"},
-      describe_sections({}, {}), catalog);
+      describe_sections({}, {}, {}), catalog);
   check_scan_time_offset(setup.run);
   strip_leading_slashes(setup.run);
   setup.cloud = read_cloud_options(parameters);
+  setup.timing = read_scan_timing_options(parameters);
   setup.engine = read_engine_options(parameters);
   setup.matcher_name = catalog.find(setup.run.matcher);
   setup.matcher = make_matcher(parameters, catalog, setup.matcher_name);
@@ -81,7 +86,7 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& ca
 
 std::vector<OptionDescription> describe_setup(const SlamSetup& setup) {
   std::vector<OptionDescription> rows = describe_options(setup.run);
-  for (OptionDescription& row : describe_sections(setup.cloud, setup.engine)) {
+  for (OptionDescription& row : describe_sections(setup.cloud, setup.timing, setup.engine)) {
     rows.push_back(std::move(row));
   }
   const std::string section = matcher_short_name(setup.matcher_name);

@@ -15,6 +15,7 @@
 #include "run/matcher_catalog.hpp"
 #include "run/run_options.hpp"
 #include "run/slam_node_options.hpp"
+#include "sensor/scan_timing.hpp"
 
 namespace matchbox_slam {
 
@@ -23,6 +24,7 @@ struct SlamSetup {
   RunOptions run;
   SlamNodeOptions node;
   CloudOptions cloud;
+  ScanTimingOptions timing;
   EngineOptions engine;
   std::string matcher_name;  ///< lookup name
   std::shared_ptr<const ScanMatcher> matcher;

@@ -3,6 +3,8 @@
 #include <string>
 #include <utility>
 
+#include "sensor/scan_timing.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -17,11 +19,22 @@ void append_section(const std::string& section, const Options& options,
 
 }  // namespace
 
+ProjectionOptions read_projection_options(const Parameters& parameters) {
+  const Parameters section = parameters.section("scan");
+  std::vector<std::string> known;
+  auto options = read_options_among<ProjectionOptions>(section, "scan", known);
+  for (const OptionDescription& row : describe_options(ScanTimingOptions{})) {
+    known.push_back(row.name);  // of whoever has the messages
+  }
+  reject_unknown_keys(section, "scan", known);
+  check_projection_options(options);
+  return options;
+}
+
 EngineOptions read_engine_options(const Parameters& parameters) {
   EngineOptions options;
   options.slam = read_options<SlamOptions>(parameters.section("slam"), "slam");
-  options.scan = read_options<ProjectionOptions>(parameters.section("scan"), "scan");
-  check_projection_options(options.scan);
+  options.scan = read_projection_options(parameters);
   options.map = read_options<MapOptions>(parameters.section("map"), "map");
   options.field = read_options<LikelihoodFieldOptions>(parameters.section("field"), "field");
   options.motion = read_options<MotionPriorOptions>(parameters.section("motion"), "motion");

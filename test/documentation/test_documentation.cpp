@@ -101,6 +101,7 @@ std::string parameter_tables() {
   std::string text = table("Run: node and `map_bag`", rows_of("", describe_options(RunOptions{})));
   text += table("Node only", rows_of("", describe_options(SlamNodeOptions{})));
   text += table("Engine", rows_of("", describe_engine_options(EngineOptions{})));
+  text += table("Times of scans", rows_of("", describe_scan_timing_options({})));
   text += table("Clouds as scans", rows_of("", describe_cloud_options(CloudOptions{})));
   text += table("Laser odometry: `scan_matcher_node`",
                 rows_of("", describe_options(ScanMatcherNodeOptions{})) +

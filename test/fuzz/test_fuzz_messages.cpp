@@ -199,7 +199,7 @@ class Fuzzed {
       : random_(mix_seed(21, number)),
         run_(configuration),
         queue_(queue_settings(configuration.setup().run, configuration.setup().engine.scan.max_tilt,
-                              0.0)) {}
+                              configuration.setup().timing, 0.0)) {}
 
   void send_messages() {
     for (std::uint64_t k = 0; k < kMessagesPerRun; ++k) {

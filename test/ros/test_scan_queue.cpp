@@ -722,5 +722,59 @@ TEST(ScanQueue, NeverHoldsMoreThanItMay) {
   feed.expect_all_accounted_for();
 }
 
+/// Parts of turns of a laser that turns ten times a second, a quarter of a turn each.
+std::vector<sensor_msgs::LaserScan> parts_from(double first, int count) {
+  std::vector<sensor_msgs::LaserScan> parts;
+  for (int k = 0; k < count; ++k) {
+    sensor_msgs::LaserScan part = make_scan(first + 0.025 * k, "laser", 90);
+    part.angle_increment = static_cast<float>(2.0 * kPi / 360.0);
+    part.angle_min = static_cast<float>(0.5 * kPi * k);
+    parts.push_back(part);
+  }
+  return parts;
+}
+
+TEST(ScanQueue, CountsPartsOfATurnAsOneScan) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry_at(102.0, 100.4);
+  for (const sensor_msgs::LaserScan& part : parts_from(100.5, 11)) {
+    feed.queue.add_scan(part, part.header.stamp);
+  }
+  EXPECT_EQ(feed.ready(), (Stamps{100.5, 100.525, 100.625}));
+  EXPECT_EQ(feed.queue.account().received, 3U);
+  EXPECT_EQ(feed.queue.take_news().size(), 1U);
+  feed.queue.finish();
+  EXPECT_EQ(feed.ready(), Stamps{100.725});
+  EXPECT_EQ(feed.queue.account().received, 4U);
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, SkipsPartsWhoseTurnWasCutOffByATimeJump) {
+  Feed feed(settings());
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry_at(102.0, 100.4);
+  for (const sensor_msgs::LaserScan& part : parts_from(100.5, 7)) {
+    feed.queue.add_scan(part, part.header.stamp);
+  }
+  EXPECT_EQ(feed.ready().size(), 2U);
+  feed.queue.add_transforms(make_link(50.0, "odom", "base", 1.0), false, ros::Time(50.0));
+  EXPECT_EQ(feed.skipped(SkipReason::kTimeJump), 1U);
+  EXPECT_EQ(feed.queue.account().received, 3U);
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, SkipsPartsThatWaitWhenTheRunIsEnded) {
+  Feed feed(settings());
+  for (const sensor_msgs::LaserScan& part : parts_from(100.5, 3)) {
+    feed.queue.add_scan(part, part.header.stamp);
+  }
+  feed.queue.interrupt();
+  EXPECT_EQ(feed.skipped(SkipReason::kInterrupted), 2U);
+  feed.expect_all_accounted_for();
+}
+
 }  // namespace
 }  // namespace matchbox_slam

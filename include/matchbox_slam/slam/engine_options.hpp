@@ -48,6 +48,9 @@ struct SlamOptions {
   }
 };
 
+/// The section `scan`. Throws ConfigurationError, also where its options do not fit together.
+[[nodiscard]] ProjectionOptions read_projection_options(const Parameters& parameters);
+
 /// All options of the engine, a section each: `slam/`, `scan/`, `map/`, `field/`, `motion/`,
 /// `hypotheses/`, `recovery/`, `loops/`.
 struct EngineOptions {

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/sensor/laser_scan.hpp"
+
+namespace matchbox_slam {
+
+/// A scan, and how the robot moved while it was taken.
+struct MovingScan {
+  LaserScan scan;  ///< what it says of times between beams is not looked at
+  Eigen::Isometry3d base_from_laser = Eigen::Isometry3d::Identity();
+  Pose2 odom_from_base;                                ///< at the first beam
+  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< [m/s] of the base, in its own frame
+  double turn_rate = 0.0;                              ///< [rad/s]
+};
+
+/// Tells from the scans of a turning robot how long a laser's sweep takes, whatever its messages
+/// say. A wrong time bends a scan by how fast the robot turns, so that scans taken at other turn
+/// rates do not lie on each other: each is laid on one of a little before, point to line, with its
+/// pose and the sweep time both unknown. Walls may have any shape.
+class SweepTimeEstimator {
+ public:
+  /// Scans of one laser in the order of their stamps. Cost: a few passes over the beams where the
+  /// robot turns, next to nothing where it does not.
+  void add(const MovingScan& scan);
+
+  /// How many scans have told.
+  [[nodiscard]] std::size_t scans() const { return told_.size(); }
+
+  /// [s] from the first beam to the last, the median of what they told. Throws std::logic_error
+  /// when none has.
+  [[nodiscard]] double sweep_time() const;
+
+ private:
+  /// A point as it was hit, were the sweep to take the time that all is linearised about.
+  struct Hit {
+    Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< [m] in the base at the first beam
+    Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< [m/s] of the position by the sweep time
+    Eigen::Vector2d normal =
+        Eigen::Vector2d::Zero();  ///< of the surface; zero where there is no line
+    double bearing = 0.0;         ///< [rad] of the position, as seen from the base
+  };
+  /// Hits in the order of their bearings.
+  struct Hits {
+    Pose2 odom_from_base;
+    double stamp = 0.0;
+    double turn_rate = 0.0;
+    double spacing = 0.0;  ///< [rad] between beams
+    std::vector<Hit> hits;
+  };
+  struct Fit;
+
+  [[nodiscard]] static Hits hits_of(const MovingScan& scan);
+  [[nodiscard]] const Hits* reference_for(const Hits& scan) const;
+  [[nodiscard]] static std::optional<double> fit(const Hits& scan, const Hits& reference);
+
+  std::deque<Hits> recent_;
+  std::vector<double> told_;  ///< [s], by scan
+};
+
+}  // namespace matchbox_slam

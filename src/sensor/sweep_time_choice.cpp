@@ -1,0 +1,150 @@
+#include "sensor/sweep_time_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "common/number_text.hpp"
+#include "matchbox_slam/common/parameters.hpp"
+#include "matchbox_slam/geometry/angles.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr double kTurn = degrees_to_radians(330.0);  // a laser that sees so much turns all round
+constexpr std::size_t kMostGaps = 9;
+constexpr double kSlowestTurn = 0.5;  // s: rarer scans are not all that the laser took
+// What a sweep that can be lasts, of the time from scan to scan.
+constexpr double kShortest = 0.5;
+constexpr double kLongestShare = 1.1;
+
+constexpr double kMotionTime = 0.2;    // s at most, over which odometry tells how fast the robot is
+constexpr std::size_t kMostScans = 9;  // that are asked
+constexpr double kNearEnough = 0.25;   // of the period: so near to what is likely, it is that
+
+double beams_of(const LaserScan& scan) { return static_cast<double>(scan.ranges.size()); }
+
+}  // namespace
+
+void SweepTimeChoice::note_stamp(double stamp) {
+  if (last_stamp_ && stamp > *last_stamp_) {
+    gaps_.push_back(stamp - *last_stamp_);
+    if (gaps_.size() > kMostGaps) {
+      gaps_.pop_front();
+    }
+  }
+  last_stamp_ = stamp;
+}
+
+/// [s] from scan to scan, the median of the latest.
+std::optional<double> SweepTimeChoice::period() const {
+  if (gaps_.empty()) {
+    return std::nullopt;
+  }
+  std::vector<double> gaps(gaps_.begin(), gaps_.end());
+  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+  std::nth_element(gaps.begin(), middle, gaps.end());
+  return *middle;
+}
+
+bool SweepTimeChoice::may_be_looked_at(const LaserScan& scan) const {
+  return !setting_.as_sent && !setting_.seconds && scan.ranges.size() > 1 &&
+         std::abs(scan.angle_increment) * beams_of(scan) >= kTurn;
+}
+
+bool SweepTimeChoice::can_be(const LaserScan& as_sent, double sent_scan_time) const {
+  const double sweep = as_sent.time_increment * beams_of(as_sent);
+  const auto fits = [&](double period) {
+    return sweep >= kShortest * period && sweep <= kLongestShare * period;
+  };
+  return (sent_scan_time > 0.0 && fits(sent_scan_time)) || (period() && fits(*period()));
+}
+
+double SweepTimeChoice::time_increment(const LaserScan& as_sent, double sent_scan_time) {
+  if (setting_.seconds) {
+    return as_sent.ranges.size() > 1 ? *setting_.seconds / (beams_of(as_sent) - 1.0) : 0.0;
+  }
+  if (!may_be_looked_at(as_sent)) {
+    return as_sent.time_increment;
+  }
+  note_stamp(as_sent.stamp);
+  if (settled_) {
+    return *settled_ / (beams_of(as_sent) - 1.0);
+  }
+  const std::optional<double> from_scan_to_scan = period();
+  is_doubtful_ = from_scan_to_scan && !can_be(as_sent, sent_scan_time);
+  // All beams at once is what a camera or a simulator may do; a sweep that is shorter than any
+  // laser turns is not.
+  if (!is_doubtful_ || as_sent.time_increment == 0.0 || *from_scan_to_scan > kSlowestTurn) {
+    return as_sent.time_increment;
+  }
+  if (!std::exchange(has_told_, true)) {
+    news_ = "the times that scans tell cannot be: " + std::to_string(as_sent.ranges.size()) +
+            " beams " + to_string(as_sent.time_increment) + " s apart make a sweep of " +
+            fixed_text(as_sent.time_increment * beams_of(as_sent), 3) +
+            " s, and scans of the whole turn come every " + fixed_text(*from_scan_to_scan, 3) +
+            " s; taken as the sweep until scans tell otherwise; scan/sweep_time sets it";
+  }
+  return *from_scan_to_scan / beams_of(as_sent);
+}
+
+void SweepTimeChoice::add(const LaserScan& scan, double sent_increment,
+                          const Eigen::Isometry3d& base_from_laser, const Pose2& odom_from_base,
+                          const std::function<Pose2(double stamp)>& odom_from_base_at) {
+  if (!may_be_looked_at(scan) || is_final_ || !is_doubtful_) {
+    last_.reset();
+    return;
+  }
+  if (last_ && scan.stamp > last_->scan.stamp) {
+    const double time = std::min(scan.stamp - last_->scan.stamp, kMotionTime);
+    const Pose2 motion =
+        last_->odom_from_base.inverse() * odom_from_base_at(last_->scan.stamp + time);
+    last_->velocity = motion.translation() / time;
+    last_->turn_rate = motion.theta / time;
+    estimator_.add(*last_);
+    decide(sent_increment * (beams_of(scan) - 1.0), beams_of(scan));
+  }
+  last_ = MovingScan{scan, base_from_laser, odom_from_base, Eigen::Vector2d::Zero(), 0.0};
+}
+
+/// What is sent and the whole time from scan to scan are likely: what is near one is that, from the
+/// first scan on that tells, until others say otherwise. It takes more to believe anything else.
+void SweepTimeChoice::decide(double sent, double beams) {
+  if (estimator_.scans() == 0) {
+    return;
+  }
+  const bool is_last = estimator_.scans() >= kMostScans;
+  const double told = estimator_.sweep_time();
+  const double whole = *period() * (beams - 1.0) / beams;
+  const double near = kNearEnough * std::min(*period(), kMotionTime);
+  if (std::abs(told - sent) < std::min(near, std::abs(told - whole))) {
+    settle(sent, told, sent);
+  } else if (std::abs(told - whole) < near) {
+    settle(whole, told, sent);
+  } else if (is_last) {
+    settle(std::max(0.0, told), told, sent);
+  }
+  is_final_ = is_last;
+  if (is_final_) {
+    last_.reset();
+    estimator_ = {};
+  }
+}
+
+void SweepTimeChoice::settle(double sweep, double told, double sent) {
+  const double before = settled_.value_or(has_told_ ? -1.0 : sent);
+  settled_ = sweep;
+  if (std::abs(sweep - before) > 1e-3) {
+    has_told_ = true;
+    news_ = "scans of the turning robot show a sweep of " + fixed_text(told, 3) +
+            " s from the first beam to the last, and messages tell " + fixed_text(sent, 3) +
+            " s; taken is " + fixed_text(sweep, 3) +
+            " s; scan/sweep_time sets it, as_sent for what messages tell";
+  }
+}
+
+std::string SweepTimeChoice::take_news() { return std::exchange(news_, {}); }
+
+}  // namespace matchbox_slam

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/sensor/laser_scan.hpp"
+#include "sensor/scan_timing.hpp"
+#include "sensor/sweep_time.hpp"
+
+namespace matchbox_slam {
+
+/// Decides how long the sweep of one laser's scans takes. Drivers of lasers that turn all round
+/// often send times that cannot be: 0, or an increment that is twenty times too small. By itself it
+/// believes what can be, takes a sweep to last from scan to scan where what is sent cannot be, and
+/// in both cases goes by the scans of the turning robot as soon as they tell. A laser that takes
+/// all beams at once is one whose scans tell so.
+class SweepTimeChoice {
+ public:
+  explicit SweepTimeChoice(SweepTimeSetting setting) : setting_(setting) {}
+
+  /// Time from beam to beam [s] of the next scan, in the order of their stamps.
+  /// @param sent_scan_time  [s], from scan to scan by the message; 0: it does not say.
+  [[nodiscard]] double time_increment(const LaserScan& as_sent, double sent_scan_time);
+
+  /// The scan with the odometry that came for it.
+  /// @param sent_increment  [s] between beams, by the message.
+  /// @param odom_from_base_at  of a stamp [s] up to the scan's.
+  void add(const LaserScan& scan, double sent_increment, const Eigen::Isometry3d& base_from_laser,
+           const Pose2& odom_from_base,
+           const std::function<Pose2(double stamp)>& odom_from_base_at);
+
+  /// What was decided since the last call, for people; empty: nothing.
+  [[nodiscard]] std::string take_news();
+
+ private:
+  void note_stamp(double stamp);
+  [[nodiscard]] std::optional<double> period() const;
+  [[nodiscard]] bool may_be_looked_at(const LaserScan& scan) const;
+  [[nodiscard]] bool can_be(const LaserScan& as_sent, double sent_scan_time) const;
+  void decide(double sent, double beams);
+  void settle(double sweep, double told, double sent);
+
+  SweepTimeSetting setting_;
+  std::optional<double> last_stamp_;
+  std::deque<double> gaps_;   ///< [s] between the latest scans
+  bool is_doubtful_ = false;  ///< what is sent can not be, or says nothing
+  bool has_told_ = false;     ///< that it cannot be
+  bool is_settled_ = false;   ///< scans have told
+  std::optional<double>
+      settled_;            ///< [s] from the first beam to the last; none: scans have not told
+  bool is_final_ = false;  ///< enough of them have
+  SweepTimeEstimator estimator_;
+  std::optional<MovingScan> last_;  ///< whose motion the next scan tells
+  std::string news_;
+};
+
+}  // namespace matchbox_slam

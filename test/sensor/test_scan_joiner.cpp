@@ -1,0 +1,169 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "matchbox_slam/geometry/angles.hpp"
+#include "sensor/scan_joiner.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr double kPeriod = 0.1;  // s, of a turn
+
+/// A scan that reads the number of each beam.
+LaserScan turn_of(std::size_t beams, double field, double stamp, double direction = 1.0) {
+  LaserScan scan;
+  scan.stamp = stamp;
+  scan.angle_min = -direction * field / 2.0;
+  scan.angle_increment = direction * field / static_cast<double>(beams);
+  scan.time_increment = kPeriod * (field / (2.0 * kPi)) / static_cast<double>(beams);
+  scan.range_max = 1e6;
+  for (std::size_t k = 0; k < beams; ++k) {
+    scan.ranges.push_back(static_cast<float>(k));
+  }
+  return scan;
+}
+
+/// One after the other, by angle and by time.
+std::vector<LaserScan> parts_of(const LaserScan& turn, std::size_t count) {
+  std::vector<LaserScan> parts;
+  const std::size_t beams = turn.ranges.size() / count;
+  for (std::size_t first = 0; first < turn.ranges.size(); first += beams) {
+    LaserScan part = turn;
+    part.stamp = turn.stamp + static_cast<double>(first) * turn.time_increment;
+    part.angle_min = wrap_angle(turn.angle_min + static_cast<double>(first) * turn.angle_increment);
+    const auto begin = turn.ranges.begin() + static_cast<std::ptrdiff_t>(first);
+    part.ranges.assign(begin, begin + static_cast<std::ptrdiff_t>(beams));
+    parts.push_back(part);
+  }
+  return parts;
+}
+
+std::vector<LaserScan> joined(ScanJoiner& joiner, const std::vector<LaserScan>& scans) {
+  std::vector<LaserScan> whole;
+  for (const LaserScan& scan : scans) {
+    joiner.add(scan);
+    for (LaserScan& one : joiner.take()) {
+      whole.push_back(one);
+    }
+  }
+  return whole;
+}
+
+void expect_same(const LaserScan& scan, const LaserScan& turn) {
+  EXPECT_EQ(scan.stamp, turn.stamp);
+  EXPECT_NEAR(wrap_angle(scan.angle_min - turn.angle_min), 0.0, 1e-12);
+  EXPECT_EQ(scan.angle_increment, turn.angle_increment);
+  EXPECT_NEAR(scan.time_increment, turn.time_increment, 1e-9);
+  EXPECT_EQ(scan.ranges, turn.ranges);
+}
+
+/// With 'auto' the first part is whole, as nothing is known yet; turns begin with the second.
+void expect_turns(double field, std::size_t count, double direction) {
+  ScanJoiner joiner(std::nullopt);
+  const LaserScan first = turn_of(360, field, 10.0, direction);
+  const LaserScan second = turn_of(360, field, 10.0 + kPeriod, direction);
+  const std::vector<LaserScan> one = joined(joiner, parts_of(first, count));
+  ASSERT_EQ(one.size(), 1U);
+  EXPECT_EQ(one.front().ranges.size(), 360U / count);
+  EXPECT_NE(joiner.take_news(), "");
+  const std::vector<LaserScan> whole = joined(joiner, parts_of(second, count));
+  ASSERT_EQ(whole.size(), 1U);
+  EXPECT_NEAR(static_cast<double>(whole.front().ranges.size()), 2.0 * kPi * 360.0 / field, 1.0);
+  EXPECT_EQ(joiner.take_news(), "") << "once";
+}
+
+TEST(ScanJoiner, MakesOfPartsTheTurnThatTheyAreOf) {
+  ScanJoiner joiner(10);
+  const LaserScan turn = turn_of(360, 2.0 * kPi, 10.0);
+  const std::vector<LaserScan> whole = joined(joiner, parts_of(turn, 10));
+  ASSERT_EQ(whole.size(), 1U);
+  expect_same(whole.front(), turn);
+  EXPECT_FALSE(joiner.holds_parts());
+}
+
+TEST(ScanJoiner, SeesThatTurnsComeInParts) {
+  for (const double direction : {1.0, -1.0}) {
+    SCOPED_TRACE(direction);
+    expect_turns(2.0 * kPi, 10, direction);
+    expect_turns(degrees_to_radians(276.0), 4, direction);
+  }
+}
+
+TEST(ScanJoiner, TakesWholeTurnsFromAnyPartOn) {
+  ScanJoiner joiner(std::nullopt);
+  std::vector<LaserScan> parts = parts_of(turn_of(360, 2.0 * kPi, 10.0), 10);
+  for (const LaserScan& part : parts_of(turn_of(360, 2.0 * kPi, 10.1), 10)) {
+    parts.push_back(part);
+  }
+  const std::vector<LaserScan> whole = joined(joiner, parts);
+  ASSERT_EQ(whole.size(), 2U);
+  EXPECT_EQ(whole[1].stamp, parts[1].stamp);
+  ASSERT_EQ(whole[1].ranges.size(), 360U);
+  EXPECT_EQ(whole[1].ranges.front(), 36.0F);
+  EXPECT_EQ(whole[1].ranges.back(), 35.0F);
+}
+
+TEST(ScanJoiner, LeavesBeamsOfAPartThatIsMissingUnknown) {
+  ScanJoiner joiner(std::nullopt);
+  std::vector<LaserScan> parts = parts_of(turn_of(360, 2.0 * kPi, 10.0), 10);
+  parts.erase(parts.begin() + 4);
+  for (const LaserScan& part : parts_of(turn_of(360, 2.0 * kPi, 10.1), 10)) {
+    parts.push_back(part);
+  }
+  const std::vector<LaserScan> whole = joined(joiner, parts);
+  ASSERT_EQ(whole.size(), 2U);
+  ASSERT_EQ(whole[1].ranges.size(), 360U);
+  for (std::size_t k = 0; k < 360; ++k) {
+    const std::size_t beam = (k + 36) % 360;
+    EXPECT_EQ(std::isnan(whole[1].ranges[k]), beam >= 144 && beam < 180) << beam;
+  }
+}
+
+TEST(ScanJoiner, BeginsAnewWhereTheLastPartsOfATurnAreMissing) {
+  ScanJoiner joiner(10);
+  std::vector<LaserScan> parts = parts_of(turn_of(360, 2.0 * kPi, 10.0), 10);
+  parts.pop_back();
+  const LaserScan next = turn_of(360, 2.0 * kPi, 10.1);
+  for (const LaserScan& part : parts_of(next, 10)) {
+    parts.push_back(part);
+  }
+  const std::vector<LaserScan> whole = joined(joiner, parts);
+  ASSERT_EQ(whole.size(), 2U);
+  EXPECT_EQ(whole[0].ranges.size(), 324U);
+  expect_same(whole[1], next);
+}
+
+TEST(ScanJoiner, LeavesWholeScansAlone) {
+  for (const double field : {2.0 * kPi, degrees_to_radians(270.0), degrees_to_radians(57.0)}) {
+    ScanJoiner joiner(std::nullopt);
+    const std::vector<LaserScan> scans = {turn_of(360, field, 10.0), turn_of(360, field, 10.1),
+                                          turn_of(360, field, 10.2)};
+    const std::vector<LaserScan> whole = joined(joiner, scans);
+    ASSERT_EQ(whole.size(), 3U);
+    expect_same(whole[1], scans[1]);
+    EXPECT_EQ(joiner.take_news(), "");
+  }
+}
+
+TEST(ScanJoiner, JoinsNoneOfOne) {
+  ScanJoiner joiner(1);
+  EXPECT_EQ(joined(joiner, parts_of(turn_of(360, 2.0 * kPi, 10.0), 10)).size(), 10U);
+}
+
+TEST(ScanJoiner, GivesWhatThereIsAtTheEnd) {
+  ScanJoiner joiner(10);
+  std::vector<LaserScan> parts = parts_of(turn_of(360, 2.0 * kPi, 10.0), 10);
+  parts.resize(3);
+  EXPECT_EQ(joined(joiner, parts).size(), 0U);
+  EXPECT_TRUE(joiner.holds_parts());
+  joiner.finish();
+  const std::vector<LaserScan> rest = joiner.take();
+  ASSERT_EQ(rest.size(), 1U);
+  EXPECT_EQ(rest.front().ranges.size(), 108U);
+}
+
+}  // namespace
+}  // namespace matchbox_slam
