@@ -185,9 +185,7 @@ void PoseHypotheses::decide(const Step& step, const HypothesisOptions& options, 
   const auto best =
       std::max_element(state_.others.begin(), state_.others.end(),
                        [](const auto& a, const auto& b) { return a.log_odds < b.log_odds; });
-  // Where the matcher has no answer the likelier one leads at once; else it has to be clear.
-  const double enough = outcome.match.accepted() ? options.decisive : 0.0;
-  if (best != state_.others.end() && best->log_odds > enough) {
+  if (best != state_.others.end() && best->log_odds > options.decisive) {
     lead(best, step, options, outcome);
   } else if (state_.elsewhere >= options.decisive) {
     outcome.verdict = Verdict::kUnknown;

@@ -5,6 +5,7 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "slam/common_ground.hpp"
 #include "slam/insertion.hpp"
 #include "slam/pose_uncertainty.hpp"
 #include "slam/seen_scans.hpp"
@@ -52,7 +53,8 @@ SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanM
       seed_(seed),
       tracker_(options.motion),
       mapping_(options),
-      seen_(std::make_unique<SeenScans>()) {
+      seen_(std::make_unique<SeenScans>()),
+      common_ground_(std::make_unique<CommonGroundMatch>()) {
   tracker_.set_pose(start, Eigen::Matrix3d::Zero());
 }
 
@@ -152,7 +154,7 @@ MatchResult SlamEngine::match(const MotionPrediction& predicted) {
   if (problem.scan.points.size() < static_cast<std::size_t>(options_.slam.min_points)) {
     return rejected(problem, MatchStatus::kRejectedTooFewPoints);
   }
-  return matcher_->match(problem);
+  return common_ground_->match(*matcher_, problem, map);
 }
 
 /// Where the robot is, by all that speaks for it and against.
@@ -168,7 +170,7 @@ SlamEngine::Verdict SlamEngine::weigh(const Predictions& predictions, ScanOutcom
   // What further lasers saw lies where odometry has it.
   const MotionPrediction* by_velocity =
       seen_->further().empty() ? predictions.by_velocity : nullptr;
-  const PoseHypotheses::Outcome weighed =
+  PoseHypotheses::Outcome weighed =
       hypotheses_.follow({seen_->all(), mapping_.compared(), key_scans_here(), recent_,
                           predictions.seconds, predictions.predicted, by_velocity},
                          outcome.match, options_.hypotheses);
@@ -179,6 +181,7 @@ SlamEngine::Verdict SlamEngine::weigh(const Predictions& predictions, ScanOutcom
     // From one jump to the next nobody knows where it was.
     mapping_.forget_since_fork();
     hypotheses_.forget_key_scans();
+    weighed.key_scans.clear();
   }
   if (!outcome.match.accepted() && options_.hypotheses.enabled) {
     constexpr double kKnown = 0.5;  // more than not

@@ -207,11 +207,13 @@ TEST(PoseHypotheses, TheOneThatLedBeforeGoesOnAndIsSoonRefuted) {
   EXPECT_EQ(drive.hypotheses.state().elsewhere, kNever);
 }
 
-TEST(PoseHypotheses, OvertakeARejectedMatchAtOnce) {
+TEST(PoseHypotheses, OvertakeARejectedMatchWhenThatIsClear) {
   Drive drive;
   drive.seconds = 2.0;
   drive.leading = off_by_much(drive.leading);
-  const Outcome outcome = drive.go_on(MatchStatus::kRejectedLowScore);
+  Outcome outcome = drive.go_on(MatchStatus::kRejectedLowScore);
+  EXPECT_EQ(outcome.verdict, Verdict::kLeads) << "no answer is not yet another one";
+  outcome = drive.go_on(MatchStatus::kRejectedLowScore);
   ASSERT_EQ(outcome.verdict, Verdict::kOvertaken);
   EXPECT_TRUE(outcome.match.accepted());
   expect_at(outcome.match.map_from_base, drive.truth());

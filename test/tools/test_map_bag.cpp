@@ -319,6 +319,20 @@ TEST_F(MapBag, WarnsWhenHardlyAScanMatches) {
       << outcome.output;
 }
 
+/// Key scans since a fork are given up at a jump from one place that nobody knows to the next, also
+/// where another hypothesis takes over with that scan.
+TEST_F(MapBag, GoesOnWhereAJumpInDoubtIsOvertaken) {
+  const Outcome simulated = run_command(
+      MATCHBOX_SIMULATE,
+      "--world hotel --seed 22561 --sensor lds01 --odometry none --scan-rate 1.6667 --duration 240 "
+      "--fault people:random:10:0.5 --bag " +
+          bag_ + " --truth " + (folder_ / "truth.tum"));
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.output;
+  const Outcome mapped = run("--quiet --no-odom");
+  EXPECT_EQ(mapped.exit_code, 0) << mapped.output;
+  EXPECT_EQ(report("scans/used"), 402.0);
+}
+
 TEST_F(MapBag, SaysAtItsEndThatTheScansFitPoorly) {
   const Outcome simulated = run_command(
       MATCHBOX_SIMULATE, "--world rooms --seed 2 --duration 10 --scan-rate 5 --beams 260 --bag " +

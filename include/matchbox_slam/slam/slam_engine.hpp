@@ -26,6 +26,7 @@
 
 namespace matchbox_slam {
 
+class CommonGroundMatch;
 class SeenScans;
 
 /// The SLAM loop: predict, match, decide, insert. It tells those who do the work of each other:
@@ -138,6 +139,7 @@ class SlamEngine {
   // Of the scan at hand; kept for their memory.
   ScanProjector projector_;
   std::unique_ptr<SeenScans> seen_;
+  std::unique_ptr<CommonGroundMatch> common_ground_;
   PlacedScans recent_;
 };
 

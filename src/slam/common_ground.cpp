@@ -1,0 +1,150 @@
+#include "slam/common_ground.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstddef>
+
+#include "matchbox_slam/geometry/transform2.hpp"
+#include "matchbox_slam/matching/pose_prior.hpp"
+#include "matchbox_slam/slam/scan_evidence.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// Of the weight of a scan, that has to lie on known ground by the match alone.
+constexpr double kDrawn = 0.02;
+constexpr std::size_t kBeams = 180;
+
+class Ground {
+ public:
+  explicit Ground(const SlamMap& map) : reflection_(map.reflection) {}
+
+  /// Whether anything is known about a cell from where poses and ranges, which are a little off,
+  /// may have a point.
+  [[nodiscard]] bool is_known(const Eigen::Vector2d& place) const {
+    const Cell cell = reflection_.geometry().cell_at(place);
+    for (int y = -1; y <= 1; ++y) {
+      for (int x = -1; x <= 1; ++x) {
+        if (reflection_.counts({cell.x + x, cell.y + y}).is_known()) {
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  /// Whether a beam would end on the back of a wall that was seen from its other side alone: on
+  /// known ground that it comes to from unknown ground.
+  [[nodiscard]] bool is_back(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
+    constexpr double kBefore = 0.1;  // [m], less than most walls are thick
+    const Eigen::Vector2d before = to - kBefore * (to - from).normalized();
+    return is_known(to) && !is_known(before);
+  }
+
+ private:
+  const ReflectionGrid& reflection_;
+};
+
+/// Of two poses that have a scan on ground known differently.
+class Comparison {
+ public:
+  Comparison(const Pose2& match, const Pose2& other, const SlamMap& map)
+      : match_(match), other_(other), heading_(match.theta), ground_(map) {
+    const Eigen::Vector2d between = match.translation() - other.translation();
+    way_ = between.norm() > 1e-6 ? between.normalized() : Eigen::Vector2d::Zero();
+  }
+
+  /// Whether the point lies on unknown ground by the other pose, on a wall along the way between
+  /// both, which cannot tell them apart but by where it is known.
+  [[nodiscard]] bool tells_nothing(const ScanPoint& point) const {
+    return !ground_.is_known(other_ * point.position) &&
+           (!is_facing(point) || ground_.is_back(match_ * point.origin, match_ * point.position));
+  }
+
+  /// Whether it is known by the match alone.
+  [[nodiscard]] bool draws(const ScanPoint& point) const {
+    return tells_nothing(point) && ground_.is_known(match_ * point.position);
+  }
+
+ private:
+  [[nodiscard]] bool is_facing(const ScanPoint& point) const {
+    constexpr double kFacing = 0.5;
+    return point.normal.isZero() || std::abs((heading_ * point.normal).dot(way_)) >= kFacing;
+  }
+
+  Transform2 match_;
+  Transform2 other_;
+  Eigen::Rotation2Dd heading_;
+  Eigen::Vector2d way_;
+  Ground ground_;
+};
+
+/// Of the weight of a scan.
+double share_drawn(const PointScan& scan, const Comparison& comparison) {
+  const std::size_t stride = (scan.points.size() + kBeams - 1) / kBeams;
+  double all = 0.0;
+  double drawn = 0.0;
+  for (std::size_t i = stride / 2; i < scan.points.size(); i += stride) {
+    const ScanPoint& point = scan.points[i];
+    all += point.weight;
+    drawn += comparison.draws(point) ? point.weight : 0.0;
+  }
+  return all > 0.0 ? drawn / all : 0.0;
+}
+
+void keep_what_tells(const PointScan& scan, const Comparison& comparison, PointScan& kept) {
+  kept.stamp = scan.stamp;
+  kept.points.clear();
+  for (const ScanPoint& point : scan.points) {
+    if (!comparison.tells_nothing(point)) {
+      kept.points.push_back(point);
+    }
+  }
+}
+
+/// The match, moved to where odometry has it along the direction in which the scan holds it least.
+Pose2 let_go(const MatchResult& match, const Pose2& predicted) {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
+  solver.computeDirect(match.covariance.topLeftCorner<2, 2>());
+  const Eigen::Vector2d weakest = solver.eigenvectors().col(1);
+  const Eigen::Vector2d moved =
+      weakest.dot(predicted.translation() - match.map_from_base.translation()) * weakest;
+  return displaced(match.map_from_base, {moved.x(), moved.y(), 0.0});
+}
+
+double prior_log_odds(const MatchProblem& problem, const Pose2& pose) {
+  const Eigen::Vector3d off = difference(pose, problem.predicted_map_from_base);
+  return -0.5 * prior_penalty(off.dot(prior_information(problem.searched_covariance()) * off));
+}
+
+}  // namespace
+
+MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProblem& problem,
+                                     const SlamMap& map) {
+  MatchResult first = matcher.match(problem);
+  if (!first.accepted()) {
+    return first;
+  }
+  const Comparison comparison(first.map_from_base, let_go(first, problem.predicted_map_from_base),
+                              map);
+  if (share_drawn(problem.scan, comparison) < kDrawn) {
+    return first;
+  }
+  keep_what_tells(problem.scan, comparison, common_);
+  const MatchProblem common{common_,
+                            problem.predicted_map_from_base,
+                            problem.prior_covariance,
+                            problem.field,
+                            problem.recent_scans,
+                            problem.seed,
+                            problem.search_covariance};
+  const MatchResult second = matcher.match(common);
+  const double for_first = evidence_of(common_, first.map_from_base, map).log_odds -
+                           evidence_of(common_, second.map_from_base, map).log_odds +
+                           prior_log_odds(problem, first.map_from_base) -
+                           prior_log_odds(problem, second.map_from_base);
+  return for_first > 0.0 ? first : second;
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "matchbox_slam/map/scan_inserter.hpp"
+#include "matchbox_slam/matching/scan_matcher.hpp"
+
+namespace matchbox_slam {
+
+/// Matches so that unknown ground draws nobody. A search finds the pose that lays most of a scan on
+/// walls: at the border of what is mapped that is one further back than the robot is, since what it
+/// sees anew lies on none. Between two poses a point tells only where both have it on known ground.
+/// So where a match has points on known ground that lie on none by odometry, along the way between
+/// both or on the other side of a wall, the scan is matched once more without them, and the first
+/// answer stands only where the others speak for it, too.
+class CommonGroundMatch {
+ public:
+  /// @param map  the one that the problem's field is of.
+  [[nodiscard]] MatchResult match(const ScanMatcher& matcher, const MatchProblem& problem,
+                                  const SlamMap& map);
+
+ private:
+  PointScan common_;
+};
+
+}  // namespace matchbox_slam
