@@ -58,6 +58,9 @@ BagScans::BagScans(const BagRequest& request, const RunDialog& dialog)
 
 RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   check_asked_frames(parameters, options);
+  for (const std::string& remark : reader_.remarks()) {
+    dialog_.warn(remark);
+  }
   facts_.scan_topics = choose_scan_topics(
       reader_, request_.scan_topics.empty() ? options.scan_topics : request_.scan_topics);
   const CloudOptions cloud = read_cloud_options(parameters);
