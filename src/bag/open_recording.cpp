@@ -5,8 +5,11 @@
 
 #include "bag/bag_error.hpp"
 #include "bag/carmen_log.hpp"
+#include "bag/db3_file.hpp"
+#include "bag/mcap_file.hpp"
 #include "bag/recording_kind.hpp"
 #include "bag/ros1_bag.hpp"
+#include "bag/ros2_folder.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -29,6 +32,10 @@ std::unique_ptr<RecordingFile> open_file(const std::string& path) {
       return std::make_unique<Ros1Bag>(path);
     case Format::kCarmenLog:
       return std::make_unique<CarmenLog>(path);
+    case Format::kSqlite:
+      return std::make_unique<Db3File>(path);
+    case Format::kMcap:
+      return std::make_unique<McapFile>(path);
     default:
       throw BagError("'" + path + "' " +
                      (kind.what_to_do.empty()
@@ -42,7 +49,15 @@ std::unique_ptr<RecordingFile> open_file(const std::string& path) {
 
 std::vector<std::unique_ptr<RecordingFile>> open_recording(const std::string& path) {
   std::vector<std::unique_ptr<RecordingFile>> files;
-  files.push_back(open_file(path));
+  std::error_code error;
+  if (fs::is_directory(path, error)) {
+    for (const std::string& file : files_of_ros2_folder(path)) {
+      files.push_back(open_file(file));
+    }
+  }
+  if (files.empty()) {
+    files.push_back(open_file(path));
+  }
   return files;
 }
 

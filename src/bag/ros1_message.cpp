@@ -72,7 +72,8 @@ void check_bytes(ByteReader bytes, const tf2_msgs::TFMessage& /*type*/) {
 /// Reads a message of a topic. Throws BagError when its bytes are none of this type.
 template <typename Message>
 boost::shared_ptr<const Message> deserialize(ByteReader bytes, const BagConnection& connection) {
-  if (connection.md5sum != ros::message_traits::md5sum<Message>()) {
+  const bool is_told = !connection.md5sum.empty() || connection.type.empty();
+  if (is_told && connection.md5sum != ros::message_traits::md5sum<Message>()) {
     throw BagError("topic " + connection.topic + " of the bag holds " + connection.type +
                    " in a definition that is not the one of " +
                    ros::message_traits::datatype<Message>());
@@ -109,7 +110,7 @@ MessageContent read_ros1_message(const ByteReader& bytes, const BagConnection& c
   if (is_of<nav_msgs::Odometry>(connection)) {
     return deserialize<nav_msgs::Odometry>(bytes, connection);
   }
-  // Before tf2 the same had another name.
+  // Before tf2 the same had another name; by another definition it is none of these.
   return deserialize<tf2_msgs::TFMessage>(bytes, connection);
 }
 
