@@ -12,12 +12,12 @@
 
 namespace matchbox_slam {
 
-namespace {
-
 bool is_transform_topic(const std::string& topic) { return topic == "/tf" || topic == "tf"; }
 bool is_static_transform_topic(const std::string& topic) {
   return topic == "/tf_static" || topic == "tf_static";
 }
+
+namespace {
 
 /// What a message holds, which must be of this type.
 template <typename Message>

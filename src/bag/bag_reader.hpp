@@ -19,6 +19,10 @@
 
 namespace matchbox_slam {
 
+/// Whether a topic is tf, by either spelling.
+[[nodiscard]] bool is_transform_topic(const std::string& topic);
+[[nodiscard]] bool is_static_transform_topic(const std::string& topic);
+
 struct BagTopic {
   std::string name;
   std::string type;  ///< such as "sensor_msgs/LaserScan"
