@@ -35,15 +35,15 @@ void add_transforms(const BagTransforms& transforms, const ros::Time& recorded,
   }
 }
 
-/// The next message. Where the bag is damaged after a scan, what was seen before has to do, and who
-/// reads it later tells of it.
-std::optional<BagMessage> next_of(BagStream& stream, const BagSurvey& survey) {
+/// The next message. Where the bag is damaged after a scan, what was seen before has to do.
+std::optional<BagMessage> next_of(BagStream& stream, BagSurvey& survey) {
   try {
     return stream.next();
-  } catch (const BagError&) {
+  } catch (const BagError& error) {
     if (survey.scan_frame.empty()) {
       throw;
     }
+    survey.damage = error.what();
     return std::nullopt;
   }
 }

@@ -161,6 +161,16 @@ TEST_F(Recordings, ACutOffOneIsMappedAndConvertedAsFarAsItGoes) {
   EXPECT_TRUE(contains(converted.output, "; the bag holds the part before")) << converted.output;
   EXPECT_EQ(map(folder_ / "cut.bag", "converted").exit_code, 0);
   expect_same_map("converted", "out");
+  // Without tf before the damage, both are told.
+  SmallBag without_tf;
+  without_tf.with_transforms = false;
+  write_small_bag(folder_ / "scans.bag", without_tf);
+  const std::string scans = to_mcap(as_ros2(folder_ / "scans.bag"));
+  write_bytes(folder_ / "scans.mcap", scans.substr(0, scans.size() / 2));
+  const Outcome no_tf = map(folder_ / "scans.mcap", "scans");
+  EXPECT_EQ(no_tf.exit_code, 1);
+  EXPECT_TRUE(contains(no_tf.output, "; of the part before: tf in the bag says nothing of"))
+      << no_tf.output;
   // Within the ten seconds from which frames are found, too.
   write_bytes(path, bytes.substr(0, bytes.size() / 5));
   EXPECT_EQ(map(path, "short").exit_code, 1);
