@@ -1,5 +1,5 @@
-// Of recordings in other formats than bags of ROS 1: map_bag makes the same map of them, and writes
-// them as such bags.
+// Of bag/bag_conversion.hpp: recordings in other formats than bags of ROS 1; map_bag makes the same
+// map of them, and writes them as such bags.
 
 #include <gtest/gtest.h>
 
