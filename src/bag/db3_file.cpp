@@ -3,6 +3,7 @@
 #include <sqlite3.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -200,6 +201,9 @@ class Db3Messages : public RecordedMessages {
       is_over_ = !is_at_row_;
       if (is_at_row_) {
         time_ = to_time(time_within(query_->number(0)));
+      } else {
+        query_.reset();
+        database_.reset();
       }
     } catch (const DatabaseError& error) {
       throw BagError(text_of_damage(file_.path(), error.what()));

@@ -51,10 +51,16 @@ bool LogLines::next(std::string& line) {
     const auto begin = buffer_.begin() + static_cast<std::ptrdiff_t>(at_);
     const auto end = buffer_.begin() + static_cast<std::ptrdiff_t>(end_);
     const auto found = std::find(begin, end, '\n');
-    const auto length = static_cast<std::size_t>(found - begin);
-    line.append(&*begin, std::min(length, kLongestLine - std::min(line.size(), kLongestLine)));
-    has_end_ = found != end;
-    at_ += length + (has_end_ ? 1 : 0);
+    const auto length =
+        std::min(static_cast<std::size_t>(found - begin), kLongestLine - line.size());
+    line.append(&*begin, length);
+    at_ += length;
+    if (line.size() == kLongestLine) {
+      has_end_ = true;  // no line is so long; the rest is another one
+    } else if (found != end) {
+      has_end_ = true;
+      ++at_;
+    }
   }
   if (!line.empty() && line.back() == '\r') {
     line.pop_back();

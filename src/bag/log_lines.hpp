@@ -18,8 +18,8 @@ class LogLines {
   LogLines& operator=(const LogLines&) = delete;
   ~LogLines();
 
-  /// The next line without its end, of one that is longer than a megabyte that much. False: there
-  /// is none.
+  /// The next line without its end; one that is longer than a megabyte comes in pieces of that.
+  /// False: there is none.
   [[nodiscard]] bool next(std::string& line);
 
   /// Of the line that was read last, from 1 on.

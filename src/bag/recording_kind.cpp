@@ -16,7 +16,8 @@ namespace {
 using Format = RecordingKind::Format;
 
 constexpr std::size_t kHeadBytes = 64;
-constexpr int kHeadLines = 50;  // within which a log has a message
+constexpr int kHeadLines = 50;  // within which a log has a message, comments apart
+constexpr std::size_t kMostHeadLines = 1000;
 
 bool begins_with(const std::string& bytes, const std::string& beginning) {
   return bytes.rfind(beginning, 0) == 0;
@@ -116,7 +117,8 @@ RecordingKind kind_by_magic(const std::string& head, const std::string& path) {
 
 RecordingKind kind_by_lines(LogLines& lines) {
   std::string line;
-  for (int k = 0; k < kHeadLines && lines.next(line); ++k) {
+  for (int left = kHeadLines; left > 0 && lines.number() < kMostHeadLines && lines.next(line);
+       left -= begins_with(line, "#") ? 0 : 1) {
     if (is_carmen_line(line)) {
       return {Format::kCarmenLog, {}};
     }

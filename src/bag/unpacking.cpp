@@ -10,16 +10,18 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kFirstSize = std::size_t{1} << 20;
-
 /// Makes room for more bytes where there is none, up to one beyond the most: with that one a frame
 /// of the most bytes comes to its end.
-void make_room(Unpacked& unpacked, std::size_t used, std::size_t most_bytes) {
+void make_room(Unpacked& unpacked, std::size_t used, std::size_t packed_bytes,
+               std::size_t most_bytes) {
+  constexpr std::size_t kUsualRatio = 4;
+  constexpr std::size_t kLeast = 1024;  // bytes
   Bytes& bytes = unpacked.bytes;
   if (used > most_bytes) {
     unpacked.defect = "it unpacks to more than " + std::to_string(most_bytes) + " bytes";
   } else if (used == bytes.size()) {
-    bytes.resize(std::min(std::max(kFirstSize, 2 * bytes.size()), most_bytes + 1));
+    bytes.resize(
+        std::min(std::max({kLeast, kUsualRatio * packed_bytes, 2 * bytes.size()}), most_bytes + 1));
   }
 }
 
@@ -35,7 +37,7 @@ Unpacked unpack_zstd(const ByteReader& packed, std::size_t most_bytes) {
                                                                         ZSTD_freeDCtx);
   ZSTD_inBuffer in{packed.data(), packed.size(), 0};
   std::size_t used = 0;
-  make_room(unpacked, used, most_bytes);
+  make_room(unpacked, used, packed.size(), most_bytes);
   std::size_t hint = 1;  // 0 at the end of a frame
   while (unpacked.defect.empty() && (in.pos < in.size || hint != 0)) {
     ZSTD_outBuffer out{unpacked.bytes.data(), unpacked.bytes.size(), used};
@@ -47,7 +49,7 @@ Unpacked unpack_zstd(const ByteReader& packed, std::size_t most_bytes) {
       unpacked.defect = "it is cut off";
     }
     used = out.pos;
-    make_room(unpacked, used, most_bytes);
+    make_room(unpacked, used, packed.size(), most_bytes);
   }
   unpacked.bytes.resize(std::min(used, most_bytes));
   return unpacked;
@@ -62,7 +64,7 @@ Unpacked unpack_lz4(const ByteReader& packed, std::size_t most_bytes) {
   const std::unique_ptr<LZ4F_dctx, Lz4Closer> context(raw_context);
   std::size_t read = 0;
   std::size_t used = 0;
-  make_room(unpacked, used, most_bytes);
+  make_room(unpacked, used, packed.size(), most_bytes);
   std::size_t hint = 1;  // 0 at the end of a frame
   while (unpacked.defect.empty() && (read < packed.size() || hint != 0)) {
     std::size_t room = unpacked.bytes.size() - used;
@@ -78,7 +80,7 @@ Unpacked unpack_lz4(const ByteReader& packed, std::size_t most_bytes) {
     }
     read += taken;
     used += room;
-    make_room(unpacked, used, most_bytes);
+    make_room(unpacked, used, packed.size(), most_bytes);
   }
   unpacked.bytes.resize(std::min(used, most_bytes));
   return unpacked;

@@ -25,7 +25,8 @@ struct Ros2Message {
   std::string topic;
   std::string type;  ///< such as "sensor_msgs/msg/LaserScan"
   std::uint64_t time = 0;
-  std::string bytes;  ///< in CDR
+  std::string bytes;        ///< in CDR
+  std::string md5sum = "";  ///< of a message of ROS 1
 };
 
 /// All messages that are read of a bag of ROS 1, as ROS 2 would have recorded them.
@@ -78,8 +79,10 @@ class McapWriter {
     if (is_new) {
       const std::string schema =
           record(0x03, raw(id) + text(message.type) + text("ros2msg") + text(""));
-      const std::string channel = record(0x04, raw(id) + raw(id) + text(message.topic) +
-                                                   text(recipe_.encoding) + raw<std::uint32_t>(0));
+      const std::string metadata =
+          message.md5sum.empty() ? "" : text("md5sum") + text(message.md5sum);
+      const std::string channel = record(
+          0x04, raw(id) + raw(id) + text(message.topic) + text(recipe_.encoding) + text(metadata));
       declared_ += schema + channel;
       chunk_ += schema + channel;
     }

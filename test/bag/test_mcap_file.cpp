@@ -46,6 +46,26 @@ TEST_F(ReadMcap, GivesTheMessagesOfABagInAnyKindOfFile) {
   EXPECT_TRUE(all_of({path_}) == expected);
 }
 
+TEST_F(ReadMcap, ReadsMessagesOfRos1) {
+  const std::vector<Said> expected = all_of({bag_});
+  const BagReader bag({bag_});
+  std::vector<Ros2Message> messages;
+  const auto stream = bag.messages([](const BagConnection& /*all*/) { return true; }, {});
+  for (const Said& said : expected) {
+    const BagConnection& connection = *stream->next()->connection;
+    messages.push_back(
+        {said.topic, connection.type, said.time.toNSec(), said.bytes, connection.md5sum});
+  }
+  McapRecipe recipe;
+  recipe.encoding = "ros1";
+  write_bytes(path_, to_mcap(messages, recipe));
+  EXPECT_TRUE(all_of({path_}) == expected);
+  messages.front().md5sum = "0";
+  write_bytes(path_, to_mcap(messages, recipe));
+  EXPECT_TRUE(contains(error_text<BagError>([&] { (void)all_of({path_}); }),
+                       "in a definition that is not the one of"));
+}
+
 TEST_F(ReadMcap, TellsItsTopicsWithTheTypesOfRos1) {
   write_bytes(path_, to_mcap(messages_));
   const BagReader reader({path_});
@@ -144,8 +164,9 @@ TEST_F(ReadMcap, SaysWhatItCannotRead) {
 /// Bytes as the specification has them: header, schema, channel and message, in no chunk.
 TEST_F(ReadMcap, ReadsTheBytesOfTheSpecification) {
   using namespace std::string_literals;
-  const std::string cdr =
-      to_cdr(sensor_msgs::Imu::ConstPtr(boost::make_shared<sensor_msgs::Imu>()));
+  const auto imu = boost::make_shared<sensor_msgs::Imu>();
+  imu->orientation.w = 0.5;
+  const std::string cdr = to_cdr(sensor_msgs::Imu::ConstPtr(imu));
   const std::string message_size{static_cast<char>(22 + cdr.size()), '\x01'};
   ASSERT_EQ(22 + cdr.size(), 256U + static_cast<unsigned char>(message_size[0]));
   const std::string bytes =
@@ -169,7 +190,7 @@ TEST_F(ReadMcap, ReadsTheBytesOfTheSpecification) {
       "\x02\0"
       "\x01\0\0\0"
       "\0\xCA\x9A\x3B\0\0\0\0"
-      "\0\0\0\0\0\0\0\0"s +
+      "\x01\x02\x03\x04\x05\x06\x07\x08"s +
       cdr +
       "\x0F\x04\0\0\0\0\0\0\0"
       "\0\0\0\0"s;  // data end
@@ -178,6 +199,9 @@ TEST_F(ReadMcap, ReadsTheBytesOfTheSpecification) {
   ASSERT_EQ(read.size(), 1U);
   EXPECT_EQ(read[0].topic, "/imu");
   EXPECT_EQ(read[0].time, ros::Time(1, 0));
+  const BagReader reader({path_});
+  const auto stream = reader.messages([](const BagConnection& /*all*/) { return true; }, {});
+  EXPECT_EQ(std::get<sensor_msgs::Imu::ConstPtr>(stream->next()->content)->orientation.w, 0.5);
 }
 
 }  // namespace
