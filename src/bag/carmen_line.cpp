@@ -22,40 +22,40 @@ constexpr double kLastStamp = 4294967295.0;
 
 /// Messages that have nothing to map from.
 bool is_left_aside(const std::string& message) {
-  static const std::set<std::string, std::less<>> names = {"SYNC",
-                                                           "TRUEPOS",
-                                                           "LASER",
-                                                           "LASER3",
-                                                           "LASER4",
-                                                           "SONAR",
-                                                           "BUMPER",
-                                                           "IMU",
-                                                           "GYRO",
-                                                           "WIFI",
-                                                           "MARKER",
-                                                           "SCANMARK",
-                                                           "LASERPOS",
-                                                           "POSITIONLASER",
-                                                           "VECTORMOVE",
-                                                           "VELOCITY",
-                                                           "ROBOTVELOCITY",
-                                                           "ARMSTATE",
-                                                           "FOLLOWTRAJECTORY",
-                                                           "BASEVELOCITY",
-                                                           "BASEBUMPER",
-                                                           "BASESONAR",
-                                                           "MESSAGE_ID",
-                                                           "XSENS",
-                                                           "POINTCLOUD",
-                                                           "GLOBALPOS",
-                                                           "LOCALIZE",
-                                                           "COMMENT"};
-  return names.count(message) > 0 || message.rfind("NMEA", 0) == 0;
+  static const std::set<std::string, std::less<>> kNames = {"SYNC",
+                                                            "TRUEPOS",
+                                                            "LASER",
+                                                            "LASER3",
+                                                            "LASER4",
+                                                            "SONAR",
+                                                            "BUMPER",
+                                                            "IMU",
+                                                            "GYRO",
+                                                            "WIFI",
+                                                            "MARKER",
+                                                            "SCANMARK",
+                                                            "LASERPOS",
+                                                            "POSITIONLASER",
+                                                            "VECTORMOVE",
+                                                            "VELOCITY",
+                                                            "ROBOTVELOCITY",
+                                                            "ARMSTATE",
+                                                            "FOLLOWTRAJECTORY",
+                                                            "BASEVELOCITY",
+                                                            "BASEBUMPER",
+                                                            "BASESONAR",
+                                                            "MESSAGE_ID",
+                                                            "XSENS",
+                                                            "POINTCLOUD",
+                                                            "GLOBALPOS",
+                                                            "LOCALIZE",
+                                                            "COMMENT"};
+  return kNames.count(message) > 0 || message.rfind("NMEA", 0) == 0;
 }
 
 /// Of RAWLASER1 the "RAWLASER"; empty: the message is no such name with one digit.
 std::string numbered_kind(const std::string& message) {
-  for (const std::string kind : {"RAWLASER", "ROBOTLASER"}) {
+  for (std::string kind : {"RAWLASER", "ROBOTLASER"}) {
     if (message.size() == kind.size() + 1 && message.rfind(kind, 0) == 0 && message.back() >= '1' &&
         message.back() <= '9') {
       return kind;

@@ -135,14 +135,14 @@ RecordingKind kind_by_lines(LogLines& lines) {
 
 RecordingKind recording_kind(const std::string& path) {
   const std::string head = head_of(path);
-  const RecordingKind kind = kind_by_magic(head, path);
+  RecordingKind kind = kind_by_magic(head, path);
   if (kind.format != Format::kOther || !kind.what_to_do.empty()) {
     return kind;
   }
   if (begins_with(head, "\x1F\x8B")) {
     std::string line;
     if (LogLines unpacked(path); unpacked.next(line)) {
-      const RecordingKind inside = kind_by_magic(line + "\n", path);
+      RecordingKind inside = kind_by_magic(line + "\n", path);
       if (inside.format != Format::kOther) {
         return other(unpack_with("gunzip", "gzip", path));
       }

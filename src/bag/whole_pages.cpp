@@ -82,8 +82,8 @@ const char* whole_pages_system() {
     changed.xOpen = open_whole_pages;
     return changed;
   }();
-  static const int registered = sqlite3_vfs_register(&system, 0);
-  return registered == SQLITE_OK ? kName : nullptr;
+  static const int kState = sqlite3_vfs_register(&system, 0);
+  return kState == SQLITE_OK ? kName : nullptr;
 }
 
 }  // namespace matchbox_slam
