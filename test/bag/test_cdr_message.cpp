@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <boost/make_shared.hpp>
 #include <cstring>
 
 #include "bag/bag_error.hpp"

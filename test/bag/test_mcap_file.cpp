@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <boost/make_shared.hpp>
+
 #include "bag/bag_error.hpp"
 #include "bag/mcap_file.hpp"
 #include "bag/ros2_recordings.hpp"
