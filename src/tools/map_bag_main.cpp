@@ -56,10 +56,10 @@ bool is_conversion(const CLI::App& app) {
     }
     return false;
   }
-  static const std::set<std::string> allowed = {
+  static const std::set<std::string> kAllowed = {
       "BAG", "--convert", "--scan-topic", "--start", "--duration", "--threads", "--quiet"};
   for (const CLI::Option* option : app.get_options()) {
-    if (option->count() > 0 && allowed.count(option->get_name()) == 0) {
+    if (option->count() > 0 && kAllowed.count(option->get_name()) == 0) {
       throw ConfigurationError("--convert: " + option->get_name() +
                                " is for maps, and none is made; leave one of them out");
     }
