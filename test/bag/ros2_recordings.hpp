@@ -26,7 +26,7 @@ struct Ros2Message {
   std::string type;  ///< such as "sensor_msgs/msg/LaserScan"
   std::uint64_t time = 0;
   std::string bytes;        ///< in CDR
-  std::string md5sum = "";  ///< of a message of ROS 1
+  std::string md5sum = {};  ///< of a message of ROS 1
 };
 
 /// All messages that are read of a bag of ROS 1, as ROS 2 would have recorded them.

@@ -42,7 +42,7 @@ TEST_F(OpenRecording, NamesOldBagsAndWhatConvertsThem) {
 TEST_F(OpenRecording, NamesRawlogsOfMrptPackedOrNot) {
   const std::string rawlog =
       "\x8D"
-      "CSensoryFrame\x02\x00\x01";
+      "CSensoryFrame\x02\x01";
   expect_named(rawlog, "is a rawlog of MRPT; play it with `rosrun mrpt_rawlog rawlog_play`");
   expect_named(compress(rawlog), "is a rawlog of MRPT");
   expect_named(
