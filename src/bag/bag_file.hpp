@@ -5,22 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "bag/bag_records.hpp"
 #include "bag/byte_reader.hpp"
+#include "bag/recording_file.hpp"
 
 namespace matchbox_slam {
-
-/// One recorder's messages on one topic.
-struct BagConnection {
-  std::string topic;
-  std::string type;  ///< such as "sensor_msgs/LaserScan"
-  std::string md5sum;
-  std::size_t messages = 0;
-};
 
 /// A piece of a bag with messages.
 struct BagChunk {
@@ -70,13 +62,6 @@ class BagFile {
   std::map<std::uint32_t, BagConnection> connections_;
   std::vector<BagChunk> chunks_;
   ros::Time last_;
-};
-
-/// Messages of some connections, from one time to another, both included.
-struct BagSelection {
-  std::set<std::uint32_t> connections;
-  ros::Time first;
-  ros::Time last = ros::TIME_MAX;
 };
 
 /// Where messages of a bag are, in the order of time; those of one time in the order of the file.

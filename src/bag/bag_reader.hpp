@@ -5,6 +5,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -12,10 +13,15 @@
 #include <variant>
 #include <vector>
 
-#include "bag/bag_file.hpp"
+#include "bag/bag_error.hpp"
+#include "bag/recording_file.hpp"
 #include "ros/scan_message.hpp"
 
 namespace matchbox_slam {
+
+/// Whether a topic is tf, by either spelling.
+[[nodiscard]] bool is_transform_topic(const std::string& topic);
+[[nodiscard]] bool is_static_transform_topic(const std::string& topic);
 
 struct BagTopic {
   std::string name;
@@ -50,11 +56,21 @@ class BagStream {
   [[nodiscard]] virtual std::optional<BagMessage> next() = 0;
 };
 
-/// One recording, in one bag file or split into several. Reads chunk by chunk, the index too.
+/// The same as they were recorded.
+class MessageStream {
+ public:
+  virtual ~MessageStream() = default;
+
+  /// None at the end. Throws BagError where the bag is damaged.
+  [[nodiscard]] virtual std::optional<RecordedMessage> next() = 0;
+};
+
+/// One recording, in one file or split into several, of any format that open_recording knows. Reads
+/// bags chunk by chunk, the index too.
 class BagReader {
  public:
   /// Throws ConfigurationError for a file that is missing or named twice and BagError for one that
-  /// is empty, cut off, without index, damaged or no bag.
+  /// is empty, damaged at its beginning, or no recording that can be read.
   explicit BagReader(const std::vector<std::string>& paths);
   ~BagReader();
   BagReader(const BagReader&) = delete;
@@ -84,8 +100,16 @@ class BagReader {
                                                   const std::string& imu_topic = {},
                                                   const CloudOptions& cloud = {}) const;
 
+  /// All messages of the topics that are asked for, of the types of MessageContent, with what was
+  /// said on /tf_static before the period first.
+  [[nodiscard]] std::unique_ptr<MessageStream> messages(
+      const std::function<bool(const BagConnection&)>& is_asked, const BagPeriod& period) const;
+
+  /// What a person should know of how the files are read.
+  [[nodiscard]] std::vector<std::string> remarks() const;
+
  private:
-  std::vector<std::unique_ptr<BagFile>> bags_;
+  std::vector<std::unique_ptr<RecordingFile>> bags_;
   std::vector<ros::Time> begins_;  ///< of the bags
   std::vector<BagTopic> topics_;
   ros::Time begin_;

@@ -3,19 +3,13 @@
 #include <cstdint>
 #include <fstream>
 #include <map>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "bag/bag_error.hpp"
 #include "bag/byte_reader.hpp"
 
 namespace matchbox_slam {
-
-/// Thrown when a bag cannot be read. The text names the bag, what is wrong and what to do.
-class BagError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// What kind of record a bag of version 2.0 holds (wiki.ros.org/Bags/Format/2.0).
 enum class BagOperation : std::uint8_t {

@@ -29,6 +29,19 @@ void check_asked_frames(const Parameters& parameters, RunOptions options) {
   check_frames(options);
 }
 
+/// As choose_frames; what is missing may be in the part that cannot be read.
+BagFrames frames_before_damage(const BagSurvey& survey, const std::optional<std::string>& base,
+                               const std::optional<std::string>& odom, bool use_odometry) {
+  try {
+    return choose_frames(survey, base, odom, use_odometry);
+  } catch (const ConfigurationError& error) {
+    if (survey.damage.empty()) {
+      throw;
+    }
+    throw BagError(survey.damage + "; of the part before: " + error.what());
+  }
+}
+
 }  // namespace
 
 Parameters frame_parameters(const BagRequest& request) {
@@ -58,6 +71,9 @@ BagScans::BagScans(const BagRequest& request, const RunDialog& dialog)
 
 RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   check_asked_frames(parameters, options);
+  for (const std::string& remark : reader_.remarks()) {
+    dialog_.warn(remark);
+  }
   facts_.scan_topics = choose_scan_topics(
       reader_, request_.scan_topics.empty() ? options.scan_topics : request_.scan_topics);
   const CloudOptions cloud = read_cloud_options(parameters);
@@ -69,9 +85,9 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
                    " in the period asked for; it lasts " +
                    seconds_text(seconds_between(reader_.begin_time(), reader_.end_time())));
   }
-  const BagFrames frames =
-      choose_frames(survey, given(parameters, "base_frame", options.base_frame),
-                    given(parameters, "odom_frame", options.odom_frame), options.use_odometry);
+  const BagFrames frames = frames_before_damage(
+      survey, given(parameters, "base_frame", options.base_frame),
+      given(parameters, "odom_frame", options.odom_frame), options.use_odometry);
   options.base_frame = frames.base;
   options.odom_frame = frames.odom.value_or("");
   check_frames(options);

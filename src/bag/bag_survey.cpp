@@ -35,6 +35,19 @@ void add_transforms(const BagTransforms& transforms, const ros::Time& recorded,
   }
 }
 
+/// The next message. Where the bag is damaged after a scan, what was seen before has to do.
+std::optional<BagMessage> next_of(BagStream& stream, BagSurvey& survey) {
+  try {
+    return stream.next();
+  } catch (const BagError& error) {
+    if (survey.scan_frame.empty()) {
+      throw;
+    }
+    survey.damage = error.what();
+    return std::nullopt;
+  }
+}
+
 /// The frames from `frame` up to the root of its tree. Throws ConfigurationError at a frame that
 /// hangs in several places.
 std::vector<std::string> way_to_root(const BagSurvey& survey, const std::string& frame) {
@@ -158,7 +171,7 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
   std::map<int, NoReturnPile> piles;
   std::optional<ros::Time> begin;
   const std::unique_ptr<BagStream> stream = reader.stream(scan_topics, period, {}, cloud);
-  while (const std::optional<BagMessage> message = stream->next()) {
+  while (const std::optional<BagMessage> message = next_of(*stream, survey)) {
     if (is_interrupted && is_interrupted()) {
       break;
     }

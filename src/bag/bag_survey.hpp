@@ -27,10 +27,11 @@ struct BagSurvey {
   std::optional<double> scan_time_offset;
   /// The range [m] from which on readings of any laser are no return, as NoReturnPile finds it.
   std::optional<double> no_return_from;
+  std::string damage;  ///< why it ends early; empty: it does not
 };
 
 /// Reads the first ten seconds of a period, and on until a scan and its frame's place in tf are
-/// seen. Ends early when interrupted.
+/// seen. Ends early when interrupted, or where the bag is damaged after a scan.
 [[nodiscard]] BagSurvey survey_bag(const BagReader& reader,
                                    const std::vector<std::string>& scan_topics,
                                    const BagPeriod& period, const std::string& map_frame,

@@ -11,13 +11,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstddef>
-#include <cstdio>
-#include <filesystem>
 #include <utility>
 #include <vector>
 
 #include "common/interrupted.hpp"
-#include "matchbox_slam/io/file.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -193,56 +190,18 @@ void write_messages(const SimulatedRun& run, const SimulatedBagOptions& options,
   }
 }
 
-std::string cannot_write(const std::string& path, const std::exception& reason) {
-  return path + ": the bag cannot be written: " + reason.what() + "; is the disk full?";
-}
-
 }  // namespace
 
 SimulatedBagWriter::SimulatedBagWriter(std::string path, SimulatedBagOptions options)
-    : path_(std::move(path)),
-      unfinished_path_(path_ + ".unfinished"),
-      options_(std::move(options)) {
-  if (std::filesystem::is_directory(path_)) {
-    throw FileError(path_ + ": the bag cannot be written: there is a folder of that name");
-  }
-  try {
-    bag_->open(unfinished_path_, rosbag::bagmode::Write);
-    bag_->setCompression(compression_type(options_.compression));
-  } catch (const rosbag::BagException& error) {
-    throw_away();
-    throw FileError(cannot_write(path_, error));
-  }
-}
-
-SimulatedBagWriter::~SimulatedBagWriter() { throw_away(); }
-
-void SimulatedBagWriter::throw_away() {
-  if (bag_->isOpen()) {
-    try {
-      bag_->close();
-    } catch (const rosbag::BagException&) {
-      // What kept it from being written was told before. On a full disk librosbag's destructor
-      // would try to write once more, and the exception would end the program: the bag is given up.
-      (void)bag_.release();  // NOLINT(bugprone-unused-return-value)
-    }
-    std::remove(unfinished_path_.c_str());
-  }
-}
+    : options_(std::move(options)), bag_(std::move(path), compression_type(options_.compression)) {}
 
 void SimulatedBagWriter::write(const SimulatedRun& run, const SimulationRecord& record,
                                const std::function<bool()>& is_interrupted) {
   check_stamps(run, options_.clock_offset);
-  try {
-    write_record(record, run.odometry.front().stamp + kLinksLatency, *bag_);
-    write_messages(run, options_, record.laser, is_interrupted, *bag_);
-    bag_->close();
-    std::filesystem::rename(unfinished_path_, path_);
-  } catch (const rosbag::BagException& error) {
-    throw FileError(cannot_write(path_, error));
-  } catch (const std::filesystem::filesystem_error& error) {
-    throw FileError(cannot_write(path_, error));
-  }
+  bag_.write([&](rosbag::Bag& bag) {
+    write_record(record, run.odometry.front().stamp + kLinksLatency, bag);
+    write_messages(run, options_, record.laser, is_interrupted, bag);
+  });
 }
 
 }  // namespace matchbox_slam

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <rosbag/bag.h>
-
 #include <functional>
-#include <memory>
 #include <string>
 
+#include "bag/bag_writer.hpp"
 #include "bag/simulation_record.hpp"
 #include "matchbox_slam/common/options.hpp"
 #include "simulation/simulated_run.hpp"
@@ -47,9 +45,6 @@ class SimulatedBagWriter {
   /// written beside its place until it is complete.
   /// Throws FileError.
   SimulatedBagWriter(std::string path, SimulatedBagOptions options);
-  ~SimulatedBagWriter();
-  SimulatedBagWriter(const SimulatedBagWriter&) = delete;
-  SimulatedBagWriter& operator=(const SimulatedBagWriter&) = delete;
 
   /// Writes the run and puts the bag in its place; to be called once.
   /// Throws FileError when that fails and ConfigurationError when the clock offset leads to stamps
@@ -58,13 +53,8 @@ class SimulatedBagWriter {
              const std::function<bool()>& is_interrupted = {});
 
  private:
-  /// Closes and removes a bag that was not finished.
-  void throw_away();
-
-  std::string path_;
-  std::string unfinished_path_;
   SimulatedBagOptions options_;
-  std::unique_ptr<rosbag::Bag> bag_ = std::make_unique<rosbag::Bag>();
+  BagWriter bag_;
 };
 
 }  // namespace matchbox_slam

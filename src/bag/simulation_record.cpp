@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bag/bag_file.hpp"
+#include "bag/recording_kind.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
 
 namespace matchbox_slam {
@@ -84,6 +85,9 @@ SimulationRecord parse_simulation_record(const std::string& yaml) {
 
 std::optional<SimulationRecord> read_simulation_record(const std::vector<std::string>& bags) {
   for (const std::string& path : bags) {
+    if (recording_kind(path).format != RecordingKind::Format::kRos1Bag) {
+      continue;  // simulate writes bags of ROS 1 alone
+    }
     const BagFile bag(path);
     BagSelection selection;
     for (const auto& [number, connection] : bag.connections()) {

@@ -22,7 +22,10 @@ void add_bag_flags(CLI::App& app, BagRequest& request) {
 
 void add_recording_flags(CLI::App& app, RecordingRequest& request, const std::string& seed_help,
                          const std::string& debug_help) {
-  app.add_option("BAG", request.recording.bags, "Bag files of one recording")->required();
+  app.add_option("BAG", request.recording.bags,
+                 "Files of one recording: bags of ROS 1, bags of ROS 2 (.db3, .mcap or their "
+                 "folder), logs of CARMEN, by what is inside them")
+      ->required();
   app.add_option("--out", request.out, "Folder for the results; made if need be")
       ->required()
       ->type_name("DIR");

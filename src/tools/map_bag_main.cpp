@@ -3,7 +3,10 @@
 #include <malloc.h>
 
 #include <CLI/CLI.hpp>
+#include <set>
+#include <string>
 
+#include "bag/bag_conversion.hpp"
 #include "tools/bag_flags.hpp"
 #include "tools/bag_mapper.hpp"
 #include "tools/run_program.hpp"
@@ -33,8 +36,45 @@ void declare_options(CLI::App& app, MapBagRequest& request) {
                  "YAML with what happens between scans: poses told, resets, pauses, changes of "
                  "options; the node writes such a file as events_file")
       ->type_name("FILE");
+  app.get_option("--out")->required(false);
+  app.add_option(
+         "--convert", request.convert,
+         "Map nothing, but write what is read as a bag of ROS 1: the scans of --scan-topic, "
+         "else of all topics, tf, odometry and IMU; without --out and what is for maps")
+      ->type_name("OUT.bag");
   add_number<int>(app, "--threads", request.recording.threads, between(1, 1024),
                   "From 2 on, the bag is read by a thread of its own");
+}
+
+/// Whether to convert. Throws ConfigurationError where that, or what is given with it, makes no
+/// sense.
+bool is_conversion(const CLI::App& app) {
+  if (app.count("--convert") == 0) {
+    if (app.count("--out") == 0) {
+      throw ConfigurationError(
+          "give a folder for the map with --out, or a bag to write with --convert; see --help");
+    }
+    return false;
+  }
+  static const std::set<std::string> kAllowed = {
+      "BAG", "--convert", "--scan-topic", "--start", "--duration", "--threads", "--quiet"};
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->count() > 0 && kAllowed.count(option->get_name()) == 0) {
+      throw ConfigurationError("--convert: " + option->get_name() +
+                               " is for maps, and none is made; leave one of them out");
+    }
+  }
+  return true;
+}
+
+void convert(const MapBagRequest& request, const RunDialog& dialog) {
+  const ConvertedBag converted = convert_bag(request.recording, request.convert, dialog);
+  dialog.inform(request.convert + ": " + std::to_string(converted.scans) + " scans, " +
+                std::to_string(converted.transforms) + " messages of tf and " +
+                std::to_string(converted.others) + " of odometry and IMU");
+  if (!converted.damage.empty()) {
+    throw BagError(converted.damage + "; the bag holds the part before");
+  }
 }
 
 void set_up_malloc() {
@@ -54,11 +94,21 @@ int main(int argc, char** argv) {
   set_up_malloc();
   const InterruptGuard interrupt;
   MapBagRequest request;
+  const CLI::App* given = nullptr;
   return run_program(
-      "map_bag", "Maps the laser scans of a bag and writes map, trajectory and a report.",
-      [&](CLI::App& app) { declare_options(app, request); }, argc, argv,
+      "map_bag", "Maps the laser scans of a recording and writes map, trajectory and a report.",
+      [&](CLI::App& app) {
+        declare_options(app, request);
+        given = &app;
+      },
+      argc, argv,
       [&] {
+        const bool converts = is_conversion(*given);
         Terminal terminal(request.quiet);
-        map_bag(request, dialog_on(terminal, interrupt));
+        if (converts) {
+          convert(request, dialog_on(terminal, interrupt));
+        } else {
+          map_bag(request, dialog_on(terminal, interrupt));
+        }
       });
 }

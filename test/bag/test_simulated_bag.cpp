@@ -125,6 +125,13 @@ TEST(SimulationRecord, NamesTheFaultsWithTheirTimes) {
                ConfigurationError);
 }
 
+TEST(SimulationRecord, IsInNoRecordingOfAnotherFormat) {
+  const TemporaryFolder folder;
+  const std::string log = folder / "drive.log";
+  replace_file(log, "FLASER 1 1 0 0 0 0 0 0 1 host 1\n");
+  EXPECT_FALSE(read_simulation_record({log, folder.path()}));
+}
+
 TEST(SimulationRecord, RefusesWhatIsNone) {
   EXPECT_THROW((void)parse_simulation_record("hello"), ConfigurationError);
   EXPECT_THROW((void)parse_simulation_record("world: rooms"), ConfigurationError);

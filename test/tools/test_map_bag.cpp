@@ -959,12 +959,14 @@ TEST_F(MapBag, RefusesWrongUsage) {
   expect_one_line(run("--frobnicate"), 2, "--frobnicate");
   expect_one_line(run_command(MATCHBOX_MAP_BAG, ""), 2, "--help");
   expect_one_line(run_command(MATCHBOX_MAP_BAG, bag_ + " --uot " + out_), 2,
-                  "--out is required; The following argument was not expected: --uot; see --help");
+                  "The following argument was not expected: --uot; see --help");
+  expect_one_line(run_command(MATCHBOX_MAP_BAG, bag_), 2,
+                  "give a folder for the map with --out, or a bag to write with --convert");
   const Outcome help = run_command(MATCHBOX_MAP_BAG, "--help");
   EXPECT_EQ(help.exit_code, 0);
   for (const char* flag :
        {"--out", "--config", "--matcher", "--set", "--scan-topic", "--base-frame", "--odom-frame",
-        "--no-odom", "--start", "--duration", "--seed", "--threads", "--quiet"}) {
+        "--no-odom", "--start", "--duration", "--seed", "--threads", "--quiet", "--convert"}) {
     EXPECT_TRUE(contains(help.output, flag)) << flag;
   }
 }

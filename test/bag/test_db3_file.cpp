@@ -1,0 +1,164 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "bag/bag_error.hpp"
+#include "bag/db3_file.hpp"
+#include "bag/ros2_recordings.hpp"
+#include "bag/whole_bag.hpp"
+#include "common/error_text.hpp"
+#include "io/temporary_folder.hpp"
+#include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/io/file.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+class ReadDb3 : public testing::Test {
+ protected:
+  explicit ReadDb3(int scans = 20) {
+    SmallBag recipe;
+    recipe.scans = scans;
+    write_whole_bag(bag_, recipe);
+    messages_ = as_ros2(bag_);
+  }
+
+  TemporaryFolder folder_;
+  std::string bag_ = folder_ / "whole.bag";
+  std::string path_ = folder_ / "whole 100%.db3";
+  std::vector<Ros2Message> messages_;
+};
+
+TEST_F(ReadDb3, GivesTheMessagesOfABagPackedOneByOneOrNot) {
+  const std::vector<Said> expected = all_of({bag_});
+  for (const bool packs_messages : {false, true}) {
+    std::filesystem::remove(path_);
+    write_db3(path_, messages_, packs_messages);
+    EXPECT_TRUE(all_of({path_}) == expected);
+  }
+  const BagReader reader({path_});
+  const BagReader bag({bag_});
+  EXPECT_EQ(reader.begin_time(), bag.begin_time());
+  EXPECT_EQ(reader.end_time(), bag.end_time());
+  EXPECT_EQ(reader.topics_of("tf2_msgs/TFMessage"), bag.topics_of("tf2_msgs/TFMessage"));
+}
+
+TEST_F(ReadDb3, WhatWasRecordedOutOfOrderComesInTheOrderOfTime) {
+  const std::vector<Said> expected = all_of({bag_});
+  std::reverse(messages_.begin(), messages_.end());
+  write_db3(path_, messages_);
+  const std::vector<Said> read = all_of({path_});
+  ASSERT_EQ(read.size(), expected.size());
+  for (std::size_t k = 0; k < read.size(); ++k) {
+    EXPECT_EQ(read[k].time, expected[k].time) << k;
+  }
+}
+
+TEST_F(ReadDb3, ReadsAPeriodAndTheStaticTransformsBefore) {
+  write_db3(path_, messages_);
+  const BagReader reader({path_});
+  const BagPeriod period{1.0, 0.5};
+  const auto stream = reader.stream({"/scan"}, period);
+  const BagReader bag({bag_});
+  const auto bag_stream = bag.stream({"/scan"}, period);
+  int messages = 0;
+  for (; const auto message = stream->next(); ++messages) {
+    const auto of_bag = bag_stream->next();
+    ASSERT_TRUE(of_bag);
+    EXPECT_EQ(message->time, of_bag->time);
+    EXPECT_EQ(message->content.index(), of_bag->content.index());
+    const auto* transforms = std::get_if<BagTransforms>(&message->content);
+    EXPECT_EQ(transforms != nullptr && transforms->is_static, messages == 0);
+  }
+  EXPECT_FALSE(bag_stream->next());
+  EXPECT_GT(messages, 15);
+}
+
+class ReadLargeDb3 : public ReadDb3 {
+ protected:
+  ReadLargeDb3() : ReadDb3(400) {}
+};
+
+TEST_F(ReadLargeDb3, CutOffItIsReadAsFarAsItGoes) {
+  const std::vector<Said> expected = all_of({bag_});
+  write_db3(path_, messages_);
+  const std::string bytes = read_file(path_);
+  std::size_t most = 0;
+  for (std::size_t size = 1; size < bytes.size(); size += 20123) {
+    write_bytes(path_, bytes.substr(0, size));
+    std::vector<Said> read;
+    std::string damage;
+    try {
+      read = all_of({path_}, &damage);
+    } catch (const BagError& error) {
+      damage = error.what();
+    }
+    EXPECT_TRUE(std::equal(read.begin(), read.end(), expected.begin())) << size;
+    EXPECT_TRUE(contains(damage, path_)) << size << ": " << damage;
+    most = std::max(most, read.size());
+  }
+  EXPECT_GT(most, expected.size() / 2);
+}
+
+TEST_F(ReadDb3, SaysWhatItCannotRead) {
+  sqlite3* database = nullptr;
+  sqlite3_open(path_.c_str(), &database);
+  sqlite3_exec(database, "CREATE TABLE t(x)", nullptr, nullptr, nullptr);
+  sqlite3_close(database);
+  EXPECT_EQ(error_text<BagError>([&] { (void)all_of({path_}); }),
+            "'" + path_ +
+                "' is an SQLite database, but no bag of ROS 2: that has the tables topics and "
+                "messages");
+  std::filesystem::remove(path_);
+  write_db3(path_, {});
+  EXPECT_EQ(error_text<BagError>([&] { (void)all_of({path_}); }),
+            "bag '" + path_ + "' holds no messages");
+  std::filesystem::remove(path_);
+  messages_.front().bytes = "x";
+  write_db3(path_, messages_);
+  const std::string text = error_text<BagError>([&] { (void)all_of({path_}); });
+  EXPECT_TRUE(contains(text, "has a message of topic " + messages_.front().topic)) << text;
+}
+
+// --- their folder ---
+
+class ReadRos2Folder : public ReadDb3 {
+ protected:
+  ReadRos2Folder() {
+    std::filesystem::create_directory(bag_folder_);
+    const auto middle = messages_.begin() + static_cast<std::ptrdiff_t>(messages_.size() / 2);
+    write_db3(bag_folder_ + "/drive_0.db3", {messages_.begin(), middle});
+    write_bytes(bag_folder_ + "/drive_1.mcap", to_mcap({middle, messages_.end()}));
+  }
+
+  void write_metadata(const std::string& files) {
+    write_bytes(bag_folder_ + "/metadata.yaml",
+                "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n"
+                "  relative_file_paths:\n" +
+                    files);
+  }
+
+  std::string bag_folder_ = folder_ / "drive";
+};
+
+TEST_F(ReadRos2Folder, IsOneRecordingOfTheFilesThatItsMetadataNames) {
+  const std::vector<Said> expected = all_of({bag_});
+  write_metadata("    - drive_0.db3\n    - drive/drive_1.mcap\n");
+  EXPECT_TRUE(all_of({bag_folder_}) == expected);
+  std::filesystem::remove(bag_folder_ + "/metadata.yaml");
+  EXPECT_TRUE(all_of({bag_folder_}) == expected);
+}
+
+TEST_F(ReadRos2Folder, SaysWhatIsWrong) {
+  write_metadata("    - drive_2.db3\n");
+  EXPECT_TRUE(contains(error_text<BagError>([&] { (void)all_of({bag_folder_}); }),
+                       "has no file 'drive_2.db3', which its metadata.yaml names"));
+  write_bytes(bag_folder_ + "/metadata.yaml", "a: [");
+  EXPECT_TRUE(contains(error_text<BagError>([&] { (void)all_of({bag_folder_}); }),
+                       "is no metadata of a bag of ROS 2"));
+  EXPECT_TRUE(contains(error_text<ConfigurationError>([&] { (void)all_of({folder_.path()}); }),
+                       "is a folder, not a bag file"));
+}
+
+}  // namespace
+}  // namespace matchbox_slam
