@@ -65,6 +65,12 @@ void check_bytes(ByteReader bytes, const sensor_msgs::Imu& /*type*/) {
   (void)bytes.take(37, sizeof(double));  // orientation, rates, accelerations, their covariances
 }
 
+void check_bytes(ByteReader bytes, const nav_msgs::Odometry& /*type*/) {
+  skip_header(bytes);
+  (void)bytes.array();                   // child frame
+  (void)bytes.take(85, sizeof(double));  // pose and twist, each with a covariance
+}
+
 void check_bytes(ByteReader bytes, const tf2_msgs::TFMessage& /*type*/) {
   for (auto left = bytes.number<std::uint32_t>(); left > 0; --left) {
     skip_header(bytes);
@@ -107,9 +113,11 @@ struct BagAsked {
   std::vector<std::string> scan_topics;
   std::string imu_topic;
   CloudOptions cloud;
+  std::string odom_topic;
 
   [[nodiscard]] bool has(const std::string& topic) const {
     return is_transform_topic(topic) || is_static_transform_topic(topic) || topic == imu_topic ||
+           topic == odom_topic ||
            std::find(scan_topics.begin(), scan_topics.end(), topic) != scan_topics.end();
   }
 };
@@ -199,6 +207,9 @@ class PeriodStream : public BagStream {
     } else if (connection.topic == asked_.imu_topic) {
       message.content =
           sensor_msgs::Imu::ConstPtr(deserialize<sensor_msgs::Imu>(bytes, connection));
+    } else if (connection.topic == asked_.odom_topic) {
+      message.content =
+          nav_msgs::Odometry::ConstPtr(deserialize<nav_msgs::Odometry>(bytes, connection));
     } else {
       const std::vector<std::string>& topics = asked_.scan_topics;
       message.content = read_scan(bytes, connection, asked_.cloud);
@@ -280,11 +291,12 @@ std::string BagReader::type_of(const std::string& topic) const {
 
 std::unique_ptr<BagStream> BagReader::stream(const std::vector<std::string>& scan_topics,
                                              const BagPeriod& period, const std::string& imu_topic,
-                                             const CloudOptions& cloud) const {
+                                             const CloudOptions& cloud,
+                                             const std::string& odom_topic) const {
   const ros::Time first = seconds_after(begin_, period.start);
   const ros::Time last = seconds_after(first, period.duration);
   return std::make_unique<PeriodStream>(bags_, first, last,
-                                        BagAsked{scan_topics, imu_topic, cloud});
+                                        BagAsked{scan_topics, imu_topic, cloud, odom_topic});
 }
 
 }  // namespace matchbox_slam

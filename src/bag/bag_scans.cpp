@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "bag/bag_motion.hpp"
 #include "common/interrupted.hpp"
 #include "common/number_text.hpp"
 #include "ros/message_conversion.hpp"
@@ -42,6 +43,12 @@ Parameters frame_parameters(const BagRequest& request) {
   if (request.no_odometry) {
     parameters.set("use_odometry", false);
   }
+  if (request.odom_topic) {
+    parameters.set("odom_topic", *request.odom_topic);
+  }
+  if (!request.laser_poses.empty()) {
+    parameters.set("laser_pose", join(request.laser_poses));
+  }
   return parameters;
 }
 
@@ -62,32 +69,37 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
       reader_, request_.scan_topics.empty() ? options.scan_topics : request_.scan_topics);
   const CloudOptions cloud = read_cloud_options(parameters);
   const BagSurvey survey = survey_bag(reader_, facts_.scan_topics, request_.period,
-                                      options.map_frame, dialog_.is_interrupted, cloud);
+                                      options.map_frame, dialog_.is_interrupted, cloud,
+                                      !options.laser_pose.empty());
   require_not_interrupted();
   if (survey.scan_frame.empty()) {
     throw BagError("the bag holds no scan on topic " + join(facts_.scan_topics) +
                    " in the period asked for; it lasts " +
                    seconds_text(seconds_between(reader_.begin_time(), reader_.end_time())));
   }
-  const BagFrames frames =
-      choose_frames(survey, given(parameters, "base_frame", options.base_frame),
-                    given(parameters, "odom_frame", options.odom_frame), options.use_odometry);
-  options.base_frame = frames.base;
-  options.odom_frame = frames.odom.value_or("");
+  const BagMotion motion =
+      choose_motion(reader_, survey,
+                    {given(parameters, "base_frame", options.base_frame),
+                     given(parameters, "odom_frame", options.odom_frame), !options.laser_pose.empty()},
+                    request_.period, options);
+  options.base_frame = motion.frames.base;
+  options.odom_frame = motion.frames.odom.value_or("");
+  options.use_odometry = motion.frames.odom.has_value();
+  options.odom_topic = motion.odom_topic;
+  options.imu_topic = motion.imu_topic;
   check_frames(options);
   dialog_.inform((facts_.scan_topics.size() > 1 ? "scan topics " : "scan topic ") +
                  text_of_topics() + "; scan frame " + survey.scan_frame + "; base frame " +
-                 frames.base +
-                 (frames.odom ? "; odometry frame " + *frames.odom : "; without odometry"));
+                 motion.frames.base + motion.told);
   choose_clock(survey, options);
   facts_.no_return_from = survey.no_return_from;
   options.scan_topics = facts_.scan_topics;
   const auto scan = read_options<ProjectionOptions>(parameters.section("scan"), "scan");
-  if (!options.imu_topic.empty()) {
-    options.imu_topic = find_imu_topic(reader_, options.imu_topic);
-  }
-  queue_.emplace(queue_settings(options, scan.max_tilt, facts_.scan_time_offset));
-  stream_ = reader_.stream(facts_.scan_topics, request_.period, options.imu_topic, cloud);
+  ScanQueueSettings settings = queue_settings(options, scan.max_tilt, facts_.scan_time_offset);
+  settings.is_live = false;
+  queue_.emplace(std::move(settings));
+  stream_ = reader_.stream(facts_.scan_topics, request_.period, options.imu_topic, cloud,
+                           options.odom_topic);
   if (request_.threads > 1) {
     stream_ = read_ahead(std::move(stream_), kReadAhead);
   }
@@ -193,7 +205,11 @@ void BagScans::take(const BagMessage& message) {
     return;
   }
   if (const auto* imu = std::get_if<sensor_msgs::Imu::ConstPtr>(&message.content)) {
-    warn_of_imu(queue_->add_imu(**imu, message.time));
+    warn_of_ignored("the IMU", queue_->add_imu(**imu, message.time));
+    return;
+  }
+  if (const auto* odometry = std::get_if<nav_msgs::Odometry::ConstPtr>(&message.content)) {
+    warn_of_ignored("the odometry", queue_->add_odometry(**odometry, message.time));
     return;
   }
   queue_->add_scan(std::get<ScanMessage>(message.content), message.time, message.laser);
@@ -208,6 +224,7 @@ void BagScans::stop() {
   warn_of_skipped();
   facts_.ignored_map_link = queue_->transforms().ignored_map_link();
   facts_.invalid_transforms = queue_->transforms().invalid_count();
+  facts_.invalid_odometry = queue_->invalid_odometry();
 }
 
 void BagScans::warn_of_skipped() {
@@ -229,10 +246,9 @@ void BagScans::warn_of_map_link() {
   }
 }
 
-void BagScans::warn_of_imu(const std::string& defect) {
-  if (!told_of_imu_ && !defect.empty()) {
-    dialog_.warn("messages of the IMU are ignored; the first: " + defect);
-    told_of_imu_ = true;
+void BagScans::warn_of_ignored(const std::string& whose, const std::string& defect) {
+  if (!defect.empty() && told_of_ignored_.insert(whose).second) {
+    dialog_.warn("messages of " + whose + " are ignored; the first: " + defect);
   }
 }
 

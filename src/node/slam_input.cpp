@@ -34,6 +34,9 @@ void SlamInput::subscribe(ros::NodeHandle& node, const CloudOptions& cloud) {
   if (!options_.imu_topic.empty()) {
     imu_subscriber_ = subscribe_to_imu(node, options_.imu_topic, worker_);
   }
+  if (!options_.odom_topic.empty()) {
+    odometry_subscriber_ = subscribe_to_odometry(node, options_.odom_topic, worker_);
+  }
   const std::vector<std::string> topics =
       options_.scan_topics.empty() ? std::vector<std::string>{"scan"} : options_.scan_topics;
   for (int laser = 0; laser < static_cast<int>(topics.size()); ++laser) {
@@ -65,6 +68,7 @@ void SlamInput::stop() {
     subscriber.shutdown();
   }
   imu_subscriber_.shutdown();
+  odometry_subscriber_.shutdown();
   transform_subscriber_.shutdown();
   static_transform_subscriber_.shutdown();
   silence_watch_->stop();

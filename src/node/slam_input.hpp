@@ -75,6 +75,7 @@ class SlamInput {
 
   std::vector<ros::Subscriber> scan_subscribers_;
   ros::Subscriber imu_subscriber_;
+  ros::Subscriber odometry_subscriber_;
   ros::Subscriber transform_subscriber_;
   ros::Subscriber static_transform_subscriber_;
   std::unique_ptr<SilenceWatch> silence_watch_;

@@ -103,7 +103,13 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
   ROS_INFO_STREAM("mapping with " << setup.matcher_name << ": scans from " << join(input_->topics())
                                   << ", frames " << options_.map_frame << ", "
                                   << (options_.use_odometry ? options_.odom_frame + ", " : "")
-                                  << options_.base_frame);
+                                  << options_.base_frame
+                                  << (options_.odom_topic.empty()
+                                          ? ""
+                                          : ", odometry from " + options_.odom_topic)
+                                  << (options_.use_odometry || options_.imu_topic.empty()
+                                          ? ""
+                                          : ", turns from " + options_.imu_topic));
   if (setup.node.autosave_period > 0.0) {
     autosave_ = std::make_unique<Autosave>(setup.node.autosave_period, [this] { autosave(); });
   }

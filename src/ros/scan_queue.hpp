@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nav_msgs/Odometry.h>
 #include <ros/duration.h>
 #include <ros/time.h>
 #include <sensor_msgs/Imu.h>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "matchbox_slam/slam/slam_engine.hpp"
+#include "ros/imu_heading.hpp"
 #include "ros/scan_message.hpp"
 #include "ros/transform_store.hpp"
 #include "run/run_event.hpp"
@@ -65,6 +67,7 @@ struct ReadyScan {
   ros::Time arrival;  ///< by the clock of messages
   std::string frame;
   ScanInput input;
+  bool is_odometry_in_tf = true;  ///< where it has odometry
 };
 
 /// Time went back, as when a bag is played in a loop or a simulation is reset. Scans from here on
@@ -78,6 +81,7 @@ struct TimeJump {
 struct ScanQueueSettings {
   std::string base_frame;
   std::optional<std::string> odom_frame;  ///< none: scans carry no odometry
+  bool odometry_by_topic = false;         ///< by `add_odometry`, and not by tf
   std::string map_frame;
   double transform_timeout = 2.0;   ///< [s] that a scan may wait for its transforms
   std::size_t max_waiting = 10000;  ///< scans
@@ -87,6 +91,10 @@ struct ScanQueueSettings {
   double max_lag = 0.0;             ///< [s] after its arrival a scan is given up; 0: never
   double max_tilt = kPi / 2.0;      ///< [rad] of a scan's plane
   bool use_imu = false;             ///< its roll and pitch count where the odometry has none
+  bool heading_by_imu = false;      ///< its yaw counts, too: there is no odometry
+  /// Of the lasers on the base, where tf is not to tell; by laser, none for those behind.
+  std::vector<Eigen::Isometry3d> laser_poses;
+  bool is_live = true;  ///< what to type is said for the node; else for map_bag
 };
 
 /// Scans and transforms go in as they arrive, scans ready to be processed come out in the order of
@@ -116,6 +124,12 @@ class ScanQueue {
   /// The orientation of an IMU goes to the transforms, so that scans wait for it as for those, and
   /// for tf to say how it is mounted. Returns why it tells none, for people; empty: it does.
   [[nodiscard]] std::string add_imu(const sensor_msgs::Imu& message, const ros::Time& now);
+
+  /// A pose of odometry goes to the transforms likewise, whatever tf says of its frames. Returns
+  /// why it tells none, for people; empty: it does.
+  [[nodiscard]] std::string add_odometry(const nav_msgs::Odometry& message, const ros::Time& now);
+  /// Messages that told none.
+  [[nodiscard]] std::size_t invalid_odometry() const { return invalid_odometry_; }
 
   /// The event comes out after all that is ready now; scans that still wait for their transforms
   /// come after it, since nobody knows for how long. Where it gives up the map, scans that are
@@ -190,11 +204,14 @@ class ScanQueue {
     double least_stamp = 0.0;   ///< [s]
     double last_arrival = 0.0;  ///< [s]
   };
+  /// What a transform is needed for.
+  enum class Need { kLaser, kOdometry, kImu };
   /// A transform that a scan needs.
   struct Needed {
     const std::string& target;
     const std::string& source;
     ros::Time stamp;
+    Need need = Need::kLaser;
   };
 
   void advance(const ros::Time& now);
@@ -215,16 +232,29 @@ class ScanQueue {
   void drop_all_ready(SkipReason reason, const std::string& why);
   [[nodiscard]] bool is_its_turn(const Turn& turn, const WaitingScan& scan) const;
   void skip(const ros::Time& stamp, SkipReason reason, const std::string& why);
-  [[nodiscard]] std::optional<Needed> missing_transform(const ros::Time& stamp,
+  [[nodiscard]] std::optional<Needed> missing_transform(const Turn& turn,
                                                         const WaitingScan& scan) const;
+  void need_odometry(const ros::Time& stamp, std::vector<Needed>& needed) const;
   [[nodiscard]] bool is_missing(const Needed& needed) const;
-  [[nodiscard]] bool is_tilted(const std::string& frame, const ros::Time& stamp) const;
+  [[nodiscard]] std::string why_missing(const Needed& missing) const;
+  [[nodiscard]] std::string advice_for(const Needed& missing) const;
+  [[nodiscard]] bool is_by_tf(int laser, const std::string& frame) const;
+  [[nodiscard]] bool is_tilted(int laser, const std::string& frame, const ros::Time& stamp) const;
+  [[nodiscard]] Eigen::Isometry3d base_from_laser(int laser, const std::string& frame,
+                                                  const ros::Time& stamp) const;
+  [[nodiscard]] Eigen::Isometry3d odom_from_base(const ros::Time& stamp) const;
+  [[nodiscard]] Pose2 heading_by_imu(const ros::Time& stamp) const;
+  void add_link(const geometry_msgs::TransformStamped& link, const ros::Time& now);
+  [[nodiscard]] std::string add_gyro(const sensor_msgs::Imu& message, const ros::Time& now);
   [[nodiscard]] Eigen::Isometry3d lean(const Eigen::Isometry3d& odom_from_base,
                                        const ros::Time& stamp) const;
   [[nodiscard]] ReadyScan make_ready(const Turn& turn, WaitingScan&& scan) const;
 
   ScanQueueSettings settings_;
   TransformStore transforms_;
+  GyroHeading gyro_;
+  std::string odometry_child_;  ///< whose pose odometry messages tell; empty: none has come
+  std::size_t invalid_odometry_ = 0;
   Waiting waiting_;
   std::optional<ros::Time> now_;
   std::deque<Item> ready_;

@@ -105,8 +105,7 @@ void MotionTracker::add_errors(MotionPrediction& predicted) const {
 
 MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const {
   const double interval = input.scan.stamp - *state_.stamp;
-  const bool is_sensed = input.odometry && state_.odom_from_base;
-  if (is_sensed && source_ == GuessSource::kOdometry) {
+  if (has_odometry(input) && state_.odom_from_base) {
     MotionEstimate estimate = scaled_by(
         state_.learned, motion_from_odometry(*state_.odom_from_base, input.odometry->odom_from_base,
                                              interval, options_));
@@ -117,10 +116,10 @@ MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const 
     return estimate;
   }
   const MotionEstimate motion = steady_motion(interval);
-  if (is_sensed && source_ == GuessSource::kHeading) {
+  if (has_heading(input) && state_.odom_from_base) {
     return with_measured_turn(
         motion, wrap_angle(input.odometry->odom_from_base.theta - state_.odom_from_base->theta),
-        heading_sigma_);
+        heading_sigma());
   }
   return motion;
 }

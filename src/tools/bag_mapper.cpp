@@ -139,6 +139,9 @@ void BagMapping::map() {
   const RunOptions found = scans_.prepare(parameters_, configuration_.setup().run);
   parameters_.set("base_frame", found.base_frame);
   parameters_.set("odom_frame", found.odom_frame);
+  parameters_.set("use_odometry", found.use_odometry);
+  parameters_.set("odom_topic", found.odom_topic);
+  parameters_.set("imu_topic", found.imu_topic);
   parameters_.set("scan_topics", found.scan_topics);
   cut_no_returns();
   run_.emplace(LiveConfiguration(parameters_, loader_));

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
+#include <rosbag/view.h>
 #include <sensor_msgs/Imu.h>
 
 #include <algorithm>
@@ -218,7 +219,7 @@ TEST_F(TiltedLaser, AnImuThatMeasuresNoOrientationIsTold) {
        {"messages of the IMU are ignored; the first: orientation_covariance[0] is -1, which says "
         "that it measures no orientation\n",
         "skipped (no_transform): no orientation by the IMU at 1000.000: no usable message of the "
-        "IMU has come yet\n"}) {
+        "IMU has come yet; leave out imu_topic to map without\n"}) {
     EXPECT_TRUE(contains(outcome.output, words)) << outcome.output;
   }
 }
@@ -638,6 +639,80 @@ TEST_F(MapBag, MapsFromTheLaserAlone) {
   EXPECT_EQ(read_tum(out_ + "/odometry.tum").size(), 0U);
 }
 
+/// A copy of a bag in which the odometry is no tf, but nav_msgs/Odometry on /odom.
+void move_odometry_to_topic(const std::string& from, const std::string& to) {
+  rosbag::Bag in(from, rosbag::bagmode::Read);
+  rosbag::Bag out(to, rosbag::bagmode::Write);
+  for (const rosbag::MessageInstance& message : rosbag::View(in)) {
+    const auto links = message.instantiate<tf2_msgs::TFMessage>();
+    if (links == nullptr) {
+      out.write(message.getTopic(), message.getTime(), message, message.getConnectionHeader());
+      continue;
+    }
+    for (const geometry_msgs::TransformStamped& link : links->transforms) {
+      if (link.header.frame_id != "odom_combined") {
+        out.write("/tf", message.getTime(), make_transforms({link}));
+        continue;
+      }
+      nav_msgs::Odometry odometry;
+      odometry.header = link.header;
+      odometry.child_frame_id = link.child_frame_id;
+      odometry.pose.pose.position.x = link.transform.translation.x;
+      odometry.pose.pose.position.y = link.transform.translation.y;
+      odometry.pose.pose.orientation = link.transform.rotation;
+      out.write("/odom", message.getTime(), odometry);
+    }
+  }
+}
+
+TEST_F(MapBag, OdometryOnATopicGivesTheBytesThatItGivesOnTf) {
+  ASSERT_EQ(run_command(MATCHBOX_SIMULATE,
+                        "--world rooms --seed 4 --duration 10 --beams 260 --scan-rate 5 --bag " +
+                            bag_ + " --truth " + (folder_ / "truth.tum"))
+                .exit_code,
+            0);
+  ASSERT_EQ(run("").exit_code, 0);
+  const std::string trajectory = read_file(out_ + "/trajectory.tum");
+  const std::string odometry = read_file(out_ + "/odometry.tum");
+  const std::string by_topic = folder_ / "topic.bag";
+  move_odometry_to_topic(bag_, by_topic);
+  for (const std::string named : {"", " --odom-topic odom"}) {
+    const Outcome outcome = run_command(MATCHBOX_MAP_BAG, by_topic + " --out " + out_ + named);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output,
+                         "; odometry on topic /odom, of base_footprint in odom_combined\n"))
+        << outcome.output;
+    EXPECT_EQ(read_file(out_ + "/trajectory.tum"), trajectory);
+    EXPECT_EQ(read_file(out_ + "/odometry.tum"), odometry);
+  }
+  EXPECT_EQ(report("invalid_odometry"), 0.0);
+}
+
+TEST_F(MapBag, TakesTheLaserWhereItIsSaidToBe) {
+  SmallBag recipe;
+  recipe.laser_frame = "lidar";
+  write_small_bag(bag_, recipe);
+  ASSERT_EQ(run("").exit_code, 0);
+  const std::string trajectory = read_file(out_ + "/trajectory.tum");
+  // The same without the laser's place in tf.
+  recipe.with_transforms = false;
+  write_small_bag(bag_, recipe);
+  {
+    rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+    for (int k = -2; k < 105; ++k) {
+      const double stamp = 1000.0 + 0.05 * k;
+      bag.write("/tf", ros::Time(stamp), make_link(stamp, "odom", "base_link", 0.001 * k));
+    }
+  }
+  std::filesystem::remove_all(out_);
+  expect_one_line(run(""), 2, "or say where the laser is on the robot with --laser-pose X,Y,YAW");
+  expect_one_line(run("--laser-pose 0.2,zero,0"), 2, "allowed: [x, y, yaw] in m and rad");
+  const Outcome outcome = run("--laser-pose 0.2,0,0");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(read_file(out_ + "/trajectory.tum"), trajectory);
+  EXPECT_EQ(run("--laser-pose -0.2,0,0").exit_code, 0);
+}
+
 /// A bag whose scans start over at an earlier stamp, as when the robot's clock was set back.
 void write_bag_with_time_jump(const std::string& path) {
   SmallBag recipe;
@@ -950,7 +1025,7 @@ TEST_F(MapBag, RefusesWrongUsage) {
   EXPECT_EQ(help.exit_code, 0);
   for (const char* flag :
        {"--out", "--config", "--matcher", "--set", "--scan-topic", "--base-frame", "--odom-frame",
-        "--no-odom", "--start", "--duration", "--seed", "--threads", "--quiet"}) {
+        "--no-odom", "--odom-topic", "--laser-pose", "--start", "--duration", "--seed", "--threads", "--quiet"}) {
     EXPECT_TRUE(contains(help.output, flag)) << flag;
   }
 }
