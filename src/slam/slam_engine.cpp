@@ -168,7 +168,7 @@ SlamEngine::Verdict SlamEngine::weigh(const Predictions& predictions, ScanOutcom
   // What further lasers saw lies where odometry has it.
   const MotionPrediction* by_velocity =
       seen_->further().empty() ? predictions.by_velocity : nullptr;
-  const PoseHypotheses::Outcome weighed =
+  PoseHypotheses::Outcome weighed =
       hypotheses_.follow({seen_->all(), mapping_.compared(), key_scans_here(), recent_,
                           predictions.seconds, predictions.predicted, by_velocity},
                          outcome.match, options_.hypotheses);
@@ -179,6 +179,7 @@ SlamEngine::Verdict SlamEngine::weigh(const Predictions& predictions, ScanOutcom
     // From one jump to the next nobody knows where it was.
     mapping_.forget_since_fork();
     hypotheses_.forget_key_scans();
+    weighed.key_scans.clear();
   }
   if (!outcome.match.accepted() && options_.hypotheses.enabled) {
     constexpr double kKnown = 0.5;  // more than not
