@@ -81,8 +81,7 @@ BagFrames frames_of(const OdometryTopic& topic, const BagSurvey& survey, const A
   const std::string odom = topic.frame.empty() ? "odom" : topic.frame;
   BagFrames frames;
   if (asked.base || topic.child.empty()) {
-    frames.base =
-        choose_frames(survey, asked.base, {}, false, asked.is_laser_placed).base;
+    frames.base = choose_frames(survey, asked.base, {}, false, asked.is_laser_placed).base;
   } else {
     frames.base = topic.child;
   }
@@ -92,10 +91,10 @@ BagFrames frames_of(const OdometryTopic& topic, const BagSurvey& survey, const A
 
 BagMotion by_topic(const OdometryTopic& topic, const BagSurvey& survey, const AskedFrames& asked) {
   BagMotion motion{frames_of(topic, survey, asked), topic.name, {}, {}};
-  motion.told = "; odometry on topic " + topic.name + ", of " +
-                (topic.child.empty() ? motion.frames.base + ", as it names no child_frame_id"
-                                     : topic.child) +
-                " in " + *motion.frames.odom;
+  motion.told =
+      "; odometry on topic " + topic.name + ", of " +
+      (topic.child.empty() ? motion.frames.base + ", as it names no child_frame_id" : topic.child) +
+      " in " + *motion.frames.odom;
   return motion;
 }
 
@@ -126,8 +125,9 @@ std::optional<BagMotion> by_the_only_topic(const BagReader& reader, const BagSur
     }
   }
   if (moving.size() > 1) {
-    throw ConfigurationError("tf in the bag holds no odometry, and several topics do: " +
-                             names_of(moving) + "; choose one with --odom-topic, or give --no-odom");
+    throw ConfigurationError(
+        "tf in the bag holds no odometry, and several topics do: " + names_of(moving) +
+        "; choose one with --odom-topic, or give --no-odom");
   }
   if (moving.size() == 1) {
     return by_topic(moving.front(), survey, asked);
@@ -155,16 +155,21 @@ std::optional<BagMotion> by_the_only_imu(const BagReader& reader, const BagSurve
   if (imu.empty() || (imu != frames.base && !are_connected(survey, imu, frames.base))) {
     return std::nullopt;
   }
-  return BagMotion{
-      frames, {}, topics.front(), "; there is no odometry, so the turn between scans is by the IMU "
-                                  "on " + topics.front() + "; --no-odom leaves that aside, too"};
+  return BagMotion{frames,
+                   {},
+                   topics.front(),
+                   "; there is no odometry, so the turn between scans is by the IMU "
+                   "on " +
+                       topics.front() + "; --no-odom leaves that aside, too"};
 }
 
 /// Without odometry, as was asked for.
 BagMotion without_odometry(const BagReader& reader, const BagSurvey& survey,
                            const AskedFrames& asked, const RunOptions& options) {
   BagMotion motion{choose_frames(survey, asked.base, asked.odom, false, asked.is_laser_placed),
-                   {}, {}, "; without odometry"};
+                   {},
+                   {},
+                   "; without odometry"};
   if (!options.imu_topic.empty()) {
     motion.imu_topic = find_imu_topic(reader, options.imu_topic);
     motion.told += ", the turn between scans by the IMU on " + motion.imu_topic;

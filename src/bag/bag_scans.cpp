@@ -68,20 +68,20 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   facts_.scan_topics = choose_scan_topics(
       reader_, request_.scan_topics.empty() ? options.scan_topics : request_.scan_topics);
   const CloudOptions cloud = read_cloud_options(parameters);
-  const BagSurvey survey = survey_bag(reader_, facts_.scan_topics, request_.period,
-                                      options.map_frame, dialog_.is_interrupted, cloud,
-                                      !options.laser_pose.empty());
+  const BagSurvey survey =
+      survey_bag(reader_, facts_.scan_topics, request_.period, options.map_frame,
+                 dialog_.is_interrupted, cloud, !options.laser_pose.empty());
   require_not_interrupted();
   if (survey.scan_frame.empty()) {
     throw BagError("the bag holds no scan on topic " + join(facts_.scan_topics) +
                    " in the period asked for; it lasts " +
                    seconds_text(seconds_between(reader_.begin_time(), reader_.end_time())));
   }
-  const BagMotion motion =
-      choose_motion(reader_, survey,
-                    {given(parameters, "base_frame", options.base_frame),
-                     given(parameters, "odom_frame", options.odom_frame), !options.laser_pose.empty()},
-                    request_.period, options);
+  const BagMotion motion = choose_motion(
+      reader_, survey,
+      {given(parameters, "base_frame", options.base_frame),
+       given(parameters, "odom_frame", options.odom_frame), !options.laser_pose.empty()},
+      request_.period, options);
   options.base_frame = motion.frames.base;
   options.odom_frame = motion.frames.odom.value_or("");
   options.use_odometry = motion.frames.odom.has_value();
@@ -141,9 +141,13 @@ std::optional<ScanQueue::Item> BagScans::next() {
     }
     if (const ScanQueue::Item* next = queue_->peek()) {
       if (is_event_due(*next)) {
-        RunEvent event = std::move(events_.front().event);
+        const TimedEvent event = std::move(events_.front());
         events_.pop_front();
-        return event;
+        if (std::holds_alternative<LeaveOut>(event.event)) {
+          leave_out_next(event.scan);
+          continue;
+        }
+        return event.event;
       }
       if (std::holds_alternative<TimeJump>(*next)) {
         ++time_jumps_;
@@ -164,6 +168,16 @@ std::optional<ScanQueue::Item> BagScans::next() {
 
 void BagScans::schedule(std::vector<TimedEvent> events) {
   events_.assign(std::make_move_iterator(events.begin()), std::make_move_iterator(events.end()));
+}
+
+/// Where the next scan is the one of that moment; else it is not there to be left out.
+void BagScans::leave_out_next(const ScanMoment& moment) {
+  const auto& next = std::get<ReadyScan>(*queue_->peek());
+  if (!(moment < ScanMoment{time_jumps_, next.input.scan.stamp, next.input.laser})) {
+    const auto item = queue_->next();
+    queue_->leave_out(std::get<ReadyScan>(*item), SkipReason::kTooLate,
+                      "the node had no time for it, as the file of events says");
+  }
 }
 
 bool BagScans::is_event_due(const ScanQueue::Item& next) const {

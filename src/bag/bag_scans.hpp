@@ -111,6 +111,7 @@ class BagScans {
  private:
   [[nodiscard]] std::string text_of_topics() const;
   void choose_clock(const BagSurvey& survey, const RunOptions& options);
+  void leave_out_next(const ScanMoment& moment);
   [[nodiscard]] bool is_event_due(const ScanQueue::Item& next) const;
   void read_message();
   void take(const BagMessage& message);

@@ -153,12 +153,13 @@ BagFrames frames_without_laser(const BagSurvey& survey, const std::optional<std:
     names.push_back(link.odom + " -> " + link.base);
   }
   throw ConfigurationError(
-      links.empty() ? "tf in the bag holds no link that moves, so there is no odometry; to map from "
-                      "the laser alone give --no-odom, or name --odom-frame and --base-frame; tf "
-                      "has " +
-                          text_of_frames(survey)
-                    : "tf in the bag has several links that move: " + list_of(names) +
-                          "; say which with --odom-frame and --base-frame");
+      links.empty()
+          ? "tf in the bag holds no link that moves, so there is no odometry; to map from "
+            "the laser alone give --no-odom, or name --odom-frame and --base-frame; tf "
+            "has " +
+                text_of_frames(survey)
+          : "tf in the bag has several links that move: " + list_of(names) +
+                "; say which with --odom-frame and --base-frame");
 }
 
 /// The frame that would be the base with odometry; the root where there is none; the laser's own

@@ -35,8 +35,7 @@ struct BagSurvey {
                                    const std::vector<std::string>& scan_topics,
                                    const BagPeriod& period, const std::string& map_frame,
                                    const std::function<bool()>& is_interrupted = {},
-                                   const CloudOptions& cloud = {},
-                                   bool is_laser_placed = false);
+                                   const CloudOptions& cloud = {}, bool is_laser_placed = false);
 
 /// The topics asked for, or the only one that there is: with laser scans, else with those of
 /// several echoes, else with clouds. Throws ConfigurationError listing the scan topics when there
@@ -60,8 +59,8 @@ struct BagFrames {
 /// that goes by the name of odom or odom_combined, else the uppermost one below which anything
 /// moves; the base frame is its child on the way to the scan's frame. Without odometry and without
 /// tf the laser's own frame is the base. Where tf is not to tell where the laser is, the only link
-/// that may be odometry counts, wherever it is. Throws ConfigurationError when there is no answer or more
-/// than one, or when the odometry frame asked for is below the base frame.
+/// that may be odometry counts, wherever it is. Throws ConfigurationError when there is no answer
+/// or more than one, or when the odometry frame asked for is below the base frame.
 [[nodiscard]] BagFrames choose_frames(const BagSurvey& survey,
                                       const std::optional<std::string>& asked_base,
                                       const std::optional<std::string>& asked_odom,

@@ -108,9 +108,9 @@ geometry_msgs::TransformStamped PosePublisher::map_transform(const ReadyScan& sc
   // Below an odometry frame that tf does not have there would be nothing.
   const bool is_to_odometry = outcome.odom_from_base && scan.is_odometry_in_tf;
   transform.child_frame_id = is_to_odometry ? options_.odom_frame : options_.base_frame;
-  transform.transform = to_transform_message(
-      is_to_odometry ? outcome.map_from_base * outcome.odom_from_base->inverse()
-                             : outcome.map_from_base);
+  transform.transform = to_transform_message(is_to_odometry ? outcome.map_from_base *
+                                                                  outcome.odom_from_base->inverse()
+                                                            : outcome.map_from_base);
   return transform;
 }
 

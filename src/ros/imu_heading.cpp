@@ -83,7 +83,8 @@ geometry_msgs::TransformStamped GyroHeading::add(const sensor_msgs::Imu& message
                         base_from_imu.row(2).dot(Eigen::Vector3d(rate.x, rate.y, rate.z))};
   if (!newest_ || newest_->stamp < reading.stamp) {
     const double passed = newest_ ? seconds_between(newest_->stamp, reading.stamp) : 0.0;
-    heading_ = wrap_angle(heading_ + 0.5 * passed * (reading.rate + (newest_ ? newest_->rate : 0.0)));
+    heading_ =
+        wrap_angle(heading_ + 0.5 * passed * (reading.rate + (newest_ ? newest_->rate : 0.0)));
     newest_ = reading;
   }
   const Eigen::AngleAxisd turned(heading_, Eigen::Vector3d::UnitZ());

@@ -367,6 +367,16 @@ void ScanQueue::drop_oldest_ready(SkipReason reason, const std::string& why) {
   --ready_scans_;
 }
 
+/// As a repetition has to leave it out, too, something stays in its place.
+void ScanQueue::leave_out_oldest_ready(SkipReason reason, const std::string& why) {
+  const auto oldest = ready_.begin() + (oldest_ready_scan() - ready_.cbegin());
+  const auto& scan = std::get<ReadyScan>(*oldest);
+  const LeftOut left_out{scan.input.scan.stamp, scan.input.laser};
+  skip(scan.stamp, reason, why);
+  *oldest = left_out;
+  --ready_scans_;
+}
+
 void ScanQueue::drop_all_ready(SkipReason reason, const std::string& why) {
   while (ready_scans_ > 0) {
     drop_oldest_ready(reason, why);
@@ -383,9 +393,9 @@ void ScanQueue::give_up_late() {
     if (lag <= settings_.max_lag) {
       return;
     }
-    drop_oldest_ready(SkipReason::kTooLate, "it would be processed " + std::to_string(lag) +
-                                                " s after it came, and max_lag is " +
-                                                std::to_string(settings_.max_lag));
+    leave_out_oldest_ready(SkipReason::kTooLate, "it would be processed " + std::to_string(lag) +
+                                                     " s after it came, and max_lag is " +
+                                                     std::to_string(settings_.max_lag));
   }
 }
 
@@ -393,7 +403,7 @@ void ScanQueue::limit_waiting() {
   const std::string text =
       "more than " + std::to_string(settings_.max_waiting) + " scans wait to be processed";
   while (waiting() > settings_.max_waiting && ready_scans_ > 0) {
-    drop_oldest_ready(SkipReason::kQueueFull, text);
+    leave_out_oldest_ready(SkipReason::kQueueFull, text);
   }
   while (waiting() > settings_.max_waiting) {
     skip(waiting_.begin()->first.stamp, SkipReason::kQueueFull, text);
@@ -421,9 +431,9 @@ void ScanQueue::add_event(RunEvent event) {
   ready_.emplace_back(std::move(event));
 }
 
-void ScanQueue::leave_out(const ReadyScan& scan) {
+void ScanQueue::leave_out(const ReadyScan& scan, SkipReason reason, const std::string& why) {
   --account_.delivered;
-  skip(scan.stamp, SkipReason::kPaused, "the mapping is paused");
+  skip(scan.stamp, reason, why);
 }
 
 void ScanQueue::discard_delivered() {
@@ -521,10 +531,11 @@ std::string ScanQueue::advice_for(const Needed& missing) const {
                      "X,Y,YAW";
   }
   if (settings_.odometry_by_topic) {
-    return is_live ? "; set odom_topic to what publishes nav_msgs/Odometry, and base_frame to its "
-                     "child_frame_id or a frame that tf connects with it"
-                   : "; give another --odom-topic, or as --base-frame its child_frame_id or a frame "
-                     "that tf connects with it";
+    return is_live
+               ? "; set odom_topic to what publishes nav_msgs/Odometry, and base_frame to its "
+                 "child_frame_id or a frame that tf connects with it"
+               : "; give another --odom-topic, or as --base-frame its child_frame_id or a frame "
+                 "that tf connects with it";
   }
   return is_live ? "; set odom_frame and base_frame to frames that there are, or odom_topic to a "
                    "topic of nav_msgs/Odometry, or use_odometry to false"

@@ -77,6 +77,12 @@ struct TimeJump {
   bool stopped = false;  ///< no more scans are delivered
 };
 
+/// A scan that was ready is skipped, as there is no time for it.
+struct LeftOut {
+  double stamp = 0.0;  ///< [s] of the first beam, by the clock of tf
+  int laser = 0;
+};
+
 /// Frames are without leading slash.
 struct ScanQueueSettings {
   std::string base_frame;
@@ -98,7 +104,8 @@ struct ScanQueueSettings {
 };
 
 /// Scans and transforms go in as they arrive, scans ready to be processed come out in the order of
-/// their stamps, and events between them. A scan is ready when tf covers its first beam and its
+/// their stamps, and events between them; in the place of one that there was no time for, that. A
+/// scan is ready when tf covers its first beam and its
 /// last; its transforms are looked up at that moment. Roll and pitch of the base in the odometry
 /// frame, or by an IMU where tf shows none, count as the laser's: the base comes out upright. What
 /// comes out depends on the messages and not on how scans and transforms interleave, so a replayed
@@ -111,7 +118,7 @@ struct ScanQueueSettings {
 /// node's ros::Time. When the base frame is the scan's own, no transform to the base is needed.
 class ScanQueue {
  public:
-  using Item = std::variant<ReadyScan, TimeJump, RunEvent>;
+  using Item = std::variant<ReadyScan, TimeJump, RunEvent, LeftOut>;
 
   explicit ScanQueue(ScanQueueSettings settings);
 
@@ -160,7 +167,9 @@ class ScanQueue {
   void discard_delivered();
 
   /// Counts a scan that `next` has given as skipped after all: the run is paused.
-  void leave_out(const ReadyScan& scan);
+  /// @param reason, why  for people, why that is.
+  void leave_out(const ReadyScan& scan, SkipReason reason = SkipReason::kPaused,
+                 const std::string& why = "the mapping is paused");
 
   /// No more messages come: scans that are not ready are skipped, ready ones stay for `next`.
   void finish();
@@ -229,6 +238,7 @@ class ScanQueue {
   void note_newest(const Turn& turn);
   [[nodiscard]] std::deque<Item>::const_iterator oldest_ready_scan() const;
   void drop_oldest_ready(SkipReason reason, const std::string& why);
+  void leave_out_oldest_ready(SkipReason reason, const std::string& why);
   void drop_all_ready(SkipReason reason, const std::string& why);
   [[nodiscard]] bool is_its_turn(const Turn& turn, const WaitingScan& scan) const;
   void skip(const ros::Time& stamp, SkipReason reason, const std::string& why);

@@ -191,8 +191,8 @@ std::string TransformStore::why_not(const std::string& target, const std::string
   for (const std::string& frame : {source, target}) {
     if (!buffer_._frameExists(frame)) {
       text << (by_imu && frame == kImuHeadingFrame ? "no usable message of the IMU has come yet"
-               : by_odometry ? "no usable message of it has come yet"
-                             : "tf has no frame '" + frame + "'" + others());
+               : by_odometry                       ? "no usable message of it has come yet"
+                                                   : "tf has no frame '" + frame + "'" + others());
       return text.str();
     }
   }
@@ -202,7 +202,8 @@ std::string TransformStore::why_not(const std::string& target, const std::string
     if (lag > 0.0) {
       text << "the newest is " << lag << " s older";
     } else {
-      text << (by_odometry ? "it" : "tf") << " is there from later on only, up to " << -lag << " s after that";
+      text << (by_odometry ? "it" : "tf") << " is there from later on only, up to " << -lag
+           << " s after that";
     }
   } catch (const tf2::ConnectivityException&) {
     text << (by_imu ? "tf does not say how it is mounted" : "tf does not connect them");

@@ -100,9 +100,10 @@ TEST_F(ChooseMotion, DoesNotChooseBetweenTopicsOfOdometry) {
 
 TEST_F(ChooseMotion, OdometryThatNeverMovesIsNotTakenUnasked) {
   add_odometry("/odom", 0.0);
-  EXPECT_EQ(why_not(),
-            "tf in the bag holds no odometry, and that on /odom does not move in the first minute; "
-            "to use it all the same give --odom-topic /odom, to map from the laser alone --no-odom");
+  EXPECT_EQ(
+      why_not(),
+      "tf in the bag holds no odometry, and that on /odom does not move in the first minute; "
+      "to use it all the same give --odom-topic /odom, to map from the laser alone --no-odom");
 }
 
 TEST_F(ChooseMotion, SaysWhoseItIsWhereTheMessagesDoNot) {
@@ -147,12 +148,11 @@ TEST_F(ChooseMotion, WhereTheLaserIsPlacedTheOdometryNeedNotCarryIt) {
   const BagMotion motion = choose_motion(reader, survey, {{}, {}, true}, {}, {});
   EXPECT_EQ(motion.frames.base, "base_link");
   EXPECT_EQ(motion.frames.odom, "odom");
-  EXPECT_EQ(error_text<ConfigurationError>([&] {
-              (void)choose_motion(reader, survey, {}, {}, {});
-            }),
-            "tf in the bag says nothing of the scan's frame 'lidar', so there is no odometry; to "
-            "map from the laser alone give --no-odom, or say where the laser is on the robot with "
-            "--laser-pose X,Y,YAW; tf has arm, base_link, odom");
+  EXPECT_EQ(
+      error_text<ConfigurationError>([&] { (void)choose_motion(reader, survey, {}, {}, {}); }),
+      "tf in the bag says nothing of the scan's frame 'lidar', so there is no odometry; to "
+      "map from the laser alone give --no-odom, or say where the laser is on the robot with "
+      "--laser-pose X,Y,YAW; tf has arm, base_link, odom");
 }
 
 }  // namespace

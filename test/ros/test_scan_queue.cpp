@@ -45,6 +45,9 @@ class Feed {
   std::vector<double> ready() {
     std::vector<double> stamps;
     while (const auto item = queue.next()) {
+      if (std::holds_alternative<LeftOut>(*item)) {
+        continue;
+      }
       const auto* scan = std::get_if<ReadyScan>(&*item);
       stamps.push_back(scan != nullptr ? scan->stamp.toSec() : -std::get<TimeJump>(*item).seconds);
     }
@@ -881,6 +884,26 @@ TEST(ScanQueue, GivesUpScansThatWaitedTooLongButNeverTheNewest) {
   feed.scan_at(101.5, 105.0);
   feed.odometry_at(111.0, 105.5);
   EXPECT_EQ(feed.ready(), (Stamps{101.5})) << "late, but there is nothing newer";
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, InThePlaceOfAScanThatItHadNoTimeForItSaysThat) {
+  ScanQueueSettings slow = settings();
+  slow.max_lag = 0.25;
+  Feed feed(slow);
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry_at(110.0, 100.5);
+  for (const double stamp : {101.0, 101.1, 101.4}) {
+    feed.scan(stamp);
+  }
+  const auto first = feed.queue.next();
+  const auto second = feed.queue.next();
+  const auto third = feed.queue.next();
+  ASSERT_TRUE(first && second && third);
+  EXPECT_EQ(std::get<LeftOut>(*first).stamp, 101.0);
+  EXPECT_EQ(std::get<LeftOut>(*second).stamp, 101.1);
+  EXPECT_TRUE(std::holds_alternative<ReadyScan>(*third));
   feed.expect_all_accounted_for();
 }
 

@@ -86,9 +86,8 @@ TEST(SlamSetup, ThePlaceOfALaserIsAListOrText) {
 }
 
 TEST(SlamSetup, ATopicOfOdometryAndNoOdometryContradict) {
-  EXPECT_TRUE(contains(error_text<ConfigurationError>([] {
-                         (void)setup_of("odom_topic: /odom\nuse_odometry: false");
-                       }),
+  EXPECT_TRUE(contains(error_text<ConfigurationError>(
+                           [] { (void)setup_of("odom_topic: /odom\nuse_odometry: false"); }),
                        "leave out one of the two"));
 }
 

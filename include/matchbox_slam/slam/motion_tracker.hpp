@@ -150,8 +150,9 @@ class MotionTracker {
     return source_ == GuessSource::kOdometry && input.odometry && !input.odometry->is_heading_only;
   }
   [[nodiscard]] bool has_heading(const ScanInput& input) const {
-    return input.odometry && (source_ == GuessSource::kHeading ||
-                              (source_ == GuessSource::kOdometry && input.odometry->is_heading_only));
+    return input.odometry &&
+           (source_ == GuessSource::kHeading ||
+            (source_ == GuessSource::kOdometry && input.odometry->is_heading_only));
   }
   /// Of a turn from scan to scan that was measured [rad].
   [[nodiscard]] double heading_sigma() const {
