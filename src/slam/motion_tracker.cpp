@@ -5,6 +5,14 @@
 #include <string>
 
 namespace matchbox_slam {
+namespace {
+
+// Standard deviation of a turn from scan to scan by an IMU [rad], where nobody has set it. With a
+// quarter of it two of 16 drives in rooms were lost, with lasers of 90 and 120 degrees and without
+// odometry; with it none, without the IMU one.
+constexpr double kTurnByImu = 0.02;
+
+}  // namespace
 
 void MotionTracker::check(const ScanInput& input) const {
   const auto scan = [&input] { return "scan at " + std::to_string(input.scan.stamp) + " s"; };
@@ -119,7 +127,7 @@ MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const 
   if (has_heading(input) && state_.odom_from_base) {
     return with_measured_turn(
         motion, wrap_angle(input.odometry->odom_from_base.theta - state_.odom_from_base->theta),
-        heading_sigma());
+        source_ == GuessSource::kHeading ? heading_sigma_ : kTurnByImu);
   }
   return motion;
 }

@@ -154,10 +154,6 @@ class MotionTracker {
            (source_ == GuessSource::kHeading ||
             (source_ == GuessSource::kOdometry && input.odometry->is_heading_only));
   }
-  /// Of a turn from scan to scan that was measured [rad].
-  [[nodiscard]] double heading_sigma() const {
-    return source_ == GuessSource::kHeading ? heading_sigma_ : options_.rotation_floor;
-  }
 
   MotionPriorOptions options_;
   GuessSource source_;
