@@ -22,7 +22,9 @@ constexpr std::size_t kVersionLine = 13;  // bytes, "#ROSBAG V2.0" and the end o
 constexpr std::uint32_t kLargestChunk = 1U << 30U;
 
 std::string repair(const std::string& path) {
-  return "; run `rosbag reindex " + path + "` and try again";
+  return "; `rosbag reindex " + path +
+         "` makes it readable, but only up to the first damage: what is behind that is lost to it, "
+         "and stays in the .orig.bag that it leaves beside";
 }
 
 [[noreturn]] void throw_damaged(const std::string& path, std::uint64_t position,

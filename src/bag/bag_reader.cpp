@@ -46,9 +46,11 @@ struct BagAsked {
   std::vector<std::string> scan_topics;
   std::string imu_topic;
   CloudOptions cloud;
+  std::string odom_topic;
 
   [[nodiscard]] bool has(const std::string& topic) const {
     return is_transform_topic(topic) || is_static_transform_topic(topic) || topic == imu_topic ||
+           topic == odom_topic ||
            std::find(scan_topics.begin(), scan_topics.end(), topic) != scan_topics.end();
   }
 };
@@ -143,6 +145,8 @@ class ScanStream : public BagStream {
                                       is_static_transform_topic(topic)};
     } else if (topic == asked_.imu_topic) {
       message.content = content_of<sensor_msgs::Imu>(recorded);
+    } else if (topic == asked_.odom_topic) {
+      message.content = content_of<nav_msgs::Odometry>(recorded);
     } else {
       const std::vector<std::string>& topics = asked_.scan_topics;
       message.content = read_scan(recorded, asked_.cloud);
@@ -220,8 +224,9 @@ std::string BagReader::type_of(const std::string& topic) const {
 
 std::unique_ptr<BagStream> BagReader::stream(const std::vector<std::string>& scan_topics,
                                              const BagPeriod& period, const std::string& imu_topic,
-                                             const CloudOptions& cloud) const {
-  BagAsked asked{scan_topics, imu_topic, cloud};
+                                             const CloudOptions& cloud,
+                                             const std::string& odom_topic) const {
+  BagAsked asked{scan_topics, imu_topic, cloud, odom_topic};
   const auto is_asked = [&asked](const BagConnection& connection) {
     return asked.has(connection.topic);
   };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nav_msgs/Odometry.h>
 #include <ros/time.h>
 #include <sensor_msgs/Imu.h>
 #include <tf2_msgs/TFMessage.h>
@@ -37,7 +38,8 @@ struct BagTransforms {
 
 struct BagMessage {
   ros::Time time;  ///< at which it was recorded
-  std::variant<ScanMessage, BagTransforms, sensor_msgs::Imu::ConstPtr> content;
+  std::variant<ScanMessage, BagTransforms, sensor_msgs::Imu::ConstPtr, nav_msgs::Odometry::ConstPtr>
+      content;
   int laser = 0;  ///< of a scan: number of its topic among those asked for
 };
 
@@ -95,10 +97,12 @@ class BagReader {
   /// time.
   /// @param imu_topic  of sensor_msgs/Imu, read as well; empty: none.
   /// @param cloud      how clouds become scans.
+  /// @param odom_topic of nav_msgs/Odometry, read as well; empty: none.
   [[nodiscard]] std::unique_ptr<BagStream> stream(const std::vector<std::string>& scan_topics,
                                                   const BagPeriod& period,
                                                   const std::string& imu_topic = {},
-                                                  const CloudOptions& cloud = {}) const;
+                                                  const CloudOptions& cloud = {},
+                                                  const std::string& odom_topic = {}) const;
 
   /// All messages of the topics that are asked for, of the types of MessageContent, with what was
   /// said on /tf_static before the period first.

@@ -29,19 +29,6 @@ void check_asked_frames(const Parameters& parameters, RunOptions options) {
   check_frames(options);
 }
 
-/// As choose_frames; what is missing may be in the part that cannot be read.
-BagFrames frames_before_damage(const BagSurvey& survey, const std::optional<std::string>& base,
-                               const std::optional<std::string>& odom, bool use_odometry) {
-  try {
-    return choose_frames(survey, base, odom, use_odometry);
-  } catch (const ConfigurationError& error) {
-    if (survey.damage.empty()) {
-      throw;
-    }
-    throw BagError(survey.damage + "; of the part before: " + error.what());
-  }
-}
-
 }  // namespace
 
 Parameters frame_parameters(const BagRequest& request) {
@@ -54,6 +41,12 @@ Parameters frame_parameters(const BagRequest& request) {
   }
   if (request.no_odometry) {
     parameters.set("use_odometry", false);
+  }
+  if (request.odom_topic) {
+    parameters.set("odom_topic", *request.odom_topic);
+  }
+  if (!request.laser_poses.empty()) {
+    parameters.set("laser_pose", join(request.laser_poses));
   }
   return parameters;
 }
@@ -69,6 +62,19 @@ BagScans::BagScans(const BagRequest& request, const RunDialog& dialog)
   facts_.threads = request.threads;
 }
 
+/// As choose_motion; what is missing may be in the part that cannot be read.
+BagMotion BagScans::motion_before_damage(const BagSurvey& survey, const AskedFrames& asked,
+                                         const RunOptions& options) const {
+  try {
+    return choose_motion(reader_, survey, asked, request_.period, options);
+  } catch (const ConfigurationError& error) {
+    if (survey.damage.empty()) {
+      throw;
+    }
+    throw BagError(survey.damage + "; of the part before: " + error.what());
+  }
+}
+
 RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   check_asked_frames(parameters, options);
   for (const std::string& remark : reader_.remarks()) {
@@ -77,33 +83,39 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   facts_.scan_topics = choose_scan_topics(
       reader_, request_.scan_topics.empty() ? options.scan_topics : request_.scan_topics);
   const CloudOptions cloud = read_cloud_options(parameters);
-  const BagSurvey survey = survey_bag(reader_, facts_.scan_topics, request_.period,
-                                      options.map_frame, dialog_.is_interrupted, cloud);
+  const BagSurvey survey =
+      survey_bag(reader_, facts_.scan_topics, request_.period, options.map_frame,
+                 dialog_.is_interrupted, cloud, !options.laser_pose.empty());
   require_not_interrupted();
   if (survey.scan_frame.empty()) {
     throw BagError("the bag holds no scan on topic " + join(facts_.scan_topics) +
                    " in the period asked for; it lasts " +
                    seconds_text(seconds_between(reader_.begin_time(), reader_.end_time())));
   }
-  const BagFrames frames = frames_before_damage(
-      survey, given(parameters, "base_frame", options.base_frame),
-      given(parameters, "odom_frame", options.odom_frame), options.use_odometry);
-  options.base_frame = frames.base;
-  options.odom_frame = frames.odom.value_or("");
+  const BagMotion motion = motion_before_damage(
+      survey,
+      {given(parameters, "base_frame", options.base_frame),
+       given(parameters, "odom_frame", options.odom_frame), !options.laser_pose.empty()},
+      options);
+  options.base_frame = motion.frames.base;
+  options.odom_frame = motion.frames.odom.value_or("");
+  options.use_odometry = motion.frames.odom.has_value();
+  options.odom_topic = motion.odom_topic;
+  options.imu_topic = motion.imu_topic;
   check_frames(options);
   dialog_.inform((facts_.scan_topics.size() > 1 ? "scan topics " : "scan topic ") +
                  text_of_topics() + "; scan frame " + survey.scan_frame + "; base frame " +
-                 frames.base +
-                 (frames.odom ? "; odometry frame " + *frames.odom : "; without odometry"));
+                 motion.frames.base + motion.told);
   choose_clock(survey, options);
   facts_.no_return_from = survey.no_return_from;
   options.scan_topics = facts_.scan_topics;
-  if (!options.imu_topic.empty()) {
-    options.imu_topic = find_imu_topic(reader_, options.imu_topic);
-  }
-  queue_.emplace(queue_settings(options, read_projection_options(parameters).max_tilt,
-                                read_scan_timing_options(parameters), facts_.scan_time_offset));
-  stream_ = reader_.stream(facts_.scan_topics, request_.period, options.imu_topic, cloud);
+  ScanQueueSettings settings =
+      queue_settings(options, read_projection_options(parameters).max_tilt,
+                     read_scan_timing_options(parameters), facts_.scan_time_offset);
+  settings.is_live = false;
+  queue_.emplace(std::move(settings));
+  stream_ = reader_.stream(facts_.scan_topics, request_.period, options.imu_topic, cloud,
+                           options.odom_topic);
   if (request_.threads > 1) {
     stream_ = read_ahead(std::move(stream_), kReadAhead);
   }
@@ -145,9 +157,13 @@ std::optional<ScanQueue::Item> BagScans::next() {
     }
     if (const ScanQueue::Item* next = queue_->peek()) {
       if (is_event_due(*next)) {
-        RunEvent event = std::move(events_.front().event);
+        const TimedEvent event = std::move(events_.front());
         events_.pop_front();
-        return event;
+        if (std::holds_alternative<LeaveOut>(event.event)) {
+          leave_out_next(event.scan);
+          continue;
+        }
+        return event.event;
       }
       if (std::holds_alternative<TimeJump>(*next)) {
         ++time_jumps_;
@@ -168,6 +184,16 @@ std::optional<ScanQueue::Item> BagScans::next() {
 
 void BagScans::schedule(std::vector<TimedEvent> events) {
   events_.assign(std::make_move_iterator(events.begin()), std::make_move_iterator(events.end()));
+}
+
+/// Where the next scan is the one of that moment; else it is not there to be left out.
+void BagScans::leave_out_next(const ScanMoment& moment) {
+  const auto& next = std::get<ReadyScan>(*queue_->peek());
+  if (!(moment < ScanMoment{time_jumps_, next.input.scan.stamp, next.input.laser})) {
+    const auto item = queue_->next();
+    queue_->leave_out(std::get<ReadyScan>(*item), SkipReason::kTooLate,
+                      "the node had no time for it, as the file of events says");
+  }
 }
 
 bool BagScans::is_event_due(const ScanQueue::Item& next) const {
@@ -209,7 +235,11 @@ void BagScans::take(const BagMessage& message) {
     return;
   }
   if (const auto* imu = std::get_if<sensor_msgs::Imu::ConstPtr>(&message.content)) {
-    warn_of_imu(queue_->add_imu(**imu, message.time));
+    warn_of_ignored("the IMU", queue_->add_imu(**imu, message.time));
+    return;
+  }
+  if (const auto* odometry = std::get_if<nav_msgs::Odometry::ConstPtr>(&message.content)) {
+    warn_of_ignored("the odometry", queue_->add_odometry(**odometry, message.time));
     return;
   }
   queue_->add_scan(std::get<ScanMessage>(message.content), message.time, message.laser);
@@ -224,6 +254,7 @@ void BagScans::stop() {
   warn_of_skipped();
   facts_.ignored_map_link = queue_->transforms().ignored_map_link();
   facts_.invalid_transforms = queue_->transforms().invalid_count();
+  facts_.invalid_odometry = queue_->invalid_odometry();
 }
 
 void BagScans::warn_of_skipped() {
@@ -248,10 +279,9 @@ void BagScans::warn_of_map_link() {
   }
 }
 
-void BagScans::warn_of_imu(const std::string& defect) {
-  if (!told_of_imu_ && !defect.empty()) {
-    dialog_.warn("messages of the IMU are ignored; the first: " + defect);
-    told_of_imu_ = true;
+void BagScans::warn_of_ignored(const std::string& whose, const std::string& defect) {
+  if (!defect.empty() && told_of_ignored_.insert(whose).second) {
+    dialog_.warn("messages of " + whose + " are ignored; the first: " + defect);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "bag/bag_motion.hpp"
 #include "bag/bag_reader.hpp"
 #include "bag/bag_survey.hpp"
 #include "matchbox_slam/common/parameters.hpp"
@@ -24,11 +25,14 @@ struct BagRequest {
   std::optional<std::string> base_frame;
   std::optional<std::string> odom_frame;
   bool no_odometry = false;
+  std::optional<std::string> odom_topic;
+  std::vector<std::string> laser_poses;  ///< each X,Y,YAW, in the order of the scan topics
   BagPeriod period;
   int threads = 1;  ///< from 2 on, the bag is read by a thread of its own
 };
 
-/// The frames that were asked for as parameters, which have the same meaning.
+/// The frames and the like that were asked for as parameters, which have the same meaning. Throws
+/// ConfigurationError.
 [[nodiscard]] Parameters frame_parameters(const BagRequest& request);
 
 /// What to say of a time jump that comes after so many scans, up to what is done about it.
@@ -45,6 +49,7 @@ struct BagFacts {
   std::optional<double> no_return_from;          ///< [m], as of BagSurvey
   std::string ignored_map_link;                  ///< empty: none
   std::size_t invalid_transforms = 0;
+  std::size_t invalid_odometry = 0;  ///< messages on its topic
   bool interrupted = false;
   std::string damage;  ///< why reading ended early; empty: it did not
 };
@@ -107,12 +112,15 @@ class BagScans {
  private:
   [[nodiscard]] std::string text_of_topics() const;
   void choose_clock(const BagSurvey& survey, const RunOptions& options);
+  void leave_out_next(const ScanMoment& moment);
+  [[nodiscard]] BagMotion motion_before_damage(const BagSurvey& survey, const AskedFrames& asked,
+                                               const RunOptions& options) const;
   [[nodiscard]] bool is_event_due(const ScanQueue::Item& next) const;
   void read_message();
   void take(const BagMessage& message);
   void warn_of_skipped();
   void warn_of_map_link();
-  void warn_of_imu(const std::string& defect);
+  void warn_of_ignored(const std::string& whose, const std::string& defect);
   void show_progress(const ros::Time& time);
   void require_not_interrupted() const;
 
@@ -126,7 +134,7 @@ class BagScans {
   std::string first_skip_;            ///< since time has jumped back last
   std::size_t used_before_jump_ = 0;  ///< scans, until then
   bool told_of_map_link_ = false;
-  bool told_of_imu_ = false;
+  std::set<std::string> told_of_ignored_;  ///< whose messages
   std::optional<ros::Time> first_time_;
   ros::Time delivered_time_;  ///< latest recording of a scan that was delivered
   std::deque<TimedEvent> events_;

@@ -74,7 +74,8 @@ std::string base_below(const BagSurvey& survey, const std::string& odom) {
   const auto at = std::find(way.begin(), way.end(), odom);
   if (at == way.end() || at == way.begin()) {
     throw ConfigurationError("odometry frame '" + odom + "' is not above the scan's frame in tf; " +
-                             "above it are: " + list_of({way.begin() + 1, way.end()}));
+                             "above it are: " + list_of({way.begin() + 1, way.end()}) +
+                             "; give another --odom-frame, or --no-odom");
   }
   return *(at - 1);
 }
@@ -125,6 +126,55 @@ std::optional<OdometryLink> find_odometry(const BagSurvey& survey,
   return moving;
 }
 
+/// The links of tf that may be odometry, wherever they are: those that go by its name, else those
+/// that move.
+std::vector<OdometryLink> possible_odometry(const BagSurvey& survey) {
+  std::vector<OdometryLink> named;
+  std::vector<OdometryLink> moving;
+  for (const std::string& base : survey.on_tf) {
+    for (const std::string& parent : survey.parents.at(base)) {
+      if (is_named_odometry(parent)) {
+        named.push_back({base, parent});
+      } else if (survey.moving.count(base) != 0) {
+        moving.push_back({base, parent});
+      }
+    }
+  }
+  return named.empty() ? moving : named;
+}
+
+/// The frames of a robot whose laser has no place in tf.
+BagFrames frames_without_laser(const BagSurvey& survey, const std::optional<std::string>& base,
+                               const std::optional<std::string>& odom, bool use_odometry) {
+  std::vector<OdometryLink> links = possible_odometry(survey);
+  links.erase(std::remove_if(links.begin(), links.end(),
+                             [&](const OdometryLink& link) {
+                               return (base && link.base != *base) || (odom && link.odom != *odom);
+                             }),
+              links.end());
+  if (links.size() == 1) {
+    return {links.front().base, use_odometry ? std::optional(links.front().odom) : std::nullopt};
+  }
+  if (base && (!use_odometry || odom)) {
+    return {*base, use_odometry ? odom : std::nullopt};
+  }
+  if (!use_odometry && links.empty()) {
+    return {survey.scan_frame == "base_link" ? "base" : "base_link", std::nullopt};
+  }
+  std::vector<std::string> names;
+  for (const OdometryLink& link : links) {
+    names.push_back(link.odom + " -> " + link.base);
+  }
+  throw ConfigurationError(
+      links.empty()
+          ? "tf in the bag holds no link that moves, so there is no odometry; to map from "
+            "the laser alone give --no-odom, or name --odom-frame and --base-frame; tf "
+            "has " +
+                text_of_frames(survey)
+          : "tf in the bag has several links that move: " + list_of(names) +
+                "; say which with --odom-frame and --base-frame");
+}
+
 /// The frame that would be the base with odometry; the root where there is none; the laser's own
 /// where there is no tf.
 std::string base_without_odometry(const BagSurvey& survey) {
@@ -163,9 +213,52 @@ std::string find_topic(const BagReader& reader, const std::string& asked,
 
 }  // namespace
 
+std::string text_of_frames(const BagSurvey& survey) {
+  std::set<std::string> frames;
+  for (const auto& [child, parents] : survey.parents) {
+    frames.insert(child);
+    frames.insert(parents.begin(), parents.end());
+  }
+  return list_of({frames.begin(), frames.end()});
+}
+
+bool are_connected(const BagSurvey& survey, const std::string& a, const std::string& b) {
+  std::set<std::string> found = {a};
+  for (std::size_t before = 0; before != found.size();) {
+    before = found.size();
+    for (const auto& [child, parents] : survey.parents) {
+      for (const std::string& parent : parents) {
+        if (found.count(child) != 0 || found.count(parent) != 0) {
+          found.insert({child, parent});
+        }
+      }
+    }
+  }
+  return found.count(b) != 0;
+}
+
+bool has_odometry(const BagSurvey& survey, const std::optional<std::string>& asked_base,
+                  const std::optional<std::string>& asked_odom, bool is_laser_placed) {
+  if (asked_odom) {
+    return std::any_of(survey.parents.begin(), survey.parents.end(), [&](const auto& link) {
+      return link.first == *asked_odom || link.second.count(*asked_odom) != 0;
+    });
+  }
+  if (is_laser_placed && survey.parents.count(survey.scan_frame) == 0) {
+    return !possible_odometry(survey).empty();
+  }
+  try {
+    return find_odometry(survey, way_to_root(survey, asked_base.value_or(survey.scan_frame)))
+        .has_value();
+  } catch (const ConfigurationError&) {
+    return true;  // it cannot be told which
+  }
+}
+
 BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& scan_topics,
                      const BagPeriod& period, const std::string& map_frame,
-                     const std::function<bool()>& is_interrupted, const CloudOptions& cloud) {
+                     const std::function<bool()>& is_interrupted, const CloudOptions& cloud,
+                     bool is_laser_placed) {
   BagSurvey survey;
   ClockComparison clocks;
   std::map<int, NoReturnPile> piles;
@@ -191,7 +284,8 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
       }
     }
     begin = begin ? begin : message->time;
-    const bool knows_place = survey.parents.count(survey.scan_frame) != 0;
+    const bool knows_place =
+        is_laser_placed ? !survey.scan_frame.empty() : survey.parents.count(survey.scan_frame) != 0;
     if (seconds_between(*begin, message->time) > kSurveySeconds && knows_place) {
       break;
     }
@@ -231,13 +325,21 @@ std::vector<std::string> choose_scan_topics(const BagReader& reader,
   return candidates;
 }
 
+std::string find_odometry_topic(const BagReader& reader, const std::string& asked) {
+  return find_topic(reader, asked, {"nav_msgs/Odometry"}, "odometry");
+}
+
 std::string find_imu_topic(const BagReader& reader, const std::string& asked) {
   return find_topic(reader, asked, {"sensor_msgs/Imu"}, "orientations of an IMU");
 }
 
 BagFrames choose_frames(const BagSurvey& survey, const std::optional<std::string>& asked_base,
-                        const std::optional<std::string>& asked_odom, bool use_odometry) {
+                        const std::optional<std::string>& asked_odom, bool use_odometry,
+                        bool is_laser_placed) {
   const bool has_tf = survey.parents.count(survey.scan_frame) != 0;
+  if (is_laser_placed && !has_tf) {
+    return frames_without_laser(survey, asked_base, asked_odom, use_odometry);
+  }
   if (!use_odometry) {
     return {asked_base ? *asked_base : base_without_odometry(survey), std::nullopt};
   }
@@ -253,12 +355,19 @@ BagFrames choose_frames(const BagSurvey& survey, const std::optional<std::string
   if (!has_tf && !asked_base) {
     throw ConfigurationError(
         "tf in the bag says nothing of the scan's frame '" + survey.scan_frame +
-        "', so there is no odometry; to map from the laser alone give --no-odom");
+        "', so there is no odometry; to map from the laser alone give --no-odom" +
+        (survey.parents.empty() ? ""
+                                : ", or say where the laser is on the robot with --laser-pose "
+                                  "X,Y,YAW; tf has " +
+                                      text_of_frames(survey)));
   }
   const std::vector<std::string> way = way_to_root(survey, asked_base.value_or(survey.scan_frame));
   if (way.size() < 2) {
     throw ConfigurationError("tf in the bag has no frame above base frame '" + way.front() +
-                             "'; to map without odometry give --no-odom");
+                             "'; to map without odometry give --no-odom" +
+                             (survey.parents.count(way.front()) == 0
+                                  ? ", or another --base-frame; tf has " + text_of_frames(survey)
+                                  : ""));
   }
   const std::optional<OdometryLink> odometry = find_odometry(survey, way);
   if (!odometry) {

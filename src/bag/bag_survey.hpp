@@ -31,12 +31,13 @@ struct BagSurvey {
 };
 
 /// Reads the first ten seconds of a period, and on until a scan and its frame's place in tf are
-/// seen. Ends early when interrupted, or where the bag is damaged after a scan.
+/// seen, but where it is known otherwise. Ends early when interrupted, or where the bag is damaged
+/// after a scan.
 [[nodiscard]] BagSurvey survey_bag(const BagReader& reader,
                                    const std::vector<std::string>& scan_topics,
                                    const BagPeriod& period, const std::string& map_frame,
                                    const std::function<bool()>& is_interrupted = {},
-                                   const CloudOptions& cloud = {});
+                                   const CloudOptions& cloud = {}, bool is_laser_placed = false);
 
 /// The topics asked for, or the only one that there is: with laser scans, else with those of
 /// several echoes, else with clouds. Throws ConfigurationError listing the scan topics when there
@@ -48,6 +49,9 @@ struct BagSurvey {
 /// none.
 [[nodiscard]] std::string find_imu_topic(const BagReader& reader, const std::string& asked);
 
+/// The same of odometry.
+[[nodiscard]] std::string find_odometry_topic(const BagReader& reader, const std::string& asked);
+
 struct BagFrames {
   std::string base;
   std::optional<std::string> odom;  ///< none: without odometry
@@ -56,11 +60,24 @@ struct BagFrames {
 /// Completes what was asked for: the odometry frame is the uppermost one above the scan's frame
 /// that goes by the name of odom or odom_combined, else the uppermost one below which anything
 /// moves; the base frame is its child on the way to the scan's frame. Without odometry and without
-/// tf the laser's own frame is the base. Throws ConfigurationError when there is no answer or more
-/// than one, or when the odometry frame asked for is below the base frame.
+/// tf the laser's own frame is the base. Where tf is not to tell where the laser is, the only link
+/// that may be odometry counts, wherever it is. Throws ConfigurationError when there is no answer
+/// or more than one, or when the odometry frame asked for is below the base frame.
 [[nodiscard]] BagFrames choose_frames(const BagSurvey& survey,
                                       const std::optional<std::string>& asked_base,
                                       const std::optional<std::string>& asked_odom,
-                                      bool use_odometry);
+                                      bool use_odometry, bool is_laser_placed = false);
+
+/// Whether tf has anything to choose as odometry, right or wrong: `choose_frames` tells.
+[[nodiscard]] bool has_odometry(const BagSurvey& survey,
+                                const std::optional<std::string>& asked_base,
+                                const std::optional<std::string>& asked_odom, bool is_laser_placed);
+
+/// Whether tf connects two frames.
+[[nodiscard]] bool are_connected(const BagSurvey& survey, const std::string& a,
+                                 const std::string& b);
+
+/// All that tf names, for people; "none".
+[[nodiscard]] std::string text_of_frames(const BagSurvey& survey);
 
 }  // namespace matchbox_slam

@@ -20,8 +20,14 @@ Autosave::~Autosave() {
   thread_.join();
 }
 
+std::string Autosave::failure() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return failure_;
+}
+
 void Autosave::postpone() {
   const std::lock_guard<std::mutex> lock(mutex_);
+  failure_.clear();
   due_ = in_a_period();
 }
 
@@ -43,13 +49,16 @@ void Autosave::run() {
       continue;  // it was postponed
     }
     lock.unlock();
+    std::string failure;
     try {
       save_();
     } catch (const std::exception& error) {
+      failure = error.what();
       ROS_ERROR_STREAM("the map is not saved: " << error.what() << "; it is tried again in "
                                                 << period_ << " s");
     }
     lock.lock();
+    failure_ = std::move(failure);
     due_ = in_a_period();
   }
 }

@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <functional>
 #include <mutex>
+#include <string>
 #include <thread>
 
 namespace matchbox_slam {
@@ -21,6 +22,9 @@ class Autosave {
   /// Somebody else has saved: the period begins now.
   void postpone();
 
+  /// Why it failed last; empty: it did not, or somebody else has saved since.
+  [[nodiscard]] std::string failure();
+
   /// When it saves next.
   [[nodiscard]] std::chrono::steady_clock::time_point due();
 
@@ -37,6 +41,7 @@ class Autosave {
   std::mutex mutex_;
   std::condition_variable ended_;
   bool is_ending_ = false;
+  std::string failure_;
   std::chrono::steady_clock::time_point due_;
   std::thread thread_;
 };

@@ -105,10 +105,12 @@ geometry_msgs::TransformStamped PosePublisher::map_transform(const ReadyScan& sc
   geometry_msgs::TransformStamped transform;
   transform.header.frame_id = options_.map_frame;
   transform.header.stamp = scan.stamp;
-  transform.child_frame_id = outcome.odom_from_base ? options_.odom_frame : options_.base_frame;
-  transform.transform = to_transform_message(
-      outcome.odom_from_base ? outcome.map_from_base * outcome.odom_from_base->inverse()
-                             : outcome.map_from_base);
+  // Below an odometry frame that tf does not have there would be nothing.
+  const bool is_to_odometry = outcome.odom_from_base && scan.is_odometry_in_tf;
+  transform.child_frame_id = is_to_odometry ? options_.odom_frame : options_.base_frame;
+  transform.transform = to_transform_message(is_to_odometry ? outcome.map_from_base *
+                                                                  outcome.odom_from_base->inverse()
+                                                            : outcome.map_from_base);
   return transform;
 }
 

@@ -154,14 +154,19 @@ ReconfigureServer::ReconfigureServer(const ros::NodeHandle& private_node,
 
 bool ReconfigureServer::answer(dynamic_reconfigure::Reconfigure::Request& request,
                                dynamic_reconfigure::Reconfigure::Response& response) {
+  std::string refusal;
   try {
     values_ = values_of(change_(to_parameters(request.config)));
     keep_on_parameter_server(request.config);
     updates_.publish(values_);
   } catch (const std::exception& error) {
-    ROS_ERROR_STREAM("not changed: " << error.what());
+    refusal = error.what();
+    ROS_ERROR_STREAM("not changed: " << refusal);
   }
   response.config = values_;
+  if (!refusal.empty()) {  // the protocol has no place for it but among the values
+    dynamic_reconfigure::ConfigTools::appendParameter(response.config, "refused", refusal);
+  }
   return true;
 }
 

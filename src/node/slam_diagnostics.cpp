@@ -57,10 +57,18 @@ double rejected_share(const std::deque<ScanHealth>& scans) {
   return scans.empty() ? 0.0 : static_cast<double>(count) / static_cast<double>(scans.size());
 }
 
+std::size_t skipped_for_transforms(const ScanAccount& account) {
+  const auto found = account.skipped.find(SkipReason::kNoTransform);
+  return found == account.skipped.end() ? 0 : found->second;
+}
+
 void summarize(const SlamHealth& health, const ScanAccount& before,
                DiagnosticStatusWrapper& status) {
   const std::size_t received = health.account.received - before.received;
   const std::size_t skipped = health.account.skipped_total() - before.skipped_total();
+  const std::size_t used = health.account.delivered - before.delivered;
+  const std::size_t without_transform =
+      skipped_for_transforms(health.account) - skipped_for_transforms(before);
   const double period = period_of(health.recent);
   const double p95 = statistics_of(match_seconds_of(health.recent)).p95;
   if (health.stopped) {
@@ -86,6 +94,10 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
     status.summary(DiagnosticStatus::WARN,
                    "in doubt: the robot may be elsewhere than it is thought to be; the next scans "
                    "will tell, and what is mapped meanwhile moves with it");
+  } else if (without_transform > 0 && used == 0) {
+    status.summary(DiagnosticStatus::ERROR, "no scan can be used: " + health.last_skip);
+  } else if (!health.unsaved.empty()) {
+    status.summary(DiagnosticStatus::ERROR, "the map is not saved: " + health.unsaved);
   } else if (std::abs(health.estimated_clock_offset) > kClockOffsetWorthTelling) {
     status.summaryf(DiagnosticStatus::WARN,
                     "the clocks of scans and tf differ by %.1f s; set scan_time_offset",
@@ -95,6 +107,12 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
                    std::to_string(skipped) + " scans skipped; the last: " + health.last_skip);
   } else if (received == 0) {
     status.summary(DiagnosticStatus::WARN, "no scans are coming in");
+  } else if (health.recent.empty()) {
+    status.summary(
+        DiagnosticStatus::WARN,
+        "no scan was used yet, " + std::to_string(health.waiting) + " wait for their transforms");
+  } else if (!health.rivals.empty()) {
+    status.summary(DiagnosticStatus::WARN, health.rivals);
   } else if (period > 0.0 && p95 > period) {
     status.summaryf(
         DiagnosticStatus::WARN,
@@ -125,11 +143,13 @@ void add_recent(const std::deque<ScanHealth>& scans, DiagnosticStatusWrapper& st
   const ScanHealth newest = scans.empty() ? ScanHealth{} : scans.back();
   status.addf("Lag [s]", "%.3f", newest.lag);
   status.addf("Score", "%.3f", newest.score);
-  status.add("Match", to_string(newest.status));
-  status.add("State", to_string(newest.state));
+  const bool is_any_used = !scans.empty();
+  constexpr const char* kNone = "no scan was used yet";
+  status.add("Match", is_any_used ? to_string(newest.status) : kNone);
+  status.add("State", is_any_used ? to_string(newest.state) : kNone);
   status.add("Unconstrained directions", newest.unconstrained_directions);
   status.addf("Evidence", "%.3f", newest.evidence);
-  status.add("Certainty", to_string(newest.certainty));
+  status.add("Certainty", is_any_used ? to_string(newest.certainty) : kNone);
   status.addf("Scans that match nowhere [%]", "%.1f", 100.0 * rejected_share(scans));
 }
 
@@ -153,6 +173,7 @@ void SlamDiagnostics::fill(const SlamHealth& health, DiagnosticStatusWrapper& st
   for (std::size_t i = 0; i < health.further_lasers.size(); ++i) {
     status.add("Further laser " + std::to_string(i + 1), health.further_lasers[i]);
   }
+  status.add("Beams on the robot", health.robot_beams.empty() ? "none seen" : health.robot_beams);
   add_recent(health.recent, status);
   status.addf("Map memory [MB]", "%.1f", static_cast<double>(health.map_bytes) / (1024.0 * 1024.0));
   before_ = health.account;

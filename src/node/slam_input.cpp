@@ -3,11 +3,13 @@
 #include <ros/callback_queue.h>
 #include <ros/this_node.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "node/subscribe.hpp"
 #include "ros/message_conversion.hpp"
+#include "run/frames.hpp"
 
 namespace matchbox_slam {
 
@@ -33,6 +35,9 @@ void SlamInput::subscribe(ros::NodeHandle& node, const CloudOptions& cloud) {
   transform_subscriber_ = subscribe_to_transforms("/tf", false);
   if (!options_.imu_topic.empty()) {
     imu_subscriber_ = subscribe_to_imu(node, options_.imu_topic, worker_);
+  }
+  if (!options_.odom_topic.empty()) {
+    odometry_subscriber_ = subscribe_to_odometry(node, options_.odom_topic, worker_);
   }
   const std::vector<std::string> topics =
       options_.scan_topics.empty() ? std::vector<std::string>{"scan"} : options_.scan_topics;
@@ -65,6 +70,7 @@ void SlamInput::stop() {
     subscriber.shutdown();
   }
   imu_subscriber_.shutdown();
+  odometry_subscriber_.shutdown();
   transform_subscriber_.shutdown();
   static_transform_subscriber_.shutdown();
   silence_watch_->stop();
@@ -75,6 +81,12 @@ std::size_t SlamInput::held_scans() {
   std::size_t held = 0;
   worker_.use_queue([&](ScanQueue& /*queue*/) { held = held_scans_.size(); });
   return held;
+}
+
+std::string SlamInput::rivals() {
+  std::string text;
+  worker_.use_queue([&](ScanQueue& /*queue*/) { text = rivals_; });
+  return text;
 }
 
 double SlamInput::untold_clock_offset() {
@@ -112,6 +124,9 @@ void SlamInput::on_transforms(const TransformEvent& event, bool is_static) {
     settle_clocks(event.getReceiptTime(), queue);
     queue.add_transforms(*event.getConstMessage(), is_static, event.getReceiptTime());
     warn_of_map_link(event);
+    if (!is_static) {
+      warn_of_second_odometry(event);
+    }
   });
 }
 
@@ -176,11 +191,40 @@ void SlamInput::warn_of_map_link(const TransformEvent& event) {
   }
   const std::string link = find_map_link(*event.getConstMessage(), options_.map_frame);
   if (!link.empty()) {
-    ROS_WARN_STREAM("tf that touches the map frame is ignored: "
-                    << link << ", published by " << publisher
-                    << "; if that is another localiser, set publish_tf to false or stop it");
+    rivals_ = "tf that touches the map frame is ignored: " + link + ", published by " + publisher +
+              "; if that is another localiser, set publish_tf to false or stop it";
+    ROS_WARN_STREAM(rivals_);
     told_of_map_link_ = true;
   }
+}
+
+/// Two that take turns: the odometry would leap to and fro. One that is started again under
+/// another name is none.
+void SlamInput::warn_of_second_odometry(const TransformEvent& event) {
+  constexpr double kTurn = 0.5;  // [s] in which both are heard
+  const std::string& publisher = event.getPublisherName();
+  const auto& links = event.getConstMessage()->transforms;
+  const bool is_odometry = std::any_of(links.begin(), links.end(), [this](const auto& link) {
+    return without_leading_slash(link.header.frame_id) == options_.odom_frame;
+  });
+  if (!is_odometry || told_of_second_odometry_ || !options_.use_odometry) {
+    return;
+  }
+  const ros::Time now = event.getReceiptTime();
+  const auto before = odometry_nodes_.find(publisher);
+  for (const auto& [other, heard] : odometry_nodes_) {
+    const bool in_turn = before != odometry_nodes_.end() && heard >= before->second &&
+                         std::abs(seconds_between(heard, now)) < kTurn;
+    if (other != publisher && in_turn) {
+      rivals_ = "two nodes publish tf from the odometry frame '" + options_.odom_frame +
+                "': " + other + " and " + publisher +
+                "; if both mean the base, stop one of them, or the pose leaps to and fro";
+      ROS_WARN_STREAM(rivals_);
+      told_of_second_odometry_ = true;
+      break;
+    }
+  }
+  odometry_nodes_[publisher] = now;
 }
 
 }  // namespace matchbox_slam

@@ -41,6 +41,10 @@ class SlamInput {
   /// No more messages come; all scans that came are in the queue.
   void stop();
 
+  /// Who publishes tf of the map frame or of the odometry besides who should, as the log has said;
+  /// empty: nobody.
+  [[nodiscard]] std::string rivals();
+
   /// Scans that are not in the queue yet.
   [[nodiscard]] std::size_t held_scans();
   /// [s] that scans should be moved by and are not.
@@ -57,6 +61,7 @@ class SlamInput {
   void release_scans(const ros::Time& now, ScanQueue& queue);
   std::vector<std::string> silent_topics();
   void warn_of_map_link(const TransformEvent& event);
+  void warn_of_second_odometry(const TransformEvent& event);
   std::optional<double> look_for_no_returns(const ScanMessage& message, int laser);
 
   const RunOptions options_;
@@ -70,11 +75,15 @@ class SlamInput {
   double untold_clock_offset_ = 0.0;
   std::set<int> heard_lasers_;
   bool told_of_map_link_ = false;
+  std::string rivals_;                               ///< for people
+  std::map<std::string, ros::Time> odometry_nodes_;  ///< when each has told where the base is last
+  bool told_of_second_odometry_ = false;
   std::map<int, NoReturnPile> no_returns_;  ///< by laser
   int watched_scans_ = 0;
 
   std::vector<ros::Subscriber> scan_subscribers_;
   ros::Subscriber imu_subscriber_;
+  ros::Subscriber odometry_subscriber_;
   ros::Subscriber transform_subscriber_;
   ros::Subscriber static_transform_subscriber_;
   std::unique_ptr<SilenceWatch> silence_watch_;

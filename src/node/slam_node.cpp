@@ -14,6 +14,7 @@
 #include "run/events_file.hpp"
 #include "run/frames.hpp"
 #include "run/start_map.hpp"
+#include "slam/shown_map.hpp"
 
 namespace matchbox_slam {
 
@@ -103,7 +104,13 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
   ROS_INFO_STREAM("mapping with " << setup.matcher_name << ": scans from " << join(input_->topics())
                                   << ", frames " << options_.map_frame << ", "
                                   << (options_.use_odometry ? options_.odom_frame + ", " : "")
-                                  << options_.base_frame);
+                                  << options_.base_frame
+                                  << (options_.odom_topic.empty()
+                                          ? ""
+                                          : ", odometry from " + options_.odom_topic)
+                                  << (options_.use_odometry || options_.imu_topic.empty()
+                                          ? ""
+                                          : ", turns from " + options_.imu_topic));
   if (setup.node.autosave_period > 0.0) {
     autosave_ = std::make_unique<Autosave>(setup.node.autosave_period, [this] { autosave(); });
   }
@@ -236,7 +243,7 @@ void SlamNode::handle(const ReadyScan& scan) {
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
     if (resumed_) {
-      take_up(scan.input.scan.stamp);
+      take_up(scan.input);
     }
     outcome = run_.process(scan.input);
     if (outcome) {
@@ -247,6 +254,12 @@ void SlamNode::handle(const ReadyScan& scan) {
         remember_health(scan, *outcome);
       }
       laser_news = run_.laser_news();
+      if (const std::vector<double> sectors = run_.robot_beams();
+          !sectors.empty() && !told_of_robot_beams_) {
+        told_of_robot_beams_ = true;
+        laser_news.push_back(text_of_robot_beams(sectors, run_.setup().engine.scan.masked_angles,
+                                                 "set in its configuration "));
+      }
     }
   }
   if (!outcome) {
@@ -266,10 +279,15 @@ void SlamNode::handle(const ReadyScan& scan) {
 }
 
 /// Of another drive it is when the robot was switched off between, and its odometry begins anew.
-void SlamNode::take_up(double stamp) {
+void SlamNode::take_up(const ScanInput& input) {
+  const double stamp = input.scan.stamp;
+  std::optional<Pose2> odom_from_base;
+  if (input.odometry && !input.odometry->is_heading_only) {
+    odom_from_base = input.odometry->odom_from_base;
+  }
   const double longest_pause = kLongestPause + run_.setup().node.autosave_period;
   const double saved = resumed_->motion.stamp.value_or(0.0);
-  const bool same_drive = run_.take_up(std::move(*resumed_), stamp, longest_pause);
+  const bool same_drive = run_.take_up(std::move(*resumed_), stamp, longest_pause, odom_from_base);
   resumed_.reset();
   ROS_INFO_STREAM("going on with "
                   << resumed_file_ << " as of the scan of " << fixed_text(saved, 3) << " s: "
@@ -328,6 +346,11 @@ void SlamNode::handle(const RunEvent& event) {
   }
 }
 
+void SlamNode::handle(const LeftOut& left_out) {
+  const std::lock_guard<std::mutex> lock(run_mutex_);
+  run_.note_left_out(left_out.stamp, left_out.laser);
+}
+
 /// What is kept of it beside the run.
 void SlamNode::forget_map() {
   newest_scan_.reset();
@@ -364,14 +387,14 @@ MapSnapshot SlamNode::map_snapshot() {
   snapshot.odometry_path = run_.odometry_path().poses();
   snapshot.graph = run_.loops().graph();
   if (!run_.is_outdated()) {
-    snapshot.occupancy = run_.drawn_map().occupancy;
+    snapshot.occupancy = run_.shown_map();
     return snapshot;
   }
   const PlacedScans keys = run_.key_scans().all();
   const EngineOptions options = run_.setup().engine;
   lock.unlock();
   SlamMap map = rendered(keys, options.map, options.field);
-  snapshot.occupancy = map.occupancy;
+  snapshot.occupancy = shown_occupancy(map, keys, options.map);
   lock.lock();
   run_.take_rendered(std::move(map), keys);
   return snapshot;

@@ -60,9 +60,10 @@ class SlamNode {
   void handle(const ReadyScan& scan);
   void handle(const TimeJump& jump);
   void handle(const RunEvent& event);
+  void handle(const LeftOut& left_out);
   void forget_map();
   void adopt_options(const SlamSetup& setup);
-  void take_up(double stamp);
+  void take_up(const ScanInput& input);
   void remember_health(const ReadyScan& scan, const ScanOutcome& outcome);
 
   bool answer_dynamic_map(nav_msgs::GetMap::Request& request, nav_msgs::GetMap::Response& response);
@@ -106,6 +107,7 @@ class SlamNode {
   bool has_resumed_ = false;         ///< it has begun with the map of map_file
   std::optional<MapStart> resumed_;  ///< that map, until it shows which drive goes on in it
   std::string resumed_file_;
+  bool told_of_robot_beams_ = false;
   std::string set_aside_;  ///< where a map is that could not be resumed, until this one is given up
 
   std::mutex save_mutex_;             ///< held while files of the map are written

@@ -1,7 +1,9 @@
 // What the SLAM node answers when it is asked.
 
 #include <filesystem>
+#include <iostream>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "io/map_picture.hpp"
@@ -11,6 +13,7 @@
 #include "node/slam_node.hpp"
 #include "ros/message_conversion.hpp"
 #include "run/start_map.hpp"
+#include "slam/shown_map.hpp"
 
 namespace matchbox_slam {
 
@@ -232,15 +235,17 @@ SlamNode::SavedMap SlamNode::save_map_files() {
   }
   const std::string path = std::filesystem::absolute(run_.setup().node.map_file).string();
   const MapStart map = run_.snapshot();
-  const MapFormat format = map_format(run_.setup().run);
+  const SlamSetup setup_now = run_.setup();
+  const MapFormat format = map_format(setup_now.run);
   const Trajectory trajectory(run_.path().poses());
   const Trajectory odometry(run_.odometry_path().poses());
   lock.unlock();
-  const Picture picture = draw_map(map.map.occupancy, trajectory, odometry, map.loops.graph());
+  const OccupancyGrid shown = shown_occupancy(map.map, map.key_scans.all(), setup_now.engine.map);
+  const Picture picture = draw_map(shown, trajectory, odometry, map.loops.graph());
   // Each time: map_file may change while the node runs, and its folder may be cleared.
   require_writable_folder(std::filesystem::path(path).parent_path().string());
   FileReplacement files;
-  for (const FileContents& file : map_files(path, make_map_image(map.map.occupancy), format)) {
+  for (const FileContents& file : map_files(path, make_map_image(shown), format)) {
     files.add(file);
   }
   files.add({path + ".png", picture.to_png()});
@@ -271,11 +276,16 @@ void SlamNode::tell_unsaved() {
   if (is_saved() || !setup().engine.slam.update_map) {
     return;
   }
-  ROS_INFO_STREAM("the map of " << run_.scans()
-                                << " scans is not saved. Before the end, rosservice call "
-                                << private_node_.getNamespace()
-                                << "/save_map saves it; with autosave_period, or slam.launch "
-                                   "respawn:=true, it is saved by itself");
+  const std::string text = "the map of " + std::to_string(run_.scans()) +
+                           " scans is not saved. Before the end, rosservice call " +
+                           private_node_.getNamespace() +
+                           "/save_map saves it; with autosave_period, or slam.launch "
+                           "respawn:=true, it is saved by itself";
+  if (ros::ok()) {
+    ROS_WARN_STREAM(text);
+  } else {  // a nodelet outlives its manager's ROS, and with that the log
+    std::cerr << "[ WARN] " << text << std::endl;
+  }
 }
 
 void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& status) {
@@ -286,6 +296,8 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
   health.last_skip = queue.last_skip;
   health.stopped = queue.stopped;
   health.estimated_clock_offset = input_->untold_clock_offset();
+  health.rivals = input_->rivals();
+  health.unsaved = autosave_ ? autosave_->failure() : "";
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
     health.updates_map = run_.setup().engine.slam.update_map;
@@ -298,6 +310,10 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
     health.parts_apart = run_.parts_apart();
     for (const auto& [number, laser] : run_.further_lasers()) {
       health.further_lasers.push_back(text_of(laser, run_.scan_topic(number)));
+    }
+    if (const std::vector<double> sectors = run_.robot_beams(); !sectors.empty()) {
+      health.robot_beams = text_of_robot_beams(sectors, run_.setup().engine.scan.masked_angles,
+                                               "set in its configuration ");
     }
     health.parts_given_up = run_.parts_given_up();
     health.map_bytes = run_.map_bytes();

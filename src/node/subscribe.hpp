@@ -22,6 +22,11 @@ template <typename Message>
                                  ros::TransportHints().tcpNoDelay());
 }
 
+/// Subscribes to nav_msgs/Odometry and puts its poses into the worker's queue; warns of those that
+/// are ignored.
+[[nodiscard]] ros::Subscriber subscribe_to_odometry(ros::NodeHandle& node, const std::string& topic,
+                                                    ScanWorker& worker);
+
 /// Subscribes to an IMU's messages and puts them into the worker's queue; warns of those that are
 /// ignored.
 [[nodiscard]] ros::Subscriber subscribe_to_imu(ros::NodeHandle& node, const std::string& topic,

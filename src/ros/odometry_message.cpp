@@ -1,6 +1,7 @@
 #include "ros/odometry_message.hpp"
 
 #include "ros/message_conversion.hpp"
+#include "run/frames.hpp"
 
 namespace matchbox_slam {
 
@@ -29,6 +30,42 @@ nav_msgs::Odometry to_message(const LaserOdometryOutcome& outcome, const ros::Ti
   mark_unknown_axes(message.pose.covariance);
   mark_unknown_axes(message.twist.covariance);
   return message;
+}
+
+std::string find_defect(const nav_msgs::Odometry& message, const std::string& odom_frame) {
+  const std::string frame = without_leading_slash(message.header.frame_id);
+  const geometry_msgs::Pose& pose = message.pose.pose;
+  geometry_msgs::Vector3 position;
+  position.x = pose.position.x;
+  position.y = pose.position.y;
+  position.z = pose.position.z;
+  if (message.header.stamp.isZero() || !is_usable(message.header.stamp)) {
+    return "its stamp is none";
+  }
+  if (!is_usable(position)) {
+    return "its position is no number";
+  }
+  if (!is_rotation(pose.orientation)) {
+    return "its orientation is no quaternion of length 1";
+  }
+  if (!frame.empty() && frame != odom_frame) {
+    return "its frame is '" + frame + "' and odom_frame is '" + odom_frame +
+           "': they have to be the same";
+  }
+  return {};
+}
+
+geometry_msgs::TransformStamped odometry_link(const nav_msgs::Odometry& message,
+                                              const std::string& odom_frame) {
+  geometry_msgs::TransformStamped link;
+  link.header.stamp = message.header.stamp;
+  link.header.frame_id = odom_frame;
+  link.child_frame_id = kOdometryChildFrame;
+  link.transform.translation.x = message.pose.pose.position.x;
+  link.transform.translation.y = message.pose.pose.position.y;
+  link.transform.translation.z = message.pose.pose.position.z;
+  link.transform.rotation = message.pose.pose.orientation;
+  return link;
 }
 
 }  // namespace matchbox_slam

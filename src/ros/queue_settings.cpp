@@ -2,16 +2,33 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <vector>
 
 #include "ros/imu_heading.hpp"
 
 namespace matchbox_slam {
+namespace {
+
+std::vector<Eigen::Isometry3d> laser_poses(const RunOptions& options) {
+  std::vector<Eigen::Isometry3d> poses;
+  for (std::size_t i = 0; i + 2 < options.laser_pose.size(); i += 3) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translation() << options.laser_pose[i], options.laser_pose[i + 1], 0.0;
+    pose.rotate(Eigen::AngleAxisd(options.laser_pose[i + 2], Eigen::Vector3d::UnitZ()));
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+}  // namespace
+
 ScanQueueSettings queue_settings(const RunOptions& options, double max_tilt,
                                  const ScanTimingOptions& timing, double scan_time_offset) {
   ScanQueueSettings settings;
   settings.base_frame = options.base_frame;
   if (options.use_odometry) {
     settings.odom_frame = options.odom_frame;
+    settings.odometry_by_topic = !options.odom_topic.empty();
   }
   settings.map_frame = options.map_frame;
   settings.transform_timeout = options.transform_timeout;
@@ -22,6 +39,8 @@ ScanQueueSettings queue_settings(const RunOptions& options, double max_tilt,
   settings.max_tilt = max_tilt;
   settings.timing = scan_timing(timing);
   settings.use_imu = !options.imu_topic.empty();
+  settings.heading_by_imu = settings.use_imu && !options.use_odometry;
+  settings.laser_poses = laser_poses(options);
   settings.stop_at_time_jump = options.time_jump == "stop";
   return settings;
 }

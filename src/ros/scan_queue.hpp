@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nav_msgs/Odometry.h>
 #include <ros/duration.h>
 #include <ros/time.h>
 #include <sensor_msgs/Imu.h>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "matchbox_slam/slam/slam_engine.hpp"
+#include "ros/imu_heading.hpp"
 #include "ros/scan_message.hpp"
 #include "ros/transform_store.hpp"
 #include "run/run_event.hpp"
@@ -69,6 +71,7 @@ struct ReadyScan {
   ros::Time arrival;  ///< by the clock of messages
   std::string frame;
   ScanInput input;
+  bool is_odometry_in_tf = true;  ///< where it has odometry
 };
 
 /// Time went back, as when a bag is played in a loop or a simulation is reset. Scans from here on
@@ -78,10 +81,17 @@ struct TimeJump {
   bool stopped = false;  ///< no more scans are delivered
 };
 
+/// A scan that was ready is skipped, as there is no time for it.
+struct LeftOut {
+  double stamp = 0.0;  ///< [s] of the first beam, by the clock of tf
+  int laser = 0;
+};
+
 /// Frames are without leading slash.
 struct ScanQueueSettings {
   std::string base_frame;
   std::optional<std::string> odom_frame;  ///< none: scans carry no odometry
+  bool odometry_by_topic = false;         ///< by `add_odometry`, and not by tf
   std::string map_frame;
   double transform_timeout = 2.0;   ///< [s] that a scan may wait for its transforms
   std::size_t max_waiting = 10000;  ///< scans
@@ -92,10 +102,15 @@ struct ScanQueueSettings {
   double max_tilt = kPi / 2.0;      ///< [rad] of a scan's plane
   bool use_imu = false;             ///< its roll and pitch count where the odometry has none
   ScanTiming timing;
+  bool heading_by_imu = false;  ///< its yaw counts, too: there is no odometry
+  /// Of the lasers on the base, where tf is not to tell; by laser, none for those behind.
+  std::vector<Eigen::Isometry3d> laser_poses;
+  bool is_live = true;  ///< what to type is said for the node; else for map_bag
 };
 
 /// Scans and transforms go in as they arrive, scans ready to be processed come out in the order of
-/// their stamps, and events between them. A scan is ready when tf covers its first beam and its
+/// their stamps, and events between them; in the place of one that there was no time for, that. A
+/// scan is ready when tf covers its first beam and its
 /// last; its transforms are looked up at that moment. Roll and pitch of the base in the odometry
 /// frame, or by an IMU where tf shows none, count as the laser's: the base comes out upright. What
 /// comes out depends on the messages and not on how scans and transforms interleave, so a replayed
@@ -108,7 +123,7 @@ struct ScanQueueSettings {
 /// node's ros::Time. When the base frame is the scan's own, no transform to the base is needed.
 class ScanQueue {
  public:
-  using Item = std::variant<ReadyScan, TimeJump, RunEvent>;
+  using Item = std::variant<ReadyScan, TimeJump, RunEvent, LeftOut>;
 
   explicit ScanQueue(ScanQueueSettings settings);
 
@@ -121,6 +136,12 @@ class ScanQueue {
   /// The orientation of an IMU goes to the transforms, so that scans wait for it as for those, and
   /// for tf to say how it is mounted. Returns why it tells none, for people; empty: it does.
   [[nodiscard]] std::string add_imu(const sensor_msgs::Imu& message, const ros::Time& now);
+
+  /// A pose of odometry goes to the transforms likewise, whatever tf says of its frames. Returns
+  /// why it tells none, for people; empty: it does.
+  [[nodiscard]] std::string add_odometry(const nav_msgs::Odometry& message, const ros::Time& now);
+  /// Messages that told none.
+  [[nodiscard]] std::size_t invalid_odometry() const { return invalid_odometry_; }
 
   /// The event comes out after all that is ready now; scans that still wait for their transforms
   /// come after it, since nobody knows for how long. Where it gives up the map, scans that are
@@ -151,7 +172,9 @@ class ScanQueue {
   void discard_delivered();
 
   /// Counts a scan that `next` has given as skipped after all: the run is paused.
-  void leave_out(const ReadyScan& scan);
+  /// @param reason, why  for people, why that is.
+  void leave_out(const ReadyScan& scan, SkipReason reason = SkipReason::kPaused,
+                 const std::string& why = "the mapping is paused");
 
   /// No more messages come: scans that are not ready are skipped, ready ones stay for `next`.
   void finish();
@@ -207,11 +230,14 @@ class ScanQueue {
     double least_stamp = 0.0;   ///< [s]
     double last_arrival = 0.0;  ///< [s]
   };
+  /// What a transform is needed for.
+  enum class Need { kLaser, kOdometry, kImu };
   /// A transform that a scan needs.
   struct Needed {
     const std::string& target;
     const std::string& source;
     ros::Time stamp;
+    Need need = Need::kLaser;
   };
 
   void advance(const ros::Time& now);
@@ -233,19 +259,33 @@ class ScanQueue {
   void note_newest(const Turn& turn);
   [[nodiscard]] std::deque<Item>::const_iterator oldest_ready_scan() const;
   void drop_oldest_ready(SkipReason reason, const std::string& why);
+  void leave_out_oldest_ready(SkipReason reason, const std::string& why);
   void drop_all_ready(SkipReason reason, const std::string& why);
   [[nodiscard]] bool is_its_turn(const Turn& turn, const WaitingScan& scan) const;
   void skip(const ros::Time& stamp, SkipReason reason, const std::string& why);
-  [[nodiscard]] std::optional<Needed> missing_transform(const ros::Time& stamp,
+  [[nodiscard]] std::optional<Needed> missing_transform(const Turn& turn,
                                                         const WaitingScan& scan) const;
+  void need_odometry(const ros::Time& stamp, std::vector<Needed>& needed) const;
   [[nodiscard]] bool is_missing(const Needed& needed) const;
-  [[nodiscard]] bool is_tilted(const std::string& frame, const ros::Time& stamp) const;
+  [[nodiscard]] std::string why_missing(const Needed& missing) const;
+  [[nodiscard]] std::string advice_for(const Needed& missing) const;
+  [[nodiscard]] bool is_by_tf(int laser, const std::string& frame) const;
+  [[nodiscard]] bool is_tilted(int laser, const std::string& frame, const ros::Time& stamp) const;
+  [[nodiscard]] Eigen::Isometry3d base_from_laser(int laser, const std::string& frame,
+                                                  const ros::Time& stamp) const;
+  [[nodiscard]] Eigen::Isometry3d odom_from_base(const ros::Time& stamp) const;
+  [[nodiscard]] Pose2 heading_by_imu(const ros::Time& stamp) const;
+  void add_link(const geometry_msgs::TransformStamped& link, const ros::Time& now);
+  [[nodiscard]] std::string add_gyro(const sensor_msgs::Imu& message, const ros::Time& now);
   [[nodiscard]] Eigen::Isometry3d lean(const Eigen::Isometry3d& odom_from_base,
                                        const ros::Time& stamp) const;
   [[nodiscard]] ReadyScan make_ready(const Turn& turn, WaitingScan&& scan) const;
 
   ScanQueueSettings settings_;
   TransformStore transforms_;
+  GyroHeading gyro_;
+  std::string odometry_child_;  ///< whose pose odometry messages tell; empty: none has come
+  std::size_t invalid_odometry_ = 0;
   Waiting waiting_;
   std::optional<ros::Time> now_;
   std::deque<Item> ready_;

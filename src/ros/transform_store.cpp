@@ -12,6 +12,7 @@
 #include "matchbox_slam/common/options.hpp"
 #include "ros/imu_heading.hpp"
 #include "ros/message_conversion.hpp"
+#include "ros/odometry_message.hpp"
 
 namespace matchbox_slam {
 
@@ -169,6 +170,10 @@ bool TransformStore::is_below(std::string frame, const std::string& other) const
 std::string TransformStore::others() const {
   std::vector<std::string> frames;
   buffer_._getFrameStrings(frames);
+  const auto is_ours = [](const std::string& frame) {
+    return frame == kImuHeadingFrame || frame == kOdometryChildFrame;
+  };
+  frames.erase(std::remove_if(frames.begin(), frames.end(), is_ours), frames.end());
   std::sort(frames.begin(), frames.end());
   return frames.empty() ? ", nor any other yet" : "; it has " + join(frames);
 }
@@ -176,14 +181,17 @@ std::string TransformStore::others() const {
 std::string TransformStore::why_not(const std::string& target, const std::string& source,
                                     const ros::Time& stamp) const {
   const bool by_imu = source == kImuHeadingFrame || target == kImuHeadingFrame;
+  const bool by_odometry = source == kOdometryChildFrame;
   std::ostringstream text;
   text << std::fixed << std::setprecision(3);
-  text << (by_imu ? "no orientation by the IMU"
-                  : "no transform from '" + source + "' to '" + target + "'")
+  text << (by_imu        ? "no orientation by the IMU"
+           : by_odometry ? "no pose on the topic of odometry"
+                         : "no transform from '" + source + "' to '" + target + "'")
        << " at " << stamp.toSec() << ": ";
   for (const std::string& frame : {source, target}) {
     if (!buffer_._frameExists(frame)) {
       text << (by_imu && frame == kImuHeadingFrame ? "no usable message of the IMU has come yet"
+               : by_odometry                       ? "no usable message of it has come yet"
                                                    : "tf has no frame '" + frame + "'" + others());
       return text.str();
     }
@@ -194,7 +202,8 @@ std::string TransformStore::why_not(const std::string& target, const std::string
     if (lag > 0.0) {
       text << "the newest is " << lag << " s older";
     } else {
-      text << "tf is there from later on only, up to " << -lag << " s after that";
+      text << (by_odometry ? "it" : "tf") << " is there from later on only, up to " << -lag
+           << " s after that";
     }
   } catch (const tf2::ConnectivityException&) {
     text << (by_imu ? "tf does not say how it is mounted" : "tf does not connect them");

@@ -50,6 +50,11 @@ class TransformStore {
                                                         const std::string& source,
                                                         const ros::Time& stamp) const;
 
+  /// Whether there is a way between two frames at any one time.
+  [[nodiscard]] bool connects(const std::string& target, const std::string& source) const {
+    return covers(target, source, ros::Time(0));
+  }
+
   /// Whether a frame hangs below another by its newest transforms.
   [[nodiscard]] bool is_below(std::string frame, const std::string& other) const;
 

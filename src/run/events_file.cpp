@@ -13,7 +13,8 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::array kKinds = {"set_pose", "correct_pose", "reset", "load", "pause", "reconfigure"};
+constexpr std::array kKinds = {"set_pose", "correct_pose", "reset",    "load",
+                               "pause",    "reconfigure",  "leave_out"};
 
 /// An entry but for the sections of its event.
 struct Entry {
@@ -23,6 +24,7 @@ struct Entry {
   bool reset = true;
   std::string load;
   bool pause = true;
+  bool leave_out = true;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -32,6 +34,7 @@ struct Entry {
     option(self.reset, "reset", any(), "", "");
     option(self.load, "load", any(), "", "");
     option(self.pause, "pause", any(), "", "");
+    option(self.leave_out, "leave_out", any(), "", "");
   }
 };
 
@@ -119,8 +122,12 @@ RunEvent read_event(const std::string& kind, const Parameters& parameters, const
   if (kind == "reconfigure") {
     return Reconfigure{parameters.section(kind)};
   }
-  if (!entry.reset) {
-    throw ConfigurationError("reset: false is not allowed; allowed: true, or leave the entry out");
+  if (!entry.reset || !entry.leave_out) {
+    throw ConfigurationError(kind +
+                             ": false is not allowed; allowed: true, or leave the entry out");
+  }
+  if (kind == "leave_out") {
+    return LeaveOut{};
   }
   return Reset{};
 }
@@ -173,6 +180,7 @@ struct ToParameters {
   Parameters operator()(const Reset& /*event*/) const { return single("reset", true); }
   Parameters operator()(const LoadMapFile& event) const { return single("load", event.path); }
   Parameters operator()(const Pause& event) const { return single("pause", event.paused); }
+  Parameters operator()(const LeaveOut& /*event*/) const { return single("leave_out", true); }
   Parameters operator()(const Reconfigure& event) const {
     Parameters parameters;
     for (const auto& [name, value] : event.changes.values()) {

@@ -47,6 +47,20 @@ LaserUse use_of(const FurtherLaser& laser) {
   return laser.mount.is_contradictory() ? LaserUse::kContradictory : LaserUse::kUnsure;
 }
 
+std::string text_of_robot_beams(const std::vector<double>& sectors,
+                                const std::vector<double>& masked, const std::string& set) {
+  std::string list;
+  for (const std::vector<double>* part : {&masked, &sectors}) {
+    for (const double angle : *part) {
+      list += (list.empty() ? "" : ",") + fixed_text(angle, 3);
+    }
+  }
+  return "beams end on the robot itself: in " + std::to_string(sectors.size() / 2) +
+         (sectors.size() == 2 ? " sector" : " sectors") +
+         " the range stays the same wherever it is; to leave them out of every laser's scans " +
+         set + "scan/masked_angles=[" + list + "]";
+}
+
 std::string text_of(const FurtherLaser& laser, const std::string& topic) {
   const LaserPlace place = place_of(laser);
   const Pose2& pose = place.base_from_laser;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <vector>
 
 #include "matchbox_slam/slam/further_lasers.hpp"
 
@@ -21,6 +22,14 @@ struct LaserPlace {
 
 enum class LaserUse { kUnsure, kUsed, kContradictory };
 [[nodiscard]] LaserUse use_of(const FurtherLaser& laser);
+
+/// What to say of beams that end on the robot, and with which option they are left out.
+/// @param sectors  where, of all lasers.
+/// @param masked   that are left out already, by the option.
+/// @param set      how to set an option, before its name and value.
+[[nodiscard]] std::string text_of_robot_beams(const std::vector<double>& sectors,
+                                              const std::vector<double>& masked,
+                                              const std::string& set);
 
 /// Whether and why its scans are used, for people.
 [[nodiscard]] std::string text_of(const FurtherLaser& laser, const std::string& topic);

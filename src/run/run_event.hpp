@@ -44,8 +44,12 @@ struct Reconfigure {
   Parameters changes;
 };
 
+/// The scan that comes next, of just that moment, is left out: a node had no time for it.
+struct LeaveOut {};
+
 /// What happens to a run between two scans, but for time jumps.
-using RunEvent = std::variant<SetPose, CorrectPose, Reset, LoadMapFile, Pause, Reconfigure>;
+using RunEvent =
+    std::variant<SetPose, CorrectPose, Reset, LoadMapFile, Pause, Reconfigure, LeaveOut>;
 
 /// Whether scans that were to come before the event are wasted on a map that it gives up.
 [[nodiscard]] inline bool gives_up_map(const RunEvent& event) {

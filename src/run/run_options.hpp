@@ -14,7 +14,9 @@ struct RunOptions : SharedRunOptions {
   std::vector<std::string> scan_topics;
   std::string map_frame = "map";
   bool use_odometry = true;
+  std::string odom_topic;
   std::string imu_topic;
+  std::vector<double> laser_pose;
   double max_lag = 0.0;
   std::string scan_time_offset = "0";
   std::string time_jump = "reset";
@@ -41,9 +43,18 @@ struct RunOptions : SharedRunOptions {
     option(self.use_odometry, "use_odometry", any(), "",
            "Whether tf carries odometry; if not, the base moves at constant velocity until the "
            "match.");
+    option(self.odom_topic, "odom_topic", any(), "",
+           "Topic of the odometry as nav_msgs/Odometry, where tf carries none: its pose is that of "
+           "its child_frame_id (empty: base_frame) in odom_frame. Empty: tf, and in map_bag the "
+           "topic that is found where tf has none.");
     option(self.imu_topic, "imu_topic", any(), "",
            "Topic of an IMU, sensor_msgs/Imu: roll and pitch of the base by its orientation are "
-           "taken out of the scans where odometry shows none. Empty: none.");
+           "taken out of the scans where odometry shows none; without odometry it tells the turn "
+           "between scans, too, by its rate of turn where it has no orientation. Empty: none.");
+    option(self.laser_pose, "laser_pose", between(-1000.0, 1000.0), "",
+           "Where the laser is on the base, where tf does not tell: [x, y, yaw] in m and rad, as a "
+           "list or as text; of several lasers one after another, in the order of scan_topics. "
+           "Upside down it cannot be then. Empty: tf tells.");
     option(self.transform_timeout, "transform_timeout", between(0.0, 3600.0), "s",
            "A scan waits this long for its transforms, then it is skipped.");
     visit_queue_size(self, option);

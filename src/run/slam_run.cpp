@@ -73,6 +73,7 @@ void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   odometry_path_ = ThinnedPath();
   trajectory_.clear();
   live_trajectory_.clear();
+  apart_.clear();
   told_.reset();
   odometry_.clear();
   match_seconds_.clear();
@@ -86,8 +87,11 @@ void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   parts_given_up_ = 0;
 }
 
-bool SlamRun::take_up(MapStart saved, double stamp, double longest_pause) {
-  const bool same_drive = is_same_drive(stamp, saved.motion.stamp, longest_pause);
+bool SlamRun::take_up(MapStart saved, double stamp, double longest_pause,
+                      const std::optional<Pose2>& odom_from_base) {
+  const bool same_drive = is_same_drive(stamp, saved.motion.stamp, longest_pause) ||
+                          does_odometry_go_on(saved.motion.odom_from_base, odom_from_base,
+                                              stamp - saved.motion.stamp.value_or(stamp));
   const bool has_key_scans = !saved.key_scans.empty();
   if (!same_drive) {
     put_on_mark(setup().run, saved);
@@ -170,6 +174,22 @@ void SlamRun::take_effect(const Reconfigure& event) {
   configuration_ = std::move(changed);
 }
 
+/// Whoever runs it leaves the scan out.
+void SlamRun::take_effect(const LeaveOut& /*event*/) {}
+
+/// Its place it knows; those that have none yet came before it.
+void SlamRun::note_left_out(double stamp, int laser) {
+  if (records_ != RunRecords::kAll) {
+    return;
+  }
+  const ScanMoment moment{time_jumps_, stamp, laser};
+  for (; timed_events_ < events_.size(); ++timed_events_) {
+    events_[timed_events_].scan = moment;
+  }
+  events_.push_back({moment, LeaveOut{}});
+  timed_events_ = events_.size();
+}
+
 void SlamRun::jump_back() {
   // What was told of the map that is given up would take effect on the next one when repeated.
   const auto is_undone = [](const TimedEvent& event) {
@@ -222,6 +242,7 @@ std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
     keep_recent(odometry_);
   }
   record(outcome);
+  robot_beams_[input.laser].add(input.scan, outcome.map_from_base, setup().engine.scan);
   note_lasers();
   return outcome;
 }
@@ -244,6 +265,34 @@ void SlamRun::note_lasers() {
   }
 }
 
+std::vector<double> SlamRun::robot_beams() const {
+  std::vector<double> all;
+  for (const auto& [laser, beams] : robot_beams_) {
+    all.insert(all.end(), beams.sectors().begin(), beams.sectors().end());
+  }
+  return all;
+}
+
+/// From one map apart to another the frame may change with any scan that is lost: where nothing was
+/// found in between, they are one stretch here.
+void SlamRun::note_apart(const ScanOutcome& outcome) {
+  if (outcome.state != TrackingState::kLost) {
+    is_apart_ = false;
+    return;
+  }
+  if (!is_apart_) {
+    apart_.emplace_back(outcome.stamp, outcome.stamp);
+  }
+  apart_.back().second = outcome.stamp;
+  is_apart_ = true;
+}
+
+bool SlamRun::is_in_map(double stamp) const {
+  return std::none_of(apart_.begin(), apart_.end(), [stamp](const auto& stretch) {
+    return stretch.first <= stamp && stamp <= stretch.second;
+  });
+}
+
 void SlamRun::put_right_by(const std::optional<MapCorrection>& correction) {
   if (correction) {
     put_right(*correction, trajectory_);
@@ -262,7 +311,11 @@ void SlamRun::record(const ScanOutcome& outcome) {
     };
     change(trajectory_);
     path_.change(change);
+    while (!apart_.empty() && apart_.back().second >= outcome.joined->begin) {
+      apart_.pop_back();
+    }
   }
+  note_apart(outcome);
   put_right_by(outcome.corrected);
   inserted_ += outcome.inserted ? 1 : 0;
   left_out_ += outcome.left_out;

@@ -16,6 +16,8 @@
 #include "run/live_configuration.hpp"
 #include "run/run_event.hpp"
 #include "run/timed_matcher.hpp"
+#include "sensor/robot_beams.hpp"
+#include "slam/shown_map.hpp"
 
 namespace matchbox_slam {
 
@@ -64,7 +66,10 @@ class SlamRun {
   /// Before the first scan, which is of this stamp [s]: goes on from a saved map. As if nothing had
   /// been between, where that scan is of the same drive. Else the robot may be anywhere, and is
   /// searched for; an image holds nothing to find it by. Returns whether it is the same drive.
-  bool take_up(MapStart saved, double stamp, double longest_pause);
+  /// @param odom_from_base  at that scan, where odometry may have gone on meanwhile: then it is the
+  ///                        same drive, too.
+  bool take_up(MapStart saved, double stamp, double longest_pause,
+               const std::optional<Pose2>& odom_from_base = {});
 
   /// Before the first scan: goes on from a saved map, in which somebody says where the robot is.
   /// Odometry and stamps of the drive before say nothing then.
@@ -75,6 +80,10 @@ class SlamRun {
     finish();
     parts_given_up_ += engine_->map_apart(stamp) ? 1 : 0;
   }
+
+  /// A scan never came to be processed, as there was no time for it: an event of those that
+  /// `events` lists.
+  void note_left_out(double stamp, int laser);
 
   /// Time has jumped back: map and poses are forgotten, and stamps begin anew.
   void jump_back();
@@ -90,6 +99,10 @@ class SlamRun {
 
   /// These as of SlamEngine.
   [[nodiscard]] const SlamMap& drawn_map() const { return engine_->drawn_map(); }
+  /// As `shown_occupancy` of slam/shown_map.hpp.
+  [[nodiscard]] OccupancyGrid shown_map() const {
+    return shown_occupancy(drawn_map(), key_scans().all(), setup().engine.map);
+  }
   [[nodiscard]] bool is_outdated() const { return engine_->is_outdated(); }
   void take_rendered(SlamMap map, const PlacedScans& keys) {
     engine_->take_rendered(std::move(map), keys);
@@ -109,6 +122,9 @@ class SlamRun {
   /// Texts of lasers that came into use with the newest scan, or contradict the first one now.
   [[nodiscard]] const std::vector<std::string>& laser_news() const { return laser_news_; }
 
+  /// Sectors in which beams of any laser end on the robot itself, as RobotBeams finds them.
+  [[nodiscard]] std::vector<double> robot_beams() const;
+
   /// Whether scans are left out.
   [[nodiscard]] bool is_paused() const { return paused_; }
 
@@ -126,6 +142,9 @@ class SlamRun {
   [[nodiscard]] const std::vector<StampedPose2>& live_trajectory() const {
     return live_trajectory_;
   }
+  /// Whether a pose of the trajectory, by its stamp [s], is in the map: not of a lost robot that
+  /// was never found, which is in a frame of its own.
+  [[nodiscard]] bool is_in_map(double stamp) const;
   /// Raw odometry at the same stamps, or the latest ones; empty when there is none.
   [[nodiscard]] const std::vector<StampedPose2>& odometry() const { return odometry_; }
 
@@ -166,12 +185,14 @@ class SlamRun {
   void take_effect(const LoadMapFile& event);
   void take_effect(const Pause& event);
   void take_effect(const Reconfigure& event);
+  void take_effect(const LeaveOut& event);
   [[nodiscard]] LoopCount all_loops() const;
   [[nodiscard]] std::unique_ptr<SlamEngine> make_engine() const;
   void start_with(std::unique_ptr<SlamEngine> engine);
   void note_scan(const ScanInput& input);
   void note_lasers();
   void record(const ScanOutcome& outcome);
+  void note_apart(const ScanOutcome& outcome);
   void put_right_by(const std::optional<MapCorrection>& correction);
 
   RunRecords records_;
@@ -188,6 +209,9 @@ class SlamRun {
   ThinnedPath odometry_path_;
   std::vector<StampedPose2> trajectory_;
   std::vector<StampedPose2> live_trajectory_;
+  /// Stamps [s] of the first scan and the last of each map apart that was not joined.
+  std::vector<std::pair<double, double>> apart_;
+  bool is_apart_ = false;       ///< with the newest scan
   std::optional<double> told_;  ///< stamp [s] of the newest scan when its pose was told last
   std::vector<StampedPose2> odometry_;
   std::vector<float> match_seconds_;
@@ -202,6 +226,7 @@ class SlamRun {
   std::size_t parts_given_up_ = 0;
   double last_match_seconds_ = 0.0;
   std::map<int, LaserUse> laser_uses_;
+  std::map<int, RobotBeams> robot_beams_;  ///< by laser
   std::vector<std::string> laser_news_;
 };
 

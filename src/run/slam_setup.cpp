@@ -1,7 +1,9 @@
 #include "run/slam_setup.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "common/number_text.hpp"
 #include "run/frames.hpp"
@@ -18,6 +20,53 @@ Parameters with_offset_as_text(Parameters parameters) {
     parameters.set("scan_time_offset", to_string(*offset));
   }
   return parameters;
+}
+
+/// A command line gives a list of numbers as text, such as 0.2,0,0 or [0.2, 0, 0].
+Parameters with_laser_pose_as_list(Parameters parameters) {
+  const ParameterValue* pose = parameters.find("laser_pose");
+  const auto* text = pose == nullptr ? nullptr : std::get_if<std::string>(pose);
+  if (text == nullptr) {
+    return parameters;
+  }
+  std::string bare;
+  std::remove_copy_if(text->begin(), text->end(), std::back_inserter(bare),
+                      [](char c) { return c == '[' || c == ']' || c == ' '; });
+  std::vector<double> numbers;
+  for (const std::string& word : bare.empty() ? std::vector<std::string>{} : split(bare, ',')) {
+    const std::optional<double> number = finite_number(word);
+    if (!number) {
+      throw ConfigurationError("laser_pose: '" + *text +
+                               "' is not allowed; allowed: [x, y, yaw] in m and rad, such as "
+                               "0.2,0,3.14");
+    }
+    numbers.push_back(*number);
+  }
+  parameters.set("laser_pose", numbers);
+  return parameters;
+}
+
+void check_laser_pose(const RunOptions& options) {
+  const std::size_t numbers = options.laser_pose.size();
+  const std::size_t lasers = std::max<std::size_t>(1, options.scan_topics.size());
+  if (numbers % 3 != 0) {
+    throw ConfigurationError("laser_pose: " + std::to_string(numbers) +
+                             " numbers are not allowed; allowed: three for each laser: x, y, yaw");
+  }
+  // Where no topic is named yet, several may be found.
+  if (!options.scan_topics.empty() && numbers / 3 > lasers) {
+    throw ConfigurationError("laser_pose: " + std::to_string(numbers / 3) +
+                             " places are not allowed; there are " + std::to_string(lasers) +
+                             " scan_topics");
+  }
+}
+
+void check_odom_topic(const RunOptions& options) {
+  if (!options.odom_topic.empty() && !options.use_odometry) {
+    throw ConfigurationError("odom_topic: '" + options.odom_topic +
+                             "' is not allowed without odometry (use_odometry false, --no-odom); "
+                             "leave out one of the two");
+  }
 }
 
 void check_scan_time_offset(const RunOptions& options) {
@@ -65,7 +114,8 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& ca
                           SetupOf whose) {
   SlamSetup setup;
   std::vector<std::string> names;
-  setup.run = read_options_among<RunOptions>(with_offset_as_text(parameters), "", names);
+  setup.run = read_options_among<RunOptions>(
+      with_laser_pose_as_list(with_offset_as_text(parameters)), "", names);
   if (whose == SetupOf::kNode) {
     setup.node = read_options_among<SlamNodeOptions>(parameters, "", names);
   }
@@ -74,6 +124,8 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& ca
       {"slam", "scan", "cloud", "map", "field", "motion", "hypotheses", "recovery", "loops"},
       describe_sections({}, {}, {}), catalog);
   check_scan_time_offset(setup.run);
+  check_laser_pose(setup.run);
+  check_odom_topic(setup.run);
   strip_leading_slashes(setup.run);
   setup.cloud = read_cloud_options(parameters);
   setup.timing = read_scan_timing_options(parameters);

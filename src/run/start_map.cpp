@@ -32,6 +32,20 @@ void put_on_mark(const RunOptions& options, MapStart& start) {
   }
 }
 
+bool does_odometry_go_on(const std::optional<Pose2>& saved, const std::optional<Pose2>& now,
+                         double seconds) {
+  // Guesses: half and double were not tried.
+  constexpr double kFarFromOrigin = 1.0;  // m
+  constexpr double kFastest = 1.5;        // m/s
+  constexpr double kLongest = 600.0;      // s, after which it may have been carried
+  if (!saved || !now || !(seconds > 0.0 && seconds <= kLongest)) {
+    return false;
+  }
+  const double moved = (now->translation() - saved->translation()).norm();
+  return saved->translation().norm() >= kFarFromOrigin && moved <= kFastest * seconds &&
+         moved < 0.5 * now->translation().norm();
+}
+
 bool is_same_drive(double stamp, std::optional<double> before, double longest_pause) {
   return before && stamp > *before && stamp <= *before + longest_pause;
 }

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
 #include "run/slam_setup.hpp"
 
@@ -27,5 +28,14 @@ constexpr double kLongestPause = 10.0;
 /// the same drive: odometry goes on, too.
 [[nodiscard]] bool is_same_drive(double stamp, std::optional<double> before,
                                  double longest_pause = kLongestPause);
+
+/// Whether odometry went on after a map was saved, while whoever mapped was away, so that it tells
+/// where the robot is now: it is nearer to where it was then than to its origin, where it begins
+/// when a robot is switched on. Near the origin nobody can tell the two apart, and the answer is
+/// no.
+/// @param saved, now  of the base in the odometry frame.
+/// @param seconds     between the two.
+[[nodiscard]] bool does_odometry_go_on(const std::optional<Pose2>& saved,
+                                       const std::optional<Pose2>& now, double seconds);
 
 }  // namespace matchbox_slam

@@ -86,21 +86,6 @@ class BeamDirections {
   std::vector<Eigen::Vector2d> beams_;
 };
 
-/// Whether the angle lies in one of the sectors: pairs of from and to, counter-clockwise, each less
-/// than a turn.
-bool is_masked(double angle, const std::vector<double>& sectors) {
-  const auto turn = [](double from, double to) {
-    const double turned = std::fmod(to - from, 2.0 * kPi);
-    return turned < 0.0 ? turned + 2.0 * kPi : turned;
-  };
-  for (std::size_t i = 0; i + 1 < sectors.size(); i += 2) {
-    if (turn(sectors[i], angle) <= turn(sectors[i], sectors[i + 1])) {
-      return true;
-    }
-  }
-  return false;
-}
-
 /// Straightens walls where there is noise, but not so much that it may be shape.
 void take_noise_out(const ProjectionOptions& options, HitRows& hits, WallMemory& memory,
                     std::vector<ScanPoint>& points) {
@@ -176,6 +161,19 @@ void place_beams(const LaserScan& scan, const std::vector<Eigen::Vector2d>& beam
 }
 
 }  // namespace
+
+bool is_masked(double angle, const std::vector<double>& sectors) {
+  const auto turn = [](double from, double to) {
+    const double turned = std::fmod(to - from, 2.0 * kPi);
+    return turned < 0.0 ? turned + 2.0 * kPi : turned;
+  };
+  for (std::size_t i = 0; i + 1 < sectors.size(); i += 2) {
+    if (turn(sectors[i], angle) <= turn(sectors[i], sectors[i + 1])) {
+      return true;
+    }
+  }
+  return false;
+}
 
 void check_projection_options(const ProjectionOptions& options) {
   if (options.min_range >= options.max_range) {

@@ -5,6 +5,14 @@
 #include <string>
 
 namespace matchbox_slam {
+namespace {
+
+// Standard deviation of a turn from scan to scan by an IMU [rad], where nobody has set it. With a
+// quarter of it two of 16 drives in rooms were lost, with lasers of 90 and 120 degrees and without
+// odometry; with it none, without the IMU one.
+constexpr double kTurnByImu = 0.02;
+
+}  // namespace
 
 void MotionTracker::check(const ScanInput& input) const {
   const auto scan = [&input] { return "scan at " + std::to_string(input.scan.stamp) + " s"; };
@@ -105,8 +113,7 @@ void MotionTracker::add_errors(MotionPrediction& predicted) const {
 
 MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const {
   const double interval = input.scan.stamp - *state_.stamp;
-  const bool is_sensed = input.odometry && state_.odom_from_base;
-  if (is_sensed && source_ == GuessSource::kOdometry) {
+  if (has_odometry(input) && state_.odom_from_base) {
     MotionEstimate estimate = scaled_by(
         state_.learned, motion_from_odometry(*state_.odom_from_base, input.odometry->odom_from_base,
                                              interval, options_));
@@ -117,10 +124,10 @@ MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const 
     return estimate;
   }
   const MotionEstimate motion = steady_motion(interval);
-  if (is_sensed && source_ == GuessSource::kHeading) {
+  if (has_heading(input) && state_.odom_from_base) {
     return with_measured_turn(
         motion, wrap_angle(input.odometry->odom_from_base.theta - state_.odom_from_base->theta),
-        heading_sigma_);
+        source_ == GuessSource::kHeading ? heading_sigma_ : kTurnByImu);
   }
   return motion;
 }

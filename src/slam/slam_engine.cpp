@@ -20,7 +20,7 @@ ScanOutcome outcome_of(const ScanInput& input, const MotionPrediction& predicted
   outcome.map_from_base = predicted.fixed_from_base;
   outcome.covariance = predicted.covariance;
   outcome.predicted_map_from_base = predicted.fixed_from_base;
-  if (input.odometry) {
+  if (input.odometry && !input.odometry->is_heading_only) {
     outcome.odom_from_base = input.odometry->odom_from_base;
   }
   return outcome;

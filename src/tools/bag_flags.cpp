@@ -14,6 +14,13 @@ void add_bag_flags(CLI::App& app, BagRequest& request) {
   app.add_option("--base-frame", request.base_frame, "Frame of the robot")->type_name("FRAME");
   app.add_option("--odom-frame", request.odom_frame, "Frame of the odometry")->type_name("FRAME");
   app.add_flag("--no-odom", request.no_odometry, "Leave odometry aside, or there is none");
+  app.add_option("--odom-topic", request.odom_topic,
+                 "Topic of the odometry as nav_msgs/Odometry, where tf carries none")
+      ->type_name("TOPIC");
+  add_repeated(app, "--laser-pose", request.laser_poses,
+               "Where the laser is on the base [m, rad], where tf does not tell; of several lasers "
+               "in the order of --scan-topic",
+               "X,Y,YAW");
   add_number<double>(app, "--start", request.period.start, between(0.0, 1e9),
                      "Begin this long after the bag begins", "SECONDS");
   add_number<double>(app, "--duration", request.period.duration, between(0.0, 1e9),

@@ -1,10 +1,13 @@
 #include "tools/bag_mapper.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -57,6 +60,19 @@ std::vector<TimedEvent> events_of(const MapBagRequest& request,
   return events;
 }
 
+/// The map that is gone on with may be the only one of the days that it took.
+void require_other_folder(const MapBagRequest& request) {
+  const std::filesystem::path map = request.map;
+  std::error_code unknown;  // of what is not there nothing is lost
+  if (request.map.empty() || request.overwrite || map.stem() != "map" ||
+      !std::filesystem::equivalent(std::filesystem::absolute(map).parent_path(), request.out,
+                                   unknown)) {
+    return;
+  }
+  throw ConfigurationError("--out: '" + request.out + "' is the folder of " + request.map +
+                           ", which would be written over; give another --out, or --overwrite");
+}
+
 /// Where scans are not inserted there has to be a map to find the robot in.
 void require_map(const MapBagRequest& request, const std::vector<TimedEvent>& events,
                  const SlamSetup& setup) {
@@ -82,6 +98,7 @@ class BagMapping {
         parameters_(gather_parameters(request, request.matcher)),
         configuration_(parameters_, loader_, SetupOf::kProgram),
         scans_(request.recording, dialog_) {
+    require_other_folder(request);
     std::vector<TimedEvent> events = events_of(request, configuration_);
     require_map(request, events, configuration_.setup());
     scans_.schedule(std::move(events));
@@ -97,11 +114,13 @@ class BagMapping {
  private:
   [[nodiscard]] RunDialog telling_loops(RunDialog dialog) const;
   void add_map_and_trajectories();
+  [[nodiscard]] Trajectory in_map(const std::vector<StampedPose2>& poses) const;
   [[nodiscard]] std::vector<FileContents> hough_pictures() const;
   void tell(const RunFacts& facts) const;
   void handle(const ReadyScan& scan);
   void handle(const TimeJump& jump);
   void handle(const RunEvent& event);
+  void handle(const LeftOut& left_out);
   void begin_scan_table();
   void forget_map();
   void cut_no_returns();
@@ -139,6 +158,9 @@ void BagMapping::map() {
   const RunOptions found = scans_.prepare(parameters_, configuration_.setup().run);
   parameters_.set("base_frame", found.base_frame);
   parameters_.set("odom_frame", found.odom_frame);
+  parameters_.set("use_odometry", found.use_odometry);
+  parameters_.set("odom_topic", found.odom_topic);
+  parameters_.set("imu_topic", found.imu_topic);
   parameters_.set("scan_topics", found.scan_topics);
   cut_no_returns();
   run_.emplace(LiveConfiguration(parameters_, loader_));
@@ -249,6 +271,10 @@ void BagMapping::handle(const RunEvent& event) {
   }
 }
 
+void BagMapping::handle(const LeftOut& left_out) {
+  run_->note_left_out(left_out.stamp, left_out.laser);
+}
+
 void BagMapping::begin_scan_table() {
   scan_table_.reset();
   files_.emplace();
@@ -275,24 +301,44 @@ void BagMapping::handle(const TimeJump& jump) {
   }
 }
 
+/// Maps apart have frames of their own: drawn over the map they would seem to be in it.
+Trajectory BagMapping::in_map(const std::vector<StampedPose2>& poses) const {
+  std::vector<StampedPose2> inside;
+  std::copy_if(poses.begin(), poses.end(), std::back_inserter(inside),
+               [this](const StampedPose2& pose) { return run_->is_in_map(pose.stamp); });
+  return Trajectory(std::move(inside));
+}
+
 void BagMapping::add_map_and_trajectories() {
   const Trajectory trajectory(run_->trajectory());
   const Trajectory odometry(run_->odometry());
   const PoseGraph& graph = run_->loops().graph();
-  const auto add_poses = [&](const std::string& name, const Trajectory& poses) {
-    files_->add(out_ + name, [&poses](const ByteSink& sink) { write_tum(poses, sink); });
+  const auto add_poses = [&](const std::string& name, const Trajectory& poses,
+                             const std::string& of_continued = "") {
+    const std::string comment = map_file_.empty() ? "" : of_continued;
+    files_->add(out_ + name, [&poses, comment](const ByteSink& sink) {
+      if (!comment.empty()) {
+        sink("# " + comment + "\n");
+      }
+      write_tum(poses, sink);
+    });
   };
-  add_poses("/trajectory.tum", trajectory);
-  add_poses("/trajectory_live.tum", Trajectory(run_->live_trajectory()));
+  const std::string of_this_drive =
+      "Of this drive alone, in the frame of the map that it went on with: " + map_file_;
+  add_poses("/trajectory.tum", trajectory, of_this_drive);
+  add_poses("/trajectory_live.tum", Trajectory(run_->live_trajectory()), of_this_drive);
   add_poses("/odometry.tum", odometry);
-  add_poses("/key_scans.tum", key_scan_trajectory(run_->key_scans()));
+  add_poses("/key_scans.tum", key_scan_trajectory(run_->key_scans()),
+            "Of the whole map, the one that it went on with, too: " + map_file_);
   files_->add(out_ + "/graph.g2o", [&graph](const ByteSink& sink) { write_g2o(graph, sink); });
-  const SlamMap& map = run_->drawn_map();
+  const OccupancyGrid shown = run_->shown_map();
   for (const FileContents& file :
-       map_files(out_ + "/map", make_map_image(map.occupancy), map_format(run_->setup().run))) {
+       map_files(out_ + "/map", make_map_image(shown), map_format(run_->setup().run))) {
     files_->add(file);
   }
-  files_->add({out_ + "/map.png", draw_map(map.occupancy, trajectory, odometry, graph).to_png()});
+  files_->add(
+      {out_ + "/map.png",
+       draw_map(shown, in_map(run_->trajectory()), in_map(run_->odometry()), graph).to_png()});
   files_->add(out_ + "/map.slam",
               [this](const ByteSink& sink) { write_saved_map(run_->snapshot(), sink); });
 }
@@ -320,9 +366,21 @@ void BagMapping::tell(const RunFacts& facts) const {
   if (run_->parts_apart() > 0) {
     dialog_.warn("maps of a lost robot that were found nowhere in the map: " +
                  std::to_string(run_->parts_apart()) + "; map.slam alone holds them");
+    const std::size_t all = run_->trajectory().size();
+    const std::size_t apart = all - in_map(run_->trajectory()).size();
+    if (apart > 0) {
+      dialog_.warn(std::to_string(apart) + " of " + std::to_string(all) +
+                   " poses are in such maps, each in a frame of its own that has nothing to do "
+                   "with the map's: map.png leaves them out, trajectory.tum has them; scans.csv "
+                   "says lost for each. Two drives that never meet are better mapped one by one");
+    }
   }
   for (const std::string& warning : fit_.warnings()) {
     dialog_.warn(warning);
+  }
+  if (const std::vector<double> sectors = run_->robot_beams(); !sectors.empty()) {
+    dialog_.warn(
+        text_of_robot_beams(sectors, run_->setup().engine.scan.masked_angles, "give --set "));
   }
   if (scans_.events_left() > 0) {
     dialog_.warn(std::to_string(scans_.events_left()) +

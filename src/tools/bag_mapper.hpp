@@ -10,8 +10,9 @@ namespace matchbox_slam {
 
 /// What map_bag is asked to do; what is not given keeps its default.
 struct MapBagRequest : RecordingRequest {
-  std::string map;      ///< file to go on with; empty: a new map
-  std::string convert;  ///< bag to write in place of a map; empty: a map
+  std::string map;         ///< file to go on with; empty: a new map
+  bool overwrite = false;  ///< that one, where the results are to go there
+  std::string convert;     ///< bag to write in place of a map; empty: a map
   std::optional<std::string> matcher;
   std::string events;               ///< file; empty: nothing happens between the scans
   std::optional<std::string> pose;  ///< X,Y,THETA of the base in the map at the first scan

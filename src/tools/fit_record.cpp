@@ -20,6 +20,7 @@ constexpr float kPoorEvidence = 1.0F;
 constexpr double kManyJumps = 0.1;
 constexpr double kJump = 0.05;      // m
 constexpr double kSoonAfter = 0.3;  // s, in which no odometry errs by that
+constexpr double kNear = 0.3;       // m likewise: where stamps are made up more may lie between
 
 bool is_sure(TrackingState state) {
   return state == TrackingState::kTracking || state == TrackingState::kRecovered;
@@ -29,6 +30,7 @@ bool is_sure(TrackingState state) {
 
 void FitRecord::add(const ScanOutcome& outcome) {
   if (outcome.match.status == MatchStatus::kOfFurtherLaser) {
+    has_further_lasers_ = true;
     return;
   }
   ++scans_;
@@ -47,7 +49,9 @@ void FitRecord::add(const ScanOutcome& outcome) {
   }
   if (outcome.odom_from_base) {
     const Pose2 map_from_odom = outcome.map_from_base * outcome.odom_from_base->inverse();
-    if (map_from_odom_ && outcome.stamp - last_stamp_ < kSoonAfter) {
+    const double way = (last_odometry_.inverse() * *outcome.odom_from_base).translation().norm();
+    last_odometry_ = *outcome.odom_from_base;
+    if (map_from_odom_ && outcome.stamp - last_stamp_ < kSoonAfter && way < kNear) {
       const Pose2 expected = *map_from_odom_ * *outcome.odom_from_base;
       const double off = (expected.translation() - outcome.map_from_base.translation()).norm();
       ++steps_;
@@ -129,9 +133,11 @@ std::string FitRecord::text_of_jumps() const {
     return "";
   }
   return "in " + std::to_string(jumps_) + " of " + std::to_string(steps_) +
-         " steps from scan to scan the pose jumps by more than 5 cm against the odometry, so that "
-         "odometry alone may be better: do several lasers disagree, or a laser's place in tf and "
-         "the odometry?";
+         " steps from scan to scan the pose jumps by more than 5 cm against the odometry: " +
+         (has_further_lasers_ ? "do the lasers disagree, or their places in tf and the odometry?"
+                              : "is the laser's place in tf right, are the stamps, or is the "
+                                "odometry so bad?") +
+         " --matcher odometry_only shows what odometry alone makes of it";
 }
 
 }  // namespace matchbox_slam

@@ -25,6 +25,9 @@ void declare_options(CLI::App& app, MapBagRequest& request) {
              "--map", request.map,
              "Map to go on with: a map.slam of map_bag or of ~save_map, or the .yaml of an image")
           ->type_name("FILE");
+  app.add_flag("--overwrite", request.overwrite,
+               "Write over that map, where --out is the folder that it is in")
+      ->needs(map);
   app.add_option("--pose", request.pose,
                  "Where the robot is in that map at the first scan [m, rad], to 0.3 m and 0.2 rad; "
                  "else it is searched for, or in an image taken to be where start_x, start_y and "

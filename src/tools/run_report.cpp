@@ -152,6 +152,7 @@ void add_incidents(const RunFacts& facts, json& report) {
   report["ignored_map_link"] =
       facts.bag.ignored_map_link.empty() ? json(nullptr) : json(facts.bag.ignored_map_link);
   report["invalid_transforms"] = facts.bag.invalid_transforms;
+  report["invalid_odometry"] = facts.bag.invalid_odometry;
   report["resets"] = facts.resets;
   report["interrupted"] = facts.bag.interrupted;
   report["damage"] = facts.bag.damage.empty() ? json(nullptr) : json(facts.bag.damage);

@@ -58,6 +58,46 @@ TEST(SlamDiagnostics, TellsHowItGoes) {
   EXPECT_EQ(judge(localising).message, "localising");
 }
 
+TEST(SlamDiagnostics, IsSureOfNothingBeforeAScanWasUsed) {
+  SlamHealth health = healthy();
+  health.recent.clear();
+  health.account.delivered = 0;
+  health.waiting = 200;
+  const auto status = judge(health);
+  EXPECT_EQ(status.level, DiagnosticStatus::WARN);
+  EXPECT_EQ(status.message, "no scan was used yet, 200 wait for their transforms");
+  for (const char* key : {"State", "Certainty", "Match"}) {
+    EXPECT_EQ(value_of(status, key), "no scan was used yet") << key;
+  }
+}
+
+TEST(SlamDiagnostics, FramesThatAreNotThereAreAnError) {
+  SlamHealth health = healthy();
+  health.account.delivered = 0;
+  health.account.skipped[SkipReason::kNoTransform] = 200;
+  health.last_skip = "scan of 1 s skipped (no_transform): tf has no frame 'odm'";
+  const auto status = judge(health);
+  EXPECT_EQ(status.level, DiagnosticStatus::ERROR);
+  EXPECT_EQ(status.message, "no scan can be used: " + health.last_skip);
+  health.account.delivered = 1;
+  EXPECT_EQ(judge(health).level, DiagnosticStatus::WARN) << "some can";
+}
+
+TEST(SlamDiagnostics, TellsWhatTheLogTells) {
+  SlamHealth unsaved = healthy();
+  unsaved.unsaved = "the disk is full";
+  EXPECT_EQ(judge(unsaved).level, DiagnosticStatus::ERROR);
+  EXPECT_EQ(judge(unsaved).message, "the map is not saved: the disk is full");
+  SlamHealth rivals = healthy();
+  rivals.rivals = "two nodes publish tf from the odometry frame 'odom': /a and /b";
+  EXPECT_EQ(judge(rivals).level, DiagnosticStatus::WARN);
+  EXPECT_EQ(judge(rivals).message, rivals.rivals);
+  SlamHealth masked = healthy();
+  masked.robot_beams = "beams end on the robot itself";
+  EXPECT_EQ(value_of(judge(masked), "Beams on the robot"), masked.robot_beams);
+  EXPECT_EQ(judge(masked).level, DiagnosticStatus::OK);
+}
+
 TEST(SlamDiagnostics, SaysThatThereIsNoMapToLocaliseIn) {
   SlamHealth health = healthy();
   health.updates_map = false;

@@ -31,6 +31,43 @@ class Run : public testing::Test {
   SlamRun run_{LiveConfiguration(parse_yaml_parameters("matcher: odometry_only", "test"), loader_)};
 };
 
+TEST_F(Run, ScansThatThereWasNoTimeForAreEventsInTheirPlaces) {
+  (void)run_.process(scan(1.0));
+  run_.apply(Reset{});
+  run_.note_left_out(2.0, 1);
+  run_.apply(Pause{false});
+  (void)run_.process(scan(3.0));
+  run_.note_left_out(4.0, 0);
+  const std::vector<TimedEvent> events = run_.events();
+  ASSERT_EQ(events.size(), 4U);
+  EXPECT_TRUE(std::holds_alternative<Reset>(events[0].event));
+  EXPECT_EQ(events[0].scan.stamp, 2.0) << "it came before the scan that was left out";
+  EXPECT_TRUE(std::holds_alternative<LeaveOut>(events[1].event));
+  EXPECT_EQ(events[1].scan.stamp, 2.0);
+  EXPECT_EQ(events[1].scan.laser, 1);
+  EXPECT_EQ(events[2].scan.stamp, 3.0);
+  EXPECT_EQ(events[3].scan.stamp, 4.0) << "though no scan was used after it";
+  SlamRun recent{LiveConfiguration({}, loader_), RunRecords::kRecent};
+  recent.note_left_out(1.0, 0);
+  EXPECT_TRUE(recent.events().empty());
+}
+
+TEST_F(Run, APoseOfALostRobotIsNotInTheMapUntilItIsFound) {
+  (void)run_.process(scan(1.0));
+  run_.begin_drive(2.0);
+  const std::optional<ScanOutcome> lost = run_.process(scan(2.0));
+  ASSERT_TRUE(lost);
+  ASSERT_EQ(lost->state, TrackingState::kLost);
+  EXPECT_TRUE(run_.is_in_map(1.0));
+  EXPECT_FALSE(run_.is_in_map(2.0));
+  run_.apply(SetPose{{}, Eigen::Matrix3d::Zero()});
+  (void)run_.process(scan(3.0));
+  EXPECT_FALSE(run_.is_in_map(2.0)) << "there it never was found";
+  EXPECT_TRUE(run_.is_in_map(3.0));
+  run_.apply(Reset{});
+  EXPECT_TRUE(run_.is_in_map(2.0));
+}
+
 TEST_F(Run, LeavesScansOutWhilePaused) {
   ASSERT_TRUE(run_.process(scan(1.0)));
   run_.apply(Pause{true});

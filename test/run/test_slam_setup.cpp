@@ -67,6 +67,30 @@ TEST(SlamSetup, ReadsEverySection) {
   EXPECT_DOUBLE_EQ(setup.engine.field.reach, 0.3);
 }
 
+TEST(SlamSetup, ThePlaceOfALaserIsAListOrText) {
+  const std::vector<double> expected = {0.2, -0.1, 3.14};
+  for (const char* text : {"[0.2, -0.1, 3.14]", "'0.2,-0.1,3.14'", "'[0.2, -0.1, 3.14]'"}) {
+    EXPECT_EQ(setup_of(std::string("laser_pose: ") + text).run.laser_pose, expected) << text;
+  }
+  EXPECT_TRUE(setup_of("laser_pose: ''").run.laser_pose.empty());
+  const auto refusal = [](const std::string& yaml) {
+    return error_text<ConfigurationError>([&] { (void)setup_of(yaml); });
+  };
+  EXPECT_EQ(refusal("laser_pose: 'ahead'"),
+            "laser_pose: 'ahead' is not allowed; allowed: [x, y, yaw] in m and rad, such as "
+            "0.2,0,3.14");
+  EXPECT_EQ(refusal("laser_pose: [1, 2]"),
+            "laser_pose: 2 numbers are not allowed; allowed: three for each laser: x, y, yaw");
+  EXPECT_EQ(refusal("scan_topics: [a]\nlaser_pose: [1, 2, 0, 3, 4, 0]"),
+            "laser_pose: 2 places are not allowed; there are 1 scan_topics");
+}
+
+TEST(SlamSetup, ATopicOfOdometryAndNoOdometryContradict) {
+  EXPECT_TRUE(contains(error_text<ConfigurationError>(
+                           [] { (void)setup_of("odom_topic: /odom\nuse_odometry: false"); }),
+                       "leave out one of the two"));
+}
+
 TEST(SlamSetup, KeepsTheHoughOptionsWhateverTheMatcher) {
   EXPECT_EQ(setup_of("matcher: olson").hough.alignment.peaks, HoughOptions{}.alignment.peaks);
   for (const std::string matcher : {"olson", "hough"}) {

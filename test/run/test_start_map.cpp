@@ -42,5 +42,18 @@ TEST(PutOnMark, AnImageSaysNothingOfWhereTheRobotIs) {
   EXPECT_EQ(lost.motion.fixed_from_base, (Pose2{1.0, 2.0, 0.0})) << "in the map apart";
 }
 
+TEST(SameDrive, OdometryThatGoesOnIsFarFromItsOrigin) {
+  const Pose2 saved{8.0, 6.0, 1.0};
+  EXPECT_TRUE(does_odometry_go_on(saved, Pose2{8.5, 6.0, 2.0}, 60.0));
+  EXPECT_FALSE(does_odometry_go_on(saved, Pose2{0.1, 0.0, 0.0}, 60.0)) << "it was switched on";
+  EXPECT_FALSE(does_odometry_go_on(saved, Pose2{12.0, 6.0, 1.0}, 2.0)) << "none is so fast";
+  EXPECT_FALSE(does_odometry_go_on(saved, saved, 3600.0)) << "it may have been carried";
+  EXPECT_FALSE(does_odometry_go_on(saved, saved, -1.0)) << "the clock was set back";
+  EXPECT_FALSE(does_odometry_go_on(Pose2{0.2, 0.0, 0.0}, Pose2{0.3, 0.0, 0.0}, 60.0))
+      << "that may be either";
+  EXPECT_FALSE(does_odometry_go_on(saved, {}, 60.0));
+  EXPECT_FALSE(does_odometry_go_on({}, saved, 60.0));
+}
+
 }  // namespace
 }  // namespace matchbox_slam

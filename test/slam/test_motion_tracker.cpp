@@ -152,6 +152,20 @@ TEST(MotionTracker, OnlyKOdometryBelievesTheWheels) {
   }
 }
 
+TEST(MotionTracker, OfAHeadingAloneOnlyTheTurnIsBelieved) {
+  MotionTracker tracker({});
+  const auto heading = [](double stamp, double theta, double theta_last) {
+    ScanInput input = scan_with_odometry(stamp, {7.0, 8.0, theta}, {9.0, 9.0, theta_last});
+    input.odometry->is_heading_only = true;
+    return input;
+  };
+  fix(tracker, heading(1.0, 3.0, 3.0), {});
+  const MotionPrediction predicted = tracker.predict(heading(2.0, -3.0, -2.9));
+  expect_near(predicted.fixed_from_base, {0.0, 0.0, 2.0 * kPi - 6.0});
+  expect_near(predicted.during_scan, {0.0, 0.0, 0.1});
+  EXPECT_NEAR(predicted.covariance(2, 2), 0.02 * 0.02, 1e-15);
+}
+
 TEST(MotionTracker, UncertaintyGoesOnFromThatOfTheNewestScan) {
   MotionPriorOptions options;
   MotionTracker tracker(options);

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "common/error_text.hpp"
 #include "tools/fit_record.hpp"
 
 namespace matchbox_slam {
@@ -81,10 +82,23 @@ TEST(FitRecord, SaysThatThePosesJumpAgainstTheOdometry) {
     outcome.map_from_base.y = k % 4 == 0 ? 0.06 : 0.0;
     record.add(outcome);
   }
-  EXPECT_EQ(record.warnings(),
-            Texts{"in 50 of 100 steps from scan to scan the pose jumps by more than 5 cm against "
-                  "the odometry, so that odometry alone may be better: do several lasers disagree, "
-                  "or a laser's place in tf and the odometry?"});
+  EXPECT_EQ(
+      record.warnings(),
+      Texts{"in 50 of 100 steps from scan to scan the pose jumps by more than 5 cm against "
+            "the odometry: is the laser's place in tf right, are the stamps, or is the "
+            "odometry so bad? --matcher odometry_only shows what odometry alone makes of it"});
+  ScanOutcome beside = outcome_of(10.05);
+  beside.match.status = MatchStatus::kOfFurtherLaser;
+  record.add(beside);
+  EXPECT_TRUE(contains(record.warnings().front(), "do the lasers disagree"));
+  FitRecord leaping;  // of made-up stamps: no robot drives half a metre in a tenth of a second
+  for (int k = 0; k <= 100; ++k) {
+    ScanOutcome outcome = outcome_of(0.1 * k);
+    outcome.odom_from_base = Pose2{0.5 * k, 0.0, 0.0};
+    outcome.map_from_base = {0.5 * k, k % 4 == 0 ? 0.06 : 0.0, 0.0};
+    leaping.add(outcome);
+  }
+  EXPECT_EQ(leaping.warnings(), Texts{});
   FitRecord sparse;  // between scans seconds apart odometry may err by that
   for (int k = 0; k <= 100; ++k) {
     ScanOutcome outcome = outcome_of(3.0 * k);

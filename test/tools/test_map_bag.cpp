@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
+#include <rosbag/view.h>
 #include <sensor_msgs/Imu.h>
 
 #include <algorithm>
@@ -24,6 +25,7 @@
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
 #include "ros/messages.hpp"
+#include "ros/scan_types.hpp"
 #include "run/events_file.hpp"
 #include "simulation/make_world.hpp"
 #include "tools/bag_mapper.hpp"
@@ -218,7 +220,7 @@ TEST_F(TiltedLaser, AnImuThatMeasuresNoOrientationIsTold) {
        {"messages of the IMU are ignored; the first: orientation_covariance[0] is -1, which says "
         "that it measures no orientation\n",
         "skipped (no_transform): no orientation by the IMU at 1000.000: no usable message of the "
-        "IMU has come yet\n"}) {
+        "IMU has come yet; leave out imu_topic to map without\n"}) {
     EXPECT_TRUE(contains(outcome.output, words)) << outcome.output;
   }
 }
@@ -383,10 +385,67 @@ TEST_F(MapBag, GoesOnWithItsMapAsIfItHadNeverStopped) {
       ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
       EXPECT_TRUE(contains(outcome.output, "whose drive goes on")) << outcome.output;
       EXPECT_TRUE(contains(outcome.output, "25 of 25 scans used, 25 matched")) << outcome.output;
-      EXPECT_EQ(read_file(out_ + "/trajectory.tum"), last_lines(whole, 25)) << options;
+      EXPECT_EQ(last_lines(read_file(out_ + "/trajectory.tum"), 25), last_lines(whole, 25))
+          << options;
       EXPECT_TRUE(read_file(out_ + "/map.pgm") == map) << options;
       EXPECT_TRUE(read_file(out_ + "/map.slam") == saved) << options;
     }
+  }
+}
+
+TEST_F(MapBag, TheFolderOfTheMapIsNotWrittenOverUnasked) {
+  write_small_bag(bag_);
+  ASSERT_EQ(run("--duration 2").exit_code, 0);
+  const std::string map = read_file(out_ + "/map.slam");
+  const Outcome refused = run("--start 2.1 --map " + out_ + "/map.slam");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(contains(refused.output, "--out: '" + out_ + "' is the folder of " + out_ +
+                                           "/map.slam, which would be written over; give another "
+                                           "--out, or --overwrite"))
+      << refused.output;
+  EXPECT_EQ(read_file(out_ + "/map.slam"), map);
+  const Outcome asked = run("--start 2.1 --overwrite --map " + out_ + "/map.slam");
+  EXPECT_EQ(asked.exit_code, 0) << asked.output;
+  const std::string first_line =
+      "# Of this drive alone, in the frame of the map that it went on "
+      "with: " +
+      out_ + "/map.slam\n";
+  EXPECT_EQ(read_file(out_ + "/trajectory.tum").substr(0, first_line.size()), first_line);
+  EXPECT_EQ(read_file(out_ + "/odometry.tum").substr(0, 1), "1") << "which is in no map";
+  EXPECT_TRUE(contains(read_file(out_ + "/key_scans.tum"), "# Of the whole map"));
+}
+
+TEST_F(MapBag, ARobotAtRestGetsFreeGround) {
+  SmallBag recipe;
+  write_small_bag(bag_, recipe);
+  ASSERT_EQ(run("").exit_code, 0);
+  const MapImage map = read_map(out_ + "/map.yaml");
+  int free = 0;
+  int occupied = 0;
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      free += map.state({x, y}) == CellState::kFree ? 1 : 0;
+      occupied += map.state({x, y}) == CellState::kOccupied ? 1 : 0;
+    }
+  }
+  EXPECT_GT(free, 1000);  // of 16 m^2 with a blind sector
+  EXPECT_GT(occupied, 100);
+}
+
+TEST_F(MapBag, ScansThatANodeHadNoTimeForAreLeftOutAgain) {
+  write_small_bag(bag_);
+  const std::string events = folder_ / "events.yaml";
+  replace_file(events,
+               "- scan: 1001.0\n  leave_out: true\n- scan: 1001.05\n  leave_out: true\n"
+               "- scan: 1002.0\n  leave_out: true\n");
+  const Outcome outcome = run("--events " + events);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(poses(), 48U) << "that of 1001.05 was never there";
+  EXPECT_EQ(report("scans/skipped/too_late"), 2.0);
+  const Trajectory trajectory = read_tum(out_ + "/trajectory.tum");
+  for (const StampedPose2& pose : trajectory.poses()) {
+    EXPECT_NE(pose.stamp, 1001.0);
+    EXPECT_NE(pose.stamp, 1002.0);
   }
 }
 
@@ -520,6 +579,30 @@ TEST_F(TwoDrives, BecomeOneMap) {
                  " newer than the last one of the map: the robot is searched for in the map");
 }
 
+TEST_F(MapBag, DrivesThatNeverMeetAreNotDrawnOverEachOther) {
+  const auto drive = [this](const std::string& bag, const std::string& world, int seed,
+                            double begin) {
+    SimulationOptions options;
+    options.laser.beams = 260;
+    options.laser.scan_rate = 5.0;
+    options.time.start_stamp = begin;
+    const World there = make_world(world, static_cast<std::uint64_t>(seed));
+    SimulatedRun run =
+        simulate_run(there, there.route(), options, static_cast<std::uint64_t>(seed));
+    SimulatedBagWriter(bag, {}).write(part_of(run, 0, 100), {world, 3, options.laser, {}});
+  };
+  const std::string second = folder_ / "second.bag";
+  drive(bag_, "rooms", 3, 1000.0);
+  drive(second, "loop", 3, 5000.0);
+  const Outcome outcome = run(second);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output,
+                       "100 of 200 poses are in such maps, each in a frame of its "
+                       "own that has nothing to do with the map's"))
+      << outcome.output;
+  EXPECT_EQ(poses(), 200U);
+}
+
 TEST_F(MapBag, LaterConfigurationsReplaceEarlierOnes) {
   replace_file(folder_ / "a.yaml", "matcher: odometry_only\nseed: 3\nmap: {resolution: 0.1}\n");
   replace_file(folder_ / "b.yaml", "map: {resolution: 0.2}\nseed: 4\n");
@@ -650,6 +733,118 @@ TEST_F(MapBag, MapsFromTheLaserAlone) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_EQ(poses(), 50U);
   EXPECT_EQ(read_tum(out_ + "/odometry.tum").size(), 0U);
+}
+
+/// A copy of a bag in which the odometry is no tf, but nav_msgs/Odometry on /odom.
+void move_odometry_to_topic(const std::string& from, const std::string& to) {
+  rosbag::Bag in(from, rosbag::bagmode::Read);
+  rosbag::Bag out(to, rosbag::bagmode::Write);
+  for (const rosbag::MessageInstance& message : rosbag::View(in)) {
+    const auto links = message.instantiate<tf2_msgs::TFMessage>();
+    if (links == nullptr) {
+      out.write(message.getTopic(), message.getTime(), message, message.getConnectionHeader());
+      continue;
+    }
+    for (const geometry_msgs::TransformStamped& link : links->transforms) {
+      if (link.header.frame_id != "odom_combined") {
+        out.write("/tf", message.getTime(), make_transforms({link}));
+        continue;
+      }
+      nav_msgs::Odometry odometry;
+      odometry.header = link.header;
+      odometry.child_frame_id = link.child_frame_id;
+      odometry.pose.pose.position.x = link.transform.translation.x;
+      odometry.pose.pose.position.y = link.transform.translation.y;
+      odometry.pose.pose.orientation = link.transform.rotation;
+      out.write("/odom", message.getTime(), odometry);
+    }
+  }
+}
+
+TEST_F(MapBag, OdometryOnATopicGivesTheBytesThatItGivesOnTf) {
+  ASSERT_EQ(run_command(MATCHBOX_SIMULATE,
+                        "--world rooms --seed 4 --duration 10 --beams 260 --scan-rate 5 --bag " +
+                            bag_ + " --truth " + (folder_ / "truth.tum"))
+                .exit_code,
+            0);
+  ASSERT_EQ(run("").exit_code, 0);
+  const std::string trajectory = read_file(out_ + "/trajectory.tum");
+  const std::string odometry = read_file(out_ + "/odometry.tum");
+  const std::string by_topic = folder_ / "topic.bag";
+  move_odometry_to_topic(bag_, by_topic);
+  for (const std::string named : {"", " --odom-topic odom"}) {
+    const Outcome outcome = run_command(MATCHBOX_MAP_BAG, by_topic + " --out " + out_ + named);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    EXPECT_TRUE(
+        contains(outcome.output, "; odometry on topic /odom, of base_footprint in odom_combined\n"))
+        << outcome.output;
+    EXPECT_EQ(read_file(out_ + "/trajectory.tum"), trajectory);
+    EXPECT_EQ(read_file(out_ + "/odometry.tum"), odometry);
+  }
+  EXPECT_EQ(report("invalid_odometry"), 0.0);
+}
+
+TEST_F(MapBag, TakesTheLaserWhereItIsSaidToBe) {
+  SmallBag recipe;
+  recipe.laser_frame = "lidar";
+  write_small_bag(bag_, recipe);
+  ASSERT_EQ(run("").exit_code, 0);
+  const std::string trajectory = read_file(out_ + "/trajectory.tum");
+  // The same without the laser's place in tf.
+  recipe.with_transforms = false;
+  write_small_bag(bag_, recipe);
+  {
+    rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+    for (int k = -2; k < 105; ++k) {
+      const double stamp = 1000.0 + 0.05 * k;
+      bag.write("/tf", ros::Time(stamp), make_link(stamp, "odom", "base_link", 0.001 * k));
+    }
+  }
+  std::filesystem::remove_all(out_);
+  expect_one_line(run(""), 2, "or say where the laser is on the robot with --laser-pose X,Y,YAW");
+  expect_one_line(run("--laser-pose 0.2,zero,0"), 2, "allowed: [x, y, yaw] in m and rad");
+  const Outcome outcome = run("--laser-pose 0.2,0,0");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(read_file(out_ + "/trajectory.tum"), trajectory);
+  EXPECT_EQ(run("--laser-pose -0.2,0,0").exit_code, 0);
+}
+
+TEST_F(MapBag, AJumpWhileItIsInDoubtLosesNothing) {
+  ASSERT_EQ(run_command(MATCHBOX_SIMULATE,
+                        "--world rooms --seed 8 --duration 70 --sensor rplidar_a1 --turn-rate 2.5 "
+                        "--turn-acceleration 20 --imu --no-odometry --rotation-noise 0.002 "
+                        "--heading-noise 0.0005 --heading-bias 0 --rotation-bias 0.005 --bag " +
+                            bag_ + " --truth " + (folder_ / "truth.tum"))
+                .exit_code,
+            0);
+  const Outcome outcome = run("");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+}
+
+TEST_F(MapBag, AdvisesToMaskBeamsThatEndOnTheRobot) {
+  const std::string healthy = folder_ / "healthy.bag";
+  ASSERT_EQ(run_command(MATCHBOX_SIMULATE,
+                        "--world rooms --seed 4 --duration 120 --beams 261 --scan-rate 5 --bag " +
+                            healthy + " --truth " + (folder_ / "truth.tum"))
+                .exit_code,
+            0);
+  const Outcome silent = run_command(MATCHBOX_MAP_BAG, healthy + " --out " + out_);
+  EXPECT_FALSE(contains(silent.output, "warning")) << silent.output;
+  convert_bag(healthy, bag_, "/base_scan", "/base_scan", [](sensor_msgs::LaserScan scan) {
+    for (std::size_t k = 20; k < 30; ++k) {
+      scan.ranges[k] = 0.45F;
+    }
+    return scan;
+  });
+  const Outcome told = run("");
+  EXPECT_EQ(told.exit_code, 0);
+  EXPECT_TRUE(contains(told.output,
+                       "warning: beams end on the robot itself: in 1 sector the range stays the "
+                       "same wherever it is; to leave them out of every laser's scans give --set "
+                       "scan/masked_angles=[-1.947,-1.739]\n"))
+      << told.output;
+  const Outcome masked = run("--set scan/masked_angles=[-1.947,-1.739]");
+  EXPECT_FALSE(contains(masked.output, "warning")) << masked.output;
 }
 
 /// A bag whose scans start over at an earlier stamp, as when the robot's clock was set back.
@@ -797,7 +992,9 @@ TEST_F(MapBag, RefusesBagsThatCannotBeRead) {
   write_small_bag(bag_);
   const std::string bytes = read_file(bag_);
   replace_file(bag_, bytes.substr(0, bytes.size() / 2));
-  expect_one_line(run(""), 1, "rosbag reindex");
+  expect_one_line(
+      run(""), 1,
+      "makes it readable, but only up to the first damage: what is behind that is lost");
 }
 
 TEST_F(MapBag, WritesThePartBeforeADamage) {
@@ -966,7 +1163,8 @@ TEST_F(MapBag, RefusesWrongUsage) {
   EXPECT_EQ(help.exit_code, 0);
   for (const char* flag :
        {"--out", "--config", "--matcher", "--set", "--scan-topic", "--base-frame", "--odom-frame",
-        "--no-odom", "--start", "--duration", "--seed", "--threads", "--quiet", "--convert"}) {
+        "--no-odom", "--odom-topic", "--laser-pose", "--start", "--duration", "--seed", "--threads",
+        "--quiet", "--convert"}) {
     EXPECT_TRUE(contains(help.output, flag)) << flag;
   }
 }
@@ -1097,7 +1295,7 @@ TEST_F(MapBag, AnInterruptedRunIsGoneOnWithWhereItEnded) {
   ASSERT_NE(at, std::string::npos) << outcome.output;
   const std::string arguments = outcome.output.substr(at);
   const std::size_t covered = poses();
-  const Outcome rest = run(arguments.substr(0, arguments.find('\n')));
+  const Outcome rest = run("--overwrite " + arguments.substr(0, arguments.find('\n')));
   ASSERT_EQ(rest.exit_code, 0) << rest.output;
   EXPECT_TRUE(contains(rest.output, "map.slam, whose drive goes on")) << rest.output;
   EXPECT_EQ(covered + poses(), recipe.scans);

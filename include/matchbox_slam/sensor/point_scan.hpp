@@ -107,6 +107,9 @@ struct ProjectionOptions {
 /// Throws ConfigurationError when the options do not fit together.
 void check_projection_options(const ProjectionOptions& options);
 
+/// Whether an angle lies in one of the sectors, as of ProjectionOptions::masked_angles.
+[[nodiscard]] bool is_masked(double angle, const std::vector<double>& sectors);
+
 /// Turns measured ranges into points, by REP-117: NaN, -inf, 0 and anything below the minimum range
 /// is ignored, and so are masked angles; +inf and anything from the maximum range on is a ray
 /// without return; the rest hits. Readings of less than 0.2 m are ignored, too, where most beams

@@ -12,6 +12,7 @@ namespace matchbox_slam {
 struct ScanOdometry {
   Pose2 odom_from_base;            ///< at the scan's stamp, the time of its first beam
   Pose2 odom_from_base_last_beam;  ///< at the time of its last beam
+  bool is_heading_only = false;    ///< as of an IMU: the positions mean nothing
 };
 
 /// One scan with all that is known about it when it is processed.

@@ -16,7 +16,8 @@ namespace matchbox_slam {
 enum class GuessSource {
   kVelocity,  ///< the last motion goes on
   kOdometry,  ///< of wheels, say; the last motion for scans without
-  kHeading,   ///< the turn from the input's odometry, an IMU's; the way from the last motion
+  kHeading,   ///< the turn from the input's odometry, an IMU's; the way from the last motion; so
+              ///< it is for any scan whose odometry is a heading only
 };
 
 /// All that a motion tracker knows: a value, to be copied and saved. Poses are those of the base in
@@ -146,10 +147,12 @@ class MotionTracker {
   [[nodiscard]] Pose2 motion_during_scan(const ScanInput& input, const Pose2& moved,
                                          double interval) const;
   [[nodiscard]] bool has_odometry(const ScanInput& input) const {
-    return source_ == GuessSource::kOdometry && input.odometry;
+    return source_ == GuessSource::kOdometry && input.odometry && !input.odometry->is_heading_only;
   }
   [[nodiscard]] bool has_heading(const ScanInput& input) const {
-    return source_ == GuessSource::kHeading && input.odometry;
+    return input.odometry &&
+           (source_ == GuessSource::kHeading ||
+            (source_ == GuessSource::kOdometry && input.odometry->is_heading_only));
   }
 
   MotionPriorOptions options_;
