@@ -31,6 +31,15 @@ bool is_elsewhere(const Pose2& first, const Pose2& pose) {
   return moved.translation().norm() > kMoved || std::abs(moved.theta) > kMoved;
 }
 
+/// None at the end, and where it cannot be read: that is told when it is mapped.
+std::optional<BagMessage> next_of(BagStream& stream) {
+  try {
+    return stream.next();
+  } catch (const BagError&) {
+    return std::nullopt;
+  }
+}
+
 OdometryTopic look_at(const BagReader& reader, const std::string& topic, BagPeriod period) {
   constexpr double kLongest = 60.0;  // [s] that a robot may stand before it moves
   period.duration = std::min(period.duration, kLongest);
@@ -39,7 +48,7 @@ OdometryTopic look_at(const BagReader& reader, const std::string& topic, BagPeri
   std::optional<Pose2> first;
   const std::unique_ptr<BagStream> stream = reader.stream({}, period, {}, {}, topic);
   while (!found.moves) {
-    const std::optional<BagMessage> message = stream->next();
+    const std::optional<BagMessage> message = next_of(*stream);
     if (!message) {
       break;
     }
@@ -67,7 +76,7 @@ OdometryTopic look_at(const BagReader& reader, const std::string& topic, BagPeri
 std::string frame_of_imu(const BagReader& reader, const std::string& topic,
                          const BagPeriod& period) {
   const std::unique_ptr<BagStream> stream = reader.stream({}, period, topic);
-  while (const std::optional<BagMessage> message = stream->next()) {
+  while (const std::optional<BagMessage> message = next_of(*stream)) {
     if (const auto* imu = std::get_if<sensor_msgs::Imu::ConstPtr>(&message->content)) {
       const bool turns = has_no_orientation(**imu) ? GyroHeading::find_defect(**imu).empty()
                                                    : find_defect(**imu).empty();

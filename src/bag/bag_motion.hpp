@@ -27,8 +27,7 @@ struct BagMotion {
 /// Finds the odometry: on the topic asked for; else in tf; else on the only topic of
 /// nav_msgs/Odometry whose pose moves. Where there is none at all, the turn from scan to scan is by
 /// the IMU, where there is one whose place tf tells. Throws ConfigurationError naming the topics
-/// when there are several to choose from, and as `choose_frames`; BagError where a message cannot
-/// be read.
+/// when there are several to choose from, and as `choose_frames`. Looks no farther than to damage.
 /// @param options  of which use_odometry, odom_topic and imu_topic are what was asked for.
 [[nodiscard]] BagMotion choose_motion(const BagReader& reader, const BagSurvey& survey,
                                       const AskedFrames& asked, const BagPeriod& period,

@@ -189,7 +189,11 @@ void read_tail(Words& words, CarmenLine& line) {
     words.skip(1, "host");
   }
   if (words.left() > 0) {
+    constexpr double kLongest = 1e9;  // s, 30 years
     line.logger_stamp = words.number("the logger's stamp");
+    if (*line.logger_stamp < 0.0 || *line.logger_stamp > kLongest) {
+      throw CarmenLineError("the logger's stamp is before its beginning or 30 years after it");
+    }
   }
 }
 

@@ -383,8 +383,8 @@ std::vector<std::string> MessageMaker::make(LogText log) {
   if (!chosen.remark.empty()) {
     remark(chosen.remark);
   }
-  add_mounts(log,
-             ros::Time().fromSec(*std::min_element(chosen.stamps.begin(), chosen.stamps.end())));
+  const double begin = *std::min_element(chosen.stamps.begin(), chosen.stamps.end());
+  add_mounts(log, std::max(ros::TIME_MIN, ros::Time().fromSec(begin)));
   add_events(std::move(log), chosen.stamps);
   std::stable_sort(entries_.begin(), entries_.end(),
                    [](const auto& a, const auto& b) { return a.time < b.time; });

@@ -30,7 +30,13 @@ std::vector<std::string> named_files(const fs::path& metadata) {
 
 /// A file of the folder; the first versions of ROS 2 named it with the folder's name before it.
 std::string place_of(const fs::path& folder, const std::string& name) {
-  for (const fs::path& place : {folder / name, folder / fs::path(name).filename()}) {
+  const fs::path named = folder / name;
+  const fs::path here = folder / fs::path(name).filename();
+  // Of files that were packed as a whole, what they were unpacked to comes first.
+  const auto unpacked = [](fs::path place) {
+    return place.extension() == ".zstd" ? place.replace_extension() : place;
+  };
+  for (const fs::path& place : {unpacked(named), unpacked(here), named, here}) {
     std::error_code error;
     if (fs::is_regular_file(place, error)) {
       return place.string();

@@ -207,7 +207,8 @@ void SlamInput::warn_of_second_odometry(const TransformEvent& event) {
   const bool is_odometry = std::any_of(links.begin(), links.end(), [this](const auto& link) {
     return without_leading_slash(link.header.frame_id) == options_.odom_frame;
   });
-  if (!is_odometry || told_of_second_odometry_ || !options_.use_odometry) {
+  if (!is_odometry || told_of_second_odometry_ || !options_.use_odometry ||
+      !options_.odom_topic.empty()) {
     return;
   }
   const ros::Time now = event.getReceiptTime();

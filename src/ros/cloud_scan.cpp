@@ -285,7 +285,7 @@ std::string text_of_none_left(const PointCount& count, const PointChoice& choice
 ScanMessage to_scan(const sensor_msgs::PointCloud2& message, const CloudOptions& options) {
   const auto scan = boost::make_shared<sensor_msgs::LaserScan>();
   scan->header = message.header;
-  ScanMessage result{scan, {}, false};
+  ScanMessage result{scan, {}, false, true};
   if (message.width == 0 || message.height == 0) {
     result.is_empty = true;
     result.defect = "it has no points";

@@ -76,17 +76,17 @@ std::string GyroHeading::find_defect(const sensor_msgs::Imu& message) {
   return {};
 }
 
-geometry_msgs::TransformStamped GyroHeading::add(const sensor_msgs::Imu& message,
-                                                 const Eigen::Matrix3d& base_from_imu) {
+std::optional<geometry_msgs::TransformStamped> GyroHeading::add(
+    const sensor_msgs::Imu& message, const Eigen::Matrix3d& base_from_imu) {
   const geometry_msgs::Vector3& rate = message.angular_velocity;
   const Reading reading{message.header.stamp,
                         base_from_imu.row(2).dot(Eigen::Vector3d(rate.x, rate.y, rate.z))};
-  if (!newest_ || newest_->stamp < reading.stamp) {
-    const double passed = newest_ ? seconds_between(newest_->stamp, reading.stamp) : 0.0;
-    heading_ =
-        wrap_angle(heading_ + 0.5 * passed * (reading.rate + (newest_ ? newest_->rate : 0.0)));
-    newest_ = reading;
+  if (newest_ && !(newest_->stamp < reading.stamp)) {
+    return std::nullopt;
   }
+  const double passed = newest_ ? seconds_between(newest_->stamp, reading.stamp) : 0.0;
+  heading_ = wrap_angle(heading_ + 0.5 * passed * (reading.rate + (newest_ ? newest_->rate : 0.0)));
+  newest_ = reading;
   const Eigen::AngleAxisd turned(heading_, Eigen::Vector3d::UnitZ());
   return link_of(message, Eigen::Quaterniond(turned.toRotationMatrix() * base_from_imu));
 }

@@ -34,9 +34,9 @@ class GyroHeading {
 
   /// Takes a message without defect that is newer than the one before; others change nothing.
   /// @param base_from_imu  how it is mounted.
-  /// @return the link of its stamp, as of `heading_link`.
-  geometry_msgs::TransformStamped add(const sensor_msgs::Imu& message,
-                                      const Eigen::Matrix3d& base_from_imu);
+  /// @return the link of its stamp, as of `heading_link`; none: it is not newer.
+  [[nodiscard]] std::optional<geometry_msgs::TransformStamped> add(
+      const sensor_msgs::Imu& message, const Eigen::Matrix3d& base_from_imu);
 
   /// Begins anew.
   void clear() { newest_.reset(); }

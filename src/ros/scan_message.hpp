@@ -17,7 +17,8 @@ struct ScanMessage {
   sensor_msgs::LaserScan::ConstPtr scan;  ///< with a defect, of the message's header alone
   std::string defect;  ///< why there is no scan in it, for people; empty: there is one, which may
                        ///< have defects of its own
-  bool is_empty = false;  ///< the defect is that it holds nothing
+  bool is_empty = false;   ///< the defect is that it holds nothing
+  bool has_times = false;  ///< those of its beams are told by whoever reads it, not by a driver
 };
 
 /// Names of the types of messages that are read as scans, the one to be preferred first.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/make_shared.hpp>
 #include <iomanip>
 #include <sstream>
 #include <utility>
@@ -113,14 +114,21 @@ ScanQueue::ScanQueue(ScanQueueSettings settings)
     : settings_(std::move(settings)), transforms_(settings_.map_frame) {}
 
 void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time& now, int laser) {
-  std::string defect = find_defect(message);
-  const double stamp = message.header.stamp.toSec() + settings_.scan_time_offset.toSec();
+  add_scan(to_scan(boost::make_shared<sensor_msgs::LaserScan>(message)), now, laser);
+}
+
+void ScanQueue::add_scan(const ScanMessage& message, const ros::Time& now, int laser) {
+  const sensor_msgs::LaserScan& scan = *message.scan;
+  std::string defect = message.defect.empty() ? find_defect(scan) : message.defect;
+  const double stamp = scan.header.stamp.toSec() + settings_.scan_time_offset.toSec();
   if (defect.empty() && !(stamp > 0.0 && stamp < kLatestStamp)) {
     defect = "scan_time_offset takes its stamp to " + std::to_string(stamp) + " s";
   }
   advance(now);
   if (!defect.empty()) {
-    count_defect(message.header.stamp, defect, message.ranges.empty());
+    const bool is_empty = message.defect.empty() ? scan.ranges.empty() : message.is_empty;
+    ++account_.received;
+    skip(scan.header.stamp, is_empty ? SkipReason::kEmpty : SkipReason::kInvalid, defect);
     return;
   }
   add_joined(message, laser);
@@ -130,13 +138,15 @@ void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time&
 }
 
 /// The scan, or the turn that is whole with this part of it; nothing where more parts are to come.
-void ScanQueue::add_joined(const sensor_msgs::LaserScan& message, int laser) {
+void ScanQueue::add_joined(const ScanMessage& message, int laser) {
+  const sensor_msgs::LaserScan& scan = *message.scan;
   Parts& parts = parts_.try_emplace(laser, Parts{ScanJoiner(settings_.timing.join_parts), {}, {}})
                      .first->second;
-  parts.stamp = message.header.stamp;
-  parts.frame = without_leading_slash(message.header.frame_id);
-  parts.scan_time = static_cast<double>(message.scan_time);
-  parts.joiner.add(to_laser_scan(message));
+  parts.stamp = scan.header.stamp;
+  parts.frame = without_leading_slash(scan.header.frame_id);
+  parts.scan_time = static_cast<double>(scan.scan_time);
+  parts.has_times = message.has_times;
+  parts.joiner.add(to_laser_scan(scan));
   take_joined(parts, laser);
   if (std::string news = parts.joiner.take_news(); !news.empty()) {
     news_.push_back(std::move(news));
@@ -149,8 +159,9 @@ void ScanQueue::take_joined(Parts& parts, int laser) {
     const ros::Time stamp = is_latest ? parts.stamp : ros::Time(scan.stamp);
     const double sent_increment = scan.time_increment;
     ++account_.received;
-    add_valid_scan({*now_, parts.frame, std::move(scan), sent_increment, parts.scan_time},
-                   {stamp + settings_.scan_time_offset, laser});
+    add_valid_scan(
+        {*now_, parts.frame, std::move(scan), sent_increment, parts.scan_time, parts.has_times},
+        {stamp + settings_.scan_time_offset, laser});
   }
 }
 
@@ -162,22 +173,8 @@ void ScanQueue::skip_parts(SkipReason reason, const std::string& why) {
       ++account_.received;
       skip(ros::Time(scan.stamp) + settings_.scan_time_offset, reason, why);
     }
+    parts.joiner = ScanJoiner(settings_.timing.join_parts);  // in place: it may be in use
   }
-  parts_.clear();
-}
-
-void ScanQueue::add_scan(const ScanMessage& message, const ros::Time& now, int laser) {
-  if (message.defect.empty()) {
-    add_scan(*message.scan, now, laser);
-  } else {
-    advance(now);
-    count_defect(message.scan->header.stamp, message.defect, message.is_empty);
-  }
-}
-
-void ScanQueue::count_defect(const ros::Time& stamp, const std::string& defect, bool is_empty) {
-  ++account_.received;
-  skip(stamp, is_empty ? SkipReason::kEmpty : SkipReason::kInvalid, defect);
 }
 
 void ScanQueue::add_valid_scan(WaitingScan&& scan, const Turn& turn) {
@@ -261,10 +258,12 @@ std::string ScanQueue::add_gyro(const sensor_msgs::Imu& message, const ros::Time
       frame == settings_.base_frame ? Eigen::Isometry3d::Identity()
                                     : transforms_.lookup(settings_.base_frame, frame, ros::Time(0));
   if (!mount) {
-    return "tf does not say how it is mounted: it has no way from '" + frame + "' to '" +
+    return "until tf says how it is mounted, which takes a way from '" + frame + "' to '" +
            settings_.base_frame + "'";
   }
-  add_link(gyro_.add(message, mount->linear()), now);
+  if (const auto link = gyro_.add(message, mount->linear())) {
+    add_link(*link, now);
+  }
   return {};
 }
 
@@ -334,14 +333,19 @@ void ScanQueue::collect_ready(bool wait_for_more) {
     if (wait_for_more && !is_its_turn(turn, oldest->second)) {
       return;
     }
-    choose_sweep_time(turn, oldest->second);
+    const bool has_times = oldest->second.has_times;
+    if (!has_times) {
+      choose_sweep_time(turn, oldest->second);
+    }
     if (last_ready_ && turn.laser == last_ready_->laser &&
         turn.stamp.toSec() <= last_ready_->stamp.toSec()) {
       skip(turn.stamp, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
     } else if (const auto missing = missing_transform(turn, oldest->second); !missing) {
       const double sent_increment = oldest->second.sent_increment;
       ReadyScan ready = make_ready(turn, std::move(oldest->second));
-      learn_sweep_time(ready, sent_increment);
+      if (!has_times) {
+        learn_sweep_time(ready, sent_increment);
+      }
       deliver(turn, std::move(ready));
     } else if (wait_for_more &&
                seconds_between(oldest->second.arrival, *now_) <= settings_.transform_timeout) {
@@ -369,8 +373,16 @@ void ScanQueue::learn_sweep_time(const ReadyScan& ready, double sent_increment) 
   if (settings_.odom_frame) {
     sweep_times_.at(input.laser)
         .add(input.scan, sent_increment, input.base_from_laser, input.odometry->odom_from_base,
-             [&](double stamp) { return project_to_plane(odom_from_base(ros::Time(stamp))); });
+             [&](double stamp) { return known_odom_from_base(ros::Time(stamp)); });
   }
+}
+
+std::optional<Pose2> ScanQueue::known_odom_from_base(const ros::Time& stamp) const {
+  std::vector<Needed> needed;
+  need_odometry(stamp, needed);
+  const bool is_known = std::none_of(needed.begin(), needed.end(),
+                                     [this](const Needed& one) { return is_missing(one); });
+  return is_known ? std::optional(project_to_plane(odom_from_base(stamp))) : std::nullopt;
 }
 
 void ScanQueue::deliver(const Turn& turn, ReadyScan&& scan) {

@@ -201,6 +201,7 @@ class ScanQueue {
     LaserScan scan;
     double sent_increment = 0.0;  ///< [s] between beams, by the message
     double sent_scan_time = 0.0;  ///< [s]
+    bool has_times = false;       ///< as of ScanMessage
   };
   /// Of the turns of one laser, where they come in parts.
   struct Parts {
@@ -208,6 +209,7 @@ class ScanQueue {
     ros::Time stamp;  ///< of the latest message, as the next
     std::string frame;
     double scan_time = 0.0;  ///< [s]
+    bool has_times = false;
   };
   /// The order in which scans come out: by stamp; of one stamp, the first laser's last, so that it
   /// is matched with the others'.
@@ -242,12 +244,12 @@ class ScanQueue {
 
   void advance(const ros::Time& now);
   void jump_back(double seconds, const ros::Time& now);
-  void count_defect(const ros::Time& stamp, const std::string& defect, bool is_empty);
   void add_valid_scan(WaitingScan&& scan, const Turn& turn);
-  void add_joined(const sensor_msgs::LaserScan& message, int laser);
+  void add_joined(const ScanMessage& message, int laser);
   void take_joined(Parts& parts, int laser);
   void skip_parts(SkipReason reason, const std::string& why);
   void choose_sweep_time(const Turn& turn, WaitingScan& waiting);
+  [[nodiscard]] std::optional<Pose2> known_odom_from_base(const ros::Time& stamp) const;
   void learn_sweep_time(const ReadyScan& ready, double sent_increment);
   [[nodiscard]] bool was_clock_set_back(const Turn& turn);
   [[nodiscard]] bool is_straggler(const ros::Time& stamp) const;

@@ -226,6 +226,11 @@ void SweepTimeEstimator::add(const MovingScan& scan) {
   }
 }
 
+double SweepTimeEstimator::spread() const {
+  const auto [least, most] = std::minmax_element(told_.begin(), told_.end());
+  return told_.empty() ? 0.0 : *most - *least;
+}
+
 double SweepTimeEstimator::sweep_time() const {
   if (told_.empty()) {
     throw std::logic_error("no scan has told the sweep time");

@@ -37,6 +37,8 @@ class SweepTimeEstimator {
   /// [s] from the first beam to the last, the median of what they told. Throws std::logic_error
   /// when none has.
   [[nodiscard]] double sweep_time() const;
+  /// [s] between the least and the most that one told; 0: none has.
+  [[nodiscard]] double spread() const;
 
  private:
   /// A point as it was hit, were the sweep to take the time that all is linearised about.

@@ -90,35 +90,44 @@ double SweepTimeChoice::time_increment(const LaserScan& as_sent, double sent_sca
   return *from_scan_to_scan / beams_of(as_sent);
 }
 
-void SweepTimeChoice::add(const LaserScan& scan, double sent_increment,
-                          const Eigen::Isometry3d& base_from_laser, const Pose2& odom_from_base,
-                          const std::function<Pose2(double stamp)>& odom_from_base_at) {
+void SweepTimeChoice::add(
+    const LaserScan& scan, double sent_increment, const Eigen::Isometry3d& base_from_laser,
+    const Pose2& odom_from_base,
+    const std::function<std::optional<Pose2>(double stamp)>& odom_from_base_at) {
   if (!may_be_looked_at(scan) || is_final_ || !is_doubtful_) {
     last_.reset();
     return;
   }
-  if (last_ && scan.stamp > last_->scan.stamp) {
-    const double time = std::min(scan.stamp - last_->scan.stamp, kMotionTime);
-    const Pose2 motion =
-        last_->odom_from_base.inverse() * odom_from_base_at(last_->scan.stamp + time);
+  const double gap = last_ ? scan.stamp - last_->scan.stamp : 0.0;
+  const double time = std::min(gap, kMotionTime);
+  const std::optional<Pose2> then =
+      gap > kMotionTime ? odom_from_base_at(last_->scan.stamp + time) : odom_from_base;
+  if (gap > 0.0 && then) {
+    const Pose2 motion = last_->odom_from_base.inverse() * *then;
     last_->velocity = motion.translation() / time;
     last_->turn_rate = motion.theta / time;
     estimator_.add(*last_);
     decide(sent_increment * (beams_of(scan) - 1.0), beams_of(scan));
+    if (is_final_) {
+      return;
+    }
   }
   last_ = MovingScan{scan, base_from_laser, odom_from_base, Eigen::Vector2d::Zero(), 0.0};
 }
 
-/// What is sent and the whole time from scan to scan are likely: what is near one is that, from the
-/// first scan on that tells, until others say otherwise. It takes more to believe anything else.
+/// What is sent and the whole time from scan to scan are likely: what is near one is that, as soon
+/// as two scans agree, until others say otherwise. It takes more to believe anything else.
 void SweepTimeChoice::decide(double sent, double beams) {
-  if (estimator_.scans() == 0) {
+  if (estimator_.scans() < 2) {
     return;
   }
   const bool is_last = estimator_.scans() >= kMostScans;
   const double told = estimator_.sweep_time();
   const double whole = *period() * (beams - 1.0) / beams;
   const double near = kNearEnough * std::min(*period(), kMotionTime);
+  if (!is_last && estimator_.spread() > near) {
+    return;
+  }
   if (std::abs(told - sent) < std::min(near, std::abs(told - whole))) {
     settle(sent, told, sent);
   } else if (std::abs(told - whole) < near) {

@@ -15,8 +15,8 @@ namespace matchbox_slam {
 
 /// Decides how long the sweep of one laser's scans takes. Drivers of lasers that turn all round
 /// often send times that cannot be: 0, or an increment that is twenty times too small. By itself it
-/// believes what can be, takes a sweep to last from scan to scan where what is sent cannot be, and
-/// in both cases goes by the scans of the turning robot as soon as they tell. A laser that takes
+/// believes what can be. Where what is sent cannot be, it takes a sweep to last from scan to scan,
+/// or no time where that is sent, until the scans of the turning robot tell. A laser that takes
 /// all beams at once is one whose scans tell so.
 class SweepTimeChoice {
  public:
@@ -28,10 +28,10 @@ class SweepTimeChoice {
 
   /// The scan with the odometry that came for it.
   /// @param sent_increment  [s] between beams, by the message.
-  /// @param odom_from_base_at  of a stamp [s] up to the scan's.
+  /// @param odom_from_base_at  of a stamp [s] before the scan's; none: it is not known.
   void add(const LaserScan& scan, double sent_increment, const Eigen::Isometry3d& base_from_laser,
            const Pose2& odom_from_base,
-           const std::function<Pose2(double stamp)>& odom_from_base_at);
+           const std::function<std::optional<Pose2>(double stamp)>& odom_from_base_at);
 
   /// What was decided since the last call, for people; empty: nothing.
   [[nodiscard]] std::string take_news();
@@ -49,7 +49,6 @@ class SweepTimeChoice {
   std::deque<double> gaps_;   ///< [s] between the latest scans
   bool is_doubtful_ = false;  ///< what is sent can not be, or says nothing
   bool has_told_ = false;     ///< that it cannot be
-  bool is_settled_ = false;   ///< scans have told
   std::optional<double>
       settled_;            ///< [s] from the first beam to the last; none: scans have not told
   bool is_final_ = false;  ///< enough of them have

@@ -140,6 +140,9 @@ MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProb
                             problem.seed,
                             problem.search_covariance};
   const MatchResult second = matcher.match(common);
+  if (!second.accepted()) {
+    return first;
+  }
   const double for_first = evidence_of(common_, first.map_from_base, map).log_odds -
                            evidence_of(common_, second.map_from_base, map).log_odds +
                            prior_log_odds(problem, first.map_from_base) -

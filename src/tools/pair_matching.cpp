@@ -91,7 +91,11 @@ std::vector<LocatedScan> locate_scans(BagScans& scans, const TruthAtScans& truth
       }
       continue;
     }
-    ScanInput& input = std::get<ReadyScan>(*item).input;
+    auto* scan = std::get_if<ReadyScan>(&*item);
+    if (scan == nullptr) {
+      continue;
+    }
+    ScanInput& input = scan->input;
     if (const std::optional<Pose2> world_from_base = truth.at(input.scan.stamp)) {
       located.push_back({std::move(input.scan), input.base_from_laser, motion_during(input),
                          *world_from_base, number, input.laser_motion});

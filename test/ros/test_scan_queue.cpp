@@ -273,7 +273,7 @@ TEST(ScanQueue, AnImuOfRatesAloneHasToHaveAPlaceInTf) {
   message.header.stamp = ros::Time(100.0);
   message.header.frame_id = "imu";
   EXPECT_EQ(feed.queue.add_imu(message, ros::Time(100.0)),
-            "tf does not say how it is mounted: it has no way from 'imu' to 'base'");
+            "until tf says how it is mounted, which takes a way from 'imu' to 'base'");
   message.angular_velocity_covariance[0] = -1.0;
   EXPECT_EQ(feed.queue.add_imu(message, ros::Time(100.0)),
             "it measures neither orientation nor rate of turn: both covariances begin with -1");
@@ -977,6 +977,26 @@ TEST(ScanQueue, SkipsPartsThatWaitWhenTheRunIsEnded) {
   }
   feed.queue.interrupt();
   EXPECT_EQ(feed.skipped(SkipReason::kInterrupted), 2U);
+  feed.expect_all_accounted_for();
+}
+
+/// A laser that turns all round and tells no times, whose odometry is not known where it is asked
+/// for between scans.
+TEST(ScanQueue, LooksForNoSweepTimeWhereOdometryIsNotKnown) {
+  Feed feed(settings());
+  feed.laser();
+  for (int k = 0; k < 6; ++k) {
+    const double stamp = 100.0 + 100.0 * k;  // tf keeps 60 s
+    sensor_msgs::LaserScan scan = make_scan(stamp, "laser", 360);
+    scan.angle_increment = static_cast<float>(2.0 * kPi / 360.0);
+    for (const double at : {stamp - 0.1, stamp, stamp + 0.1}) {
+      feed.queue.add_transforms(make_link(at, "odom", "base", 0.1 * at, at), false,
+                                ros::Time(stamp));
+    }
+    feed.queue.add_scan(scan, ros::Time(stamp));
+  }
+  EXPECT_EQ(feed.ready().size(), 6U);
+  EXPECT_TRUE(feed.queue.take_news().empty());
   feed.expect_all_accounted_for();
 }
 

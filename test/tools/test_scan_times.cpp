@@ -1,5 +1,5 @@
-// Lasers whose messages tell times that cannot be, and whose turns come in parts, are mapped as
-// well as if they told the truth.
+// Of sensor/sweep_time_choice.hpp and sensor/scan_joiner.hpp: lasers whose messages tell times that
+// cannot be, and whose turns come in parts, are mapped as well as if they told the truth.
 
 #include <gtest/gtest.h>
 
