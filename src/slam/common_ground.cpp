@@ -113,6 +113,13 @@ Pose2 let_go(const MatchResult& match, const Pose2& predicted) {
   return displaced(match.map_from_base, {moved.x(), moved.y(), 0.0});
 }
 
+bool is_same(const Pose2& a, const Pose2& b) {
+  constexpr double kDistance = 0.01;  // [m]
+  constexpr double kAngle = 0.005;    // [rad]
+  const Eigen::Vector3d apart = difference(a, b);
+  return apart.head<2>().norm() < kDistance && std::abs(apart.z()) < kAngle;
+}
+
 double prior_log_odds(const MatchProblem& problem, const Pose2& pose) {
   const Eigen::Vector3d off = difference(pose, problem.predicted_map_from_base);
   return -0.5 * prior_penalty(off.dot(prior_information(problem.searched_covariance()) * off));
@@ -140,8 +147,8 @@ MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProb
                             problem.seed,
                             problem.search_covariance};
   const MatchResult second = matcher.match(common);
-  if (!second.accepted()) {
-    return first;
+  if (!second.accepted() || is_same(second.map_from_base, first.map_from_base)) {
+    return first;  // which all points have told
   }
   const double for_first = evidence_of(common_, first.map_from_base, map).log_odds -
                            evidence_of(common_, second.map_from_base, map).log_odds +
