@@ -17,8 +17,8 @@ bool may_change(const std::string& name) {
     return std::find(kNodeOptions.begin(), kNodeOptions.end(), name) != kNodeOptions.end();
   }
   // The map is made with these, and scans are by whoever subscribes.
-  return name != "map/resolution" && name.rfind("field/", 0) != 0 &&
-         name.rfind("cloud/", 0) != 0 && name != "scan/sweep_time" && name != "scan/join_parts";
+  return name != "map/resolution" && name.rfind("field/", 0) != 0 && name.rfind("cloud/", 0) != 0 &&
+         name != "scan/sweep_time" && name != "scan/join_parts";
 }
 
 void append_changeable(std::vector<OptionDescription> from, std::vector<OptionDescription>& rows) {
