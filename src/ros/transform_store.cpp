@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iomanip>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
@@ -75,8 +76,8 @@ Pose2 project_to_plane(const Eigen::Isometry3d& pose) {
           wrap_angle(std::atan2(forward.y(), forward.x()))};
 }
 
-TransformStore::TransformStore(const std::string& map_frame)
-    : map_frame_(map_frame), buffer_(kCache) {}
+TransformStore::TransformStore(std::string map_frame)
+    : map_frame_(std::move(map_frame)), buffer_(kCache) {}
 
 void TransformStore::add(const tf2_msgs::TFMessage& message, bool is_static) {
   if (ignored_map_link_.empty()) {

@@ -31,7 +31,7 @@ namespace matchbox_slam {
 class TransformStore {
  public:
   /// @param map_frame  frame whose links are ignored, without leading slash; empty: none.
-  explicit TransformStore(const std::string& map_frame);
+  explicit TransformStore(std::string map_frame);
 
   /// Takes over what is usable of a message.
   /// @param is_static  sent on /tf_static, good for all time.

@@ -61,7 +61,7 @@ struct PoseEntry {
 
 Eigen::Matrix3d to_covariance(const std::vector<double>& numbers) {
   if (numbers.size() == 9) {
-    const Eigen::Matrix3d matrix =
+    Eigen::Matrix3d matrix =
         Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(numbers.data());
     if (is_covariance(matrix)) {
       return matrix;

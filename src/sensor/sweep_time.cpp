@@ -41,7 +41,7 @@ Eigen::Vector2d normal_at(const std::vector<Hit>& hits, std::size_t k, double sp
     const std::ptrdiff_t index = (static_cast<std::ptrdiff_t>(k) + by + count) % count;
     return hits[static_cast<std::size_t>(index)].position;
   };
-  const Eigen::Vector2d first = neighbour(-kReach);
+  const Eigen::Vector2d& first = neighbour(-kReach);
   const Eigen::Vector2d along = neighbour(kReach) - first;
   const double length = along.norm();
   const double sparse = 4.0 * kSparseSpacing * spacing * hits[k].position.norm();

@@ -123,7 +123,7 @@ MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const 
     }
     return estimate;
   }
-  const MotionEstimate motion = steady_motion(interval);
+  MotionEstimate motion = steady_motion(interval);
   if (has_heading(input) && state_.odom_from_base) {
     return with_measured_turn(
         motion, wrap_angle(input.odometry->odom_from_base.theta - state_.odom_from_base->theta),
