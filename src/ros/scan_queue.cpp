@@ -8,9 +8,7 @@
 #include <utility>
 
 #include "common/number_text.hpp"
-#include "ros/imu_heading.hpp"
 #include "ros/message_conversion.hpp"
-#include "ros/odometry_message.hpp"
 
 namespace matchbox_slam {
 
@@ -57,19 +55,6 @@ std::string find_defect(const ScanInput& input) {
   return {};
 }
 
-/// Below, a laser that moves on the robot is taken to have the same place for the whole scan [rad].
-constexpr double kLevel = 1e-3;
-
-/// The rotation of a frame but for its heading; exactly none where its z axis is upright.
-Eigen::Isometry3d lean_of(const Eigen::Isometry3d& odom_from_base) {
-  Eigen::Isometry3d lean = Eigen::Isometry3d::Identity();
-  if (odom_from_base.linear()(2, 2) != 1.0) {
-    const double heading = project_to_plane(odom_from_base).theta;
-    lean.linear() = Eigen::AngleAxisd(-heading, Eigen::Vector3d::UnitZ()) * odom_from_base.linear();
-  }
-  return lean;
-}
-
 /// Of the first beam's plane or the last's, whichever is more [rad].
 double largest_tilt(const ScanInput& input) {
   return std::max(tilt_of(input.base_from_laser),
@@ -111,7 +96,7 @@ std::string to_string(const ScanAccount& account) {
 }
 
 ScanQueue::ScanQueue(ScanQueueSettings settings)
-    : settings_(std::move(settings)), transforms_(settings_.map_frame) {}
+    : settings_(std::move(settings)), transforms_(settings_) {}
 
 void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time& now, int laser) {
   add_scan(to_scan(boost::make_shared<sensor_msgs::LaserScan>(message)), now, laser);
@@ -237,56 +222,17 @@ void ScanQueue::add_transforms(const tf2_msgs::TFMessage& message, bool is_stati
 }
 
 std::string ScanQueue::add_imu(const sensor_msgs::Imu& message, const ros::Time& now) {
-  if (settings_.heading_by_imu && has_no_orientation(message)) {
-    return add_gyro(message, now);
-  }
-  std::string defect = find_defect(message);
-  if (defect.empty()) {
-    add_link(heading_link(message), now);
-  }
+  advance(now);
+  std::string defect = transforms_.add_imu(message);
+  collect_ready(true);
   return defect;
 }
 
-/// Which tells the heading alone: it comes upright, however the IMU is mounted.
-std::string ScanQueue::add_gyro(const sensor_msgs::Imu& message, const ros::Time& now) {
-  std::string defect = GyroHeading::find_defect(message);
-  if (!defect.empty()) {
-    return defect;
-  }
-  const std::string frame = without_leading_slash(message.header.frame_id);
-  const std::optional<Eigen::Isometry3d> mount =
-      frame == settings_.base_frame ? Eigen::Isometry3d::Identity()
-                                    : transforms_.lookup(settings_.base_frame, frame, ros::Time(0));
-  if (!mount) {
-    return "until tf says how it is mounted, which takes a way from '" + frame + "' to '" +
-           settings_.base_frame + "'";
-  }
-  if (const auto link = gyro_.add(message, mount->linear())) {
-    add_link(*link, now);
-  }
-  return {};
-}
-
 std::string ScanQueue::add_odometry(const nav_msgs::Odometry& message, const ros::Time& now) {
-  std::string defect = find_defect(message, settings_.odom_frame.value_or(""));
-  const std::string named = without_leading_slash(message.child_frame_id);
-  const std::string& child = named.empty() ? settings_.base_frame : named;
-  if (defect.empty() && !odometry_child_.empty() && child != odometry_child_) {
-    defect = "its child_frame_id is '" + child + "', and '" + odometry_child_ + "' before";
-  }
-  if (!defect.empty()) {
-    ++invalid_odometry_;
-    return defect;
-  }
-  odometry_child_ = child;
-  add_link(odometry_link(message, *settings_.odom_frame), now);
-  return {};
-}
-
-void ScanQueue::add_link(const geometry_msgs::TransformStamped& link, const ros::Time& now) {
-  tf2_msgs::TFMessage message;
-  message.transforms = {link};
-  add_transforms(message, false, now);
+  advance(now);
+  std::string defect = transforms_.add_odometry(message);
+  collect_ready(true);
+  return defect;
 }
 
 void ScanQueue::advance(const ros::Time& now) {
@@ -316,7 +262,6 @@ void ScanQueue::jump_back(double seconds, const ros::Time& now) {
   }
   newest_.clear();
   transforms_.clear();
-  gyro_.clear();
   last_ready_.reset();
   old_scans_.clear();
   lead_.reset();
@@ -337,12 +282,14 @@ void ScanQueue::collect_ready(bool wait_for_more) {
     if (!has_times) {
       choose_sweep_time(turn, oldest->second);
     }
+    const BeamStamps beams{turn.stamp, last_beam_stamp(turn.stamp, oldest->second.scan)};
     if (last_ready_ && turn.laser == last_ready_->laser &&
         turn.stamp.toSec() <= last_ready_->stamp.toSec()) {
       skip(turn.stamp, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
-    } else if (const auto missing = missing_transform(turn, oldest->second); !missing) {
+    } else if (const auto missing = transforms_.missing(turn.laser, oldest->second.frame, beams);
+               !missing) {
       const double sent_increment = oldest->second.sent_increment;
-      ReadyScan ready = make_ready(turn, std::move(oldest->second));
+      ReadyScan ready = make_ready(turn, beams, std::move(oldest->second));
       if (!has_times) {
         learn_sweep_time(ready, sent_increment);
       }
@@ -351,7 +298,7 @@ void ScanQueue::collect_ready(bool wait_for_more) {
                seconds_between(oldest->second.arrival, *now_) <= settings_.transform_timeout) {
       return;
     } else {
-      skip(turn.stamp, SkipReason::kNoTransform, why_missing(*missing));
+      skip(turn.stamp, SkipReason::kNoTransform, transforms_.why_missing(*missing));
     }
     waiting_.erase(oldest);
   }
@@ -373,22 +320,12 @@ void ScanQueue::learn_sweep_time(const ReadyScan& ready, double sent_increment) 
   if (settings_.odom_frame) {
     sweep_times_.at(input.laser)
         .add(input.scan, sent_increment, input.base_from_laser, input.odometry->odom_from_base,
-             [&](double stamp) { return known_odom_from_base(ros::Time(stamp)); });
+             [&](double stamp) { return transforms_.odom_from_base(ros::Time(stamp)); });
   }
 }
 
-std::optional<Pose2> ScanQueue::known_odom_from_base(const ros::Time& stamp) const {
-  std::vector<Needed> needed;
-  need_odometry(stamp, needed);
-  const bool is_known = std::none_of(needed.begin(), needed.end(),
-                                     [this](const Needed& one) { return is_missing(one); });
-  return is_known ? std::optional(project_to_plane(odom_from_base(stamp))) : std::nullopt;
-}
-
 void ScanQueue::deliver(const Turn& turn, ReadyScan&& scan) {
-  const bool by_imu = settings_.odom_frame == kImuHeadingFrame;  // which hangs below on purpose
-  if (settings_.odom_frame && !by_imu && !settings_.odometry_by_topic &&
-      transforms_.is_below(*settings_.odom_frame, settings_.base_frame)) {
+  if (transforms_.are_frames_swapped()) {
     skip(scan.stamp, SkipReason::kNoTransform,
          text_of_swapped_frames(settings_.base_frame, *settings_.odom_frame));
     return;
@@ -543,165 +480,16 @@ void ScanQueue::skip(const ros::Time& stamp, SkipReason reason, const std::strin
   skipped_.push_back({stamp, reason, text.str()});
 }
 
-/// The first one; none: the scan is ready.
-std::optional<ScanQueue::Needed> ScanQueue::missing_transform(const Turn& turn,
-                                                              const WaitingScan& scan) const {
-  static const std::string kImu = kImuHeadingFrame;
-  const std::string& base = settings_.base_frame;
-  const ros::Time last_beam = last_beam_stamp(turn.stamp, scan.scan);
-  std::vector<Needed> needed;
-  if (is_by_tf(turn.laser, scan.frame)) {
-    needed.push_back({base, scan.frame, turn.stamp});
-  }
-  if (settings_.odom_frame) {
-    need_odometry(turn.stamp, needed);
-    need_odometry(last_beam, needed);
-  }
-  if (settings_.use_imu) {
-    needed.push_back({kImu, base, turn.stamp, Need::kImu});
-    needed.push_back({kImu, base, last_beam, Need::kImu});
-  }
-  const auto missing = std::find_if(needed.begin(), needed.end(),
-                                    [this](const Needed& one) { return is_missing(one); });
-  if (missing != needed.end()) {
-    return *missing;
-  }
-  // Where it is tilted, it may be tilting.
-  const Needed last{base, scan.frame, last_beam};
-  if (is_tilted(turn.laser, scan.frame, turn.stamp) && is_missing(last)) {
-    return last;
-  }
-  return std::nullopt;
-}
-
-void ScanQueue::need_odometry(const ros::Time& stamp, std::vector<Needed>& needed) const {
-  static const std::string kChild = kOdometryChildFrame;
-  const std::string& base = settings_.base_frame;
-  if (!settings_.odometry_by_topic) {
-    needed.push_back({*settings_.odom_frame, base, stamp, Need::kOdometry});
-    return;
-  }
-  needed.push_back({*settings_.odom_frame, kChild, stamp, Need::kOdometry});
-  if (!odometry_child_.empty() && odometry_child_ != base) {
-    needed.push_back({odometry_child_, base, stamp, Need::kOdometry});
-  }
-}
-
-bool ScanQueue::is_missing(const Needed& needed) const {
-  return !transforms_.covers(needed.target, needed.source, needed.stamp);
-}
-
-std::string ScanQueue::why_missing(const Needed& missing) const {
-  const std::string why = transforms_.why_not(missing.target, missing.source, missing.stamp);
-  // One that is late or early is no wrong name.
-  return transforms_.connects(missing.target, missing.source) ? why : why + advice_for(missing);
-}
-
-/// What to type where there is no way in tf at all.
-std::string ScanQueue::advice_for(const Needed& missing) const {
-  const bool is_live = settings_.is_live;
-  if (missing.need == Need::kImu) {
-    return "; leave out imu_topic to map without";
-  }
-  if (missing.need == Need::kLaser) {
-    return is_live ? "; if base_frame is right, say where the laser is on it with "
-                     "laser_pose:=X,Y,YAW"
-                   : "; if --base-frame is right, say where the laser is on it with --laser-pose "
-                     "X,Y,YAW";
-  }
-  if (settings_.odometry_by_topic) {
-    return is_live
-               ? "; set odom_topic to what publishes nav_msgs/Odometry, and base_frame to its "
-                 "child_frame_id or a frame that tf connects with it"
-               : "; give another --odom-topic, or as --base-frame its child_frame_id or a frame "
-                 "that tf connects with it";
-  }
-  return is_live ? "; set odom_frame and base_frame to frames that there are, or odom_topic to a "
-                   "topic of nav_msgs/Odometry, or use_odometry to false"
-                 : "; give frames that there are as --odom-frame and --base-frame, or a topic of "
-                   "nav_msgs/Odometry as --odom-topic, or --no-odom";
-}
-
-/// Whether tf has to tell where a laser is.
-bool ScanQueue::is_by_tf(int laser, const std::string& frame) const {
-  return static_cast<std::size_t>(laser) >= settings_.laser_poses.size() &&
-         frame != settings_.base_frame;
-}
-
-/// Whether a laser's plane is not that of the base. Its transform is there.
-bool ScanQueue::is_tilted(int laser, const std::string& frame, const ros::Time& stamp) const {
-  return is_by_tf(laser, frame) && tilt_of(base_from_laser(laser, frame, stamp)) > kLevel;
-}
-
-/// Its transform is there.
-Eigen::Isometry3d ScanQueue::base_from_laser(int laser, const std::string& frame,
-                                             const ros::Time& stamp) const {
-  if (is_by_tf(laser, frame)) {
-    return *transforms_.lookup(settings_.base_frame, frame, stamp);
-  }
-  const auto number = static_cast<std::size_t>(laser);
-  return number < settings_.laser_poses.size() ? settings_.laser_poses[number]
-                                               : Eigen::Isometry3d::Identity();
-}
-
-/// By what tells the odometry, which is there.
-Eigen::Isometry3d ScanQueue::odom_from_base(const ros::Time& stamp) const {
-  const std::string& odom = *settings_.odom_frame;
-  const std::string& base = settings_.base_frame;
-  if (!settings_.odometry_by_topic) {
-    return *transforms_.lookup(odom, base, stamp);
-  }
-  const Eigen::Isometry3d odom_from_child = *transforms_.lookup(odom, kOdometryChildFrame, stamp);
-  return odometry_child_ == base
-             ? odom_from_child
-             : odom_from_child * *transforms_.lookup(odometry_child_, base, stamp);
-}
-
-/// How the base leans by its odometry or, where that shows nothing, by the IMU.
-Eigen::Isometry3d ScanQueue::lean(const Eigen::Isometry3d& odom_from_base,
-                                  const ros::Time& stamp) const {
-  const Eigen::Isometry3d by_odometry = lean_of(odom_from_base);
-  return settings_.use_imu && tilt_of(by_odometry) < kLevel
-             ? lean_of(*transforms_.lookup(kImuHeadingFrame, settings_.base_frame, stamp))
-             : by_odometry;
-}
-
-/// Its orientation is there; a place it does not tell.
-Pose2 ScanQueue::heading_by_imu(const ros::Time& stamp) const {
-  const Eigen::Isometry3d at = *transforms_.lookup(kImuHeadingFrame, settings_.base_frame, stamp);
-  return {0.0, 0.0, project_to_plane(at).theta};
-}
-
-ReadyScan ScanQueue::make_ready(const Turn& turn, WaitingScan&& scan) const {
-  const ros::Time& stamp = turn.stamp;
+ReadyScan ScanQueue::make_ready(const Turn& turn, const BeamStamps& beams,
+                                WaitingScan&& scan) const {
+  PlacedLaser placed = transforms_.place(turn.laser, scan.frame, beams);
   ReadyScan ready;
-  ready.stamp = stamp;
+  ready.stamp = turn.stamp;
   ready.arrival = scan.arrival;
-  ready.input.laser = turn.laser;
   ready.frame = std::move(scan.frame);
-  const ros::Time last = last_beam_stamp(stamp, scan.scan);
-  Eigen::Isometry3d at_first = base_from_laser(turn.laser, ready.frame, stamp);
-  Eigen::Isometry3d at_last = is_tilted(turn.laser, ready.frame, stamp)
-                                  ? base_from_laser(turn.laser, ready.frame, last)
-                                  : at_first;
-  Eigen::Isometry3d first_base = Eigen::Isometry3d::Identity();
-  Eigen::Isometry3d last_base = Eigen::Isometry3d::Identity();
-  if (settings_.odom_frame) {
-    first_base = odom_from_base(stamp);
-    last_base = odom_from_base(last);
-    ready.input.odometry = ScanOdometry{project_to_plane(first_base), project_to_plane(last_base)};
-    ready.is_odometry_in_tf = !settings_.odometry_by_topic ||
-                              transforms_.is_below(settings_.base_frame, *settings_.odom_frame);
-  } else if (settings_.heading_by_imu) {
-    ready.input.odometry = ScanOdometry{heading_by_imu(stamp), heading_by_imu(last), true};
-  }
-  at_first = lean(first_base, stamp) * at_first;
-  at_last = lean(last_base, last) * at_last;
-  ready.input.base_from_laser = at_first;
-  if (at_last.matrix() != at_first.matrix()) {
-    ready.input.laser_motion = at_first.inverse() * at_last;
-  }
-  ready.input.scan = std::move(scan.scan);
+  ready.is_odometry_in_tf = placed.is_odometry_in_tf;
+  ready.input = {std::move(scan.scan), placed.base_from_laser, placed.odometry, turn.laser,
+                 placed.laser_motion};
   return ready;
 }
 

@@ -17,9 +17,8 @@
 #include <vector>
 
 #include "matchbox_slam/slam/slam_engine.hpp"
-#include "ros/imu_heading.hpp"
+#include "ros/robot_transforms.hpp"
 #include "ros/scan_message.hpp"
-#include "ros/transform_store.hpp"
 #include "run/run_event.hpp"
 #include "sensor/scan_joiner.hpp"
 #include "sensor/scan_timing.hpp"
@@ -87,12 +86,7 @@ struct LeftOut {
   int laser = 0;
 };
 
-/// Frames are without leading slash.
-struct ScanQueueSettings {
-  std::string base_frame;
-  std::optional<std::string> odom_frame;  ///< none: scans carry no odometry
-  bool odometry_by_topic = false;         ///< by `add_odometry`, and not by tf
-  std::string map_frame;
+struct ScanQueueSettings : RobotFrames {
   double transform_timeout = 2.0;   ///< [s] that a scan may wait for its transforms
   std::size_t max_waiting = 10000;  ///< scans
   ros::Duration scan_time_offset;   ///< added to the stamps of scans
@@ -100,27 +94,20 @@ struct ScanQueueSettings {
   int lasers = 1;                   ///< whose scans are merged
   double max_lag = 0.0;             ///< [s] after its arrival a scan is given up; 0: never
   double max_tilt = kPi / 2.0;      ///< [rad] of a scan's plane
-  bool use_imu = false;             ///< its roll and pitch count where the odometry has none
   ScanTiming timing;
-  bool heading_by_imu = false;  ///< its yaw counts, too: there is no odometry
-  /// Of the lasers on the base, where tf is not to tell; by laser, none for those behind.
-  std::vector<Eigen::Isometry3d> laser_poses;
-  bool is_live = true;  ///< what to type is said for the node; else for map_bag
 };
 
 /// Scans and transforms go in as they arrive, scans ready to be processed come out in the order of
 /// their stamps, and events between them; in the place of one that there was no time for, that. A
-/// scan is ready when tf covers its first beam and its
-/// last; its transforms are looked up at that moment. Roll and pitch of the base in the odometry
-/// frame, or by an IMU where tf shows none, count as the laser's: the base comes out upright. What
-/// comes out depends on the messages and not on how scans and transforms interleave, so a replayed
-/// bag gives what reading it gives. No scan is lost uncounted.
+/// scan is ready when its transforms cover its first beam and its last (RobotTransforms); they are
+/// looked up at that moment. What comes out depends on the messages and not on how scans and
+/// transforms interleave, so a replayed bag gives what reading it gives. No scan is lost uncounted.
 ///
 /// Scans of several lasers come out merged by their stamps: a scan waits until every other laser
 /// that is alive has sent one as late, but not for long.
 ///
 /// "Now" is the clock by which messages arrive: the time at which a bag recorded them, or the
-/// node's ros::Time. When the base frame is the scan's own, no transform to the base is needed.
+/// node's ros::Time.
 class ScanQueue {
  public:
   using Item = std::variant<ReadyScan, TimeJump, RunEvent, LeftOut>;
@@ -133,15 +120,11 @@ class ScanQueue {
   void add_scan(const ScanMessage& message, const ros::Time& now, int laser = 0);
   void add_transforms(const tf2_msgs::TFMessage& message, bool is_static, const ros::Time& now);
 
-  /// The orientation of an IMU goes to the transforms, so that scans wait for it as for those, and
-  /// for tf to say how it is mounted. Returns why it tells none, for people; empty: it does.
+  /// As of RobotTransforms: scans wait for these as for tf.
   [[nodiscard]] std::string add_imu(const sensor_msgs::Imu& message, const ros::Time& now);
 
-  /// A pose of odometry goes to the transforms likewise, whatever tf says of its frames. Returns
-  /// why it tells none, for people; empty: it does.
   [[nodiscard]] std::string add_odometry(const nav_msgs::Odometry& message, const ros::Time& now);
-  /// Messages that told none.
-  [[nodiscard]] std::size_t invalid_odometry() const { return invalid_odometry_; }
+  [[nodiscard]] std::size_t invalid_odometry() const { return transforms_.invalid_odometry(); }
 
   /// The event comes out after all that is ready now; scans that still wait for their transforms
   /// come after it, since nobody knows for how long. Where it gives up the map, scans that are
@@ -191,7 +174,7 @@ class ScanQueue {
   [[nodiscard]] const ScanAccount& account() const { return account_; }
   /// Scans that were neither delivered nor skipped yet.
   [[nodiscard]] std::size_t waiting() const { return waiting_.size() + ready_scans_; }
-  [[nodiscard]] const TransformStore& transforms() const { return transforms_; }
+  [[nodiscard]] const TransformStore& transforms() const { return transforms_.store(); }
   [[nodiscard]] const ScanQueueSettings& settings() const { return settings_; }
 
  private:
@@ -232,16 +215,6 @@ class ScanQueue {
     double least_stamp = 0.0;   ///< [s]
     double last_arrival = 0.0;  ///< [s]
   };
-  /// What a transform is needed for.
-  enum class Need { kLaser, kOdometry, kImu };
-  /// A transform that a scan needs.
-  struct Needed {
-    const std::string& target;
-    const std::string& source;
-    ros::Time stamp;
-    Need need = Need::kLaser;
-  };
-
   void advance(const ros::Time& now);
   void jump_back(double seconds, const ros::Time& now);
   void add_valid_scan(WaitingScan&& scan, const Turn& turn);
@@ -249,7 +222,6 @@ class ScanQueue {
   void take_joined(Parts& parts, int laser);
   void skip_parts(SkipReason reason, const std::string& why);
   void choose_sweep_time(const Turn& turn, WaitingScan& waiting);
-  [[nodiscard]] std::optional<Pose2> known_odom_from_base(const ros::Time& stamp) const;
   void learn_sweep_time(const ReadyScan& ready, double sent_increment);
   [[nodiscard]] bool was_clock_set_back(const Turn& turn);
   [[nodiscard]] bool is_straggler(const ros::Time& stamp) const;
@@ -265,29 +237,12 @@ class ScanQueue {
   void drop_all_ready(SkipReason reason, const std::string& why);
   [[nodiscard]] bool is_its_turn(const Turn& turn, const WaitingScan& scan) const;
   void skip(const ros::Time& stamp, SkipReason reason, const std::string& why);
-  [[nodiscard]] std::optional<Needed> missing_transform(const Turn& turn,
-                                                        const WaitingScan& scan) const;
-  void need_odometry(const ros::Time& stamp, std::vector<Needed>& needed) const;
-  [[nodiscard]] bool is_missing(const Needed& needed) const;
-  [[nodiscard]] std::string why_missing(const Needed& missing) const;
-  [[nodiscard]] std::string advice_for(const Needed& missing) const;
-  [[nodiscard]] bool is_by_tf(int laser, const std::string& frame) const;
-  [[nodiscard]] bool is_tilted(int laser, const std::string& frame, const ros::Time& stamp) const;
-  [[nodiscard]] Eigen::Isometry3d base_from_laser(int laser, const std::string& frame,
-                                                  const ros::Time& stamp) const;
-  [[nodiscard]] Eigen::Isometry3d odom_from_base(const ros::Time& stamp) const;
-  [[nodiscard]] Pose2 heading_by_imu(const ros::Time& stamp) const;
-  void add_link(const geometry_msgs::TransformStamped& link, const ros::Time& now);
-  [[nodiscard]] std::string add_gyro(const sensor_msgs::Imu& message, const ros::Time& now);
-  [[nodiscard]] Eigen::Isometry3d lean(const Eigen::Isometry3d& odom_from_base,
-                                       const ros::Time& stamp) const;
-  [[nodiscard]] ReadyScan make_ready(const Turn& turn, WaitingScan&& scan) const;
+
+  [[nodiscard]] ReadyScan make_ready(const Turn& turn, const BeamStamps& beams,
+                                     WaitingScan&& scan) const;
 
   ScanQueueSettings settings_;
-  TransformStore transforms_;
-  GyroHeading gyro_;
-  std::string odometry_child_;  ///< whose pose odometry messages tell; empty: none has come
-  std::size_t invalid_odometry_ = 0;
+  RobotTransforms transforms_;
   Waiting waiting_;
   std::optional<ros::Time> now_;
   std::deque<Item> ready_;
