@@ -5,28 +5,17 @@
 #include "bag/bag_error.hpp"
 #include "bag/db3_file.hpp"
 #include "bag/ros2_recordings.hpp"
-#include "bag/whole_bag.hpp"
+#include "bag/ros2_test.hpp"
 #include "common/error_text.hpp"
-#include "io/temporary_folder.hpp"
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/io/file.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-class ReadDb3 : public testing::Test {
+class ReadDb3 : public Ros2Test {
  protected:
-  explicit ReadDb3(int scans = 20) {
-    SmallBag recipe;
-    recipe.scans = scans;
-    write_whole_bag(bag_, recipe);
-    messages_ = as_ros2(bag_);
-  }
-
-  TemporaryFolder folder_;
-  std::string bag_ = folder_ / "whole.bag";
-  std::string path_ = folder_ / "whole 100%.db3";
-  std::vector<Ros2Message> messages_;
+  explicit ReadDb3(int scans = 20) : Ros2Test("whole 100%.db3", scans) {}
 };
 
 TEST_F(ReadDb3, GivesTheMessagesOfABagPackedOneByOneOrNot) {

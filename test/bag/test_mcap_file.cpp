@@ -5,26 +5,15 @@
 #include "bag/bag_error.hpp"
 #include "bag/mcap_file.hpp"
 #include "bag/ros2_recordings.hpp"
-#include "bag/whole_bag.hpp"
+#include "bag/ros2_test.hpp"
 #include "common/error_text.hpp"
-#include "io/temporary_folder.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-class ReadMcap : public testing::Test {
+class ReadMcap : public Ros2Test {
  protected:
-  ReadMcap() {
-    SmallBag recipe;
-    recipe.scans = 20;
-    write_whole_bag(bag_, recipe);
-    messages_ = as_ros2(bag_);
-  }
-
-  TemporaryFolder folder_;
-  std::string bag_ = folder_ / "whole.bag";
-  std::string path_ = folder_ / "whole.mcap";
-  std::vector<Ros2Message> messages_;
+  ReadMcap() : Ros2Test("whole.mcap") {}
 };
 
 TEST_F(ReadMcap, GivesTheMessagesOfABagInAnyKindOfFile) {
