@@ -26,7 +26,7 @@ struct Room {
 };
 
 const std::set<std::string> kCore = {"geometry", "common", "sensor", "map",
-                                     "matching", "graph",  "slam"};
+                                     "matching", "motion", "graph",  "slam"};
 
 std::set<std::string> operator+(std::set<std::string> a, const std::set<std::string>& b) {
   a.insert(b.begin(), b.end());
@@ -43,7 +43,8 @@ const std::map<std::string, Room>& rooms() {
       {"map", {{"geometry", "common", "sensor"}, {"Eigen"}}},
       {"matching", {{"geometry", "common", "sensor", "map"}, {"Eigen"}}},
       {"graph", {{"geometry", "common"}, {"Eigen", "ceres"}}},
-      {"slam", {{"geometry", "common", "sensor", "map", "matching", "graph"}, {"Eigen"}}},
+      {"motion", {{"geometry", "common", "sensor", "map", "matching"}, {"Eigen"}}},
+      {"slam", {{"geometry", "common", "sensor", "map", "matching", "motion", "graph"}, {"Eigen"}}},
       {"simulation", {{"geometry", "common", "sensor"}, {"Eigen"}}},
       {"evaluation", {kCore, {"Eigen", "opencv2"}}},
       {"io", {kCore + std::set<std::string>{"evaluation"}, {"Eigen", "yaml-cpp", "sys"}}},

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "matchbox_slam/slam/motion_prior.hpp"
+#include "matchbox_slam/motion/motion_prior.hpp"
 
 namespace matchbox_slam {
 namespace {

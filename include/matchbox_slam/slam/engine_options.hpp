@@ -6,9 +6,9 @@
 #include "matchbox_slam/common/parameters.hpp"
 #include "matchbox_slam/map/likelihood_field.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
+#include "matchbox_slam/motion/motion_prior.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/slam/loop_closing.hpp"
-#include "matchbox_slam/slam/motion_prior.hpp"
 #include "matchbox_slam/slam/pose_hypotheses.hpp"
 #include "matchbox_slam/slam/recovery.hpp"
 

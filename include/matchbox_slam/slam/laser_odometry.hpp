@@ -10,10 +10,10 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
+#include "matchbox_slam/motion/motion_tracker.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/key_errors.hpp"
-#include "matchbox_slam/slam/motion_tracker.hpp"
 
 namespace matchbox_slam {
 

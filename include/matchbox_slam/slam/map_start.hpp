@@ -8,12 +8,12 @@
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
+#include "matchbox_slam/motion/motion_tracker.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/further_lasers.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/loop_closing.hpp"
 #include "matchbox_slam/slam/map_parts.hpp"
-#include "matchbox_slam/slam/motion_tracker.hpp"
 #include "matchbox_slam/slam/near_map.hpp"
 #include "matchbox_slam/slam/pose_hypotheses.hpp"
 #include "matchbox_slam/slam/recovery.hpp"

@@ -11,7 +11,7 @@
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/key_scan.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
-#include "matchbox_slam/slam/motion_tracker.hpp"
+#include "matchbox_slam/motion/motion_tracker.hpp"
 #include "matchbox_slam/slam/scan_evidence.hpp"
 
 namespace matchbox_slam {

@@ -5,10 +5,10 @@
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
+#include "matchbox_slam/motion/learned_prior.hpp"
+#include "matchbox_slam/motion/motion_prior.hpp"
+#include "matchbox_slam/motion/odometry_calibration.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
-#include "matchbox_slam/slam/learned_prior.hpp"
-#include "matchbox_slam/slam/motion_prior.hpp"
-#include "matchbox_slam/slam/odometry_calibration.hpp"
 
 namespace matchbox_slam {
 

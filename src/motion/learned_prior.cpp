@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/learned_prior.hpp"
+#include "matchbox_slam/motion/learned_prior.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 #include "matchbox_slam/geometry/pose2.hpp"
-#include "matchbox_slam/slam/motion_prior.hpp"
+#include "matchbox_slam/motion/motion_prior.hpp"
 
 namespace matchbox_slam {
 

@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/motion_prior.hpp"
+#include "matchbox_slam/motion/motion_prior.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

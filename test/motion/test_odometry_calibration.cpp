@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "matchbox_slam/common/random.hpp"
-#include "matchbox_slam/slam/odometry_calibration.hpp"
+#include "matchbox_slam/motion/odometry_calibration.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "matchbox_slam/common/random.hpp"
-#include "matchbox_slam/slam/learned_prior.hpp"
+#include "matchbox_slam/motion/learned_prior.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "matchbox_slam/slam/motion_prior.hpp"
+#include "matchbox_slam/motion/motion_prior.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,9 +1,9 @@
-#include "matchbox_slam/slam/odometry_calibration.hpp"
+#include "matchbox_slam/motion/odometry_calibration.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "matchbox_slam/slam/motion_prior.hpp"
+#include "matchbox_slam/motion/motion_prior.hpp"
 
 namespace matchbox_slam {
 namespace {
