@@ -26,9 +26,9 @@ void transfer_optional(Archive& archive, Optional& optional, const Transfer& tra
 }
 
 /// Before version 7 nothing was learned of odometry.
-template <typename Archive, typename Learned>
-void transfer_learned(Archive& archive, Learned& learned) {
-  for (auto* share : {&learned.translation, &learned.rotation}) {
+template <typename Archive, typename Scale>
+void transfer_noise_scale(Archive& archive, Scale& scale) {
+  for (auto* share : {&scale.translation, &scale.rotation}) {
     archive.number(*share);
     if constexpr (Archive::kReads) {
       if (!(*share > 0.0 && *share <= 1.0)) {
@@ -88,7 +88,7 @@ void transfer_motion(Archive& archive, Motion& motion) {
     }
   }
   if (archive.version() >= 7) {
-    transfer_learned(archive, motion.learned);
+    transfer_noise_scale(archive, motion.noise_scale);
   }
   if (archive.version() >= 8) {
     transfer_calibration(archive, motion.calibration);

@@ -49,7 +49,7 @@ MotionEstimate motion_from_odometry(const Pose2& odom_from_previous, const Pose2
       square(options.rotation_by_way) * way + square(options.rotation_by_turn) * turn +
           square(options.rotation_by_time) * interval);
   estimate.floor = diagonal(square(options.translation_floor), square(options.rotation_floor));
-  estimate.unlearned = estimate.covariance + estimate.floor;
+  estimate.unscaled = estimate.covariance + estimate.floor;
   return estimate;
 }
 
@@ -63,7 +63,7 @@ MotionEstimate motion_at_constant_velocity(const Pose2& last_motion, double last
                          diagonal(options.velocity_change, options.turn_rate_change);
   estimate.covariance = estimate.by_velocity * estimate.by_velocity.transpose();
   estimate.floor = diagonal(square(options.translation_floor), square(options.rotation_floor));
-  estimate.unlearned = estimate.covariance + estimate.floor;
+  estimate.unscaled = estimate.covariance + estimate.floor;
   return estimate;
 }
 
@@ -72,7 +72,7 @@ MotionEstimate with_measured_turn(MotionEstimate motion, double turn, double sig
   motion.by_velocity.col(2).setZero();
   motion.covariance = motion.by_velocity * motion.by_velocity.transpose();
   motion.floor(2, 2) = square(sigma);
-  motion.unlearned = motion.covariance + motion.floor;
+  motion.unscaled = motion.covariance + motion.floor;
   return motion;
 }
 

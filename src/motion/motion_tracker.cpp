@@ -107,16 +107,17 @@ void MotionTracker::add_errors(MotionPrediction& predicted) const {
                          motion.covariance + motion.floor) +
       both + both.transpose();
   predicted.search_covariance = compose_covariance(state_.fixed_from_base, state_.covariance,
-                                                   motion.previous_from_current, motion.unlearned) +
+                                                   motion.previous_from_current, motion.unscaled) +
                                 both + both.transpose();
 }
 
 MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const {
   const double interval = input.scan.stamp - *state_.stamp;
   if (has_odometry(input) && state_.odom_from_base) {
-    MotionEstimate estimate = scaled_by(
-        state_.learned, motion_from_odometry(*state_.odom_from_base, input.odometry->odom_from_base,
-                                             interval, options_));
+    MotionEstimate estimate =
+        scaled_by(state_.noise_scale,
+                  motion_from_odometry(*state_.odom_from_base, input.odometry->odom_from_base,
+                                       interval, options_));
     if (options_.calibrate) {
       estimate.previous_from_current =
           calibrated(state_.calibration, estimate.previous_from_current);
@@ -174,9 +175,9 @@ void MotionTracker::learn(const ScanInput& input, const MotionPrediction& predic
   if (!predicted.motion.is_by_odometry) {
     distrust_odometry();  // it told of a step that was none
   } else if (state_.matched) {
-    state_.learned = learn_from(state_.learned, predicted.motion.previous_from_current,
-                                predicted.fixed_from_base, predicted.covariance,
-                                match.map_from_base, match.covariance, options_.least_share);
+    state_.noise_scale = updated_noise_scale(
+        state_.noise_scale, predicted.motion.previous_from_current, predicted.fixed_from_base,
+        predicted.covariance, match.map_from_base, match.covariance, options_.min_noise_scale);
     if (options_.calibrate) {
       state_.calibration = calibrate(
           state_.calibration, {*state_.stamp, input.scan.stamp,

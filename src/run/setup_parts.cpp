@@ -1,7 +1,9 @@
 #include "run/setup_parts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <utility>
 
 #include "common/known_names.hpp"
 
@@ -39,12 +41,22 @@ std::vector<std::string> whole_names(const std::string& name,
   return found;
 }
 
+/// Options of version 1 that have another name now.
+constexpr std::array<std::pair<const char*, const char*>, 1> kRenamed = {
+    {{"motion/least_share", "motion/min_noise_scale"}}};
+
 /// Options of version 1 whose place others have taken.
 void reject_former(const std::string& key, const std::string& section) {
   if (section == "doubt" || section == "tracking") {
     throw ConfigurationError(key + ": there is no such option since version 2; hypotheses/" +
                              (key == "doubt/enabled" ? "enabled" : "*") +
                              " took its place: see doc/parameters.md");
+  }
+  for (const auto& [former, now] : kRenamed) {
+    if (key == former) {
+      throw ConfigurationError(key + ": since version 2 this option is called " + now +
+                               "; write that");
+    }
   }
 }
 
@@ -62,10 +74,10 @@ void reject_unknown_names(const Parameters& parameters, const std::vector<std::s
     const bool is_plain = slash == std::string::npos;
     const std::vector<std::string>& known = is_plain ? options : sections;
     const std::string name = key.substr(0, slash);
+    reject_former(key, name);
     if (is_among(known, name)) {
       continue;
     }
-    reject_former(key, name);
     std::vector<std::string> meant;
     if (is_plain) {
       meant = whole_names(name, sections, in_sections, catalog);

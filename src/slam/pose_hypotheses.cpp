@@ -47,7 +47,7 @@ bool is_same(const Pose2& a, const Pose2& b) {
 
 /// Where a hypothesis goes on: [m], [rad] that it may be off besides its motion.
 Eigen::Matrix3d covariance_around(const MotionEstimate& motion) {
-  return motion.unlearned + covariance_of(0.1, 0.05);
+  return motion.unscaled + covariance_of(0.1, 0.05);
 }
 
 MatchProblem problem_at(const PoseHypotheses::Step& step, const Pose2& map_from_base,

@@ -340,8 +340,8 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   bytes[head.size()] = '6';
   write(compress(bytes));
   const MapStart version_6 = read_saved_map(path_);
-  EXPECT_EQ(version_6.motion.learned.translation, 1.0);
-  EXPECT_EQ(version_6.motion.learned.rotation, 1.0);
+  EXPECT_EQ(version_6.motion.noise_scale.translation, 1.0);
+  EXPECT_EQ(version_6.motion.noise_scale.rotation, 1.0);
   bytes.erase(bytes.size() - kLaserBytes);
   bytes[head.size()] = '5';
   write(compress(bytes));

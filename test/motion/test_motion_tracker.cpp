@@ -404,9 +404,9 @@ TEST(MotionTracker, KnowsNoSteadyMotionWithoutOdometryOrMatches) {
 }
 
 /// Driven straight on, each step matched as odometry said.
-MotionTracker tracker_of_good_odometry(GuessSource source, double least_share) {
+MotionTracker tracker_of_good_odometry(GuessSource source, double min_noise_scale) {
   MotionPriorOptions options;
-  options.least_share = least_share;
+  options.min_noise_scale = min_noise_scale;
   MotionTracker tracker(options, source, 0.01);
   for (int i = 0; i < 200; ++i) {
     const Pose2 pose{0.1 * i, 0.0, 0.0};
@@ -429,7 +429,7 @@ TEST(MotionTracker, TrustsOdometryThatWasGood) {
   MotionTracker tracker = tracker_of_good_odometry(GuessSource::kOdometry, 0.2);
   const Eigen::Matrix3d as_set =
       next_covariance(tracker_of_good_odometry(GuessSource::kOdometry, 1.0));
-  EXPECT_EQ(tracker.state().learned.translation, 0.2);
+  EXPECT_EQ(tracker.state().noise_scale.translation, 0.2);
   EXPECT_NEAR(next_covariance(tracker)(0, 0), 0.04 * as_set(0, 0), 1e-7);
   EXPECT_NEAR(next_covariance(tracker)(2, 2), 0.04 * as_set(2, 2), 1e-7);
   tracker.distrust_odometry();
@@ -477,7 +477,7 @@ TEST(MotionTracker, DoesNotTrustOdometryThatAMatchRefuted) {
   const auto steady = tracker.predict_steadily(input);
   ASSERT_TRUE(steady);
   tracker.learn(input, steady->predicted, match_at({20.0, 0.0, 0.0}));
-  EXPECT_EQ(tracker.state().learned.translation, 1.0);
+  EXPECT_EQ(tracker.state().noise_scale.translation, 1.0);
 }
 
 /// Neither it nor the next one, which has none to compare with.
@@ -491,14 +491,14 @@ TEST(MotionTracker, TrustsOdometryAfterAScanWithout) {
     }
     const MotionPrediction predicted = tracker.predict(input);
     tracker.learn(input, predicted, match_at(pose));
-    EXPECT_EQ(tracker.state().learned.translation, 0.2) << i;
+    EXPECT_EQ(tracker.state().noise_scale.translation, 0.2) << i;
     tracker.remember(input, predicted, pose, kNone, true);
   }
 }
 
 TEST(MotionTracker, LearnsNothingOfWhatItDoesNotPredictFrom) {
   for (const GuessSource source : {GuessSource::kVelocity, GuessSource::kHeading}) {
-    EXPECT_EQ(tracker_of_good_odometry(source, 0.2).state().learned.translation, 1.0);
+    EXPECT_EQ(tracker_of_good_odometry(source, 0.2).state().noise_scale.translation, 1.0);
   }
 }
 

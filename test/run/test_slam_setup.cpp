@@ -137,6 +137,12 @@ TEST(SlamSetup, SaysWhatTookThePlaceOfAFormerOption) {
   EXPECT_TRUE(contains(refusal_of("tracking: {lost_after: 2}"), "hypotheses/* took its place"));
 }
 
+TEST(SlamSetup, SaysHowARenamedOptionIsCalledNow) {
+  EXPECT_EQ(refusal_of("motion: {least_share: 1}"),
+            "motion/least_share: since version 2 this option is called motion/min_noise_scale; "
+            "write that");
+}
+
 TEST(SlamSetup, SaysInWhichSectionAnOptionIs) {
   EXPECT_TRUE(contains(refusal_of("insert_distance: 1"),
                        "unknown parameter 'insert_distance'; did you mean 'slam/insert_distance'? "

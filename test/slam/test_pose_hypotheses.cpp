@@ -72,7 +72,7 @@ MotionPrediction prediction(const Pose2& there, const Pose2& moved) {
   predicted.search_covariance = predicted.covariance;
   predicted.motion.previous_from_current = moved;
   predicted.motion.covariance = predicted.covariance;
-  predicted.motion.unlearned = predicted.covariance;
+  predicted.motion.unscaled = predicted.covariance;
   return predicted;
 }
 

@@ -171,9 +171,9 @@ TEST(Recovery, OdometryThatWasWrongIsTrustedNoMoreThanAtFirst) {
     const ScanOutcome outcome = engine.process(scan_input(run, i));
     if (outcome.certainty == Certainty::kOvertaken || outcome.state == TrackingState::kDoubt) {
       ++doubtful;
-      EXPECT_EQ(engine.snapshot().motion.learned.translation, 1.0);
+      EXPECT_EQ(engine.snapshot().motion.noise_scale.translation, 1.0);
     } else if (i % 100 == 0) {
-      least = std::min(least, engine.snapshot().motion.learned.translation);
+      least = std::min(least, engine.snapshot().motion.noise_scale.translation);
     }
   }
   EXPECT_GT(doubtful, 0U);

@@ -21,7 +21,7 @@ struct MotionPriorOptions {
   double rotation_floor = 0.005;
   double velocity_change = 1.0;
   double turn_rate_change = 2.0;
-  double least_share = 0.2;
+  double min_noise_scale = 0.2;
   bool calibrate = true;
 
   template <typename Self, typename Visitor>
@@ -49,7 +49,7 @@ struct MotionPriorOptions {
     option(self.turn_rate_change, "turn_rate_change", between(0.0, 100.0), "rad/s",
            "Without odometry: standard deviation of the change of the turn rate since the last "
            "match.");
-    option(self.least_share, "least_share", between(0.01, 1.0), "",
+    option(self.min_noise_scale, "min_noise_scale", between(0.01, 1.0), "",
            "The standard deviations of odometry go down to this share of what is set, as matches "
            "show that it is better; 1: they stay as set.");
     option(self.calibrate, "calibrate", any(), "",
@@ -67,7 +67,7 @@ struct MotionEstimate {
   /// Of a single reading, as of odometry: no part of the next motion's error, which adds its own.
   Eigen::Matrix3d floor = Eigen::Matrix3d::Zero();
   /// Covariance and floor as they were said to be, before matches taught that they are less.
-  Eigen::Matrix3d unlearned = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d unscaled = Eigen::Matrix3d::Zero();
   /// Column i: the error (x, y, theta) by a velocity that is off by one standard deviation in i. It
   /// is off by the same until the next match, so these add up. Part of the covariance.
   Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();

@@ -5,9 +5,9 @@
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
-#include "matchbox_slam/motion/learned_prior.hpp"
 #include "matchbox_slam/motion/motion_prior.hpp"
 #include "matchbox_slam/motion/odometry_calibration.hpp"
+#include "matchbox_slam/motion/odometry_noise_scale.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 
 namespace matchbox_slam {
@@ -40,7 +40,7 @@ struct MotionState {
   std::optional<Fix> fix;               ///< the newest one
   Pose2 motion;           ///< between the last two fixes, by the earlier one's base frame
   double interval = 0.0;  ///< [s] that this motion took; 0: none is known
-  LearnedPrior learned;   ///< of the odometry
+  OdometryNoiseScale noise_scale;
   OdometryCalibration calibration;
 
   /// By that: (x [m/s], y [m/s], theta [rad/s]) in the base frame.
@@ -107,7 +107,7 @@ class MotionTracker {
   void learn(const ScanInput& input, const MotionPrediction& predicted, const MatchResult& match);
 
   /// Odometry may have become as bad as the options say.
-  void distrust_odometry() { state_.learned = {}; }
+  void distrust_odometry() { state_.noise_scale = {}; }
 
   /// Takes a scan as the newest one.
   /// @param predicted   of this scan.

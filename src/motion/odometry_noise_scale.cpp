@@ -1,4 +1,4 @@
-#include "matchbox_slam/motion/learned_prior.hpp"
+#include "matchbox_slam/motion/odometry_noise_scale.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -12,39 +12,40 @@ namespace {
 constexpr double kMostLeft = 0.5;  // of the prior's variance
 
 /// @param squared  error over its standard deviation, squared; 1 where the share is right.
-double follow(double share, double squared, double weight, double least) {
+double follow(double share, double squared, double weight, double min_scale) {
   constexpr double kMost = 16.0;  // one step of wheels that slip is not their usual error
   const double factor = 1.0 + weight * (std::min(squared, kMost) - 1.0);
-  return std::clamp(share * std::sqrt(factor), least, 1.0);
+  return std::clamp(share * std::sqrt(factor), min_scale, 1.0);
 }
 
 }  // namespace
 
-MotionEstimate scaled_by(const LearnedPrior& learned, MotionEstimate estimate) {
-  const Eigen::Vector3d shares(learned.translation, learned.translation, learned.rotation);
+MotionEstimate scaled_by(const OdometryNoiseScale& scale, MotionEstimate estimate) {
+  const Eigen::Vector3d shares(scale.translation, scale.translation, scale.rotation);
   estimate.covariance = shares.asDiagonal() * estimate.covariance * shares.asDiagonal();
   estimate.floor = shares.asDiagonal() * estimate.floor * shares.asDiagonal();
   return estimate;
 }
 
-LearnedPrior learn_from(const LearnedPrior& learned, const Pose2& moved, const Pose2& predicted,
-                        const Eigen::Matrix3d& prior, const Pose2& matched,
-                        const Eigen::Matrix3d& posterior, double least) {
+OdometryNoiseScale updated_noise_scale(const OdometryNoiseScale& scale, const Pose2& moved,
+                                       const Pose2& predicted, const Eigen::Matrix3d& prior,
+                                       const Pose2& matched, const Eigen::Matrix3d& posterior,
+                                       double min_scale) {
   // [m]. Of 48 drives through hotels and campuses the mean error is 5 % larger with 5 m, and 22 %
   // with 10 m.
   constexpr double kMemory = 2.0;
   constexpr double kMetresPerRadian = 0.3;  // a turn teaches as much as so much way
   const Eigen::LLT<Eigen::Matrix2d> factor(prior.topLeftCorner<2, 2>());
   if (factor.info() != Eigen::Success || !(prior(2, 2) > 0.0)) {
-    return learned;
+    return scale;
   }
   const double way = moved.translation().norm() + kMetresPerRadian * std::abs(moved.theta);
   const double weight = 1.0 - std::exp(-way / kMemory);
-  LearnedPrior result = learned;
+  OdometryNoiseScale result = scale;
   if (posterior(2, 2) < kMostLeft * prior(2, 2)) {
     const double turned = wrap_angle(matched.theta - predicted.theta);
-    result.rotation =
-        follow(result.rotation, turned * turned / (prior(2, 2) - posterior(2, 2)), weight, least);
+    result.rotation = follow(result.rotation, turned * turned / (prior(2, 2) - posterior(2, 2)),
+                             weight, min_scale);
   }
   const Eigen::Matrix2d whitened = Eigen::Matrix2d(factor.matrixL()).inverse();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(
@@ -55,7 +56,7 @@ LearnedPrior learn_from(const LearnedPrior& learned, const Pose2& moved, const P
     const double left = std::max(0.0, axes.eigenvalues()[i]);
     if (left < kMostLeft) {
       result.translation =
-          follow(result.translation, off[i] * off[i] / (1.0 - left), weight, least);
+          follow(result.translation, off[i] * off[i] / (1.0 - left), weight, min_scale);
     }
   }
   return result;
