@@ -25,8 +25,8 @@ struct Room {
   bool knows_ros = false;           ///< then it may include any library
 };
 
-const std::set<std::string> kCore = {"geometry", "common", "sensor", "map",
-                                     "matching", "motion", "graph",  "slam"};
+const std::set<std::string> kCore = {"geometry", "common", "sensor", "map", "matching",
+                                     "motion",   "lasers", "graph",  "slam"};
 
 std::set<std::string> operator+(std::set<std::string> a, const std::set<std::string>& b) {
   a.insert(b.begin(), b.end());
@@ -44,7 +44,10 @@ const std::map<std::string, Room>& rooms() {
       {"matching", {{"geometry", "common", "sensor", "map"}, {"Eigen"}}},
       {"graph", {{"geometry", "common"}, {"Eigen", "ceres"}}},
       {"motion", {{"geometry", "common", "sensor", "map", "matching"}, {"Eigen"}}},
-      {"slam", {{"geometry", "common", "sensor", "map", "matching", "motion", "graph"}, {"Eigen"}}},
+      {"lasers", {{"geometry", "common", "sensor", "map", "matching"}, {"Eigen"}}},
+      {"slam",
+       {{"geometry", "common", "sensor", "map", "matching", "motion", "lasers", "graph"},
+        {"Eigen"}}},
       {"simulation", {{"geometry", "common", "sensor"}, {"Eigen"}}},
       {"evaluation", {kCore, {"Eigen", "opencv2"}}},
       {"io", {kCore + std::set<std::string>{"evaluation"}, {"Eigen", "yaml-cpp", "sys"}}},

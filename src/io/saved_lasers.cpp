@@ -16,22 +16,22 @@ void transfer_sample(Archive& archive, Sample& sample) {
   transfer_covariance(archive, "a laser's sample", sample.covariance);
 }
 
-template <typename Archive, typename Lead>
-void transfer_lead(Archive& archive, Lead& lead) {
-  archive.integer(lead.laser);
-  archive.integer(lead.others);
-  archive.number(lead.silent_since, kLargest);
+template <typename Archive, typename Primary>
+void transfer_primary(Archive& archive, Primary& primary) {
+  archive.integer(primary.laser);
+  archive.integer(primary.others);
+  archive.number(primary.silent_since, kLargest);
 }
 
 }  // namespace
 
-void write_further_lasers(const FurtherLasers& lasers, MapWriter& writer) {
-  transfer_lead(writer, lasers.lead());
+void write_secondary_lasers(const SecondaryLasers& lasers, MapWriter& writer) {
+  transfer_primary(writer, lasers.primary());
   writer.integer(std::uint64_t{lasers.all().size()});
   for (const auto& [number, laser] : lasers.all()) {
     writer.integer(std::int32_t{number});
     writer.integer(std::uint64_t{laser.mount.samples().size()});
-    for (const MountSample& sample : laser.mount.samples()) {
+    for (const ExtrinsicSample& sample : laser.mount.samples()) {
       transfer_sample(writer, sample);
     }
     writer.flag(laser.is_used);
@@ -47,20 +47,20 @@ void write_further_lasers(const FurtherLasers& lasers, MapWriter& writer) {
   }
 }
 
-FurtherLasers read_further_lasers(MapReader& reader) {
-  FurtherLasers::Lead lead;
-  transfer_lead(reader, lead);
-  std::map<int, FurtherLaser> lasers;
+SecondaryLasers read_secondary_lasers(MapReader& reader) {
+  SecondaryLasers::Primary primary;
+  transfer_primary(reader, primary);
+  std::map<int, SecondaryLaser> lasers;
   for (std::size_t left = reader.count(70, kMostLasers, "lasers"); left > 0; --left) {
     std::int32_t number = 0;
     reader.integer(number);
-    FurtherLaser& laser = lasers[number];
-    std::vector<MountSample> samples(
-        reader.count(120, MountEstimate::kMostSamples, "samples of a laser"));
-    for (MountSample& sample : samples) {
+    SecondaryLaser& laser = lasers[number];
+    std::vector<ExtrinsicSample> samples(
+        reader.count(120, ExtrinsicCalibration::kMostSamples, "samples of a laser"));
+    for (ExtrinsicSample& sample : samples) {
       transfer_sample(reader, sample);
     }
-    laser.mount = MountEstimate(std::move(samples));
+    laser.mount = ExtrinsicCalibration(std::move(samples));
     reader.flag(laser.is_used);
     transfer_pose(reader, laser.base_from_laser);
     bool is_tried = false;
@@ -77,10 +77,10 @@ FurtherLasers read_further_lasers(MapReader& reader) {
       if (!measured) {
         reader.fail("is damaged: a laser's scan that waits was not measured");
       }
-      laser.waiting = FurtherScan{std::move(*measured), scan.map_from_base};
+      laser.waiting = SecondaryScan{std::move(*measured), scan.map_from_base};
     }
   }
-  return {std::move(lasers), lead};
+  return {std::move(lasers), primary};
 }
 
 }  // namespace matchbox_slam

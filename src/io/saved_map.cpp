@@ -120,7 +120,7 @@ void write_saved_map(const MapStart& map, const ByteSink& sink) {
   writer.integer(map.scan_count);
   write_whereabouts(map.whereabouts, writer);
   write_loops(map, writer);
-  write_further_lasers(map.further_lasers, writer);
+  write_secondary_lasers(map.secondary_lasers, writer);
   writer.finish();
 }
 
@@ -158,7 +158,7 @@ MapStart read_saved_map(const std::string& path, double max_cells) {
     read_loops(reader, start);
   }
   if (version >= 6) {
-    start.further_lasers = read_further_lasers(reader);
+    start.secondary_lasers = read_secondary_lasers(reader);
   }
   if (!reader.at_end()) {
     reader.fail("is damaged: it goes on after its end");

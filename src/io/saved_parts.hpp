@@ -35,8 +35,8 @@ void write_whereabouts(const Whereabouts& whereabouts, MapWriter& writer);
 void write_loops(const MapStart& map, MapWriter& writer);
 void read_loops(MapReader& reader, MapStart& map);
 
-void write_further_lasers(const FurtherLasers& lasers, MapWriter& writer);
-[[nodiscard]] FurtherLasers read_further_lasers(MapReader& reader);
+void write_secondary_lasers(const SecondaryLasers& lasers, MapWriter& writer);
+[[nodiscard]] SecondaryLasers read_secondary_lasers(MapReader& reader);
 
 template <typename Archive, typename Matrix>
 void transfer_covariance(Archive& archive, const std::string& name, Matrix& matrix) {

@@ -16,7 +16,7 @@ const char* to_string(MatchStatus status) {
       return "rejected_low_score";
     case MatchStatus::kRejectedInvalidPrior:
       return "rejected_invalid_prior";
-    case MatchStatus::kOfFurtherLaser:
+    case MatchStatus::kOfSecondaryLaser:
       return "of_further_laser";
   }
   return "unknown";

@@ -170,8 +170,8 @@ void SlamDiagnostics::fill(const SlamHealth& health, DiagnosticStatusWrapper& st
   status.add("Loops closed", health.loops_closed);
   status.add("Maps apart", health.parts_apart);
   status.add("Maps apart given up", health.parts_given_up);
-  for (std::size_t i = 0; i < health.further_lasers.size(); ++i) {
-    status.add("Further laser " + std::to_string(i + 1), health.further_lasers[i]);
+  for (std::size_t i = 0; i < health.secondary_lasers.size(); ++i) {
+    status.add("Secondary laser " + std::to_string(i + 1), health.secondary_lasers[i]);
   }
   status.add("Beams on the robot", health.robot_beams.empty() ? "none seen" : health.robot_beams);
   add_recent(health.recent, status);

@@ -8,6 +8,7 @@
 #include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
+#include "matching/rendered_map.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/queue_settings.hpp"
 #include "ros/ros_parameters.hpp"
@@ -249,7 +250,7 @@ void SlamNode::handle(const ReadyScan& scan) {
     if (outcome) {
       match_seconds = run_.last_match_seconds();
       matcher = run_.setup().matcher_name;
-      if (outcome->match.status != MatchStatus::kOfFurtherLaser) {
+      if (outcome->match.status != MatchStatus::kOfSecondaryLaser) {
         newest_scan_ = scan;
         remember_health(scan, *outcome);
       }

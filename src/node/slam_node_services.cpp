@@ -308,8 +308,8 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
     health.key_scans = run_.key_scans().size();
     health.loops_closed = run_.new_loops().closed;
     health.parts_apart = run_.parts_apart();
-    for (const auto& [number, laser] : run_.further_lasers()) {
-      health.further_lasers.push_back(text_of(laser, run_.scan_topic(number)));
+    for (const auto& [number, laser] : run_.secondary_lasers()) {
+      health.secondary_lasers.push_back(text_of(laser, run_.scan_topic(number)));
     }
     if (const std::vector<double> sectors = run_.robot_beams(); !sectors.empty()) {
       health.robot_beams = text_of_robot_beams(sectors, run_.setup().engine.scan.masked_angles,

@@ -14,14 +14,14 @@ std::string millimetres(double metres) { return fixed_text(1e3 * metres, 0) + " 
 
 std::string degrees(double radians) { return fixed_text(radians_to_degrees(radians), 1) + " deg"; }
 
-std::string agreeing(const FurtherLaser& laser) {
+std::string agreeing(const SecondaryLaser& laser) {
   return std::to_string(laser.mount.agreeing()) + " of " +
          std::to_string(laser.mount.samples().size()) + " matches agree";
 }
 
 }  // namespace
 
-LaserPlace place_of(const FurtherLaser& laser) {
+LaserPlace place_of(const SecondaryLaser& laser) {
   const Eigen::Vector3d at_rest = Eigen::Vector3d::Zero();
   const Pose2 correction = laser.mount.correction(at_rest);
   LaserPlace place;
@@ -40,7 +40,7 @@ LaserPlace place_of(const FurtherLaser& laser) {
   return place;
 }
 
-LaserUse use_of(const FurtherLaser& laser) {
+LaserUse use_of(const SecondaryLaser& laser) {
   if (laser.is_used) {
     return LaserUse::kUsed;
   }
@@ -61,7 +61,7 @@ std::string text_of_robot_beams(const std::vector<double>& sectors,
          set + "scan/masked_angles=[" + list + "]";
 }
 
-std::string text_of(const FurtherLaser& laser, const std::string& topic) {
+std::string text_of(const SecondaryLaser& laser, const std::string& topic) {
   const LaserPlace place = place_of(laser);
   const Pose2& pose = place.base_from_laser;
   switch (use_of(laser)) {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "matchbox_slam/slam/further_lasers.hpp"
+#include "matchbox_slam/lasers/secondary_lasers.hpp"
 
 namespace matchbox_slam {
 
@@ -18,10 +18,10 @@ struct LaserPlace {
   double delay_sigma = 0.0;  ///< [s]
 };
 
-[[nodiscard]] LaserPlace place_of(const FurtherLaser& laser);
+[[nodiscard]] LaserPlace place_of(const SecondaryLaser& laser);
 
 enum class LaserUse { kUnsure, kUsed, kContradictory };
-[[nodiscard]] LaserUse use_of(const FurtherLaser& laser);
+[[nodiscard]] LaserUse use_of(const SecondaryLaser& laser);
 
 /// What to say of beams that end on the robot, and with which option they are left out.
 /// @param sectors  where, of all lasers.
@@ -32,6 +32,6 @@ enum class LaserUse { kUnsure, kUsed, kContradictory };
                                               const std::string& set);
 
 /// Whether and why its scans are used, for people.
-[[nodiscard]] std::string text_of(const FurtherLaser& laser, const std::string& topic);
+[[nodiscard]] std::string text_of(const SecondaryLaser& laser, const std::string& topic);
 
 }  // namespace matchbox_slam

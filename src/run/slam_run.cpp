@@ -255,7 +255,7 @@ std::string SlamRun::scan_topic(int laser) const {
 
 void SlamRun::note_lasers() {
   laser_news_.clear();
-  for (const auto& [number, laser] : further_lasers()) {
+  for (const auto& [number, laser] : secondary_lasers()) {
     LaserUse& told = laser_uses_[number];
     const LaserUse use = use_of(laser);
     if (use != told && use != LaserUse::kUnsure) {

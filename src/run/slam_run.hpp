@@ -114,8 +114,8 @@ class SlamRun {
   /// Those that were found since the run began or went on with a map.
   [[nodiscard]] LoopCount new_loops() const;
 
-  [[nodiscard]] const std::map<int, FurtherLaser>& further_lasers() const {
-    return engine_->further_lasers().all();
+  [[nodiscard]] const std::map<int, SecondaryLaser>& secondary_lasers() const {
+    return engine_->secondary_lasers().all();
   }
   [[nodiscard]] std::string scan_topic(int laser) const;
 

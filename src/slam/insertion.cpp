@@ -87,13 +87,13 @@ bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome, const
           !here.last_inserted.empty() && here.last_inserted.count(input.laser) == 0);
 }
 
-void insert(const SeenScans& seen, int laser, const EngineOptions& options, Mapping& mapping,
+void insert(const ScanBundle& bundle, int laser, const EngineOptions& options, Mapping& mapping,
             ScanOutcome& outcome) {
-  insert_one(seen.points(), seen.leading(), laser, options, mapping, outcome);
-  for (const auto& [further, one] : seen.further()) {
+  insert_one(bundle.points(), bundle.primary(), laser, options, mapping, outcome);
+  for (const auto& [secondary, one] : bundle.secondary()) {
     ScanOutcome beside = outcome;
     beside.map_from_base = outcome.map_from_base * one.there_from_base;
-    insert_one(project_scan(one.measured), one.measured, further, options, mapping, beside);
+    insert_one(project_scan(one.measured), one.measured, secondary, options, mapping, beside);
     outcome.left_out += beside.left_out;
   }
 }

@@ -1,26 +1,26 @@
 #pragma once
 
+#include "lasers/scan_bundle.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/map_parts.hpp"
 #include "matchbox_slam/slam/mapping.hpp"
 #include "matchbox_slam/slam/scan_outcome.hpp"
-#include "slam/seen_scans.hpp"
 
 namespace matchbox_slam {
 
 /// Whether a scan goes into the part of the map that the robot is in: only what was matched and
-/// shows something new, except for what starts a map. A further laser's first scan may
+/// shows something new, except for what starts a map. A secondary laser's first scan may
 /// show what no other has seen yet: then it goes where the others have just put the base.
 /// @param was_matched  the scan before.
 [[nodiscard]] bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome,
                                      const MapParts& parts, bool was_matched,
                                      const SlamOptions& options);
 
-/// Makes a scan and those of the further lasers key scans where the outcome has the base; the
+/// Makes a scan and those of the secondary lasers key scans where the outcome has the base; the
 /// outcome tells.
-/// @param laser  of the leading scan.
-void insert(const SeenScans& seen, int laser, const EngineOptions& options, Mapping& mapping,
+/// @param laser  of the primary scan.
+void insert(const ScanBundle& bundle, int laser, const EngineOptions& options, Mapping& mapping,
             ScanOutcome& outcome);
 
 }  // namespace matchbox_slam

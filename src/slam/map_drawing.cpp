@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "matching/rendered_map.hpp"
+
 namespace matchbox_slam {
 
 const SlamMap& MapDrawing::drawn(MapPart& part, const EngineOptions& options) {

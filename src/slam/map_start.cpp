@@ -18,7 +18,7 @@ void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   loops.abandon();
   is_moved = false;
   is_continued = false;
-  further_lasers = {};  // what tf said may have been put right
+  secondary_lasers = {};  // what tf said may have been put right
 }
 
 void check_map(const SlamMap& map, const EngineOptions& options) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "matching/rendered_map.hpp"
 #include "slam/match_validation.hpp"
 
 namespace matchbox_slam {

@@ -5,8 +5,8 @@
 #include "matchbox_slam/matching/contradiction.hpp"
 #include "matchbox_slam/matching/pose_prior.hpp"
 #include "matchbox_slam/matching/refinement.hpp"
+#include "matching/wide_search.hpp"
 #include "slam/mutual_fit.hpp"
-#include "slam/wide_search.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "matchbox_slam/slam/near_map.hpp"
+#include "matching/rendered_map.hpp"
 
 namespace matchbox_slam {
 namespace {

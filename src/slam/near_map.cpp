@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "matching/rendered_map.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -39,16 +41,6 @@ PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
 }
 
 }  // namespace
-
-SlamMap rendered(const PlacedScans& keys, const MapOptions& map_options,
-                 const LikelihoodFieldOptions& field_options) {
-  SlamMap map(map_options, field_options);
-  for (const PlacedScan& key : keys) {
-    insert_unrendered(*key.scan->points(), key.map_from_base, map_options, map);
-  }
-  map.field.render();
-  return map;
-}
 
 std::vector<std::uint64_t> ids_of(const PlacedScans& keys) {
   std::vector<std::uint64_t> ids;
@@ -92,6 +84,11 @@ bool NearMap::is_due(const PlacedScans& keys) const {
   constexpr double kMoved = 5.0;  // [m]
   return !map_ || distance(keys.back(), center_) >= kMoved;
 }
+
+NearMap::NearMap(const NearScans& near, const MapOptions& map_options,
+                 const LikelihoodFieldOptions& field_options)
+    : NearMap(rendered(near.belonging, map_options, field_options), near.center, near.newest + 1,
+              ids_of(near.belonging)) {}
 
 NearMap NearMap::as_of(std::size_t taken, const PlacedScans& keys, const MapOptions& map_options,
                        const LikelihoodFieldOptions& field_options) const {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "slam/wide_search.hpp"
+#include "matching/wide_search.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -3,12 +3,12 @@
 #include <iterator>
 #include <utility>
 
+#include "lasers/scan_bundle.hpp"
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "slam/common_ground.hpp"
 #include "slam/insertion.hpp"
 #include "slam/pose_uncertainty.hpp"
-#include "slam/seen_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -53,7 +53,7 @@ SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanM
       seed_(seed),
       tracker_(options.motion),
       mapping_(options),
-      seen_(std::make_unique<SeenScans>()),
+      bundle_(std::make_unique<ScanBundle>()),
       common_ground_(std::make_unique<CommonGroundMatch>()) {
   tracker_.set_pose(start, Eigen::Matrix3d::Zero());
 }
@@ -64,14 +64,14 @@ SlamEngine::~SlamEngine() = default;
 
 ScanOutcome SlamEngine::process(const ScanInput& input) {
   MotionPrediction predicted = tracker_.predict(input);
-  if (!further_lasers_.leads(input, tracker_.state().stamp)) {
-    return take_aside(input, predicted);
+  if (!secondary_lasers_.select_primary(input, tracker_.state().stamp)) {
+    return take_secondary(input, predicted);
   }
   const Pose2 before = tracker_.state().fixed_from_base;
   const double seconds = input.scan.stamp - tracker_.state().stamp.value_or(input.scan.stamp);
   const std::optional<SteadyPrediction> steady = tracker_.predict_steadily(input);
   const bool is_odometry_improbable = steady && steady->is_odometry_improbable;
-  see(input, predicted, !is_odometry_improbable);
+  collect_scans(input, predicted, !is_odometry_improbable);
   ScanOutcome outcome = outcome_of(input, predicted);
   outcome.match = match(predicted);
   const Verdict verdict =
@@ -81,12 +81,12 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   outcome.covariance = outcome.match.covariance;
   if (verdict != Verdict::kUnknown && is_to_be_inserted(input, outcome, mapping_.parts(),
                                                         tracker_.state().matched, options_.slam)) {
-    seen_->put_right(matched.during_scan, projector_);
-    insert(*seen_, input.laser, options_, mapping_, outcome);
+    bundle_->correct_motion(matched.during_scan, projector_);
+    insert(*bundle_, input.laser, options_, mapping_, outcome);
     hypotheses_.note_key_scans(key_scans_here(), outcome.map_from_base);
   }
   remember(input, predicted, outcome);
-  further_lasers_.move_on(before.inverse() * outcome.map_from_base);
+  secondary_lasers_.move_on(before.inverse() * outcome.map_from_base);
   ++scan_count_;
   if (!hypotheses_.is_forked()) {
     go_on_mapping(outcome);
@@ -105,40 +105,40 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   return outcome;
 }
 
-/// What a laser that does not lead sees: where it is is the prediction.
-ScanOutcome SlamEngine::take_aside(const ScanInput& input, const MotionPrediction& predicted) {
+/// What a secondary laser sees: where it is is the prediction.
+ScanOutcome SlamEngine::take_secondary(const ScanInput& input, const MotionPrediction& predicted) {
   const MotionState& newest = tracker_.state();
   const Pose2 newest_from_base = newest.fixed_from_base.inverse() * predicted.fixed_from_base;
   if (newest.matched && !hypotheses_.is_forked() && !mapping_.is_lost() &&
-      further_lasers_.is_sample_due(input.laser, newest_from_base)) {
+      secondary_lasers_.is_sample_due(input.laser, newest_from_base)) {
     const PointScan scan = project_scan(input.scan, input.base_from_laser, predicted.during_scan,
                                         options_.scan, input.laser_motion);
-    further_lasers_.sample(input.laser, scan, predicted.fixed_from_base, newest_from_base,
-                           newest.velocity(), key_scans().all(), options_.map, options_.field);
+    secondary_lasers_.sample(input.laser, scan, predicted.fixed_from_base, newest_from_base,
+                             newest.velocity(), key_scans().all(), options_.map, options_.field);
   }
-  further_lasers_.wait(input, newest.velocity(), newest_from_base, predicted.during_scan,
-                       options_.scan);
+  secondary_lasers_.wait(input, newest.velocity(), newest_from_base, predicted.during_scan,
+                         options_.scan);
   ScanOutcome outcome = outcome_of(input, predicted);
   outcome.covariance = told_covariance(outcome, mapping_.parts(), false);
   outcome.match.map_from_base = predicted.fixed_from_base;
   outcome.match.covariance = predicted.covariance;
-  outcome.match.status = MatchStatus::kOfFurtherLaser;
+  outcome.match.status = MatchStatus::kOfSecondaryLaser;
   outcome.state = state();
   return outcome;
 }
 
 /// Where odometry tells of a step that cannot be, nobody knows where between the lasers' scans it
-/// lies: then the leading one's counts alone.
-void SlamEngine::see(const ScanInput& input, const MotionPrediction& predicted,
-                     bool with_further_lasers) {
+/// lies: then the primary one's counts alone.
+void SlamEngine::collect_scans(const ScanInput& input, const MotionPrediction& predicted,
+                               bool with_secondary_lasers) {
   const MotionState& newest = tracker_.state();
-  std::map<int, FurtherScan> further = further_lasers_.take_waiting(
+  std::map<int, SecondaryScan> secondary = secondary_lasers_.take_waiting(
       input.scan.stamp, newest.fixed_from_base.inverse() * predicted.fixed_from_base);
-  if (!with_further_lasers) {
-    further.clear();
+  if (!with_secondary_lasers) {
+    secondary.clear();
   }
-  seen_->assign(input, further_lasers_.base_from_laser(input, newest.velocity()),
-                predicted.during_scan, options_.scan, std::move(further), projector_);
+  bundle_->assign(input, secondary_lasers_.base_from_laser(input, newest.velocity()),
+                  predicted.during_scan, options_.scan, std::move(secondary), projector_);
 }
 
 MatchResult SlamEngine::match(const MotionPrediction& predicted) {
@@ -146,8 +146,8 @@ MatchResult SlamEngine::match(const MotionPrediction& predicted) {
       static_cast<std::size_t>(options_.slam.recent_scans), recent_);
   const SlamMap& map = mapping_.matched();
   const MatchProblem problem{
-      seen_->all(), predicted.fixed_from_base,    predicted.covariance,       map.field,
-      recent_,      mix_seed(seed_, scan_count_), predicted.search_covariance};
+      bundle_->all(), predicted.fixed_from_base,    predicted.covariance,       map.field,
+      recent_,        mix_seed(seed_, scan_count_), predicted.search_covariance};
   if (map.field.empty()) {
     return rejected(problem, MatchStatus::kRejectedNoReference);
   }
@@ -167,11 +167,11 @@ SlamEngine::Verdict SlamEngine::weigh(const Predictions& predictions, ScanOutcom
   }
   const bool was_in_doubt = hypotheses_.is_in_doubt(options_.hypotheses);
   const bool was_forked = hypotheses_.is_forked();
-  // What further lasers saw lies where odometry has it.
+  // What secondary lasers saw lies where odometry has it.
   const MotionPrediction* by_velocity =
-      seen_->further().empty() ? predictions.by_velocity : nullptr;
+      bundle_->secondary().empty() ? predictions.by_velocity : nullptr;
   PoseHypotheses::Outcome weighed =
-      hypotheses_.follow({seen_->all(), mapping_.compared(), key_scans_here(), recent_,
+      hypotheses_.follow({bundle_->all(), mapping_.compared(), key_scans_here(), recent_,
                           predictions.seconds, predictions.predicted, by_velocity},
                          outcome.match, options_.hypotheses);
   outcome.evidence = weighed.evidence;
@@ -292,7 +292,7 @@ void SlamEngine::search_for_map(const SearchStep& step, ScanOutcome& outcome) {
   }
   static_cast<void>(map());
   const std::optional<PlaceHypothesis> found =
-      places_.find(seen_->all(), outcome.map_from_base, step, mapping_.parts(), options_);
+      places_.find(bundle_->all(), outcome.map_from_base, step, mapping_.parts(), options_);
   if (!found) {
     return;
   }
@@ -355,7 +355,7 @@ void SlamEngine::start_from(MapStart start) {
   places_ = PlaceFinder(std::move(whereabouts.search), mapping_.parts());
   tracker_.set_state(start.motion);
   scan_count_ = start.scan_count;
-  further_lasers_ = std::move(start.further_lasers);
+  secondary_lasers_ = std::move(start.secondary_lasers);
 }
 
 std::size_t SlamEngine::map_bytes() const {
@@ -383,7 +383,7 @@ MapStart SlamEngine::snapshot() {
           mapping_.drawing().is_moved(),
           mapping_.is_continued(),
           mapping_.is_of_key_scans(),
-          further_lasers_};
+          secondary_lasers_};
 }
 
 }  // namespace matchbox_slam

@@ -360,7 +360,7 @@ void BagMapping::tell(const RunFacts& facts) const {
                  " scans used, " + std::to_string(fit_.matched()) + " matched, " +
                  text_of_loops(*run_) + ", in " + seconds_text(facts.used.wall_seconds) + ", " +
                  seconds_text(facts.bag.seconds) + " of bag; results in " + out_);
-  for (const auto& [number, laser] : run_->further_lasers()) {
+  for (const auto& [number, laser] : run_->secondary_lasers()) {
     (laser.is_used ? dialog_.inform : dialog_.warn)(text_of(laser, run_->scan_topic(number)));
   }
   if (run_->parts_apart() > 0) {

@@ -29,8 +29,8 @@ bool is_sure(TrackingState state) {
 }  // namespace
 
 void FitRecord::add(const ScanOutcome& outcome) {
-  if (outcome.match.status == MatchStatus::kOfFurtherLaser) {
-    has_further_lasers_ = true;
+  if (outcome.match.status == MatchStatus::kOfSecondaryLaser) {
+    has_secondary_lasers_ = true;
     return;
   }
   ++scans_;
@@ -134,9 +134,9 @@ std::string FitRecord::text_of_jumps() const {
   }
   return "in " + std::to_string(jumps_) + " of " + std::to_string(steps_) +
          " steps from scan to scan the pose jumps by more than 5 cm against the odometry: " +
-         (has_further_lasers_ ? "do the lasers disagree, or their places in tf and the odometry?"
-                              : "is the laser's place in tf right, are the stamps, or is the "
-                                "odometry so bad?") +
+         (has_secondary_lasers_ ? "do the lasers disagree, or their places in tf and the odometry?"
+                                : "is the laser's place in tf right, are the stamps, or is the "
+                                  "odometry so bad?") +
          " --matcher odometry_only shows what odometry alone makes of it";
 }
 

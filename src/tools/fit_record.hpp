@@ -37,7 +37,7 @@ class FitRecord {
   std::vector<float> evidences_;        ///< of a beam, likewise
   std::optional<Pose2> map_from_odom_;  ///< at the newest scan
   Pose2 last_odometry_;                 ///< where there was any
-  bool has_further_lasers_ = false;
+  bool has_secondary_lasers_ = false;
   std::size_t steps_ = 0;               ///< from scan to scan, soon after each other
   std::size_t jumps_ = 0;               ///< of these
   std::optional<double> first_stamp_;   ///< [s]

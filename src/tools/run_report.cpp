@@ -77,7 +77,7 @@ json map_facts(const SlamMap& map) {
 /// Those beside the first.
 json laser_facts(const SlamRun& run) {
   json lasers = json::array();
-  for (const auto& [number, laser] : run.further_lasers()) {
+  for (const auto& [number, laser] : run.secondary_lasers()) {
     const LaserPlace place = place_of(laser);
     const Pose2& pose = place.base_from_laser;
     lasers.push_back({{"topic", run.scan_topic(number)},

@@ -258,7 +258,7 @@ class SavedFields {
     add(5, 1, rest);
     add(2, 4, rest);
     add(1, 8, state);
-    EXPECT_EQ(count(), 0U) << "no further lasers";
+    EXPECT_EQ(count(), 0U) << "no secondary lasers";
     EXPECT_EQ(at_, bytes.size()) << "the format has changed";
   }
 

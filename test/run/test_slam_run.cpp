@@ -199,7 +199,7 @@ TEST_F(Run, ReconfiguresWhatMayChangeAndKeepsThat) {
 }
 
 TEST(LaserText, OfOneThatIsNotUsedSaysWhichLeads) {
-  const std::string text = text_of(FurtherLaser{}, "/back");
+  const std::string text = text_of(SecondaryLaser{}, "/back");
   EXPECT_TRUE(contains(text, "the laser of /back is not used")) << text;
   EXPECT_TRUE(contains(text, "of scan_topics the first one leads")) << text;
 }

@@ -126,7 +126,7 @@ TEST_F(InsertionTest, WhatStartsAMapIsInserted) {
   EXPECT_TRUE(is_inserted(first));
 }
 
-TEST_F(InsertionTest, AFurtherLaserShowsWhatNoOtherHasSeen) {
+TEST_F(InsertionTest, ASecondaryLaserShowsWhatNoOtherHasSeen) {
   const ScanOutcome nowhere = refused(MatchStatus::kRejectedLowScore, Certainty::kUnmatched);
   EXPECT_TRUE(is_inserted(nowhere, 1));
   EXPECT_FALSE(is_inserted(nowhere, 1, 0.0, false)) << "where the base is nobody knows";
@@ -175,29 +175,30 @@ class InsertTest : public testing::Test {
     ScanInput input;
     input.scan = keys[0].scan->measured()->scan;
     ScanProjector projector;
-    std::map<int, FurtherScan> further;
+    std::map<int, SecondaryScan> further;
     further[2] = {*keys[1].scan->measured(), kThereFromBase};
-    seen_.assign(input, keys[0].scan->measured()->base_from_laser, {}, options_.scan, further,
-                 projector);
+    bundle_.assign(input, keys[0].scan->measured()->base_from_laser, {}, options_.scan, further,
+                   projector);
     outcome_.map_from_base = {3.0, 4.0, 1.0};
     outcome_.covariance = 1e-4 * Eigen::Matrix3d::Identity();
   }
 
-  void insert_scans() { insert(seen_, 1, options_, mapping_, outcome_); }
+  void insert_scans() { insert(bundle_, 1, options_, mapping_, outcome_); }
 
   /// As the leading scan's and the further one's.
   void expect_both(const PlacedScan& leading, const PlacedScan& further) const {
     EXPECT_EQ(leading.scan->laser(), 1);
     EXPECT_EQ(leading.map_from_base, outcome_.map_from_base);
-    EXPECT_EQ(leading.scan->measured()->scan.ranges, seen_.leading().scan.ranges);
+    EXPECT_EQ(leading.scan->measured()->scan.ranges, bundle_.primary().scan.ranges);
     EXPECT_EQ(further.scan->laser(), 2);
     EXPECT_EQ(further.map_from_base, outcome_.map_from_base * kThereFromBase);
-    EXPECT_EQ(further.scan->measured()->scan.ranges, seen_.further().at(2).measured.scan.ranges);
+    EXPECT_EQ(further.scan->measured()->scan.ranges,
+              bundle_.secondary().at(2).measured.scan.ranges);
   }
 
   const Pose2 kThereFromBase{-0.1, 0.02, 0.05};
   EngineOptions options_;
-  SeenScans seen_;
+  ScanBundle bundle_;
   ScanOutcome outcome_;
   Mapping mapping_{options_};
 };

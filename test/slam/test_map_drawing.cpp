@@ -2,6 +2,7 @@
 
 #include "matchbox_slam/map/map_image.hpp"
 #include "matchbox_slam/slam/map_drawing.hpp"
+#include "matching/rendered_map.hpp"
 #include "slam/key_scans_of_rooms.hpp"
 #include "slam/map_equality.hpp"
 

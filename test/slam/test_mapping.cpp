@@ -7,6 +7,7 @@
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/slam/mapping.hpp"
+#include "matching/rendered_map.hpp"
 #include "slam/key_scans_of_rooms.hpp"
 #include "slam/map_equality.hpp"
 

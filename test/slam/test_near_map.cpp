@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "matchbox_slam/slam/near_map.hpp"
+#include "matching/rendered_map.hpp"
 #include "slam/key_scans_of_rooms.hpp"
 #include "slam/map_equality.hpp"
 

@@ -19,6 +19,7 @@
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
+#include "matching/rendered_map.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
 #include "simulation/simulation_support.hpp"
@@ -853,7 +854,7 @@ TEST(SlamEngine, FindsWhereASecondLaserIsAndUsesIt) {
   const SimulatedRun run = drive_with_two(30.0, kTfError);
   SlamEngine engine = make_engine(run);
   const std::vector<ScanOutcome> outcomes = process_both(run, engine);
-  const FurtherLaser& laser = engine.further_lasers().all().at(1);
+  const SecondaryLaser& laser = engine.secondary_lasers().all().at(1);
   EXPECT_TRUE(laser.is_used);
   const Pose2 tf = laser.base_from_laser;
   EXPECT_NEAR(tf.x, -0.255, 1e-9);
@@ -877,7 +878,7 @@ TEST(SlamEngine, ASecondLaserThatIsNotSureChangesNoBit) {
   SlamEngine alone = make_engine(run);
   const std::vector<ScanOutcome> both = process_both(run, engine);
   const std::vector<ScanOutcome> one = process(run, alone);
-  ASSERT_FALSE(engine.further_lasers().all().at(1).is_used);
+  ASSERT_FALSE(engine.secondary_lasers().all().at(1).is_used);
   for (std::size_t i = 0; i < one.size(); ++i) {
     ASSERT_EQ(both[i].map_from_base, one[i].map_from_base) << i;
     ASSERT_EQ(both[i].covariance, one[i].covariance) << i;
@@ -895,10 +896,10 @@ TEST(SlamEngine, AnotherLaserLeadsWhileTheFirstIsSilent) {
       outcomes.back() = engine.process(scan_input(run, i));
     }
   }
-  EXPECT_EQ(outcomes[5].match.status, MatchStatus::kOfFurtherLaser);
+  EXPECT_EQ(outcomes[5].match.status, MatchStatus::kOfSecondaryLaser);
   EXPECT_EQ(outcomes[30].match.status, MatchStatus::kAccepted) << "after half a second";
   EXPECT_EQ(outcomes[150].match.status, MatchStatus::kAccepted);
-  EXPECT_EQ(engine.further_lasers().lead().laser, 0) << "which is back";
+  EXPECT_EQ(engine.secondary_lasers().primary().laser, 0) << "which is back";
   EXPECT_LT(rms_error(run, outcomes), 0.01);
 }
 

@@ -39,7 +39,7 @@ enum class MatchStatus {
   kRejectedTooFewPoints,  ///< the scan says too little
   kRejectedLowScore,      ///< even the best pose explains too little of the scan
   kRejectedInvalidPrior,  ///< the prediction or its covariance is not a number
-  kOfFurtherLaser,        ///< not matched for itself; see FurtherLasers
+  kOfSecondaryLaser,      ///< not matched for itself; see SecondaryLasers
 };
 
 /// A word for logs, tables and reports, such as "accepted" or "rejected_low_score".

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/lasers/secondary_lasers.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/motion/motion_tracker.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
-#include "matchbox_slam/slam/further_lasers.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/loop_closing.hpp"
 #include "matchbox_slam/slam/map_parts.hpp"
@@ -45,7 +45,7 @@ struct MapStart {
   /// Made of its key scans alone. Loops are not closed in one that holds walls that came without:
   /// nobody knows how they would move.
   bool is_of_key_scans = true;
-  FurtherLasers further_lasers = {};
+  SecondaryLasers secondary_lasers = {};
 
   /// Keeps the map alone: the base may be here, and how it moves is not known.
   /// @param covariance  over (x, y, theta) in the map frame.

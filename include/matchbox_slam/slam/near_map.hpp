@@ -13,10 +13,6 @@
 
 namespace matchbox_slam {
 
-/// The map that key scans make, in their order.
-[[nodiscard]] SlamMap rendered(const PlacedScans& keys, const MapOptions& map_options,
-                               const LikelihoodFieldOptions& field_options);
-
 /// Their ids, in their order.
 [[nodiscard]] std::vector<std::uint64_t> ids_of(const PlacedScans& keys);
 
@@ -53,9 +49,7 @@ class NearMap {
 
   /// @param near  of these.
   NearMap(const NearScans& near, const MapOptions& map_options,
-          const LikelihoodFieldOptions& field_options)
-      : NearMap(rendered(near.belonging, map_options, field_options), near.center, near.newest + 1,
-                ids_of(near.belonging)) {}
+          const LikelihoodFieldOptions& field_options);
 
   /// Nothing, where the whole map is to be matched against.
   [[nodiscard]] const SlamMap* map() const { return map_ ? &*map_ : nullptr; }

@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/lasers/secondary_lasers.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 #include "matchbox_slam/motion/motion_tracker.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
-#include "matchbox_slam/slam/further_lasers.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/loop_closing.hpp"
 #include "matchbox_slam/slam/map_start.hpp"
@@ -27,12 +27,12 @@
 namespace matchbox_slam {
 
 class CommonGroundMatch;
-class SeenScans;
+class ScanBundle;
 
 /// The SLAM loop: predict, match, decide, insert. It tells those who do the work of each other:
 /// MotionTracker predicts, the matcher matches, PoseHypotheses says whether it may be elsewhere,
-/// Mapping takes scans in and closes loops, PlaceFinder looks for a lost robot, FurtherLasers knows
-/// the other lasers. Single-threaded; the same scans, options and seed yield the same bits.
+/// Mapping takes scans in and closes loops, PlaceFinder looks for a lost robot, SecondaryLasers
+/// knows the other lasers. Single-threaded; the same scans, options and seed yield the same bits.
 class SlamEngine {
  public:
   /// @param matcher  configured; shared, since it has no state.
@@ -70,7 +70,7 @@ class SlamEngine {
   [[nodiscard]] std::size_t parts_apart() const { return mapping_.parts().all().size() - 1; }
   [[nodiscard]] TrackingState state() const;
   [[nodiscard]] const LoopCloser& loops() const { return mapping_.loops(); }
-  [[nodiscard]] const FurtherLasers& further_lasers() const { return further_lasers_; }
+  [[nodiscard]] const SecondaryLasers& secondary_lasers() const { return secondary_lasers_; }
   [[nodiscard]] const EngineOptions& options() const { return options_; }
 
   /// Matches from the next scan on are made by this matcher; map and pose stay.
@@ -110,8 +110,9 @@ class SlamEngine {
     double seconds;                       ///< since the scan before
   };
 
-  ScanOutcome take_aside(const ScanInput& input, const MotionPrediction& predicted);
-  void see(const ScanInput& input, const MotionPrediction& predicted, bool with_further_lasers);
+  ScanOutcome take_secondary(const ScanInput& input, const MotionPrediction& predicted);
+  void collect_scans(const ScanInput& input, const MotionPrediction& predicted,
+                     bool with_secondary_lasers);
   [[nodiscard]] MatchResult match(const MotionPrediction& predicted);
   Verdict weigh(const Predictions& predictions, ScanOutcome& outcome);
   void follow(const PoseHypotheses::Outcome& overtaken, MotionPrediction& predicted,
@@ -132,13 +133,13 @@ class SlamEngine {
   std::uint64_t seed_;
   std::uint64_t scan_count_ = 0;
   MotionTracker tracker_;
-  FurtherLasers further_lasers_;
+  SecondaryLasers secondary_lasers_;
   PoseHypotheses hypotheses_;
   PlaceFinder places_;
   Mapping mapping_;
   // Of the scan at hand; kept for their memory.
   ScanProjector projector_;
-  std::unique_ptr<SeenScans> seen_;
+  std::unique_ptr<ScanBundle> bundle_;
   std::unique_ptr<CommonGroundMatch> common_ground_;
   PlacedScans recent_;
 };

@@ -3,10 +3,10 @@
 #include <Eigen/Geometry>
 #include <map>
 
+#include "lasers/scan_bundle.hpp"
 #include "matchbox_slam/geometry/angles.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/simulation_support.hpp"
-#include "slam/seen_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -44,19 +44,19 @@ void expect_point(const PointScan& scan, std::size_t i, double x, double y) {
   EXPECT_NEAR(scan.points.at(i).position.y(), y, 1e-6) << i;
 }
 
-class SeenScansTest : public testing::Test {
+class ScanBundleTest : public testing::Test {
  protected:
-  void assign(std::map<int, FurtherScan> further) {
+  void assign(std::map<int, SecondaryScan> secondary) {
     ScanInput input;
     input.scan = three_beams(7.0, 1.0F, 2.0F, 3.0F);
-    seen_.assign(input, mounted_at(0.5, 0.0, 0.0), {}, {}, std::move(further), projector_);
+    seen_.assign(input, mounted_at(0.5, 0.0, 0.0), {}, {}, std::move(secondary), projector_);
   }
 
   ScanProjector projector_;
-  SeenScans seen_;
+  ScanBundle seen_;
 };
 
-TEST_F(SeenScansTest, TheLeadingScanLiesInTheBase) {
+TEST_F(ScanBundleTest, ThePrimaryScanLiesInTheBase) {
   assign({});
   ASSERT_EQ(seen_.points().points.size(), 3U);
   EXPECT_EQ(seen_.points().stamp, 7.0);
@@ -64,14 +64,14 @@ TEST_F(SeenScansTest, TheLeadingScanLiesInTheBase) {
   expect_point(seen_.points(), 1, 2.5, 0.0);
   expect_point(seen_.points(), 2, 0.5, 3.0);
   EXPECT_EQ(&seen_.all(), &seen_.points());
-  EXPECT_TRUE(seen_.further().empty());
+  EXPECT_TRUE(seen_.secondary().empty());
 }
 
 /// The base was 1 m back and a quarter of a turn to the right when it was taken.
-TEST_F(SeenScansTest, WhatOthersSawLiesInTheBaseAtTheLeadingScan) {
+TEST_F(ScanBundleTest, WhatOthersSawLiesInTheBaseAtThePrimaryScan) {
   const MeasuredScan other{three_beams(6.9, 1.0F, 2.0F, 4.0F), mounted_at(-0.3, 0.0, kPi), {}, {}};
   assign({{2, {other, {-1.0, 0.0, -0.5 * kPi}}}});
-  ASSERT_EQ(seen_.points().points.size(), 3U) << "of the leading laser alone";
+  ASSERT_EQ(seen_.points().points.size(), 3U) << "of the primary laser alone";
   ASSERT_EQ(seen_.all().points.size(), 6U);
   EXPECT_EQ(seen_.all().stamp, 7.0);
   expect_point(seen_.all(), 1, 2.5, 0.0);
@@ -81,7 +81,7 @@ TEST_F(SeenScansTest, WhatOthersSawLiesInTheBaseAtTheLeadingScan) {
   expect_point(seen_.all(), 5, -5.0, 0.3);
 }
 
-TEST_F(SeenScansTest, NothingStaysOfAnEarlierScan) {
+TEST_F(ScanBundleTest, NothingStaysOfAnEarlierScan) {
   const MeasuredScan other{three_beams(6.9, 1.0F, 2.0F, 4.0F), mounted_at(0.0, 0.0, 0.0), {}, {}};
   assign({{1, {other, {}}}, {2, {other, {}}}});
   EXPECT_EQ(seen_.all().points.size(), 9U);
@@ -92,7 +92,7 @@ TEST_F(SeenScansTest, NothingStaysOfAnEarlierScan) {
 }
 
 /// Put right, a scan is as if the motion had been known before.
-TEST(SeenScans, PointsFollowTheMotionThatIsPutRight) {
+TEST(ScanBundle, PointsFollowTheMotionThatIsPutRight) {
   LaserOptions laser;
   laser.beams = 200;
   laser.time_increment = 2e-4;
@@ -105,19 +105,19 @@ TEST(SeenScans, PointsFollowTheMotionThatIsPutRight) {
   const Pose2 predicted{0.02, 0.0, 0.0};
   const Pose2 moved{0.03, 0.001, 0.02};
   ScanProjector projector;
-  SeenScans seen;
+  ScanBundle seen;
   seen.assign(input, base_from_laser, predicted, options, {}, projector);
   const auto projected = [&](const Pose2& motion) {
     return project_scan(input.scan, base_from_laser, motion, options, input.laser_motion);
   };
   EXPECT_TRUE(same_points(seen.points(), projected(predicted)));
-  seen.put_right(predicted, projector);
+  seen.correct_motion(predicted, projector);
   EXPECT_TRUE(same_points(seen.points(), projected(predicted)));
-  seen.put_right(moved, projector);
+  seen.correct_motion(moved, projector);
   EXPECT_TRUE(same_points(seen.points(), projected(moved)));
   EXPECT_FALSE(same_points(seen.points(), projected(predicted)));
-  EXPECT_EQ(seen.leading().motion, moved);
-  EXPECT_TRUE(same_points(project_scan(seen.leading()), seen.points()));
+  EXPECT_EQ(seen.primary().motion, moved);
+  EXPECT_TRUE(same_points(project_scan(seen.primary()), seen.points()));
 }
 
 }  // namespace

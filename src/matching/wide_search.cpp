@@ -1,4 +1,4 @@
-#include "slam/wide_search.hpp"
+#include "matching/wide_search.hpp"
 
 #include <algorithm>
 

@@ -8,30 +8,30 @@
 
 namespace matchbox_slam {
 
-/// How one match of a further laser disagrees with where the first one has the base.
-struct MountSample {
+/// How one match of a secondary laser disagrees with where the first one has the base.
+struct ExtrinsicSample {
   Eigen::Vector3d error;       ///< (x [m], y [m], theta [rad]) of the base by this laser, as it is
                                ///< said to be mounted, in the base by the first
   Eigen::Matrix3d covariance;  ///< of the match, over the error
   Eigen::Vector3d velocity;    ///< of the base in its own frame: (x [m/s], y [m/s], theta [rad/s])
 };
 
-/// Where a further laser really is on the base, and how much later than its stamps say its scans
+/// Where a secondary laser really is on the base, and how much later than its stamps say its scans
 /// are taken, from how its matches disagree with the first laser's. A delay looks like a mount that
 /// is off by velocity times delay; at many velocities both are told apart.
 ///
 /// Least squares over the newest samples with the kernel of Geman and McClure (1985), started at
 /// the best of them, so that wrong matches count little even where they are the most. A value.
-class MountEstimate {
+class ExtrinsicCalibration {
  public:
   static constexpr std::size_t kMostSamples = 200;
 
-  MountEstimate() : MountEstimate(std::vector<MountSample>{}) {}
+  ExtrinsicCalibration() : ExtrinsicCalibration(std::vector<ExtrinsicSample>{}) {}
   /// Of samples, oldest first; the same ones yield the same bits.
-  explicit MountEstimate(std::vector<MountSample> samples);
+  explicit ExtrinsicCalibration(std::vector<ExtrinsicSample> samples);
 
-  void add(const MountSample& sample);
-  [[nodiscard]] const std::vector<MountSample>& samples() const { return samples_; }
+  void add(const ExtrinsicSample& sample);
+  [[nodiscard]] const std::vector<ExtrinsicSample>& samples() const { return samples_; }
 
   /// (x [m], y [m], theta [rad]) by which the laser is off where tf has it, seen from the base, and
   /// the delay [s]: a scan of stamp t was taken at t plus this.
@@ -54,7 +54,7 @@ class MountEstimate {
  private:
   void solve();
 
-  std::vector<MountSample> samples_;
+  std::vector<ExtrinsicSample> samples_;
   Eigen::Vector4d value_;
   Eigen::Matrix4d covariance_;
   std::size_t agreeing_ = 0;

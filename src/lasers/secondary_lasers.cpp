@@ -1,12 +1,12 @@
-#include "matchbox_slam/slam/further_lasers.hpp"
+#include "matchbox_slam/lasers/secondary_lasers.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "matchbox_slam/slam/near_map.hpp"
-#include "slam/wide_search.hpp"
+#include "matching/rendered_map.hpp"
+#include "matching/wide_search.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -79,26 +79,26 @@ std::optional<MatchResult> match_near(const PointScan& scan, const Pose2& expect
 
 }  // namespace
 
-bool FurtherLasers::leads(const ScanInput& input, const std::optional<double>& newest) {
+bool SecondaryLasers::select_primary(const ScanInput& input, const std::optional<double>& newest) {
   if (input.laser != 0) {
     lasers_[input.laser].base_from_laser = in_plane(input.base_from_laser);
   }
-  if (input.laser != 0 && input.laser != lead_.laser) {
-    if (lead_.others == 0) {
-      lead_.silent_since = newest.value_or(input.scan.stamp);
+  if (input.laser != 0 && input.laser != primary_.laser) {
+    if (primary_.others == 0) {
+      primary_.silent_since = newest.value_or(input.scan.stamp);
     }
-    ++lead_.others;
-    if (lead_.others <= kSilentScans || input.scan.stamp - lead_.silent_since <= kSilent) {
+    ++primary_.others;
+    if (primary_.others <= kSilentScans || input.scan.stamp - primary_.silent_since <= kSilent) {
       return false;
     }
     lasers_[input.laser].waiting.reset();
   }
-  lead_ = {input.laser, 0, 0.0};
+  primary_ = {input.laser, 0, 0.0};
   return true;
 }
 
-Eigen::Isometry3d FurtherLasers::base_from_laser(const ScanInput& input,
-                                                 const Eigen::Vector3d& velocity) const {
+Eigen::Isometry3d SecondaryLasers::base_from_laser(const ScanInput& input,
+                                                   const Eigen::Vector3d& velocity) const {
   const auto laser = lasers_.find(input.laser);
   if (laser == lasers_.end() || !laser->second.is_used) {
     return input.base_from_laser;
@@ -106,26 +106,26 @@ Eigen::Isometry3d FurtherLasers::base_from_laser(const ScanInput& input,
   return in_space(laser->second.mount.correction(velocity)) * input.base_from_laser;
 }
 
-void FurtherLasers::wait(const ScanInput& input, const Eigen::Vector3d& velocity,
-                         const Pose2& newest_from_base, const Pose2& motion,
-                         const ProjectionOptions& options) {
-  FurtherLaser& laser = lasers_.at(input.laser);
+void SecondaryLasers::wait(const ScanInput& input, const Eigen::Vector3d& velocity,
+                           const Pose2& newest_from_base, const Pose2& motion,
+                           const ProjectionOptions& options) {
+  SecondaryLaser& laser = lasers_.at(input.laser);
   laser.waiting.reset();
   if (laser.is_used) {
-    laser.waiting = FurtherScan{
+    laser.waiting = SecondaryScan{
         {input.scan, base_from_laser(input, velocity), motion, options, input.laser_motion},
         newest_from_base};
   }
 }
 
-bool FurtherLasers::is_sample_due(int laser, const Pose2& newest_from_base) const {
+bool SecondaryLasers::is_sample_due(int laser, const Pose2& newest_from_base) const {
   // Guesses. In CONSTANTS.md the ATE of a drive whose second laser is used is 4.1 mm; with half of
   // the way, or of kRarely, 2.4 and 1.4, with double 16 and 15: more samples are more exact, and
   // each takes a search.
   constexpr double kMoved = 0.1;    // [m]
   constexpr double kTurned = 0.05;  // [rad]
   constexpr double kRarely = 5.0;   // once it is used
-  const FurtherLaser& one = lasers_.at(laser);
+  const SecondaryLaser& one = lasers_.at(laser);
   if (!one.newest_from_tried) {
     return true;
   }
@@ -134,17 +134,18 @@ bool FurtherLasers::is_sample_due(int laser, const Pose2& newest_from_base) cons
   return moved.translation().norm() >= part * kMoved || std::abs(moved.theta) >= part * kTurned;
 }
 
-void FurtherLasers::sample(int laser_number, const PointScan& scan, const Pose2& map_from_base,
-                           const Pose2& newest_from_base, const Eigen::Vector3d& velocity,
-                           const PlacedScans& keys, const MapOptions& map_options,
-                           const LikelihoodFieldOptions& field_options) {
-  FurtherLaser& laser = lasers_.at(laser_number);
+void SecondaryLasers::sample(int laser_number, const PointScan& scan, const Pose2& map_from_base,
+                             const Pose2& newest_from_base, const Eigen::Vector3d& velocity,
+                             const PlacedScans& keys, const MapOptions& map_options,
+                             const LikelihoodFieldOptions& field_options) {
+  SecondaryLaser& laser = lasers_.at(laser_number);
   laser.newest_from_tried = newest_from_base;
   const bool is_found = laser.mount.is_found();
   const Pose2 expected = map_from_base * (is_found ? laser.mount.correction(velocity) : Pose2{});
   constexpr std::size_t kLeastPoints = 30;  // a guess: half and double were not tried
   constexpr std::size_t kNewest = 3;        // more would tell how the map has drifted
-  const SlamMap seen = rendered(newest_of(lead_.laser, keys, kNewest), map_options, field_options);
+  const SlamMap seen =
+      rendered(newest_of(primary_.laser, keys, kNewest), map_options, field_options);
   const PointScan part = seen_part(scan, expected, seen);
   if (part.points.size() < kLeastPoints) {
     return;
@@ -158,9 +159,9 @@ void FurtherLasers::sample(int laser_number, const PointScan& scan, const Pose2&
   }
 }
 
-std::map<int, FurtherScan> FurtherLasers::take_waiting(double stamp,
-                                                       const Pose2& newest_from_base) {
-  std::map<int, FurtherScan> taken;
+std::map<int, SecondaryScan> SecondaryLasers::take_waiting(double stamp,
+                                                           const Pose2& newest_from_base) {
+  std::map<int, SecondaryScan> taken;
   for (auto& [number, laser] : lasers_) {
     if (laser.waiting && stamp - laser.waiting->measured.scan.stamp <= kSilent) {
       taken[number] = {std::move(laser.waiting->measured),
@@ -171,7 +172,7 @@ std::map<int, FurtherScan> FurtherLasers::take_waiting(double stamp,
   return taken;
 }
 
-void FurtherLasers::move_on(const Pose2& before_from_newest) {
+void SecondaryLasers::move_on(const Pose2& before_from_newest) {
   for (auto& [number, laser] : lasers_) {
     if (laser.newest_from_tried) {
       laser.newest_from_tried = before_from_newest.inverse() * *laser.newest_from_tried;

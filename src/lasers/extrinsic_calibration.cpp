@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/mount_estimate.hpp"
+#include "matchbox_slam/lasers/extrinsic_calibration.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -40,20 +40,20 @@ Jacobian jacobian(const Eigen::Vector3d& velocity) {
   return matrix;
 }
 
-Eigen::Matrix3d information_of(const MountSample& sample) {
+Eigen::Matrix3d information_of(const ExtrinsicSample& sample) {
   const Eigen::Vector3d common(kCommonXy, kCommonXy, kCommonTheta);
   return (sample.covariance + Eigen::Matrix3d(common.cwiseAbs2().asDiagonal())).inverse();
 }
 
 /// Squared distance of a sample from what a mount would give, in standard deviations.
-double distance(const MountSample& sample, const Eigen::Matrix3d& information,
+double distance(const ExtrinsicSample& sample, const Eigen::Matrix3d& information,
                 const Eigen::Vector4d& value) {
   const Eigen::Vector3d off = sample.error - jacobian(sample.velocity) * value;
   return off.dot(information * off);
 }
 
 /// The best of the mounts that single samples tell, with delays that lasers have, or none.
-Eigen::Vector4d best_start(const std::vector<MountSample>& samples,
+Eigen::Vector4d best_start(const std::vector<ExtrinsicSample>& samples,
                            const std::vector<Eigen::Matrix3d>& information,
                            const Eigen::Matrix4d& prior) {
   const auto cost_of = [&](const Eigen::Vector4d& value) {
@@ -83,11 +83,12 @@ Eigen::Vector4d best_start(const std::vector<MountSample>& samples,
 
 }  // namespace
 
-MountEstimate::MountEstimate(std::vector<MountSample> samples) : samples_(std::move(samples)) {
+ExtrinsicCalibration::ExtrinsicCalibration(std::vector<ExtrinsicSample> samples)
+    : samples_(std::move(samples)) {
   solve();
 }
 
-void MountEstimate::add(const MountSample& sample) {
+void ExtrinsicCalibration::add(const ExtrinsicSample& sample) {
   if (samples_.size() == kMostSamples) {
     samples_.erase(samples_.begin());
   }
@@ -95,11 +96,11 @@ void MountEstimate::add(const MountSample& sample) {
   solve();
 }
 
-void MountEstimate::solve() {
+void ExtrinsicCalibration::solve() {
   const Eigen::Vector4d prior_sigma(kXy, kXy, kTheta, kDelay);
   const Eigen::Matrix4d prior = prior_sigma.cwiseAbs2().cwiseInverse().asDiagonal();
   std::vector<Eigen::Matrix3d> information;
-  for (const MountSample& sample : samples_) {
+  for (const ExtrinsicSample& sample : samples_) {
     information.push_back(information_of(sample));
   }
   value_ = best_start(samples_, information, prior);
@@ -126,27 +127,27 @@ void MountEstimate::solve() {
   }
 }
 
-Pose2 MountEstimate::correction(const Eigen::Vector3d& velocity) const {
+Pose2 ExtrinsicCalibration::correction(const Eigen::Vector3d& velocity) const {
   const Eigen::Vector3d off = jacobian(velocity) * value_;
   return {off.x(), off.y(), wrap_angle(off.z())};
 }
 
-Eigen::Matrix3d MountEstimate::correction_covariance(const Eigen::Vector3d& velocity) const {
+Eigen::Matrix3d ExtrinsicCalibration::correction_covariance(const Eigen::Vector3d& velocity) const {
   return jacobian(velocity) * covariance_ * jacobian(velocity).transpose();
 }
 
-bool MountEstimate::is_found() const {
+bool ExtrinsicCalibration::is_found() const {
   return agreeing_ >= kLeastAgreeing &&
          static_cast<double>(agreeing_) >= kLeastShare * static_cast<double>(samples_.size());
 }
 
-bool MountEstimate::is_sure(const Eigen::Vector3d& velocity) const {
+bool ExtrinsicCalibration::is_sure(const Eigen::Vector3d& velocity) const {
   const Eigen::Vector3d variances = correction_covariance(velocity).diagonal();
   return is_found() && variances.head<2>().maxCoeff() <= kSureXy * kSureXy &&
          variances.z() <= kSureTheta * kSureTheta;
 }
 
-bool MountEstimate::is_contradictory() const {
+bool ExtrinsicCalibration::is_contradictory() const {
   return samples_.size() >= kMany &&
          static_cast<double>(agreeing_) < kLeastShare * static_cast<double>(samples_.size());
 }

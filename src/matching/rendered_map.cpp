@@ -1,0 +1,15 @@
+#include "matching/rendered_map.hpp"
+
+namespace matchbox_slam {
+
+SlamMap rendered(const PlacedScans& keys, const MapOptions& map_options,
+                 const LikelihoodFieldOptions& field_options) {
+  SlamMap map(map_options, field_options);
+  for (const PlacedScan& key : keys) {
+    insert_unrendered(*key.scan->points(), key.map_from_base, map_options, map);
+  }
+  map.field.render();
+  return map;
+}
+
+}  // namespace matchbox_slam
