@@ -105,7 +105,7 @@ void require_sound_graph(const PoseGraph& graph, const MapReader& reader) {
 }  // namespace
 
 void write_loops(const MapStart& map, MapWriter& writer) {
-  const LoopCloser::State state = map.loops.state();
+  const LoopState& state = map.loops;
   writer.integer(std::uint64_t{state.graph.poses.size()});
   transfer_state(writer, state, 0);
   const SlamMap* near = map.near_map.map();
@@ -129,7 +129,7 @@ void write_loops(const MapStart& map, MapWriter& writer) {
 
 void read_loops(MapReader& reader, MapStart& map) {
   const PlacedScans& keys = map.key_scans.all();
-  LoopCloser::State state;
+  LoopState state;
   std::uint64_t nodes = 0;
   reader.integer(nodes);
   if (nodes > keys.size()) {
@@ -172,12 +172,12 @@ void read_loops(MapReader& reader, MapStart& map) {
     bool has_pending = false;
     reader.flag(has_pending);
     if (has_pending) {
-      state.pending = LoopCloser::Pending{};  // GCC 10 cannot emplace() what has initialisers
+      state.pending = PendingLoopWork{};  // GCC 10 cannot emplace() what has initialisers
       transfer_pending(reader, *state.pending, nodes, state.graph.edges.size());
     }
     reader.flag(map.is_of_key_scans);
   }
-  map.loops = LoopCloser(std::move(state));
+  map.loops = std::move(state);
 }
 
 }  // namespace matchbox_slam

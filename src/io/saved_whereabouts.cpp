@@ -121,14 +121,13 @@ void transfer_hypotheses(Archive& archive, State& state) {
 }
 
 /// @param key_scans  that the part has which the robot is in.
-void require_sound(const PoseHypotheses::State& state, std::size_t key_scans,
-                   const MapReader& reader) {
+void require_sound(const HypothesesState& state, std::size_t key_scans, const MapReader& reader) {
   if (!state.fork) {
     return;
   }
-  const PoseHypotheses::Fork& fork = *state.fork;
+  const HypothesesFork& fork = *state.fork;
   bool is_sound = fork.key_scans <= key_scans && fork.inserted == key_scans - fork.key_scans;
-  for (const PoseHypotheses::Hypothesis& other : state.others) {
+  for (const PoseHypothesis& other : state.others) {
     is_sound = is_sound && other.key_scans.size() == fork.inserted;
   }
   if (!is_sound) {

@@ -1,4 +1,4 @@
-#include "matchbox_slam/motion/motion_tracker.hpp"
+#include "motion/motion_tracker.hpp"
 
 #include <Eigen/Geometry>
 #include <stdexcept>

@@ -386,7 +386,7 @@ MapSnapshot SlamNode::map_snapshot() {
   snapshot.stamp = newest_scan_ ? newest_scan_->stamp : ros::Time();
   snapshot.path = run_.path().poses();
   snapshot.odometry_path = run_.odometry_path().poses();
-  snapshot.graph = run_.loops().graph();
+  snapshot.graph = run_.graph();
   if (!run_.is_outdated()) {
     snapshot.occupancy = run_.shown_map();
     return snapshot;

@@ -241,7 +241,7 @@ SlamNode::SavedMap SlamNode::save_map_files() {
   const Trajectory odometry(run_.odometry_path().poses());
   lock.unlock();
   const OccupancyGrid shown = shown_occupancy(map.map, map.key_scans.all(), setup_now.engine.map);
-  const Picture picture = draw_map(shown, trajectory, odometry, map.loops.graph());
+  const Picture picture = draw_map(shown, trajectory, odometry, map.loops.graph);
   // Each time: map_file may change while the node runs, and its folder may be cleared.
   require_writable_folder(std::filesystem::path(path).parent_path().string());
   FileReplacement files;

@@ -110,8 +110,7 @@ void SlamRun::take_up_told(MapStart saved, const SetPose& told) {
 }
 
 LoopCount SlamRun::all_loops() const {
-  const LoopCloser& loops = engine_->loops();
-  return {loops.loops().size(), loops.closed(), loops.tries()};
+  return {loops().size(), count_closed(loops()), engine_->loop_tries()};
 }
 
 LoopCount SlamRun::new_loops() const {

@@ -33,7 +33,7 @@ constexpr const char* kGaveUpPart =
 
 /// Loops of a map, counted.
 struct LoopCount {
-  std::size_t found = 0;   ///< of LoopCloser::loops(), refused ones, too
+  std::size_t found = 0;   ///< of SlamEngine::loops(), refused ones, too
   std::size_t closed = 0;  ///< of these
   std::size_t tries = 0;
 };
@@ -109,8 +109,10 @@ class SlamRun {
   }
   [[nodiscard]] std::size_t map_bytes() const { return engine_->map_bytes(); }
   [[nodiscard]] const KeyScans& key_scans() const { return engine_->key_scans(); }
-  /// With their graph, those of a map that it went on with, too.
-  [[nodiscard]] const LoopCloser& loops() const { return engine_->loops(); }
+  [[nodiscard]] const PoseGraph& graph() const { return engine_->graph(); }
+  /// Those of a map that it went on with, too.
+  [[nodiscard]] const std::vector<ClosedLoop>& loops() const { return engine_->loops(); }
+  [[nodiscard]] const LoopCount& brought_loops() const { return brought_loops_; }
   /// Those that were found since the run began or went on with a map.
   [[nodiscard]] LoopCount new_loops() const;
 

@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/graph_distance.hpp"
+#include "slam/graph_distance.hpp"
 
 #include <functional>
 #include <queue>

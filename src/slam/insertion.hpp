@@ -3,9 +3,9 @@
 #include "lasers/scan_bundle.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
-#include "matchbox_slam/slam/map_parts.hpp"
-#include "matchbox_slam/slam/mapping.hpp"
 #include "matchbox_slam/slam/scan_outcome.hpp"
+#include "slam/map_parts.hpp"
+#include "slam/mapping.hpp"
 
 namespace matchbox_slam {
 

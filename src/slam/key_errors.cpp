@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/key_errors.hpp"
+#include "slam/key_errors.hpp"
 
 #include <algorithm>
 #include <cmath>

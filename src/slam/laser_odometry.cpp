@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "matchbox_slam/common/random.hpp"
+#include "motion/motion_tracker.hpp"
+#include "slam/key_errors.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -51,9 +54,50 @@ LaserOdometrySettings read_laser_odometry_settings(const Parameters& parameters)
           engine.scan, engine.map, engine.field, engine.motion};
 }
 
-LaserOdometry::LaserOdometry(const LaserOdometrySettings& settings,
-                             std::shared_ptr<const ScanMatcher> matcher, GuessSource guess,
-                             std::uint64_t seed)
+class LaserOdometry::Parts {
+ public:
+  Parts(const LaserOdometrySettings& settings, std::shared_ptr<const ScanMatcher> matcher,
+        GuessSource guess, std::uint64_t seed);
+
+  LaserOdometryOutcome process(const ScanInput& input);
+  [[nodiscard]] const PlacedScans& key_scans() const { return reference_.key_scans; }
+  [[nodiscard]] std::size_t bytes() const;
+
+ private:
+  struct LocalMap {
+    SlamMap map;
+    PlacedScans key_scans;
+  };
+
+  [[nodiscard]] MatchResult match(const PointScan& scan, const MotionPrediction& guess) const;
+  [[nodiscard]] bool is_key_scan(const LaserOdometryOutcome& outcome) const;
+  [[nodiscard]] LocalMap empty_map() const;
+  void count_failures(MatchStatus status);
+  void add_key_scan(const PointScan& scan, MeasuredScan measured, int laser,
+                    const LaserOdometryOutcome& outcome);
+  void set_velocity(const MotionEstimate& guess, LaserOdometryOutcome& outcome) const;
+  void remember(const ScanInput& input, const MotionPrediction& guess,
+                const LaserOdometryOutcome& outcome, bool starts_map);
+
+  LaserOdometrySettings settings_;
+  std::shared_ptr<const ScanMatcher> matcher_;
+  std::uint64_t seed_;
+  std::uint64_t scan_count_ = 0;
+  /// Its covariance is that in the local map, counted from the newest key scan on.
+  MotionTracker tracker_;
+  Eigen::Matrix3d fix_covariance_ = Eigen::Matrix3d::Zero();  ///< in the local map
+  std::shared_ptr<KeyScanCache> cache_ = make_key_scan_cache();
+  std::uint64_t key_scan_count_ = 0;
+  LocalMap reference_;           ///< that scans are matched against
+  LocalMap next_;                ///< that takes over when it is full
+  KeyErrors key_errors_;         ///< of the reference's key scans, or of where the base was before
+  int scans_without_match_ = 0;  ///< in a row
+  int misfits_ = 0;              ///< those of them that had enough points
+};
+
+LaserOdometry::Parts::Parts(const LaserOdometrySettings& settings,
+                            std::shared_ptr<const ScanMatcher> matcher, GuessSource guess,
+                            std::uint64_t seed)
     : settings_(settings),
       matcher_(std::move(matcher)),
       seed_(seed),
@@ -62,7 +106,7 @@ LaserOdometry::LaserOdometry(const LaserOdometrySettings& settings,
       next_(empty_map()),
       key_errors_(Pose2{}, kOriginVariance * Eigen::Matrix3d::Identity()) {}
 
-LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
+LaserOdometryOutcome LaserOdometry::Parts::process(const ScanInput& input) {
   const MotionPrediction guess = tracker_.predict(input);
   MeasuredScan measured{input.scan, input.base_from_laser, guess.during_scan, settings_.scan,
                         input.laser_motion};
@@ -101,8 +145,8 @@ LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
   return outcome;
 }
 
-void LaserOdometry::remember(const ScanInput& input, const MotionPrediction& guess,
-                             const LaserOdometryOutcome& outcome, bool starts_map) {
+void LaserOdometry::Parts::remember(const ScanInput& input, const MotionPrediction& guess,
+                                    const LaserOdometryOutcome& outcome, bool starts_map) {
   const Eigen::Matrix3d nothing = Eigen::Matrix3d::Zero();
   const bool is_fix = starts_map || outcome.match.accepted();
   tracker_.remember(input, guess, outcome.odom_from_base,
@@ -115,7 +159,8 @@ void LaserOdometry::remember(const ScanInput& input, const MotionPrediction& gue
   }
 }
 
-MatchResult LaserOdometry::match(const PointScan& scan, const MotionPrediction& guess) const {
+MatchResult LaserOdometry::Parts::match(const PointScan& scan,
+                                        const MotionPrediction& guess) const {
   const MatchProblem problem{scan,
                              guess.fixed_from_base,
                              guess.covariance,
@@ -129,7 +174,7 @@ MatchResult LaserOdometry::match(const PointScan& scan, const MotionPrediction& 
                                       : matcher_->match(problem);
 }
 
-void LaserOdometry::count_failures(MatchStatus status) {
+void LaserOdometry::Parts::count_failures(MatchStatus status) {
   if (status == MatchStatus::kAccepted || status == MatchStatus::kRejectedNoReference) {
     scans_without_match_ = 0;
     misfits_ = 0;
@@ -140,7 +185,7 @@ void LaserOdometry::count_failures(MatchStatus status) {
   misfits_ += status == MatchStatus::kRejectedTooFewPoints ? 0 : 1;
 }
 
-bool LaserOdometry::is_key_scan(const LaserOdometryOutcome& outcome) const {
+bool LaserOdometry::Parts::is_key_scan(const LaserOdometryOutcome& outcome) const {
   constexpr double kEnoughWithLittleOverlap = 1.0 / 3.0;  // a guess: half and double were not tried
   const LaserOdometryOptions& options = settings_.odometry;
   double moved = std::numeric_limits<double>::infinity();  // from the nearest, 1: enough
@@ -153,8 +198,8 @@ bool LaserOdometry::is_key_scan(const LaserOdometryOutcome& outcome) const {
          (moved >= kEnoughWithLittleOverlap && outcome.match.score < options.key_overlap);
 }
 
-void LaserOdometry::add_key_scan(const PointScan& scan, MeasuredScan measured, int laser,
-                                 const LaserOdometryOutcome& outcome) {
+void LaserOdometry::Parts::add_key_scan(const PointScan& scan, MeasuredScan measured, int laser,
+                                        const LaserOdometryOutcome& outcome) {
   if (reference_.key_scans.empty()) {
     key_errors_ = KeyErrors(outcome.odom_from_base, outcome.covariance);
   } else {
@@ -179,7 +224,8 @@ void LaserOdometry::add_key_scan(const PointScan& scan, MeasuredScan measured, i
   key_errors_.keep_newest(reference_.key_scans.size());
 }
 
-void LaserOdometry::set_velocity(const MotionEstimate& guess, LaserOdometryOutcome& outcome) const {
+void LaserOdometry::Parts::set_velocity(const MotionEstimate& guess,
+                                        LaserOdometryOutcome& outcome) const {
   const MotionState& before = tracker_.state();
   if (!before.stamp || outcome.stamp == *before.stamp) {
     outcome.velocity_covariance = kUnknownVariance * Eigen::Matrix3d::Identity();
@@ -203,16 +249,35 @@ void LaserOdometry::set_velocity(const MotionEstimate& guess, LaserOdometryOutco
       symmetric(to_velocity * motion.covariance * to_velocity.transpose());
 }
 
-LaserOdometry::LocalMap LaserOdometry::empty_map() const {
+LaserOdometry::Parts::LocalMap LaserOdometry::Parts::empty_map() const {
   return {SlamMap(settings_.map, settings_.field), {}};
 }
 
-std::size_t LaserOdometry::bytes() const {
+std::size_t LaserOdometry::Parts::bytes() const {
   std::size_t bytes = 0;
   for (const LocalMap* local : {&reference_, &next_}) {
     bytes += local->map.occupancy.bytes() + local->map.field.bytes();
   }
   return bytes + key_errors_.bytes();
 }
+
+// --- what is seen of it ---
+
+LaserOdometry::LaserOdometry(const LaserOdometrySettings& settings,
+                             std::shared_ptr<const ScanMatcher> matcher, GuessSource guess,
+                             std::uint64_t seed)
+    : parts_(std::make_unique<Parts>(settings, std::move(matcher), guess, seed)) {}
+
+LaserOdometry::LaserOdometry(LaserOdometry&& other) noexcept = default;
+LaserOdometry& LaserOdometry::operator=(LaserOdometry&& other) noexcept = default;
+LaserOdometry::~LaserOdometry() = default;
+
+LaserOdometryOutcome LaserOdometry::process(const ScanInput& input) {
+  return parts_->process(input);
+}
+
+const PlacedScans& LaserOdometry::key_scans() const { return parts_->key_scans(); }
+
+std::size_t LaserOdometry::bytes() const { return parts_->bytes(); }
 
 }  // namespace matchbox_slam

@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/loop_closing.hpp"
+#include "slam/loop_closing.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +9,7 @@
 #include "slam/hidden_way.hpp"
 #include "slam/loop_search.hpp"
 #include "slam/loop_work.hpp"
+#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -47,9 +48,9 @@ LoopCloser::LoopCloser(State state)
   }
 }
 
-std::size_t LoopCloser::closed() const {
+std::size_t count_closed(const std::vector<ClosedLoop>& loops) {
   return static_cast<std::size_t>(std::count_if(
-      loops_.begin(), loops_.end(), [](const ClosedLoop& loop) { return loop.believed; }));
+      loops.begin(), loops.end(), [](const ClosedLoop& loop) { return loop.believed; }));
 }
 
 void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance, bool is_continued,

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "matchbox_slam/slam/loop_closing.hpp"
-#include "matchbox_slam/slam/near_map.hpp"
+#include "slam/loop_closing.hpp"
+#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "matchbox_slam/graph/optimise.hpp"
-#include "matchbox_slam/slam/graph_distance.hpp"
+#include "slam/graph_distance.hpp"
 #include "slam/loop_search.hpp"
 
 namespace matchbox_slam {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "matchbox_slam/graph/pose_graph.hpp"
-#include "matchbox_slam/slam/loop_closing.hpp"
-#include "matchbox_slam/slam/near_map.hpp"
+#include "slam/loop_closing.hpp"
+#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 

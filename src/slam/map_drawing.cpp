@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/map_drawing.hpp"
+#include "slam/map_drawing.hpp"
 
 #include <algorithm>
 #include <utility>

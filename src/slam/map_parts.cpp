@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/map_parts.hpp"
+#include "slam/map_parts.hpp"
 
 #include <algorithm>
 #include <utility>

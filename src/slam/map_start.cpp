@@ -15,7 +15,9 @@ void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   whereabouts.search = {};
   near_map.clear();
   map.field.render();  // as it is matched against from now on
-  loops.abandon();
+  if (loops.pending) {
+    loops.pending->is_abandoned = true;
+  }
   is_moved = false;
   is_continued = false;
   secondary_lasers = {};  // what tf said may have been put right

@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/mapping.hpp"
+#include "slam/mapping.hpp"
 
 #include <limits>
 #include <map>
@@ -8,6 +8,7 @@
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matching/rendered_map.hpp"
 #include "slam/match_validation.hpp"
+#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -4,44 +4,16 @@
 #include <iterator>
 
 #include "matching/rendered_map.hpp"
+#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
-
-// Guesses, tried on five drives with loops (benchmark/reports/current/CONSTANTS.md). kReach:
-// with half loop is 8 % and aces 10 % worse, seattle 16 % better; with double aces 13 % worse.
-// kSoon, on the way to what lies apart, so that the map is made in time: with half aces is 10 %
-// worse, with double seattle 6 % better.
-constexpr double kReach = 15.0;  // [m]
-constexpr double kSoon = 10.0;   // [m]
 
 double distance(const PlacedScan& key, const Eigen::Vector2d& here) {
   return (key.map_from_base.translation() - here).norm();
 }
 
-/// In their order; of those that are equally near, the newest.
-PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
-  // For the time that it takes to render them. Half or double changes errors by up to 4 %
-  // (CONSTANTS.md).
-  constexpr std::size_t kMost = 100;
-  if (keys.size() <= kMost) {
-    return keys;
-  }
-  std::vector<std::pair<double, std::size_t>> ranked;  // and how many key scans came since
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    ranked.emplace_back(distance(keys[i], here), keys.size() - 1 - i);
-  }
-  const auto end = ranked.begin() + kMost;
-  std::nth_element(ranked.begin(), end, ranked.end());
-  std::sort(ranked.begin(), end, [](const auto& a, const auto& b) { return a.second > b.second; });
-  PlacedScans nearest;
-  std::transform(ranked.begin(), end, std::back_inserter(nearest),
-                 [&keys](const auto& key) { return keys[keys.size() - 1 - key.second]; });
-  return nearest;
-}
-
-}  // namespace
-
+/// In their order.
 std::vector<std::uint64_t> ids_of(const PlacedScans& keys) {
   std::vector<std::uint64_t> ids;
   std::transform(keys.begin(), keys.end(), std::back_inserter(ids),
@@ -49,34 +21,7 @@ std::vector<std::uint64_t> ids_of(const PlacedScans& keys) {
   return ids;
 }
 
-std::vector<std::size_t> keys_within(const PlacedScans& keys, const Eigen::Vector2d& here,
-                                     double reach) {
-  std::vector<std::size_t> within;
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    if (distance(keys[i], here) < reach) {
-      within.push_back(i);
-    }
-  }
-  return within;
-}
-
-NearScans near_scans(const PlacedScans& keys, const AreApart& are_apart) {
-  const Eigen::Vector2d here = keys.back().map_from_base.translation();
-  const std::vector<std::size_t> soon = keys_within(keys, here, kReach + kSoon);
-  const std::vector<bool> is_apart = are_apart(soon);
-  NearScans near;
-  near.center = here;
-  near.newest = keys.size() - 1;
-  near.is_any_apart = std::find(is_apart.begin(), is_apart.end(), true) != is_apart.end();
-  for (std::size_t i = 0; i < soon.size(); ++i) {
-    const PlacedScan& key = keys[soon[i]];
-    if (!is_apart[i] && distance(key, here) < kReach) {
-      near.belonging.push_back(key);
-    }
-  }
-  near.belonging = nearest(near.belonging, here);
-  return near;
-}
+}  // namespace
 
 bool NearMap::is_due(const PlacedScans& keys) const {
   // A guess, a third of what it reaches. With half loop is 7 % worse, with double 20 %, and aces 7
@@ -107,7 +52,7 @@ void NearMap::take_new(const PlacedScans& keys, const MapOptions& map_options) {
   }
   for (; taken_ < keys.size(); ++taken_) {
     const PlacedScan& key = keys[taken_];
-    if (map_ && distance(key, center_) < kReach) {
+    if (map_ && distance(key, center_) < kNearReach) {
       insert_unrendered(*key.scan->points(), key.map_from_base, map_options, *map_);
       drawn_.push_back(key.scan->id());
     }

@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/place_finder.hpp"
+#include "slam/place_finder.hpp"
 
 #include <algorithm>
 

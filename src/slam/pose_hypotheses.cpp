@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/pose_hypotheses.hpp"
+#include "slam/pose_hypotheses.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -7,6 +7,7 @@
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matching/wide_search.hpp"
+#include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {
 namespace {

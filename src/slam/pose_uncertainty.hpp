@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include "matchbox_slam/slam/map_parts.hpp"
 #include "matchbox_slam/slam/scan_outcome.hpp"
+#include "slam/map_parts.hpp"
 
 namespace matchbox_slam {
 

@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/recovery.hpp"
+#include "slam/recovery.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/scan_evidence.hpp"
+#include "slam/scan_evidence.hpp"
 
 #include <algorithm>
 #include <array>

@@ -3,10 +3,9 @@
 #include <iterator>
 #include <utility>
 
-#include "lasers/scan_bundle.hpp"
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "slam/common_ground.hpp"
+#include "slam/engine_parts.hpp"
 #include "slam/insertion.hpp"
 #include "slam/pose_uncertainty.hpp"
 
@@ -46,23 +45,17 @@ void count_reflections(MapPart& part, bool is_of_key_scans) {
 
 }  // namespace
 
-SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
-                       std::uint64_t seed, const Pose2& start)
+SlamEngine::Parts::Parts(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
+                         std::uint64_t seed, const Pose2& start)
     : options_(options),
       matcher_(std::move(matcher)),
       seed_(seed),
       tracker_(options.motion),
-      mapping_(options),
-      bundle_(std::make_unique<ScanBundle>()),
-      common_ground_(std::make_unique<CommonGroundMatch>()) {
+      mapping_(options) {
   tracker_.set_pose(start, Eigen::Matrix3d::Zero());
 }
 
-SlamEngine::SlamEngine(SlamEngine&& other) noexcept = default;
-SlamEngine& SlamEngine::operator=(SlamEngine&& other) noexcept = default;
-SlamEngine::~SlamEngine() = default;
-
-ScanOutcome SlamEngine::process(const ScanInput& input) {
+ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
   MotionPrediction predicted = tracker_.predict(input);
   if (!secondary_lasers_.select_primary(input, tracker_.state().stamp)) {
     return take_secondary(input, predicted);
@@ -81,8 +74,8 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
   outcome.covariance = outcome.match.covariance;
   if (verdict != Verdict::kUnknown && is_to_be_inserted(input, outcome, mapping_.parts(),
                                                         tracker_.state().matched, options_.slam)) {
-    bundle_->correct_motion(matched.during_scan, projector_);
-    insert(*bundle_, input.laser, options_, mapping_, outcome);
+    bundle_.correct_motion(matched.during_scan, projector_);
+    insert(bundle_, input.laser, options_, mapping_, outcome);
     hypotheses_.note_key_scans(key_scans_here(), outcome.map_from_base);
   }
   remember(input, predicted, outcome);
@@ -106,7 +99,8 @@ ScanOutcome SlamEngine::process(const ScanInput& input) {
 }
 
 /// What a secondary laser sees: where it is is the prediction.
-ScanOutcome SlamEngine::take_secondary(const ScanInput& input, const MotionPrediction& predicted) {
+ScanOutcome SlamEngine::Parts::take_secondary(const ScanInput& input,
+                                              const MotionPrediction& predicted) {
   const MotionState& newest = tracker_.state();
   const Pose2 newest_from_base = newest.fixed_from_base.inverse() * predicted.fixed_from_base;
   if (newest.matched && !hypotheses_.is_forked() && !mapping_.is_lost() &&
@@ -129,36 +123,37 @@ ScanOutcome SlamEngine::take_secondary(const ScanInput& input, const MotionPredi
 
 /// Where odometry tells of a step that cannot be, nobody knows where between the lasers' scans it
 /// lies: then the primary one's counts alone.
-void SlamEngine::collect_scans(const ScanInput& input, const MotionPrediction& predicted,
-                               bool with_secondary_lasers) {
+void SlamEngine::Parts::collect_scans(const ScanInput& input, const MotionPrediction& predicted,
+                                      bool with_secondary_lasers) {
   const MotionState& newest = tracker_.state();
   std::map<int, SecondaryScan> secondary = secondary_lasers_.take_waiting(
       input.scan.stamp, newest.fixed_from_base.inverse() * predicted.fixed_from_base);
   if (!with_secondary_lasers) {
     secondary.clear();
   }
-  bundle_->assign(input, secondary_lasers_.base_from_laser(input, newest.velocity()),
-                  predicted.during_scan, options_.scan, std::move(secondary), projector_);
+  bundle_.assign(input, secondary_lasers_.base_from_laser(input, newest.velocity()),
+                 predicted.during_scan, options_.scan, std::move(secondary), projector_);
 }
 
-MatchResult SlamEngine::match(const MotionPrediction& predicted) {
+MatchResult SlamEngine::Parts::match(const MotionPrediction& predicted) {
   mapping_.parts().here().key_scans.copy_newest(
       static_cast<std::size_t>(options_.slam.recent_scans), recent_);
   const SlamMap& map = mapping_.matched();
   const MatchProblem problem{
-      bundle_->all(), predicted.fixed_from_base,    predicted.covariance,       map.field,
-      recent_,        mix_seed(seed_, scan_count_), predicted.search_covariance};
+      bundle_.all(), predicted.fixed_from_base,    predicted.covariance,       map.field,
+      recent_,       mix_seed(seed_, scan_count_), predicted.search_covariance};
   if (map.field.empty()) {
     return rejected(problem, MatchStatus::kRejectedNoReference);
   }
   if (problem.scan.points.size() < static_cast<std::size_t>(options_.slam.min_points)) {
     return rejected(problem, MatchStatus::kRejectedTooFewPoints);
   }
-  return common_ground_->match(*matcher_, problem, map);
+  return common_ground_.match(*matcher_, problem, map);
 }
 
 /// Where the robot is, by all that speaks for it and against.
-SlamEngine::Verdict SlamEngine::weigh(const Predictions& predictions, ScanOutcome& outcome) {
+SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(const Predictions& predictions,
+                                                    ScanOutcome& outcome) {
   const MatchStatus status = outcome.match.status;
   const bool is_prediction_only = outcome.match.accepted() && outcome.match.score == 0.0;
   if (status == MatchStatus::kRejectedNoReference || status == MatchStatus::kRejectedTooFewPoints ||
@@ -169,9 +164,9 @@ SlamEngine::Verdict SlamEngine::weigh(const Predictions& predictions, ScanOutcom
   const bool was_forked = hypotheses_.is_forked();
   // What secondary lasers saw lies where odometry has it.
   const MotionPrediction* by_velocity =
-      bundle_->secondary().empty() ? predictions.by_velocity : nullptr;
+      bundle_.secondary().empty() ? predictions.by_velocity : nullptr;
   PoseHypotheses::Outcome weighed =
-      hypotheses_.follow({bundle_->all(), mapping_.compared(), key_scans_here(), recent_,
+      hypotheses_.follow({bundle_.all(), mapping_.compared(), key_scans_here(), recent_,
                           predictions.seconds, predictions.predicted, by_velocity},
                          outcome.match, options_.hypotheses);
   outcome.evidence = weighed.evidence;
@@ -198,8 +193,8 @@ SlamEngine::Verdict SlamEngine::weigh(const Predictions& predictions, ScanOutcom
 }
 
 /// The robot, and what it saw since the fork, is where another hypothesis has it.
-void SlamEngine::follow(const PoseHypotheses::Outcome& overtaken, MotionPrediction& predicted,
-                        ScanOutcome& outcome) {
+void SlamEngine::Parts::follow(const PoseHypotheses::Outcome& overtaken,
+                               MotionPrediction& predicted, ScanOutcome& outcome) {
   const Pose2 new_from_old = overtaken.match.map_from_base * outcome.match.map_from_base.inverse();
   outcome.corrected =
       mapping_.move_since_fork(overtaken.key_scans, new_from_old, outcome.stamp, options_);
@@ -211,8 +206,8 @@ void SlamEngine::follow(const PoseHypotheses::Outcome& overtaken, MotionPredicti
   outcome.certainty = Certainty::kOvertaken;
 }
 
-void SlamEngine::remember(const ScanInput& input, const MotionPrediction& predicted,
-                          const ScanOutcome& outcome) {
+void SlamEngine::Parts::remember(const ScanInput& input, const MotionPrediction& predicted,
+                                 const ScanOutcome& outcome) {
   if (hypotheses_.is_in_doubt(options_.hypotheses) || outcome.certainty == Certainty::kOvertaken) {
     tracker_.distrust_odometry();
   } else if (outcome.match.accepted()) {
@@ -224,7 +219,7 @@ void SlamEngine::remember(const ScanInput& input, const MotionPrediction& predic
 }
 
 /// What may move the map waits until it is decided where the robot is.
-void SlamEngine::go_on_mapping(ScanOutcome& outcome) {
+void SlamEngine::Parts::go_on_mapping(ScanOutcome& outcome) {
   if (outcome.inserted) {
     close_loops(outcome);
   }
@@ -232,7 +227,7 @@ void SlamEngine::go_on_mapping(ScanOutcome& outcome) {
   outcome.left_out += mapping_.insert_pending(options_);
 }
 
-void SlamEngine::close_loops(ScanOutcome& outcome) {
+void SlamEngine::Parts::close_loops(ScanOutcome& outcome) {
   if (mapping_.is_lost() || !mapping_.closes_loops(options_)) {
     return;
   }
@@ -246,7 +241,7 @@ void SlamEngine::close_loops(ScanOutcome& outcome) {
   }
 }
 
-std::optional<MapCorrection> SlamEngine::finish_loops() {
+std::optional<MapCorrection> SlamEngine::Parts::finish_loops() {
   std::optional<MapCorrection> correction = mapping_.finish_loops();
   mapping_.catch_up(options_);
   if (correction) {
@@ -255,7 +250,7 @@ std::optional<MapCorrection> SlamEngine::finish_loops() {
   return correction;
 }
 
-TrackingState SlamEngine::state() const {
+TrackingState SlamEngine::Parts::state() const {
   if (mapping_.is_lost()) {
     return TrackingState::kLost;
   }
@@ -267,12 +262,12 @@ TrackingState SlamEngine::state() const {
 
 // --- where the robot is ---
 
-void SlamEngine::believe() {
+void SlamEngine::Parts::believe() {
   hypotheses_.believe();
   mapping_.unfork();
 }
 
-bool SlamEngine::map_apart(double stamp) {
+bool SlamEngine::Parts::map_apart(double stamp) {
   constexpr double kDrawn = 0.003;  // [s] a key scan; what is searched is drawn meanwhile
   believe();
   // Nor is it known how it moves: the next two matches will tell.
@@ -286,13 +281,13 @@ bool SlamEngine::map_apart(double stamp) {
   return begun.gave_up_part;
 }
 
-void SlamEngine::search_for_map(const SearchStep& step, ScanOutcome& outcome) {
+void SlamEngine::Parts::search_for_map(const SearchStep& step, ScanOutcome& outcome) {
   if (!places_.has_begun(outcome.stamp)) {
     return;
   }
   static_cast<void>(map());
   const std::optional<PlaceHypothesis> found =
-      places_.find(bundle_->all(), outcome.map_from_base, step, mapping_.parts(), options_);
+      places_.find(bundle_.all(), outcome.map_from_base, step, mapping_.parts(), options_);
   if (!found) {
     return;
   }
@@ -309,14 +304,14 @@ void SlamEngine::search_for_map(const SearchStep& step, ScanOutcome& outcome) {
 }
 
 /// Puts what was mapped apart where it belongs, a few key scans with each of the next scans.
-void SlamEngine::join(const PlaceHypothesis& found) {
+void SlamEngine::Parts::join(const PlaceHypothesis& found) {
   tracker_.change_frame(found.part_from_apart);
   mapping_.join(found.part, found.part_from_apart, options_);
   believe();
   places_.begin(mapping_.parts());
 }
 
-void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
+void SlamEngine::Parts::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
   tracker_.set_pose(map_from_base, covariance);
   mapping_.go_to_map(options_);
   believe();
@@ -325,7 +320,7 @@ void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& cov
 
 // --- options, and going on from elsewhere ---
 
-void SlamEngine::set_options(const EngineOptions& options) {
+void SlamEngine::Parts::set_options(const EngineOptions& options) {
   check_map(mapping_.parts().map().map, options);
   options_ = options;
   tracker_.set_options(options.motion);
@@ -335,7 +330,7 @@ void SlamEngine::set_options(const EngineOptions& options) {
   mapping_.set_options(options);
 }
 
-void SlamEngine::start_from(MapStart start) {
+void SlamEngine::Parts::start_from(MapStart start) {
   check_maps(start, options_);
   Whereabouts& whereabouts = start.whereabouts;
   std::vector<MapPart> parts{
@@ -346,8 +341,9 @@ void SlamEngine::start_from(MapStart start) {
   }
   const std::size_t drawn = parts.front().key_scans.size();
   mapping_ = Mapping(MapParts(std::move(parts), whereabouts.here, std::move(whereabouts.pending)),
-                     std::move(start.loops), {std::move(start.near_map), start.is_moved, drawn},
-                     start.is_continued, start.is_of_key_scans, options_);
+                     LoopCloser(std::move(start.loops)),
+                     {std::move(start.near_map), start.is_moved, drawn}, start.is_continued,
+                     start.is_of_key_scans, options_);
   hypotheses_ = PoseHypotheses(std::move(whereabouts.hypotheses));
   if (const auto& fork = hypotheses_.state().fork) {
     mapping_.fork_as_of({fork->key_scans, std::move(whereabouts.inserted_before_fork)}, options_);
@@ -358,12 +354,7 @@ void SlamEngine::start_from(MapStart start) {
   secondary_lasers_ = std::move(start.secondary_lasers);
 }
 
-std::size_t SlamEngine::map_bytes() const {
-  const SlamMap& map = mapping_.parts().map().map;
-  return map.occupancy.bytes() + map.field.bytes();
-}
-
-MapStart SlamEngine::snapshot() {
+MapStart SlamEngine::Parts::snapshot() {
   static_cast<void>(drawn_map());
   const MapParts& parts = mapping_.parts();
   const std::optional<ForkStart> fork = mapping_.fork_start();
@@ -378,12 +369,75 @@ MapStart SlamEngine::snapshot() {
            {parts.all().begin() + 1, parts.all().end()},
            parts.here_number(),
            places_.search()},
-          mapping_.loops(),
+          mapping_.loops().state(),
           mapping_.drawing().near(),
           mapping_.drawing().is_moved(),
           mapping_.is_continued(),
           mapping_.is_of_key_scans(),
           secondary_lasers_};
 }
+
+// --- what is seen of it ---
+
+SlamEngine::SlamEngine(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
+                       std::uint64_t seed, const Pose2& start)
+    : parts_(std::make_unique<Parts>(options, std::move(matcher), seed, start)) {}
+
+SlamEngine::SlamEngine(SlamEngine&& other) noexcept = default;
+SlamEngine& SlamEngine::operator=(SlamEngine&& other) noexcept = default;
+SlamEngine::~SlamEngine() = default;
+
+ScanOutcome SlamEngine::process(const ScanInput& input) { return parts_->process(input); }
+
+const SlamMap& SlamEngine::map() { return parts_->map(); }
+
+const SlamMap& SlamEngine::drawn_map() { return parts_->drawn_map(); }
+
+bool SlamEngine::is_outdated() const { return parts_->mapping().drawing().is_outdated(); }
+
+void SlamEngine::take_rendered(SlamMap map, const PlacedScans& keys) {
+  parts_->take_rendered(std::move(map), keys);
+}
+
+std::size_t SlamEngine::map_bytes() const {
+  const SlamMap& map = parts_->mapping().parts().map().map;
+  return map.occupancy.bytes() + map.field.bytes();
+}
+
+const KeyScans& SlamEngine::key_scans() const { return parts_->key_scans(); }
+
+const PoseGraph& SlamEngine::graph() const { return parts_->mapping().loops().graph(); }
+
+const std::vector<ClosedLoop>& SlamEngine::loops() const {
+  return parts_->mapping().loops().loops();
+}
+
+std::size_t SlamEngine::loop_tries() const { return parts_->mapping().loops().tries(); }
+
+std::size_t SlamEngine::parts_apart() const { return parts_->mapping().parts().all().size() - 1; }
+
+TrackingState SlamEngine::state() const { return parts_->state(); }
+
+const SecondaryLasers& SlamEngine::secondary_lasers() const { return parts_->secondary_lasers(); }
+
+const EngineOptions& SlamEngine::options() const { return parts_->options(); }
+
+void SlamEngine::set_matcher(std::shared_ptr<const ScanMatcher> matcher) {
+  parts_->set_matcher(std::move(matcher));
+}
+
+void SlamEngine::set_options(const EngineOptions& options) { parts_->set_options(options); }
+
+void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
+  parts_->set_pose(map_from_base, covariance);
+}
+
+bool SlamEngine::map_apart(double stamp) { return parts_->map_apart(stamp); }
+
+void SlamEngine::start_from(MapStart start) { parts_->start_from(std::move(start)); }
+
+std::optional<MapCorrection> SlamEngine::finish_loops() { return parts_->finish_loops(); }
+
+MapStart SlamEngine::snapshot() { return parts_->snapshot(); }
 
 }  // namespace matchbox_slam

@@ -312,7 +312,7 @@ Trajectory BagMapping::in_map(const std::vector<StampedPose2>& poses) const {
 void BagMapping::add_map_and_trajectories() {
   const Trajectory trajectory(run_->trajectory());
   const Trajectory odometry(run_->odometry());
-  const PoseGraph& graph = run_->loops().graph();
+  const PoseGraph& graph = run_->graph();
   const auto add_poses = [&](const std::string& name, const Trajectory& poses,
                              const std::string& of_continued = "") {
     const std::string comment = map_file_.empty() ? "" : of_continued;

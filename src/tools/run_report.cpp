@@ -103,7 +103,7 @@ json laser_facts(const SlamRun& run) {
 /// map brought that it went on with.
 json loop_facts(const SlamRun& run) {
   const PlacedScans& keys = run.key_scans().all();
-  const std::vector<ClosedLoop>& loops = run.loops().loops();
+  const std::vector<ClosedLoop>& loops = run.loops();
   const LoopCount count = run.new_loops();
   json closed = json::array();
   std::for_each(loops.end() - static_cast<std::ptrdiff_t>(count.found), loops.end(),
@@ -121,7 +121,7 @@ json loop_facts(const SlamRun& run) {
   return json::object({{"tried", count.tries},
                        {"closed", count.closed},
                        {"refused", count.found - count.closed},
-                       {"closed_before", run.loops().closed() - count.closed},
+                       {"closed_before", run.brought_loops().closed},
                        {"each", closed}});
 }
 

@@ -16,8 +16,8 @@ namespace matchbox_slam {
 namespace {
 
 /// Three key scans, and a loop from the last to the first.
-LoopCloser::State sound_loops() {
-  LoopCloser::State loops;
+LoopState sound_loops() {
+  LoopState loops;
   loops.graph.poses.assign(3, {});
   const Eigen::Matrix3d covariance = 0.01 * Eigen::Matrix3d::Identity();
   loops.graph.edges = {{0, 1, {1.0, 2.0, 3.0}, covariance},
@@ -27,32 +27,32 @@ LoopCloser::State sound_loops() {
   loops.loops = {{{0, {0.1, 0.2, 0.3}, covariance, 0.9, 0.5, 0.05}, 2, true, 1.5, 0.25}};
   loops.way = 0.75;
   loops.tries = 7;
-  loops.pending = LoopCloser::Pending{1, 2, true, false, true};
+  loops.pending = PendingLoopWork{1, 2, true, false, true};
   return loops;
 }
 
 /// The map after it was saved and read.
-MapStart saved_with(const LoopCloser::State& loops) {
+MapStart saved_with(const LoopState& loops) {
   const EngineOptions options;
   MapStart start{SlamMap(options.map, options.field), {}, {}, {}, 0};
   for (int i = 0; i < 3; ++i) {
     start.key_scans.add(PointScan{}, 0, {});
   }
-  start.loops = LoopCloser(loops);
+  start.loops = loops;
   const TemporaryFolder folder;
   replace_file(folder / "map.slam", to_saved_map(start));
   return read_saved_map(folder / "map.slam");
 }
 
-std::string error_after(const std::function<void(LoopCloser::State&)>& change) {
-  LoopCloser::State loops = sound_loops();
+std::string error_after(const std::function<void(LoopState&)>& change) {
+  LoopState loops = sound_loops();
   change(loops);
   return error_text<FileError>([&] { (void)saved_with(loops); });
 }
 
 TEST(SavedLoops, ComeBack) {
-  const LoopCloser::State sound = sound_loops();
-  const LoopCloser::State again = saved_with(sound).loops.state();
+  const LoopState sound = sound_loops();
+  const LoopState again = saved_with(sound).loops;
   ASSERT_EQ(again.graph.poses.size(), 3U);
   ASSERT_EQ(again.graph.edges.size(), 3U);
   EXPECT_EQ(again.graph.edges[0].from_to, sound.graph.edges[0].from_to);

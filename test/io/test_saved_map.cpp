@@ -180,8 +180,8 @@ TEST_F(SavedMap, LoopsAreClosedToTheBitAsIfItHadNeverStopped) {
       again.start_from(read_saved_map(path_));
     }
   }
-  ASSERT_FALSE(uninterrupted.loops().loops().empty());
-  EXPECT_GT(uninterrupted.loops().loops().front().moved, 0.1);
+  ASSERT_FALSE(uninterrupted.loops().empty());
+  EXPECT_GT(uninterrupted.loops().front().moved, 0.1);
   EXPECT_TRUE(to_saved_map(again.snapshot()) == to_saved_map(uninterrupted.snapshot()));
 }
 
@@ -223,9 +223,9 @@ TEST_F(SavedMap, ReadsVersion4OfTheFormat) {
   const MapStart start =
       read_saved_map(std::string(MATCHBOX_SOURCE_DIR) + "/test/io/version_4.slam");
   ASSERT_GT(start.key_scans.size(), 1U);
-  EXPECT_EQ(start.loops.graph().poses.size(), start.key_scans.size());
-  ASSERT_FALSE(start.loops.graph().edges.empty());
-  EXPECT_TRUE(start.loops.graph().edges.front().drift.isZero()) << "version 9 tells it apart";
+  EXPECT_EQ(start.loops.graph.poses.size(), start.key_scans.size());
+  ASSERT_FALSE(start.loops.graph.edges.empty());
+  EXPECT_TRUE(start.loops.graph.edges.front().drift.isZero()) << "version 9 tells it apart";
   for (const PlacedScan& key : start.key_scans.all()) {
     const std::optional<MeasuredScan> measured = key.scan->measured();
     ASSERT_TRUE(measured);

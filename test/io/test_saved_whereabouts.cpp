@@ -32,9 +32,9 @@ std::string error_after(const std::function<void(Whereabouts&)>& change) {
 }
 
 /// A robot that may be elsewhere since its map had no key scan.
-PoseHypotheses::State doubt() {
-  PoseHypotheses::State state;
-  state.fork = PoseHypotheses::Fork{0, 1, 0.5, 0.1};
+HypothesesState doubt() {
+  HypothesesState state;
+  state.fork = HypothesesFork{0, 1, 0.5, 0.1};
   state.others = {{{1.0, 2.0, 0.3}, -1.5, {std::nullopt}}, {{2.0, 1.0, 0.1}, 0.5, {Pose2{}}}};
   state.elsewhere = -3.0;
   return state;

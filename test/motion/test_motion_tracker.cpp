@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/error_text.hpp"
-#include "matchbox_slam/motion/motion_tracker.hpp"
+#include "motion/motion_tracker.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "matchbox_slam/common/random.hpp"
-#include "matchbox_slam/slam/graph_distance.hpp"
+#include "slam/graph_distance.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/angles.hpp"
-#include "matchbox_slam/slam/key_errors.hpp"
+#include "slam/key_errors.hpp"
 
 namespace matchbox_slam {
 namespace {

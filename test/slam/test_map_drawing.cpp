@@ -1,10 +1,11 @@
 #include <gtest/gtest.h>
 
 #include "matchbox_slam/map/map_image.hpp"
-#include "matchbox_slam/slam/map_drawing.hpp"
 #include "matching/rendered_map.hpp"
 #include "slam/key_scans_of_rooms.hpp"
+#include "slam/map_drawing.hpp"
 #include "slam/map_equality.hpp"
+#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "matchbox_slam/slam/map_parts.hpp"
 #include "slam/key_scans_of_rooms.hpp"
+#include "slam/map_parts.hpp"
 
 namespace matchbox_slam {
 namespace {

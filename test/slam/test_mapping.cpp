@@ -6,10 +6,11 @@
 #include <vector>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "matchbox_slam/slam/mapping.hpp"
 #include "matching/rendered_map.hpp"
 #include "slam/key_scans_of_rooms.hpp"
 #include "slam/map_equality.hpp"
+#include "slam/mapping.hpp"
+#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 namespace {

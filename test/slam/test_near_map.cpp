@@ -7,6 +7,7 @@
 #include "matching/rendered_map.hpp"
 #include "slam/key_scans_of_rooms.hpp"
 #include "slam/map_equality.hpp"
+#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
-#include "matchbox_slam/slam/place_finder.hpp"
 #include "simulation/simulation_support.hpp"
 #include "slam/lost_robot.hpp"
+#include "slam/place_finder.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "matchbox_slam/common/random.hpp"
-#include "matchbox_slam/slam/pose_hypotheses.hpp"
 #include "matching/match_scene.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/robot.hpp"
 #include "slam/pose_distance.hpp"
+#include "slam/pose_hypotheses.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -12,13 +12,13 @@
 
 #include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
-#include "matchbox_slam/slam/recovery.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
 #include "simulation/fault.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
 #include "simulation/simulation_support.hpp"
 #include "slam/pose_distance.hpp"
+#include "slam/recovery.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -7,9 +7,9 @@
 #include <limits>
 
 #include "matchbox_slam/common/random.hpp"
-#include "matchbox_slam/slam/scan_evidence.hpp"
 #include "matching/match_scene.hpp"
 #include "simulation/make_world.hpp"
+#include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {
 namespace {

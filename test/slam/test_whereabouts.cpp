@@ -52,7 +52,7 @@ class WhereaboutsTest : public testing::Test {
 
   /// As likely as where it is, the robot is a metre away.
   void be_in_doubt() {
-    start_.whereabouts.hypotheses.fork = PoseHypotheses::Fork{1};
+    start_.whereabouts.hypotheses.fork = HypothesesFork{1};
     start_.whereabouts.hypotheses.others = {{{1.0, 0.0, 0.0}, 0.0}};
   }
 

@@ -8,9 +8,9 @@
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/motion/motion_prior.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
-#include "matchbox_slam/slam/loop_closing.hpp"
-#include "matchbox_slam/slam/pose_hypotheses.hpp"
-#include "matchbox_slam/slam/recovery.hpp"
+#include "matchbox_slam/slam/hypotheses.hpp"
+#include "matchbox_slam/slam/loops.hpp"
+#include "matchbox_slam/slam/place_search.hpp"
 
 namespace matchbox_slam {
 

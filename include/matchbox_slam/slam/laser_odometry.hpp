@@ -1,19 +1,20 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <optional>
-#include <vector>
 
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
+#include "matchbox_slam/matching/key_scan.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
-#include "matchbox_slam/motion/motion_tracker.hpp"
+#include "matchbox_slam/motion/motion_prior.hpp"
+#include "matchbox_slam/motion/motion_state.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
+#include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
-#include "matchbox_slam/slam/key_errors.hpp"
 
 namespace matchbox_slam {
 
@@ -101,47 +102,23 @@ class LaserOdometry {
   /// @param matcher  configured; shared, since it has no state.
   LaserOdometry(const LaserOdometrySettings& settings, std::shared_ptr<const ScanMatcher> matcher,
                 GuessSource guess, std::uint64_t seed);
+  LaserOdometry(LaserOdometry&& other) noexcept;
+  LaserOdometry& operator=(LaserOdometry&& other) noexcept;
+  ~LaserOdometry();
 
   /// Processes the next scan; the first one is the origin. Throws as MotionTracker::predict; then
   /// nothing has changed.
   LaserOdometryOutcome process(const ScanInput& input);
 
   /// Key scans that the next scan is matched against, oldest first.
-  [[nodiscard]] const PlacedScans& key_scans() const { return reference_.key_scans; }
+  [[nodiscard]] const PlacedScans& key_scans() const;
 
   /// Memory of both local maps and of the covariances, without the key scans.
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  struct LocalMap {
-    SlamMap map;
-    PlacedScans key_scans;
-  };
-
-  [[nodiscard]] MatchResult match(const PointScan& scan, const MotionPrediction& guess) const;
-  [[nodiscard]] bool is_key_scan(const LaserOdometryOutcome& outcome) const;
-  [[nodiscard]] LocalMap empty_map() const;
-  void count_failures(MatchStatus status);
-  void add_key_scan(const PointScan& scan, MeasuredScan measured, int laser,
-                    const LaserOdometryOutcome& outcome);
-  void set_velocity(const MotionEstimate& guess, LaserOdometryOutcome& outcome) const;
-  void remember(const ScanInput& input, const MotionPrediction& guess,
-                const LaserOdometryOutcome& outcome, bool starts_map);
-
-  LaserOdometrySettings settings_;
-  std::shared_ptr<const ScanMatcher> matcher_;
-  std::uint64_t seed_;
-  std::uint64_t scan_count_ = 0;
-  /// Its covariance is that in the local map, counted from the newest key scan on.
-  MotionTracker tracker_;
-  Eigen::Matrix3d fix_covariance_ = Eigen::Matrix3d::Zero();  ///< in the local map
-  std::shared_ptr<KeyScanCache> cache_ = make_key_scan_cache();
-  std::uint64_t key_scan_count_ = 0;
-  LocalMap reference_;           ///< that scans are matched against
-  LocalMap next_;                ///< that takes over when it is full
-  KeyErrors key_errors_;         ///< of the reference's key scans, or of where the base was before
-  int scans_without_match_ = 0;  ///< in a row
-  int misfits_ = 0;              ///< those of them that had enough points
+  class Parts;
+  std::unique_ptr<Parts> parts_;
 };
 
 }  // namespace matchbox_slam

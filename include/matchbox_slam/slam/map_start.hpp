@@ -9,20 +9,20 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/lasers/secondary_lasers.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
-#include "matchbox_slam/motion/motion_tracker.hpp"
+#include "matchbox_slam/motion/motion_state.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
+#include "matchbox_slam/slam/hypotheses.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
-#include "matchbox_slam/slam/loop_closing.hpp"
-#include "matchbox_slam/slam/map_parts.hpp"
+#include "matchbox_slam/slam/loops.hpp"
+#include "matchbox_slam/slam/map_part.hpp"
 #include "matchbox_slam/slam/near_map.hpp"
-#include "matchbox_slam/slam/pose_hypotheses.hpp"
-#include "matchbox_slam/slam/recovery.hpp"
+#include "matchbox_slam/slam/place_search.hpp"
 
 namespace matchbox_slam {
 
 /// Where the robot is, where else it may be, and what waits to be inserted.
 struct Whereabouts {
-  PoseHypotheses::State hypotheses;
+  HypothesesState hypotheses;
   std::map<int, Pose2> inserted_before_fork;  ///< map_from_base by laser, where there is a fork
   std::vector<WaitingScan> pending;           ///< inserted a few with each scan, oldest first
   std::vector<MapPart> apart;  ///< maps that the robot made while it was lost, not yet joined
@@ -38,7 +38,7 @@ struct MapStart {
   std::map<int, Pose2> last_inserted;  ///< map_from_base, by laser
   std::uint64_t scan_count = 0;
   Whereabouts whereabouts = {};
-  LoopCloser loops = {};
+  LoopState loops = {};
   NearMap near_map = {};
   bool is_moved = false;      ///< by loops, and matched against near_map alone since
   bool is_continued = false;  ///< the newest key scan is from where the base is

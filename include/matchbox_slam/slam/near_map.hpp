@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -13,13 +12,6 @@
 
 namespace matchbox_slam {
 
-/// Their ids, in their order.
-[[nodiscard]] std::vector<std::uint64_t> ids_of(const PlacedScans& keys);
-
-/// Numbers of the key scans that were taken less than `reach` [m] from here.
-[[nodiscard]] std::vector<std::size_t> keys_within(const PlacedScans& keys,
-                                                   const Eigen::Vector2d& here, double reach);
-
 /// Key scans around the newest one.
 struct NearScans {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();  ///< where the newest was taken
@@ -27,12 +19,6 @@ struct NearScans {
   PlacedScans belonging;      ///< with the newest, the nearest ones: many of one place say the same
   bool is_any_apart = false;  ///< of those that are near, or will be soon
 };
-
-/// Whether each of some key scans, by their numbers, does not belong with the newest.
-using AreApart = std::function<std::vector<bool>(const std::vector<std::size_t>& keys)>;
-
-/// @param are_apart  is asked of those alone that are near, or will be soon.
-[[nodiscard]] NearScans near_scans(const PlacedScans& keys, const AreApart& are_apart);
 
 /// A map of the key scans around the robot that are known to lie well to each other, for scans to
 /// be matched against where a drifted robot would else see the whole map's walls twice. A value.

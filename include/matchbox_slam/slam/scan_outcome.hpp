@@ -6,11 +6,17 @@
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
-#include "matchbox_slam/slam/loop_closing.hpp"
-#include "matchbox_slam/slam/scan_evidence.hpp"
+#include "matchbox_slam/slam/loops.hpp"
 #include "matchbox_slam/slam/tracking_state.hpp"
 
 namespace matchbox_slam {
+
+/// What a scan says for a pose, against its having been taken where nothing is known.
+struct ScanEvidence {
+  double log_odds = 0.0;  ///< natural logarithm
+  double mean = 0.0;      ///< of a beam, -3 to 3
+  double known = 0.0;     ///< share of the beams that end where something is known, 0...1
+};
 
 /// What a scan's pose rests on.
 enum class Certainty {

@@ -1,38 +1,29 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/graph/pose_graph.hpp"
 #include "matchbox_slam/lasers/secondary_lasers.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
-#include "matchbox_slam/motion/motion_tracker.hpp"
-#include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
-#include "matchbox_slam/slam/loop_closing.hpp"
+#include "matchbox_slam/slam/loops.hpp"
 #include "matchbox_slam/slam/map_start.hpp"
-#include "matchbox_slam/slam/mapping.hpp"
-#include "matchbox_slam/slam/place_finder.hpp"
-#include "matchbox_slam/slam/pose_hypotheses.hpp"
 #include "matchbox_slam/slam/scan_outcome.hpp"
 #include "matchbox_slam/slam/tracking_state.hpp"
 
 namespace matchbox_slam {
 
-class CommonGroundMatch;
-class ScanBundle;
-
-/// The SLAM loop: predict, match, decide, insert. It tells those who do the work of each other:
-/// MotionTracker predicts, the matcher matches, PoseHypotheses says whether it may be elsewhere,
-/// Mapping takes scans in and closes loops, PlaceFinder looks for a lost robot, SecondaryLasers
-/// knows the other lasers. Single-threaded; the same scans, options and seed yield the same bits.
+/// The SLAM loop: predict, match, decide, insert. Single-threaded; the same scans, options and seed
+/// yield the same bits. One that was moved from may only be assigned to or destroyed.
 class SlamEngine {
  public:
   /// @param matcher  configured; shared, since it has no state.
@@ -52,29 +43,33 @@ class SlamEngine {
 
   /// The map so far, without what a lost robot maps apart; copy it for a snapshot.
   /// Renders anew what loops have moved.
-  [[nodiscard]] const SlamMap& map() { return mapping_.whole(options_); }
+  [[nodiscard]] const SlamMap& map();
   /// The same to be looked at alone: its field may lack likelihoods, which take time and memory.
-  [[nodiscard]] const SlamMap& drawn_map() { return mapping_.drawn(options_); }
+  [[nodiscard]] const SlamMap& drawn_map();
   /// Whether map() would render it, which takes 2 ms a key scan, so that others may do it beside.
-  [[nodiscard]] bool is_outdated() const { return mapping_.drawing().is_outdated(); }
-  /// Takes what another thread has `rendered` from key scans as they were. Left alone where they
+  [[nodiscard]] bool is_outdated() const;
+  /// Takes what another thread has rendered from key scans as they were. Left alone where they
   /// have moved since.
-  void take_rendered(SlamMap map, const PlacedScans& keys) {
-    mapping_.take_rendered(std::move(map), keys);
-  }
+  void take_rendered(SlamMap map, const PlacedScans& keys);
   /// Of the map as it is, rendered or not.
   [[nodiscard]] std::size_t map_bytes() const;
-  [[nodiscard]] const KeyScans& key_scans() const { return mapping_.parts().map().key_scans; }
+  [[nodiscard]] const KeyScans& key_scans() const;
+  /// How the key scans are joined: its poses are theirs.
+  [[nodiscard]] const PoseGraph& graph() const;
+
+  /// Loops that were tried, believed or not.
+  [[nodiscard]] const std::vector<ClosedLoop>& loops() const;
+  /// Places where a loop was searched for.
+  [[nodiscard]] std::size_t loop_tries() const;
 
   /// Maps that the robot made while it was lost, and that were not joined.
-  [[nodiscard]] std::size_t parts_apart() const { return mapping_.parts().all().size() - 1; }
+  [[nodiscard]] std::size_t parts_apart() const;
   [[nodiscard]] TrackingState state() const;
-  [[nodiscard]] const LoopCloser& loops() const { return mapping_.loops(); }
-  [[nodiscard]] const SecondaryLasers& secondary_lasers() const { return secondary_lasers_; }
-  [[nodiscard]] const EngineOptions& options() const { return options_; }
+  [[nodiscard]] const SecondaryLasers& secondary_lasers() const;
+  [[nodiscard]] const EngineOptions& options() const;
 
   /// Matches from the next scan on are made by this matcher; map and pose stay.
-  void set_matcher(std::shared_ptr<const ScanMatcher> matcher) { matcher_ = std::move(matcher); }
+  void set_matcher(std::shared_ptr<const ScanMatcher> matcher);
 
   /// These take effect from the next scan on; map and pose stay. Throws ConfigurationError for
   /// another resolution or likelihood field, which the map was made with.
@@ -102,46 +97,8 @@ class SlamEngine {
   [[nodiscard]] MapStart snapshot();
 
  private:
-  using Verdict = PoseHypotheses::Verdict;
-  /// Of the scan at hand.
-  struct Predictions {
-    MotionPrediction& predicted;
-    const MotionPrediction* by_velocity;  ///< null: not to be asked
-    double seconds;                       ///< since the scan before
-  };
-
-  ScanOutcome take_secondary(const ScanInput& input, const MotionPrediction& predicted);
-  void collect_scans(const ScanInput& input, const MotionPrediction& predicted,
-                     bool with_secondary_lasers);
-  [[nodiscard]] MatchResult match(const MotionPrediction& predicted);
-  Verdict weigh(const Predictions& predictions, ScanOutcome& outcome);
-  void follow(const PoseHypotheses::Outcome& overtaken, MotionPrediction& predicted,
-              ScanOutcome& outcome);
-  void remember(const ScanInput& input, const MotionPrediction& predicted,
-                const ScanOutcome& outcome);
-  void go_on_mapping(ScanOutcome& outcome);
-  void close_loops(ScanOutcome& outcome);
-  void search_for_map(const SearchStep& step, ScanOutcome& outcome);
-  void join(const PlaceHypothesis& found);
-  void believe();
-  [[nodiscard]] const PlacedScans& key_scans_here() const {
-    return mapping_.parts().here().key_scans.all();
-  }
-
-  EngineOptions options_;
-  std::shared_ptr<const ScanMatcher> matcher_;
-  std::uint64_t seed_;
-  std::uint64_t scan_count_ = 0;
-  MotionTracker tracker_;
-  SecondaryLasers secondary_lasers_;
-  PoseHypotheses hypotheses_;
-  PlaceFinder places_;
-  Mapping mapping_;
-  // Of the scan at hand; kept for their memory.
-  ScanProjector projector_;
-  std::unique_ptr<ScanBundle> bundle_;
-  std::unique_ptr<CommonGroundMatch> common_ground_;
-  PlacedScans recent_;
+  class Parts;
+  std::unique_ptr<Parts> parts_;
 };
 
 }  // namespace matchbox_slam

@@ -1,42 +1,12 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
-#include <optional>
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
-#include "matchbox_slam/map/scan_inserter.hpp"
-#include "matchbox_slam/matching/key_scan.hpp"
-#include "matchbox_slam/slam/key_scans.hpp"
+#include "matchbox_slam/slam/map_part.hpp"
 
 namespace matchbox_slam {
-
-/// Maps apart that are kept; then the one of the fewest key scans is given up for the next.
-constexpr std::size_t kMostPartsApart = 16;
-
-/// A map in a frame of its own, with the key scans that it was made from. While the robot is not
-/// lost there is one.
-struct MapPart {
-  SlamMap map;
-  KeyScans key_scans;
-  std::map<int, Pose2> last_inserted;  ///< map_from_base, by laser
-  double begin = 0.0;                  ///< [s] stamp of its first scan
-  std::size_t left = 0;                ///< part that the robot was in before; itself: none
-  Pose2 left_from_here = {};           ///< its frame, as odometry tells
-};
-
-/// Where the robot may have been elsewhere: what it takes to go back there. See PoseHypotheses.
-struct ForkStart {
-  std::size_t key_scans = 0;           ///< that the part had then
-  std::map<int, Pose2> last_inserted;  ///< as in MapPart
-};
-
-/// A scan that is to be inserted, not yet.
-struct WaitingScan {
-  std::size_t part = 0;  ///< of the map
-  PlacedScan scan;
-};
 
 /// The map, what a lost robot made apart from it, the part that the robot is in, and scans that
 /// wait to be inserted: parts by number, the map 0. A value.

@@ -7,8 +7,8 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
-#include "matchbox_slam/slam/map_parts.hpp"
-#include "matchbox_slam/slam/recovery.hpp"
+#include "slam/map_parts.hpp"
+#include "slam/recovery.hpp"
 
 namespace matchbox_slam {
 

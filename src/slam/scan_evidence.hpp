@@ -3,15 +3,9 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
+#include "matchbox_slam/slam/scan_outcome.hpp"
 
 namespace matchbox_slam {
-
-/// What a scan says for a pose, against its having been taken where nothing is known.
-struct ScanEvidence {
-  double log_odds = 0.0;  ///< natural logarithm
-  double mean = 0.0;      ///< of a beam, -3 to 3
-  double known = 0.0;     ///< share of the beams that end where something is known, 0...1
-};
 
 /// The log-likelihood ratio of a scan at a pose in a map that counts hits and passes. Each beam
 /// passes cells, where walls would have stopped it, and ends in or near one that reflects or does

@@ -6,82 +6,14 @@
 #include <optional>
 #include <vector>
 
-#include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/graph/pose_graph.hpp"
-#include "matchbox_slam/slam/graph_distance.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
+#include "matchbox_slam/slam/loops.hpp"
 #include "matchbox_slam/slam/near_map.hpp"
+#include "slam/graph_distance.hpp"
 
 namespace matchbox_slam {
-
-struct LoopOptions {
-  double drift_xy = 0.02;
-  double drift_theta = 0.01;
-  double apart = 0.25;
-  double search_way = 1.0;
-  double max_window = 10.0;
-  double least_score = 0.55;
-  double most_rival = 0.95;
-  double most_contradiction = 0.1;
-  double least_mutual_fit = 0.55;
-
-  template <typename Self, typename Visitor>
-  static void visit(Self& self, Visitor&& option) {
-    option(self.drift_xy, "drift_xy", between(1e-4, 1.0), "m/sqrt(m)",
-           "Standard deviation of the map's drift after one metre driven, beside what the matches "
-           "say of themselves; it grows with the square root of the way. Loops tell when it is "
-           "less.");
-    option(self.drift_theta, "drift_theta", between(1e-5, 1.0), "rad/sqrt(m)",
-           "Standard deviation of the map's drift in heading after one metre driven. Loops tell "
-           "when it is less.");
-    option(self.apart, "apart", between(0.01, 10.0), "m",
-           "Key scans whose places are known less well than this from where the robot is, by "
-           "standard deviation, are not matched against; they are searched for loops.");
-    option(self.search_way, "search_way", between(0.0, 100.0), "m",
-           "Way between two searches for a loop.");
-    option(self.max_window, "max_window", between(0.5, 30.0), "m",
-           "Half width of the search for a loop, at most.");
-    option(self.least_score, "least_score", between(0.0, 1.0), "",
-           "A loop fits at least this well.");
-    option(self.most_rival, "most_rival", between(0.0, 1.0), "",
-           "A place is no loop when another one fits more than this share as well.");
-    option(self.most_contradiction, "most_contradiction", between(0.0, 1.0), "",
-           "A place is no loop when more than this share of the beams cross walls there.");
-    option(self.least_mutual_fit, "least_mutual_fit", between(-1.0, 1.0), "",
-           "A loop fits at least this well on ground that was seen both times, less the shares of "
-           "what either time saw where the other saw free ground, and of beams that cross walls.");
-  }
-};
-
-/// A place that was seen again.
-struct FoundLoop {
-  std::size_t key = 0;  ///< the key scan that was taken there before
-  Pose2 key_from_newest;
-  Eigen::Matrix3d covariance;  ///< of that, over (x, y, theta) of the key's frame
-  double score = 0.0;
-  double rival_share = 0.0;
-  double contradiction = 0.0;
-};
-
-/// A loop that was tried, for reports.
-struct ClosedLoop {
-  FoundLoop found;
-  std::size_t newest = 0;   ///< key scan that it was found with
-  bool believed = false;    ///< whether the graph can be made to agree
-  double chi_square = 0.0;  ///< of the loop in the graph, of 3 degrees of freedom
-  double moved = 0.0;       ///< [m] by which it moved the key scan that moved most
-};
-
-/// How the key scans of a map have moved, and with them what was seen in between.
-struct MapCorrection {
-  struct Step {
-    double since;        ///< [s] stamp of a key scan; holds until the next one
-    Pose2 new_from_old;  ///< map frame, there
-  };
-  std::vector<Step> steps;  ///< by their stamps
-  Pose2 newest;             ///< new_from_old of the newest key scan
-};
 
 /// A map of what lies near, to be made beside the mapping.
 struct NearRequest {
@@ -107,23 +39,8 @@ struct LoopWork;
 /// later one that does not depend on how long it took: the same drive gives the same bits.
 class LoopCloser {
  public:
-  /// Work under way, as it takes to begin it again.
-  struct Pending {
-    std::size_t newest = 0;      ///< key scan that it was begun with
-    std::size_t edges = 0;       ///< that the graph had then
-    bool is_search_due = false;  ///< for a loop
-    bool is_near_due = false;    ///< a map of what lies near
-    bool is_abandoned = false;   ///< its result is not to be used
-  };
-
-  /// What it takes to go on.
-  struct State {
-    PoseGraph graph;
-    std::vector<ClosedLoop> loops;
-    double way = 0.0;  ///< [m] since the last search
-    std::size_t tries = 0;
-    std::optional<Pending> pending = {};
-  };
+  using Pending = PendingLoopWork;
+  using State = LoopState;
 
   /// What has come of it.
   struct Result {
@@ -174,7 +91,6 @@ class LoopCloser {
 
   [[nodiscard]] const PoseGraph& graph() const { return graph_; }
   [[nodiscard]] const std::vector<ClosedLoop>& loops() const { return loops_; }
-  [[nodiscard]] std::size_t closed() const;  ///< loops that were believed
   /// Places where a loop was searched for.
   [[nodiscard]] std::size_t tries() const { return tries_; }
   [[nodiscard]] bool empty() const { return graph_.poses.empty(); }

@@ -1,48 +1,19 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/key_scan.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
-#include "matchbox_slam/motion/motion_tracker.hpp"
-#include "matchbox_slam/slam/scan_evidence.hpp"
+#include "matchbox_slam/slam/hypotheses.hpp"
+#include "matchbox_slam/slam/scan_outcome.hpp"
+#include "motion/motion_tracker.hpp"
 
 namespace matchbox_slam {
-
-struct HypothesisOptions {
-  bool enabled = true;
-  double decisive = 4.6;
-  double unexpected = 5.0;
-  double carried = 9.2;
-  double search_xy = 0.5;
-  double search_theta = 1.0;
-
-  template <typename Self, typename Visitor>
-  static void visit(Self& self, Visitor&& option) {
-    option(self.enabled, "enabled", any(), "",
-           "Whether the robot may be elsewhere than the matcher has it; false: every match is "
-           "believed.");
-    option(self.decisive, "decisive", between(0.5, 50.0), "",
-           "Log odds from which on one hypothesis takes the place of another; 4.6 is 99 to 1.");
-    option(self.unexpected, "unexpected", between(0.0, 50.0), "",
-           "Log odds, before any scan, against a pose that the motion does not lead to.");
-    option(self.carried, "carried", between(0.0, 100.0), "",
-           "Log odds, before any scan, against the robot being somewhere unknown, as when it was "
-           "carried there.");
-    option(self.search_xy, "search_xy", between(0.01, 2.0), "m",
-           "Where a scan fits badly other poses are searched: standard deviation of the position "
-           "that this adds to the prior's.");
-    option(self.search_theta, "search_theta", between(0.01, 3.2), "rad",
-           "Likewise of the heading.");
-  }
-};
 
 /// Where the robot may be other than where it is thought to be: on by another motion than odometry
 /// tells, at other maxima of the search, or somewhere unknown. The hypotheses compete by what the
@@ -53,26 +24,9 @@ struct HypothesisOptions {
 /// since is drawn where the leading one has it, and would speak for that. A value.
 class PoseHypotheses {
  public:
-  struct Hypothesis {
-    Pose2 map_from_base;    ///< at the newest scan
-    double log_odds = 0.0;  ///< against the leading one
-    /// Where it has the key scans that were inserted since the fork; none for those from before it
-    /// came up, which it shares with the leading one.
-    std::vector<std::optional<Pose2>> key_scans = {};
-  };
-  /// There is more than one hypothesis since then.
-  struct Fork {
-    std::size_t key_scans = 0;  ///< that the map had
-    std::size_t inserted = 0;   ///< since
-    double undecided = 0.0;     ///< [m] travelled since a scan told hypotheses apart
-    double searched = 0.0;      ///< [m] and [rad] travelled since other poses were searched
-  };
-  struct State {
-    std::optional<Fork> fork;
-    std::vector<Hypothesis> others;  ///< than the leading one
-    /// Log odds of somewhere unknown; as low as the options say where nothing speaks for it.
-    double elsewhere = -std::numeric_limits<double>::infinity();
-  };
+  using Hypothesis = PoseHypothesis;
+  using Fork = HypothesesFork;
+  using State = HypothesesState;
 
   /// A scan, and what it is compared in.
   struct Step {

@@ -10,9 +10,9 @@
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/key_scan.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
-#include "matchbox_slam/slam/loop_closing.hpp"
-#include "matchbox_slam/slam/map_drawing.hpp"
-#include "matchbox_slam/slam/map_parts.hpp"
+#include "slam/loop_closing.hpp"
+#include "slam/map_drawing.hpp"
+#include "slam/map_parts.hpp"
 
 namespace matchbox_slam {
 

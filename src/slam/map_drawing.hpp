@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "matchbox_slam/slam/engine_options.hpp"
-#include "matchbox_slam/slam/loop_closing.hpp"
-#include "matchbox_slam/slam/map_parts.hpp"
 #include "matchbox_slam/slam/near_map.hpp"
+#include "slam/loop_closing.hpp"
+#include "slam/map_parts.hpp"
 
 namespace matchbox_slam {
 

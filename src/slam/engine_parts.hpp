@@ -1,0 +1,93 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "lasers/scan_bundle.hpp"
+#include "matchbox_slam/sensor/point_scan.hpp"
+#include "matchbox_slam/slam/slam_engine.hpp"
+#include "motion/motion_tracker.hpp"
+#include "slam/common_ground.hpp"
+#include "slam/mapping.hpp"
+#include "slam/place_finder.hpp"
+#include "slam/pose_hypotheses.hpp"
+
+namespace matchbox_slam {
+
+/// Tells those who do the work of each other: MotionTracker predicts, the matcher matches,
+/// PoseHypotheses says whether it may be elsewhere, Mapping takes scans in and closes loops,
+/// PlaceFinder looks for a lost robot, SecondaryLasers knows the other lasers. What it answers to
+/// is described in SlamEngine.
+class SlamEngine::Parts {
+ public:
+  Parts(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
+        std::uint64_t seed, const Pose2& start);
+
+  ScanOutcome process(const ScanInput& input);
+
+  [[nodiscard]] const SlamMap& map() { return mapping_.whole(options_); }
+  [[nodiscard]] const SlamMap& drawn_map() { return mapping_.drawn(options_); }
+  void take_rendered(SlamMap map, const PlacedScans& keys) {
+    mapping_.take_rendered(std::move(map), keys);
+  }
+  [[nodiscard]] const Mapping& mapping() const { return mapping_; }
+  [[nodiscard]] const KeyScans& key_scans() const { return mapping_.parts().map().key_scans; }
+  [[nodiscard]] TrackingState state() const;
+  [[nodiscard]] const SecondaryLasers& secondary_lasers() const { return secondary_lasers_; }
+  [[nodiscard]] const EngineOptions& options() const { return options_; }
+
+  void set_matcher(std::shared_ptr<const ScanMatcher> matcher) { matcher_ = std::move(matcher); }
+  void set_options(const EngineOptions& options);
+  void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
+  bool map_apart(double stamp);
+  void start_from(MapStart start);
+  std::optional<MapCorrection> finish_loops();
+  [[nodiscard]] MapStart snapshot();
+
+ private:
+  using Verdict = PoseHypotheses::Verdict;
+  /// Of the scan at hand.
+  struct Predictions {
+    MotionPrediction& predicted;
+    const MotionPrediction* by_velocity;  ///< null: not to be asked
+    double seconds;                       ///< since the scan before
+  };
+
+  ScanOutcome take_secondary(const ScanInput& input, const MotionPrediction& predicted);
+  void collect_scans(const ScanInput& input, const MotionPrediction& predicted,
+                     bool with_secondary_lasers);
+  [[nodiscard]] MatchResult match(const MotionPrediction& predicted);
+  Verdict weigh(const Predictions& predictions, ScanOutcome& outcome);
+  void follow(const PoseHypotheses::Outcome& overtaken, MotionPrediction& predicted,
+              ScanOutcome& outcome);
+  void remember(const ScanInput& input, const MotionPrediction& predicted,
+                const ScanOutcome& outcome);
+  void go_on_mapping(ScanOutcome& outcome);
+  void close_loops(ScanOutcome& outcome);
+  void search_for_map(const SearchStep& step, ScanOutcome& outcome);
+  void join(const PlaceHypothesis& found);
+  void believe();
+  [[nodiscard]] const PlacedScans& key_scans_here() const {
+    return mapping_.parts().here().key_scans.all();
+  }
+
+  EngineOptions options_;
+  std::shared_ptr<const ScanMatcher> matcher_;
+  std::uint64_t seed_;
+  std::uint64_t scan_count_ = 0;
+  MotionTracker tracker_;
+  SecondaryLasers secondary_lasers_;
+  PoseHypotheses hypotheses_;
+  PlaceFinder places_;
+  Mapping mapping_;
+  // Of the scan at hand; kept for their memory.
+  ScanProjector projector_;
+  ScanBundle bundle_;
+  CommonGroundMatch common_ground_;
+  PlacedScans recent_;
+};
+
+}  // namespace matchbox_slam

@@ -1,0 +1,70 @@
+#include "slam/near_scans.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace matchbox_slam {
+namespace {
+
+// On the way to what lies apart, so that the map is made in time: with half aces is 10 % worse,
+// with double seattle 6 % better (benchmark/reports/current/CONSTANTS.md).
+constexpr double kSoon = 10.0;  // [m]
+
+double distance(const PlacedScan& key, const Eigen::Vector2d& here) {
+  return (key.map_from_base.translation() - here).norm();
+}
+
+/// In their order; of those that are equally near, the newest.
+PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
+  // For the time that it takes to render them. Half or double changes errors by up to 4 %
+  // (CONSTANTS.md).
+  constexpr std::size_t kMost = 100;
+  if (keys.size() <= kMost) {
+    return keys;
+  }
+  std::vector<std::pair<double, std::size_t>> ranked;  // and how many key scans came since
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    ranked.emplace_back(distance(keys[i], here), keys.size() - 1 - i);
+  }
+  const auto end = ranked.begin() + kMost;
+  std::nth_element(ranked.begin(), end, ranked.end());
+  std::sort(ranked.begin(), end, [](const auto& a, const auto& b) { return a.second > b.second; });
+  PlacedScans nearest;
+  std::transform(ranked.begin(), end, std::back_inserter(nearest),
+                 [&keys](const auto& key) { return keys[keys.size() - 1 - key.second]; });
+  return nearest;
+}
+
+}  // namespace
+
+std::vector<std::size_t> keys_within(const PlacedScans& keys, const Eigen::Vector2d& here,
+                                     double reach) {
+  std::vector<std::size_t> within;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (distance(keys[i], here) < reach) {
+      within.push_back(i);
+    }
+  }
+  return within;
+}
+
+NearScans near_scans(const PlacedScans& keys, const AreApart& are_apart) {
+  const Eigen::Vector2d here = keys.back().map_from_base.translation();
+  const std::vector<std::size_t> soon = keys_within(keys, here, kNearReach + kSoon);
+  const std::vector<bool> is_apart = are_apart(soon);
+  NearScans near;
+  near.center = here;
+  near.newest = keys.size() - 1;
+  near.is_any_apart = std::find(is_apart.begin(), is_apart.end(), true) != is_apart.end();
+  for (std::size_t i = 0; i < soon.size(); ++i) {
+    const PlacedScan& key = keys[soon[i]];
+    if (!is_apart[i] && distance(key, here) < kNearReach) {
+      near.belonging.push_back(key);
+    }
+  }
+  near.belonging = nearest(near.belonging, here);
+  return near;
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "matchbox_slam/matching/key_scan.hpp"
+#include "matchbox_slam/slam/near_map.hpp"
+
+namespace matchbox_slam {
+
+/// [m] from the robot that a near map reaches. A guess, tried on five drives with loops
+/// (benchmark/reports/current/CONSTANTS.md): with half loop is 8 % and aces 10 % worse, seattle
+/// 16 % better; with double aces 13 % worse.
+constexpr double kNearReach = 15.0;
+
+/// Numbers of the key scans that were taken less than `reach` [m] from here.
+[[nodiscard]] std::vector<std::size_t> keys_within(const PlacedScans& keys,
+                                                   const Eigen::Vector2d& here, double reach);
+
+/// Whether each of some key scans, by their numbers, does not belong with the newest.
+using AreApart = std::function<std::vector<bool>(const std::vector<std::size_t>& keys)>;
+
+/// @param are_apart  is asked of those alone that are near, or will be soon.
+[[nodiscard]] NearScans near_scans(const PlacedScans& keys, const AreApart& are_apart);
+
+}  // namespace matchbox_slam
