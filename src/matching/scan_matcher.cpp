@@ -16,8 +16,6 @@ const char* to_string(MatchStatus status) {
       return "rejected_low_score";
     case MatchStatus::kRejectedInvalidPrior:
       return "rejected_invalid_prior";
-    case MatchStatus::kOfSecondaryLaser:
-      return "of_further_laser";
   }
   return "unknown";
 }

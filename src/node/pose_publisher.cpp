@@ -70,7 +70,7 @@ void PosePublisher::publish_match_info(const ReadyScan& scan, const ScanOutcome&
   message.header.frame_id = options_.map_frame;
   message.header.stamp = scan.stamp;
   message.scan_frame = scan.frame;
-  message.status = to_string(outcome.match.status);
+  message.status = status_text(outcome);
   message.score = outcome.match.score;
   message.rival_share = outcome.match.rival_share;
   message.evidence = outcome.evidence.mean;

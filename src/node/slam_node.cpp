@@ -250,7 +250,7 @@ void SlamNode::handle(const ReadyScan& scan) {
     if (outcome) {
       match_seconds = run_.last_match_seconds();
       matcher = run_.setup().matcher_name;
-      if (outcome->match.status != MatchStatus::kOfSecondaryLaser) {
+      if (!outcome->is_of_secondary_laser) {
         newest_scan_ = scan;
         remember_health(scan, *outcome);
       }

@@ -301,7 +301,7 @@ void SlamRun::put_right_by(const std::optional<MapCorrection>& correction) {
 
 void SlamRun::record(const ScanOutcome& outcome) {
   ++scans_;
-  ++statuses_[outcome.match.status];
+  ++statuses_[status_text(outcome)];
   ++certainties_[outcome.certainty];
   ++states_[outcome.state];
   if (outcome.joined) {

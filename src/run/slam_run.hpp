@@ -158,7 +158,7 @@ class SlamRun {
     return scan_seconds_;
   }
 
-  [[nodiscard]] const std::map<MatchStatus, std::size_t>& statuses() const { return statuses_; }
+  [[nodiscard]] const std::map<std::string, std::size_t>& statuses() const { return statuses_; }
   /// Scans by how much their match was to be believed.
   [[nodiscard]] const std::map<Certainty, std::size_t>& certainties() const { return certainties_; }
   /// Scans by how sure it was where the robot is.
@@ -218,7 +218,7 @@ class SlamRun {
   std::vector<StampedPose2> odometry_;
   std::vector<float> match_seconds_;
   std::map<TrackingState, std::vector<float>> scan_seconds_;
-  std::map<MatchStatus, std::size_t> statuses_;
+  std::map<std::string, std::size_t> statuses_;  ///< by their words
   std::map<Certainty, std::size_t> certainties_;
   std::map<TrackingState, std::size_t> states_;
   std::vector<float> evidences_;

@@ -16,4 +16,8 @@ const char* to_string(Certainty certainty) {
   return "unknown";
 }
 
+const char* status_text(const ScanOutcome& outcome) {
+  return outcome.is_of_secondary_laser ? "of_further_laser" : to_string(outcome.match.status);
+}
+
 }  // namespace matchbox_slam

@@ -116,7 +116,7 @@ ScanOutcome SlamEngine::Parts::take_secondary(const ScanInput& input,
   outcome.covariance = told_covariance(outcome, mapping_.parts(), false);
   outcome.match.map_from_base = predicted.fixed_from_base;
   outcome.match.covariance = predicted.covariance;
-  outcome.match.status = MatchStatus::kOfSecondaryLaser;
+  outcome.is_of_secondary_laser = true;
   outcome.state = state();
   return outcome;
 }

@@ -29,7 +29,7 @@ bool is_sure(TrackingState state) {
 }  // namespace
 
 void FitRecord::add(const ScanOutcome& outcome) {
-  if (outcome.match.status == MatchStatus::kOfSecondaryLaser) {
+  if (outcome.is_of_secondary_laser) {
     has_secondary_lasers_ = true;
     return;
   }

@@ -32,7 +32,7 @@ json scan_counts(const ScanAccount& account, const SlamRun& run) {
   }
   json matches = json::object();
   for (const auto& [status, count] : run.statuses()) {
-    matches[to_string(status)] = count;
+    matches[status] = count;
   }
   json certainties = json::object();
   for (const auto& [certainty, count] : run.certainties()) {

@@ -31,7 +31,7 @@ void ScanTable::add(const ScanOutcome& outcome) {
     row << ',' << value;
   }
   for (const char* word :
-       {to_string(outcome.state), to_string(outcome.certainty), to_string(outcome.match.status)}) {
+       {to_string(outcome.state), to_string(outcome.certainty), status_text(outcome)}) {
     row << ',' << word;
   }
   row << std::setprecision(4);

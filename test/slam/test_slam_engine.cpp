@@ -895,7 +895,7 @@ TEST(SlamEngine, AnotherLaserLeadsWhileTheFirstIsSilent) {
       outcomes.back() = engine.process(scan_input(run, i));
     }
   }
-  EXPECT_EQ(outcomes[5].match.status, MatchStatus::kOfSecondaryLaser);
+  EXPECT_TRUE(outcomes[5].is_of_secondary_laser);
   EXPECT_EQ(outcomes[30].match.status, MatchStatus::kAccepted) << "after half a second";
   EXPECT_EQ(outcomes[150].match.status, MatchStatus::kAccepted);
   EXPECT_EQ(engine.secondary_lasers().primary().laser, 0) << "which is back";

@@ -88,7 +88,7 @@ TEST(FitRecord, SaysThatThePosesJumpAgainstTheOdometry) {
             "the odometry: is the laser's place in tf right, are the stamps, or is the "
             "odometry so bad? --matcher odometry_only shows what odometry alone makes of it"});
   ScanOutcome beside = outcome_of(10.05);
-  beside.match.status = MatchStatus::kOfSecondaryLaser;
+  beside.is_of_secondary_laser = true;
   record.add(beside);
   EXPECT_TRUE(contains(record.warnings().front(), "do the lasers disagree"));
   FitRecord leaping;  // of made-up stamps: no robot drives half a metre in a tenth of a second

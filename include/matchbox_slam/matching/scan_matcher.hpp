@@ -39,7 +39,6 @@ enum class MatchStatus {
   kRejectedTooFewPoints,  ///< the scan says too little
   kRejectedLowScore,      ///< even the best pose explains too little of the scan
   kRejectedInvalidPrior,  ///< the prediction or its covariance is not a number
-  kOfSecondaryLaser,      ///< not matched for itself; see SecondaryLasers
 };
 
 /// A word for logs, tables and reports, such as "accepted" or "rejected_low_score".

@@ -40,6 +40,7 @@ struct ScanOutcome {
   Pose2 predicted_map_from_base;
   std::optional<Pose2> odom_from_base;
   MatchResult match;  ///< status kRejectedNoReference for the scan that starts a map
+  bool is_of_secondary_laser = false;  ///< then it was not matched for itself; see SecondaryLasers
   Certainty certainty = Certainty::kSure;
   ScanEvidence evidence;                           ///< where the hypothesis that led before has it
   TrackingState state = TrackingState::kTracking;  ///< after this scan
@@ -56,5 +57,9 @@ struct ScanOutcome {
   /// Scans that the map has no room for: this one, or what waited.
   std::size_t left_out = 0;
 };
+
+/// What became of the scan, a word for logs, tables and reports: that of its match's status, or
+/// "of_further_laser".
+[[nodiscard]] const char* status_text(const ScanOutcome& outcome);
 
 }  // namespace matchbox_slam
