@@ -8,7 +8,7 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "motion/motion_tracker.hpp"
-#include "slam/key_errors.hpp"
+#include "slam/local_map_covariance.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -88,9 +88,10 @@ class LaserOdometry::Parts {
   Eigen::Matrix3d fix_covariance_ = Eigen::Matrix3d::Zero();  ///< in the local map
   std::shared_ptr<KeyScanCache> cache_ = make_key_scan_cache();
   std::uint64_t key_scan_count_ = 0;
-  LocalMap reference_;           ///< that scans are matched against
-  LocalMap next_;                ///< that takes over when it is full
-  KeyErrors key_errors_;         ///< of the reference's key scans, or of where the base was before
+  LocalMap reference_;  ///< that scans are matched against
+  LocalMap next_;       ///< that takes over when it is full
+  LocalMapCovariance
+      local_covariance_;         ///< of the reference's key scans, or of where the base was before
   int scans_without_match_ = 0;  ///< in a row
   int misfits_ = 0;              ///< those of them that had enough points
 };
@@ -104,7 +105,7 @@ LaserOdometry::Parts::Parts(const LaserOdometrySettings& settings,
       tracker_(settings.motion, guess, settings.odometry.heading_floor),
       reference_(empty_map()),
       next_(empty_map()),
-      key_errors_(Pose2{}, kOriginVariance * Eigen::Matrix3d::Identity()) {}
+      local_covariance_(Pose2{}, kOriginVariance * Eigen::Matrix3d::Identity()) {}
 
 LaserOdometryOutcome LaserOdometry::Parts::process(const ScanInput& input) {
   const MotionPrediction guess = tracker_.predict(input);
@@ -119,8 +120,8 @@ LaserOdometryOutcome LaserOdometry::Parts::process(const ScanInput& input) {
   outcome.stamp = input.scan.stamp;
   outcome.odom_from_base = matched.fixed_from_base;
   outcome.guessed_odom_from_base = guess.fixed_from_base;
-  key_errors_.follow(outcome.odom_from_base, guess.covariance, outcome.match.covariance);
-  outcome.covariance = symmetric(key_errors_.covariance());
+  local_covariance_.follow(outcome.odom_from_base, guess.covariance, outcome.match.covariance);
+  outcome.covariance = symmetric(local_covariance_.covariance());
   set_velocity(guess.motion, outcome);
   ++scan_count_;
   count_failures(outcome.match.status);
@@ -201,9 +202,9 @@ bool LaserOdometry::Parts::is_key_scan(const LaserOdometryOutcome& outcome) cons
 void LaserOdometry::Parts::add_key_scan(const PointScan& scan, MeasuredScan measured, int laser,
                                         const LaserOdometryOutcome& outcome) {
   if (reference_.key_scans.empty()) {
-    key_errors_ = KeyErrors(outcome.odom_from_base, outcome.covariance);
+    local_covariance_ = LocalMapCovariance(outcome.odom_from_base, outcome.covariance);
   } else {
-    key_errors_.add();
+    local_covariance_.add();
   }
   const auto full = static_cast<std::size_t>(settings_.odometry.local_map_scans);
   const PlacedScan key{
@@ -221,7 +222,7 @@ void LaserOdometry::Parts::add_key_scan(const PointScan& scan, MeasuredScan meas
   if (next_.key_scans.size() >= full) {
     reference_ = std::exchange(next_, empty_map());
   }
-  key_errors_.keep_newest(reference_.key_scans.size());
+  local_covariance_.keep_newest(reference_.key_scans.size());
 }
 
 void LaserOdometry::Parts::set_velocity(const MotionEstimate& guess,
@@ -258,7 +259,7 @@ std::size_t LaserOdometry::Parts::bytes() const {
   for (const LocalMap* local : {&reference_, &next_}) {
     bytes += local->map.occupancy.bytes() + local->map.field.bytes();
   }
-  return bytes + key_errors_.bytes();
+  return bytes + local_covariance_.bytes();
 }
 
 // --- what is seen of it ---

@@ -1,4 +1,4 @@
-#include "slam/key_errors.hpp"
+#include "slam/local_map_covariance.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -40,22 +40,23 @@ std::vector<double> weights_at(const Eigen::Vector2d& base,
 
 }  // namespace
 
-KeyErrors::KeyErrors(const Pose2& fixed_from_base, const Eigen::Matrix3d& covariance)
+LocalMapCovariance::LocalMapCovariance(const Pose2& fixed_from_base,
+                                       const Eigen::Matrix3d& covariance)
     : keys_{fixed_from_base.translation()},
       joint_(covariance),
       base_(fixed_from_base.translation()),
       predicted_(Eigen::Matrix3d::Identity()),
       match_(Eigen::Matrix3d::Zero()) {}
 
-void KeyErrors::follow(const Pose2& fixed_from_base, const Eigen::Matrix3d& prior,
-                       const Eigen::Matrix3d& match) {
+void LocalMapCovariance::follow(const Pose2& fixed_from_base, const Eigen::Matrix3d& prior,
+                                const Eigen::Matrix3d& match) {
   base_ = fixed_from_base.translation();
   const Eigen::Vector2d from_key = base_ - keys_.back();
   predicted_ = moved_by(-from_key) * left_by_match(prior, match) * moved_by(from_key) * predicted_;
   match_ = match;
 }
 
-Eigen::Matrix3Xd KeyErrors::shares() const {
+Eigen::Matrix3Xd LocalMapCovariance::shares() const {
   const Eigen::Vector2d from_key = base_ - keys_.back();
   const Eigen::Matrix3d by_prediction = moved_by(from_key) * predicted_;
   const Eigen::Matrix3d by_map = moved_by(from_key) * (Eigen::Matrix3d::Identity() - predicted_);
@@ -70,12 +71,12 @@ Eigen::Matrix3Xd KeyErrors::shares() const {
   return result;
 }
 
-Eigen::Matrix3d KeyErrors::covariance() const {
+Eigen::Matrix3d LocalMapCovariance::covariance() const {
   const Eigen::Matrix3Xd from_keys = shares();
   return from_keys * joint_ * from_keys.transpose() + match_;
 }
 
-void KeyErrors::add() {
+void LocalMapCovariance::add() {
   const Eigen::Matrix3Xd from_keys = shares();
   const Eigen::Index old = joint_.rows();
   const Eigen::Matrix3Xd across = from_keys * joint_;
@@ -87,7 +88,7 @@ void KeyErrors::add() {
   match_.setZero();
 }
 
-void KeyErrors::keep_newest(std::size_t count) {
+void LocalMapCovariance::keep_newest(std::size_t count) {
   const std::size_t kept = std::clamp<std::size_t>(count, 1, keys_.size());
   keys_.erase(keys_.begin(), keys_.end() - static_cast<std::ptrdiff_t>(kept));
   const auto rows = static_cast<Eigen::Index>(3 * kept);

@@ -6,7 +6,7 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/angles.hpp"
-#include "slam/key_errors.hpp"
+#include "slam/local_map_covariance.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -21,15 +21,15 @@ void expect_near(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
 }
 
 /// Of a pose that is matched there next.
-Eigen::Matrix3d covariance_at(KeyErrors errors, const Pose2& pose, const Eigen::Matrix3d& prior,
-                              const Eigen::Matrix3d& match) {
+Eigen::Matrix3d covariance_at(LocalMapCovariance errors, const Pose2& pose,
+                              const Eigen::Matrix3d& prior, const Eigen::Matrix3d& match) {
   errors.follow(pose, prior, match);
   return errors.covariance();
 }
 
 /// One key scan, and a second one matched against it.
-KeyErrors two_at(const Pose2& pose) {
-  KeyErrors errors(pose, kFirst);
+LocalMapCovariance two_at(const Pose2& pose) {
+  LocalMapCovariance errors(pose, kFirst);
   errors.follow(pose, kWide, kMatch);
   errors.add();
   return errors;
@@ -43,14 +43,14 @@ Eigen::Matrix3d random_covariance(Random& random, double scale) {
   return root * root.transpose() + 0.1 * scale * scale * Eigen::Matrix3d::Identity();
 }
 
-TEST(KeyErrors, AMapOfOneScanHasItsErrorAndTheMatchAddsItsOwn) {
-  const KeyErrors errors(kHere, kFirst);
+TEST(LocalMapCovariance, AMapOfOneScanHasItsErrorAndTheMatchAddsItsOwn) {
+  const LocalMapCovariance errors(kHere, kFirst);
   expect_near(errors.covariance(), kFirst);
   expect_near(covariance_at(errors, kHere, kWide, kMatch), kFirst + kMatch);
   expect_near(covariance_at(errors, kHere, kMatch, kMatch), kFirst + kMatch);
 }
 
-TEST(KeyErrors, AHeadingErrorMovesWhatIsFarAway) {
+TEST(LocalMapCovariance, AHeadingErrorMovesWhatIsFarAway) {
   const Pose2 ahead = Pose2{10.0, 0.0, 0.0} * kHere;
   const Eigen::Matrix3d covariance = covariance_at({kHere, kFirst}, ahead, kWide, kMatch);
   EXPECT_NEAR(covariance(0, 0), 4e-6 + 1e-6, 1e-12);
@@ -58,15 +58,16 @@ TEST(KeyErrors, AHeadingErrorMovesWhatIsFarAway) {
   EXPECT_NEAR(covariance(1, 2), 10.0 * 1e-6, 1e-12);
 }
 
-TEST(KeyErrors, AMapOfTwoScansHasTheirMeanError) {
-  const KeyErrors errors = two_at(kHere);  // the second one's error is the first one's and its own
+TEST(LocalMapCovariance, AMapOfTwoScansHasTheirMeanError) {
+  const LocalMapCovariance errors =
+      two_at(kHere);  // the second one's error is the first one's and its own
   expect_near(errors.covariance(), kFirst + kMatch);
   const Eigen::Matrix3d next = 1e-9 * Eigen::Matrix3d::Identity();
   expect_near(covariance_at(errors, kHere, kWide, next), kFirst + 0.25 * kMatch + next);
 }
 
-TEST(KeyErrors, WhereTheMapSaysNothingTheNewestScansErrorStays) {
-  const KeyErrors errors = two_at({});
+TEST(LocalMapCovariance, WhereTheMapSaysNothingTheNewestScansErrorStays) {
+  const LocalMapCovariance errors = two_at({});
   const Eigen::Matrix3d prior = Eigen::Vector3d(1e-4, 1e-4, 1e-5).asDiagonal();
   expect_near(covariance_at(errors, {}, prior, prior), kFirst + kMatch + prior);
   // Along x only: there the match is no better than the prior.
@@ -78,8 +79,8 @@ TEST(KeyErrors, WhereTheMapSaysNothingTheNewestScansErrorStays) {
 }
 
 /// Matches that each say a little replace the prediction in the end as one that says all.
-TEST(KeyErrors, ManyMatchesReplaceThePredictionTogether) {
-  KeyErrors errors = two_at({});
+TEST(LocalMapCovariance, ManyMatchesReplaceThePredictionTogether) {
+  LocalMapCovariance errors = two_at({});
   const Eigen::Matrix3d match = 1e-9 * Eigen::Matrix3d::Identity();
   errors.follow({}, 2.0 * match, match);  // half of it each time
   expect_near(errors.covariance(), kFirst + (0.25 + 0.25 + 0.0625) * kMatch + match);
@@ -96,8 +97,8 @@ Eigen::Matrix3d moved_by(double x, double y) {
   return matrix;
 }
 
-TEST(KeyErrors, AHeadingErrorOfTheNewestScanMovesWhatIsPredictedFromIt) {
-  const KeyErrors errors = two_at({});
+TEST(LocalMapCovariance, AHeadingErrorOfTheNewestScanMovesWhatIsPredictedFromIt) {
+  const LocalMapCovariance errors = two_at({});
   const Eigen::Matrix3d prior = Eigen::Vector3d(1e-4, 1e-4, 1e-5).asDiagonal();
   const Eigen::Matrix3d moved = moved_by(6.0, 8.0);
   expect_near(covariance_at(errors, {6.0, 8.0, 0.0}, prior, prior),
@@ -105,8 +106,8 @@ TEST(KeyErrors, AHeadingErrorOfTheNewestScanMovesWhatIsPredictedFromIt) {
 }
 
 /// Two key scans 2 m apart, and the base away from both.
-TEST(KeyErrors, CountsNearKeyScansMoreAndMovesTheErrorsOfEach) {
-  KeyErrors errors({}, kFirst);
+TEST(LocalMapCovariance, CountsNearKeyScansMoreAndMovesTheErrorsOfEach) {
+  LocalMapCovariance errors({}, kFirst);
   errors.follow({2.0, 0.0, 0.0}, kWide, kMatch);
   errors.add();
   // first = a, second = moved_by(2, 0) a + b with a of kFirst and b of kMatch; at (1.5, 1).
@@ -121,7 +122,7 @@ TEST(KeyErrors, CountsNearKeyScansMoreAndMovesTheErrorsOfEach) {
       of_first * kFirst * of_first.transpose() + of_second * kMatch * of_second.transpose() + next);
 }
 
-TEST(KeyErrors, AMatchLeavesOfThePriorWhatTheCovariancesSay) {
+TEST(LocalMapCovariance, AMatchLeavesOfThePriorWhatTheCovariancesSay) {
   Eigen::Matrix3d prior;
   prior << 4e-9, 1e-9, 0.0, 1e-9, 2e-9, 5e-10, 0.0, 5e-10, 1e-9;
   const Eigen::Matrix3d measured = Eigen::Vector3d(1e-9, 5e-9, 2e-9).asDiagonal();
@@ -133,13 +134,13 @@ TEST(KeyErrors, AMatchLeavesOfThePriorWhatTheCovariancesSay) {
 }
 
 /// A pose error that a partial match leaves is moved on with the base.
-TEST(KeyErrors, WhatMatchesLeaveIsMovedOn) {
-  const KeyErrors made = two_at({});
+TEST(LocalMapCovariance, WhatMatchesLeaveIsMovedOn) {
+  const LocalMapCovariance made = two_at({});
   Eigen::Matrix3d left;  // by each match: of the prior's error, in x and in heading
   left << 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.25;
   const Eigen::Matrix3d prior = Eigen::Vector3d(2e-4, 2e-4, 2e-4).asDiagonal();
   const Eigen::Matrix3d match = Eigen::Vector3d(1e-4, 0.0, 0.5e-4).asDiagonal();
-  KeyErrors errors = made;
+  LocalMapCovariance errors = made;
   errors.follow({1.0, 3.0, 0.0}, prior, match);
   errors.follow({2.0, -1.0, 0.0}, prior, match);
   // In the fixed frame's terms about the key scans' place, where both key scans are.
@@ -154,12 +155,12 @@ TEST(KeyErrors, WhatMatchesLeaveIsMovedOn) {
               moved * (kFirst + of_b * kMatch * of_b.transpose()) * moved.transpose() + match);
 }
 
-TEST(KeyErrors, ScansFarAwayDoNotCount) {
-  KeyErrors errors({}, kFirst);
+TEST(LocalMapCovariance, ScansFarAwayDoNotCount) {
+  LocalMapCovariance errors({}, kFirst);
   const Pose2 far{100.0, 0.0, 0.0};
   errors.follow(far, kWide, kMatch);
   errors.add();
-  KeyErrors newest = errors;
+  LocalMapCovariance newest = errors;
   newest.keep_newest(1);
   const Eigen::Matrix3d next = 1e-9 * Eigen::Matrix3d::Identity();
   expect_near(covariance_at(errors, far, kWide, next), covariance_at(newest, far, kWide, next));
@@ -167,12 +168,12 @@ TEST(KeyErrors, ScansFarAwayDoNotCount) {
   EXPECT_TRUE(covariance_at(errors, {1e6, 1e6, 0.0}, kWide, next).allFinite());
 }
 
-TEST(KeyErrors, KeepsTheNewestButOneAtLeastAndAtMostAll) {
-  KeyErrors errors = two_at(kHere);
+TEST(LocalMapCovariance, KeepsTheNewestButOneAtLeastAndAtMostAll) {
+  LocalMapCovariance errors = two_at(kHere);
   errors.keep_newest(5);
   EXPECT_EQ(errors.size(), 2U);
   expect_near(covariance_at(errors, kHere, kWide, kMatch), kFirst + 1.25 * kMatch);
-  KeyErrors one = errors;
+  LocalMapCovariance one = errors;
   one.keep_newest(1);
   EXPECT_EQ(one.size(), 1U);
   EXPECT_EQ(one.bytes(), 9 * sizeof(double));
@@ -182,7 +183,7 @@ TEST(KeyErrors, KeepsTheNewestButOneAtLeastAndAtMostAll) {
 }
 
 /// The fixed frame is a matter of choice.
-TEST(KeyErrors, AnotherFixedFrameGivesTheSameCovarianceThere) {
+TEST(LocalMapCovariance, AnotherFixedFrameGivesTheSameCovarianceThere) {
   const Pose2 other_from_fixed{-7e4, 2e5, 1.1};
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() << std::cos(1.1), -std::sin(1.1), std::sin(1.1), std::cos(1.1);
@@ -192,8 +193,8 @@ TEST(KeyErrors, AnotherFixedFrameGivesTheSameCovarianceThere) {
   Random random(4);
   Pose2 pose = kHere;
   const Eigen::Matrix3d first = random_covariance(random, 1e-3);
-  KeyErrors here(pose, first);
-  KeyErrors there(other_from_fixed * pose, in_other(first));
+  LocalMapCovariance here(pose, first);
+  LocalMapCovariance there(other_from_fixed * pose, in_other(first));
   for (int i = 0; i < 120; ++i) {
     pose = pose * Pose2{0.1, 0.02 * random.gaussian(), 0.1 * random.gaussian()};
     const Eigen::Matrix3d match = random_covariance(random, 1e-3);
@@ -214,7 +215,7 @@ TEST(KeyErrors, AnotherFixedFrameGivesTheSameCovarianceThere) {
   }
 }
 
-TEST(KeyErrors, APriorWithoutVarianceIsNoTrouble) {
+TEST(LocalMapCovariance, APriorWithoutVarianceIsNoTrouble) {
   const Eigen::Matrix3d none = Eigen::Matrix3d::Zero();
   expect_near(covariance_at({kHere, kFirst}, kHere, none, none), kFirst);
 }

@@ -17,10 +17,10 @@ namespace matchbox_slam {
 /// one piece. How much each key scan counts is guessed from its distance. (The joint Gaussian and
 /// the gain are those of the Kalman filter, as in Smith, Self and Cheeseman, "Estimating Uncertain
 /// Spatial Relationships in Robotics", 1990.)
-class KeyErrors {
+class LocalMapCovariance {
  public:
   /// One key scan, with the base still there.
-  KeyErrors(const Pose2& fixed_from_base, const Eigen::Matrix3d& covariance);
+  LocalMapCovariance(const Pose2& fixed_from_base, const Eigen::Matrix3d& covariance);
 
   /// The base has moved on and was matched. Where the match says less than its prior did, it does
   /// so by the map; the rest is prediction, on from the newest key scan. A prior that has no
