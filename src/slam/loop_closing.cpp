@@ -103,7 +103,7 @@ void LoopCloser::move_since(std::size_t first, const KeyScans& keys) {
       edge.covariance += covariance_of(kXy, kTheta);
     }
   }
-  links_ = GraphLinks(graph_);
+  links_ = AdjacencyList(graph_);
 }
 
 void LoopCloser::forget_since(std::size_t first) {
@@ -116,7 +116,7 @@ void LoopCloser::forget_since(std::size_t first) {
                                       return std::max(edge.from, edge.to) >= first;
                                     }),
                      graph_.edges.end());
-  links_ = GraphLinks(graph_);
+  links_ = AdjacencyList(graph_);
 }
 
 /// Of a map that comes without its graph nobody knows how it drifted: it stays as it is.
@@ -276,7 +276,7 @@ void LoopCloser::take_loops(LoopTaskDone done, const Pending& pending) {
     add_edge(graph_.edges[i], done.graph);
   }
   graph_ = std::move(done.graph);
-  links_ = GraphLinks(graph_);
+  links_ = AdjacencyList(graph_);
   loops_.insert(loops_.end(), done.loops.begin(), done.loops.end());
 }
 

@@ -11,7 +11,7 @@
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/loops.hpp"
 #include "matchbox_slam/slam/near_map.hpp"
-#include "slam/graph_distance.hpp"
+#include "slam/path_uncertainty.hpp"
 
 namespace matchbox_slam {
 
@@ -96,7 +96,7 @@ class LoopCloser {
   [[nodiscard]] bool empty() const { return graph_.poses.empty(); }
 
  private:
-  [[nodiscard]] GraphWays ways() const { return {graph_, links_, graph_.poses.size() - 1}; }
+  [[nodiscard]] PathUncertainty ways() const { return {graph_, links_, graph_.poses.size() - 1}; }
   void join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& map_covariance,
                       const LoopOptions& options);
   bool join_to_earlier(const KeyScans& keys, bool is_continued, const LoopOptions& options);
@@ -105,7 +105,7 @@ class LoopCloser {
   void take_loops(LoopTaskDone done, const Pending& pending);
 
   PoseGraph graph_;
-  GraphLinks links_;  ///< of the graph
+  AdjacencyList links_;  ///< of the graph
   std::vector<ClosedLoop> loops_;
   double way_ = 0.0;  ///< [m] since the last search
   std::size_t tries_ = 0;

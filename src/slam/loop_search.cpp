@@ -188,7 +188,7 @@ std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const AreApart
   return chosen;
 }
 
-std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const GraphWays& ways,
+std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const PathUncertainty& ways,
                                          const LoopOptions& options) {
   return loop_candidates(
       keys, [&](const auto& some) { return ways.apart(some, options.apart); },

@@ -23,7 +23,7 @@ using VariancesOf = std::function<std::vector<double>(const std::vector<std::siz
 
 /// @param ways  from the newest.
 [[nodiscard]] std::vector<std::size_t> loop_candidates(const PlacedScans& keys,
-                                                       const GraphWays& ways,
+                                                       const PathUncertainty& ways,
                                                        const LoopOptions& options);
 
 /// Searches the newest key scans, all at once, against those taken around one: a scan of one place

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "matchbox_slam/graph/optimise.hpp"
-#include "slam/graph_distance.hpp"
 #include "slam/loop_search.hpp"
+#include "slam/path_uncertainty.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -26,8 +26,8 @@ struct Candidate {
 };
 
 std::vector<Candidate> candidates_of(const LoopSearch& search) {
-  const GraphLinks links(search.graph);
-  const GraphWays ways(search.graph, links, search.keys.size() - 1);
+  const AdjacencyList links(search.graph);
+  const PathUncertainty ways(search.graph, links, search.keys.size() - 1);
   const std::vector<std::size_t> keys = loop_candidates(search.keys, ways, search.options);
   const std::vector<double> variances = ways.variances(keys);
   std::vector<Candidate> candidates;
@@ -100,8 +100,8 @@ NearScans near_scans_of(const LoopSearch& search) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     keys[i].map_from_base = search.graph.poses[i];
   }
-  const GraphLinks links(search.graph);
-  const GraphWays ways(search.graph, links, keys.size() - 1);
+  const AdjacencyList links(search.graph);
+  const PathUncertainty ways(search.graph, links, keys.size() - 1);
   return near_scans(keys, [&](const auto& some) { return ways.apart(some, search.options.apart); });
 }
 

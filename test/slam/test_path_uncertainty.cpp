@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "matchbox_slam/common/random.hpp"
-#include "slam/graph_distance.hpp"
+#include "slam/path_uncertainty.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -42,13 +42,13 @@ std::vector<std::size_t> all_of(const PoseGraph& graph) {
 }
 
 std::vector<double> variances_from(std::size_t node, const PoseGraph& graph) {
-  const GraphLinks links(graph);
-  return GraphWays(graph, links, node).variances(all_of(graph));
+  const AdjacencyList links(graph);
+  return PathUncertainty(graph, links, node).variances(all_of(graph));
 }
 
 std::vector<bool> apart_from(std::size_t node, const PoseGraph& graph, double sigma) {
-  const GraphLinks links(graph);
-  return GraphWays(graph, links, node).apart(all_of(graph), sigma);
+  const AdjacencyList links(graph);
+  return PathUncertainty(graph, links, node).apart(all_of(graph), sigma);
 }
 
 TEST(GraphDistance, AddsUpAlongAChain) {
@@ -79,8 +79,9 @@ TEST(GraphDistance, OnlyLoopsThatAreBelievedShorten) {
 
 TEST(GraphDistance, WhatIsKnownWorseThanEnoughIsNotLookedFor) {
   const PoseGraph graph = chain(10, covariance_of(0.1, 0.1, 1e-9));
-  const GraphLinks links(graph);
-  const std::vector<double> variances = GraphWays(graph, links, 9).variances({2, 7, 0, 7}, 0.025);
+  const AdjacencyList links(graph);
+  const std::vector<double> variances =
+      PathUncertainty(graph, links, 9).variances({2, 7, 0, 7}, 0.025);
   EXPECT_NEAR(variances[1], 0.02, 1e-12);
   EXPECT_NEAR(variances[3], 0.02, 1e-12);
   EXPECT_EQ(variances[0], std::numeric_limits<double>::infinity());
@@ -156,7 +157,7 @@ TEST(GraphDistance, IsThatOfBruteForce) {
                            random.uniform(0.001, 0.02));
     };
     PoseGraph graph;
-    GraphLinks links;
+    AdjacencyList links;
     const std::size_t nodes = 2 + pick(118);
     for (std::size_t i = 0; i < nodes; ++i) {
       graph.poses.push_back({random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0), 0.0});
@@ -175,7 +176,7 @@ TEST(GraphDistance, IsThatOfBruteForce) {
     }
     links.take_new(graph);
     const std::size_t node = pick(nodes);
-    const GraphWays ways(graph, links, node);
+    const PathUncertainty ways(graph, links, node);
     const Ways expected = by_force(graph, node);
     const std::vector<double> variances = ways.variances(all_of(graph));
     const std::vector<bool> is_apart = ways.apart(all_of(graph), kSigma);

@@ -1,4 +1,4 @@
-#include "slam/graph_distance.hpp"
+#include "slam/path_uncertainty.hpp"
 
 #include <functional>
 #include <queue>
@@ -14,7 +14,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// [m] from a node to each one by the way of the fewest edges, where that is short enough for them
 /// to lie together; else infinite.
-std::vector<double> lengths_within_reach(const PoseGraph& graph, const GraphLinks& links,
+std::vector<double> lengths_within_reach(const PoseGraph& graph, const AdjacencyList& links,
                                          std::size_t node) {
   constexpr std::size_t kTogether = 40;   // edges of the graph
   constexpr double kLongTogether = 60.0;  // [m], where key scans are far from one another
@@ -50,7 +50,7 @@ double variance_of(const PoseEdge& edge, const PoseGraph& graph, const Eigen::Ve
 
 }  // namespace
 
-void GraphLinks::take_new(const PoseGraph& graph) {
+void AdjacencyList::take_new(const PoseGraph& graph) {
   first_.resize(graph.poses.size(), kNone);
   last_.resize(graph.poses.size(), kNone);
   for (std::size_t edge = ends_.size() / 2; edge < graph.edges.size(); ++edge) {
@@ -63,8 +63,8 @@ void GraphLinks::take_new(const PoseGraph& graph) {
   }
 }
 
-std::vector<double> GraphWays::variances(const std::vector<std::size_t>& nodes,
-                                         double enough) const {
+std::vector<double> PathUncertainty::variances(const std::vector<std::size_t>& nodes,
+                                               double enough) const {
   const Eigen::Vector2d here = graph_->poses[node_].translation();
   std::vector<double> least(graph_->poses.size(), kInfinity);
   std::vector<bool> is_open(graph_->poses.size(), false);
@@ -105,7 +105,8 @@ std::vector<double> GraphWays::variances(const std::vector<std::size_t>& nodes,
   return asked;
 }
 
-std::vector<bool> GraphWays::apart(const std::vector<std::size_t>& nodes, double sigma) const {
+std::vector<bool> PathUncertainty::apart(const std::vector<std::size_t>& nodes,
+                                         double sigma) const {
   const std::vector<double> lengths = lengths_within_reach(*graph_, *links_, node_);
   std::vector<std::size_t> far;
   for (const std::size_t node : nodes) {

@@ -11,10 +11,10 @@ namespace matchbox_slam {
 
 /// Which edges each node of a graph has, used or not. Edges are added as they come, so that nothing
 /// has to look at the whole graph for a walk through a part of it.
-class GraphLinks {
+class AdjacencyList {
  public:
-  GraphLinks() = default;
-  explicit GraphLinks(const PoseGraph& graph) { take_new(graph); }
+  AdjacencyList() = default;
+  explicit AdjacencyList(const PoseGraph& graph) { take_new(graph); }
 
   /// Takes in the nodes and edges that the graph has had since.
   void take_new(const PoseGraph& graph);
@@ -43,9 +43,9 @@ class GraphLinks {
 
 /// How near nodes are to one of them in the graph, along edges that are used. Looks at graph and
 /// links as long as it lives, and follows no more edges than it takes to answer.
-class GraphWays {
+class PathUncertainty {
  public:
-  GraphWays(const PoseGraph& graph, const GraphLinks& links, std::size_t node)
+  PathUncertainty(const PoseGraph& graph, const AdjacencyList& links, std::size_t node)
       : graph_(&graph), links_(&links), node_(node) {}
 
   /// Variance [m^2] of where each of some nodes is, by the surest way: each edge adds the variance
@@ -62,7 +62,7 @@ class GraphWays {
 
  private:
   const PoseGraph* graph_;
-  const GraphLinks* links_;
+  const AdjacencyList* links_;
   std::size_t node_;
 };
 
