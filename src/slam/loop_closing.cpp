@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "slam/hidden_way.hpp"
 #include "slam/loop_search.hpp"
 #include "slam/loop_work.hpp"
 #include "slam/near_scans.hpp"
+#include "slam/slip_inflation.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -75,7 +75,7 @@ void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance
   const std::size_t way = graph_.edges.size() - 1;
   links_.take_new(graph_);
   if (newest > 0 && !pending_) {
-    allow_for_hidden_way(all, newest - 1, graph_);
+    inflate_for_slip(all, newest - 1, graph_);
   }
   if (join_to_earlier(keys, is_continued, options) && !is_continued) {
     // What is wrong about the place goes to the way there, and not to all ways before it.
@@ -249,7 +249,7 @@ LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
   LoopTaskDone done = result_of(work_);
   work_.reset();
   if (pending.is_abandoned) {
-    allow_for_hidden_ways(keys.all(), pending.newest);
+    inflate_for_slips(keys.all(), pending.newest);
     return {};
   }
   Result result{std::nullopt, std::move(done.near)};
@@ -258,7 +258,7 @@ LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
   if (!done.loops.empty()) {
     take_loops(std::move(done), pending);
   }
-  allow_for_hidden_ways(keys.all(), pending.newest);
+  inflate_for_slips(keys.all(), pending.newest);
   if (has_moved) {
     result.correction = correction_of(keys.all(), graph_.poses);
   }
@@ -282,9 +282,9 @@ void LoopCloser::take_loops(LoopTaskDone done, const Pending& pending) {
 
 /// That end at this key scan or later: while work was under way, which has a copy of the graph, the
 /// graph that it was begun with stayed as it was.
-void LoopCloser::allow_for_hidden_ways(const PlacedScans& keys, std::size_t since) {
+void LoopCloser::inflate_for_slips(const PlacedScans& keys, std::size_t since) {
   for (std::size_t key = since; key + 1 < keys.size(); ++key) {
-    allow_for_hidden_way(keys, key, graph_);
+    inflate_for_slip(keys, key, graph_);
   }
 }
 

@@ -101,7 +101,7 @@ class LoopCloser {
                       const LoopOptions& options);
   bool join_to_earlier(const KeyScans& keys, bool is_continued, const LoopOptions& options);
   void join_rigidly(const PlacedScans& keys);
-  void allow_for_hidden_ways(const PlacedScans& keys, std::size_t since);
+  void inflate_for_slips(const PlacedScans& keys, std::size_t since);
   void take_loops(LoopTaskDone done, const Pending& pending);
 
   PoseGraph graph_;

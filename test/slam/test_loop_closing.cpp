@@ -240,7 +240,7 @@ TEST_F(SetDownTest, AMapWithoutAGraphStaysAsItIs) {
 /// A lap on a straight of which the wheels slip: where the robot seems to have driven 0.3 m in the
 /// time for 0.9 it drove all of them.
 /// @param sigma  [m], how well it is known how far.
-std::vector<Sight> lap_with_hidden_way(const World& world, double sigma) {
+std::vector<Sight> lap_with_slip_inflation(const World& world, double sigma) {
   constexpr std::ptrdiff_t kHidden = 2;
   std::vector<Sight> sights = lap_with_a_slip(world, {});
   const auto slow = sights.begin() + static_cast<std::ptrdiff_t>(3 * sights.size() / 8);
@@ -260,11 +260,11 @@ TEST(LoopClosing, WayThatSlippingWheelsHidIsPutRightWhereItWasHidden) {
   LoopOptions options = kOptions;
   options.max_window = 1.0;  // the corridor is much the same for some metres
   Drive drive(world);
-  ASSERT_TRUE(drive.take_all(lap_with_hidden_way(world, 0.05), options));
+  ASSERT_TRUE(drive.take_all(lap_with_slip_inflation(world, 0.05), options));
   EXPECT_GT(drive.worst_error(drive.believed()), 0.55);
   EXPECT_LT(drive.worst_error(drive.closer().graph().poses), 0.25);  // 0.19
   Drive seen(world);
-  ASSERT_TRUE(seen.take_all(lap_with_hidden_way(world, 0.001), options));
+  ASSERT_TRUE(seen.take_all(lap_with_slip_inflation(world, 0.001), options));
   EXPECT_GT(seen.worst_error(seen.closer().graph().poses), 0.35) << "scans tell how far it drove";
 }
 
@@ -295,7 +295,7 @@ class HiddenBesideTest : public testing::Test {
   }
 
   const World world_ = make_loop_world(1);
-  const std::vector<Sight> sights_ = lap_with_hidden_way(world_, 0.05);
+  const std::vector<Sight> sights_ = lap_with_slip_inflation(world_, 0.05);
   Drive drive_{world_};
   std::size_t edge_ = 0;
 };

@@ -5,7 +5,7 @@
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
-#include "slam/hidden_way.hpp"
+#include "slam/slip_inflation.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -69,7 +69,7 @@ struct HiddenDrive {
     for (std::size_t key = kSlow; key <= end(); ++key) {
       before += variance(key);
     }
-    allow_for_hidden_way(keys, end(), graph);
+    inflate_for_slip(keys, end(), graph);
     for (std::size_t key = kSlow; key <= end(); ++key) {
       after += variance(key);
     }
@@ -78,7 +78,7 @@ struct HiddenDrive {
   [[nodiscard]] bool is_allowed_for() { return allowed() > 0.0; }
 };
 
-TEST(HiddenWay, ARobotThatDrivesOnMayNotHaveSlowedDown) {
+TEST(SlipInflation, ARobotThatDrivesOnMayNotHaveSlowedDown) {
   HiddenDrive drive;
   EXPECT_NEAR(drive.allowed(), 0.5 * (1.0 * 3.0 - 0.4), 1e-9);
   HiddenDrive other;
@@ -93,7 +93,7 @@ TEST(HiddenWay, ARobotThatDrivesOnMayNotHaveSlowedDown) {
   }
 }
 
-TEST(HiddenWay, IsAsMuchHoweverManyKeyScansTellOfIt) {
+TEST(SlipInflation, IsAsMuchHoweverManyKeyScansTellOfIt) {
   for (const std::size_t legs : {2U, 5U}) {
     HiddenDrive drive;
     drive.slow_legs = legs;
@@ -102,28 +102,28 @@ TEST(HiddenWay, IsAsMuchHoweverManyKeyScansTellOfIt) {
   }
 }
 
-TEST(HiddenWay, NothingIsDoneBeforeTheStretchHasEnded) {
+TEST(SlipInflation, NothingIsDoneBeforeTheStretchHasEnded) {
   HiddenDrive drive;
   drive.slow_legs = 3;
   drive.make();
   const double before = drive.variance(kSlow);
   for (const std::size_t key : {kSlow, kSlow + 1, kSlow + 3}) {
-    allow_for_hidden_way(drive.keys, key, drive.graph);
+    inflate_for_slip(drive.keys, key, drive.graph);
     EXPECT_EQ(drive.variance(kSlow), before) << key;
     EXPECT_EQ(drive.variance(kSlow + 1), before) << key;
   }
-  allow_for_hidden_way(drive.keys, kSlow + 2, drive.graph);
+  inflate_for_slip(drive.keys, kSlow + 2, drive.graph);
   EXPECT_GT(drive.variance(kSlow), before);
 }
 
-TEST(HiddenWay, IsAlongTheWayInWhicheverFrame) {
+TEST(SlipInflation, IsAlongTheWayInWhicheverFrame) {
   HiddenDrive drive;
   drive.map_from_line = {31.0, -7.0, 2.1};
   EXPECT_NEAR(drive.allowed(), 1.3, 1e-9);
   EXPECT_NEAR(drive.graph.edges[kSlow - 1].covariance(1, 1), 4e-4 + 2.5e-5, 1e-12);
 }
 
-TEST(HiddenWay, WhatIsCertainlySlowerIsSo) {
+TEST(SlipInflation, WhatIsCertainlySlowerIsSo) {
   HiddenDrive drive;
   drive.slow_seconds = 2.0;
   drive.slow_way = 1.19;
@@ -148,7 +148,7 @@ TEST(HiddenWay, WhatIsCertainlySlowerIsSo) {
   EXPECT_TRUE(drive.is_allowed_for());
 }
 
-TEST(HiddenWay, ARobotThatHardlyDrivesHidesNothing) {
+TEST(SlipInflation, ARobotThatHardlyDrivesHidesNothing) {
   for (const double speed : {0.19, 0.21}) {
     HiddenDrive drive;
     drive.speed_before = drive.speed_after = speed;
@@ -157,7 +157,7 @@ TEST(HiddenWay, ARobotThatHardlyDrivesHidesNothing) {
   }
 }
 
-TEST(HiddenWay, ARobotThatSpeedsUpOrSlowsDownHidesNoMoreThanItsSlowerSpeed) {
+TEST(SlipInflation, ARobotThatSpeedsUpOrSlowsDownHidesNoMoreThanItsSlowerSpeed) {
   HiddenDrive drive;
   drive.speed_after = 0.7;
   EXPECT_NEAR(drive.allowed(), 0.5 * (0.7 * 3.0 - 0.4), 1e-9);
@@ -169,7 +169,7 @@ TEST(HiddenWay, ARobotThatSpeedsUpOrSlowsDownHidesNoMoreThanItsSlowerSpeed) {
   EXPECT_FALSE(drive.is_allowed_for()) << "it was slow before";
 }
 
-TEST(HiddenWay, ARobotThatTurnsSlowsDownForIt) {
+TEST(SlipInflation, ARobotThatTurnsSlowsDownForIt) {
   HiddenDrive drive;
   drive.turn = 0.31;
   EXPECT_FALSE(drive.is_allowed_for());
@@ -181,7 +181,7 @@ TEST(HiddenWay, ARobotThatTurnsSlowsDownForIt) {
   EXPECT_FALSE(drive.is_allowed_for()) << "it goes back";
 }
 
-TEST(HiddenWay, WhereScansTellHowFarNothingIsHidden) {
+TEST(SlipInflation, WhereScansTellHowFarNothingIsHidden) {
   HiddenDrive drive;
   drive.sigma = 0.019;
   EXPECT_FALSE(drive.is_allowed_for());
@@ -190,28 +190,28 @@ TEST(HiddenWay, WhereScansTellHowFarNothingIsHidden) {
   EXPECT_TRUE(drive.is_allowed_for());
 }
 
-TEST(HiddenWay, WithoutLegsBeforeAndAfterNothingIsKnown) {
+TEST(SlipInflation, WithoutLegsBeforeAndAfterNothingIsKnown) {
   HiddenDrive drive;
   drive.make();
   const double before = drive.variance(kSlow);
   const PlacedScans newest(drive.keys.begin(), drive.keys.begin() + kSlow + 1);
-  allow_for_hidden_way(newest, kSlow, drive.graph);
+  inflate_for_slip(newest, kSlow, drive.graph);
   EXPECT_EQ(drive.variance(kSlow), before);
   const PlacedScans since(drive.keys.begin() + kSlow - 1, drive.keys.end());
   PoseGraph graph;
   graph.poses.assign(drive.graph.poses.begin() + kSlow - 1, drive.graph.poses.end());
   graph.edges.assign(drive.graph.edges.begin(), drive.graph.edges.begin() + 2);
-  allow_for_hidden_way(since, 1, graph);
+  inflate_for_slip(since, 1, graph);
   EXPECT_EQ(graph.edges.front().covariance(0, 0), before);
 }
 
 /// Those that came later than they were seen, and of another laser, which are as old.
-TEST(HiddenWay, KeyScansThatAreNotInOrderTellOfNoSpeed) {
+TEST(SlipInflation, KeyScansThatAreNotInOrderTellOfNoSpeed) {
   HiddenDrive drive;
   drive.make();
   const auto is_allowed_for = [&](const PlacedScans& keys) {
     PoseGraph graph = drive.graph;
-    allow_for_hidden_way(keys, kSlow, graph);
+    inflate_for_slip(keys, kSlow, graph);
     return graph.edges[kSlow - 1].covariance(0, 0) > drive.variance(kSlow);
   };
   EXPECT_TRUE(is_allowed_for(drive.keys));
@@ -223,13 +223,13 @@ TEST(HiddenWay, KeyScansThatAreNotInOrderTellOfNoSpeed) {
   EXPECT_FALSE(is_allowed_for(as_old));
 }
 
-TEST(HiddenWay, ALoopIsNoMotion) {
+TEST(SlipInflation, ALoopIsNoMotion) {
   HiddenDrive drive;
   drive.make();
   PoseEdge loop = drive.graph.edges[kSlow - 1];
   loop.kind = EdgeKind::kLoop;
   drive.graph.edges.push_back(loop);
-  allow_for_hidden_way(drive.keys, kSlow, drive.graph);
+  inflate_for_slip(drive.keys, kSlow, drive.graph);
   EXPECT_EQ(drive.graph.edges.back().covariance, loop.covariance);
   EXPECT_GT(drive.variance(kSlow), 1.0);
 }

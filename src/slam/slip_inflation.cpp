@@ -1,4 +1,4 @@
-#include "slam/hidden_way.hpp"
+#include "slam/slip_inflation.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -11,13 +11,13 @@ namespace matchbox_slam {
 namespace {
 
 // Guesses (benchmark/reports/current/LOOPS.md, "Wheels that slip").
-constexpr double kDrives = 0.2;    // [m/s]
-constexpr double kSlower = 0.6;    // of its speed before and after
-constexpr double kLongest = 6.0;   // [s], else it stands
-constexpr double kLeast = 0.3;     // [m] that are hidden
-constexpr double kStraight = 0.3;  // [rad]; who turns slows down for it
-constexpr double kShare = 0.5;     // of what is hidden is its standard deviation
-constexpr double kNotSeen = 0.02;  // [m], standard deviation by scans and odometry
+constexpr double kDrives = 0.2;     // [m/s]
+constexpr double kSlower = 0.6;     // of its speed before and after
+constexpr double kLongest = 6.0;    // [s], else it stands
+constexpr double kMinHidden = 0.3;  // [m] that are hidden
+constexpr double kStraight = 0.3;   // [rad]; who turns slows down for it
+constexpr double kShare = 0.5;      // of what is hidden is its standard deviation
+constexpr double kNotSeen = 0.02;   // [m], standard deviation by scans and odometry
 
 /// From one key scan to the next.
 struct Leg {
@@ -99,7 +99,7 @@ void widen(const Leg& leg, const Eigen::Vector2d& along_in_map, double variance,
 
 }  // namespace
 
-void allow_for_hidden_way(const PlacedScans& keys, std::size_t key, PoseGraph& graph) {
+void inflate_for_slip(const PlacedScans& keys, std::size_t key, PoseGraph& graph) {
   if (key + 1 >= keys.size()) {
     return;
   }
@@ -111,7 +111,7 @@ void allow_for_hidden_way(const PlacedScans& keys, std::size_t key, PoseGraph& g
   for (const Leg& leg : stretch.legs) {
     hidden += stretch.hidden(leg);
   }
-  if (hidden < kLeast) {
+  if (hidden < kMinHidden) {
     return;
   }
   for (const Leg& leg : stretch.legs) {  // all at once: what is hidden in one is in the others
