@@ -43,11 +43,11 @@ std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_ba
 
 Mapping::Mapping(const EngineOptions& options) : parts_({empty_part(options, 0.0)}) {}
 
-Mapping::Mapping(MapParts parts, LoopCloser loops, MapDrawing drawing, bool is_continued,
+Mapping::Mapping(MapParts parts, LoopCloser loops, MapRenderer drawing, bool is_continued,
                  bool is_of_key_scans, const EngineOptions& options)
     : parts_(std::move(parts)),
       loops_(std::move(loops)),
-      drawing_(std::move(drawing)),
+      renderer_(std::move(drawing)),
       is_continued_(is_continued),
       is_of_key_scans_(is_of_key_scans) {
   loops_.begin_again(parts_.map().key_scans, near_request(options), options.loops);
@@ -61,11 +61,11 @@ bool Mapping::has_pending(const EngineOptions& options) const {
 }
 
 const SlamMap& Mapping::matched() const {
-  return is_lost() ? parts_.here().map : drawing_.matched(parts_.map());
+  return is_lost() ? parts_.here().map : renderer_.matched(parts_.map());
 }
 
 void Mapping::take_rendered(SlamMap map, const PlacedScans& keys) {
-  drawing_.take_rendered(std::move(map), keys, parts_.map());
+  renderer_.take_rendered(std::move(map), keys, parts_.map());
 }
 
 // --- scans ---
@@ -86,7 +86,7 @@ bool Mapping::add(const PointScan& points, const PlacedScan& placed,
     part.key_scans.add(placed);
     insert_scan(points, placed.map_from_base, options.map, part.map);
   } else {
-    drawing_.add(placed, points, part, options);
+    renderer_.add(placed, points, part, options);
     if (closes_loops(options)) {
       loops_.add(part.key_scans, covariance, is_continued, options.loops);
     }
@@ -133,7 +133,7 @@ std::size_t Mapping::insert_pending(const EngineOptions& options) {
 
 void Mapping::fork() {
   const MapPart& part = parts_.here();
-  fork_ = Fork{part.key_scans.size(), part.last_inserted, part.map, drawing_};
+  fork_ = Fork{part.key_scans.size(), part.last_inserted, part.map, renderer_};
 }
 
 const SlamMap& Mapping::compared() const {
@@ -163,7 +163,7 @@ MapCorrection Mapping::move_since_fork(const std::vector<std::optional<Pose2>>& 
     map_from_base = new_from_old * map_from_base;
   }
   part.map = fork_->map;
-  drawing_ = fork_->drawing;
+  renderer_ = fork_->drawing;
   if (!is_lost() && closes_loops(options)) {
     loops_.move_since(first, part.key_scans);
   }
@@ -173,7 +173,7 @@ MapCorrection Mapping::move_since_fork(const std::vector<std::optional<Pose2>>& 
 }
 
 void Mapping::draw_since(std::size_t key_scan, const EngineOptions& options) {
-  if (!is_lost() && drawing_.near().map() != nullptr) {
+  if (!is_lost() && renderer_.near().map() != nullptr) {
     catch_up(options);
   } else if (!is_lost()) {
     static_cast<void>(whole(options));
@@ -192,7 +192,7 @@ void Mapping::forget_since_fork() {
   }
   MapPart& part = parts_.here();
   part.map = fork_->map;
-  drawing_ = fork_->drawing;
+  renderer_ = fork_->drawing;
   part.key_scans.forget_since(fork_->key_scans);
   part.last_inserted = fork_->last_inserted;
   if (!is_lost()) {
@@ -207,15 +207,15 @@ std::optional<ForkStart> Mapping::fork_start() const {
 void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
   const MapPart& part = parts_.here();
   const PlacedScans& keys = part.key_scans.all();
-  fork_ = Fork{start.key_scans, start.last_inserted, part.map, drawing_};
-  if (!is_lost() && drawing_.near().map() != nullptr) {
+  fork_ = Fork{start.key_scans, start.last_inserted, part.map, renderer_};
+  if (!is_lost() && renderer_.near().map() != nullptr) {
     fork_->drawing.match_near(
-        drawing_.near().as_of(start.key_scans, keys, options.map, options.field));
+        renderer_.near().as_of(start.key_scans, keys, options.map, options.field));
   } else {
     const PlacedScans then(keys.begin(),
                            keys.begin() + static_cast<std::ptrdiff_t>(start.key_scans));
     fork_->map = rendered(then, options.map, options.field);
-    fork_->drawing = MapDrawing({}, drawing_.is_moved(), start.key_scans);
+    fork_->drawing = MapRenderer({}, renderer_.is_moved(), start.key_scans);
   }
 }
 
@@ -230,11 +230,11 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
   NearRequest near = near_request(options);
   const auto are_apart = [&](const auto& some) { return loops_.apart(some, options.loops); };
   NearScans scans = near_scans(key_scans.all(), are_apart);
-  if (scans.is_any_apart || drawing_.is_moved()) {
-    if (drawing_.near().is_due(key_scans.all())) {
+  if (scans.is_any_apart || renderer_.is_moved()) {
+    if (renderer_.near().is_due(key_scans.all())) {
       near.scans = std::move(scans);
     }
-  } else if (drawing_.near().map() != nullptr) {
+  } else if (renderer_.near().map() != nullptr) {
     match_whole_map(options);
   }
   if (!has_pending(options)) {
@@ -249,7 +249,7 @@ std::optional<MapCorrection> Mapping::finish_loops() {
   }
   LoopCloser::Result result = loops_.finish(parts_.map().key_scans);
   if (result.near) {
-    drawing_.match_near(std::move(*result.near));
+    renderer_.match_near(std::move(*result.near));
   }
   if (result.correction) {
     move_map(*result.correction);
@@ -259,7 +259,7 @@ std::optional<MapCorrection> Mapping::finish_loops() {
 
 void Mapping::move_map(const MapCorrection& correction) {
   MapPart& part = parts_.map();
-  drawing_.expect_move();
+  renderer_.expect_move();
   for (std::size_t i = 0; i < part.key_scans.size(); ++i) {
     part.key_scans.move(i, loops_.graph().poses[i]);
   }
@@ -288,7 +288,7 @@ void Mapping::go_to_map(const EngineOptions& options) {
 Mapping::BegunApart Mapping::begin_apart(double stamp, const EngineOptions& options) {
   loops_.abandon();
   BegunApart begun;
-  begun.is_drawn_beside = drawing_.begin_whole(parts_.map(), options);
+  begun.is_drawn_beside = renderer_.begin_whole(parts_.map(), options);
   begun.gave_up_part = parts_.begin_apart(empty_part(options, stamp));
   return begun;
 }

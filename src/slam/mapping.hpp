@@ -11,8 +11,8 @@
 #include "matchbox_slam/matching/key_scan.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "slam/loop_closing.hpp"
-#include "slam/map_drawing.hpp"
 #include "slam/map_parts.hpp"
+#include "slam/map_renderer.hpp"
 
 namespace matchbox_slam {
 
@@ -25,12 +25,12 @@ class Mapping {
   /// An empty map.
   explicit Mapping(const EngineOptions& options);
   /// Goes on; for the last two see MapStart.
-  Mapping(MapParts parts, LoopCloser loops, MapDrawing drawing, bool is_continued,
+  Mapping(MapParts parts, LoopCloser loops, MapRenderer drawing, bool is_continued,
           bool is_of_key_scans, const EngineOptions& options);
 
   [[nodiscard]] const MapParts& parts() const { return parts_; }
   [[nodiscard]] const LoopCloser& loops() const { return loops_; }
-  [[nodiscard]] const MapDrawing& drawing() const { return drawing_; }
+  [[nodiscard]] const MapRenderer& drawing() const { return renderer_; }
   [[nodiscard]] bool is_continued() const { return is_continued_; }
   [[nodiscard]] bool is_of_key_scans() const { return is_of_key_scans_; }
 
@@ -43,15 +43,15 @@ class Mapping {
 
   /// What scans are matched against.
   [[nodiscard]] const SlamMap& matched() const;
-  /// The map, drawn as far as it goes. See MapDrawing.
+  /// The map, drawn as far as it goes. See MapRenderer.
   const SlamMap& drawn(const EngineOptions& options) {
-    return drawing_.drawn(parts_.map(), options);
+    return renderer_.drawn(parts_.map(), options);
   }
   /// The same with its field.
   const SlamMap& whole(const EngineOptions& options) {
-    return drawing_.whole(parts_.map(), options);
+    return renderer_.whole(parts_.map(), options);
   }
-  /// See MapDrawing.
+  /// See MapRenderer.
   void take_rendered(SlamMap map, const PlacedScans& keys);
 
   // --- scans ---
@@ -73,7 +73,7 @@ class Mapping {
   /// Draws the key scans that have come since, where only what lies near is matched against. To be
   /// called before the next scan is matched or the map is saved, and after `close_loops`, which may
   /// replace or drop what would be drawn into.
-  void catch_up(const EngineOptions& options) { drawing_.catch_up(parts_.map(), options); }
+  void catch_up(const EngineOptions& options) { renderer_.catch_up(parts_.map(), options); }
   /// Inserts a few of those that wait, where the map holds them. Returns how many it has no room
   /// for.
   std::size_t insert_pending(const EngineOptions& options);
@@ -130,7 +130,7 @@ class Mapping {
   bool add(const PointScan& points, const PlacedScan& placed, const Eigen::Matrix3d& covariance,
            bool is_continued, const EngineOptions& options);
   void match_whole_map(const EngineOptions& options) {
-    drawing_.match_whole(parts_.map(), options);
+    renderer_.match_whole(parts_.map(), options);
   }
   void move_map(const MapCorrection& correction);
 
@@ -139,14 +139,14 @@ class Mapping {
     std::size_t key_scans;
     std::map<int, Pose2> last_inserted;
     SlamMap map;  ///< of the part that the robot is in
-    MapDrawing drawing;
+    MapRenderer drawing;
   };
 
   void draw_since(std::size_t key_scan, const EngineOptions& options);
 
   MapParts parts_;
   LoopCloser loops_;
-  MapDrawing drawing_;
+  MapRenderer renderer_;
   std::optional<Fork> fork_;
   bool is_continued_ = false;    ///< see MapStart
   bool is_of_key_scans_ = true;  ///< see MapStart

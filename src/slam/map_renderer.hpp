@@ -15,13 +15,13 @@ namespace matchbox_slam {
 /// How much of a map is drawn, and what scans are matched against in it: the whole map while all
 /// its key scans lie well to each other, else a map of those near the robot that do. Then the whole
 /// one is drawn when somebody asks for it. A value; the map itself is its MapPart's.
-class MapDrawing {
+class MapRenderer {
  public:
-  MapDrawing() = default;
+  MapRenderer() = default;
   /// @param near      empty: the whole map is matched against.
   /// @param is_moved  by loops, and matched against `near` alone since.
   /// @param drawn     key scans that the whole map shows.
-  MapDrawing(NearMap near, bool is_moved, std::size_t drawn)
+  MapRenderer(NearMap near, bool is_moved, std::size_t drawn)
       : near_(std::move(near)), is_moved_(is_moved), drawn_(drawn) {}
 
   [[nodiscard]] const NearMap& near() const { return near_; }

@@ -1,4 +1,4 @@
-#include "slam/map_drawing.hpp"
+#include "slam/map_renderer.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -7,7 +7,7 @@
 
 namespace matchbox_slam {
 
-const SlamMap& MapDrawing::drawn(MapPart& part, const EngineOptions& options) {
+const SlamMap& MapRenderer::drawn(MapPart& part, const EngineOptions& options) {
   if (const std::shared_ptr<Rendering> begun = std::exchange(rendering_, nullptr);
       begun && begun->map.valid()) {
     take_rendered(begun->map.get(), begun->keys, part);
@@ -29,13 +29,13 @@ const SlamMap& MapDrawing::drawn(MapPart& part, const EngineOptions& options) {
   return part.map;
 }
 
-const SlamMap& MapDrawing::whole(MapPart& part, const EngineOptions& options) {
+const SlamMap& MapRenderer::whole(MapPart& part, const EngineOptions& options) {
   static_cast<void>(drawn(part, options));
   part.map.field.render();
   return part.map;
 }
 
-void MapDrawing::take_rendered(SlamMap map, const PlacedScans& keys, MapPart& part) {
+void MapRenderer::take_rendered(SlamMap map, const PlacedScans& keys, MapPart& part) {
   const PlacedScans& now = part.key_scans.all();
   const auto is_same = [](const PlacedScan& then, const PlacedScan& key) {
     return then.scan == key.scan && then.map_from_base == key.map_from_base;
@@ -49,8 +49,8 @@ void MapDrawing::take_rendered(SlamMap map, const PlacedScans& keys, MapPart& pa
   drawn_ = keys.size();
 }
 
-void MapDrawing::add(const PlacedScan& key, const PointScan& points, MapPart& part,
-                     const EngineOptions& options) {
+void MapRenderer::add(const PlacedScan& key, const PointScan& points, MapPart& part,
+                      const EngineOptions& options) {
   const bool is_all_drawn = !is_outdated_ && drawn_ == part.key_scans.size();
   part.key_scans.add(key);
   part.key_scans.all().back().scan->keep(points);
@@ -60,13 +60,13 @@ void MapDrawing::add(const PlacedScan& key, const PointScan& points, MapPart& pa
   }
 }
 
-void MapDrawing::match_whole(MapPart& part, const EngineOptions& options) {
+void MapRenderer::match_whole(MapPart& part, const EngineOptions& options) {
   near_.clear();
   static_cast<void>(whole(part, options));
   is_moved_ = false;
 }
 
-bool MapDrawing::begin_whole(const MapPart& part, const EngineOptions& options) {
+bool MapRenderer::begin_whole(const MapPart& part, const EngineOptions& options) {
   const PlacedScans& keys = part.key_scans.all();
   const bool may_take_long = near_.map() != nullptr || is_moved_;
   near_.clear();

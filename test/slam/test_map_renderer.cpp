@@ -1,0 +1,145 @@
+#include <gtest/gtest.h>
+
+#include "matchbox_slam/map/map_image.hpp"
+#include "matching/rendered_map.hpp"
+#include "slam/key_scans_of_rooms.hpp"
+#include "slam/map_equality.hpp"
+#include "slam/map_renderer.hpp"
+#include "slam/near_scans.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+const EngineOptions kOptions;
+
+MapPart empty_part() { return {SlamMap(kOptions.map, kOptions.field), {}, {}}; }
+
+void add(const PlacedScan& key, MapPart& part, MapRenderer& drawing) {
+  drawing.add(key, *key.scan->points(), part, kOptions);
+  drawing.catch_up(part, kOptions);
+}
+
+SlamMap rendered_all(const MapPart& part) {
+  return rendered(part.key_scans.all(), kOptions.map, kOptions.field);
+}
+
+/// Moves a key scan by a metre.
+void move_first(MapPart& part, MapRenderer& drawing) {
+  drawing.expect_move();
+  const Pose2 before = part.key_scans.all().front().map_from_base;
+  part.key_scans.move(0, {before.x + 1.0, before.y, before.theta});
+}
+
+class MapRendererTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (std::size_t i = 0; i < 4; ++i) {
+      add(keys_[i], part_, renderer_);
+    }
+  }
+
+  const PlacedScans keys_ = drive_through_rooms(6);
+  MapPart part_ = empty_part();
+  MapRenderer renderer_;
+};
+
+TEST_F(MapRendererTest, DrawsEachKeyScanWhileTheWholeIsMatchedAgainst) {
+  EXPECT_EQ(&renderer_.matched(part_), &part_.map);
+  EXPECT_TRUE(same_map(part_.map, rendered_all(part_)));
+}
+
+TEST_F(MapRendererTest, DrawsTheWholeWhenAskedWhileWhatLiesNearIsMatchedAgainst) {
+  const PlacedScans& all = part_.key_scans.all();
+  const auto are_apart = [](const std::vector<std::size_t>& asked) {
+    std::vector<bool> is_apart;
+    for (const std::size_t key : asked) {
+      is_apart.push_back(key < 2);
+    }
+    return is_apart;
+  };
+  renderer_.match_near({near_scans(all, are_apart), kOptions.map, kOptions.field});
+  const SlamMap before = part_.map;
+  add(keys_[4], part_, renderer_);
+  EXPECT_TRUE(same_map(part_.map, before));
+  EXPECT_TRUE(same_map(renderer_.matched(part_),
+                       rendered({keys_[2], keys_[3], keys_[4]}, kOptions.map, kOptions.field)));
+  EXPECT_TRUE(same_map(renderer_.whole(part_, kOptions), rendered_all(part_)));
+  renderer_.match_whole(part_, kOptions);
+  add(keys_[5], part_, renderer_);
+  EXPECT_TRUE(same_map(renderer_.matched(part_), rendered_all(part_)));
+}
+
+TEST_F(MapRendererTest, DrawsAnewWhatHasMoved) {
+  move_first(part_, renderer_);
+  EXPECT_TRUE(renderer_.is_outdated());
+  EXPECT_TRUE(renderer_.is_moved());
+  EXPECT_TRUE(same_map(renderer_.whole(part_, kOptions), rendered_all(part_)));
+  EXPECT_FALSE(renderer_.is_outdated());
+}
+
+TEST_F(MapRendererTest, DrawsBesideWhatNobodyAsksForAtOnce) {
+  EXPECT_FALSE(renderer_.begin_whole(part_, kOptions)) << "it is all drawn";
+  move_first(part_, renderer_);
+  EXPECT_TRUE(renderer_.begin_whole(part_, kOptions));
+  EXPECT_FALSE(renderer_.is_moved());
+  EXPECT_TRUE(same_map(renderer_.whole(part_, kOptions), rendered_all(part_)));
+  EXPECT_FALSE(renderer_.is_outdated());
+
+  move_first(part_, renderer_);
+  renderer_.begin_whole(part_, kOptions);
+  move_first(part_, renderer_);  // meanwhile
+  EXPECT_TRUE(same_map(renderer_.whole(part_, kOptions), rendered_all(part_)));
+}
+
+TEST_F(MapRendererTest, WhatIsDrawnToBeLookedAtIsRenderedBeforeItIsMatchedAgainst) {
+  const auto draw = [this] {
+    move_first(part_, renderer_);
+    const SlamMap& drawn = renderer_.drawn(part_, kOptions);
+    const SlamMap expected = rendered_all(part_);
+    EXPECT_FALSE(renderer_.is_outdated());
+    EXPECT_FALSE(drawn.field.is_rendered());
+    EXPECT_EQ(make_map_image(drawn.occupancy).pixels, make_map_image(expected.occupancy).pixels);
+    for (const Cell& cell : expected.field.surface_cells()) {
+      const auto surface = drawn.field.stored_surface(cell);
+      const auto rendered = expected.field.stored_surface(cell);
+      ASSERT_EQ(surface.hits, rendered.hits);
+      ASSERT_EQ(surface.double_angle_x, rendered.double_angle_x);
+      ASSERT_EQ(surface.double_angle_y, rendered.double_angle_y);
+    }
+  };
+  draw();
+  renderer_.match_whole(part_, kOptions);
+  EXPECT_TRUE(same_map(renderer_.matched(part_), rendered_all(part_)));
+
+  draw();
+  renderer_.begin_whole(part_, kOptions);
+  EXPECT_TRUE(renderer_.is_outdated()) << "another thread renders it";
+  renderer_.match_whole(part_, kOptions);
+  EXPECT_TRUE(same_map(renderer_.matched(part_), rendered_all(part_)));
+}
+
+TEST_F(MapRendererTest, SaysThatAMapMayTakeLongWhoeverHasAskedForItBefore) {
+  move_first(part_, renderer_);
+  static_cast<void>(renderer_.whole(part_, kOptions));
+  EXPECT_TRUE(renderer_.begin_whole(part_, kOptions));
+}
+
+TEST_F(MapRendererTest, TakesWhatAnotherRenderedUnlessItHasMovedSince) {
+  move_first(part_, renderer_);
+  const PlacedScans keys = part_.key_scans.all();
+  const SlamMap map = rendered_all(part_);
+  move_first(part_, renderer_);
+  renderer_.take_rendered(map, keys, part_);
+  EXPECT_TRUE(renderer_.is_outdated());
+
+  const PlacedScans now = part_.key_scans.all();
+  const SlamMap of_now = rendered_all(part_);
+  add(keys_[4], part_, renderer_);  // meanwhile
+  renderer_.take_rendered(of_now, now, part_);
+  EXPECT_FALSE(renderer_.is_outdated());
+  EXPECT_TRUE(same_map(part_.map, of_now));
+  EXPECT_TRUE(same_map(renderer_.whole(part_, kOptions), rendered_all(part_)));
+}
+
+}  // namespace
+}  // namespace matchbox_slam
