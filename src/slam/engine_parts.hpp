@@ -12,14 +12,14 @@
 #include "motion/motion_tracker.hpp"
 #include "slam/common_ground.hpp"
 #include "slam/mapping.hpp"
-#include "slam/place_finder.hpp"
 #include "slam/pose_hypotheses.hpp"
+#include "slam/relocalizer.hpp"
 
 namespace matchbox_slam {
 
 /// Tells those who do the work of each other: MotionTracker predicts, the matcher matches,
 /// PoseHypotheses says whether it may be elsewhere, Mapping takes scans in and closes loops,
-/// PlaceFinder looks for a lost robot, SecondaryLasers knows the other lasers. What it answers to
+/// Relocalizer looks for a lost robot, SecondaryLasers knows the other lasers. What it answers to
 /// is described in SlamEngine.
 class SlamEngine::Parts {
  public:
@@ -81,7 +81,7 @@ class SlamEngine::Parts {
   MotionTracker tracker_;
   SecondaryLasers secondary_lasers_;
   PoseHypotheses hypotheses_;
-  PlaceFinder places_;
+  Relocalizer relocalizer_;
   Mapping mapping_;
   // Of the scan at hand; kept for their memory.
   ScanProjector projector_;

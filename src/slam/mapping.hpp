@@ -30,7 +30,7 @@ class Mapping {
 
   [[nodiscard]] const MapParts& parts() const { return parts_; }
   [[nodiscard]] const LoopCloser& loops() const { return loops_; }
-  [[nodiscard]] const MapRenderer& drawing() const { return renderer_; }
+  [[nodiscard]] const MapRenderer& renderer() const { return renderer_; }
   [[nodiscard]] bool is_continued() const { return is_continued_; }
   [[nodiscard]] bool is_of_key_scans() const { return is_of_key_scans_; }
 

@@ -276,18 +276,18 @@ bool SlamEngine::Parts::map_apart(double stamp) {
   // Where another part had just begun, the drawing that was for that one is still under way.
   const double since = begun.is_drawn_beside
                            ? stamp + kDrawn * static_cast<double>(key_scans().size())
-                           : places_.search().stamp;
-  places_.begin(mapping_.parts(), since);
+                           : relocalizer_.search().stamp;
+  relocalizer_.begin(mapping_.parts(), since);
   return begun.gave_up_part;
 }
 
 void SlamEngine::Parts::search_for_map(const SearchStep& step, ScanOutcome& outcome) {
-  if (!places_.has_begun(outcome.stamp)) {
+  if (!relocalizer_.has_begun(outcome.stamp)) {
     return;
   }
   static_cast<void>(map());
   const std::optional<PlaceHypothesis> found =
-      places_.find(bundle_.all(), outcome.map_from_base, step, mapping_.parts(), options_);
+      relocalizer_.find(bundle_.all(), outcome.map_from_base, step, mapping_.parts(), options_);
   if (!found) {
     return;
   }
@@ -308,14 +308,14 @@ void SlamEngine::Parts::join(const PlaceHypothesis& found) {
   tracker_.change_frame(found.part_from_apart);
   mapping_.join(found.part, found.part_from_apart, options_);
   believe();
-  places_.begin(mapping_.parts());
+  relocalizer_.begin(mapping_.parts());
 }
 
 void SlamEngine::Parts::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
   tracker_.set_pose(map_from_base, covariance);
   mapping_.go_to_map(options_);
   believe();
-  places_.begin(mapping_.parts());
+  relocalizer_.begin(mapping_.parts());
 }
 
 // --- options, and going on from elsewhere ---
@@ -348,7 +348,7 @@ void SlamEngine::Parts::start_from(MapStart start) {
   if (const auto& fork = hypotheses_.state().fork) {
     mapping_.fork_as_of({fork->key_scans, std::move(whereabouts.inserted_before_fork)}, options_);
   }
-  places_ = PlaceFinder(std::move(whereabouts.search), mapping_.parts());
+  relocalizer_ = Relocalizer(std::move(whereabouts.search), mapping_.parts());
   tracker_.set_state(start.motion);
   scan_count_ = start.scan_count;
   secondary_lasers_ = std::move(start.secondary_lasers);
@@ -368,10 +368,10 @@ MapStart SlamEngine::Parts::snapshot() {
            parts.waiting(),
            {parts.all().begin() + 1, parts.all().end()},
            parts.here_number(),
-           places_.search()},
+           relocalizer_.search()},
           mapping_.loops().state(),
-          mapping_.drawing().near(),
-          mapping_.drawing().is_moved(),
+          mapping_.renderer().near(),
+          mapping_.renderer().is_moved(),
           mapping_.is_continued(),
           mapping_.is_of_key_scans(),
           secondary_lasers_};
@@ -393,7 +393,7 @@ const SlamMap& SlamEngine::map() { return parts_->map(); }
 
 const SlamMap& SlamEngine::drawn_map() { return parts_->drawn_map(); }
 
-bool SlamEngine::is_outdated() const { return parts_->mapping().drawing().is_outdated(); }
+bool SlamEngine::is_outdated() const { return parts_->mapping().renderer().is_outdated(); }
 
 void SlamEngine::take_rendered(SlamMap map, const PlacedScans& keys) {
   parts_->take_rendered(std::move(map), keys);

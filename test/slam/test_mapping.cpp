@@ -128,10 +128,10 @@ TEST_F(MappingTest, DrawsWhatWaitedIntoWhatLiesNearAtOnce) {
 
 TEST_F(MappingTest, MatchesTheWholeMapWhereItIsGoneOnWithWithoutLoops) {
   insert_first(2);
-  EXPECT_NE(gone_on_with_near_map().drawing().near().map(), nullptr);
+  EXPECT_NE(gone_on_with_near_map().renderer().near().map(), nullptr);
   options_.slam.loop_closing = false;
   Mapping gone_on = gone_on_with_near_map();
-  EXPECT_EQ(gone_on.drawing().near().map(), nullptr);
+  EXPECT_EQ(gone_on.renderer().near().map(), nullptr);
   ASSERT_TRUE(
       gone_on.insert(*keys_[2].scan->points(), keys_[2], covariance_of(0.01, 0.01), options_));
   EXPECT_TRUE(same_map(gone_on.matched(),

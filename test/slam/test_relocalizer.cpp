@@ -6,7 +6,7 @@
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "simulation/simulation_support.hpp"
 #include "slam/lost_robot.hpp"
-#include "slam/place_finder.hpp"
+#include "slam/relocalizer.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -24,12 +24,12 @@ std::size_t searched_after(const SearchStep& step, const RecoveryOptions& recove
   PlaceSearch search;
   search.stamp = scan.stamp;
   scan.stamp += step.seconds;
-  PlaceFinder finder(search, parts);
+  Relocalizer finder(search, parts);
   EXPECT_FALSE(finder.find(scan, {}, step, parts, options));
   return finder.search().next;
 }
 
-TEST(PlaceFinder, SearchesAsManyKeyScansForASecondOrAMetreHoweverManyScansThereAreOfIt) {
+TEST(Relocalizer, SearchesAsManyKeyScansForASecondOrAMetreHoweverManyScansThereAreOfIt) {
   EXPECT_EQ(searched_after({0.05, 0.02}), 0U) << "the next one is early enough";
   EXPECT_EQ(searched_after({0.1, 0.05}), 1U);
   EXPECT_EQ(searched_after({0.25, 0.05}), 2U);

@@ -19,11 +19,11 @@ struct SearchStep {
 };
 
 /// Looks for a lost robot, scan by scan: which places are searched, and how far that is. A value.
-class PlaceFinder {
+class Relocalizer {
  public:
-  PlaceFinder() = default;
+  Relocalizer() = default;
   /// Goes on with a search.
-  PlaceFinder(PlaceSearch search, const MapParts& parts) : search_(std::move(search)) {
+  Relocalizer(PlaceSearch search, const MapParts& parts) : search_(std::move(search)) {
     look_among(parts);
   }
 

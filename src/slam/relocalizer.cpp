@@ -1,4 +1,4 @@
-#include "slam/place_finder.hpp"
+#include "slam/relocalizer.hpp"
 
 #include <algorithm>
 
@@ -13,27 +13,28 @@ RecoveryOptions paced(RecoveryOptions options, const SearchStep& step) {
   // So that no scan waits long; where so many take longer the search itself leaves some out. With
   // three in place of five a robot was found in seattle's map after 33 scans, not 20, in that of
   // belgioioso after 154, not 92.
-  constexpr double kMost = 5.0;
+  constexpr double kMaxTimesAsMany = 5.0;
   constexpr double kJitter = 0.1;  // of the time between scans, as a share of the interval
   const double by_way = step.way / kWay;
   const double by_time = options.interval > 0.0 ? step.seconds / options.interval : 1.0;
   if (by_way >= 1.0) {
     options.interval = 0.0;
   }
-  const double times = std::min(kMost, std::max(1.0, std::max(by_way, by_time) + kJitter));
+  const double times =
+      std::min(kMaxTimesAsMany, std::max(1.0, std::max(by_way, by_time) + kJitter));
   options.key_scans *= static_cast<int>(times);
   return options;
 }
 
 }  // namespace
 
-void PlaceFinder::begin(const MapParts& parts, double since) {
+void Relocalizer::begin(const MapParts& parts, double since) {
   search_ = {};
   search_.stamp = since;
   look_among(parts);
 }
 
-std::optional<PlaceHypothesis> PlaceFinder::find(const PointScan& scan,
+std::optional<PlaceHypothesis> Relocalizer::find(const PointScan& scan,
                                                  const Pose2& apart_from_base,
                                                  const SearchStep& step, const MapParts& parts,
                                                  const EngineOptions& options) {
@@ -42,7 +43,7 @@ std::optional<PlaceHypothesis> PlaceFinder::find(const PointScan& scan,
 }
 
 /// A robot that is not lost is looked for nowhere.
-void PlaceFinder::look_among(const MapParts& parts) {
+void Relocalizer::look_among(const MapParts& parts) {
   places_.clear();
   if (parts.is_lost()) {
     places_ = searched_places(parts.all(), parts.here_number());
