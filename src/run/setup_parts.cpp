@@ -42,8 +42,9 @@ std::vector<std::string> whole_names(const std::string& name,
 }
 
 /// Options of version 1 that have another name now.
-constexpr std::array<std::pair<const char*, const char*>, 1> kRenamed = {
-    {{"motion/least_share", "motion/min_noise_scale"}}};
+constexpr std::array<std::pair<const char*, const char*>, 2> kRenamed = {
+    {{"loops/apart", "loops/max_relative_sigma"},
+     {"motion/least_share", "motion/min_noise_scale"}}};
 
 /// Options of version 1 whose place others have taken.
 void reject_former(const std::string& key, const std::string& section) {

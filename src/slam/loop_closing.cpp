@@ -132,9 +132,9 @@ void LoopCloser::join_rigidly(const PlacedScans& keys) {
   }
 }
 
-std::vector<bool> LoopCloser::apart(const std::vector<std::size_t>& keys,
-                                    const LoopOptions& options) const {
-  return ways().apart(keys, options.apart);
+std::vector<bool> LoopCloser::weakly_connected(const std::vector<std::size_t>& keys,
+                                               const LoopOptions& options) const {
+  return ways().weakly_connected(keys, options.max_relative_sigma);
 }
 
 void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& map_covariance,
@@ -174,7 +174,7 @@ bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
   std::vector<std::size_t> near = keys_within(all, here, kNear);
   near.erase(std::lower_bound(near.begin(), near.end(), newest - std::min(newest, since)),
              near.end());
-  const std::vector<bool> is_apart = apart(near, options);
+  const std::vector<bool> is_apart = weakly_connected(near, options);
   std::optional<std::size_t> nearest;
   double least = kNear;
   for (std::size_t i = 0; i < near.size(); ++i) {

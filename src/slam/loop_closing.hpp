@@ -86,8 +86,8 @@ class LoopCloser {
 
   /// Whether each of some key scans, by their numbers, lies apart from the newest: hardly known
   /// where, and far in the graph.
-  [[nodiscard]] std::vector<bool> apart(const std::vector<std::size_t>& keys,
-                                        const LoopOptions& options) const;
+  [[nodiscard]] std::vector<bool> weakly_connected(const std::vector<std::size_t>& keys,
+                                                   const LoopOptions& options) const;
 
   [[nodiscard]] const PoseGraph& graph() const { return graph_; }
   [[nodiscard]] const std::vector<ClosedLoop>& loops() const { return loops_; }

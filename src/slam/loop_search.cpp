@@ -150,7 +150,8 @@ OlsonOptions fine_options() {
 
 }  // namespace
 
-std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const AreApart& are_apart,
+std::vector<std::size_t> loop_candidates(const PlacedScans& keys,
+                                         const AreWeaklyConnected& are_apart,
                                          const VariancesOf& variances_of,
                                          const LoopOptions& options) {
   // Guesses; half or double of the first changes five drives by up to 3 %, of the others only
@@ -191,7 +192,8 @@ std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const AreApart
 std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const PathUncertainty& ways,
                                          const LoopOptions& options) {
   return loop_candidates(
-      keys, [&](const auto& some) { return ways.apart(some, options.apart); },
+      keys,
+      [&](const auto& some) { return ways.weakly_connected(some, options.max_relative_sigma); },
       [&](const auto& some) { return ways.variances(some); }, options);
 }
 

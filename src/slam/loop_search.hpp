@@ -17,7 +17,7 @@ using VariancesOf = std::function<std::vector<double>(const std::vector<std::siz
 /// @param are_apart     is asked of those alone that a search reaches.
 /// @param variances_of  [m^2] of where some are from the newest; asked of those that are apart.
 [[nodiscard]] std::vector<std::size_t> loop_candidates(const PlacedScans& keys,
-                                                       const AreApart& are_apart,
+                                                       const AreWeaklyConnected& are_apart,
                                                        const VariancesOf& variances_of,
                                                        const LoopOptions& options);
 

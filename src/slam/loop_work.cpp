@@ -102,7 +102,9 @@ NearScans near_scans_of(const LoopSearch& search) {
   }
   const AdjacencyList links(search.graph);
   const PathUncertainty ways(search.graph, links, keys.size() - 1);
-  return near_scans(keys, [&](const auto& some) { return ways.apart(some, search.options.apart); });
+  return near_scans(keys, [&](const auto& some) {
+    return ways.weakly_connected(some, search.options.max_relative_sigma);
+  });
 }
 
 std::shared_ptr<LoopWork> begin_work(LoopTask task) {

@@ -228,7 +228,9 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
     correction = finish_loops();
   }
   NearRequest near = near_request(options);
-  const auto are_apart = [&](const auto& some) { return loops_.apart(some, options.loops); };
+  const auto are_apart = [&](const auto& some) {
+    return loops_.weakly_connected(some, options.loops);
+  };
   NearScans scans = near_scans(key_scans.all(), are_apart);
   if (scans.is_any_apart || renderer_.is_moved()) {
     if (renderer_.near().is_due(key_scans.all())) {

@@ -49,7 +49,7 @@ std::vector<std::size_t> keys_within(const PlacedScans& keys, const Eigen::Vecto
   return within;
 }
 
-NearScans near_scans(const PlacedScans& keys, const AreApart& are_apart) {
+NearScans near_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart) {
   const Eigen::Vector2d here = keys.back().map_from_base.translation();
   const std::vector<std::size_t> soon = keys_within(keys, here, kNearReach + kSoon);
   const std::vector<bool> is_apart = are_apart(soon);

@@ -20,9 +20,9 @@ constexpr double kNearReach = 15.0;
                                                    const Eigen::Vector2d& here, double reach);
 
 /// Whether each of some key scans, by their numbers, does not belong with the newest.
-using AreApart = std::function<std::vector<bool>(const std::vector<std::size_t>& keys)>;
+using AreWeaklyConnected = std::function<std::vector<bool>(const std::vector<std::size_t>& keys)>;
 
 /// @param are_apart  is asked of those alone that are near, or will be soon.
-[[nodiscard]] NearScans near_scans(const PlacedScans& keys, const AreApart& are_apart);
+[[nodiscard]] NearScans near_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart);
 
 }  // namespace matchbox_slam

@@ -105,8 +105,8 @@ std::vector<double> PathUncertainty::variances(const std::vector<std::size_t>& n
   return asked;
 }
 
-std::vector<bool> PathUncertainty::apart(const std::vector<std::size_t>& nodes,
-                                         double sigma) const {
+std::vector<bool> PathUncertainty::weakly_connected(const std::vector<std::size_t>& nodes,
+                                                    double sigma) const {
   const std::vector<double> lengths = lengths_within_reach(*graph_, *links_, node_);
   std::vector<std::size_t> far;
   for (const std::size_t node : nodes) {

@@ -58,7 +58,8 @@ class PathUncertainty {
 
   /// Whether each of some nodes lies apart: hardly known where, and far in the graph.
   /// @param sigma  [m] from which on a place is hardly known.
-  [[nodiscard]] std::vector<bool> apart(const std::vector<std::size_t>& nodes, double sigma) const;
+  [[nodiscard]] std::vector<bool> weakly_connected(const std::vector<std::size_t>& nodes,
+                                                   double sigma) const;
 
  private:
   const PoseGraph* graph_;

@@ -141,6 +141,7 @@ TEST(SlamSetup, SaysHowARenamedOptionIsCalledNow) {
   EXPECT_EQ(refusal_of("motion: {least_share: 1}"),
             "motion/least_share: since version 2 this option is called motion/min_noise_scale; "
             "write that");
+  EXPECT_TRUE(contains(refusal_of("loops: {apart: 1}"), "called loops/max_relative_sigma"));
 }
 
 TEST(SlamSetup, SaysInWhichSectionAnOptionIs) {

@@ -289,7 +289,7 @@ class HiddenBesideTest : public testing::Test {
 
   [[nodiscard]] NearRequest near() const {
     const auto are_apart = [this](const auto& some) {
-      return drive_.closer().apart(some, kOptions);
+      return drive_.closer().weakly_connected(some, kOptions);
     };
     return {near_scans(drive_.keys().all(), are_apart), {}, {}};
   }

@@ -28,7 +28,7 @@ TEST(NearMap, WhatIsRenderedIsAsInserted) {
   EXPECT_TRUE(same_map(rendered(keys, kMap, kField), inserted(keys)));
 }
 
-AreApart of(const std::vector<bool>& is_apart) {
+AreWeaklyConnected of(const std::vector<bool>& is_apart) {
   return [is_apart](const std::vector<std::size_t>& keys) {
     std::vector<bool> asked;
     for (const std::size_t key : keys) {

@@ -48,7 +48,7 @@ std::vector<double> variances_from(std::size_t node, const PoseGraph& graph) {
 
 std::vector<bool> apart_from(std::size_t node, const PoseGraph& graph, double sigma) {
   const AdjacencyList links(graph);
-  return PathUncertainty(graph, links, node).apart(all_of(graph), sigma);
+  return PathUncertainty(graph, links, node).weakly_connected(all_of(graph), sigma);
 }
 
 TEST(GraphDistance, AddsUpAlongAChain) {
@@ -179,7 +179,7 @@ TEST(GraphDistance, IsThatOfBruteForce) {
     const PathUncertainty ways(graph, links, node);
     const Ways expected = by_force(graph, node);
     const std::vector<double> variances = ways.variances(all_of(graph));
-    const std::vector<bool> is_apart = ways.apart(all_of(graph), kSigma);
+    const std::vector<bool> is_apart = ways.weakly_connected(all_of(graph), kSigma);
     for (std::size_t i = 0; i < nodes; ++i) {
       ASSERT_NEAR(variances[i], expected.variances[i], 1e-9) << trial << ' ' << i;
       const bool is_far = expected.edges[i] > 40.0;

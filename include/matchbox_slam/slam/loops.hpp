@@ -14,7 +14,7 @@ namespace matchbox_slam {
 struct LoopOptions {
   double drift_xy = 0.02;
   double drift_theta = 0.01;
-  double apart = 0.25;
+  double max_relative_sigma = 0.25;
   double search_way = 1.0;
   double max_window = 10.0;
   double least_score = 0.55;
@@ -31,7 +31,7 @@ struct LoopOptions {
     option(self.drift_theta, "drift_theta", between(1e-5, 1.0), "rad/sqrt(m)",
            "Standard deviation of the map's drift in heading after one metre driven. Loops tell "
            "when it is less.");
-    option(self.apart, "apart", between(0.01, 10.0), "m",
+    option(self.max_relative_sigma, "max_relative_sigma", between(0.01, 10.0), "m",
            "Key scans whose places are known less well than this from where the robot is, by "
            "standard deviation, are not matched against; they are searched for loops.");
     option(self.search_way, "search_way", between(0.0, 100.0), "m",
