@@ -65,9 +65,9 @@ std::string extension_of(const std::string& path) {
 
 }  // namespace
 
-MapStart map_from_image(const MapImage& image, const std::string& path,
-                        const MapOptions& map_options,
-                        const LikelihoodFieldOptions& field_options) {
+EngineState map_from_image(const MapImage& image, const std::string& path,
+                           const MapOptions& map_options,
+                           const LikelihoodFieldOptions& field_options) {
   // map_saver writes six decimals.
   if (std::abs(image.resolution - map_options.resolution) > 1e-6) {
     throw ConfigurationError("map/resolution: " + to_string(map_options.resolution) +
@@ -84,7 +84,7 @@ MapStart map_from_image(const MapImage& image, const std::string& path,
                     " cells; allowed: " + to_string(map_options.max_cells) +
                     " in all; if it is as large as that, set map/max_cells higher");
   }
-  MapStart start{SlamMap(map_options, field_options), {}, {}, {}, 0};
+  EngineState start{SlamMap(map_options, field_options), {}, {}, {}, 0};
   const auto to_map = [&](const Eigen::Vector2d& pixels) -> Eigen::Vector2d {
     return image.origin.translation() + map_options.resolution * pixels;
   };
@@ -109,7 +109,7 @@ MapStart map_from_image(const MapImage& image, const std::string& path,
   return start;
 }
 
-MapStart read_map_start(const std::string& path, const EngineOptions& options) {
+EngineState read_engine_state(const std::string& path, const EngineOptions& options) {
   if (extension_of(path) == ".yaml") {
     return map_from_image(read_map(path), path, options.map, options.field);
   }

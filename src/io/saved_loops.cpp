@@ -104,7 +104,7 @@ void require_sound_graph(const PoseGraph& graph, const MapReader& reader) {
 
 }  // namespace
 
-void write_loops(const MapStart& map, MapWriter& writer) {
+void write_loops(const EngineState& map, MapWriter& writer) {
   const LoopState& state = map.loops;
   writer.integer(std::uint64_t{state.graph.poses.size()});
   transfer_state(writer, state, 0);
@@ -127,7 +127,7 @@ void write_loops(const MapStart& map, MapWriter& writer) {
   writer.flag(map.is_of_key_scans);
 }
 
-void read_loops(MapReader& reader, MapStart& map) {
+void read_loops(MapReader& reader, EngineState& map) {
   const PlacedScans& keys = map.key_scans.all();
   LoopState state;
   std::uint64_t nodes = 0;

@@ -110,7 +110,7 @@ void refuse_newer(const MapReader& reader, const std::string& bytes) {
 
 }  // namespace
 
-void write_saved_map(const MapStart& map, const ByteSink& sink) {
+void write_saved_map(const EngineState& map, const ByteSink& sink) {
   MapWriter writer(sink);
   writer.text(head_of(kSavedVersion));
   write_grids(map.map, writer);
@@ -124,13 +124,13 @@ void write_saved_map(const MapStart& map, const ByteSink& sink) {
   writer.finish();
 }
 
-std::string to_saved_map(const MapStart& map) {
+std::string to_saved_map(const EngineState& map) {
   std::string saved;
   write_saved_map(map, [&saved](const std::string& piece) { saved += piece; });
   return saved;
 }
 
-MapStart read_saved_map(const std::string& path, double max_cells) {
+EngineState read_saved_map(const std::string& path, double max_cells) {
   const std::string bytes = decompress(read_file(path), path);
   MapReader reader(bytes, path, max_cells);
   int version = kSavedVersion;
@@ -142,7 +142,7 @@ MapStart read_saved_map(const std::string& path, double max_cells) {
     reader.fail("is no saved map that this version reads; it should begin with '" + kHead +
                 "' and 1 to " + std::to_string(kSavedVersion));
   }
-  MapStart start{read_grids(reader), {}, {}, {}, 0};
+  EngineState start{read_grids(reader), {}, {}, {}, 0};
   start.key_scans = read_key_scans(reader);
   start.is_of_key_scans = version > 1;  // which kept the last ones alone
   if (version == 1) {

@@ -32,8 +32,8 @@ void write_whereabouts(const Whereabouts& whereabouts, MapWriter& writer);
 
 /// What closing loops knows: of the graph the edges, as its poses are those of the key scans.
 /// Version 3 has no work that is pending.
-void write_loops(const MapStart& map, MapWriter& writer);
-void read_loops(MapReader& reader, MapStart& map);
+void write_loops(const EngineState& map, MapWriter& writer);
+void read_loops(MapReader& reader, EngineState& map);
 
 void write_secondary_lasers(const SecondaryLasers& lasers, MapWriter& writer);
 [[nodiscard]] SecondaryLasers read_secondary_lasers(MapReader& reader);

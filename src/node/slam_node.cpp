@@ -152,7 +152,7 @@ void SlamNode::begin_map() {
   const std::string saved = absolute(setup.node.map_file) + ".slam";
   if (setup.node.resume && std::filesystem::exists(saved)) {
     try {
-      resumed_ = read_map_start(saved, setup.engine);
+      resumed_ = read_engine_state(saved, setup.engine);
       run_.start_from(*resumed_);
       resumed_file_ = saved;
       has_resumed_ = true;

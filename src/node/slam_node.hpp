@@ -104,8 +104,8 @@ class SlamNode {
   SlamRun run_;
   std::optional<ReadyScan> newest_scan_;
   std::deque<ScanHealth> recent_;
-  bool has_resumed_ = false;         ///< it has begun with the map of map_file
-  std::optional<MapStart> resumed_;  ///< that map, until it shows which drive goes on in it
+  bool has_resumed_ = false;            ///< it has begun with the map of map_file
+  std::optional<EngineState> resumed_;  ///< that map, until it shows which drive goes on in it
   std::string resumed_file_;
   bool told_of_robot_beams_ = false;
   std::string set_aside_;  ///< where a map is that could not be resumed, until this one is given up

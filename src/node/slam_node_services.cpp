@@ -112,9 +112,9 @@ bool SlamNode::answer_reset(std_srvs::Trigger::Request& /*request*/,
 }
 
 LoadMapFile SlamNode::read_load(const std::string& path) {
-  MapStart map = read_start_map(path, setup());
+  EngineState map = read_start_map(path, setup());
   return {std::filesystem::absolute(path).string(),
-          std::make_shared<const MapStart>(std::move(map))};
+          std::make_shared<const EngineState>(std::move(map))};
 }
 
 bool SlamNode::answer_load_map(LoadMap::Request& request, LoadMap::Response& response) {
@@ -234,7 +234,7 @@ SlamNode::SavedMap SlamNode::save_map_files() {
     throw std::runtime_error("no scan was mapped yet; nothing is saved, so that no map is lost");
   }
   const std::string path = std::filesystem::absolute(run_.setup().node.map_file).string();
-  const MapStart map = run_.snapshot();
+  const EngineState map = run_.snapshot();
   const SlamSetup setup_now = run_.setup();
   const MapFormat format = map_format(setup_now.run);
   const Trajectory trajectory(run_.path().poses());

@@ -114,7 +114,7 @@ RunEvent read_event(const std::string& kind, const Parameters& parameters, const
   }
   if (kind == "load") {
     return LoadMapFile{entry.load,
-                       std::make_shared<const MapStart>(read_start_map(entry.load, setup))};
+                       std::make_shared<const EngineState>(read_start_map(entry.load, setup))};
   }
   if (kind == "pause") {
     return Pause{entry.pause};

@@ -31,7 +31,7 @@ struct Reset {};
 /// They are forgotten, and it goes on with a saved map.
 struct LoadMapFile {
   std::string path;
-  std::shared_ptr<const MapStart> map;  ///< what the file holds
+  std::shared_ptr<const EngineState> map;  ///< what the file holds
 };
 
 /// Scans are skipped, or used again.

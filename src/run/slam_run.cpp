@@ -87,7 +87,7 @@ void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   parts_given_up_ = 0;
 }
 
-bool SlamRun::take_up(MapStart saved, double stamp, double longest_pause,
+bool SlamRun::take_up(EngineState saved, double stamp, double longest_pause,
                       const std::optional<Pose2>& odom_from_base) {
   const bool same_drive = is_same_drive(stamp, saved.motion.stamp, longest_pause) ||
                           does_odometry_go_on(saved.motion.odom_from_base, odom_from_base,
@@ -103,7 +103,7 @@ bool SlamRun::take_up(MapStart saved, double stamp, double longest_pause,
   return same_drive;
 }
 
-void SlamRun::take_up_told(MapStart saved, const SetPose& told) {
+void SlamRun::take_up_told(EngineState saved, const SetPose& told) {
   put_on_mark(setup().run, saved);
   start_from(std::move(saved));
   apply(told);

@@ -58,7 +58,7 @@ class SlamRun {
   void apply(const RunEvent& event);
 
   /// Before the first scan: goes on from there, as SlamEngine::start_from.
-  void start_from(MapStart start) {
+  void start_from(EngineState start) {
     engine_->start_from(std::move(start));
     brought_loops_ = all_loops();
   }
@@ -68,12 +68,12 @@ class SlamRun {
   /// searched for; an image holds nothing to find it by. Returns whether it is the same drive.
   /// @param odom_from_base  at that scan, where odometry may have gone on meanwhile: then it is the
   ///                        same drive, too.
-  bool take_up(MapStart saved, double stamp, double longest_pause,
+  bool take_up(EngineState saved, double stamp, double longest_pause,
                const std::optional<Pose2>& odom_from_base = {});
 
   /// Before the first scan: goes on from a saved map, in which somebody says where the robot is.
   /// Odometry and stamps of the drive before say nothing then.
-  void take_up_told(MapStart saved, const SetPose& told);
+  void take_up_told(EngineState saved, const SetPose& told);
 
   /// The next scan, of this stamp [s], is of another drive: where the robot is has to be found.
   void begin_drive(double stamp) {
@@ -92,7 +92,7 @@ class SlamRun {
   [[nodiscard]] const LiveConfiguration& configuration() const { return configuration_; }
 
   /// As SlamEngine::snapshot.
-  [[nodiscard]] MapStart snapshot() const { return engine_->snapshot(); }
+  [[nodiscard]] EngineState snapshot() const { return engine_->snapshot(); }
 
   /// Time of the newest scan's match [s]; 0 when it was not matched.
   [[nodiscard]] double last_match_seconds() const { return last_match_seconds_; }

@@ -7,8 +7,8 @@
 
 namespace matchbox_slam {
 
-MapStart read_start_map(const std::string& path, const SlamSetup& setup) {
-  MapStart start = read_map_start(path, setup.engine);
+EngineState read_start_map(const std::string& path, const SlamSetup& setup) {
+  EngineState start = read_engine_state(path, setup.engine);
   put_on_mark(setup.run, start);
   return start;
 }
@@ -20,7 +20,7 @@ Eigen::Matrix3d covariance_on_mark() {
   return covariance_of(kPosition, kHeading);
 }
 
-void put_on_mark(const RunOptions& options, MapStart& start) {
+void put_on_mark(const RunOptions& options, EngineState& start) {
   const Pose2 configured{options.start_x, options.start_y, wrap_angle(options.start_theta)};
   // A map that was saved by a lost robot: its pose is of the part that it is in, and lost it stays.
   const std::size_t here = start.whereabouts.here;

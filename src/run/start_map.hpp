@@ -12,14 +12,14 @@ namespace matchbox_slam {
 
 /// A saved map and where the robot is in it, as well as one puts a robot on a mark: where it was
 /// when the map was saved, or at the configured start in one that does not say. Throws as
-/// read_map_start.
-[[nodiscard]] MapStart read_start_map(const std::string& path, const SlamSetup& setup);
+/// read_engine_state.
+[[nodiscard]] EngineState read_start_map(const std::string& path, const SlamSetup& setup);
 
 /// How well it is known where a robot is that somebody puts on a mark: over (x, y, theta).
 [[nodiscard]] Eigen::Matrix3d covariance_on_mark();
 
 /// The same of a map that was read.
-void put_on_mark(const RunOptions& options, MapStart& start);
+void put_on_mark(const RunOptions& options, EngineState& start);
 
 /// A scan that comes so long [s] after one of another recording is of the same drive.
 constexpr double kLongestPause = 10.0;

@@ -43,9 +43,9 @@ class SlamEngine::Parts {
   void set_options(const EngineOptions& options);
   void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
   bool map_apart(double stamp);
-  void start_from(MapStart start);
+  void start_from(EngineState start);
   std::optional<MapCorrection> finish_loops();
-  [[nodiscard]] MapStart snapshot();
+  [[nodiscard]] EngineState snapshot();
 
  private:
   using Verdict = PoseHypotheses::Verdict;

@@ -24,7 +24,7 @@ class Mapping {
  public:
   /// An empty map.
   explicit Mapping(const EngineOptions& options);
-  /// Goes on; for the last two see MapStart.
+  /// Goes on; for the last two see EngineState.
   Mapping(MapParts parts, LoopCloser loops, MapRenderer drawing, bool is_continued,
           bool is_of_key_scans, const EngineOptions& options);
 
@@ -148,8 +148,8 @@ class Mapping {
   LoopCloser loops_;
   MapRenderer renderer_;
   std::optional<Fork> fork_;
-  bool is_continued_ = false;    ///< see MapStart
-  bool is_of_key_scans_ = true;  ///< see MapStart
+  bool is_continued_ = false;    ///< see EngineState
+  bool is_of_key_scans_ = true;  ///< see EngineState
 };
 
 }  // namespace matchbox_slam

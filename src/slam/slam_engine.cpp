@@ -330,7 +330,7 @@ void SlamEngine::Parts::set_options(const EngineOptions& options) {
   mapping_.set_options(options);
 }
 
-void SlamEngine::Parts::start_from(MapStart start) {
+void SlamEngine::Parts::start_from(EngineState start) {
   check_maps(start, options_);
   Whereabouts& whereabouts = start.whereabouts;
   std::vector<MapPart> parts{
@@ -354,7 +354,7 @@ void SlamEngine::Parts::start_from(MapStart start) {
   secondary_lasers_ = std::move(start.secondary_lasers);
 }
 
-MapStart SlamEngine::Parts::snapshot() {
+EngineState SlamEngine::Parts::snapshot() {
   static_cast<void>(drawn_map());
   const MapParts& parts = mapping_.parts();
   const std::optional<ForkStart> fork = mapping_.fork_start();
@@ -434,10 +434,10 @@ void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& cov
 
 bool SlamEngine::map_apart(double stamp) { return parts_->map_apart(stamp); }
 
-void SlamEngine::start_from(MapStart start) { parts_->start_from(std::move(start)); }
+void SlamEngine::start_from(EngineState start) { parts_->start_from(std::move(start)); }
 
 std::optional<MapCorrection> SlamEngine::finish_loops() { return parts_->finish_loops(); }
 
-MapStart SlamEngine::snapshot() { return parts_->snapshot(); }
+EngineState SlamEngine::snapshot() { return parts_->snapshot(); }
 
 }  // namespace matchbox_slam

@@ -103,7 +103,7 @@ class BagMapping {
     require_map(request, events, configuration_.setup());
     scans_.schedule(std::move(events));
     if (!map_file_.empty()) {
-      saved_ = read_map_start(map_file_, configuration_.setup().engine);
+      saved_ = read_engine_state(map_file_, configuration_.setup().engine);
     }
     require_writable_folders(request);
   }
@@ -137,7 +137,7 @@ class BagMapping {
   LiveConfiguration configuration_;  ///< that the run starts with
   BagScans scans_;
   std::optional<SlamRun> run_;
-  std::optional<MapStart> saved_;  ///< until the first scan comes, or an event before it
+  std::optional<EngineState> saved_;  ///< until the first scan comes, or an event before it
   std::vector<std::shared_ptr<const KeyScan>> first_key_scans_;  ///< of the map
   std::optional<FileReplacement> files_;                         ///< that the run writes
   std::optional<ScanTable> scan_table_;                          ///< into one of them

@@ -341,7 +341,7 @@ std::string damaged_map(const std::string& sound, const SavedFields& fields, Ran
 }
 
 /// What map_bag does with a map that it was told to go on with.
-void go_on_with(MapStart start, bool hough) {
+void go_on_with(EngineState start, bool hough) {
   ASSERT_LE(start.map.occupancy.bytes() + start.map.field.bytes(), kMostBytes);
   ASSERT_LE(make_map_image(start.map.occupancy).pixels.size(), kMostCells);
   std::shared_ptr<const ScanMatcher> matcher = std::make_shared<OlsonMatcher>();
@@ -373,7 +373,7 @@ TEST(FuzzFiles, MutatedSavedMapsAreReadOrRefused) {
     std::filesystem::remove(path);  // as above
     std::ofstream(path, std::ios::binary) << damaged_map(sound, fields, random);
     try {
-      go_on_with(read_map_start(path, small_options()), number % 2 == 0);
+      go_on_with(read_engine_state(path, small_options()), number % 2 == 0);
       ++read;
     } catch (const FileError& error) {
       EXPECT_NE(std::string(error.what()), "");

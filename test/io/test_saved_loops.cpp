@@ -32,9 +32,9 @@ LoopState sound_loops() {
 }
 
 /// The map after it was saved and read.
-MapStart saved_with(const LoopState& loops) {
+EngineState saved_with(const LoopState& loops) {
   const EngineOptions options;
-  MapStart start{SlamMap(options.map, options.field), {}, {}, {}, 0};
+  EngineState start{SlamMap(options.map, options.field), {}, {}, {}, 0};
   for (int i = 0; i < 3; ++i) {
     start.key_scans.add(PointScan{}, 0, {});
   }

@@ -43,7 +43,7 @@ SlamEngine make_engine() {
 }
 
 /// What the engine knows after the first part of the drive.
-MapStart mapped() {
+EngineState mapped() {
   SlamEngine engine = make_engine();
   for (std::size_t i = 0; i < kMapped; ++i) {
     engine.process(scan_input(drive(), i));
@@ -64,10 +64,10 @@ class SavedMap : public testing::Test {
 };
 
 TEST_F(SavedMap, ComesBackBitByBit) {
-  const MapStart map = mapped();
+  const EngineState map = mapped();
   const std::string bytes = to_saved_map(map);
   write(bytes);
-  const MapStart again = read_saved_map(path_);
+  const EngineState again = read_saved_map(path_);
   EXPECT_TRUE(to_saved_map(again) == bytes);
   ASSERT_EQ(again.key_scans.size(), map.key_scans.size());
   ASSERT_GT(map.map.field.surface_cells().size(), 500U);
@@ -143,7 +143,7 @@ TEST_F(SavedMap, ALostRobotGoesOnToTheBitAsIfItHadNeverStopped) {
     lost += uninterrupted.process(scan_input(run, i)).state == TrackingState::kLost ? 1 : 0;
   }
   ASSERT_EQ(lost, 60U);
-  const MapStart saved = uninterrupted.snapshot();
+  const EngineState saved = uninterrupted.snapshot();
   ASSERT_EQ(saved.whereabouts.apart.size(), 1U);
   ASSERT_GT(saved.whereabouts.apart.front().key_scans.size(), 1U);
   write(to_saved_map(saved));
@@ -186,13 +186,13 @@ TEST_F(SavedMap, LoopsAreClosedToTheBitAsIfItHadNeverStopped) {
 }
 
 TEST_F(SavedMap, KeepsKeyScansThatWereMadeOfPoints) {
-  MapStart map = mapped();
+  EngineState map = mapped();
   PointScan scan = *map.key_scans.all().front().scan->points();
   scan.points.front().moved = 0.25;
   scan.free_rays = {{{1.0, 2.0}, {3.0, 4.0}}};
   map.key_scans.add(scan, 3, {0.1, 0.2, 0.3});
   write(to_saved_map(map));
-  const MapStart again = read_saved_map(path_);
+  const EngineState again = read_saved_map(path_);
   const PlacedScan& key = again.key_scans.all().back();
   EXPECT_EQ(key.map_from_base, (Pose2{0.1, 0.2, 0.3}));
   EXPECT_EQ(key.scan->laser(), 3);
@@ -203,7 +203,7 @@ TEST_F(SavedMap, KeepsKeyScansThatWereMadeOfPoints) {
 
 /// Written by version 0.2.0 of the package, after two scans from (0.5, 0.25, 0.125).
 TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
-  const MapStart start =
+  const EngineState start =
       read_saved_map(std::string(MATCHBOX_SOURCE_DIR) + "/test/io/version_1.slam");
   EXPECT_EQ(start.motion.fixed_from_base.x, 0.50000013103241037);
   EXPECT_EQ(start.motion.covariance(0, 0), 4.1639725997335951e-05);
@@ -220,7 +220,7 @@ TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
 
 /// Written before lasers could be tilted, after ten scans of twelve beams.
 TEST_F(SavedMap, ReadsVersion4OfTheFormat) {
-  const MapStart start =
+  const EngineState start =
       read_saved_map(std::string(MATCHBOX_SOURCE_DIR) + "/test/io/version_4.slam");
   ASSERT_GT(start.key_scans.size(), 1U);
   EXPECT_EQ(start.loops.graph.poses.size(), start.key_scans.size());
@@ -237,7 +237,7 @@ TEST_F(SavedMap, ReadsVersion4OfTheFormat) {
 }
 
 TEST_F(SavedMap, KeepsHowALaserWasTilted) {
-  MapStart start = mapped();
+  EngineState start = mapped();
   MeasuredScan measured = *start.key_scans.all().back().scan->measured();
   measured.laser_motion.translation().z() = 0.01;
   measured.laser_motion.rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY()));
@@ -339,7 +339,7 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   bytes.erase(bytes.size() - kAfterMotion - 16, 2 * sizeof(double));
   bytes[head.size()] = '6';
   write(compress(bytes));
-  const MapStart version_6 = read_saved_map(path_);
+  const EngineState version_6 = read_saved_map(path_);
   EXPECT_EQ(version_6.motion.noise_scale.translation, 1.0);
   EXPECT_EQ(version_6.motion.noise_scale.rotation, 1.0);
   bytes.erase(bytes.size() - kLaserBytes);
@@ -382,9 +382,9 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
   }
   EngineOptions options;
   write(compress(map_with_cells_at({30000, -30000}, near)));
-  EXPECT_THROW((void)read_map_start(path_, options), FileError);
+  EXPECT_THROW((void)read_engine_state(path_, options), FileError);
   options.map.max_cells = 1e9;
-  EXPECT_NO_THROW((void)read_map_start(path_, options));
+  EXPECT_NO_THROW((void)read_engine_state(path_, options));
   write(compress(map_with_cells_at({(1 << 24) + 1, 0}, near)));
   EXPECT_TRUE(contains(error(), "is damaged: a cell lies at 16777217, 0")) << error();
   write(compress(map_with_cells_at({0, std::numeric_limits<int>::min()}, near)));
@@ -427,11 +427,11 @@ TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
 /// A loaded image has no more than half a cell to say where a wall is; the line through its pixels
 /// says more.
 TEST_F(SavedMap, ARobotFindsItselfInAnImage) {
-  const MapStart map = mapped();
+  const EngineState map = mapped();
   write_map(folder_ / "image", make_map_image(map.map.occupancy));
   EngineOptions options;
   options.slam.update_map = false;
-  MapStart start = read_map_start(folder_ / "image.yaml", options);
+  EngineState start = read_engine_state(folder_ / "image.yaml", options);
   EXPECT_TRUE(start.key_scans.empty());
   SlamEngine engine(options, std::make_shared<OlsonMatcher>(), 1);
   start.begin_anew(drive().world_from_base.front() * Pose2{0.2, 0.1, -0.1},
@@ -453,7 +453,7 @@ TEST_F(SavedMap, SaysWhyAnImageIsNotTaken) {
   const auto text = [&] {
     write_map(folder_ / "image", image);
     try {
-      (void)read_map_start(folder_ / "image.yaml", options);
+      (void)read_engine_state(folder_ / "image.yaml", options);
     } catch (const std::exception& error) {
       return std::string(error.what());
     }
@@ -471,7 +471,7 @@ TEST_F(SavedMap, SaysWhyAnImageIsNotTaken) {
   image.origin.theta = 0.5;
   EXPECT_TRUE(contains(text(), "is turned by 0.5 rad")) << text();
   EXPECT_EQ(
-      error_text<FileError>([&] { (void)read_map_start("map.png", options); }),
+      error_text<FileError>([&] { (void)read_engine_state("map.png", options); }),
       "'map.png' is not read as a map; allowed: a .slam file of ~save_map, or a .yaml file as "
       "of map_server");
 }

@@ -19,7 +19,7 @@ namespace {
 std::string error_after(const std::function<void(Whereabouts&)>& change) {
   const EngineOptions options;
   const SlamMap map(options.map, options.field);
-  MapStart start{map, {}, {}, {}, 0};
+  EngineState start{map, {}, {}, {}, 0};
   start.whereabouts.apart.assign(2, {map, {}, {}, 5.0});
   start.whereabouts.here = 2;
   start.whereabouts.search.hypotheses.assign(2, {1, {}, 3, {}});
@@ -43,7 +43,7 @@ HypothesesState doubt() {
 TEST(SavedWhereabouts, ComeBack) {
   EXPECT_EQ(error_after([](Whereabouts& /*sound*/) {}), "(no error)");
   const EngineOptions options;
-  MapStart start{SlamMap(options.map, options.field), {}, {}, {}, 0};
+  EngineState start{SlamMap(options.map, options.field), {}, {}, {}, 0};
   start.key_scans.add(MeasuredScan{}, 0, {});
   start.whereabouts.hypotheses = doubt();
   start.whereabouts.inserted_before_fork = {{0, {1.0, 0.0, 0.5}}};
@@ -76,7 +76,7 @@ TEST(SavedWhereabouts, EachMapMayBeAsLargeAsAllowed) {
     map.occupancy.blend(map.occupancy.geometry().cell_at({x, 0.0}), 1.0, 1.0);
     return map;
   };
-  MapStart start{with_a_cell_at(0.0), {}, {}, {}, 0};
+  EngineState start{with_a_cell_at(0.0), {}, {}, {}, 0};
   start.whereabouts.apart.push_back({with_a_cell_at(5000.0), {}, {}, 5.0});
   const TemporaryFolder folder;
   replace_file(folder / "map.slam", to_saved_map(start));

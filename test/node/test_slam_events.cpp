@@ -421,7 +421,7 @@ TEST_F(SlamLoop, IsInAllThatIsSavedWhileItIsSearchedFor) {
   }
   std_srvs::Trigger save;
   ASSERT_TRUE(ros::service::call("/looping/save_map", save));
-  const MapStart map = read_saved_map(folder_ / "map.slam");
+  const EngineState map = read_saved_map(folder_ / "map.slam");
   EXPECT_EQ(count_closed(map.loops.loops), 1U) << "else nothing was searched for";
   const Trajectory trajectory = read_tum(folder_ / "node.tum");
   const std::optional<Pose2> told = trajectory.at(map.motion.stamp.value(), 0.01);

@@ -37,7 +37,7 @@ TEST_F(EventsFile, ReadsBackWhatWasWritten) {
   ScanInput scan;
   scan.scan = to_laser_scan(make_scan(1.0));
   (void)run.process(scan);
-  MapStart map = run.snapshot();
+  EngineState map = run.snapshot();
   map.begin_anew({1.0, 2.0, 0.5}, map.motion.covariance);
   replace_file(folder_ / "a map.slam", to_saved_map(map));
   Eigen::Matrix3d covariance = Eigen::Vector3d(0.1, 0.2, 1.0 / 3.0).asDiagonal();

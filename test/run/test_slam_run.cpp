@@ -208,9 +208,9 @@ TEST_F(Run, GoesOnWithALoadedMap) {
   for (const double stamp : {1.0, 2.0}) {
     (void)run_.process(scan(stamp));
   }
-  MapStart saved = run_.snapshot();
+  EngineState saved = run_.snapshot();
   saved.begin_anew({0.5, 0.25, 0.0}, saved.motion.covariance);
-  run_.apply(LoadMapFile{"office.slam", std::make_shared<const MapStart>(saved)});
+  run_.apply(LoadMapFile{"office.slam", std::make_shared<const EngineState>(saved)});
   EXPECT_TRUE(run_.trajectory().empty());
   EXPECT_EQ(run_.key_scans().size(), saved.key_scans.size());
   const std::optional<ScanOutcome> outcome = run_.process(scan(3.0));
@@ -223,7 +223,7 @@ TEST_F(Run, APoseThatIsToldBeforeTheFirstScanOfASavedMapIsWhereTheRobotIs) {
   const SimulatedRun drive = perfect_drive();
   const std::size_t middle = drive.scans.size() / 2;
   for (const bool is_lost : {false, true}) {  // when it was saved
-    MapStart saved = map_of(drive);
+    EngineState saved = map_of(drive);
     if (is_lost) {
       saved = lost_in(std::move(saved), {3.0, 2.0, 1.0});
     }

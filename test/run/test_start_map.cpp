@@ -11,7 +11,7 @@ namespace {
 
 TEST(PutOnMark, ALostRobotStaysLostAndIsFound) {
   const SimulatedRun run = perfect_drive();
-  MapStart start = lost_in(map_of(run), run.world_from_base.front() * Pose2{0.4, -0.2, 0.1});
+  EngineState start = lost_in(map_of(run), run.world_from_base.front() * Pose2{0.4, -0.2, 0.1});
   start.whereabouts.apart.front().last_inserted = {{0, {}}};
   const Pose2 apart_from_base = start.motion.fixed_from_base;
   put_on_mark({}, start);
@@ -34,10 +34,10 @@ TEST(PutOnMark, ALostRobotStaysLostAndIsFound) {
 TEST(PutOnMark, AnImageSaysNothingOfWhereTheRobotIs) {
   RunOptions options;
   options.start_x = 3.0;
-  MapStart start{SlamMap({}, {}), {}, {}, {}, 0};
+  EngineState start{SlamMap({}, {}), {}, {}, {}, 0};
   put_on_mark(options, start);
   EXPECT_EQ(start.motion.fixed_from_base, (Pose2{3.0, 0.0, 0.0}));
-  MapStart lost = lost_in(start, {1.0, 2.0, 0.0});
+  EngineState lost = lost_in(start, {1.0, 2.0, 0.0});
   put_on_mark(options, lost);
   EXPECT_EQ(lost.motion.fixed_from_base, (Pose2{1.0, 2.0, 0.0})) << "in the map apart";
 }

@@ -22,7 +22,7 @@ namespace matchbox_slam {
 }
 
 /// The map of a drive, each scan where the truth is.
-[[nodiscard]] inline MapStart map_of(const SimulatedRun& run) {
+[[nodiscard]] inline EngineState map_of(const SimulatedRun& run) {
   SlamEngine engine({}, std::make_shared<OdometryOnlyMatcher>(), 1, run.world_from_base.front());
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     engine.process(scan_input(run, i));
@@ -31,7 +31,7 @@ namespace matchbox_slam {
 }
 
 /// The map, with a robot that has just got lost: it believes to be there, in a map apart.
-[[nodiscard]] inline MapStart lost_in(MapStart start, const Pose2& apart_from_base) {
+[[nodiscard]] inline EngineState lost_in(EngineState start, const Pose2& apart_from_base) {
   const EngineOptions options;
   start.begin_anew(apart_from_base, 0.01 * Eigen::Matrix3d::Identity());
   start.whereabouts.apart.push_back({SlamMap(options.map, options.field), {}, {}, 0.0});

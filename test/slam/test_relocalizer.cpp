@@ -14,7 +14,7 @@ namespace {
 /// Key scans that are searched with one scan, so long and so far after the one searched before.
 std::size_t searched_after(const SearchStep& step, const RecoveryOptions& recovery = {}) {
   static const SimulatedRun run = perfect_drive();
-  static const MapStart map = map_of(run);
+  static const EngineState map = map_of(run);
   EngineOptions options;
   options.recovery = recovery;
   const MapParts parts(

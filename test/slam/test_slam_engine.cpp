@@ -347,7 +347,7 @@ TEST(SlamEngineLoops, AClosedLoopMovesAllThatTheEngineKnows) {
   EXPECT_LT(error(at, outcome.map_from_base), 0.02);
   // The prediction was by odometry alone, of which nothing was taken back.
   EXPECT_EQ(outcome.predicted_map_from_base, outcome.map_from_base);
-  MapStart now = drive.engine->snapshot();
+  EngineState now = drive.engine->snapshot();
   EXPECT_LT(difference(now.key_scans.all().back().map_from_base, outcome.map_from_base).norm(),
             1e-12);
   EXPECT_EQ(now.motion.fixed_from_base, outcome.map_from_base);
@@ -368,7 +368,7 @@ TEST(SlamEngineLoops, AClosedLoopMovesAllThatTheEngineKnows) {
 TEST(SlamEngineLoops, AnotherDriveIsMatchedAgainstAMapThatIsRendered) {
   LoopDrive drive;
   drive.process_until_corrected();
-  MapStart start = drive.engine->snapshot();
+  EngineState start = drive.engine->snapshot();
   EXPECT_FALSE(start.map.field.is_rendered());
   start.begin_anew(drive.outcomes.back().map_from_base, 1e-4 * Eigen::Matrix3d::Identity());
   EXPECT_TRUE(
@@ -444,7 +444,7 @@ TEST(SlamEngineLoops, GoneOnWithFromAnyScanTheDriveIsTheSame) {
     while (interrupted.outcomes.size() <= at) {
       interrupted.process_next();
     }
-    MapStart start = interrupted.engine->snapshot();
+    EngineState start = interrupted.engine->snapshot();
     interrupted.engine->start_from(start);
     interrupted.process_all();
     for (std::size_t i = at; i < whole.outcomes.size(); ++i) {
@@ -458,7 +458,7 @@ TEST(SlamEngineLoops, GoneOnWithFromAnyScanTheDriveIsTheSame) {
 TEST(SlamEngineLoops, AreNotClosedInAMapWithWallsOfItsOwn) {
   LoopDrive drive;
   drive.process_next();
-  MapStart start = drive.engine->snapshot();
+  EngineState start = drive.engine->snapshot();
   start.is_of_key_scans = false;
   drive.engine->start_from(start);
   drive.process_all();
@@ -761,7 +761,7 @@ TEST(SlamEngine, BeforeTheFirstScanItTakesTheUncertaintyOfItsPoseToo) {
   process(run, mapped);
   // The robot is started 0.2 m from where it is told to be, in a map that is there already.
   SlamEngine engine = make_engine(run);
-  MapStart start = mapped.snapshot();
+  EngineState start = mapped.snapshot();
   const Pose2 told = run.world_from_base.front() * Pose2{0.2, -0.1, 0.1};
   start.begin_anew(told, Eigen::Vector3d(0.04, 0.04, 0.01).asDiagonal());
   engine.start_from(start);
@@ -783,7 +783,7 @@ TEST(SlamEngine, WithoutUpdatesTheMapOnlyTellsWhereTheRobotIs) {
   EngineOptions options;
   options.slam.update_map = false;
   SlamEngine engine = make_engine(run, monte_carlo(), options);
-  MapStart start = mapped.snapshot();
+  EngineState start = mapped.snapshot();
   start.begin_anew(run.world_from_base.front(), start.motion.covariance);
   engine.start_from(start);
   const std::vector<ScanOutcome> outcomes = process(run, engine);
@@ -811,7 +811,7 @@ TEST(SlamEngine, OptionsAndMatcherMayChangeOnTheWay) {
             "map/resolution: 0.1 is not allowed with a map that was made with 0.05; allowed: the "
             "same, or a new map");
   EXPECT_EQ(engine.options().map.resolution, 0.05);
-  MapStart other{SlamMap(options.map, options.field), {}, {}, {}, 0};
+  EngineState other{SlamMap(options.map, options.field), {}, {}, {}, 0};
   EXPECT_THROW(engine.start_from(other), ConfigurationError);
 }
 

@@ -1,5 +1,5 @@
-// Of slam/slam_engine.hpp and slam/map_start.hpp: what an engine makes of doubts and losses that it
-// is told of: a map start says all that it knows.
+// Of slam/slam_engine.hpp and slam/engine_state.hpp: what an engine makes of doubts and losses that
+// it is told of: a map start says all that it knows.
 
 #include <gtest/gtest.h>
 
@@ -60,7 +60,7 @@ class WhereaboutsTest : public testing::Test {
 
   double stamp_ = 100.0;
   SlamEngine engine_{{}, std::make_shared<OdometryOnlyMatcher>(), 1};
-  MapStart start_{SlamMap({}, {}), {}, {}, {}, 0};
+  EngineState start_{SlamMap({}, {}), {}, {}, {}, 0};
 };
 
 TEST_F(WhereaboutsTest, WhatWaitsIsInsertedTwoWithEachScan) {
@@ -199,7 +199,7 @@ struct Found {
   ScanOutcome outcome;
 };
 
-Found find(const SimulatedRun& run, const MapStart& start) {
+Found find(const SimulatedRun& run, const EngineState& start) {
   SlamEngine engine({}, std::make_shared<OlsonMatcher>(), 1);
   engine.start_from(start);
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
@@ -215,7 +215,7 @@ Found find(const SimulatedRun& run, const MapStart& start) {
 /// An image of a map has no key scans, and this map is small: odometry says where to look.
 TEST(LostRobot, IsFoundWhereThereAreNoKeyScans) {
   const SimulatedRun run = perfect_drive();
-  MapStart image = map_of(run);
+  EngineState image = map_of(run);
   image.key_scans = {};
   const Found found = find(run, lost_in(image, run.world_from_base.front() * Pose2{0.3, 0.2, 0.1}));
   EXPECT_LT(distance(found.outcome.map_from_base, run.world_from_base[found.scan]), 0.02);
@@ -228,9 +228,9 @@ TEST(LostRobot, IsFoundWhereThereAreNoKeyScans) {
 /// of others.
 TEST(LostRobot, IsLookedForWhereOdometrySaysInThePartThatItLeft) {
   const SimulatedRun run = perfect_drive();
-  const MapStart map = map_of(run);
+  const EngineState map = map_of(run);
   const auto search_after = [&](std::size_t left) {
-    MapStart start = lost_in(map, {});
+    EngineState start = lost_in(map, {});
     start.whereabouts.apart.push_back(start.whereabouts.apart.front());
     start.whereabouts.apart.front().left = left;
     start.whereabouts.apart.front().left_from_here = left == 1 ? Pose2{} : run.world_from_base[0];
@@ -252,7 +252,7 @@ TEST(LostRobot, IsLookedForWhereOdometrySaysInThePartThatItLeft) {
 /// As a saved map may say that was damaged, or whose key scans are fewer now.
 TEST(LostRobot, IsSearchedFromTheBeginningAgainAfterTheLastPlace) {
   const SimulatedRun run = perfect_drive();
-  MapStart start = lost_in(map_of(run), run.world_from_base.front());
+  EngineState start = lost_in(map_of(run), run.world_from_base.front());
   start.whereabouts.search.next = 1'000'000;
   EngineOptions options;
   options.recovery.interval = 0.2;  // that of the scans: one key scan for each
@@ -267,7 +267,7 @@ TEST(LostRobot, IsSearchedFromTheBeginningAgainAfterTheLastPlace) {
 /// Stamps are no whole numbers of intervals: none of the scans is passed over.
 TEST(LostRobot, IsSearchedForWithEachScanThatComesAnIntervalAfterTheOneBefore) {
   const SimulatedRun run = perfect_drive();
-  const MapStart start = lost_in(map_of(run), run.world_from_base.front());
+  const EngineState start = lost_in(map_of(run), run.world_from_base.front());
   EngineOptions options;
   options.recovery.interval = run.scans[1].stamp - run.scans[0].stamp + 1e-6;
   SlamEngine engine(options, std::make_shared<OlsonMatcher>(), 1);

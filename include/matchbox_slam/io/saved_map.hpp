@@ -11,29 +11,29 @@ namespace matchbox_slam {
 /// A map as bytes, from which mapping goes on to the bit as if it had never stopped: every cell
 /// with all that is known of it, the walls below the size of a cell, the key scans as they were
 /// measured and joined to a graph, and how the base moved. Compressed and with a checksum (gzip).
-void write_saved_map(const MapStart& map, const ByteSink& sink);
+void write_saved_map(const EngineState& map, const ByteSink& sink);
 
 /// The same in one piece.
-[[nodiscard]] std::string to_saved_map(const MapStart& map);
+[[nodiscard]] std::string to_saved_map(const EngineState& map);
 
 /// Reads what `write_saved_map` wrote, or wrote in version 2 of the format, which has no graph, or
 /// in version 1, which has of key scans the points, and of the base where it was. Throws FileError
 /// for a file that is none, is cut off or damaged, comes from another version of the format, or
 /// whose cells span more than `max_cells`.
-[[nodiscard]] MapStart read_saved_map(const std::string& path,
-                                      double max_cells = MapOptions{}.max_cells);
+[[nodiscard]] EngineState read_saved_map(const std::string& path,
+                                         double max_cells = MapOptions{}.max_cells);
 
 /// A map to go on with from an image, as of map_server. Occupied pixels become walls, each where
 /// its occupied neighbours lie on a line, so that a scan can be matched to a fraction of a cell.
 /// There are no key scans, and pose and covariance are left as they are by default.
 /// Throws ConfigurationError when its resolution is not that of `map_options`, and FileError for an
 /// image that is turned. `path` is for error texts.
-[[nodiscard]] MapStart map_from_image(const MapImage& image, const std::string& path,
-                                      const MapOptions& map_options,
-                                      const LikelihoodFieldOptions& field_options);
+[[nodiscard]] EngineState map_from_image(const MapImage& image, const std::string& path,
+                                         const MapOptions& map_options,
+                                         const LikelihoodFieldOptions& field_options);
 
 /// Reads either: a path that ends in ".yaml" is an image, one in ".slam" a saved map.
 /// Throws FileError or ConfigurationError.
-[[nodiscard]] MapStart read_map_start(const std::string& path, const EngineOptions& options);
+[[nodiscard]] EngineState read_engine_state(const std::string& path, const EngineOptions& options);
 
 }  // namespace matchbox_slam

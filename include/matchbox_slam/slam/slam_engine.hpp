@@ -14,9 +14,9 @@
 #include "matchbox_slam/matching/scan_matcher.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
+#include "matchbox_slam/slam/engine_state.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/loops.hpp"
-#include "matchbox_slam/slam/map_start.hpp"
 #include "matchbox_slam/slam/scan_outcome.hpp"
 #include "matchbox_slam/slam/tracking_state.hpp"
 
@@ -87,14 +87,14 @@ class SlamEngine {
 
   /// Goes on from there. Throws ConfigurationError when that map was made with another resolution
   /// or likelihood field.
-  void start_from(MapStart start);
+  void start_from(EngineState start);
 
   /// Where a drive ends: waits for a search for a loop that is under way, and closes what it finds.
   std::optional<MapCorrection> finish_loops();
 
   /// What it takes to go on from here. Where scans are matched against what lies near alone, the
   /// map's field is not rendered.
-  [[nodiscard]] MapStart snapshot();
+  [[nodiscard]] EngineState snapshot();
 
  private:
   class Parts;

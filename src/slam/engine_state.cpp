@@ -1,10 +1,10 @@
-#include "matchbox_slam/slam/map_start.hpp"
+#include "matchbox_slam/slam/engine_state.hpp"
 
 #include <string>
 
 namespace matchbox_slam {
 
-void MapStart::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
+void EngineState::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
   MotionState at_rest;  // made first: the arguments may be the present motion's own
   at_rest.fixed_from_base = map_from_base;
   at_rest.covariance = covariance;
@@ -36,7 +36,7 @@ void check_map(const SlamMap& map, const EngineOptions& options) {
   require("field/reach", options.field.reach, map.field.options().reach);
 }
 
-void check_maps(const MapStart& start, const EngineOptions& options) {
+void check_maps(const EngineState& start, const EngineOptions& options) {
   check_map(start.map, options);
   for (const MapPart& part : start.whereabouts.apart) {
     check_map(part.map, options);

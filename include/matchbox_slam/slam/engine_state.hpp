@@ -31,7 +31,7 @@ struct Whereabouts {
 };
 
 /// All that an engine knows: what it takes to go on from there as if nothing had been between.
-struct MapStart {
+struct EngineState {
   SlamMap map;  ///< its field is rendered if it is matched against
   KeyScans key_scans;
   MotionState motion;                  ///< in the map frame
@@ -56,6 +56,6 @@ struct MapStart {
 void check_map(const SlamMap& map, const EngineOptions& options);
 
 /// The same of all maps that it holds.
-void check_maps(const MapStart& start, const EngineOptions& options);
+void check_maps(const EngineState& start, const EngineOptions& options);
 
 }  // namespace matchbox_slam
