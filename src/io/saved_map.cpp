@@ -118,7 +118,7 @@ void write_saved_map(const EngineState& map, const ByteSink& sink) {
   transfer_motion(writer, map.motion);
   write_last_inserted(map.last_inserted, writer);
   writer.integer(map.scan_count);
-  write_whereabouts(map.whereabouts, writer);
+  write_localization(map.localization, writer);
   write_loops(map, writer);
   write_secondary_lasers(map.secondary_lasers, writer);
   writer.finish();
@@ -152,7 +152,7 @@ EngineState read_saved_map(const std::string& path, double max_cells) {
     transfer_motion(reader, start.motion);
     start.last_inserted = read_last_inserted(reader);
     reader.integer(start.scan_count);
-    start.whereabouts = read_whereabouts(start.key_scans, reader);
+    start.localization = read_localization(start.key_scans, reader);
   }
   if (version >= 3) {
     read_loops(reader, start);

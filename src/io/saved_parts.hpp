@@ -26,9 +26,9 @@ void write_key_scans(const KeyScans& key_scans, MapWriter& writer);
 void write_last_inserted(const std::map<int, Pose2>& last_inserted, MapWriter& writer);
 [[nodiscard]] std::map<int, Pose2> read_last_inserted(MapReader& reader);
 
-void write_whereabouts(const Whereabouts& whereabouts, MapWriter& writer);
+void write_localization(const LocalizationState& localization, MapWriter& writer);
 /// @param key_scans  of the map.
-[[nodiscard]] Whereabouts read_whereabouts(const KeyScans& key_scans, MapReader& reader);
+[[nodiscard]] LocalizationState read_localization(const KeyScans& key_scans, MapReader& reader);
 
 /// What closing loops knows: of the graph the edges, as its poses are those of the key scans.
 /// Version 3 has no work that is pending.

@@ -23,12 +23,12 @@ Eigen::Matrix3d covariance_on_mark() {
 void put_on_mark(const RunOptions& options, EngineState& start) {
   const Pose2 configured{options.start_x, options.start_y, wrap_angle(options.start_theta)};
   // A map that was saved by a lost robot: its pose is of the part that it is in, and lost it stays.
-  const std::size_t here = start.whereabouts.here;
+  const std::size_t here = start.localization.here;
   start.begin_anew(start.key_scans.empty() && here == 0 ? configured : start.motion.fixed_from_base,
                    start.motion.covariance + covariance_on_mark());
-  start.whereabouts.here = here;
+  start.localization.here = here;
   if (here > 0) {
-    start.whereabouts.apart[here - 1].last_inserted.clear();
+    start.localization.apart[here - 1].last_inserted.clear();
   }
 }
 

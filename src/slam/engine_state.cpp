@@ -10,9 +10,9 @@ void EngineState::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& 
   at_rest.covariance = covariance;
   motion = at_rest;
   last_inserted.clear();
-  whereabouts.hypotheses = {};
-  whereabouts.here = 0;
-  whereabouts.search = {};
+  localization.hypotheses = {};
+  localization.here = 0;
+  localization.search = {};
   near_map.clear();
   map.field.render();  // as it is matched against from now on
   if (loops.pending) {
@@ -38,7 +38,7 @@ void check_map(const SlamMap& map, const EngineOptions& options) {
 
 void check_maps(const EngineState& start, const EngineOptions& options) {
   check_map(start.map, options);
-  for (const MapPart& part : start.whereabouts.apart) {
+  for (const MapPart& part : start.localization.apart) {
     check_map(part.map, options);
   }
   if (const SlamMap* near = start.near_map.map()) {

@@ -332,23 +332,23 @@ void SlamEngine::Parts::set_options(const EngineOptions& options) {
 
 void SlamEngine::Parts::start_from(EngineState start) {
   check_maps(start, options_);
-  Whereabouts& whereabouts = start.whereabouts;
+  LocalizationState& localization = start.localization;
   std::vector<MapPart> parts{
       {std::move(start.map), std::move(start.key_scans), std::move(start.last_inserted), 0.0}};
-  std::move(whereabouts.apart.begin(), whereabouts.apart.end(), std::back_inserter(parts));
+  std::move(localization.apart.begin(), localization.apart.end(), std::back_inserter(parts));
   for (MapPart& part : parts) {
     count_reflections(part, start.is_of_key_scans);
   }
   const std::size_t drawn = parts.front().key_scans.size();
-  mapping_ = Mapping(MapParts(std::move(parts), whereabouts.here, std::move(whereabouts.pending)),
+  mapping_ = Mapping(MapParts(std::move(parts), localization.here, std::move(localization.pending)),
                      LoopCloser(std::move(start.loops)),
                      {std::move(start.near_map), start.is_moved, drawn}, start.is_continued,
                      start.is_of_key_scans, options_);
-  hypotheses_ = PoseHypotheses(std::move(whereabouts.hypotheses));
+  hypotheses_ = PoseHypotheses(std::move(localization.hypotheses));
   if (const auto& fork = hypotheses_.state().fork) {
-    mapping_.fork_as_of({fork->key_scans, std::move(whereabouts.inserted_before_fork)}, options_);
+    mapping_.fork_as_of({fork->key_scans, std::move(localization.inserted_before_fork)}, options_);
   }
-  relocalizer_ = Relocalizer(std::move(whereabouts.search), mapping_.parts());
+  relocalizer_ = Relocalizer(std::move(localization.search), mapping_.parts());
   tracker_.set_state(start.motion);
   scan_count_ = start.scan_count;
   secondary_lasers_ = std::move(start.secondary_lasers);

@@ -144,8 +144,8 @@ TEST_F(SavedMap, ALostRobotGoesOnToTheBitAsIfItHadNeverStopped) {
   }
   ASSERT_EQ(lost, 60U);
   const EngineState saved = uninterrupted.snapshot();
-  ASSERT_EQ(saved.whereabouts.apart.size(), 1U);
-  ASSERT_GT(saved.whereabouts.apart.front().key_scans.size(), 1U);
+  ASSERT_EQ(saved.localization.apart.size(), 1U);
+  ASSERT_GT(saved.localization.apart.front().key_scans.size(), 1U);
   write(to_saved_map(saved));
   SlamEngine again({}, matcher, 1, run.world_from_base.front());
   again.start_from(read_saved_map(path_));
@@ -275,14 +275,14 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 // --- files that would take all memory, or that no map could have made ---
 
 /// Bytes of what follows the motion and the lasers' number, and of what follows the key scans, when
-/// there are no lasers and nothing is in doubt: see write_whereabouts, transfer_motion.
-constexpr std::size_t kWhereaboutsBytes = (1 + 1 + 1 + 1 + 1 + 1 + 1) * 8 + 1 + 1;
+/// there are no lasers and nothing is in doubt: see write_localization, transfer_motion.
+constexpr std::size_t kLocalizationBytes = (1 + 1 + 1 + 1 + 1 + 1 + 1) * 8 + 1 + 1;
 /// What versions up to 11 had of doubts, and what there is instead.
 constexpr std::size_t kDoubtBytes = (1 + 1 + 1 + 3 + 1 + 1 + 1) * 8 + 3 * 4 + 2;
 constexpr std::size_t kHypothesesBytes = 1 + 8;
 constexpr std::size_t kLoopBytes = (1 + 1 + 1 + 1 + 1) * 8 + 5;
 constexpr std::size_t kLaserBytes = 4 + 4 + 8 + 8;
-constexpr std::size_t kEndBytes = kWhereaboutsBytes + kLoopBytes + kLaserBytes;
+constexpr std::size_t kEndBytes = kLocalizationBytes + kLoopBytes + kLaserBytes;
 constexpr std::size_t kCalibrationBytes = (3 + 9 + 2 + 1 + 3 + 3 + 3) * 8 + 1;
 /// After the hypotheses of where the robot may be.
 constexpr std::size_t kAfterHypothesesBytes = (1 + 1 + 1 + 1) * 8 + 1 + kLoopBytes + kLaserBytes;
@@ -321,15 +321,15 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   bytes.replace(hypotheses, kHypothesesBytes, std::string(kDoubtBytes, '\0'));
   bytes.replace(head.size(), 2, "11");
   write(compress(bytes));
-  EXPECT_FALSE(read_saved_map(path_).whereabouts.hypotheses.fork);
+  EXPECT_FALSE(read_saved_map(path_).localization.hypotheses.fork);
   bytes.erase(bytes.size() - kAfterContradictedBytes - kContradictedBytes, kContradictedBytes);
   bytes.replace(head.size(), 2, "10");
   write(compress(bytes));
-  EXPECT_FALSE(read_saved_map(path_).whereabouts.hypotheses.fork);
+  EXPECT_FALSE(read_saved_map(path_).localization.hypotheses.fork);
   bytes.erase(bytes.size() - kAfterWayBytes - kWayBytes, kWayBytes);
   bytes.replace(head.size(), 2, "9");
   write(compress(bytes));
-  EXPECT_FALSE(read_saved_map(path_).whereabouts.hypotheses.fork);
+  EXPECT_FALSE(read_saved_map(path_).localization.hypotheses.fork);
   constexpr std::size_t kAfterMotion =
       kAfterMotionBytes + kDoubtBytes - kHypothesesBytes - kWayBytes - kContradictedBytes;
   bytes.erase(bytes.size() - kAfterMotion - kCalibrationBytes, kCalibrationBytes);

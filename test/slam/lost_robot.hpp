@@ -34,8 +34,8 @@ namespace matchbox_slam {
 [[nodiscard]] inline EngineState lost_in(EngineState start, const Pose2& apart_from_base) {
   const EngineOptions options;
   start.begin_anew(apart_from_base, 0.01 * Eigen::Matrix3d::Identity());
-  start.whereabouts.apart.push_back({SlamMap(options.map, options.field), {}, {}, 0.0});
-  start.whereabouts.here = start.whereabouts.apart.size();
+  start.localization.apart.push_back({SlamMap(options.map, options.field), {}, {}, 0.0});
+  start.localization.here = start.localization.apart.size();
   return start;
 }
 

@@ -21,7 +21,7 @@
 namespace matchbox_slam {
 
 /// Where the robot is, where else it may be, and what waits to be inserted.
-struct Whereabouts {
+struct LocalizationState {
   HypothesesState hypotheses;
   std::map<int, Pose2> inserted_before_fork;  ///< map_from_base by laser, where there is a fork
   std::vector<WaitingScan> pending;           ///< inserted a few with each scan, oldest first
@@ -37,7 +37,7 @@ struct EngineState {
   MotionState motion;                  ///< in the map frame
   std::map<int, Pose2> last_inserted;  ///< map_from_base, by laser
   std::uint64_t scan_count = 0;
-  Whereabouts whereabouts = {};
+  LocalizationState localization = {};
   LoopState loops = {};
   NearMap near_map = {};
   bool is_moved = false;      ///< by loops, and matched against near_map alone since

@@ -158,10 +158,10 @@ void transfer_search(Archive& archive, Search& search, std::size_t parts) {
 
 }  // namespace
 
-void write_whereabouts(const Whereabouts& whereabouts, MapWriter& writer) {
-  const std::size_t parts = whereabouts.apart.size() + 1;
-  writer.integer(std::uint64_t{whereabouts.apart.size()});
-  for (const MapPart& part : whereabouts.apart) {
+void write_localization(const LocalizationState& localization, MapWriter& writer) {
+  const std::size_t parts = localization.apart.size() + 1;
+  writer.integer(std::uint64_t{localization.apart.size()});
+  for (const MapPart& part : localization.apart) {
     write_grids(part.map, writer);
     write_key_scans(part.key_scans, writer);
     write_last_inserted(part.last_inserted, writer);
@@ -169,43 +169,43 @@ void write_whereabouts(const Whereabouts& whereabouts, MapWriter& writer) {
     transfer_part(writer, part.left, parts);
     transfer_pose(writer, part.left_from_here);
   }
-  transfer_part(writer, whereabouts.here, parts);
-  transfer_hypotheses(writer, whereabouts.hypotheses);
-  write_last_inserted(whereabouts.inserted_before_fork, writer);
-  write_waiting(whereabouts.pending, writer);
-  transfer_search(writer, whereabouts.search, parts);
+  transfer_part(writer, localization.here, parts);
+  transfer_hypotheses(writer, localization.hypotheses);
+  write_last_inserted(localization.inserted_before_fork, writer);
+  write_waiting(localization.pending, writer);
+  transfer_search(writer, localization.search, parts);
 }
 
-Whereabouts read_whereabouts(const KeyScans& key_scans, MapReader& reader) {
-  Whereabouts whereabouts;
+LocalizationState read_localization(const KeyScans& key_scans, MapReader& reader) {
+  LocalizationState localization;
   const std::size_t parts = reader.count(60, kMostPartsApart, "maps apart") + 1;
-  while (whereabouts.apart.size() + 1 < parts) {
+  while (localization.apart.size() + 1 < parts) {
     MapPart part{read_grids(reader), read_key_scans(reader), read_last_inserted(reader), 0};
     reader.number(part.begin, kLargest);
     transfer_part(reader, part.left, parts);
     transfer_pose(reader, part.left_from_here);
-    whereabouts.apart.push_back(std::move(part));
+    localization.apart.push_back(std::move(part));
   }
-  transfer_part(reader, whereabouts.here, parts);
+  transfer_part(reader, localization.here, parts);
   if (reader.version() >= 12) {
-    transfer_hypotheses(reader, whereabouts.hypotheses);
-    whereabouts.inserted_before_fork = read_last_inserted(reader);
+    transfer_hypotheses(reader, localization.hypotheses);
+    localization.inserted_before_fork = read_last_inserted(reader);
     const KeyScans& here =
-        whereabouts.here > 0 ? whereabouts.apart[whereabouts.here - 1].key_scans : key_scans;
-    require_sound(whereabouts.hypotheses, here.size(), reader);
+        localization.here > 0 ? localization.apart[localization.here - 1].key_scans : key_scans;
+    require_sound(localization.hypotheses, here.size(), reader);
   } else {
     skip_doubt(reader);
     static_cast<void>(read_waiting(parts, reader));  // what was held until a doubt ended
   }
-  whereabouts.pending = read_waiting(parts, reader);
-  transfer_search(reader, whereabouts.search, parts);
-  for (const PlaceHypothesis& hypothesis : whereabouts.search.hypotheses) {
-    if (hypothesis.part == whereabouts.here) {
-      reader.fail("is damaged: it looks for part " + std::to_string(whereabouts.here) +
+  localization.pending = read_waiting(parts, reader);
+  transfer_search(reader, localization.search, parts);
+  for (const PlaceHypothesis& hypothesis : localization.search.hypotheses) {
+    if (hypothesis.part == localization.here) {
+      reader.fail("is damaged: it looks for part " + std::to_string(localization.here) +
                   " of the map in itself");
     }
   }
-  return whereabouts;
+  return localization;
 }
 
 }  // namespace matchbox_slam

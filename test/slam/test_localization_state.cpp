@@ -18,9 +18,9 @@ namespace matchbox_slam {
 namespace {
 
 /// A room of 2 m around a robot at rest, which believes its odometry: nothing of it confirms.
-class WhereaboutsTest : public testing::Test {
+class LocalizationStateTest : public testing::Test {
  protected:
-  WhereaboutsTest() {
+  LocalizationStateTest() {
     engine_.process(scan());
     start_ = engine_.snapshot();
   }
@@ -52,56 +52,56 @@ class WhereaboutsTest : public testing::Test {
 
   /// As likely as where it is, the robot is a metre away.
   void be_in_doubt() {
-    start_.whereabouts.hypotheses.fork = HypothesesFork{1};
-    start_.whereabouts.hypotheses.others = {{{1.0, 0.0, 0.0}, 0.0}};
+    start_.localization.hypotheses.fork = HypothesesFork{1};
+    start_.localization.hypotheses.others = {{{1.0, 0.0, 0.0}, 0.0}};
   }
 
-  [[nodiscard]] Whereabouts now() { return engine_.snapshot().whereabouts; }
+  [[nodiscard]] LocalizationState now() { return engine_.snapshot().localization; }
 
   double stamp_ = 100.0;
   SlamEngine engine_{{}, std::make_shared<OdometryOnlyMatcher>(), 1};
   EngineState start_{SlamMap({}, {}), {}, {}, {}, 0};
 };
 
-TEST_F(WhereaboutsTest, WhatWaitsIsInsertedTwoWithEachScan) {
-  start_.whereabouts.pending.assign(3, waiting(0));
+TEST_F(LocalizationStateTest, WhatWaitsIsInsertedTwoWithEachScan) {
+  start_.localization.pending.assign(3, waiting(0));
   EXPECT_EQ(go_on().state, TrackingState::kRecovered);
   EXPECT_EQ(engine_.key_scans().size(), 3U);
   EXPECT_EQ(engine_.process(scan()).state, TrackingState::kTracking);
   EXPECT_EQ(engine_.key_scans().size(), 4U);
 }
 
-TEST_F(WhereaboutsTest, WhatWaitsAndHasNoRoomIsToldAndDropped) {
+TEST_F(LocalizationStateTest, WhatWaitsAndHasNoRoomIsToldAndDropped) {
   WaitingScan wild = waiting(0);
   wild.scan.map_from_base = {1e7, 1e7, 0.0};
-  start_.whereabouts.pending.assign(3, wild);
+  start_.localization.pending.assign(3, wild);
   EXPECT_EQ(go_on().left_out, 2U);
   EXPECT_EQ(engine_.process(scan()).left_out, 1U);
   EXPECT_TRUE(now().pending.empty());
   EXPECT_EQ(engine_.key_scans().size(), 1U);
 }
 
-TEST_F(WhereaboutsTest, WhatWaitsIsNotInsertedWhileTheRobotMayBeElsewhere) {
+TEST_F(LocalizationStateTest, WhatWaitsIsNotInsertedWhileTheRobotMayBeElsewhere) {
   be_in_doubt();
-  start_.whereabouts.pending.assign(3, waiting(0));
+  start_.localization.pending.assign(3, waiting(0));
   EXPECT_EQ(go_on(5).state, TrackingState::kDoubt);
   EXPECT_EQ(engine_.key_scans().size(), 1U);
   EXPECT_EQ(now().pending.size(), 3U);
 }
 
-TEST_F(WhereaboutsTest, WhatWaitsForAMapThatIsNotToChangeGoesOnWaiting) {
+TEST_F(LocalizationStateTest, WhatWaitsForAMapThatIsNotToChangeGoesOnWaiting) {
   EngineOptions options;
   options.slam.update_map = false;
   engine_.set_options(options);
-  start_.whereabouts.pending.assign(3, waiting(0));
+  start_.localization.pending.assign(3, waiting(0));
   EXPECT_EQ(go_on(5).state, TrackingState::kTracking);
   EXPECT_EQ(engine_.key_scans().size(), 1U);
   EXPECT_EQ(now().pending.size(), 3U);
 }
 
-TEST_F(WhereaboutsTest, WhatWaitsForAnotherPartGoesOnWaiting) {
-  start_.whereabouts.apart.push_back(part(0.0));
-  start_.whereabouts.pending = {waiting(1), waiting(0)};
+TEST_F(LocalizationStateTest, WhatWaitsForAnotherPartGoesOnWaiting) {
+  start_.localization.apart.push_back(part(0.0));
+  start_.localization.pending = {waiting(1), waiting(0)};
   EXPECT_EQ(go_on(5).state, TrackingState::kTracking);
   EXPECT_EQ(engine_.key_scans().size(), 2U);
   ASSERT_EQ(now().pending.size(), 1U);
@@ -109,7 +109,7 @@ TEST_F(WhereaboutsTest, WhatWaitsForAnotherPartGoesOnWaiting) {
   EXPECT_TRUE(now().apart.front().key_scans.empty());
 }
 
-TEST_F(WhereaboutsTest, ADoubtEndsWhereNoneIsAllowed) {
+TEST_F(LocalizationStateTest, ADoubtEndsWhereNoneIsAllowed) {
   be_in_doubt();
   EXPECT_EQ(go_on().state, TrackingState::kDoubt);
   EngineOptions options;
@@ -120,16 +120,16 @@ TEST_F(WhereaboutsTest, ADoubtEndsWhereNoneIsAllowed) {
   EXPECT_EQ(engine_.process(scan()).state, TrackingState::kTracking);
 }
 
-TEST_F(WhereaboutsTest, ADoubtIsToldByTheCovariance) {
+TEST_F(LocalizationStateTest, ADoubtIsToldByTheCovariance) {
   const double sure = go_on().covariance(0, 0);
   be_in_doubt();
   EXPECT_NEAR(go_on().covariance(0, 0) - sure, 0.5, 0.01) << "half of the odds, a metre away";
 }
 
-TEST_F(WhereaboutsTest, APartThatIsBegunAnewForgetsWhatWaitedForIt) {
-  start_.whereabouts.apart = {part(7.0)};
-  start_.whereabouts.here = 1;
-  start_.whereabouts.pending = {waiting(0), waiting(1)};
+TEST_F(LocalizationStateTest, APartThatIsBegunAnewForgetsWhatWaitedForIt) {
+  start_.localization.apart = {part(7.0)};
+  start_.localization.here = 1;
+  start_.localization.pending = {waiting(0), waiting(1)};
   engine_.start_from(start_);
   EXPECT_FALSE(engine_.map_apart(stamp_));
   EXPECT_EQ(engine_.process(scan()).state, TrackingState::kLost);
@@ -140,17 +140,17 @@ TEST_F(WhereaboutsTest, APartThatIsBegunAnewForgetsWhatWaitedForIt) {
 }
 
 /// Of 16 parts, where the third has the fewest key scans.
-TEST_F(WhereaboutsTest, TheSmallestOfTooManyPartsIsGivenUp) {
+TEST_F(LocalizationStateTest, TheSmallestOfTooManyPartsIsGivenUp) {
   for (std::size_t i = 0; i < kMostPartsApart; ++i) {
-    start_.whereabouts.apart.push_back(part(static_cast<double>(i)));
-    start_.whereabouts.apart.back().left = i;
-    start_.whereabouts.apart.back().left_from_here = {1.0, 0.0, 0.0};
+    start_.localization.apart.push_back(part(static_cast<double>(i)));
+    start_.localization.apart.back().left = i;
+    start_.localization.apart.back().left_from_here = {1.0, 0.0, 0.0};
     for (int k = 0; k < (i == 2 ? 3 : 4); ++k) {
-      start_.whereabouts.apart.back().key_scans.add(start_.key_scans.all().front());
+      start_.localization.apart.back().key_scans.add(start_.key_scans.all().front());
     }
   }
-  start_.whereabouts.here = kMostPartsApart;
-  start_.whereabouts.pending = {waiting(0), waiting(3), waiting(4)};
+  start_.localization.here = kMostPartsApart;
+  start_.localization.pending = {waiting(0), waiting(3), waiting(4)};
   engine_.start_from(start_);
   EXPECT_TRUE(engine_.map_apart(stamp_));
   engine_.process(scan());
@@ -166,10 +166,10 @@ TEST_F(WhereaboutsTest, TheSmallestOfTooManyPartsIsGivenUp) {
   EXPECT_EQ(now().pending[1].part, 3U);
 }
 
-TEST_F(WhereaboutsTest, APoseThatIsToldLeavesPartsBehind) {
-  start_.whereabouts.apart = {part(7.0)};
-  start_.whereabouts.here = 1;
-  start_.whereabouts.pending = {waiting(1)};
+TEST_F(LocalizationStateTest, APoseThatIsToldLeavesPartsBehind) {
+  start_.localization.apart = {part(7.0)};
+  start_.localization.here = 1;
+  start_.localization.pending = {waiting(1)};
   EXPECT_EQ(go_on().state, TrackingState::kLost);
   engine_.set_pose({}, 0.01 * Eigen::Matrix3d::Identity());
   EXPECT_EQ(engine_.state(), TrackingState::kTracking);
@@ -178,17 +178,17 @@ TEST_F(WhereaboutsTest, APoseThatIsToldLeavesPartsBehind) {
   EXPECT_GT(now().apart.front().begin, stamp_) << "poses since then are not of it";
 }
 
-TEST_F(WhereaboutsTest, BegunAnewNothingIsInDoubtNorSearched) {
-  start_.whereabouts.apart = {part(7.0)};
-  start_.whereabouts.here = 1;
+TEST_F(LocalizationStateTest, BegunAnewNothingIsInDoubtNorSearched) {
+  start_.localization.apart = {part(7.0)};
+  start_.localization.here = 1;
   be_in_doubt();
-  start_.whereabouts.search.hypotheses = {{}};
+  start_.localization.search.hypotheses = {{}};
   start_.begin_anew({}, Eigen::Matrix3d::Identity());
-  EXPECT_EQ(start_.whereabouts.here, 0U);
-  EXPECT_FALSE(start_.whereabouts.hypotheses.fork);
-  EXPECT_TRUE(start_.whereabouts.hypotheses.others.empty());
-  EXPECT_TRUE(start_.whereabouts.search.hypotheses.empty());
-  EXPECT_EQ(start_.whereabouts.apart.size(), 1U) << "what was mapped stays";
+  EXPECT_EQ(start_.localization.here, 0U);
+  EXPECT_FALSE(start_.localization.hypotheses.fork);
+  EXPECT_TRUE(start_.localization.hypotheses.others.empty());
+  EXPECT_TRUE(start_.localization.search.hypotheses.empty());
+  EXPECT_EQ(start_.localization.apart.size(), 1U) << "what was mapped stays";
 }
 
 // --- with something to see ---
@@ -231,15 +231,15 @@ TEST(LostRobot, IsLookedForWhereOdometrySaysInThePartThatItLeft) {
   const EngineState map = map_of(run);
   const auto search_after = [&](std::size_t left) {
     EngineState start = lost_in(map, {});
-    start.whereabouts.apart.push_back(start.whereabouts.apart.front());
-    start.whereabouts.apart.front().left = left;
-    start.whereabouts.apart.front().left_from_here = left == 1 ? Pose2{} : run.world_from_base[0];
+    start.localization.apart.push_back(start.localization.apart.front());
+    start.localization.apart.front().left = left;
+    start.localization.apart.front().left_from_here = left == 1 ? Pose2{} : run.world_from_base[0];
     start.key_scans = {};
     SlamEngine engine({}, std::make_shared<OlsonMatcher>(), 1);
     engine.start_from(start);
     engine.process(scan_input(run, 0));
     engine.process(scan_input(run, 1));
-    return engine.snapshot().whereabouts.search;
+    return engine.snapshot().localization.search;
   };
   ASSERT_EQ(search_after(0).hypotheses.size(), 1U);
   EXPECT_LT(
@@ -253,15 +253,15 @@ TEST(LostRobot, IsLookedForWhereOdometrySaysInThePartThatItLeft) {
 TEST(LostRobot, IsSearchedFromTheBeginningAgainAfterTheLastPlace) {
   const SimulatedRun run = perfect_drive();
   EngineState start = lost_in(map_of(run), run.world_from_base.front());
-  start.whereabouts.search.next = 1'000'000;
+  start.localization.search.next = 1'000'000;
   EngineOptions options;
   options.recovery.interval = 0.2;  // that of the scans: one key scan for each
   SlamEngine engine(options, std::make_shared<OlsonMatcher>(), 1);
   engine.start_from(start);
   engine.process(scan_input(run, 0));  // begins the map apart
   engine.process(scan_input(run, 1));
-  EXPECT_EQ(engine.snapshot().whereabouts.search.next, 0U);
-  EXPECT_TRUE(engine.snapshot().whereabouts.search.complete);
+  EXPECT_EQ(engine.snapshot().localization.search.next, 0U);
+  EXPECT_TRUE(engine.snapshot().localization.search.complete);
 }
 
 /// Stamps are no whole numbers of intervals: none of the scans is passed over.
@@ -275,7 +275,7 @@ TEST(LostRobot, IsSearchedForWithEachScanThatComesAnIntervalAfterTheOneBefore) {
   engine.process(scan_input(run, 0));  // begins the map apart
   for (std::size_t i = 1; i < 4; ++i) {
     engine.process(scan_input(run, i));
-    EXPECT_EQ(engine.snapshot().whereabouts.search.stamp, run.scans[i].stamp);
+    EXPECT_EQ(engine.snapshot().localization.search.stamp, run.scans[i].stamp);
   }
 }
 

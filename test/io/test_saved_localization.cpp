@@ -16,16 +16,16 @@ namespace {
 
 /// What is wrong with a saved map with two maps apart, in the second of which the robot is, after
 /// something is changed.
-std::string error_after(const std::function<void(Whereabouts&)>& change) {
+std::string error_after(const std::function<void(LocalizationState&)>& change) {
   const EngineOptions options;
   const SlamMap map(options.map, options.field);
   EngineState start{map, {}, {}, {}, 0};
-  start.whereabouts.apart.assign(2, {map, {}, {}, 5.0});
-  start.whereabouts.here = 2;
-  start.whereabouts.search.hypotheses.assign(2, {1, {}, 3, {}});
+  start.localization.apart.assign(2, {map, {}, {}, 5.0});
+  start.localization.here = 2;
+  start.localization.search.hypotheses.assign(2, {1, {}, 3, {}});
   const PlacedScan scan{std::make_shared<const KeyScan>(MeasuredScan{}, 0, 0), {}};
-  start.whereabouts.pending = {{0, scan}};
-  change(start.whereabouts);
+  start.localization.pending = {{0, scan}};
+  change(start.localization);
   const TemporaryFolder folder;
   replace_file(folder / "map.slam", to_saved_map(start));
   return error_text<FileError>([&] { (void)read_saved_map(folder / "map.slam"); });
@@ -40,16 +40,16 @@ HypothesesState doubt() {
   return state;
 }
 
-TEST(SavedWhereabouts, ComeBack) {
-  EXPECT_EQ(error_after([](Whereabouts& /*sound*/) {}), "(no error)");
+TEST(SavedLocalization, ComeBack) {
+  EXPECT_EQ(error_after([](LocalizationState& /*sound*/) {}), "(no error)");
   const EngineOptions options;
   EngineState start{SlamMap(options.map, options.field), {}, {}, {}, 0};
   start.key_scans.add(MeasuredScan{}, 0, {});
-  start.whereabouts.hypotheses = doubt();
-  start.whereabouts.inserted_before_fork = {{0, {1.0, 0.0, 0.5}}};
+  start.localization.hypotheses = doubt();
+  start.localization.inserted_before_fork = {{0, {1.0, 0.0, 0.5}}};
   const TemporaryFolder folder;
   replace_file(folder / "map.slam", to_saved_map(start));
-  const Whereabouts back = read_saved_map(folder / "map.slam").whereabouts;
+  const LocalizationState back = read_saved_map(folder / "map.slam").localization;
   ASSERT_TRUE(back.hypotheses.fork);
   EXPECT_EQ(back.hypotheses.fork->key_scans, 0U);
   EXPECT_EQ(back.hypotheses.fork->inserted, 1U);
@@ -64,20 +64,20 @@ TEST(SavedWhereabouts, ComeBack) {
   EXPECT_EQ(back.inserted_before_fork.at(0), (Pose2{1.0, 0.0, 0.5}));
 }
 
-TEST(SavedWhereabouts, ForkWhereThereAreKeyScans) {
-  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.hypotheses = doubt(); }),
+TEST(SavedLocalization, ForkWhereThereAreKeyScans) {
+  EXPECT_TRUE(contains(error_after([](LocalizationState& lie) { lie.hypotheses = doubt(); }),
                        "is damaged: of 0 key scans 0 and 1 are from before and after"));
 }
 
 /// As while it is made: the frames of maps apart are of their own.
-TEST(SavedWhereabouts, EachMapMayBeAsLargeAsAllowed) {
+TEST(SavedLocalization, EachMapMayBeAsLargeAsAllowed) {
   const auto with_a_cell_at = [](double x) {
     SlamMap map(MapOptions{}, LikelihoodFieldOptions{});
     map.occupancy.blend(map.occupancy.geometry().cell_at({x, 0.0}), 1.0, 1.0);
     return map;
   };
   EngineState start{with_a_cell_at(0.0), {}, {}, {}, 0};
-  start.whereabouts.apart.push_back({with_a_cell_at(5000.0), {}, {}, 5.0});
+  start.localization.apart.push_back({with_a_cell_at(5000.0), {}, {}, 5.0});
   const TemporaryFolder folder;
   replace_file(folder / "map.slam", to_saved_map(start));
   constexpr double kMostCells = 300.0 * 300.0;
@@ -85,32 +85,35 @@ TEST(SavedWhereabouts, EachMapMayBeAsLargeAsAllowed) {
             "(no error)");
 }
 
-TEST(SavedWhereabouts, NameNoPartThatThereIsNot) {
+TEST(SavedLocalization, NameNoPartThatThereIsNot) {
   const std::string text = "is damaged: it names part 3 of a map of 3";
-  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.here = 3; }), text));
-  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.apart[1].left = 3; }), text));
-  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.pending[0].part = 3; }), text));
-  EXPECT_TRUE(
-      contains(error_after([](Whereabouts& lie) { lie.search.hypotheses[1].part = 3; }), text));
+  EXPECT_TRUE(contains(error_after([](LocalizationState& lie) { lie.here = 3; }), text));
+  EXPECT_TRUE(contains(error_after([](LocalizationState& lie) { lie.apart[1].left = 3; }), text));
+  EXPECT_TRUE(contains(error_after([](LocalizationState& lie) { lie.pending[0].part = 3; }), text));
+  EXPECT_TRUE(contains(
+      error_after([](LocalizationState& lie) { lie.search.hypotheses[1].part = 3; }), text));
 }
 
 /// A join would destroy the part that it joins to.
-TEST(SavedWhereabouts, SeekNoPartInItself) {
-  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.search.hypotheses[1].part = 2; }),
-                       "is damaged: it looks for part 2 of the map in itself"));
+TEST(SavedLocalization, SeekNoPartInItself) {
+  EXPECT_TRUE(
+      contains(error_after([](LocalizationState& lie) { lie.search.hypotheses[1].part = 2; }),
+               "is damaged: it looks for part 2 of the map in itself"));
 }
 
-TEST(SavedWhereabouts, CountNoMoreThanThereCanBe) {
+TEST(SavedLocalization, CountNoMoreThanThereCanBe) {
   for (const int count : {-1, (1 << 30) + 1}) {
     const std::string text = "is damaged: it counts " + std::to_string(count) + " scans";
-    EXPECT_TRUE(contains(
-        error_after([&](Whereabouts& lie) { lie.search.hypotheses[0].confirmations = count; }),
-        text));
+    EXPECT_TRUE(contains(error_after([&](LocalizationState& lie) {
+                           lie.search.hypotheses[0].confirmations = count;
+                         }),
+                         text));
   }
-  EXPECT_TRUE(contains(error_after([](Whereabouts& lie) { lie.apart.assign(17, lie.apart[0]); }),
-                       "has 17 maps apart; allowed: up to 16"));
   EXPECT_TRUE(
-      contains(error_after([](Whereabouts& lie) { lie.search.hypotheses.assign(1001, {}); }),
+      contains(error_after([](LocalizationState& lie) { lie.apart.assign(17, lie.apart[0]); }),
+               "has 17 maps apart; allowed: up to 16"));
+  EXPECT_TRUE(
+      contains(error_after([](LocalizationState& lie) { lie.search.hypotheses.assign(1001, {}); }),
                "has 1001 places where the robot may be; allowed: up to 1000"));
 }
 
