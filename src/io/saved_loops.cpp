@@ -108,13 +108,13 @@ void write_loops(const EngineState& map, MapWriter& writer) {
   const LoopState& state = map.loops;
   writer.integer(std::uint64_t{state.graph.poses.size()});
   transfer_state(writer, state, 0);
-  const SlamMap* near = map.near_map.map();
+  const SlamMap* near = map.local_map.map();
   writer.flag(near != nullptr);
   if (near != nullptr) {
     write_grids(*near, writer);
-    transfer_vector(writer, map.near_map.center());
-    writer.integer(std::uint64_t{map.near_map.drawn().size()});
-    for (const std::uint64_t id : map.near_map.drawn()) {
+    transfer_vector(writer, map.local_map.center());
+    writer.integer(std::uint64_t{map.local_map.drawn().size()});
+    for (const std::uint64_t id : map.local_map.drawn()) {
       writer.integer(id);
     }
   }
@@ -143,9 +143,9 @@ void read_loops(MapReader& reader, EngineState& map) {
   if (nodes > 0) {
     require_sound_graph(state.graph, reader);
   }
-  bool has_near_map = false;
-  reader.flag(has_near_map);
-  if (has_near_map) {
+  bool has_local_map = false;
+  reader.flag(has_local_map);
+  if (has_local_map) {
     SlamMap near = read_grids(reader);
     Eigen::Vector2d center;
     transfer_vector(reader, center);
@@ -164,7 +164,7 @@ void read_loops(MapReader& reader, EngineState& map) {
       }
       near.reflection.count(*keys[id].scan->points(), keys[id].map_from_base);
     }
-    map.near_map = {std::move(near), center, keys.size(), std::move(drawn)};
+    map.local_map = {std::move(near), center, keys.size(), std::move(drawn)};
   }
   reader.flag(map.is_moved);
   reader.flag(map.is_continued);

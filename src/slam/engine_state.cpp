@@ -13,7 +13,7 @@ void EngineState::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& 
   localization.hypotheses = {};
   localization.here = 0;
   localization.search = {};
-  near_map.clear();
+  local_map.clear();
   map.field.render();  // as it is matched against from now on
   if (loops.pending) {
     loops.pending->is_abandoned = true;
@@ -41,7 +41,7 @@ void check_maps(const EngineState& start, const EngineOptions& options) {
   for (const MapPart& part : start.localization.apart) {
     check_map(part.map, options);
   }
-  if (const SlamMap* near = start.near_map.map()) {
+  if (const SlamMap* near = start.local_map.map()) {
     check_map(*near, options);
   }
 }

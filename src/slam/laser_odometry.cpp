@@ -64,14 +64,14 @@ class LaserOdometry::Parts {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  struct LocalMap {
+  struct Submap {
     SlamMap map;
     PlacedScans key_scans;
   };
 
   [[nodiscard]] MatchResult match(const PointScan& scan, const MotionPrediction& guess) const;
   [[nodiscard]] bool is_key_scan(const LaserOdometryOutcome& outcome) const;
-  [[nodiscard]] LocalMap empty_map() const;
+  [[nodiscard]] Submap empty_map() const;
   void count_failures(MatchStatus status);
   void add_key_scan(const PointScan& scan, MeasuredScan measured, int laser,
                     const LaserOdometryOutcome& outcome);
@@ -88,8 +88,8 @@ class LaserOdometry::Parts {
   Eigen::Matrix3d fix_covariance_ = Eigen::Matrix3d::Zero();  ///< in the local map
   std::shared_ptr<KeyScanCache> cache_ = make_key_scan_cache();
   std::uint64_t key_scan_count_ = 0;
-  LocalMap reference_;  ///< that scans are matched against
-  LocalMap next_;       ///< that takes over when it is full
+  Submap reference_;  ///< that scans are matched against
+  Submap next_;       ///< that takes over when it is full
   LocalMapCovariance
       local_covariance_;         ///< of the reference's key scans, or of where the base was before
   int scans_without_match_ = 0;  ///< in a row
@@ -210,7 +210,7 @@ void LaserOdometry::Parts::add_key_scan(const PointScan& scan, MeasuredScan meas
   const PlacedScan key{
       std::make_shared<const KeyScan>(std::move(measured), key_scan_count_++, laser, cache_),
       outcome.odom_from_base};
-  const auto add = [&](LocalMap& local) {
+  const auto add = [&](Submap& local) {
     insert_scan(scan, outcome.odom_from_base, settings_.map, local.map);
     local.key_scans.push_back(key);
   };
@@ -250,13 +250,13 @@ void LaserOdometry::Parts::set_velocity(const MotionEstimate& guess,
       symmetric(to_velocity * motion.covariance * to_velocity.transpose());
 }
 
-LaserOdometry::Parts::LocalMap LaserOdometry::Parts::empty_map() const {
+LaserOdometry::Parts::Submap LaserOdometry::Parts::empty_map() const {
   return {SlamMap(settings_.map, settings_.field), {}};
 }
 
 std::size_t LaserOdometry::Parts::bytes() const {
   std::size_t bytes = 0;
-  for (const LocalMap* local : {&reference_, &next_}) {
+  for (const Submap* local : {&reference_, &next_}) {
     bytes += local->map.occupancy.bytes() + local->map.field.bytes();
   }
   return bytes + local_covariance_.bytes();

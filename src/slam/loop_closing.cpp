@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "slam/local_scans.hpp"
 #include "slam/loop_search.hpp"
 #include "slam/loop_work.hpp"
-#include "slam/near_scans.hpp"
 #include "slam/slip_inflation.hpp"
 
 namespace matchbox_slam {
@@ -196,7 +196,7 @@ bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
   return true;
 }
 
-void LoopCloser::begin(const KeyScans& keys, NearRequest near, const LoopOptions& options) {
+void LoopCloser::begin(const KeyScans& keys, LocalMapRequest near, const LoopOptions& options) {
   if (pending_) {
     return;
   }
@@ -215,7 +215,8 @@ void LoopCloser::begin(const KeyScans& keys, NearRequest near, const LoopOptions
   way_ = is_search_due ? 0.0 : way_;
 }
 
-void LoopCloser::begin_again(const KeyScans& keys, NearRequest near, const LoopOptions& options) {
+void LoopCloser::begin_again(const KeyScans& keys, LocalMapRequest near,
+                             const LoopOptions& options) {
   if (!pending_ || work_ != nullptr) {
     return;
   }
@@ -227,7 +228,7 @@ void LoopCloser::begin_again(const KeyScans& keys, NearRequest near, const LoopO
                   options};
   near.scans.reset();
   if (pending_->is_near_due) {
-    near.scans = near_scans_of(then);
+    near.scans = local_scans_of(then);
   }
   LoopTask task{std::nullopt, std::move(near)};
   if (pending_->is_search_due) {

@@ -9,15 +9,15 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/graph/pose_graph.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
+#include "matchbox_slam/slam/local_map.hpp"
 #include "matchbox_slam/slam/loops.hpp"
-#include "matchbox_slam/slam/near_map.hpp"
 #include "slam/path_uncertainty.hpp"
 
 namespace matchbox_slam {
 
 /// A map of what lies near, to be made beside the mapping.
-struct NearRequest {
-  std::optional<NearScans> scans;  ///< none: only when a loop moves the key scans
+struct LocalMapRequest {
+  std::optional<LocalScans> scans;  ///< none: only when a loop moves the key scans
   MapOptions map;
   LikelihoodFieldOptions field;
 };
@@ -45,7 +45,7 @@ class LoopCloser {
   /// What has come of it.
   struct Result {
     std::optional<MapCorrection> correction;  ///< poses of all key scans that fit together
-    std::optional<NearMap> near;              ///< of the corrected key scans
+    std::optional<LocalMap> near;             ///< of the corrected key scans
   };
 
   LoopCloser() = default;
@@ -67,10 +67,10 @@ class LoopCloser {
 
   /// Begins to search for a loop with the newest key scan, if it is time to, and to make a map of
   /// what lies near; nothing if there is neither to do or work is under way.
-  void begin(const KeyScans& keys, NearRequest near, const LoopOptions& options);
+  void begin(const KeyScans& keys, LocalMapRequest near, const LoopOptions& options);
 
   /// Begins work again that was under way when the state was taken.
-  void begin_again(const KeyScans& keys, NearRequest near, const LoopOptions& options);
+  void begin_again(const KeyScans& keys, LocalMapRequest near, const LoopOptions& options);
 
   /// Whether something was begun that has not taken effect.
   [[nodiscard]] bool is_pending() const { return pending_.has_value(); }

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "slam/local_scans.hpp"
 #include "slam/loop_closing.hpp"
-#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 

@@ -84,8 +84,8 @@ LoopTaskDone do_loop_task(LoopTask task) {
     close_a_loop(*task.search, kLeastMoved * task.near.map.resolution, done);
   }
   if (done.has_moved || task.near.scans) {
-    const NearScans scans = done.loops.empty() ? *task.near.scans : near_scans_of(*task.search);
-    done.near = NearMap(scans, task.near.map, task.near.field);
+    const LocalScans scans = done.loops.empty() ? *task.near.scans : local_scans_of(*task.search);
+    done.near = LocalMap(scans, task.near.map, task.near.field);
   }
   if (task.search) {
     done.graph = std::move(task.search->graph);
@@ -95,14 +95,14 @@ LoopTaskDone do_loop_task(LoopTask task) {
 
 }  // namespace
 
-NearScans near_scans_of(const LoopSearch& search) {
+LocalScans local_scans_of(const LoopSearch& search) {
   PlacedScans keys = search.keys;
   for (std::size_t i = 0; i < keys.size(); ++i) {
     keys[i].map_from_base = search.graph.poses[i];
   }
   const AdjacencyList links(search.graph);
   const PathUncertainty ways(search.graph, links, keys.size() - 1);
-  return near_scans(keys, [&](const auto& some) {
+  return local_scans(keys, [&](const auto& some) {
     return ways.weakly_connected(some, search.options.max_relative_sigma);
   });
 }

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "matchbox_slam/graph/pose_graph.hpp"
+#include "slam/local_scans.hpp"
 #include "slam/loop_closing.hpp"
-#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 
@@ -22,7 +22,7 @@ struct LoopSearch {
 /// What is to be done beside the mapping: a search, a map of what lies near, or both.
 struct LoopTask {
   std::optional<LoopSearch> search;
-  NearRequest near;
+  LocalMapRequest near;
 };
 
 struct LoopTaskDone {
@@ -30,11 +30,11 @@ struct LoopTaskDone {
   bool has_moved = false;         ///< the poses are where they put them
   std::vector<ClosedLoop> loops;  ///< that were found; only the last one may be believed
   std::size_t tries = 0;
-  std::optional<NearMap> near;  ///< when it was asked for, or the key scans have moved
+  std::optional<LocalMap> near;  ///< when it was asked for, or the key scans have moved
 };
 
 /// Of the search's key scans where its graph has them, in which it is known how they lie.
-[[nodiscard]] NearScans near_scans_of(const LoopSearch& search);
+[[nodiscard]] LocalScans local_scans_of(const LoopSearch& search);
 
 /// A task under way, in a thread of its own.
 struct LoopWork {

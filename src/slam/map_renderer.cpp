@@ -54,22 +54,22 @@ void MapRenderer::add(const PlacedScan& key, const PointScan& points, MapPart& p
   const bool is_all_drawn = !is_outdated_ && drawn_ == part.key_scans.size();
   part.key_scans.add(key);
   part.key_scans.all().back().scan->keep(points);
-  if (is_all_drawn && near_.map() == nullptr) {
+  if (is_all_drawn && local_map_.map() == nullptr) {
     insert_scan(points, key.map_from_base, options.map, part.map);
     ++drawn_;
   }
 }
 
 void MapRenderer::match_whole(MapPart& part, const EngineOptions& options) {
-  near_.clear();
+  local_map_.clear();
   static_cast<void>(whole(part, options));
   is_moved_ = false;
 }
 
 bool MapRenderer::begin_whole(const MapPart& part, const EngineOptions& options) {
   const PlacedScans& keys = part.key_scans.all();
-  const bool may_take_long = near_.map() != nullptr || is_moved_;
-  near_.clear();
+  const bool may_take_long = local_map_.map() != nullptr || is_moved_;
+  local_map_.clear();
   is_moved_ = false;
   if (!rendering_ && (is_outdated_ || drawn_ < keys.size() || !part.map.field.is_rendered())) {
     is_outdated_ = true;

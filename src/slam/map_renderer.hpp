@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "matchbox_slam/slam/engine_options.hpp"
-#include "matchbox_slam/slam/near_map.hpp"
+#include "matchbox_slam/slam/local_map.hpp"
 #include "slam/loop_closing.hpp"
 #include "slam/map_parts.hpp"
 
@@ -18,23 +18,23 @@ namespace matchbox_slam {
 class MapRenderer {
  public:
   MapRenderer() = default;
-  /// @param near      empty: the whole map is matched against.
-  /// @param is_moved  by loops, and matched against `near` alone since.
+  /// @param local_map  empty: the whole map is matched against.
+  /// @param is_moved  by loops, and matched against the local map alone since.
   /// @param drawn     key scans that the whole map shows.
-  MapRenderer(NearMap near, bool is_moved, std::size_t drawn)
-      : near_(std::move(near)), is_moved_(is_moved), drawn_(drawn) {}
+  MapRenderer(LocalMap local_map, bool is_moved, std::size_t drawn)
+      : local_map_(std::move(local_map)), is_moved_(is_moved), drawn_(drawn) {}
 
-  [[nodiscard]] const NearMap& near() const { return near_; }
+  [[nodiscard]] const LocalMap& local_map() const { return local_map_; }
   [[nodiscard]] bool is_moved() const { return is_moved_; }
   /// Whether the whole map is to be rendered anew, not only to be added to.
   [[nodiscard]] bool is_outdated() const { return is_outdated_; }
 
   [[nodiscard]] const SlamMap& matched(const MapPart& part) const {
-    return near_.map() != nullptr ? *near_.map() : part.map;
+    return local_map_.map() != nullptr ? *local_map_.map() : part.map;
   }
 
   /// Draws what the whole map lacks, or waits until it is drawn, to be looked at: its field is not
-  /// rendered where only `near` is matched against.
+  /// rendered where only the local map is matched against.
   const SlamMap& drawn(MapPart& part, const EngineOptions& options);
 
   /// The same with its field.
@@ -50,7 +50,7 @@ class MapRenderer {
            const EngineOptions& options);
 
   /// Lets a map of what lies near take effect.
-  void match_near(NearMap near) { near_ = std::move(near); }
+  void match_locally(LocalMap local_map) { local_map_ = std::move(local_map); }
   /// From now on.
   void match_whole(MapPart& part, const EngineOptions& options);
   /// The same where nobody asks for the map for a while: what it lacks is drawn beside. Whether
@@ -62,7 +62,7 @@ class MapRenderer {
 
   /// Draws the key scans that what lies near has not taken in.
   void catch_up(const MapPart& part, const EngineOptions& options) {
-    near_.take_new(part.key_scans.all(), options.map);
+    local_map_.take_new(part.key_scans.all(), options.map);
   }
 
  private:
@@ -72,7 +72,7 @@ class MapRenderer {
     std::future<SlamMap> map;
   };
 
-  NearMap near_;
+  LocalMap local_map_;
   bool is_moved_ = false;
   bool is_outdated_ = false;
   std::size_t drawn_ = 0;                 ///< key scans that the whole map shows

@@ -7,8 +7,8 @@
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matching/rendered_map.hpp"
+#include "slam/local_scans.hpp"
 #include "slam/match_validation.hpp"
-#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -17,7 +17,7 @@ MapPart empty_part(const EngineOptions& options, double begin) {
   return {SlamMap(options.map, options.field), {}, {}, begin};
 }
 
-NearRequest near_request(const EngineOptions& options) {
+LocalMapRequest near_request(const EngineOptions& options) {
   return {std::nullopt, options.map, options.field};
 }
 
@@ -140,7 +140,7 @@ const SlamMap& Mapping::compared() const {
   if (!fork_) {
     return matched();
   }
-  const SlamMap* near = fork_->drawing.near().map();
+  const SlamMap* near = fork_->drawing.local_map().map();
   return is_lost() || near == nullptr ? fork_->map : *near;
 }
 
@@ -173,7 +173,7 @@ MapCorrection Mapping::move_since_fork(const std::vector<std::optional<Pose2>>& 
 }
 
 void Mapping::draw_since(std::size_t key_scan, const EngineOptions& options) {
-  if (!is_lost() && renderer_.near().map() != nullptr) {
+  if (!is_lost() && renderer_.local_map().map() != nullptr) {
     catch_up(options);
   } else if (!is_lost()) {
     static_cast<void>(whole(options));
@@ -208,9 +208,9 @@ void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
   const MapPart& part = parts_.here();
   const PlacedScans& keys = part.key_scans.all();
   fork_ = Fork{start.key_scans, start.last_inserted, part.map, renderer_};
-  if (!is_lost() && renderer_.near().map() != nullptr) {
-    fork_->drawing.match_near(
-        renderer_.near().as_of(start.key_scans, keys, options.map, options.field));
+  if (!is_lost() && renderer_.local_map().map() != nullptr) {
+    fork_->drawing.match_locally(
+        renderer_.local_map().as_of(start.key_scans, keys, options.map, options.field));
   } else {
     const PlacedScans then(keys.begin(),
                            keys.begin() + static_cast<std::ptrdiff_t>(start.key_scans));
@@ -227,16 +227,16 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
   if (loops_.is_due(key_scans)) {
     correction = finish_loops();
   }
-  NearRequest near = near_request(options);
+  LocalMapRequest near = near_request(options);
   const auto are_apart = [&](const auto& some) {
     return loops_.weakly_connected(some, options.loops);
   };
-  NearScans scans = near_scans(key_scans.all(), are_apart);
+  LocalScans scans = local_scans(key_scans.all(), are_apart);
   if (scans.is_any_apart || renderer_.is_moved()) {
-    if (renderer_.near().is_due(key_scans.all())) {
+    if (renderer_.local_map().is_due(key_scans.all())) {
       near.scans = std::move(scans);
     }
-  } else if (renderer_.near().map() != nullptr) {
+  } else if (renderer_.local_map().map() != nullptr) {
     match_whole_map(options);
   }
   if (!has_pending(options)) {
@@ -251,7 +251,7 @@ std::optional<MapCorrection> Mapping::finish_loops() {
   }
   LoopCloser::Result result = loops_.finish(parts_.map().key_scans);
   if (result.near) {
-    renderer_.match_near(std::move(*result.near));
+    renderer_.match_locally(std::move(*result.near));
   }
   if (result.correction) {
     move_map(*result.correction);

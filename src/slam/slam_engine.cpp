@@ -342,7 +342,7 @@ void SlamEngine::Parts::start_from(EngineState start) {
   const std::size_t drawn = parts.front().key_scans.size();
   mapping_ = Mapping(MapParts(std::move(parts), localization.here, std::move(localization.pending)),
                      LoopCloser(std::move(start.loops)),
-                     {std::move(start.near_map), start.is_moved, drawn}, start.is_continued,
+                     {std::move(start.local_map), start.is_moved, drawn}, start.is_continued,
                      start.is_of_key_scans, options_);
   hypotheses_ = PoseHypotheses(std::move(localization.hypotheses));
   if (const auto& fork = hypotheses_.state().fork) {
@@ -370,7 +370,7 @@ EngineState SlamEngine::Parts::snapshot() {
            parts.here_number(),
            relocalizer_.search()},
           mapping_.loops().state(),
-          mapping_.renderer().near(),
+          mapping_.renderer().local_map(),
           mapping_.renderer().is_moved(),
           mapping_.is_continued(),
           mapping_.is_of_key_scans(),

@@ -13,9 +13,9 @@
 #include "simulation/make_world.hpp"
 #include "simulation/robot.hpp"
 #include "simulation/simulation_support.hpp"
+#include "slam/local_scans.hpp"
 #include "slam/loop_closing.hpp"
 #include "slam/map_equality.hpp"
-#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -287,11 +287,11 @@ class HiddenBesideTest : public testing::Test {
     return closer.graph().edges[edge_].covariance.topLeftCorner<2, 2>().trace();
   }
 
-  [[nodiscard]] NearRequest near() const {
+  [[nodiscard]] LocalMapRequest near() const {
     const auto are_apart = [this](const auto& some) {
       return drive_.closer().weakly_connected(some, kOptions);
     };
-    return {near_scans(drive_.keys().all(), are_apart), {}, {}};
+    return {local_scans(drive_.keys().all(), are_apart), {}, {}};
   }
 
   const World world_ = make_loop_world(1);
@@ -446,7 +446,7 @@ TEST_F(BesideTheMappingTest, WhatIsAbandonedChangesNothing) {
   EXPECT_FALSE(drive_.closer().finish(drive_.keys()).correction);
   EXPECT_EQ(count_closed(drive_.closer().loops()), 0U);
   EXPECT_EQ(drive_.closer().graph().poses.back(), before.back());
-  drive_.closer().begin(drive_.keys(), {NearScans{}, {}, {}}, kOptions);
+  drive_.closer().begin(drive_.keys(), {LocalScans{}, {}, {}}, kOptions);
   EXPECT_TRUE(drive_.closer().is_pending()) << "the next may begin";
 }
 

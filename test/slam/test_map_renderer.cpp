@@ -3,9 +3,9 @@
 #include "matchbox_slam/map/map_image.hpp"
 #include "matching/rendered_map.hpp"
 #include "slam/key_scans_of_rooms.hpp"
+#include "slam/local_scans.hpp"
 #include "slam/map_equality.hpp"
 #include "slam/map_renderer.hpp"
-#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -57,7 +57,7 @@ TEST_F(MapRendererTest, DrawsTheWholeWhenAskedWhileWhatLiesNearIsMatchedAgainst)
     }
     return is_apart;
   };
-  renderer_.match_near({near_scans(all, are_apart), kOptions.map, kOptions.field});
+  renderer_.match_locally({local_scans(all, are_apart), kOptions.map, kOptions.field});
   const SlamMap before = part_.map;
   add(keys_[4], part_, renderer_);
   EXPECT_TRUE(same_map(part_.map, before));

@@ -8,9 +8,9 @@
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matching/rendered_map.hpp"
 #include "slam/key_scans_of_rooms.hpp"
+#include "slam/local_scans.hpp"
 #include "slam/map_equality.hpp"
 #include "slam/mapping.hpp"
-#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -29,10 +29,10 @@ class MappingTest : public testing::Test {
     }
   }
   /// From what is saved while only what lies near is matched against.
-  [[nodiscard]] Mapping gone_on_with_near_map() const {
+  [[nodiscard]] Mapping gone_on_with_local_map() const {
     const PlacedScans& all = mapping_.parts().map().key_scans.all();
     const auto none_apart = [](const auto& some) { return std::vector<bool>(some.size(), false); };
-    NearMap near(near_scans(all, none_apart), options_.map, options_.field);
+    LocalMap near(local_scans(all, none_apart), options_.map, options_.field);
     return {mapping_.parts(), mapping_.loops(), {std::move(near), true, all.size()}, true, true,
             options_};
   }
@@ -118,7 +118,7 @@ TEST_F(MappingTest, KeepsWhatWaitsWhileTheMapIsNotToGrow) {
 
 TEST_F(MappingTest, DrawsWhatWaitedIntoWhatLiesNearAtOnce) {
   insert_first(2);
-  Mapping near_by = gone_on_with_near_map();
+  Mapping near_by = gone_on_with_local_map();
   near_by.wait({{0, keys_[2]}});
   EXPECT_EQ(near_by.insert_pending(options_), 0U);
   const PlacedScans& all = near_by.parts().map().key_scans.all();
@@ -128,10 +128,10 @@ TEST_F(MappingTest, DrawsWhatWaitedIntoWhatLiesNearAtOnce) {
 
 TEST_F(MappingTest, MatchesTheWholeMapWhereItIsGoneOnWithWithoutLoops) {
   insert_first(2);
-  EXPECT_NE(gone_on_with_near_map().renderer().near().map(), nullptr);
+  EXPECT_NE(gone_on_with_local_map().renderer().local_map().map(), nullptr);
   options_.slam.loop_closing = false;
-  Mapping gone_on = gone_on_with_near_map();
-  EXPECT_EQ(gone_on.renderer().near().map(), nullptr);
+  Mapping gone_on = gone_on_with_local_map();
+  EXPECT_EQ(gone_on.renderer().local_map().map(), nullptr);
   ASSERT_TRUE(
       gone_on.insert(*keys_[2].scan->points(), keys_[2], covariance_of(0.01, 0.01), options_));
   EXPECT_TRUE(same_map(gone_on.matched(),

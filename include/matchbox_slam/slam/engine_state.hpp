@@ -13,9 +13,9 @@
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/hypotheses.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
+#include "matchbox_slam/slam/local_map.hpp"
 #include "matchbox_slam/slam/loops.hpp"
 #include "matchbox_slam/slam/map_part.hpp"
-#include "matchbox_slam/slam/near_map.hpp"
 #include "matchbox_slam/slam/place_search.hpp"
 
 namespace matchbox_slam {
@@ -39,8 +39,8 @@ struct EngineState {
   std::uint64_t scan_count = 0;
   LocalizationState localization = {};
   LoopState loops = {};
-  NearMap near_map = {};
-  bool is_moved = false;      ///< by loops, and matched against near_map alone since
+  LocalMap local_map = {};
+  bool is_moved = false;      ///< by loops, and matched against local_map alone since
   bool is_continued = false;  ///< the newest key scan is from where the base is
   /// Made of its key scans alone. Loops are not closed in one that holds walls that came without:
   /// nobody knows how they would move.

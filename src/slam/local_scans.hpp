@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "matchbox_slam/matching/key_scan.hpp"
-#include "matchbox_slam/slam/near_map.hpp"
+#include "matchbox_slam/slam/local_map.hpp"
 
 namespace matchbox_slam {
 
-/// [m] from the robot that a near map reaches. A guess, tried on five drives with loops
+/// [m] from the robot that a local map reaches. A guess, tried on five drives with loops
 /// (benchmark/reports/current/CONSTANTS.md): with half loop is 8 % and aces 10 % worse, seattle
 /// 16 % better; with double aces 13 % worse.
-constexpr double kNearReach = 15.0;
+constexpr double kLocalReach = 15.0;
 
 /// Numbers of the key scans that were taken less than `reach` [m] from here.
 [[nodiscard]] std::vector<std::size_t> keys_within(const PlacedScans& keys,
@@ -23,6 +23,6 @@ constexpr double kNearReach = 15.0;
 using AreWeaklyConnected = std::function<std::vector<bool>(const std::vector<std::size_t>& keys)>;
 
 /// @param are_apart  is asked of those alone that are near, or will be soon.
-[[nodiscard]] NearScans near_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart);
+[[nodiscard]] LocalScans local_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart);
 
 }  // namespace matchbox_slam

@@ -1,4 +1,4 @@
-#include "slam/near_scans.hpp"
+#include "slam/local_scans.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -49,17 +49,17 @@ std::vector<std::size_t> keys_within(const PlacedScans& keys, const Eigen::Vecto
   return within;
 }
 
-NearScans near_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart) {
+LocalScans local_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart) {
   const Eigen::Vector2d here = keys.back().map_from_base.translation();
-  const std::vector<std::size_t> soon = keys_within(keys, here, kNearReach + kSoon);
+  const std::vector<std::size_t> soon = keys_within(keys, here, kLocalReach + kSoon);
   const std::vector<bool> is_apart = are_apart(soon);
-  NearScans near;
+  LocalScans near;
   near.center = here;
   near.newest = keys.size() - 1;
   near.is_any_apart = std::find(is_apart.begin(), is_apart.end(), true) != is_apart.end();
   for (std::size_t i = 0; i < soon.size(); ++i) {
     const PlacedScan& key = keys[soon[i]];
-    if (!is_apart[i] && distance(key, here) < kNearReach) {
+    if (!is_apart[i] && distance(key, here) < kLocalReach) {
       near.belonging.push_back(key);
     }
   }

@@ -1,10 +1,10 @@
-#include "matchbox_slam/slam/near_map.hpp"
+#include "matchbox_slam/slam/local_map.hpp"
 
 #include <algorithm>
 #include <iterator>
 
 #include "matching/rendered_map.hpp"
-#include "slam/near_scans.hpp"
+#include "slam/local_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -23,20 +23,20 @@ std::vector<std::uint64_t> ids_of(const PlacedScans& keys) {
 
 }  // namespace
 
-bool NearMap::is_due(const PlacedScans& keys) const {
+bool LocalMap::is_due(const PlacedScans& keys) const {
   // A guess, a third of what it reaches. With half loop is 7 % worse, with double 20 %, and aces 7
   // % (CONSTANTS.md).
   constexpr double kMoved = 5.0;  // [m]
   return !map_ || distance(keys.back(), center_) >= kMoved;
 }
 
-NearMap::NearMap(const NearScans& near, const MapOptions& map_options,
-                 const LikelihoodFieldOptions& field_options)
-    : NearMap(rendered(near.belonging, map_options, field_options), near.center, near.newest + 1,
-              ids_of(near.belonging)) {}
+LocalMap::LocalMap(const LocalScans& near, const MapOptions& map_options,
+                   const LikelihoodFieldOptions& field_options)
+    : LocalMap(rendered(near.belonging, map_options, field_options), near.center, near.newest + 1,
+               ids_of(near.belonging)) {}
 
-NearMap NearMap::as_of(std::size_t taken, const PlacedScans& keys, const MapOptions& map_options,
-                       const LikelihoodFieldOptions& field_options) const {
+LocalMap LocalMap::as_of(std::size_t taken, const PlacedScans& keys, const MapOptions& map_options,
+                         const LikelihoodFieldOptions& field_options) const {
   PlacedScans then;
   for (const std::uint64_t id : drawn_) {
     if (id < taken) {
@@ -46,13 +46,13 @@ NearMap NearMap::as_of(std::size_t taken, const PlacedScans& keys, const MapOpti
   return {rendered(then, map_options, field_options), center_, taken, ids_of(then)};
 }
 
-void NearMap::take_new(const PlacedScans& keys, const MapOptions& map_options) {
+void LocalMap::take_new(const PlacedScans& keys, const MapOptions& map_options) {
   if (taken_ == keys.size()) {
     return;
   }
   for (; taken_ < keys.size(); ++taken_) {
     const PlacedScan& key = keys[taken_];
-    if (map_ && distance(key, center_) < kNearReach) {
+    if (map_ && distance(key, center_) < kLocalReach) {
       insert_unrendered(*key.scan->points(), key.map_from_base, map_options, *map_);
       drawn_.push_back(key.scan->id());
     }

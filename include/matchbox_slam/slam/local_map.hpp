@@ -13,7 +13,7 @@
 namespace matchbox_slam {
 
 /// Key scans around the newest one.
-struct NearScans {
+struct LocalScans {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();  ///< where the newest was taken
   std::size_t newest = 0;                            ///< its number
   PlacedScans belonging;      ///< with the newest, the nearest ones: many of one place say the same
@@ -22,20 +22,20 @@ struct NearScans {
 
 /// A map of the key scans around the robot that are known to lie well to each other, for scans to
 /// be matched against where a drifted robot would else see the whole map's walls twice. A value.
-class NearMap {
+class LocalMap {
  public:
-  NearMap() = default;
+  LocalMap() = default;
   /// @param center  where the newest key scan of its making was taken.
   /// @param taken   how many key scans there were then.
   /// @param drawn   those that it shows, by id, in their order.
   // Two numbers are copied either way. NOLINTNEXTLINE(modernize-pass-by-value)
-  NearMap(SlamMap map, const Eigen::Vector2d& center, std::size_t taken,
-          std::vector<std::uint64_t> drawn)
+  LocalMap(SlamMap map, const Eigen::Vector2d& center, std::size_t taken,
+           std::vector<std::uint64_t> drawn)
       : map_(std::move(map)), center_(center), taken_(taken), drawn_(std::move(drawn)) {}
 
   /// @param near  of these.
-  NearMap(const NearScans& near, const MapOptions& map_options,
-          const LikelihoodFieldOptions& field_options);
+  LocalMap(const LocalScans& near, const MapOptions& map_options,
+           const LikelihoodFieldOptions& field_options);
 
   /// Nothing, where the whole map is to be matched against.
   [[nodiscard]] const SlamMap* map() const { return map_ ? &*map_ : nullptr; }
@@ -46,9 +46,9 @@ class NearMap {
 
   /// As it was when there were so many key scans.
   /// @param keys  all of them.
-  [[nodiscard]] NearMap as_of(std::size_t taken, const PlacedScans& keys,
-                              const MapOptions& map_options,
-                              const LikelihoodFieldOptions& field_options) const;
+  [[nodiscard]] LocalMap as_of(std::size_t taken, const PlacedScans& keys,
+                               const MapOptions& map_options,
+                               const LikelihoodFieldOptions& field_options) const;
 
   /// Whether it is to be made anew for the newest key scan: others have come near since, or have
   /// drifted apart.

@@ -3,11 +3,11 @@
 #include <cstddef>
 #include <vector>
 
-#include "matchbox_slam/slam/near_map.hpp"
+#include "matchbox_slam/slam/local_map.hpp"
 #include "matching/rendered_map.hpp"
 #include "slam/key_scans_of_rooms.hpp"
+#include "slam/local_scans.hpp"
 #include "slam/map_equality.hpp"
-#include "slam/near_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -23,7 +23,7 @@ SlamMap inserted(const PlacedScans& keys) {
   return map;
 }
 
-TEST(NearMap, WhatIsRenderedIsAsInserted) {
+TEST(LocalMap, WhatIsRenderedIsAsInserted) {
   const PlacedScans keys = drive_through_rooms(6);
   EXPECT_TRUE(same_map(rendered(keys, kMap, kField), inserted(keys)));
 }
@@ -46,60 +46,60 @@ std::vector<double> stamps(const PlacedScans& keys) {
   return stamps;
 }
 
-TEST(NearScans, AreThoseThatBelong) {
+TEST(LocalScans, AreThoseThatBelong) {
   const PlacedScans keys = drive_through_rooms(6);
-  const NearScans all = near_scans(keys, of(std::vector<bool>(6, false)));
+  const LocalScans all = local_scans(keys, of(std::vector<bool>(6, false)));
   EXPECT_FALSE(all.is_any_apart);
   EXPECT_EQ(all.newest, 5U);
   EXPECT_EQ(all.center, keys.back().map_from_base.translation());
   EXPECT_EQ(stamps(all.belonging), stamps(keys));
-  const NearScans some = near_scans(keys, of({true, false, true, false, false, false}));
+  const LocalScans some = local_scans(keys, of({true, false, true, false, false, false}));
   EXPECT_TRUE(some.is_any_apart);
   EXPECT_EQ(stamps(some.belonging), stamps({keys[1], keys[3], keys[4], keys[5]}));
 }
 
-TEST(NearScans, AreNoFartherThanTheRobotSees) {
+TEST(LocalScans, AreNoFartherThanTheRobotSees) {
   PlacedScans keys = drive_through_rooms(4);
   const Pose2& newest = keys.back().map_from_base;
   keys[0].map_from_base = Pose2{newest.x + 14.9, newest.y, 0.0};
   keys[1].map_from_base = Pose2{newest.x, newest.y - 25.1, 0.0};
-  EXPECT_FALSE(near_scans(keys, of({false, true, false, false})).is_any_apart);
+  EXPECT_FALSE(local_scans(keys, of({false, true, false, false})).is_any_apart);
   keys[1].map_from_base = Pose2{newest.x, newest.y - 24.9, 0.0};
-  EXPECT_TRUE(near_scans(keys, of({false, true, false, false})).is_any_apart) << "it will be soon";
-  EXPECT_EQ(stamps(near_scans(keys, of({false, false, true, false})).belonging),
+  EXPECT_TRUE(local_scans(keys, of({false, true, false, false})).is_any_apart) << "it will be soon";
+  EXPECT_EQ(stamps(local_scans(keys, of({false, false, true, false})).belonging),
             stamps({keys[0], keys[3]}));
 }
 
-TEST(NearScans, AreTheNearestOfMany) {
+TEST(LocalScans, AreTheNearestOfMany) {
   const PlacedScans few = drive_through_rooms(6);
   PlacedScans keys;
   for (std::size_t i = 0; i < 150; ++i) {  // from 7.45 m to 0
     keys.push_back({few[i % 6].scan, {0.05 * static_cast<double>(149 - i), 0.0, 0.0}});
   }
-  const PlacedScans near = near_scans(keys, of(std::vector<bool>(150, false))).belonging;
+  const PlacedScans near = local_scans(keys, of(std::vector<bool>(150, false))).belonging;
   ASSERT_EQ(near.size(), 100U);
   EXPECT_EQ(near.front().map_from_base, keys[50].map_from_base);
   EXPECT_EQ(near.back().map_from_base, keys.back().map_from_base);
 }
 
 /// As where the robot turns, or stands and is seen anew.
-TEST(NearScans, AreTheNewestOfManyThatAreEquallyNear) {
+TEST(LocalScans, AreTheNewestOfManyThatAreEquallyNear) {
   const PlacedScans few = drive_through_rooms(6);
   PlacedScans keys;
   for (std::size_t i = 0; i < 150; ++i) {
     keys.push_back({few[i % 6].scan, {1.0, 2.0, 0.01 * static_cast<double>(i)}});
   }
-  const PlacedScans near = near_scans(keys, of(std::vector<bool>(150, false))).belonging;
+  const PlacedScans near = local_scans(keys, of(std::vector<bool>(150, false))).belonging;
   ASSERT_EQ(near.size(), 100U);
   for (std::size_t i = 0; i < 100; ++i) {
     EXPECT_EQ(near[i].map_from_base, keys[50 + i].map_from_base) << i;
   }
 }
 
-TEST(NearMap, TakesInWhatCameSince) {
+TEST(LocalMap, TakesInWhatCameSince) {
   PlacedScans keys = drive_through_rooms(6);
   const PlacedScans first(keys.begin(), keys.begin() + 3);
-  NearMap near(near_scans(first, of({true, false, false})), kMap, kField);
+  LocalMap near(local_scans(first, of({true, false, false})), kMap, kField);
   keys[4].map_from_base.x += 40.0;  // mapped elsewhere
   near.take_new(keys, kMap);
   ASSERT_NE(near.map(), nullptr);
@@ -110,10 +110,10 @@ TEST(NearMap, TakesInWhatCameSince) {
   EXPECT_EQ(near.map(), nullptr);
 }
 
-TEST(NearMap, IsDueWhenThereIsNoneOrTheRobotHasMoved) {
+TEST(LocalMap, IsDueWhenThereIsNoneOrTheRobotHasMoved) {
   PlacedScans keys = drive_through_rooms(2);
-  EXPECT_TRUE(NearMap().is_due(keys));
-  const NearMap near(near_scans(keys, of({false, false})), kMap, kField);
+  EXPECT_TRUE(LocalMap().is_due(keys));
+  const LocalMap near(local_scans(keys, of({false, false})), kMap, kField);
   EXPECT_FALSE(near.is_due(keys));
   keys.back().map_from_base.y += 4.9;
   EXPECT_FALSE(near.is_due(keys));
