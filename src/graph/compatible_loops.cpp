@@ -78,9 +78,10 @@ std::optional<std::size_t> worst_loop(const PoseGraph& graph, double most_chi_sq
   for (std::size_t i = 0; i < graph.edges.size(); ++i) {
     const PoseEdge& edge = graph.edges[i];
     // A loop that hardly gave way has no other that contradicts it, and rounding would decide.
-    constexpr double kHardly = 1e-6;
+    constexpr double kMinChiSquareShare = 1e-6;
     if (edge.kind == EdgeKind::kLoop && is_used(edge) &&
-        chi_square(edge_error(graph, edge).error, edge.covariance) > kHardly * most_chi_square) {
+        chi_square(edge_error(graph, edge).error, edge.covariance) >
+            kMinChiSquareShare * most_chi_square) {
       loops.push_back(i);
     }
   }

@@ -32,7 +32,8 @@ constexpr double kSureXy = 0.004;
 constexpr double kSureTheta = 0.0025;
 constexpr std::size_t kLeastAgreeing = 10;
 constexpr double kLeastShare = 0.5;  // of samples that agree
-constexpr std::size_t kMany = 50;    // a guess; half or double changes no byte there
+constexpr std::size_t kMinSamplesToContradict =
+    50;  // a guess; half or double changes no byte there
 
 Jacobian jacobian(const Eigen::Vector3d& velocity) {
   Jacobian matrix;
@@ -148,7 +149,7 @@ bool ExtrinsicCalibration::is_sure(const Eigen::Vector3d& velocity) const {
 }
 
 bool ExtrinsicCalibration::is_contradictory() const {
-  return samples_.size() >= kMany &&
+  return samples_.size() >= kMinSamplesToContradict &&
          static_cast<double>(agreeing_) < kLeastShare * static_cast<double>(samples_.size());
 }
 

@@ -13,8 +13,8 @@ constexpr double kMostLeft = 0.5;  // of the prior's variance
 
 /// @param squared  error over its standard deviation, squared; 1 where the share is right.
 double follow(double share, double squared, double weight, double min_scale) {
-  constexpr double kMost = 16.0;  // one step of wheels that slip is not their usual error
-  const double factor = 1.0 + weight * (std::min(squared, kMost) - 1.0);
+  constexpr double kMaxChiSquare = 16.0;  // one step of wheels that slip is not their usual error
+  const double factor = 1.0 + weight * (std::min(squared, kMaxChiSquare) - 1.0);
   return std::clamp(share * std::sqrt(factor), min_scale, 1.0);
 }
 

@@ -27,8 +27,8 @@ bool sees_farther(const ScanInput& input, const KeyScans& key_scans) {
 /// be drawn 0.25 m off.
 bool is_heading_known(const MatchResult& match) {
   // [rad]. The key scans of five logs have 0.03 at most, nearly all less than 0.01.
-  constexpr double kMost = 0.05;
-  return match.score == 0.0 || match.covariance(2, 2) <= kMost * kMost;
+  constexpr double kMaxHeadingSigma = 0.05;
+  return match.score == 0.0 || match.covariance(2, 2) <= kMaxHeadingSigma * kMaxHeadingSigma;
 }
 
 /// Whether it is hardly known where a scan was seen, while the next one, or the one after, may be

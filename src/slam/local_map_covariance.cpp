@@ -24,12 +24,12 @@ std::vector<double> weights_at(const Eigen::Vector2d& base,
   // [m], by the errors of simulated drives. It decides covariances, and no pose: half or double
   // changes no byte of a trajectory (benchmark/reports/current/CONSTANTS.md).
   constexpr double kReach = 1.2;
-  constexpr double kLeast = 1e-9;  // somebody has to count, however far away
+  constexpr double kMinWeight = 1e-9;  // somebody has to count, however far away
   std::vector<double> weights;
   double sum = 0.0;
   for (const Eigen::Vector2d& key : keys) {
     const double away = (key - base).norm() / kReach;
-    weights.push_back(std::max(std::exp(-0.5 * away * away), kLeast));
+    weights.push_back(std::max(std::exp(-0.5 * away * away), kMinWeight));
     sum += weights.back();
   }
   for (double& weight : weights) {

@@ -19,15 +19,15 @@ double distance(const PlacedScan& key, const Eigen::Vector2d& here) {
 PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
   // For the time that it takes to render them. Half or double changes errors by up to 4 %
   // (CONSTANTS.md).
-  constexpr std::size_t kMost = 100;
-  if (keys.size() <= kMost) {
+  constexpr std::size_t kMaxLocalScans = 100;
+  if (keys.size() <= kMaxLocalScans) {
     return keys;
   }
   std::vector<std::pair<double, std::size_t>> ranked;  // and how many key scans came since
   for (std::size_t i = 0; i < keys.size(); ++i) {
     ranked.emplace_back(distance(keys[i], here), keys.size() - 1 - i);
   }
-  const auto end = ranked.begin() + kMost;
+  const auto end = ranked.begin() + kMaxLocalScans;
   std::nth_element(ranked.begin(), end, ranked.end());
   std::sort(ranked.begin(), end, [](const auto& a, const auto& b) { return a.second > b.second; });
   PlacedScans nearest;

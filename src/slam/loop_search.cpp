@@ -158,7 +158,7 @@ std::vector<std::size_t> loop_candidates(const PlacedScans& keys,
   // intel, by 0.2 % (CONSTANTS.md).
   constexpr double kMargin = 2.0;      // [m] at which places still see the same
   constexpr std::size_t kSpread = 20;  // key scans
-  constexpr std::size_t kMost = 2;
+  constexpr std::size_t kMaxCandidates = 2;
   const Eigen::Vector2d here = keys.back().map_from_base.translation();
   const std::vector<std::size_t> within = keys_within(keys, here, options.max_window);
   const std::vector<bool> is_apart = are_apart(within);
@@ -182,7 +182,7 @@ std::vector<std::size_t> loop_candidates(const PlacedScans& keys,
     const bool is_new = std::none_of(chosen.begin(), chosen.end(), [i = i](std::size_t other) {
       return std::max(i, other) - std::min(i, other) < kSpread;
     });
-    if (is_new && chosen.size() < kMost) {
+    if (is_new && chosen.size() < kMaxCandidates) {
       chosen.push_back(i);
     }
   }

@@ -277,7 +277,7 @@ void add_hypotheses(const LostScan& lost, const std::vector<SearchedPlace>& plac
 /// of that: of so many of them, spread evenly, that no scan waits long.
 double share_through_walls(const PlacedScans& keys, const MapPart& other,
                            const Pose2& other_from_part) {
-  constexpr std::size_t kMost = 30;  // a guess: half and double were not tried
+  constexpr std::size_t kMaxLookedAt = 30;  // a guess: half and double were not tried
   const CellBox known = other.map.occupancy.known_bounds();
   PlacedScans within;
   for (const PlacedScan& key : keys) {
@@ -286,7 +286,7 @@ double share_through_walls(const PlacedScans& keys, const MapPart& other,
       within.push_back({key.scan, other_from_base});
     }
   }
-  const std::size_t stride = within.size() / kMost + 1;
+  const std::size_t stride = within.size() / kMaxLookedAt + 1;
   std::size_t looked_at = 0;
   std::size_t through = 0;
   for (std::size_t i = 0; i < within.size(); i += stride) {
@@ -305,8 +305,8 @@ Verdict judge_whole(const LostScan& lost, const PlaceHypothesis& place, const Pl
                     const std::vector<SearchedPlace>& places) {
   // Of 17 of 18 right places none of the key scans does, of the other one up to 24 %: seen at a
   // grazing angle from afar, an open door cannot be told from wall. Of wrong places 0 to 100 %.
-  constexpr double kFew = 0.1;
-  constexpr double kMany = 0.3;
+  constexpr double kMaxShareConfirmed = 0.1;
+  constexpr double kMinShareRefuted = 0.3;
   PlacedScans there;
   for (const SearchedPlace& searched : places) {
     if (searched.part == place.part) {
@@ -316,10 +316,10 @@ Verdict judge_whole(const LostScan& lost, const PlaceHypothesis& place, const Pl
   const double through =
       std::max(share_through_walls(seen, lost.parts[place.part], place.part_from_apart),
                share_through_walls(there, lost.apart, place.part_from_apart.inverse()));
-  if (through > kMany) {
+  if (through > kMinShareRefuted) {
     return Verdict::kRefuted;
   }
-  return through <= kFew ? Verdict::kConfirmed : Verdict::kOpen;
+  return through <= kMaxShareConfirmed ? Verdict::kConfirmed : Verdict::kOpen;
 }
 
 /// Whether no other place may be the right one as well as the first. How often each was confirmed
