@@ -39,7 +39,7 @@ void add_pose(const StampedPose2& pose, std::vector<StampedPose2>& poses) {
   }
 }
 
-void put_right(const MapCorrection& correction, std::vector<StampedPose2>& poses) {
+void correct(const MapCorrection& correction, std::vector<StampedPose2>& poses) {
   auto step = correction.steps.begin();
   for (StampedPose2& pose : poses) {
     while (step + 1 != correction.steps.end() && (step + 1)->since <= pose.stamp) {
@@ -292,10 +292,10 @@ bool SlamRun::is_in_map(double stamp) const {
   });
 }
 
-void SlamRun::put_right_by(const std::optional<MapCorrection>& correction) {
+void SlamRun::correct_by(const std::optional<MapCorrection>& correction) {
   if (correction) {
-    put_right(*correction, trajectory_);
-    path_.change([&](auto& poses) { put_right(*correction, poses); });
+    correct(*correction, trajectory_);
+    path_.change([&](auto& poses) { correct(*correction, poses); });
   }
 }
 
@@ -315,7 +315,7 @@ void SlamRun::record(const ScanOutcome& outcome) {
     }
   }
   note_apart(outcome);
-  put_right_by(outcome.corrected);
+  correct_by(outcome.corrected);
   inserted_ += outcome.inserted ? 1 : 0;
   left_out_ += outcome.left_out;
   parts_given_up_ += outcome.gave_up_part ? 1 : 0;

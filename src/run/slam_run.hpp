@@ -51,7 +51,7 @@ class SlamRun {
   std::optional<ScanOutcome> process(const ScanInput& input);
 
   /// After the last scan: closes the loop that a search under way may find.
-  void finish() { put_right_by(engine_->finish_loops()); }
+  void finish() { correct_by(engine_->finish_loops()); }
 
   /// Takes effect for the next scan. Throws ConfigurationError or std::runtime_error when the event
   /// is not possible, telling why; then nothing has changed.
@@ -195,7 +195,7 @@ class SlamRun {
   void note_lasers();
   void record(const ScanOutcome& outcome);
   void note_apart(const ScanOutcome& outcome);
-  void put_right_by(const std::optional<MapCorrection>& correction);
+  void correct_by(const std::optional<MapCorrection>& correction);
 
   RunRecords records_;
   LiveConfiguration configuration_;

@@ -30,7 +30,7 @@ Eigen::Matrix3d anywhere_in(const SlamMap& map) {
 
 }  // namespace
 
-Eigen::Matrix3d told_covariance(const ScanOutcome& outcome, const MapParts& parts, bool maps) {
+Eigen::Matrix3d reported_covariance(const ScanOutcome& outcome, const MapParts& parts, bool maps) {
   Eigen::Matrix3d told = outcome.covariance;
   const KeyScans& here = parts.here().key_scans;
   if (outcome.match.accepted() && maps && !here.empty()) {

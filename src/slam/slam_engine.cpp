@@ -93,7 +93,7 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
     search_for_map({seconds, way}, outcome);
   }
   outcome.covariance += hypotheses_.spread_around(outcome.map_from_base);
-  outcome.covariance = told_covariance(outcome, mapping_.parts(), options_.slam.update_map);
+  outcome.covariance = reported_covariance(outcome, mapping_.parts(), options_.slam.update_map);
   outcome.state = state();
   return outcome;
 }
@@ -113,7 +113,7 @@ ScanOutcome SlamEngine::Parts::take_secondary(const ScanInput& input,
   secondary_lasers_.wait(input, newest.velocity(), newest_from_base, predicted.during_scan,
                          options_.scan);
   ScanOutcome outcome = outcome_of(input, predicted);
-  outcome.covariance = told_covariance(outcome, mapping_.parts(), false);
+  outcome.covariance = reported_covariance(outcome, mapping_.parts(), false);
   outcome.match.map_from_base = predicted.fixed_from_base;
   outcome.match.covariance = predicted.covariance;
   outcome.is_of_secondary_laser = true;

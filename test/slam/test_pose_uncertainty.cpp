@@ -41,21 +41,21 @@ class ToldCovarianceTest : public testing::Test {
 };
 
 TEST_F(ToldCovarianceTest, WhileMappingHoldsThatOfTheMapTwiceOverAndItsBend) {
-  const Eigen::Matrix3d told = told_covariance(outcome_, parts_, true);
+  const Eigen::Matrix3d told = reported_covariance(outcome_, parts_, true);
   // 100 m away a heading that is known to 0.1 mrad is 1 cm.
   EXPECT_TRUE(told.isApprox(2.0 * outcome_.match.covariance + covariance_of(0.01, 1e-4), 1e-9));
 }
 
 TEST_F(ToldCovarianceTest, InAMapThatStaysIsTheMatchs) {
-  EXPECT_EQ(told_covariance(outcome_, parts_, false), outcome_.covariance);
+  EXPECT_EQ(reported_covariance(outcome_, parts_, false), outcome_.covariance);
   outcome_.match.status = MatchStatus::kRejectedLowScore;
-  EXPECT_EQ(told_covariance(outcome_, parts_, true), outcome_.covariance);
+  EXPECT_EQ(reported_covariance(outcome_, parts_, true), outcome_.covariance);
 }
 
 TEST_F(ToldCovarianceTest, OfALostRobotCoversTheMap) {
   static_cast<void>(
       parts_.begin_apart({SlamMap(MapOptions{}, LikelihoodFieldOptions{}), {}, {}, 1.0}));
-  const Eigen::Matrix3d told = told_covariance(outcome_, parts_, true);
+  const Eigen::Matrix3d told = reported_covariance(outcome_, parts_, true);
   const CellBox box = parts_.map().map.occupancy.known_bounds();
   EXPECT_GE(std::sqrt(told(0, 0)), 0.05 * std::max(box.width(), box.height()));
   EXPECT_GE(std::sqrt(told(2, 2)), 3.14);
