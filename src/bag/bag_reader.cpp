@@ -3,10 +3,12 @@
 #include <ros/message_traits.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <set>
 #include <utility>
 
+#include "bag/merged_messages.hpp"
 #include "bag/open_recording.hpp"
 #include "matchbox_slam/common/options.hpp"
 
@@ -55,27 +57,34 @@ struct BagAsked {
   }
 };
 
+/// What is asked of bags: what was said on /tf_static before a period, or the period.
+std::vector<FileSelection> selections_of(
+    const std::vector<std::unique_ptr<RecordingFile>>& bags, const BagSelection& times,
+    const std::function<bool(const BagConnection&)>& is_asked) {
+  std::vector<FileSelection> selections;
+  for (const auto& bag : bags) {
+    BagSelection selection = times;
+    for (const auto& [number, connection] : bag->connections()) {
+      if (is_asked(connection)) {
+        selection.connections.insert(number);
+      }
+    }
+    selections.push_back({bag.get(), std::move(selection)});
+  }
+  return selections;
+}
+
 /// What was said on /tf_static before a period, and then the period.
 class PeriodStream : public MessageStream {
  public:
   PeriodStream(const std::vector<std::unique_ptr<RecordingFile>>& bags, const ros::Time& first,
-               const ros::Time& last, const std::function<bool(const BagConnection&)>& is_asked) {
-    for (const auto& bag : bags) {
-      BagSelection before;
-      BagSelection during{{}, first, last};
-      for (const auto& [number, connection] : bag->connections()) {
-        if (is_asked(connection)) {
-          during.connections.insert(number);
-        }
-        if (is_static_transform_topic(connection.topic) && !first.isZero()) {
-          before.connections.insert(number);
-          before.last = first - ros::Duration(0, 1);
-        }
-      }
-      before_.push_back(bag->messages(std::move(before)));
-      during_.push_back(bag->messages(std::move(during)));
-    }
-  }
+               const ros::Time& last, const std::function<bool(const BagConnection&)>& is_asked)
+      : before_(selections_of(
+            bags, {{}, ros::Time(), first.isZero() ? first : first - ros::Duration(0, 1)},
+            [&](const BagConnection& connection) {
+              return is_static_transform_topic(connection.topic) && !first.isZero();
+            })),
+        during_(selections_of(bags, {{}, first, last}, is_asked)) {}
 
   std::optional<RecordedMessage> next() override {
     if (is_over_) {
@@ -83,9 +92,9 @@ class PeriodStream : public MessageStream {
     }
     is_over_ = true;  // should this fail
     try {
-      std::optional<RecordedMessage> message = next_of(before_);
+      std::optional<RecordedMessage> message = before_.next();
       if (!message) {
-        message = next_of(during_);
+        message = during_.next();
       }
       if (message) {
         is_over_ = false;
@@ -102,24 +111,8 @@ class PeriodStream : public MessageStream {
   }
 
  private:
-  /// The first of those that are to come of several bags; of one time that of the first bag.
-  static std::optional<RecordedMessage> next_of(
-      const std::vector<std::unique_ptr<RecordedMessages>>& bags) {
-    RecordedMessages* next = nullptr;
-    std::optional<ros::Time> first;
-    for (const auto& bag : bags) {
-      const std::optional<ros::Time> time = bag->peek();
-      if (time && (!first || *time < *first)) {
-        next = bag.get();
-        first = time;
-      }
-    }
-    return next != nullptr ? std::optional(next->next()) : std::nullopt;
-  }
-
-  // Of each bag:
-  std::vector<std::unique_ptr<RecordedMessages>> before_;
-  std::vector<std::unique_ptr<RecordedMessages>> during_;
+  MergedMessages before_;
+  MergedMessages during_;
   bool is_over_ = false;
   std::optional<ros::Time> last_read_;
 };
@@ -176,9 +169,9 @@ BagReader::BagReader(const std::vector<std::string>& paths) {
     if (!seen.insert(path).second) {
       throw ConfigurationError("bag '" + path + "' is named twice");
     }
-    for (std::unique_ptr<RecordingFile>& file : open_recording(path)) {
-      bags_.push_back(std::move(file));
-    }
+    OpenRecording opened = open_recording(path);
+    std::move(opened.files.begin(), opened.files.end(), std::back_inserter(bags_));
+    std::move(opened.remarks.begin(), opened.remarks.end(), std::back_inserter(remarks_));
   }
   for (const auto& bag : bags_) {
     if (bag->empty()) {
@@ -242,7 +235,7 @@ std::unique_ptr<MessageStream> BagReader::messages(
 }
 
 std::vector<std::string> BagReader::remarks() const {
-  std::vector<std::string> all;
+  std::vector<std::string> all = remarks_;
   for (const auto& bag : bags_) {
     for (std::string& remark : bag->remarks()) {
       all.push_back(std::move(remark));

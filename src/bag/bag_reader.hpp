@@ -109,11 +109,12 @@ class BagReader {
   [[nodiscard]] std::unique_ptr<MessageStream> messages(
       const std::function<bool(const BagConnection&)>& is_asked, const BagPeriod& period) const;
 
-  /// What a person should know of how the files are read.
+  /// What a person should know of how the files are read, whole sentences.
   [[nodiscard]] std::vector<std::string> remarks() const;
 
  private:
   std::vector<std::unique_ptr<RecordingFile>> bags_;
+  std::vector<std::string> remarks_;  ///< of files that are left out
   std::vector<ros::Time> begins_;  ///< of the bags
   std::vector<BagTopic> topics_;
   ros::Time begin_;

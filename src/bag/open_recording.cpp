@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "bag/bag_error.hpp"
 #include "bag/carmen_log.hpp"
@@ -45,20 +46,46 @@ std::unique_ptr<RecordingFile> open_file(const std::string& path) {
   }
 }
 
-}  // namespace
-
-std::vector<std::unique_ptr<RecordingFile>> open_recording(const std::string& path) {
-  std::vector<std::unique_ptr<RecordingFile>> files;
+bool is_without_bytes(const std::string& path) {
   std::error_code error;
-  if (fs::is_directory(path, error)) {
-    for (const std::string& file : files_of_ros2_folder(path)) {
-      files.push_back(open_file(file));
+  return fs::is_regular_file(path, error) && fs::file_size(path, error) == 0 && !error;
+}
+
+/// A recorder that was stopped as it began another file leaves that one empty.
+OpenRecording open_files(const std::vector<std::string>& paths) {
+  OpenRecording opened;
+  for (const std::string& path : paths) {
+    if (is_without_bytes(path)) {
+      opened.remarks.push_back("'" + path + "' is empty (0 bytes) and left out");
+      continue;
+    }
+    std::unique_ptr<RecordingFile> file = open_file(path);
+    if (file->empty()) {
+      opened.remarks.push_back("'" + path + "' holds no messages and is left out");
+    } else {
+      opened.files.push_back(std::move(file));
     }
   }
-  if (files.empty()) {
-    files.push_back(open_file(path));
+  return opened;
+}
+
+}  // namespace
+
+OpenRecording open_recording(const std::string& path) {
+  std::vector<std::string> paths;
+  if (std::error_code error; fs::is_directory(path, error)) {
+    paths = files_of_ros2_folder(path);
   }
-  return files;
+  if (paths.empty()) {
+    OpenRecording opened;
+    opened.files.push_back(open_file(path));
+    return opened;
+  }
+  OpenRecording opened = open_files(paths);
+  if (opened.files.empty()) {
+    throw BagError("bag '" + path + "' holds no messages in any of its files");
+  }
+  return opened;
 }
 
 }  // namespace matchbox_slam

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <filesystem>
 
@@ -136,6 +137,59 @@ TEST_F(ReadRos2Folder, IsOneRecordingOfTheFilesThatItsMetadataNames) {
   EXPECT_TRUE(all_of({bag_folder_}) == expected);
   std::filesystem::remove(bag_folder_ + "/metadata.yaml");
   EXPECT_TRUE(all_of({bag_folder_}) == expected);
+}
+
+TEST_F(ReadRos2Folder, FilesWithoutMessagesAreToldAndTheOthersRead) {
+  const std::vector<Said> expected = all_of({bag_});
+  write_bytes(bag_folder_ + "/drive_2.db3", "");
+  write_db3(bag_folder_ + "/drive_3.db3", {});
+  write_bytes(bag_folder_ + "/drive_4.mcap", to_mcap({}));
+  write_metadata(
+      "    - drive_0.db3\n    - drive_1.mcap\n    - drive_2.db3\n    - drive_3.db3\n"
+      "    - drive_4.mcap\n");
+  EXPECT_TRUE(all_of({bag_folder_}) == expected);
+  EXPECT_EQ(BagReader({bag_folder_}).remarks(),
+            (std::vector<std::string>{
+                "'" + bag_folder_ + "/drive_2.db3' is empty (0 bytes) and left out",
+                "'" + bag_folder_ + "/drive_3.db3' holds no messages and is left out",
+                "'" + bag_folder_ + "/drive_4.mcap' holds no messages and is left out"}));
+  write_metadata("    - drive_2.db3\n    - drive_3.db3\n");
+  EXPECT_EQ(error_text<BagError>([&] { (void)all_of({bag_folder_}); }),
+            "bag '" + bag_folder_ + "' holds no messages in any of its files");
+}
+
+/// Lowers how many files the process may have open.
+class FewOpenFiles {
+ public:
+  explicit FewOpenFiles(rlim_t most) {
+    getrlimit(RLIMIT_NOFILE, &before_);
+    const rlimit lowered{most, before_.rlim_max};
+    setrlimit(RLIMIT_NOFILE, &lowered);
+  }
+  FewOpenFiles(const FewOpenFiles&) = delete;
+  FewOpenFiles& operator=(const FewOpenFiles&) = delete;
+  ~FewOpenFiles() { setrlimit(RLIMIT_NOFILE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+TEST_F(ReadRos2Folder, OfMoreFilesThanMayBeOpenIsRead) {
+  const std::vector<Said> expected = all_of({bag_});
+  const std::string split = folder_ / "split";
+  std::filesystem::create_directory(split);
+  for (std::size_t k = 0; k < messages_.size(); ++k) {
+    const std::string number = std::to_string(1000 + k);
+    if (k % 2 == 0) {
+      write_db3(split + "/drive_" + number + ".db3", {messages_[k]});
+    } else {
+      write_bytes(split + "/drive_" + number + ".mcap", to_mcap({messages_[k]}));
+    }
+  }
+  constexpr rlim_t kMostOpen = 30;
+  ASSERT_GT(messages_.size(), kMostOpen);
+  const FewOpenFiles lowered(kMostOpen);
+  EXPECT_TRUE(all_of({split}) == expected);
 }
 
 TEST_F(ReadRos2Folder, SaysWhatIsWrong) {
