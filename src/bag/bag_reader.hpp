@@ -115,7 +115,7 @@ class BagReader {
  private:
   std::vector<std::unique_ptr<RecordingFile>> bags_;
   std::vector<std::string> remarks_;  ///< of files that are left out
-  std::vector<ros::Time> begins_;  ///< of the bags
+  std::vector<ros::Time> begins_;     ///< of the bags
   std::vector<BagTopic> topics_;
   ros::Time begin_;
   ros::Time end_;

@@ -148,6 +148,11 @@ class Words {
     return left() >= kTailWords && !number_at(words_.size() - 2);
   }
 
+  /// Of the word so many after the next.
+  [[nodiscard]] bool has_decimal_point(std::size_t ahead) const {
+    return ahead < left() && words_[at_ + ahead].find('.') != std::string_view::npos;
+  }
+
   /// A count, without taking it; none where the next word is not of digits alone.
   [[nodiscard]] std::optional<std::size_t> count_ahead() const {
     const bool is_count = at_ < words_.size() && words_[at_].size() < 7 &&
@@ -227,14 +232,25 @@ CarmenScan read_old_scan(Words& words, const std::string& message) {
   return scan;
 }
 
-/// Older logs have none. @param words_after  how many of the message follow them.
-void read_remissions(Words& words, std::size_t words_after, CarmenScan& scan) {
+/// Whether their count and remissions follow, and then so many words of the message.
+bool are_remissions_ahead(const Words& words, std::size_t words_after) {
   const std::optional<std::size_t> count = words.count_ahead();
-  const std::size_t rest = words_after + (words.has_host() ? kTailWords : 0);
-  if (count && words.left() == 1 + *count + rest) {
-    words.skip(1, "remissions");
-    scan.remissions = words.readings(*count, "remissions");
-  }
+  const std::size_t tail = words.has_host() ? kTailWords : 0;
+  return count && words.left() == 1 + *count + words_after + tail;
+}
+
+/// Older logs have none.
+void read_remissions(Words& words, CarmenScan& scan) {
+  scan.remissions = words.readings(words.count("remissions"), "remissions");
+}
+
+/// Of a ROBOTLASER, with the turn axis at its end or without, as older logs have it. A count of 0
+/// without an axis has as many words as an axis without a count: there, a whole number before
+/// numbers with a decimal point is the count.
+bool has_remissions(const Words& words, std::size_t words_with_axis) {
+  return are_remissions_ahead(words, words_with_axis) ||
+         (are_remissions_ahead(words, words_with_axis - 1) &&
+          (words.count_ahead() != 0 || words.has_decimal_point(1)));
 }
 
 CarmenScan read_new_scan(Words& words, const std::string& message) {
@@ -258,12 +274,16 @@ CarmenScan read_new_scan(Words& words, const std::string& message) {
     scan.increment = field_of_view / static_cast<double>(beams - 1);
   }
   if (numbered_kind(message) == "RAWLASER") {
-    read_remissions(words, 0, scan);
+    if (are_remissions_ahead(words, 0)) {
+      read_remissions(words, scan);
+    }
     return scan;
   }
   constexpr std::size_t kDriveWords = 5;  // two velocities, two distances, the turn axis
   constexpr std::size_t kBodyWords = 2 * kPoseWords + kDriveWords;
-  read_remissions(words, kBodyWords, scan);
+  if (has_remissions(words, kBodyWords)) {
+    read_remissions(words, scan);
+  }
   scan.laser = words.pose("the laser's pose");
   scan.robot = words.pose("the robot's pose");
   // Older logs have no turn axis.

@@ -16,13 +16,15 @@
 #include "bag/carmen_line.hpp"
 #include "bag/carmen_stamps.hpp"
 #include "bag/log_lines.hpp"
+#include "common/number_text.hpp"
 
 namespace matchbox_slam {
 namespace {
 
 constexpr const char* kOdometryFrame = "odom";
 constexpr const char* kBaseFrame = "base_link";
-constexpr double kRangeMin = 0.02;  // [m] nearer readings are none
+constexpr double kRangeMin = 0.02;        // [m] nearer readings are none
+constexpr double kLatest = 4294967295.0;  // [s] that fits into a stamp of ROS
 
 /// A scan or an odometry of the log.
 struct LogEvent {
@@ -126,7 +128,7 @@ void take_angles_that_are_told(LogText& log) {
   }
 }
 
-CarmenStamps stamps_of(const LogText& log) {
+std::vector<CarmenMoment> moments_of(const LogText& log) {
   const std::map<std::string, std::size_t> counts = count_scans(log);
   const auto most =
       std::max_element(counts.begin(), counts.end(),
@@ -138,7 +140,29 @@ CarmenStamps stamps_of(const LogText& log) {
     moments.push_back({event.number, scan != nullptr && scan->message == most->first,
                        event.line.ipc_stamp, event.line.logger_stamp});
   }
-  return choose_stamps(moments);
+  return moments;
+}
+
+/// When events were recorded, by a clock that nobody sets back: what comes after such a step of
+/// the log's own goes on right after what was before it.
+std::vector<double> recorded_times(const std::vector<double>& stamps,
+                                   const std::vector<std::size_t>& steps) {
+  std::vector<double> times;
+  times.reserve(stamps.size());
+  double ahead = 0.0;
+  double latest = 0.0;
+  auto step = steps.begin();
+  for (std::size_t k = 0; k < stamps.size(); ++k) {
+    if (step != steps.end() && *step == k) {
+      const std::size_t end = ++step != steps.end() ? *step : stamps.size();
+      const auto first = stamps.begin() + static_cast<std::ptrdiff_t>(k);
+      const auto last = stamps.begin() + static_cast<std::ptrdiff_t>(end);
+      ahead = latest - *std::min_element(first, last);
+    }
+    times.push_back(std::min(stamps[k] + ahead, kLatest));
+    latest = std::max(latest, times.back());
+  }
+  return times;
 }
 
 /// Where a laser is on the robot.
@@ -318,7 +342,9 @@ class MessageMaker {
   }
 
   void add_mounts(const LogText& log, const ros::Time& begin);
-  void add_events(LogText log, const std::vector<double>& stamps);
+  void remark_on_steps(const LogText& log, const std::vector<double>& stamps,
+                       const std::vector<std::size_t>& steps);
+  void add_events(LogText log, const std::vector<double>& stamps, const std::vector<double>& times);
 
   const std::string& path_;
   std::map<std::uint32_t, BagConnection>& connections_;
@@ -341,7 +367,17 @@ void MessageMaker::add_mounts(const LogText& log, const ros::Time& begin) {
       tf2_msgs::TFMessage::ConstPtr(message));
 }
 
-void MessageMaker::add_events(LogText log, const std::vector<double>& stamps) {
+void MessageMaker::remark_on_steps(const LogText& log, const std::vector<double>& stamps,
+                                   const std::vector<std::size_t>& steps) {
+  for (const std::size_t step : steps) {
+    remark("at line " + std::to_string(log.events[step].number) + " its clock was set back by " +
+           fixed_text(stamps[step - 1] - stamps[step], 1) +
+           " s; what follows is read after what was before");
+  }
+}
+
+void MessageMaker::add_events(LogText log, const std::vector<double>& stamps,
+                              const std::vector<double>& times) {
   const bool scans_alone = odometry_disagrees(log);
   if (scans_alone) {
     remark(
@@ -349,20 +385,21 @@ void MessageMaker::add_events(LogText log, const std::vector<double>& stamps) {
         "latter alone are taken");
   }
   for (std::size_t k = 0; k < log.events.size(); ++k) {
-    const ros::Time time = std::max(ros::TIME_MIN, ros::Time().fromSec(stamps[k]));
+    const ros::Time stamp = std::max(ros::TIME_MIN, ros::Time().fromSec(stamps[k]));
+    const ros::Time time = std::max(ros::TIME_MIN, ros::Time().fromSec(times[k]));
     auto* scan = std::get_if<CarmenScan>(&log.events[k].line.content);
     if (scan == nullptr) {
       if (!scans_alone) {
         add(time, connection_of<tf2_msgs::TFMessage>("/tf"),
-            odometry_message(time, std::get<CarmenOdometry>(log.events[k].line.content).robot));
+            odometry_message(stamp, std::get<CarmenOdometry>(log.events[k].line.content).robot));
       }
       continue;
     }
     if (scan->robot) {
-      add(time, connection_of<tf2_msgs::TFMessage>("/tf"), odometry_message(time, *scan->robot));
+      add(time, connection_of<tf2_msgs::TFMessage>("/tf"), odometry_message(stamp, *scan->robot));
     }
     const std::string topic = "/" + in_small_letters(scan->message);
-    add(time, connection_of<sensor_msgs::LaserScan>(topic), scan_message(time, std::move(*scan)));
+    add(time, connection_of<sensor_msgs::LaserScan>(topic), scan_message(stamp, std::move(*scan)));
   }
 }
 
@@ -379,13 +416,17 @@ std::vector<std::string> MessageMaker::make(LogText log) {
     return remarks_;
   }
   take_angles_that_are_told(log);
-  const CarmenStamps chosen = stamps_of(log);
+  const std::vector<CarmenMoment> moments = moments_of(log);
+  const CarmenStamps chosen = choose_stamps(moments);
   if (!chosen.remark.empty()) {
     remark(chosen.remark);
   }
-  const double begin = *std::min_element(chosen.stamps.begin(), chosen.stamps.end());
+  const std::vector<std::size_t> steps = find_clock_steps(moments, chosen.stamps);
+  remark_on_steps(log, chosen.stamps, steps);
+  const std::vector<double> times = recorded_times(chosen.stamps, steps);
+  const double begin = *std::min_element(times.begin(), times.end());
   add_mounts(log, std::max(ros::TIME_MIN, ros::Time().fromSec(begin)));
-  add_events(std::move(log), chosen.stamps);
+  add_events(std::move(log), chosen.stamps, times);
   std::stable_sort(entries_.begin(), entries_.end(),
                    [](const auto& a, const auto& b) { return a.time < b.time; });
   return remarks_;

@@ -101,4 +101,32 @@ CarmenStamps choose_stamps(const std::vector<CarmenMoment>& moments) {
           reason + "made-up ones are used, a second a scan, from 1000000000 on"};
 }
 
+std::vector<std::size_t> find_clock_steps(const std::vector<CarmenMoment>& moments,
+                                          const std::vector<double>& stamps) {
+  constexpr std::ptrdiff_t kScans = 3;
+  constexpr double kStep = 1.0;  // [s]; ScanQueue takes as much for a time jump
+  std::vector<std::size_t> beats;
+  for (std::size_t k = 0; k < moments.size(); ++k) {
+    if (moments[k].is_beat) {
+      beats.push_back(k);
+    }
+  }
+  const auto is_earlier = [&](std::size_t a, std::size_t b) { return stamps[a] < stamps[b]; };
+  std::vector<std::size_t> steps;
+  std::ptrdiff_t left = kScans;  // until as many have come since the last step
+  for (auto at = beats.begin(); beats.end() - at >= kScans; ++at, --left) {
+    if (left <= 0 && stamps[*std::max_element(at, at + kScans, is_earlier)] <
+                         stamps[*std::min_element(at - kScans, at, is_earlier)] - kStep) {
+      const std::size_t before = *(at - 1);
+      std::size_t step = before + 1;
+      while (step < *at && stamps[step] >= stamps[before] - kStep) {
+        ++step;  // other than scans, and of before
+      }
+      steps.push_back(step);
+      left = kScans;
+    }
+  }
+  return steps;
+}
+
 }  // namespace matchbox_slam

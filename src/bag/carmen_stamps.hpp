@@ -26,4 +26,11 @@ struct CarmenStamps {
 /// messages begin at 1e9 s.
 [[nodiscard]] CarmenStamps choose_stamps(const std::vector<CarmenMoment>& moments);
 
+/// Where the clock was set back in the middle of a log: the places of the first moments after that,
+/// in their order. Three scans in a row tell, each more than a second before the three that came
+/// before them; fewer are stamps that are wrong.
+/// @param stamps  [s] of the moments.
+[[nodiscard]] std::vector<std::size_t> find_clock_steps(const std::vector<CarmenMoment>& moments,
+                                                        const std::vector<double>& stamps);
+
 }  // namespace matchbox_slam

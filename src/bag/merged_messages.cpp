@@ -28,9 +28,8 @@ std::optional<RecordedMessage> MergedMessages::next() {
 
 /// Only now, as what comes after the last message may be damaged.
 void MergedMessages::look_at_taken() {
-  const auto taken = std::find_if(open_.begin(), open_.end(), [this](const Open& one) {
-    return taken_ == one.place;
-  });
+  const auto taken = std::find_if(open_.begin(), open_.end(),
+                                  [this](const Open& one) { return taken_ == one.place; });
   taken_.reset();
   if (taken == open_.end()) {
     return;

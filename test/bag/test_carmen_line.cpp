@@ -77,6 +77,25 @@ TEST(CarmenLine, ReadsARobotlaserWithRemissionsAndWithout) {
   EXPECT_EQ(scan_in("ROBOTLASER1" + config + "0 " + body + " 0.3" + tail).laser->x, 1.0);
 }
 
+TEST(CarmenLine, ReadsARobotlaserWithRemissionsAndWithoutATurnAxis) {
+  const std::string config = "ROBOTLASER1 0 -1.570796 3.141593 0.017453 81.9 0.01 0 2 1.5 2.5 ";
+  const std::string body = "1.0 2.0 0.5 0.75 2.0 0.5 0.0 0.0 0.1 0.2";
+  const std::string tail = " 1.5 host 0.25";
+  for (const auto& [remissions, values] :
+       {std::pair("2 7 8 ", std::vector<float>{7.0F, 8.0F}), std::pair("1 7 ", std::vector{7.0F}),
+        std::pair("0 ", std::vector<float>{}), std::pair("", std::vector<float>{})}) {
+    const CarmenScan scan = scan_in(config + remissions + body + tail);
+    EXPECT_EQ(scan.remissions, values) << remissions;
+    EXPECT_EQ(scan.laser, (Pose2{1.0, 2.0, 0.5})) << remissions;
+    EXPECT_EQ(scan.robot, (Pose2{0.75, 2.0, 0.5})) << remissions;
+    EXPECT_EQ(parse_carmen_line(config + remissions + body + tail).logger_stamp, 0.25);
+  }
+  // A robot at the beginning, in a log of another writer, which has an axis and no remissions.
+  const CarmenScan at_origin = scan_in(config + "0 0 0.5 0 0 0.5 0 0 0.1 0.2 0.3" + tail);
+  EXPECT_EQ(at_origin.laser, (Pose2{0.0, 0.0, 0.5}));
+  EXPECT_EQ(at_origin.robot, (Pose2{0.0, 0.0, 0.5}));
+}
+
 TEST(CarmenLine, ReadsARawlaserOdometryAndParameters) {
   const CarmenScan raw = scan_in("RAWLASER2 2 -2.0 4.0 0 5.6 0 0 3 1 2 3 0 1.5 host 0.25");
   EXPECT_EQ(raw.message, "RAWLASER2");

@@ -231,6 +231,30 @@ TEST_F(ReadCarmenLog, WithoutStampsItTellsThatTheyAreMadeUp) {
   EXPECT_DOUBLE_EQ(log.end_time().toSec(), 1000000019.0);
 }
 
+TEST_F(ReadCarmenLog, DrivesOfAClockThatWasSetBackAreNotMixed) {
+  // A second drive of the same stamps, the log's own clock set back between them.
+  const std::string drive = carmen_log({});
+  const CarmenLog log = open(drive + drive);
+  EXPECT_EQ(log.remarks(),
+            (std::vector<std::string>{
+                "'" + path_ +
+                "': at line 43 its clock was set back by 1.9 s; what follows is read after what "
+                "was before"}));
+  std::vector<double> stamps;
+  ros::Time last;
+  for (const RecordedMessage& message : messages(log)) {
+    EXPECT_GE(message.time, last);
+    last = message.time;
+    if (const auto* scan = std::get_if<sensor_msgs::LaserScan::ConstPtr>(&message.content)) {
+      stamps.push_back((*scan)->header.stamp.toSec() - 976052857.0);
+    }
+  }
+  ASSERT_EQ(stamps.size(), 40U);
+  for (std::size_t k = 0; k < stamps.size(); ++k) {
+    EXPECT_NEAR(stamps[k], 0.1 * static_cast<double>(k % 20), 1e-6) << k;
+  }
+}
+
 TEST_F(ReadCarmenLog, WithoutScansItIsRefused) {
   EXPECT_EQ(error_text<BagError>([&] { (void)open("ODOM 0 0 0 0 0 0 1 h 1\nFLASER 3 1\n"); }),
             "log '" + path_ +

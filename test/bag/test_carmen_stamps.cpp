@@ -59,5 +59,37 @@ TEST(CarmenStamps, AbsentTheyAreMadeUpAtASecondAScan) {
   EXPECT_DOUBLE_EQ(chosen.stamps.back(), 1000000009.5);
 }
 
+/// Where the stamps of some scans say that the clock was set back.
+std::vector<std::size_t> steps_in(const std::vector<CarmenMoment>& moments) {
+  return find_clock_steps(moments, choose_stamps(moments).stamps);
+}
+
+TEST(CarmenStamps, AClockThatIsSetBackIsSeen) {
+  std::vector<CarmenMoment> moments = some_scans(40);
+  EXPECT_TRUE(steps_in(moments).empty());
+  for (std::size_t k = 31; k < moments.size(); ++k) {
+    *moments[k].ipc_stamp -= 3.0;  // from an odometry on
+  }
+  for (std::size_t k = 60; k < moments.size(); ++k) {
+    *moments[k].ipc_stamp -= 1000.0;
+  }
+  EXPECT_EQ(steps_in(moments), (std::vector<std::size_t>{31, 60}));
+}
+
+TEST(CarmenStamps, OfTwoScansThatAreWrongAreNoClock) {
+  for (const double wrong : {-50.0, 50.0}) {
+    std::vector<CarmenMoment> moments = some_scans(40);
+    *moments[30].ipc_stamp += wrong;
+    *moments[32].ipc_stamp += wrong;
+    EXPECT_TRUE(steps_in(moments).empty()) << wrong;
+  }
+  // Nor is an odometry of another clock.
+  std::vector<CarmenMoment> moments = some_scans(40);
+  for (std::size_t k = 1; k < moments.size(); k += 2) {
+    *moments[k].ipc_stamp -= 5.0;
+  }
+  EXPECT_TRUE(steps_in(moments).empty());
+}
+
 }  // namespace
 }  // namespace matchbox_slam
