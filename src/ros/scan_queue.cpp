@@ -308,6 +308,15 @@ void ScanQueue::collect_ready(bool wait_for_more) {
 void ScanQueue::choose_sweep_time(const Turn& turn, WaitingScan& waiting) {
   SweepTimeChoice& choice =
       sweep_times_.try_emplace(turn.laser, settings_.timing.sweep_time).first->second;
+  if (settings_.odom_frame) {
+    const auto odom_from_base_at = [&](double stamp) {
+      return transforms_.odom_from_base(ros::Time(stamp));
+    };
+    // Where it is not there yet, the scan has to wait, and comes here again.
+    if (const std::optional<Pose2> pose = transforms_.odom_from_base(turn.stamp)) {
+      choice.note_pose(waiting.scan.stamp, *pose, odom_from_base_at);
+    }
+  }
   waiting.scan.time_increment = waiting.sent_increment;
   waiting.scan.time_increment = choice.time_increment(waiting.scan, waiting.sent_scan_time);
   if (std::string news = choice.take_news(); !news.empty()) {
@@ -319,8 +328,7 @@ void ScanQueue::learn_sweep_time(const ReadyScan& ready, double sent_increment) 
   const ScanInput& input = ready.input;
   if (settings_.odom_frame) {
     sweep_times_.at(input.laser)
-        .add(input.scan, sent_increment, input.base_from_laser, input.odometry->odom_from_base,
-             [&](double stamp) { return transforms_.odom_from_base(ros::Time(stamp)); });
+        .add(input.scan, sent_increment, input.base_from_laser, input.odometry->odom_from_base);
   }
 }
 

@@ -20,7 +20,7 @@ struct ScanTimingOptions {
         self.sweep_time, "sweep_time", any(), "s",
         "From the first beam of a scan to the last: a number, 'as_sent' (messages are believed), "
         "or 'auto': where a laser turns all round and its messages tell what cannot be, what "
-        "the scans of the turning robot show.");
+        "the scans of the moving robot show.");
     option(self.join_parts, "join_parts", any(), "",
            "So many scans in a row are the parts of one turn and are joined; 1: each is whole; "
            "'auto': as many as are seen to go on where the one before has ended.");

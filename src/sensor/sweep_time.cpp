@@ -16,10 +16,13 @@ constexpr double kLinearisedAbout = 0.1;    // s: between no sweep and those of 
 constexpr double kPriorDeviation = 0.5;     // s, of sweep times
 constexpr double kLargestDeviation = 0.05;  // s, of what one scan tells
 
-constexpr double kTurning = 0.1;         // rad/s; below, scans are hardly bent
-constexpr double kOtherTurnRate = 0.07;  // rad/s, by which that of the reference has to differ
-constexpr double kNear = 0.5;            // m, to the reference: farther off other things are seen
-constexpr double kRecent = 10.0;         // s
+constexpr double kTurning = 0.1;           // rad/s; below, scans are hardly bent
+constexpr double kOtherTurnRate = 0.07;    // rad/s, by which that of the reference has to differ
+constexpr double kOtherSpeed = 0.05;       // m/s, likewise of all that moves a hit
+constexpr double kArm = 3.0;               // m, at which turning moves one
+constexpr std::size_t kMostStraight = 40;  // scans of a robot that does not turn
+constexpr double kNear = 0.5;              // m, to the reference: farther off other things are seen
+constexpr double kRecent = 10.0;           // s
 constexpr std::size_t kMostRecent = 40;
 
 constexpr int kIterations = 6;
@@ -148,6 +151,7 @@ SweepTimeEstimator::Hits SweepTimeEstimator::hits_of(const MovingScan& moving) {
   Hits result;
   result.odom_from_base = moving.odom_from_base;
   result.stamp = scan.stamp;
+  result.velocity = moving.velocity;
   result.turn_rate = moving.turn_rate;
   result.spacing = std::abs(scan.angle_increment);
   const double last = std::max(1.0, static_cast<double>(scan.ranges.size()) - 1.0);
@@ -176,12 +180,13 @@ SweepTimeEstimator::Hits SweepTimeEstimator::hits_of(const MovingScan& moving) {
   return result;
 }
 
-/// Of the scans near by the one whose turn rate differs most.
+/// Of the scans near by the one whose speed differs most.
 const SweepTimeEstimator::Hits* SweepTimeEstimator::reference_for(const Hits& scan) const {
   const Hits* reference = nullptr;
-  double most = kOtherTurnRate;
+  double most = kOtherSpeed;
   for (const Hits& other : recent_) {
-    const double differs = std::abs(other.turn_rate - scan.turn_rate);
+    const double differs =
+        kArm * std::abs(other.turn_rate - scan.turn_rate) + (other.velocity - scan.velocity).norm();
     const double away =
         (other.odom_from_base.translation() - scan.odom_from_base.translation()).norm();
     if (away < kNear && scan.stamp - other.stamp < kRecent && differs > most) {
@@ -192,8 +197,8 @@ const SweepTimeEstimator::Hits* SweepTimeEstimator::reference_for(const Hits& sc
   return reference;
 }
 
-/// [s], by one scan; none: it does not tell.
-std::optional<double> SweepTimeEstimator::fit(const Hits& scan, const Hits& reference) {
+/// None: the scan does not tell.
+std::optional<ToldSweepTime> SweepTimeEstimator::fit(const Hits& scan, const Hits& reference) {
   Fit fit;
   fit.reference_from_base = reference.odom_from_base.inverse() * scan.odom_from_base;
   for (int k = 0; k < kIterations; ++k) {
@@ -205,37 +210,38 @@ std::optional<double> SweepTimeEstimator::fit(const Hits& scan, const Hits& refe
   if (!(variance > 0.0 && variance < kLargestDeviation * kLargestDeviation)) {
     return std::nullopt;
   }
-  return kLinearisedAbout + fit.sweep;
+  const bool is_turning = std::abs(scan.turn_rate) > kTurning &&
+                          std::abs(scan.turn_rate - reference.turn_rate) > kOtherTurnRate;
+  return ToldSweepTime{kLinearisedAbout + fit.sweep, std::sqrt(variance), is_turning};
 }
 
-void SweepTimeEstimator::add(const MovingScan& scan) {
+std::optional<ToldSweepTime> SweepTimeEstimator::add(const MovingScan& scan) {
   Hits hits = hits_of(scan);
   if (hits.hits.size() < kFewestPairs) {
-    return;
+    return std::nullopt;
   }
-  if (std::abs(hits.turn_rate) > kTurning) {
+  std::optional<ToldSweepTime> told;
+  if (std::abs(hits.turn_rate) > kTurning || straight_.size() < kMostStraight) {
     if (const Hits* reference = reference_for(hits)) {
-      if (const std::optional<double> told = fit(hits, *reference)) {
-        told_.push_back(*told);
-      }
+      told = fit(hits, *reference);
     }
+  }
+  if (told) {
+    (told->is_turning ? turning_ : straight_).push_back(told->seconds);
   }
   recent_.push_back(std::move(hits));
   if (recent_.size() > kMostRecent) {
     recent_.pop_front();
   }
-}
-
-double SweepTimeEstimator::spread() const {
-  const auto [least, most] = std::minmax_element(told_.begin(), told_.end());
-  return told_.empty() ? 0.0 : *most - *least;
+  return told;
 }
 
 double SweepTimeEstimator::sweep_time() const {
-  if (told_.empty()) {
+  const std::vector<double>& told = turning_.empty() ? straight_ : turning_;
+  if (told.empty()) {
     throw std::logic_error("no scan has told the sweep time");
   }
-  return median_of(told_);
+  return median_of(told);
 }
 
 }  // namespace matchbox_slam

@@ -21,24 +21,34 @@ struct MovingScan {
   double turn_rate = 0.0;                              ///< [rad/s]
 };
 
-/// Tells from the scans of a turning robot how long a laser's sweep takes, whatever its messages
-/// say. A wrong time bends a scan by how fast the robot turns, so that scans taken at other turn
-/// rates do not lie on each other: each is laid on one of a little before, point to line, with its
-/// pose and the sweep time both unknown. Walls may have any shape.
+/// What one scan tells of the sweep time.
+struct ToldSweepTime {
+  double seconds = 0.0;     ///< from the first beam to the last
+  double deviation = 0.0;   ///< [s], by the noise of its readings alone
+  bool is_turning = false;  ///< it was taken at another turn rate than the scan it was laid on
+};
+
+/// Tells from the scans of a moving robot how long a laser's sweep takes, whatever its messages
+/// say. A wrong time bends a scan by how fast the robot turns, and shifts its parts by how fast it
+/// drives, so that scans taken at other speeds do not lie on each other: each is laid on one of a
+/// little before, point to line, with its pose and the sweep time both unknown. Walls may have any
+/// shape.
+///
+/// Driving straight on tells less than turning: between walls that look the same all along, scans
+/// lie on each other however they are shifted, which looks like no sweep at all.
 class SweepTimeEstimator {
  public:
   /// Scans of one laser in the order of their stamps. Cost: a few passes over the beams where the
-  /// robot turns, next to nothing where it does not.
-  void add(const MovingScan& scan);
+  /// robot's speed changes, next to nothing where it does not.
+  /// Returns what the scan tells; none: nothing.
+  std::optional<ToldSweepTime> add(const MovingScan& scan);
 
-  /// How many scans have told.
-  [[nodiscard]] std::size_t scans() const { return told_.size(); }
+  /// How many scans of the turning robot have told.
+  [[nodiscard]] std::size_t scans() const { return turning_.size(); }
 
-  /// [s] from the first beam to the last, the median of what they told. Throws std::logic_error
-  /// when none has.
+  /// [s] from the first beam to the last, the median of what those told, where there are any, else
+  /// of what the others did. Throws std::logic_error when none has.
   [[nodiscard]] double sweep_time() const;
-  /// [s] between the least and the most that one told; 0: none has.
-  [[nodiscard]] double spread() const;
 
  private:
   /// A point as it was hit, were the sweep to take the time that all is linearised about.
@@ -53,6 +63,7 @@ class SweepTimeEstimator {
   struct Hits {
     Pose2 odom_from_base;
     double stamp = 0.0;
+    Eigen::Vector2d velocity = Eigen::Vector2d::Zero();
     double turn_rate = 0.0;
     double spacing = 0.0;  ///< [rad] between beams
     std::vector<Hit> hits;
@@ -61,10 +72,11 @@ class SweepTimeEstimator {
 
   [[nodiscard]] static Hits hits_of(const MovingScan& scan);
   [[nodiscard]] const Hits* reference_for(const Hits& scan) const;
-  [[nodiscard]] static std::optional<double> fit(const Hits& scan, const Hits& reference);
+  [[nodiscard]] static std::optional<ToldSweepTime> fit(const Hits& scan, const Hits& reference);
 
   std::deque<Hits> recent_;
-  std::vector<double> told_;  ///< [s], by scan
+  std::vector<double> turning_;   ///< [s], by scan
+  std::vector<double> straight_;  ///< likewise of the other scans
 };
 
 }  // namespace matchbox_slam

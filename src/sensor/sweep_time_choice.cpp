@@ -21,8 +21,16 @@ constexpr double kShortest = 0.5;
 constexpr double kLongestShare = 1.1;
 
 constexpr double kMotionTime = 0.2;    // s at most, over which odometry tells how fast the robot is
-constexpr std::size_t kMostScans = 9;  // that are asked
+constexpr std::size_t kMostScans = 9;  // of the turning robot that are asked
 constexpr double kNearEnough = 0.25;   // of the period: so near to what is likely, it is that
+
+// What scans tell is off by more than their noise (measured: twice, and 0.02 s), and now and then
+// all wrong, so that none counts for more than so much.
+constexpr double kNoiseFactor = 2.0;
+constexpr double kLeastDeviation = 0.02;  // s
+constexpr double kMostOfTurning = 3.0;
+constexpr double kMostOfDriving = 1.5;
+constexpr double kDecisive = 2.0;
 
 double beams_of(const LaserScan& scan) { return static_cast<double>(scan.ranges.size()); }
 
@@ -90,65 +98,77 @@ double SweepTimeChoice::time_increment(const LaserScan& as_sent, double sent_sca
   return *from_scan_to_scan / beams_of(as_sent);
 }
 
-void SweepTimeChoice::add(
-    const LaserScan& scan, double sent_increment, const Eigen::Isometry3d& base_from_laser,
-    const Pose2& odom_from_base,
+void SweepTimeChoice::note_pose(
+    double stamp, const Pose2& odom_from_base,
     const std::function<std::optional<Pose2>(double stamp)>& odom_from_base_at) {
-  if (!may_be_looked_at(scan) || is_final_ || !is_doubtful_) {
-    last_.reset();
+  const double gap = last_ ? stamp - last_->scan.stamp : 0.0;
+  if (is_final_ || !is_doubtful_ || gap <= 0.0) {
     return;
   }
-  const double gap = last_ ? scan.stamp - last_->scan.stamp : 0.0;
   const double time = std::min(gap, kMotionTime);
   const std::optional<Pose2> then =
       gap > kMotionTime ? odom_from_base_at(last_->scan.stamp + time) : odom_from_base;
-  if (gap > 0.0 && then) {
+  if (then) {
     const Pose2 motion = last_->odom_from_base.inverse() * *then;
     last_->velocity = motion.translation() / time;
     last_->turn_rate = motion.theta / time;
-    estimator_.add(*last_);
-    decide(sent_increment * (beams_of(scan) - 1.0), beams_of(scan));
-    if (is_final_) {
-      return;
+    const double beams = beams_of(last_->scan);
+    const double whole = *period() * (beams - 1.0) / beams;
+    if (const std::optional<ToldSweepTime> told = estimator_.add(*last_)) {
+      weigh(*told, whole);
+      decide(whole);
     }
   }
-  last_ = MovingScan{scan, base_from_laser, odom_from_base, Eigen::Vector2d::Zero(), 0.0};
+  last_.reset();
 }
 
-/// What is sent and the whole time from scan to scan are likely: what is near one is that, as soon
-/// as two scans agree, until others say otherwise. It takes more to believe anything else.
-void SweepTimeChoice::decide(double sent, double beams) {
-  if (estimator_.scans() < 2) {
-    return;
+void SweepTimeChoice::add(const LaserScan& scan, double sent_increment,
+                          const Eigen::Isometry3d& base_from_laser, const Pose2& odom_from_base) {
+  last_.reset();
+  if (may_be_looked_at(scan) && !is_final_) {
+    last_ = MovingScan{scan, base_from_laser, odom_from_base, Eigen::Vector2d::Zero(), 0.0};
+    sent_ = sent_increment * (beams_of(scan) - 1.0);
   }
-  const bool is_last = estimator_.scans() >= kMostScans;
+}
+
+/// Both are taken to be told with an error of Gauss.
+void SweepTimeChoice::weigh(const ToldSweepTime& told, double whole) {
+  const double deviation = std::hypot(kNoiseFactor * told.deviation, kLeastDeviation);
+  const double off_sent = (told.seconds - sent_) / deviation;
+  const double off_whole = (told.seconds - whole) / deviation;
+  const double for_whole = 0.5 * (off_sent * off_sent - off_whole * off_whole);
+  const double most = told.is_turning ? kMostOfTurning : kMostOfDriving;
+  (told.is_turning ? evidence_of_turning_ : evidence_of_driving_) +=
+      std::clamp(for_whole, -most, most);
+}
+
+/// What is sent and the whole time from scan to scan are likely, and the likelier is taken until
+/// others say otherwise. It takes more to believe anything else.
+void SweepTimeChoice::decide(double whole) {
   const double told = estimator_.sweep_time();
-  const double whole = *period() * (beams - 1.0) / beams;
   const double near = kNearEnough * std::min(*period(), kMotionTime);
-  if (!is_last && estimator_.spread() > near) {
-    return;
+  // Driving straight on may look like no sweep whatever there is, never like a sweep that is not.
+  const double for_whole = evidence_of_turning_ + std::max(0.0, evidence_of_driving_);
+  is_final_ = estimator_.scans() >= kMostScans;
+  if (is_final_ && std::min(std::abs(told - sent_), std::abs(told - whole)) >= near) {
+    settle(std::max(0.0, told), told);
+  } else if (is_final_ || std::abs(for_whole) >= kDecisive) {
+    const bool is_whole =
+        is_final_ ? std::abs(told - whole) < std::abs(told - sent_) : for_whole > 0;
+    settle(is_whole ? whole : sent_, told);
   }
-  if (std::abs(told - sent) < std::min(near, std::abs(told - whole))) {
-    settle(sent, told, sent);
-  } else if (std::abs(told - whole) < near) {
-    settle(whole, told, sent);
-  } else if (is_last) {
-    settle(std::max(0.0, told), told, sent);
-  }
-  is_final_ = is_last;
   if (is_final_) {
-    last_.reset();
     estimator_ = {};
   }
 }
 
-void SweepTimeChoice::settle(double sweep, double told, double sent) {
-  const double before = settled_.value_or(has_told_ ? -1.0 : sent);
+void SweepTimeChoice::settle(double sweep, double told) {
+  const double before = settled_.value_or(has_told_ ? -1.0 : sent_);
   settled_ = sweep;
   if (std::abs(sweep - before) > 1e-3) {
     has_told_ = true;
-    news_ = "scans of the turning robot show a sweep of " + fixed_text(told, 3) +
-            " s from the first beam to the last, and messages tell " + fixed_text(sent, 3) +
+    news_ = "scans of the moving robot show a sweep of " + fixed_text(told, 3) +
+            " s from the first beam to the last, and messages tell " + fixed_text(sent_, 3) +
             " s; taken is " + fixed_text(sweep, 3) +
             " s; scan/sweep_time sets it, as_sent for what messages tell";
   }

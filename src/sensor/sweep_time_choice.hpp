@@ -16,22 +16,27 @@ namespace matchbox_slam {
 /// Decides how long the sweep of one laser's scans takes. Drivers of lasers that turn all round
 /// often send times that cannot be: 0, or an increment that is twenty times too small. By itself it
 /// believes what can be. Where what is sent cannot be, it takes a sweep to last from scan to scan,
-/// or no time where that is sent, until the scans of the turning robot tell. A laser that takes
-/// all beams at once is one whose scans tell so.
+/// or no time where that is sent, until the scans of the moving robot tell: the likelier of both at
+/// once, anything else only when many turning ones say so. A laser that takes all beams at once is
+/// one whose scans tell so.
 class SweepTimeChoice {
  public:
   explicit SweepTimeChoice(SweepTimeSetting setting) : setting_(setting) {}
+
+  /// Where the base is at the stamp [s] of the next scan, before what is asked of that: it tells
+  /// how the robot moved while the scan before was taken. Once more for the same scan is allowed.
+  /// @param odom_from_base_at  of a stamp before that; none: it is not known.
+  void note_pose(double stamp, const Pose2& odom_from_base,
+                 const std::function<std::optional<Pose2>(double stamp)>& odom_from_base_at);
 
   /// Time from beam to beam [s] of the next scan, in the order of their stamps.
   /// @param sent_scan_time  [s], from scan to scan by the message; 0: it does not say.
   [[nodiscard]] double time_increment(const LaserScan& as_sent, double sent_scan_time);
 
-  /// The scan with the odometry that came for it.
+  /// The scan as it was used.
   /// @param sent_increment  [s] between beams, by the message.
-  /// @param odom_from_base_at  of a stamp [s] before the scan's; none: it is not known.
   void add(const LaserScan& scan, double sent_increment, const Eigen::Isometry3d& base_from_laser,
-           const Pose2& odom_from_base,
-           const std::function<std::optional<Pose2>(double stamp)>& odom_from_base_at);
+           const Pose2& odom_from_base);
 
   /// What was decided since the last call, for people; empty: nothing.
   [[nodiscard]] std::string take_news();
@@ -41,8 +46,9 @@ class SweepTimeChoice {
   [[nodiscard]] std::optional<double> period() const;
   [[nodiscard]] bool may_be_looked_at(const LaserScan& scan) const;
   [[nodiscard]] bool can_be(const LaserScan& as_sent, double sent_scan_time) const;
-  void decide(double sent, double beams);
-  void settle(double sweep, double told, double sent);
+  void weigh(const ToldSweepTime& told, double whole);
+  void decide(double whole);
+  void settle(double sweep, double told);
 
   SweepTimeSetting setting_;
   std::optional<double> last_stamp_;
@@ -53,7 +59,12 @@ class SweepTimeChoice {
       settled_;            ///< [s] from the first beam to the last; none: scans have not told
   bool is_final_ = false;  ///< enough of them have
   SweepTimeEstimator estimator_;
+  // By how much more likely it is that a sweep takes all the time from scan to scan than what is
+  // sent, as the logarithm:
+  double evidence_of_turning_ = 0.0;
+  double evidence_of_driving_ = 0.0;
   std::optional<MovingScan> last_;  ///< whose motion the next scan tells
+  double sent_ = 0.0;               ///< [s] that its sweep takes by the message
   std::string news_;
 };
 
