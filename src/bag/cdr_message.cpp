@@ -3,10 +3,12 @@
 #include <ros/message_traits.h>
 
 #include <boost/make_shared.hpp>
+#include <cstddef>
 #include <cstdint>
 
 #include "bag/bag_error.hpp"
 #include "bag/cdr_reader.hpp"
+#include "bag/unpacking.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -134,16 +136,7 @@ boost::shared_ptr<const Message> read_whole(const ByteReader& bytes) {
   return message;
 }
 
-}  // namespace
-
-std::string ros1_type(const std::string& ros2_type) {
-  constexpr const char* kMiddle = "/msg/";
-  const std::size_t at = ros2_type.find(kMiddle);
-  return at == std::string::npos ? ros2_type
-                                 : ros2_type.substr(0, at) + "/" + ros2_type.substr(at + 5);
-}
-
-MessageContent read_cdr_message(const ByteReader& bytes, const BagConnection& connection) {
+MessageContent read_unpacked(const ByteReader& bytes, const BagConnection& connection) {
   if (is_of<sensor_msgs::LaserScan>(connection)) {
     return read_whole<sensor_msgs::LaserScan>(bytes);
   }
@@ -164,6 +157,27 @@ MessageContent read_cdr_message(const ByteReader& bytes, const BagConnection& co
   }
   throw BagError("topic " + connection.topic + " of the bag holds " + connection.type +
                  ", which is not read");
+}
+
+}  // namespace
+
+std::string ros1_type(const std::string& ros2_type) {
+  constexpr const char* kMiddle = "/msg/";
+  const std::size_t at = ros2_type.find(kMiddle);
+  return at == std::string::npos ? ros2_type
+                                 : ros2_type.substr(0, at) + "/" + ros2_type.substr(at + 5);
+}
+
+MessageContent read_cdr_message(const ByteReader& bytes, const BagConnection& connection) {
+  constexpr std::size_t kLargestMessage = std::size_t{1} << 30U;
+  if (is_zstd(bytes)) {  // which no message in CDR begins with
+    const Unpacked unpacked = unpack_zstd(bytes, kLargestMessage);
+    if (!unpacked.defect.empty()) {
+      throw ByteError("it cannot be unpacked: " + unpacked.defect);
+    }
+    return read_unpacked({unpacked.bytes.data(), unpacked.bytes.size()}, connection);
+  }
+  return read_unpacked(bytes, connection);
 }
 
 }  // namespace matchbox_slam

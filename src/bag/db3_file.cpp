@@ -12,14 +12,12 @@
 #include "bag/bag_error.hpp"
 #include "bag/byte_reader.hpp"
 #include "bag/cdr_message.hpp"
-#include "bag/unpacking.hpp"
 #include "bag/whole_pages.hpp"
 
 namespace matchbox_slam {
 namespace {
 
 constexpr std::int64_t kLatest = 4'294'967'295'000'000'000;  // [ns]
-constexpr std::size_t kLargestMessage = std::size_t{1} << 30U;
 
 std::string text_of_damage(const std::string& path, const std::string& what) {
   return "bag '" + path + "' is damaged (" + what + "); `sqlite3 '" + path +
@@ -169,16 +167,7 @@ class Db3Messages : public RecordedMessages {
     const BagConnection& connection =
         file_.connections().at(static_cast<std::uint32_t>(query_->number(1)));
     try {
-      ByteReader bytes = query_->bytes(2);
-      Unpacked unpacked;
-      if (is_zstd(bytes)) {
-        unpacked = unpack_zstd(bytes, kLargestMessage);
-        if (!unpacked.defect.empty()) {
-          throw ByteError("it cannot be unpacked: " + unpacked.defect);
-        }
-        bytes = ByteReader(unpacked.bytes.data(), unpacked.bytes.size());
-      }
-      return {time_, &connection, read_cdr_message(bytes, connection)};
+      return {time_, &connection, read_cdr_message(query_->bytes(2), connection)};
     } catch (const ByteError& error) {
       throw BagError("bag '" + file_.path() + "' has a message of topic " + connection.topic +
                      " at " + std::to_string(time_.toSec()) + " s that is none of " +

@@ -33,6 +33,35 @@ TEST_F(ReadDb3, GivesTheMessagesOfABagPackedOneByOneOrNot) {
   EXPECT_EQ(reader.topics_of("tf2_msgs/TFMessage"), bag.topics_of("tf2_msgs/TFMessage"));
 }
 
+/// Changes a database by statements of SQL.
+void change(const std::string& path, const std::string& statements) {
+  sqlite3* database = nullptr;
+  sqlite3_open(path.c_str(), &database);
+  ASSERT_EQ(sqlite3_exec(database, statements.c_str(), nullptr, nullptr, nullptr), SQLITE_OK)
+      << sqlite3_errmsg(database);
+  sqlite3_close(database);
+}
+
+TEST_F(ReadDb3, ReadsTheTablesOfAllReleasesOfRos2) {
+  const std::vector<Said> expected = all_of({bag_});
+  write_db3(path_, messages_);
+  // From Iron on (schema 4).
+  change(path_,
+         "ALTER TABLE topics ADD COLUMN type_description_hash TEXT NOT NULL DEFAULT '';"
+         "CREATE TABLE message_definitions(id INTEGER PRIMARY KEY,topic_type TEXT NOT NULL,"
+         "encoding TEXT NOT NULL,encoded_message_definition TEXT NOT NULL,"
+         "type_description_hash TEXT NOT NULL)");
+  EXPECT_TRUE(all_of({path_}) == expected);
+  // Up to Dashing (schema 1), Foxy having what lies between.
+  change(path_,
+         "CREATE TABLE old(id INTEGER PRIMARY KEY,name TEXT NOT NULL,type TEXT NOT NULL,"
+         "serialization_format TEXT NOT NULL);"
+         "INSERT INTO old SELECT id,name,type,serialization_format FROM topics;"
+         "DROP TABLE topics; ALTER TABLE old RENAME TO topics;"
+         "DROP TABLE message_definitions; DROP TABLE schema; DROP TABLE metadata");
+  EXPECT_TRUE(all_of({path_}) == expected);
+}
+
 TEST_F(ReadDb3, WhatWasRecordedOutOfOrderComesInTheOrderOfTime) {
   const std::vector<Said> expected = all_of({bag_});
   std::reverse(messages_.begin(), messages_.end());

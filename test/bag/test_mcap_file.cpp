@@ -37,6 +37,15 @@ TEST_F(ReadMcap, GivesTheMessagesOfABagInAnyKindOfFile) {
   EXPECT_TRUE(all_of({path_}) == expected);
 }
 
+TEST_F(ReadMcap, ReadsMessagesThatArePackedOneByOne) {
+  const std::vector<Said> expected = all_of({bag_});
+  for (Ros2Message& message : messages_) {
+    message.bytes = pack_zstd(message.bytes);
+  }
+  write_bytes(path_, to_mcap(messages_));
+  EXPECT_TRUE(all_of({path_}) == expected);
+}
+
 TEST_F(ReadMcap, ReadsMessagesOfRos1) {
   const std::vector<Said> expected = all_of({bag_});
   const BagReader bag({bag_});
