@@ -151,26 +151,27 @@ void SweepTimeChoice::decide(double whole) {
   const double for_whole = evidence_of_turning_ + std::max(0.0, evidence_of_driving_);
   is_final_ = estimator_.scans() >= kMostScans;
   if (is_final_ && std::min(std::abs(told - sent_), std::abs(told - whole)) >= near) {
-    settle(std::max(0.0, told), told);
+    settle(std::max(0.0, told), told, "");
   } else if (is_final_ || std::abs(for_whole) >= kDecisive) {
     const bool is_whole =
         is_final_ ? std::abs(told - whole) < std::abs(told - sent_) : for_whole > 0;
-    settle(is_whole ? whole : sent_, told);
+    settle(is_whole ? whole : sent_, told, is_whole ? ", as from scan to scan" : ", as they tell");
   }
   if (is_final_) {
     estimator_ = {};
   }
 }
 
-void SweepTimeChoice::settle(double sweep, double told) {
+/// @param which  of the likely ones it is, for people.
+void SweepTimeChoice::settle(double sweep, double told, const std::string& which) {
   const double before = settled_.value_or(has_told_ ? -1.0 : sent_);
   settled_ = sweep;
   if (std::abs(sweep - before) > 1e-3) {
     has_told_ = true;
     news_ = "scans of the moving robot show a sweep of " + fixed_text(told, 3) +
             " s from the first beam to the last, and messages tell " + fixed_text(sent_, 3) +
-            " s; taken is " + fixed_text(sweep, 3) +
-            " s; scan/sweep_time sets it, as_sent for what messages tell";
+            " s; taken is " + fixed_text(sweep, 3) + " s" + which +
+            "; scan/sweep_time sets it, as_sent for what messages tell";
   }
 }
 

@@ -48,7 +48,7 @@ class SweepTimeChoice {
   [[nodiscard]] bool can_be(const LaserScan& as_sent, double sent_scan_time) const;
   void weigh(const ToldSweepTime& told, double whole);
   void decide(double whole);
-  void settle(double sweep, double told);
+  void settle(double sweep, double told, const std::string& which);
 
   SweepTimeSetting setting_;
   std::optional<double> last_stamp_;
