@@ -76,9 +76,15 @@ class Robot {
     scans_.publish(make_scan(stamp_, "laser", beams));
     for (const double stamp : {stamp_ - 0.01, stamp_ + 0.01}) {
       transforms_.publish(
-          make_transforms({make_transform(stamp, "odom", "base", 0.5 * (stamp - kBegin)),
+          make_transforms({make_transform(stamp, "odom", "base", 0.5 * (stamp - begin_)),
                            make_transform(stamp, "base", "laser", 0.2)}));
     }
+  }
+
+  /// Time goes on, and the robot stands still.
+  void rest(double seconds) {
+    stamp_ += seconds;
+    begin_ += seconds;
   }
 
   /// Steps until this many more poses came back.
@@ -101,6 +107,7 @@ class Robot {
   ros::Publisher scans_;
   ros::Publisher transforms_;
   ros::Subscriber poses_;
+  double begin_ = kBegin;  ///< from where on it would have driven without a rest
   double stamp_ = kBegin;
   std::atomic<int> poses_heard_{0};
 };
@@ -303,6 +310,93 @@ TEST(SlamFaults, AnotherLocaliserIsNamedAndOurselvesAreNot) {
   EXPECT_EQ(log.line(), "tf that touches the map frame is ignored: map -> odom, published by " +
                             ros::this_node::getName() +
                             "; if that is another localiser, set publish_tf to false or stop it");
+  EXPECT_EQ(process.exit_code_after(SIGINT), 0);
+  ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+}
+
+/// What /diagnostics says of the mapping last.
+class DiagnosticsWatch {
+ public:
+  [[nodiscard]] const diagnostic_msgs::DiagnosticStatus& status() const { return status_; }
+
+ private:
+  void on_diagnostics(const diagnostic_msgs::DiagnosticArray& message) {
+    for (const diagnostic_msgs::DiagnosticStatus& status : message.status) {
+      status_ = status;
+    }
+  }
+
+  ros::NodeHandle node_;
+  diagnostic_msgs::DiagnosticStatus status_;
+  ros::Subscriber diagnostics_ =
+      node_.subscribe("/diagnostics", 100, &DiagnosticsWatch::on_diagnostics, this);
+};
+
+TEST(SlamFaults, ASecondOdometryIsToldInTheLogAndByDiagnostics) {
+  Robot robot;
+  LogWatch log("two nodes publish tf from the odometry frame 'odom': ");
+  const DiagnosticsWatch diagnostics;
+  const TemporaryFolder folder;
+  NodeProcess process("of_two_odometries", folder);
+  ASSERT_TRUE(log.hears_the_node());
+  ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+  ASSERT_TRUE(robot.drive(20));
+  EXPECT_EQ(log.line(), "");
+  Process other({"rostopic", "pub", "-r", "20", "/tf", "tf2_msgs/TFMessage",
+                 "{transforms: [{header: {frame_id: odom, stamp: {secs: 1000}}, child_frame_id: "
+                 "cart, transform: {rotation: {w: 1}}}]}"});
+  const auto drives_until = [&](const std::function<bool()>& is_so) {
+    return wait_until([&] { return is_so() || (robot.drive(1) && is_so()); });
+  };
+  ASSERT_TRUE(drives_until([&] { return !log.line().empty(); })) << "it says nothing";
+  EXPECT_TRUE(contains(log.line(), ros::this_node::getName())) << log.line();
+  EXPECT_TRUE(contains(log.line(), "/rostopic_")) << log.line();
+  EXPECT_TRUE(contains(log.line(), "stop one of them")) << log.line();
+  EXPECT_TRUE(drives_until([&] { return diagnostics.status().message == log.line(); }))
+      << diagnostics.status().message;
+  EXPECT_EQ(diagnostics.status().level, diagnostic_msgs::DiagnosticStatus::WARN);
+  other.exit_code_after(SIGINT);
+  EXPECT_EQ(process.exit_code_after(SIGINT), 0);
+  ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+}
+
+TEST(SlamFaults, ANodeletThatIsEndedSaysThatItsMapIsNotSaved) {
+  Robot robot;
+  const TemporaryFolder folder;
+  Process manager({"bash", "-c",
+                   "exec rosrun nodelet nodelet standalone matchbox_slam/SlamNodelet "
+                   "__name:=lone_nodelet _base_frame:=base 2>" +
+                       (folder / "said")});
+  ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+  ASSERT_TRUE(robot.drive(20));
+  EXPECT_EQ(manager.exit_code_after(SIGINT), 0);
+  const std::string said = read_file(folder / "said");
+  EXPECT_TRUE(contains(said,
+                       " scans is not saved. Before the end, rosservice call "
+                       "/lone_nodelet/save_map saves it"))
+      << said;
+  ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+}
+
+TEST(SlamFaults, StartedAgainAfterALongPauseItGoesOnWhereOdometryHasIt) {
+  Robot robot;
+  const TemporaryFolder folder;
+  const std::vector<std::string> resume = {"_resume:=true", "_autosave_period:=0.5"};
+  {
+    NodeProcess process("of_a_pause", folder, resume);
+    ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+    ASSERT_TRUE(robot.drive(60));
+    EXPECT_EQ(process.exit_code_after(SIGINT), 0);
+    ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+  }
+  robot.rest(300.0);
+  LogWatch log("going on with ");
+  NodeProcess process("of_a_pause", folder, resume);
+  ASSERT_TRUE(log.hears_the_node());
+  ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+  ASSERT_TRUE(robot.drive(5));
+  ASSERT_TRUE(wait_until([&] { return !log.line().empty(); }));
+  EXPECT_TRUE(contains(log.line(), " s: the drive goes on with the scan of ")) << log.line();
   EXPECT_EQ(process.exit_code_after(SIGINT), 0);
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
 }

@@ -460,8 +460,10 @@ class LiveRobot {
   double stamp_;
 };
 
-/// Changes one text of the node's configuration as rqt_reconfigure does; the value then.
-std::string reconfigure(const std::string& name, const std::string& value) {
+/// Changes one text of the node's configuration as rqt_reconfigure does.
+/// @param entry_name  of the answer, whose value is returned; empty: the one that is changed.
+std::string reconfigure(const std::string& name, const std::string& value,
+                        const std::string& entry_name = {}) {
   dynamic_reconfigure::Reconfigure service;
   dynamic_reconfigure::StrParameter parameter;
   parameter.name = name;
@@ -469,7 +471,7 @@ std::string reconfigure(const std::string& name, const std::string& value) {
   service.request.config.strs.push_back(parameter);
   EXPECT_TRUE(ros::service::call("/slam/set_parameters", service));
   for (const auto& entry : service.response.config.strs) {
-    if (entry.name == name) {
+    if (entry.name == (entry_name.empty() ? name : entry_name)) {
       return entry.value;
     }
   }
@@ -489,6 +491,8 @@ TEST_F(SlamNodelet, TheMatcherMayChangeInMidRun) {
   };
   const std::size_t map_size = listener_->latched_map().data.size();
   EXPECT_EQ(reconfigure("matcher", "olsen"), "olson");
+  const std::string refused = reconfigure("matcher", "olsen", "refused");
+  EXPECT_TRUE(contains(refused, "there is no matcher 'olsen'")) << refused;
   EXPECT_TRUE(listener_->wait_until(
       [] {
         return std::any_of(listener_->errors.begin(), listener_->errors.end(),
