@@ -127,6 +127,8 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
                    "mapping anew: the map to go on with could not be read, and is in " +
                        health.set_aside +
                        "; ~load_map goes on with another one, ~reset keeps to a new one");
+  } else if (!health.few_returns.empty()) {
+    status.summary(DiagnosticStatus::WARN, health.few_returns);
   } else {
     status.summary(DiagnosticStatus::OK, health.updates_map ? "mapping" : "localising");
   }

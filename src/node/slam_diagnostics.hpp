@@ -42,12 +42,13 @@ struct SlamHealth {
   std::size_t parts_given_up = 0;             ///< of those
   std::vector<std::string> secondary_lasers;  ///< where each is, for people
   std::string robot_beams;                    ///< what to say of these; empty: there are none
-  std::size_t left_out = 0;                   ///< scans that the map had no room for
-  std::string set_aside;                      ///< where a damaged map was moved; empty: none was
-  std::string last_skip;                      ///< why a scan was skipped last, for people
-  double estimated_clock_offset = 0.0;        ///< [s] that scans should be moved by and are not
-  std::string unsaved;  ///< why saving by itself has failed; empty: it has not
-  std::string rivals;   ///< who publishes tf besides the one that should; empty: nobody
+  std::string few_returns;   ///< what to say of scans that are too small; empty: they are not
+  std::size_t left_out = 0;  ///< scans that the map had no room for
+  std::string set_aside;     ///< where a damaged map was moved; empty: none was
+  std::string last_skip;     ///< why a scan was skipped last, for people
+  double estimated_clock_offset = 0.0;  ///< [s] that scans should be moved by and are not
+  std::string unsaved;                  ///< why saving by itself has failed; empty: it has not
+  std::string rivals;  ///< who publishes tf besides the one that should; empty: nobody
 };
 
 /// Judges the mapping by what has happened since it was asked last, and by the newest scans: an

@@ -255,6 +255,10 @@ void SlamNode::handle(const ReadyScan& scan) {
         remember_health(scan, *outcome);
       }
       laser_news = run_.laser_news();
+      if (const std::string few = text_of_few_returns(run_.returns());
+          !few.empty() && !std::exchange(told_of_few_returns_, true)) {
+        laser_news.push_back(few);
+      }
       if (const std::vector<double> sectors = run_.robot_beams();
           !sectors.empty() && !told_of_robot_beams_) {
         told_of_robot_beams_ = true;

@@ -108,6 +108,7 @@ class SlamNode {
   std::optional<EngineState> resumed_;  ///< that map, until it shows which drive goes on in it
   std::string resumed_file_;
   bool told_of_robot_beams_ = false;
+  bool told_of_few_returns_ = false;
   std::string set_aside_;  ///< where a map is that could not be resumed, until this one is given up
 
   std::mutex save_mutex_;             ///< held while files of the map are written

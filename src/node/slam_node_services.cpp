@@ -311,6 +311,7 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
     for (const auto& [number, laser] : run_.secondary_lasers()) {
       health.secondary_lasers.push_back(text_of(laser, run_.scan_topic(number)));
     }
+    health.few_returns = text_of_few_returns(run_.returns());
     if (const std::vector<double> sectors = run_.robot_beams(); !sectors.empty()) {
       health.robot_beams = text_of_robot_beams(sectors, run_.setup().engine.scan.masked_angles,
                                                "set in its configuration ");

@@ -61,6 +61,19 @@ std::string text_of_robot_beams(const std::vector<double>& sectors,
          set + "scan/masked_angles=[" + list + "]";
 }
 
+std::string text_of_few_returns(std::optional<std::size_t> returns) {
+  // Measured in simulated rooms and a hotel with a decent odometry: 1.4 and 1.5 times its error
+  // with some 30 returns, 5 and 8 times with half of that, 1.0 and 1.3 times with 50 to 60.
+  constexpr std::size_t kEnough = 40;
+  if (!returns || *returns >= kEnough) {
+    return "";
+  }
+  return "scans have " + std::to_string(*returns) + " returns in the median; with fewer than " +
+         std::to_string(kEnough) +
+         " the map is hardly better than odometry, and may be worse. Look whether scan/* or the "
+         "driver leaves readings out, or whether scans are parts of a turn: scan/join_parts";
+}
+
 std::string text_of(const SecondaryLaser& laser, const std::string& topic) {
   const LaserPlace place = place_of(laser);
   const Pose2& pose = place.base_from_laser;

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +32,10 @@ enum class LaserUse { kUnsure, kUsed, kContradictory };
 [[nodiscard]] std::string text_of_robot_beams(const std::vector<double>& sectors,
                                               const std::vector<double>& masked,
                                               const std::string& set);
+
+/// What to say of scans of so few returns that matching them is worth little. Empty: they are not.
+/// @param returns  of a scan, the median; none: not known.
+[[nodiscard]] std::string text_of_few_returns(std::optional<std::size_t> returns);
 
 /// Whether and why its scans are used, for people.
 [[nodiscard]] std::string text_of(const SecondaryLaser& laser, const std::string& topic);

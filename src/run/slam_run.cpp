@@ -242,6 +242,7 @@ std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
   }
   record(outcome);
   robot_beams_[input.laser].add(input.scan, outcome.map_from_base, setup().engine.scan);
+  returns_[input.laser].add(input.scan, setup().engine.scan);
   note_lasers();
   return outcome;
 }
@@ -270,6 +271,14 @@ std::vector<double> SlamRun::robot_beams() const {
     all.insert(all.end(), beams.sectors().begin(), beams.sectors().end());
   }
   return all;
+}
+
+std::optional<std::size_t> SlamRun::returns() const {
+  std::optional<std::size_t> most;
+  for (const auto& [laser, count] : returns_) {
+    most = std::max(most, count.median());
+  }
+  return most;
 }
 
 /// From one map apart to another the frame may change with any scan that is lost: where nothing was

@@ -16,6 +16,7 @@
 #include "run/live_configuration.hpp"
 #include "run/run_event.hpp"
 #include "run/timed_matcher.hpp"
+#include "sensor/return_count.hpp"
 #include "sensor/robot_beams.hpp"
 #include "slam/shown_map.hpp"
 
@@ -127,6 +128,9 @@ class SlamRun {
   /// Sectors in which beams of any laser end on the robot itself, as RobotBeams finds them.
   [[nodiscard]] std::vector<double> robot_beams() const;
 
+  /// Returns of a scan of the laser that has most, as ReturnCount tells them; none: too few scans.
+  [[nodiscard]] std::optional<std::size_t> returns() const;
+
   /// Whether scans are left out.
   [[nodiscard]] bool is_paused() const { return paused_; }
 
@@ -229,6 +233,7 @@ class SlamRun {
   double last_match_seconds_ = 0.0;
   std::map<int, LaserUse> laser_uses_;
   std::map<int, RobotBeams> robot_beams_;  ///< by laser
+  std::map<int, ReturnCount> returns_;     ///< likewise
   std::vector<std::string> laser_news_;
 };
 

@@ -382,6 +382,9 @@ void BagMapping::tell(const RunFacts& facts) const {
     dialog_.warn(
         text_of_robot_beams(sectors, run_->setup().engine.scan.masked_angles, "give --set "));
   }
+  if (const std::string few = text_of_few_returns(run_->returns()); !few.empty()) {
+    dialog_.warn(few);
+  }
   if (scans_.events_left() > 0) {
     dialog_.warn(std::to_string(scans_.events_left()) +
                  " events have no scan after them and took no effect");

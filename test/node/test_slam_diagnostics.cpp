@@ -92,6 +92,10 @@ TEST(SlamDiagnostics, TellsWhatTheLogTells) {
   rivals.rivals = "two nodes publish tf from the odometry frame 'odom': /a and /b";
   EXPECT_EQ(judge(rivals).level, DiagnosticStatus::WARN);
   EXPECT_EQ(judge(rivals).message, rivals.rivals);
+  SlamHealth few = healthy();
+  few.few_returns = "scans have 31 returns in the median";
+  EXPECT_EQ(judge(few).level, DiagnosticStatus::WARN);
+  EXPECT_EQ(judge(few).message, few.few_returns);
   SlamHealth masked = healthy();
   masked.robot_beams = "beams end on the robot itself";
   EXPECT_EQ(value_of(judge(masked), "Beams on the robot"), masked.robot_beams);

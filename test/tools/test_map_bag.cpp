@@ -847,6 +847,24 @@ TEST_F(MapBag, AdvisesToMaskBeamsThatEndOnTheRobot) {
   EXPECT_FALSE(contains(masked.output, "warning")) << masked.output;
 }
 
+TEST_F(MapBag, ScansOfFewReturnsAreTold) {
+  for (const auto& [beams, is_told] : {std::pair("8", true), {"32", true}, {"64", false}}) {
+    ASSERT_EQ(run_command(MATCHBOX_SIMULATE,
+                          "--world rooms --seed 5 --duration 15 --sensor ranger32 --beams " +
+                              std::string(beams) + " --bag " + bag_ + " --truth " +
+                              (folder_ / "truth.tum"))
+                  .exit_code,
+              0);
+    const Outcome mapped = run("");
+    EXPECT_EQ(mapped.exit_code, 0);
+    EXPECT_EQ(contains(mapped.output,
+                       " returns in the median; with fewer than 40 the map is hardly better than "
+                       "odometry, and may be worse"),
+              is_told)
+        << mapped.output;
+  }
+}
+
 /// A bag whose scans start over at an earlier stamp, as when the robot's clock was set back.
 void write_bag_with_time_jump(const std::string& path) {
   SmallBag recipe;
