@@ -232,6 +232,29 @@ void replace_file(const std::string& path, const std::string& bytes) {
   replace_files({{path, bytes}});
 }
 
+void keep_as(const std::string& path, const std::string& kept) {
+  std::error_code ignored;
+  explain_failure(kept, [&] {
+    require_replaceable(kept);
+    if (!fs::is_regular_file(path, ignored)) {
+      fs::remove(kept);
+      return;
+    }
+    // A second name costs no space, which may be scarce; where there are none, it is a copy.
+    const fs::path linked =
+        folder_of(kept) / (name_aside(kept) + std::to_string(::getpid()) + ".0");
+    fs::remove(linked, ignored);
+    std::error_code no_link;
+    fs::create_hard_link(path, linked, no_link);
+    if (no_link) {
+      replace_file(kept, read_file(path));
+      return;
+    }
+    fs::rename(linked, kept);
+    fs::remove(linked, ignored);  // it is still there where both are names of one file already
+  });
+}
+
 std::string set_aside(const std::vector<std::string>& files, const std::string& folder) {
   std::string taken = folder;
   const auto explained = [&taken](const std::string& what, auto&& work) {

@@ -8,7 +8,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "io/gzip.hpp"
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/map/occupancy_grid.hpp"
@@ -34,8 +33,8 @@ class MapWriter {
   static constexpr bool kReads = false;
   static constexpr int version() { return kSavedVersion; }
 
-  /// @param sink  gets what is written, compressed.
-  explicit MapWriter(ByteSink sink) : compressor_(std::move(sink)) {}
+  /// @param sink  gets what is written, piece by piece.
+  explicit MapWriter(ByteSink sink) : sink_(std::move(sink)) {}
 
   template <typename Integer>
   void integer(Integer value) {
@@ -45,7 +44,7 @@ class MapWriter {
       rest = static_cast<std::make_unsigned_t<Integer>>(rest >> 8U);
     }
     if (bytes_.size() >= kPiece) {
-      compressor_.add(bytes_);
+      sink_(bytes_);
       bytes_.clear();
     }
   }
@@ -76,15 +75,15 @@ class MapWriter {
 
   /// To be called once, at the end.
   void finish() {
-    compressor_.add(bytes_);
-    compressor_.finish();
+    sink_(bytes_);
+    bytes_.clear();
   }
 
  private:
   static constexpr std::size_t kPiece = std::size_t{1} << 16;
 
-  std::string bytes_;  ///< that are not compressed yet: all of them would double a map's memory
-  Compressor compressor_;
+  std::string bytes_;  ///< that are not given on yet: all of them would double a map's memory
+  ByteSink sink_;
 };
 
 class MapReader {
@@ -143,6 +142,15 @@ class MapReader {
       fail("is damaged: it holds the number " + to_string(value) + " where at most " +
            to_string(largest) + " is allowed");
     }
+  }
+
+  /// So many more, to the end of a text.
+  void bytes(std::uint64_t count, std::string& text) {
+    if (bytes_.size() - position_ < count) {
+      fail("is cut off");
+    }
+    text.append(bytes_, position_, count);
+    position_ += count;
   }
 
   void flag(bool& value) {

@@ -59,8 +59,10 @@ SurfaceHit wall_in(const MapImage& image, const Cell& pixel) {
   return {center - normal * normal.dot(center - mean), normal};
 }
 
+/// Of a copy that was kept, such as map.slam.1, that of what it is a copy of.
 std::string extension_of(const std::string& path) {
-  return std::filesystem::path(path).extension().string();
+  const std::filesystem::path whole(path);
+  return (whole.extension() == ".1" ? whole.stem() : whole).extension().string();
 }
 
 }  // namespace

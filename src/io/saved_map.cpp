@@ -1,5 +1,7 @@
 #include "matchbox_slam/io/saved_map.hpp"
 
+#include "io/gzip.hpp"
+#include "io/map_changes.hpp"
 #include "io/saved_parts.hpp"
 
 namespace matchbox_slam {
@@ -110,7 +112,7 @@ void refuse_newer(const MapReader& reader, const std::string& bytes) {
 
 }  // namespace
 
-void write_saved_map(const EngineState& map, const ByteSink& sink) {
+void write_map_bytes(const EngineState& map, const ByteSink& sink) {
   MapWriter writer(sink);
   writer.text(head_of(kSavedVersion));
   write_grids(map.map, writer);
@@ -124,6 +126,12 @@ void write_saved_map(const EngineState& map, const ByteSink& sink) {
   writer.finish();
 }
 
+void write_saved_map(const EngineState& map, const ByteSink& sink) {
+  Compressor compressor(sink);
+  write_map_bytes(map, [&compressor](const std::string& bytes) { compressor.add(bytes); });
+  compressor.finish();
+}
+
 std::string to_saved_map(const EngineState& map) {
   std::string saved;
   write_saved_map(map, [&saved](const std::string& piece) { saved += piece; });
@@ -131,7 +139,7 @@ std::string to_saved_map(const EngineState& map) {
 }
 
 EngineState read_saved_map(const std::string& path, double max_cells) {
-  const std::string bytes = decompress(read_file(path), path);
+  const std::string bytes = with_changes(decompress(read_file(path), path), path);
   MapReader reader(bytes, path, max_cells);
   int version = kSavedVersion;
   while (version > 0 && !reader.begins_with_version(version, head_of(version))) {

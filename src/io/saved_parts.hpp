@@ -13,6 +13,9 @@ namespace matchbox_slam {
 /// More are no robot's, but a file that is damaged.
 constexpr std::size_t kMostLasers = 1000;
 
+/// A saved map before it is compressed.
+void write_map_bytes(const MapStart& map, const ByteSink& sink);
+
 // What a saved map is made of. Reading throws FileError for what no map could have made.
 
 void write_grids(const SlamMap& map, MapWriter& writer);

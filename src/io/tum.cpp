@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <filesystem>
 #include <iomanip>
 #include <ostream>
 #include <vector>
@@ -53,6 +54,16 @@ void write_tum(const Trajectory& trajectory, const ByteSink& sink) {
 
 std::string to_tum(const Trajectory& trajectory) {
   return text_of_pages([&](const ByteSink& sink) { write_tum(trajectory, sink); });
+}
+
+std::string path_of_part(const std::string& path, std::size_t part, std::size_t parts) {
+  if (part + 1 == parts) {
+    return path;
+  }
+  const std::filesystem::path whole(path);
+  std::filesystem::path named = whole.parent_path() / whole.stem();
+  named += "." + std::to_string(part + 1) + whole.extension().string();
+  return named.string();
 }
 
 void write_tum(const std::string& path, const Trajectory& trajectory) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "geometry/trajectory.hpp"
@@ -24,6 +25,11 @@ namespace matchbox_slam {
 
 /// The same, a page at a time.
 void write_tum(const Trajectory& trajectory, const ByteSink& sink);
+
+/// Where the poses of a drive go whose clock has stepped back: those of before the first step to
+/// "drive.1.tum" and so on, those since the last step to `path` itself, as of "drive.tum".
+[[nodiscard]] std::string path_of_part(const std::string& path, std::size_t part,
+                                       std::size_t parts);
 
 /// Writes a file atomically. Throws FileError.
 void write_tum(const std::string& path, const Trajectory& trajectory);

@@ -263,5 +263,27 @@ TEST(ReplaceFile, RemovesWhatAKilledProgramLeftBeside) {
   EXPECT_TRUE(std::filesystem::exists(left));
 }
 
+TEST(KeepAs, KeepsWhatTheFileHoldsUnderAnotherName) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "map";
+  const std::string kept = folder / "map.1";
+  for (const std::string bytes : {"first", "second"}) {
+    replace_file(path, bytes);
+    keep_as(path, kept);
+    keep_as(path, kept);  // both are names of one file
+    replace_file(path, "new");
+    EXPECT_EQ(read_file(kept), bytes);
+    EXPECT_EQ(read_file(path), "new");
+    EXPECT_EQ(folder.file_count(), 2U);
+  }
+  std::filesystem::remove(path);
+  keep_as(path, kept);
+  EXPECT_EQ(folder.file_count(), 0U) << "there is none";
+  replace_file(path, "new");
+  std::filesystem::create_directory(kept);
+  const std::string told = error_text<FileError>([&] { keep_as(path, kept); });
+  EXPECT_TRUE(contains(told, "cannot write '" + kept + "'")) << told;
+}
+
 }  // namespace
 }  // namespace matchbox_slam

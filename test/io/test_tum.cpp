@@ -91,5 +91,12 @@ TEST(WriteTum, ReadsBackToTheLastDecimal) {
   EXPECT_THROW((void)read_tum(folder / "none.tum"), FileError);
 }
 
+TEST(Tum, PartsOfADriveHaveNamesOfTheirOwn) {
+  EXPECT_EQ(path_of_part("/out/drive.tum", 2, 3), "/out/drive.tum");
+  EXPECT_EQ(path_of_part("/out/drive.tum", 0, 3), "/out/drive.1.tum");
+  EXPECT_EQ(path_of_part("/out/drive.tum", 1, 3), "/out/drive.2.tum");
+  EXPECT_EQ(path_of_part("drive", 0, 2), "drive.1");
+}
+
 }  // namespace
 }  // namespace matchbox_slam

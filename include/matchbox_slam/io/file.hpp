@@ -78,6 +78,10 @@ void replace_files(const std::vector<FileContents>& files);
 /// The same for a single file.
 void replace_file(const std::string& path, const std::string& bytes);
 
+/// Keeps what a file holds now under another name, too, in place of what that was, so that the file
+/// can be replaced. Where there is no such file, neither is the other one then. Throws FileError.
+void keep_as(const std::string& path, const std::string& kept);
+
 /// Moves files into a new folder: `folder`, or that with the first of .2, .3 and so on that there
 /// is not yet. Files that are not there are passed over; each has moved before the next one does.
 /// Returns the folder. Throws FileError naming the file and the reason.
