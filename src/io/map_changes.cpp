@@ -52,7 +52,7 @@ std::uint32_t checksum_after(std::uint32_t before, const std::string& bytes) {
 }
 
 /// Gives the pieces of a map's bytes.
-void cut(const MapStart& map, const PieceCutter::Take& take) {
+void cut(const EngineState& map, const PieceCutter::Take& take) {
   PieceCutter cutter(take);
   write_map_bytes(map, [&cutter](const std::string& bytes) { cutter.add(bytes); });
   cutter.finish();
@@ -200,7 +200,7 @@ const MapPieces::Place* MapPieces::find(const std::string& piece) const {
   return found != places_.end() && found->second.size == piece.size() ? &found->second : nullptr;
 }
 
-MapPieces write_map_in_pieces(const MapStart& map, const ByteSink& sink) {
+MapPieces write_map_in_pieces(const EngineState& map, const ByteSink& sink) {
   MapPieces pieces;
   Compressor compressor(sink);
   cut(map, [&](const std::string& piece) {
@@ -211,7 +211,7 @@ MapPieces write_map_in_pieces(const MapStart& map, const ByteSink& sink) {
   return pieces;
 }
 
-std::string changes_since(const MapPieces& saved, const MapStart& map) {
+std::string changes_since(const MapPieces& saved, const EngineState& map) {
   std::string packed;
   Compressor compressor([&packed](const std::string& bytes) { packed += bytes; });
   MapWriter writer([&compressor](const std::string& bytes) { compressor.add(bytes); });

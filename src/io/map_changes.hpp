@@ -7,7 +7,7 @@
 #include <unordered_map>
 
 #include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/slam/map_start.hpp"
+#include "matchbox_slam/slam/engine_state.hpp"
 
 namespace matchbox_slam {
 
@@ -52,10 +52,10 @@ class MapPieces {
 };
 
 /// As write_saved_map. Returns what it is made of.
-MapPieces write_map_in_pieces(const MapStart& map, const ByteSink& sink);
+MapPieces write_map_in_pieces(const EngineState& map, const ByteSink& sink);
 
 /// The file of what has changed in a map since it was saved.
-[[nodiscard]] std::string changes_since(const MapPieces& saved, const MapStart& map);
+[[nodiscard]] std::string changes_since(const MapPieces& saved, const EngineState& map);
 
 /// Where that file is.
 [[nodiscard]] std::string path_of_changes(const std::string& map_path);

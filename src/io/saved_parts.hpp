@@ -14,7 +14,7 @@ namespace matchbox_slam {
 constexpr std::size_t kMostLasers = 1000;
 
 /// A saved map before it is compressed.
-void write_map_bytes(const MapStart& map, const ByteSink& sink);
+void write_map_bytes(const EngineState& map, const ByteSink& sink);
 
 // What a saved map is made of. Reading throws FileError for what no map could have made.
 

@@ -180,4 +180,13 @@ void SecondaryLasers::move_on(const Pose2& before_from_newest) {
   }
 }
 
+void SecondaryLasers::shift_clock(double seconds) {
+  lead_.silent_since += seconds;
+  for (auto& [number, laser] : lasers_) {
+    if (laser.waiting) {
+      laser.waiting->measured.scan.stamp += seconds;
+    }
+  }
+}
+
 }  // namespace matchbox_slam

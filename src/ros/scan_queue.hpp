@@ -73,8 +73,8 @@ struct ReadyScan {
   bool is_odometry_in_tf = true;  ///< where it has odometry
 };
 
-/// Time went back, as when a bag is played in a loop or a simulation is reset. Scans from here on
-/// have nothing to do with those before.
+/// Time went back, as when a clock is set, a bag is played in a loop or a simulation is reset.
+/// Stamps from here on cannot be compared with those before.
 struct TimeJump {
   double seconds = 0.0;  ///< how far back, > 0
   bool stopped = false;  ///< no more scans are delivered

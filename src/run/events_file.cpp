@@ -13,14 +13,15 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::array kKinds = {"set_pose", "correct_pose", "reset",    "load",
-                               "pause",    "reconfigure",  "leave_out"};
+constexpr std::array kKinds = {"set_pose", "correct_pose", "be_anywhere", "reset",
+                               "load",     "pause",        "reconfigure", "leave_out"};
 
 /// An entry but for the sections of its event.
 struct Entry {
   double scan = 0.0;
   int laser = 0;
   int time_jumps = 0;
+  bool be_anywhere = true;
   bool reset = true;
   std::string load;
   bool pause = true;
@@ -31,6 +32,7 @@ struct Entry {
     option(self.scan, "scan", any(), "s", "");
     option(self.laser, "laser", at_least(0.0), "", "");
     option(self.time_jumps, "time_jumps", at_least(0.0), "", "");
+    option(self.be_anywhere, "be_anywhere", any(), "", "");
     option(self.reset, "reset", any(), "", "");
     option(self.load, "load", any(), "", "");
     option(self.pause, "pause", any(), "", "");
@@ -122,12 +124,15 @@ RunEvent read_event(const std::string& kind, const Parameters& parameters, const
   if (kind == "reconfigure") {
     return Reconfigure{parameters.section(kind)};
   }
-  if (!entry.reset || !entry.leave_out) {
+  if (!entry.reset || !entry.leave_out || !entry.be_anywhere) {
     throw ConfigurationError(kind +
                              ": false is not allowed; allowed: true, or leave the entry out");
   }
   if (kind == "leave_out") {
     return LeaveOut{};
+  }
+  if (kind == "be_anywhere") {
+    return BeAnywhere{};
   }
   return Reset{};
 }
@@ -177,6 +182,7 @@ struct ToParameters {
     parameters.set("correct_pose/scan", event.stamp);
     return parameters;
   }
+  Parameters operator()(const BeAnywhere& /*event*/) const { return single("be_anywhere", true); }
   Parameters operator()(const Reset& /*event*/) const { return single("reset", true); }
   Parameters operator()(const LoadMapFile& event) const { return single("load", event.path); }
   Parameters operator()(const Pause& event) const { return single("pause", event.paused); }

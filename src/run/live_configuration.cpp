@@ -9,8 +9,9 @@ namespace matchbox_slam {
 
 namespace {
 
-constexpr std::array kNodeOptions = {"publish_tf", "transform_tolerance", "map_update_interval",
-                                     "map_file",   "map_format",          "max_lag"};
+constexpr std::array kNodeOptions = {"publish_tf",   "transform_tolerance", "map_update_interval",
+                                     "map_file",     "map_format",          "max_lag",
+                                     "tf_while_lost"};
 
 bool may_change(const std::string& name) {
   if (name.find('/') == std::string::npos) {

@@ -19,7 +19,7 @@ struct RunOptions : SharedRunOptions {
   std::vector<double> laser_pose;
   double max_lag = 0.0;
   std::string scan_time_offset = "0";
-  std::string time_jump = "reset";
+  std::string time_jump = "go_on";
   std::string map_format = "pgm";
   double start_x = 0.0;
   double start_y = 0.0;
@@ -64,8 +64,10 @@ struct RunOptions : SharedRunOptions {
     option(self.scan_time_offset, "scan_time_offset", any(), "s",
            "Added to the stamps of scans, whose clock may differ from tf's; a number, or 'auto': "
            "what the first seconds tell.");
-    option(self.time_jump, "time_jump", one_of({"reset", "stop"}), "",
-           "When time jumps back by more than 1 s: start a new map, or stop.");
+    option(
+        self.time_jump, "time_jump", one_of({"go_on", "reset", "stop"}), "",
+        "When time jumps back by more than 1 s, as when a clock is set or a bag played again: go "
+        "on in the map, start a new one, or stop.");
     option(
         self.map_format, "map_format", one_of({"pgm", "png"}), "",
         "In what a saved map's image is that its .yaml names: .pgm, or .occupancy.png beside the "

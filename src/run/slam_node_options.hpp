@@ -11,6 +11,7 @@ struct SlamNodeOptions {
   bool publish_tf = true;
   double transform_publish_period = 0.05;
   double transform_tolerance = 0.1;
+  std::string tf_while_lost = "hold";
   double map_update_interval = 1.0;
   std::string initial_map;
   std::string map_file = "map";
@@ -29,6 +30,9 @@ struct SlamNodeOptions {
         "it at once.");
     option(self.transform_tolerance, "transform_tolerance", between(0.0, 10.0), "s",
            "Published transforms are stamped this far ahead, so that listeners need not wait.");
+    option(self.tf_while_lost, "tf_while_lost", one_of({"hold", "stop", "best"}), "",
+           "What is published as map -> odom while the robot is lost: the last one of when it was "
+           "not; nothing; or the best guess, which may be wrong by any distance.");
     option(self.map_update_interval, "map_update_interval", between(0.05, 3600.0), "s",
            "Shortest time between two maps that are published, by the wall clock.");
     option(self.initial_map, "initial_map", any(), "",
@@ -37,8 +41,8 @@ struct SlamNodeOptions {
     option(self.map_file, "map_file", any(), "",
            "~save_map writes this path + .pgm (see map_format), .yaml, .png and .slam.");
     option(self.autosave_period, "autosave_period", between(0.0, 86400.0), "s",
-           "So long after it was saved last, and at the end of the node, the map is saved as by "
-           "~save_map, if scans were used since; by the wall clock. 0: never.");
+           "So long after it was saved last the map is saved, if scans were used since, and at the end "
+           "of the node as by ~save_map; by the wall clock. 0: never.");
     option(self.resume, "resume", any(), "",
            "Whether to go on with map_file + .slam, where there is one, instead of initial_map.");
     option(self.trajectory_file, "trajectory_file", any(), "",

@@ -39,6 +39,14 @@ void add_pose(const StampedPose2& pose, std::vector<StampedPose2>& poses) {
   }
 }
 
+std::optional<double> newest_stamp_of(const KeyScans& keys) {
+  std::optional<double> newest;
+  for (const PlacedScan& key : keys.all()) {
+    newest = std::max(newest.value_or(key.scan->stamp()), key.scan->stamp());
+  }
+  return newest;
+}
+
 void correct(const MapCorrection& correction, std::vector<StampedPose2>& poses) {
   auto step = correction.steps.begin();
   for (StampedPose2& pose : poses) {
@@ -66,6 +74,10 @@ std::unique_ptr<SlamEngine> SlamRun::make_engine() const {
 
 void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   engine_ = std::move(engine);
+  clocks_.assign(1, {});
+  has_stepped_back_ = false;
+  is_told_ = false;
+  is_anywhere_ = false;
   brought_loops_ = all_loops();
   ++resets_;
   scans_ = 0;
@@ -96,6 +108,14 @@ bool SlamRun::take_up(EngineState saved, double stamp, double longest_pause,
   if (!same_drive) {
     put_on_mark(setup().run, saved);
   }
+  // Of a map whose clock has stepped back they may be ahead.
+  if (const auto newest = newest_stamp_of(saved.key_scans)) {
+    const double ahead = *newest - (same_drive ? saved.motion.stamp.value_or(stamp) : stamp);
+    if (ahead > 0.0) {
+      clocks_.back().offset = ahead;
+      saved.shift_clock(ahead);
+    }
+  }
   start_from(std::move(saved));
   if (!same_drive && has_key_scans) {
     begin_drive(stamp);
@@ -107,6 +127,17 @@ void SlamRun::take_up_told(EngineState saved, const SetPose& told) {
   put_on_mark(setup().run, saved);
   start_from(std::move(saved));
   apply(told);
+}
+
+void SlamRun::begin_drive(double stamp) {
+  finish();
+  parts_given_up_ += engine_->map_apart(stamp + clock_offset()) ? 1 : 0;
+}
+
+EngineState SlamRun::snapshot() const {
+  EngineState start = engine_->snapshot();
+  start.shift_clock(-clock_offset());
+  return start;
 }
 
 LoopCount SlamRun::all_loops() const {
@@ -133,26 +164,38 @@ void SlamRun::apply(const RunEvent& event) {
 
 void SlamRun::take_effect(const SetPose& event) {
   engine_->set_pose(event.map_from_base, event.covariance);
+  is_told_ = true;
+  is_anywhere_ = false;
   if (!trajectory_.empty()) {
     told_ = trajectory_.back().stamp;
   }
 }
 
 void SlamRun::take_effect(const CorrectPose& event) {
-  const auto then =
-      std::find_if(trajectory_.rbegin(), trajectory_.rend(),
-                   [&](const StampedPose2& pose) { return pose.stamp == event.stamp; });
+  const double stamp = event.stamp + clock_offset();
+  const auto then = std::find_if(trajectory_.rbegin(), trajectory_.rend(),
+                                 [&](const StampedPose2& pose) { return pose.stamp == stamp; });
   if (then == trajectory_.rend()) {
     throw std::runtime_error("no scan of " + fixed_text(event.stamp, 6) +
                              " s was used for this map, or too many have come after it");
   }
   // Between a pose that was told and one before it there is no motion.
-  if (told_ && event.stamp <= *told_ && trajectory_.back().stamp > *told_) {
+  if (told_ && stamp <= *told_ && trajectory_.back().stamp > *told_) {
     throw std::runtime_error("where it was has been told since the scan of " +
                              fixed_text(event.stamp, 6) + " s");
   }
   const Pose2 motion = then->pose.inverse() * trajectory_.back().pose;
   take_effect(SetPose{event.map_from_base * motion, covariance_of(kFoundPosition, kFoundHeading)});
+}
+
+void SlamRun::take_effect(const BeAnywhere& /*event*/) {
+  if (key_scans().empty()) {
+    throw std::runtime_error(
+        "there are no key scans to search for the robot in: they come as the map is made, or with "
+        "a .slam file, not with an image; tell where the robot is by initialpose");
+  }
+  is_told_ = false;
+  is_anywhere_ = true;
 }
 
 void SlamRun::take_effect(const Reset& /*event*/) { start_with(make_engine()); }
@@ -189,6 +232,11 @@ void SlamRun::note_left_out(double stamp, int laser) {
   timed_events_ = events_.size();
 }
 
+void SlamRun::step_back() {
+  ++time_jumps_;
+  has_stepped_back_ = scans_ > 0;  // else nothing has a stamp yet
+}
+
 void SlamRun::jump_back() {
   // What was told of the map that is given up would take effect on the next one when repeated.
   const auto is_undone = [](const TimedEvent& event) {
@@ -215,13 +263,52 @@ void SlamRun::note_scan(const ScanInput& input) {
 
 // --- scans ---
 
+/// Whether the robot is where motion leads to, after a step of the clock.
+bool SlamRun::goes_on(const MotionState& before, const ScanInput& input) const {
+  // [s] from scan to scan, however slow the laser and however many were needed to tell the step. A
+  // guess: half and double were not tried.
+  constexpr double kBetween = 2.0;
+  if (is_told_ || key_scans().empty()) {
+    return true;
+  }
+  if (before.odom_from_base && odometry_of(input)) {
+    return does_odometry_go_on(before.odom_from_base, odometry_of(input), kBetween);
+  }
+  return before.stamp.value_or(0.0) - clock_offset() - input.scan.stamp <= kLongestPause;
+}
+
+/// With the first scan after a step of the clock. Those of the run go on.
+void SlamRun::begin_clock(const ScanInput& input) {
+  // So many intervals between scans it took until the step was told: a guess, as the next.
+  constexpr double kScans = 3.0;
+  constexpr double kLongest = 0.3;  // [s]
+  const bool does_go_on = goes_on(engine_->motion(), input);
+  const double newest = live_trajectory_.back().stamp;
+  const double interval =
+      live_trajectory_.size() < 2 ? kLongest : newest - (live_trajectory_.end() - 2)->stamp;
+  const double since = newest + kScans * std::min(interval, kLongest);
+  clocks_.push_back({since, since - input.scan.stamp});
+  if (!does_go_on) {
+    begin_drive(input.scan.stamp);
+  }
+}
+
 std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
   note_scan(input);
   if (paused_) {
     return std::nullopt;
   }
+  if (has_stepped_back_) {
+    begin_clock(input);
+    has_stepped_back_ = false;
+  }
+  if (is_anywhere_) {
+    begin_drive(input.scan.stamp);
+    is_anywhere_ = false;
+  }
+  is_told_ = false;
   const double begin = thread_seconds();
-  ScanOutcome outcome = engine_->process(input);
+  ScanOutcome outcome = process_by_clock(input);
   // What a lost robot maps apart never comes into a map that stays as it is.
   outcome.inserted = outcome.inserted && setup().engine.slam.update_map;
 
@@ -245,6 +332,33 @@ std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
   returns_[input.laser].add(input.scan, setup().engine.scan);
   note_lasers();
   return outcome;
+}
+
+ScanOutcome SlamRun::process_by_clock(const ScanInput& input) {
+  if (clock_offset() == 0.0) {
+    return engine_->process(input);
+  }
+  ScanInput moved = input;
+  moved.scan.stamp += clock_offset();
+  return engine_->process(moved);
+}
+
+std::size_t SlamRun::clock_at(double stamp) const {
+  std::size_t clock = clocks_.size() - 1;
+  while (stamp < clocks_[clock].since) {
+    --clock;
+  }
+  return clock;
+}
+
+std::vector<std::vector<StampedPose2>> SlamRun::by_clock(
+    const std::vector<StampedPose2>& poses) const {
+  std::vector<std::vector<StampedPose2>> parts(clocks_.size());
+  for (const StampedPose2& pose : poses) {
+    const std::size_t clock = clock_at(pose.stamp);
+    parts[clock].push_back({pose.stamp - clocks_[clock].offset, pose.pose});
+  }
+  return parts;
 }
 
 std::string SlamRun::scan_topic(int laser) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -48,7 +49,8 @@ class SlamRun {
  public:
   explicit SlamRun(LiveConfiguration configuration, RunRecords records = RunRecords::kAll);
 
-  /// Processes the next scan of the queue. None: the run is paused, and the scan is left out.
+  /// Processes the next scan of the queue. None: the run is paused, and the scan is left out. The
+  /// outcome's stamp is the run's; see clock_offset.
   std::optional<ScanOutcome> process(const ScanInput& input);
 
   /// After the last scan: closes the loop that a search under way may find.
@@ -77,23 +79,24 @@ class SlamRun {
   void take_up_told(EngineState saved, const SetPose& told);
 
   /// The next scan, of this stamp [s], is of another drive: where the robot is has to be found.
-  void begin_drive(double stamp) {
-    finish();
-    parts_given_up_ += engine_->map_apart(stamp) ? 1 : 0;
-  }
+  void begin_drive(double stamp);
 
   /// A scan never came to be processed, as there was no time for it: an event of those that
   /// `events` lists.
   void note_left_out(double stamp, int laser);
 
-  /// Time has jumped back: map and poses are forgotten, and stamps begin anew.
+  /// Time has jumped back: stamps begin anew. The map goes on. Where the robot is, odometry tells
+  /// if it went on, or somebody who has told it since the last scan; else it is searched for.
+  void step_back();
+
+  /// The same, but map and poses are forgotten.
   void jump_back();
 
   [[nodiscard]] const SlamSetup& setup() const { return configuration_.setup(); }
   [[nodiscard]] const LiveConfiguration& configuration() const { return configuration_; }
 
-  /// As SlamEngine::snapshot.
-  [[nodiscard]] EngineState snapshot() const { return engine_->snapshot(); }
+  /// As SlamEngine::snapshot; its motion is by the clock of the newest scan.
+  [[nodiscard]] EngineState snapshot() const;
 
   /// Time of the newest scan's match [s]; 0 when it was not matched.
   [[nodiscard]] double last_match_seconds() const { return last_match_seconds_; }
@@ -141,6 +144,20 @@ class SlamRun {
   [[nodiscard]] const ThinnedPath& path() const { return path_; }
   [[nodiscard]] const ThinnedPath& odometry_path() const { return odometry_path_; }
 
+  /// [s] that stamps of the run are ahead of the newest scan's clock. Where that has stepped back,
+  /// those of the run go on: all that is kept of its past has them.
+  [[nodiscard]] double clock_offset() const { return clocks_.back().offset; }
+
+  /// Times that it has stepped back and the map went on, since the last reset.
+  [[nodiscard]] std::size_t clock_steps() const { return clocks_.size() - 1; }
+  /// A stamp of the run by the clock that the robot had then.
+  [[nodiscard]] double stamp_by_clock(double stamp) const {
+    return stamp - clocks_[clock_at(stamp)].offset;
+  }
+  /// Poses of the run likewise: a part for each clock, oldest first, which may be empty.
+  [[nodiscard]] std::vector<std::vector<StampedPose2>> by_clock(
+      const std::vector<StampedPose2>& poses) const;
+
   /// Poses of the base in the map, one a stamp, or the latest ones. Those of a lost robot are put
   /// right when it is found, and those of all when a loop is closed.
   [[nodiscard]] const std::vector<StampedPose2>& trajectory() const { return trajectory_; }
@@ -167,7 +184,8 @@ class SlamRun {
   [[nodiscard]] const std::map<Certainty, std::size_t>& certainties() const { return certainties_; }
   /// Scans by how sure it was where the robot is.
   [[nodiscard]] const std::map<TrackingState, std::size_t>& states() const { return states_; }
-  /// As of SlamEngine.
+  /// These as of SlamEngine.
+  [[nodiscard]] std::vector<WeightedPose> likely_poses() const { return engine_->likely_poses(); }
   [[nodiscard]] std::size_t parts_apart() const { return engine_->parts_apart(); }
   /// Maps apart that were given up for others; see kMostPartsApart.
   [[nodiscard]] std::size_t parts_given_up() const { return parts_given_up_; }
@@ -187,6 +205,7 @@ class SlamRun {
  private:
   void take_effect(const SetPose& event);
   void take_effect(const CorrectPose& event);
+  void take_effect(const BeAnywhere& event);
   void take_effect(const Reset& event);
   void take_effect(const LoadMapFile& event);
   void take_effect(const Pause& event);
@@ -195,6 +214,10 @@ class SlamRun {
   [[nodiscard]] LoopCount all_loops() const;
   [[nodiscard]] std::unique_ptr<SlamEngine> make_engine() const;
   void start_with(std::unique_ptr<SlamEngine> engine);
+  [[nodiscard]] bool goes_on(const MotionState& before, const ScanInput& input) const;
+  [[nodiscard]] std::size_t clock_at(double stamp) const;
+  void begin_clock(const ScanInput& input);
+  ScanOutcome process_by_clock(const ScanInput& input);
   void note_scan(const ScanInput& input);
   void note_lasers();
   void record(const ScanOutcome& outcome);
@@ -207,6 +230,15 @@ class SlamRun {
   std::unique_ptr<SlamEngine> engine_;
   bool paused_ = false;
   int time_jumps_ = 0;
+  /// What the stamps of the run are ahead of the robot's by [s], since one of these.
+  struct Clock {
+    double since = -std::numeric_limits<double>::infinity();
+    double offset = 0.0;
+  };
+  std::vector<Clock> clocks_{1};
+  bool has_stepped_back_ = false;  ///< since the newest scan; as the next
+  bool is_told_ = false;           ///< where the robot is
+  bool is_anywhere_ = false;       ///< nobody knows where
   std::size_t resets_ = 0;
   std::vector<TimedEvent> events_;
   std::size_t timed_events_ = 0;  ///< of these, as many as a scan came after

@@ -32,18 +32,25 @@ void put_on_mark(const RunOptions& options, EngineState& start) {
   }
 }
 
+std::optional<Pose2> odometry_of(const ScanInput& input) {
+  return input.odometry && !input.odometry->is_heading_only
+             ? std::optional<Pose2>(input.odometry->odom_from_base)
+             : std::nullopt;
+}
+
 bool does_odometry_go_on(const std::optional<Pose2>& saved, const std::optional<Pose2>& now,
                          double seconds) {
   // Guesses: half and double were not tried.
-  constexpr double kFarFromOrigin = 1.0;  // m
-  constexpr double kFastest = 1.5;        // m/s
-  constexpr double kLongest = 600.0;      // s, after which it may have been carried
+  constexpr double kNearOrigin = 1.0;  // [m], where it may have begun anew
+  constexpr double kFastest = 1.5;     // [m/s]
+  constexpr double kLongest = 600.0;   // [s], after which it may have been carried
   if (!saved || !now || !(seconds > 0.0 && seconds <= kLongest)) {
     return false;
   }
   const double moved = (now->translation() - saved->translation()).norm();
-  return saved->translation().norm() >= kFarFromOrigin && moved <= kFastest * seconds &&
-         moved < 0.5 * now->translation().norm();
+  const double from_origin = now->translation().norm();
+  const bool may_have_begun = from_origin < kNearOrigin && from_origin < moved;
+  return moved <= kFastest * seconds && !may_have_begun;
 }
 
 bool is_same_drive(double stamp, std::optional<double> before, double longest_pause) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
 #include "run/slam_setup.hpp"
 
@@ -29,10 +30,12 @@ constexpr double kLongestPause = 10.0;
 [[nodiscard]] bool is_same_drive(double stamp, std::optional<double> before,
                                  double longest_pause = kLongestPause);
 
-/// Whether odometry went on after a map was saved, while whoever mapped was away, so that it tells
-/// where the robot is now: it is nearer to where it was then than to its origin, where it begins
-/// when a robot is switched on. Near the origin nobody can tell the two apart, and the answer is
-/// no.
+/// Where the odometry has the base at a scan; none where it tells the heading alone.
+[[nodiscard]] std::optional<Pose2> odometry_of(const ScanInput& input);
+
+/// Whether odometry went on while nobody used it, so that it tells where the robot is now: a robot
+/// may have driven there, and it has not begun anew, as when a robot is switched on. What it tells
+/// the next scans have to confirm.
 /// @param saved, now  of the base in the odometry frame.
 /// @param seconds     between the two.
 [[nodiscard]] bool does_odometry_go_on(const std::optional<Pose2>& saved,

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "lasers/scan_bundle.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
@@ -36,6 +37,7 @@ class SlamEngine::Parts {
   [[nodiscard]] const Mapping& mapping() const { return mapping_; }
   [[nodiscard]] const KeyScans& key_scans() const { return mapping_.parts().map().key_scans; }
   [[nodiscard]] TrackingState state() const;
+  [[nodiscard]] std::vector<WeightedPose> likely_poses() const;
   [[nodiscard]] const SecondaryLasers& secondary_lasers() const { return secondary_lasers_; }
   [[nodiscard]] const EngineOptions& options() const { return options_; }
 

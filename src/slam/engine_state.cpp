@@ -23,6 +23,23 @@ void EngineState::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& 
   secondary_lasers = {};  // what tf said may have been put right
 }
 
+void EngineState::shift_clock(double seconds) {
+  if (motion.stamp) {
+    *motion.stamp += seconds;
+  }
+  if (motion.fix) {
+    motion.fix->stamp += seconds;
+  }
+  if (motion.calibration.stretch) {
+    motion.calibration.stretch->stamp += seconds;
+  }
+  for (MapPart& part : whereabouts.apart) {
+    part.begin += seconds;
+  }
+  whereabouts.search.stamp += seconds;
+  further_lasers.shift_clock(seconds);
+}
+
 void check_map(const SlamMap& map, const EngineOptions& options) {
   const auto require = [](const std::string& name, double wanted, double made) {
     if (wanted != made) {

@@ -1,5 +1,7 @@
 #include "matchbox_slam/slam/slam_engine.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -262,6 +264,38 @@ TrackingState SlamEngine::Parts::state() const {
 
 // --- where the robot is ---
 
+std::vector<WeightedPose> SlamEngine::Parts::likely_poses() const {
+  const Pose2& here = tracker_.state().fixed_from_base;
+  std::vector<WeightedPose> poses;
+  double sum = 0.0;
+  if (mapping_.is_lost()) {
+    for (const PlaceHypothesis& place : relocalizer_.search().hypotheses) {
+      if (place.part == 0) {
+        poses.push_back({place.part_from_apart * here, static_cast<double>(place.confirmations)});
+      }
+    }
+    sum = options_.recovery.far_confirmations;  // as many as it takes to be sure
+  } else {
+    const PoseHypotheses::State& state = hypotheses_.state();
+    poses.push_back({here, 1.0});
+    for (const PoseHypotheses::Hypothesis& other : state.others) {
+      poses.push_back({other.map_from_base, std::exp(other.log_odds)});
+    }
+    sum = std::exp(state.elsewhere);
+  }
+  for (const WeightedPose& pose : poses) {
+    sum += pose.weight;
+  }
+  for (WeightedPose& pose : poses) {
+    pose.weight /= sum;
+  }
+  const auto first_other = poses.begin() + (mapping_.is_lost() || poses.empty() ? 0 : 1);
+  std::stable_sort(first_other, poses.end(), [](const WeightedPose& a, const WeightedPose& b) {
+    return a.weight > b.weight;
+  });
+  return poses;
+}
+
 void SlamEngine::Parts::believe() {
   hypotheses_.believe();
   mapping_.unfork();
@@ -417,6 +451,8 @@ std::size_t SlamEngine::loop_tries() const { return parts_->mapping().loops().tr
 std::size_t SlamEngine::parts_apart() const { return parts_->mapping().parts().all().size() - 1; }
 
 TrackingState SlamEngine::state() const { return parts_->state(); }
+
+std::vector<WeightedPose> SlamEngine::likely_poses() const { return parts_->likely_poses(); }
 
 const SecondaryLasers& SlamEngine::secondary_lasers() const { return parts_->secondary_lasers(); }
 

@@ -214,8 +214,11 @@ void BagMapping::go_on_with_saved_map(double stamp) {
 /// The robot may have been carried, and its odometry may have begun anew.
 void BagMapping::begin_drive_if_new(double stamp) {
   const std::vector<StampedPose2>& told = run_->live_trajectory();
-  if (told.empty() || stamp == told.back().stamp || is_same_drive(stamp, told.back().stamp) ||
-      !scans_.begins_bag(told.back().stamp, stamp) || run_->key_scans().empty()) {
+  if (told.empty() || run_->key_scans().empty()) {
+    return;
+  }
+  const double newest = told.back().stamp - run_->clock_offset();
+  if (stamp == newest || is_same_drive(stamp, newest) || !scans_.begins_bag(newest, stamp)) {
     return;
   }
   run_->begin_drive(stamp);
@@ -230,13 +233,14 @@ void BagMapping::handle(const ReadyScan& scan) {
   } else {
     begin_drive_if_new(stamp);
   }
-  const std::optional<ScanOutcome> outcome = run_->process(scan.input);
+  std::optional<ScanOutcome> outcome = run_->process(scan.input);
   if (!outcome) {
     scans_.leave_out(scan);
     return;
   }
-  scan_table_->add(*outcome);
   fit_.add(*outcome);
+  outcome->stamp = stamp;  // not the run's, which goes on where the clock steps back
+  scan_table_->add(*outcome);
   if (outcome->inserted && outcome->state == TrackingState::kTracking && !debug_.empty() &&
       first_key_scans_.size() <= kMostHoughPictures) {
     first_key_scans_.push_back(run_->key_scans().all().back().scan);
@@ -294,6 +298,9 @@ void BagMapping::handle(const TimeJump& jump) {
   if (jump.stopped) {
     dialog_.warn(jumped + "stopping there, as time_jump is 'stop'");
     scans_.stop();
+  } else if (run_->setup().run.time_jump == "go_on") {
+    dialog_.warn(jumped + "the map goes on, as time_jump is 'go_on'");
+    run_->step_back();
   } else {
     dialog_.warn(jumped + "starting a new map, as time_jump is 'reset'");
     run_->jump_back();
@@ -313,23 +320,30 @@ void BagMapping::add_map_and_trajectories() {
   const Trajectory trajectory(run_->trajectory());
   const Trajectory odometry(run_->odometry());
   const PoseGraph& graph = run_->graph();
-  const auto add_poses = [&](const std::string& name, const Trajectory& poses,
-                             const std::string& of_continued = "") {
+  const auto add_tum = [&](const std::string& path, const Trajectory& poses,
+                           const std::string& of_continued) {
     const std::string comment = map_file_.empty() ? "" : of_continued;
-    files_->add(out_ + name, [&poses, comment](const ByteSink& sink) {
+    files_->add(path, [&poses, comment](const ByteSink& sink) {
       if (!comment.empty()) {
         sink("# " + comment + "\n");
       }
       write_tum(poses, sink);
     });
   };
+  const auto add_poses = [&](const std::string& name, const std::vector<StampedPose2>& poses,
+                             const std::string& of_continued = "") {
+    const std::vector<std::vector<StampedPose2>> parts = run_->by_clock(poses);
+    for (std::size_t part = 0; part < parts.size(); ++part) {
+      add_tum(path_of_part(out_ + name, part, parts.size()), Trajectory(parts[part]), of_continued);
+    }
+  };
   const std::string of_this_drive =
       "Of this drive alone, in the frame of the map that it went on with: " + map_file_;
-  add_poses("/trajectory.tum", trajectory, of_this_drive);
-  add_poses("/trajectory_live.tum", Trajectory(run_->live_trajectory()), of_this_drive);
-  add_poses("/odometry.tum", odometry);
-  add_poses("/key_scans.tum", key_scan_trajectory(run_->key_scans()),
-            "Of the whole map, the one that it went on with, too: " + map_file_);
+  add_poses("/trajectory.tum", run_->trajectory(), of_this_drive);
+  add_poses("/trajectory_live.tum", run_->live_trajectory(), of_this_drive);
+  add_poses("/odometry.tum", run_->odometry());
+  add_tum(out_ + "/key_scans.tum", key_scan_trajectory(run_->key_scans()),
+          "Of the whole map, the one that it went on with, too: " + map_file_);
   files_->add(out_ + "/graph.g2o", [&graph](const ByteSink& sink) { write_g2o(graph, sink); });
   const OccupancyGrid shown = run_->shown_map();
   for (const FileContents& file :
@@ -374,6 +388,13 @@ void BagMapping::tell(const RunFacts& facts) const {
                    "with the map's: map.png leaves them out, trajectory.tum has them; scans.csv "
                    "says lost for each. Two drives that never meet are better mapped one by one");
     }
+  }
+  if (const std::size_t steps = run_->clock_steps(); steps > 0) {
+    dialog_.warn("the clock has stepped back: poses of before the first step are in " + out_ +
+                 "/trajectory.1.tum" +
+                 (steps > 1 ? ", the next in trajectory.2.tum and so on" : "") +
+                 ", those since the last one in trajectory.tum; likewise the other .tum files but "
+                 "key_scans.tum");
   }
   for (const std::string& warning : fit_.warnings()) {
     dialog_.warn(warning);

@@ -176,6 +176,7 @@ std::string to_json(const RunFacts& facts, const ScanAccount& account, const Sla
   report["loops"] = loop_facts(run);
   report["further_lasers"] = laser_facts(run);
   add_incidents(facts, report);
+  report["clock_steps"] = run.clock_steps();
   report["configuration"] = values_of(describe_setup(setup));
   return json_text(report) + "\n";
 }

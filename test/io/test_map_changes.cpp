@@ -70,7 +70,7 @@ class MapChanges : public testing::Test {
     return pieces;
   }
 
-  [[nodiscard]] MapStart engine_now() const { return engine_.snapshot(); }
+  [[nodiscard]] EngineState engine_now() const { return engine_.snapshot(); }
 
   [[nodiscard]] std::string read() const { return to_saved_map(read_saved_map(path_)); }
 

@@ -56,7 +56,8 @@ TEST_F(EventsFile, ReadsBackWhatWasWritten) {
       {{0, stamp + 2.0, 0}, Reconfigure{changes}},
       {{0, stamp + 3.0, 0}, LoadMapFile{folder_ / "a map.slam", nullptr}},
       {{0, stamp + 4.0, 1}, LeaveOut{}},
-      {{2, 3.0, 0}, Reset{}}};
+      {{2, 3.0, 0}, Reset{}},
+      {{2, 3.0, 0}, BeAnywhere{}}};
   const std::vector<TimedEvent> back = read(to_events_file(events));
   ASSERT_EQ(back.size(), events.size());
   for (std::size_t i = 0; i < events.size(); ++i) {
@@ -94,16 +95,18 @@ TEST_F(EventsFile, SaysWhatIsWrongAndWhere) {
             ":2: scan is missing: the stamp of the scan before which the event comes");
   EXPECT_EQ(refusal_of(first + "- {scan: 0.5, reset: true}"),
             ":2: scan: the entry before comes later; they have to be in order");
-  EXPECT_EQ(refusal_of("- {scan: 1.0}"),
-            ":1: an entry has to give one of set_pose, correct_pose, reset, load, pause, "
-            "reconfigure, leave_out; it gives none");
+  EXPECT_EQ(
+      refusal_of("- {scan: 1.0}"),
+      ":1: an entry has to give one of set_pose, correct_pose, be_anywhere, reset, load, pause, "
+      "reconfigure, leave_out; it gives none");
   EXPECT_TRUE(
       contains(refusal_of("- {scan: 1.0, reset: true, pause: true}"), "it gives reset, pause"));
   EXPECT_TRUE(contains(refusal_of("- {scan: .inf, reset: true}"), ":1: scan: "));
   EXPECT_TRUE(contains(refusal_of("- {scan: 1.0, reste: true}"), "did you mean 'reset'?"));
   EXPECT_EQ(refusal_of("- {scan: 1.0, set_poze: {" + pose + "}}"),
             ":1: unknown parameter 'set_poze'; did you mean 'set_pose'? Known: scan, laser, "
-            "time_jumps, set_pose, correct_pose, reset, load, pause, reconfigure, leave_out.");
+            "time_jumps, set_pose, correct_pose, be_anywhere, reset, load, pause, reconfigure, "
+            "leave_out.");
   EXPECT_TRUE(contains(refusal_of("- {scan: 1.0, reset: {all: true}}"), "'reset/all'"));
   EXPECT_TRUE(contains(refusal_of("- {scan: 1.0, reset: false}"), ":1: reset: false"));
   EXPECT_TRUE(contains(refusal_of("- {scan: 1.0, pause: 2}"), ":1: pause: "));

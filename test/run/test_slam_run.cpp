@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "common/error_text.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
 #include "ros/matcher_loader.hpp"
@@ -237,6 +239,165 @@ TEST_F(Run, APoseThatIsToldBeforeTheFirstScanOfASavedMapIsWhereTheRobotIs) {
     EXPECT_EQ(run.parts_apart(), is_lost ? 1U : 0U);
     EXPECT_EQ(run.events().size(), 1U);
   }
+}
+
+/// A drive whose clock steps back.
+class Step : public Run {
+ protected:
+  SlamRun run_through(const std::string& options = "{}") const {
+    SlamRun run{LiveConfiguration(parse_yaml_parameters(options, "test"), loader_)};
+    for (std::size_t i = 0; i < drive_.scans.size() / 2; ++i) {
+      (void)run.process(scan_input(drive_, i));
+    }
+    return run;
+  }
+
+  [[nodiscard]] ScanInput scan_at(std::size_t i, double moved) const {
+    ScanInput input = scan_input(drive_, i);
+    input.scan.stamp += moved;
+    return input;
+  }
+
+  const SimulatedRun drive_ = perfect_drive();
+  const std::size_t half_ = drive_.scans.size() / 2;
+};
+
+TEST_F(Step, TheMapGoesOnAndTheRobotIsNotLost) {
+  for (const double back : {1.5, 7200.0}) {
+    for (const bool updates_map : {true, false}) {
+      SlamRun run = run_through();
+      Parameters localising;
+      localising.set("slam/update_map", updates_map);
+      run.apply(Reconfigure{localising});
+      const std::size_t key_scans = run.key_scans().size();
+      const Pose2 map_from_world =
+          run.trajectory().back().pose * drive_.world_from_base[half_ - 1].inverse();
+      run.step_back();
+      const std::size_t end = updates_map ? drive_.scans.size() : half_ + 40;  // where it is mapped
+      for (std::size_t i = half_; i < end; ++i) {
+        const std::optional<ScanOutcome> outcome = run.process(scan_at(i, -back));
+        ASSERT_EQ(outcome->state, TrackingState::kTracking) << back << " s, scan " << i;
+        ASSERT_LT(difference(outcome->map_from_base, map_from_world * drive_.world_from_base[i])
+                      .head<2>()
+                      .norm(),
+                  0.01)
+            << back << " s, scan " << i << ", " << updates_map;
+      }
+      EXPECT_EQ(run.key_scans().size() > key_scans, updates_map);
+      EXPECT_EQ(run.resets(), 0U);
+      EXPECT_EQ(run.clock_steps(), 1U);
+      const auto parts = run.by_clock(run.trajectory());
+      ASSERT_EQ(parts.size(), 2U);
+      EXPECT_EQ(parts[0].size(), half_);
+      ASSERT_EQ(parts[1].size(), end - half_);
+      EXPECT_NEAR(parts[1].front().stamp, drive_.scans[half_].stamp - back, 1e-6);
+      EXPECT_NEAR(*run.snapshot().motion.stamp, drive_.scans[end - 1].stamp - back, 1e-6);
+    }
+  }
+}
+
+TEST_F(Step, ABagThatIsPlayedAgainIsAnotherDriveInTheSameMap) {
+  SlamRun run = run_through();
+  const std::size_t key_scans = run.key_scans().size();
+  const Pose2 map_from_world =
+      run.trajectory().back().pose * drive_.world_from_base[half_ - 1].inverse();
+  run.step_back();
+  bool was_found = false;
+  ScanOutcome outcome;
+  for (std::size_t i = 0; i < half_; ++i) {
+    outcome = *run.process(scan_at(i, 0.0));
+    EXPECT_TRUE(i > 0 || outcome.state == TrackingState::kLost);
+    was_found = was_found || outcome.joined;
+  }
+  EXPECT_TRUE(was_found);
+  EXPECT_GE(run.key_scans().size(), key_scans);
+  EXPECT_LT(difference(outcome.map_from_base, map_from_world * drive_.world_from_base[half_ - 1])
+                .head<2>()
+                .norm(),
+            0.02);
+  const auto parts = run.by_clock(run.trajectory());
+  ASSERT_EQ(parts.size(), 2U);
+  for (std::size_t i = 0; i < half_; ++i) {  // put right when it was found, in its part alone
+    for (const auto& part : parts) {
+      EXPECT_LT(
+          difference(part[i].pose, map_from_world * drive_.world_from_base[i]).head<2>().norm(),
+          0.02)
+          << i;
+    }
+  }
+}
+
+TEST_F(Step, WithoutOdometryALongOneIsAPause) {
+  for (const auto& [back, state] : std::map<double, TrackingState>{{1.5, TrackingState::kTracking},
+                                                                   {60.0, TrackingState::kLost}}) {
+    SlamRun run = run_through();
+    run.step_back();
+    ScanInput input = scan_at(half_, -back);
+    input.odometry.reset();
+    EXPECT_EQ(run.process(input)->state, state) << back;
+  }
+}
+
+TEST_F(Step, APoseThatWasToldBeforeItHolds) {
+  SlamRun run = run_through();
+  const Pose2 map_from_world =
+      run.trajectory().back().pose * drive_.world_from_base[half_ - 1].inverse();
+  run.apply(
+      SetPose{map_from_world * drive_.world_from_base.front(), 0.01 * Eigen::Matrix3d::Identity()});
+  run.step_back();
+  ScanInput input = scan_at(0, 0.0);
+  input.odometry.reset();
+  const std::optional<ScanOutcome> outcome = run.process(input);
+  EXPECT_EQ(outcome->state, TrackingState::kTracking);
+  EXPECT_LT(difference(outcome->map_from_base, map_from_world * drive_.world_from_base.front())
+                .head<2>()
+                .norm(),
+            0.05);
+}
+
+TEST_F(Step, ACorrectionNamesScansByTheClockOfNow) {
+  SlamRun run = run_through();
+  run.step_back();
+  (void)run.process(scan_at(half_, -1.5));
+  const double stamp = drive_.scans[half_].stamp - 1.5;
+  EXPECT_NO_THROW(run.apply(CorrectPose{stamp, {3.0, 4.0, 0.5}}));
+  EXPECT_TRUE(contains(error_text<std::runtime_error>([&] {
+                         run.apply(CorrectPose{drive_.scans[1].stamp, {}});
+                       }),
+                       "no scan of"));
+}
+
+TEST_F(Step, AMapThatIsGoneOnWithAfterItHasStampsThatGoOn) {
+  SlamRun run = run_through();
+  run.step_back();
+  std::size_t i = half_;
+  for (; i < half_ + 20; ++i) {
+    (void)run.process(scan_at(i, -1000.0));
+  }
+  SlamRun next{LiveConfiguration({}, loader_)};
+  EXPECT_TRUE(next.take_up(run.snapshot(), drive_.scans[i].stamp - 1000.0, 10.0));
+  EXPECT_EQ(next.process(scan_at(i, -1000.0))->state, TrackingState::kTracking);
+  EXPECT_GT(next.trajectory().back().stamp, next.key_scans().all().front().scan->stamp());
+  EXPECT_NEAR(next.by_clock(next.trajectory()).back().back().stamp, drive_.scans[i].stamp - 1000.0,
+              1e-6);
+}
+
+TEST_F(Step, ARobotThatMayBeAnywhereIsSearchedFor) {
+  SlamRun run = run_through();
+  run.apply(BeAnywhere{});
+  EXPECT_EQ(run.process(scan_at(half_, 0.0))->state, TrackingState::kLost);
+  std::size_t i = half_ + 1;
+  while (i < drive_.scans.size() && !run.process(scan_at(i, 0.0))->joined) {
+    ++i;
+  }
+  ASSERT_LT(i, drive_.scans.size());
+  const std::vector<WeightedPose> likely = run.likely_poses();
+  ASSERT_EQ(likely.size(), 1U);
+  EXPECT_EQ(likely.front().map_from_base, run.trajectory().back().pose);
+  EXPECT_EQ(likely.front().weight, 1.0);
+  SlamRun empty{LiveConfiguration({}, loader_)};
+  EXPECT_TRUE(contains(error_text<std::runtime_error>([&] { empty.apply(BeAnywhere{}); }),
+                       "there are no key scans to search for the robot in"));
 }
 
 }  // namespace

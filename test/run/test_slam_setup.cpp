@@ -121,7 +121,7 @@ TEST(SlamSetup, RefusesWhatItDoesNotKnow) {
   EXPECT_TRUE(contains(refusal_of("slam: {insert_distanc: 3}"), "'insert_distance'"));
   EXPECT_TRUE(contains(refusal_of("matcher: olsen"), "no matcher 'olsen'"));
   EXPECT_TRUE(contains(refusal_of("seed: -1"), "seed: -1 is not allowed; allowed: at least 0"));
-  EXPECT_TRUE(contains(refusal_of("time_jump: panic"), "one of reset, stop"));
+  EXPECT_TRUE(contains(refusal_of("time_jump: panic"), "one of go_on, reset, stop"));
   for (const std::string offset : {"soon", "-1e7", ".inf", ".nan", "nan"}) {
     const std::string text = refusal_of("scan_time_offset: " + offset);
     EXPECT_TRUE(contains(text, "scan_time_offset: ")) << text;

@@ -49,8 +49,10 @@ TEST(SameDrive, OdometryThatGoesOnIsFarFromItsOrigin) {
   EXPECT_FALSE(does_odometry_go_on(saved, Pose2{12.0, 6.0, 1.0}, 2.0)) << "none is so fast";
   EXPECT_FALSE(does_odometry_go_on(saved, saved, 3600.0)) << "it may have been carried";
   EXPECT_FALSE(does_odometry_go_on(saved, saved, -1.0)) << "the clock was set back";
-  EXPECT_FALSE(does_odometry_go_on(Pose2{0.2, 0.0, 0.0}, Pose2{0.3, 0.0, 0.0}, 60.0))
-      << "that may be either";
+  EXPECT_TRUE(does_odometry_go_on(Pose2{2.0, 0.0, 0.0}, Pose2{6.0, 5.0, 0.0}, 40.0))
+      << "farther from where it was than from the origin, which says nothing";
+  EXPECT_TRUE(does_odometry_go_on(Pose2{0.2, 0.0, 0.0}, Pose2{0.3, 0.0, 0.0}, 60.0))
+      << "the next scans have to confirm it";
   EXPECT_FALSE(does_odometry_go_on(saved, {}, 60.0));
   EXPECT_FALSE(does_odometry_go_on({}, saved, 60.0));
 }

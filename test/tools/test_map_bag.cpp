@@ -908,9 +908,25 @@ TEST_F(MapBag, CutsBeamsThatReadTheLargestRangePlusNoise) {
   EXPECT_FALSE(contains(run("--scan-topic /scan").output, "plus noise"));
 }
 
-TEST_F(MapBag, StartsAnewOrStopsWhenTimeJumpsBack) {
+TEST_F(MapBag, GoesOnStartsAnewOrStopsWhenTimeJumpsBack) {
   write_bag_with_time_jump(bag_);
-  const Outcome reset = run("");
+  const Outcome on = run("");
+  EXPECT_EQ(on.exit_code, 0) << on.output;
+  EXPECT_TRUE(contains(on.output, "after 30 scans: the map goes on, as time_jump is 'go_on'"))
+      << on.output;
+  EXPECT_TRUE(contains(on.output, "poses of before the first step are in " + out_ +
+                                      "/trajectory.1.tum, those since the last one in"))
+      << on.output;
+  for (const std::string name : {"trajectory", "trajectory_live", "odometry"}) {
+    EXPECT_EQ(read_tum(out_ + "/" + name + ".1.tum").size(), 30U) << name;
+    const Trajectory since = read_tum(out_ + "/" + name + ".tum");
+    EXPECT_EQ(30.0 + static_cast<double>(since.size()), report("scans/used")) << name;
+    EXPECT_LT(since.poses().back().stamp, 910.0) << name;
+  }
+  EXPECT_EQ(report("clock_steps"), 1.0);
+  EXPECT_EQ(report("resets"), 0.0);
+  EXPECT_EQ(report("scans/received"), report("scans/used") + report("scans/skipped_total"));
+  const Outcome reset = run("--set time_jump=reset");
   EXPECT_EQ(reset.exit_code, 0) << reset.output;
   EXPECT_TRUE(contains(reset.output, "after 30 scans: starting a new map, as time_jump is 'reset'"))
       << reset.output;
@@ -936,7 +952,9 @@ TEST_F(MapBag, WhenNothingAfterATimeJumpCanBeUsedItSaysThat) {
       bag.write("/scan", ros::Time(1010.0 + 0.05 * k), make_scan(900.0 + 0.05 * k));
     }
   }
-  const Outcome outcome = run("--quiet");
+  EXPECT_EQ(run("").exit_code, 0) << "what was mapped before is a map";
+  EXPECT_EQ(poses(), 30U);
+  const Outcome outcome = run("--quiet --set time_jump=reset");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
   const std::string last = outcome.output.substr(outcome.output.find("map_bag: "));
   EXPECT_TRUE(contains(last,

@@ -83,6 +83,9 @@ class SecondaryLasers {
   /// The base has moved so from the primary laser's newest scan but one to the newest.
   void move_on(const Pose2& before_from_newest);
 
+  /// See EngineState.
+  void shift_clock(double seconds);
+
  private:
   std::map<int, SecondaryLaser> lasers_;
   Primary primary_;

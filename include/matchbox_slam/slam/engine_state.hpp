@@ -50,6 +50,10 @@ struct EngineState {
   /// Keeps the map alone: the base may be here, and how it moves is not known.
   /// @param covariance  over (x, y, theta) in the map frame.
   void begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
+
+  /// The clock by which it goes on is so far [s] ahead of the one by which it was made: stamps that
+  /// are compared with those of the next scans are moved, those of key scans stay.
+  void shift_clock(double seconds);
 };
 
 /// Throws ConfigurationError when the map was made with another resolution or likelihood field.

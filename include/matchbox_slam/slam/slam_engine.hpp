@@ -22,6 +22,12 @@
 
 namespace matchbox_slam {
 
+/// Where the robot may be, and the share of what is known that speaks for it.
+struct WeightedPose {
+  Pose2 map_from_base;
+  double weight = 0.0;
+};
+
 /// The SLAM loop: predict, match, decide, insert. Single-threaded; the same scans, options and seed
 /// yield the same bits. One that was moved from may only be assigned to or destroyed.
 class SlamEngine {
@@ -65,6 +71,10 @@ class SlamEngine {
   /// Maps that the robot made while it was lost, and that were not joined.
   [[nodiscard]] std::size_t parts_apart() const;
   [[nodiscard]] TrackingState state() const;
+  /// Where in the map the robot may be, at the newest scan: the leading hypothesis first, then
+  /// those that compete with it, by their odds; of a lost robot the places that scans confirm, by
+  /// how many do. What weights lack of 1 speaks for somewhere else.
+  [[nodiscard]] std::vector<WeightedPose> likely_poses() const;
   [[nodiscard]] const SecondaryLasers& secondary_lasers() const;
   [[nodiscard]] const EngineOptions& options() const;
 
