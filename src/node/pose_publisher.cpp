@@ -1,8 +1,12 @@
 #include "node/pose_publisher.hpp"
 
 #include <geometry_msgs/Pose2D.h>
+#include <geometry_msgs/PoseArray.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 
+#include <algorithm>
+
+#include "matchbox_slam/LikelyPoses.h"
 #include "matchbox_slam/MatchInfo.h"
 #include "ros/message_conversion.hpp"
 
@@ -23,7 +27,9 @@ PosePublisher::PosePublisher(ros::NodeHandle& node, const SlamSetup& setup)
     : options_(setup.run),
       transform_period_(setup.node.transform_publish_period),
       pose_(node.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10)),
-      match_info_(node.advertise<MatchInfo>("match_info", 10)) {
+      match_info_(node.advertise<MatchInfo>("match_info", 10)),
+      particles_(node.advertise<geometry_msgs::PoseArray>("particlecloud", 10)),
+      likely_poses_(node.advertise<LikelyPoses>("likely_poses", 10)) {
   set_options(setup.node);
   timer_ = node.createTimer(ros::Duration(setup.node.transform_publish_period),
                             [this](const ros::TimerEvent&) { repeat_transform(); });
@@ -32,13 +38,15 @@ PosePublisher::PosePublisher(ros::NodeHandle& node, const SlamSetup& setup)
 void PosePublisher::set_options(const SlamNodeOptions& options) {
   publish_tf_ = options.publish_tf;
   transform_tolerance_ = options.transform_tolerance;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  tf_while_lost_ = options.tf_while_lost;
 }
 
 void PosePublisher::publish(const ReadyScan& scan, const ScanOutcome& outcome, double match_seconds,
                             const std::string& matcher) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    map_transform_ = map_transform(scan, outcome);
+    choose_transform(scan, outcome);
   }
   publish_pose(scan, outcome);
   {
@@ -51,6 +59,39 @@ void PosePublisher::publish(const ReadyScan& scan, const ScanOutcome& outcome, d
 void PosePublisher::forget() {
   const std::lock_guard<std::mutex> lock(mutex_);
   map_transform_.reset();
+  sure_transform_.reset();
+}
+
+/// Navigation had better wait, or go on by odometry, than follow a guess.
+void PosePublisher::choose_transform(const ReadyScan& scan, const ScanOutcome& outcome) {
+  if (outcome.state != TrackingState::kLost || tf_while_lost_ == "best") {
+    map_transform_ = map_transform(scan, outcome);
+  } else if (tf_while_lost_ == "hold") {
+    map_transform_ = sure_transform_;
+  } else {
+    map_transform_.reset();
+  }
+  if (outcome.state == TrackingState::kTracking || outcome.state == TrackingState::kRecovered) {
+    sure_transform_ = map_transform_;
+  }
+}
+
+void PosePublisher::publish_likely(const ReadyScan& scan, const std::vector<WeightedPose>& likely) {
+  LikelyPoses message;
+  message.header.frame_id = options_.map_frame;
+  message.header.stamp = scan.stamp;
+  message.elsewhere = 1.0;
+  for (const WeightedPose& pose : likely) {
+    message.poses.push_back(to_pose_message(pose.map_from_base));
+    message.weights.push_back(pose.weight);
+    message.elsewhere -= pose.weight;
+  }
+  message.elsewhere = std::max(message.elsewhere, 0.0);
+  geometry_msgs::PoseArray particles;
+  particles.header = message.header;
+  particles.poses = message.poses;
+  particles_.publish(particles);
+  likely_poses_.publish(message);
 }
 
 void PosePublisher::publish_pose(const ReadyScan& scan, const ScanOutcome& outcome) {

@@ -139,8 +139,10 @@ SlamNode::~SlamNode() {
     tell_unsaved();
     return;
   }
-  saved_.reset();  // a loop may have been closed since, which no scan tells
-  log_failure([this] { autosave(); });
+  // Always, as a loop may have been closed since, which no scan tells.
+  if (map_revision().scans > 0) {
+    log_failure([this] { static_cast<void>(save_map_files()); });
+  }
 }
 
 /// Goes on with a saved map where there is one to go on with.
@@ -152,10 +154,12 @@ void SlamNode::begin_map() {
   const std::string saved = absolute(setup.node.map_file) + ".slam";
   if (setup.node.resume && std::filesystem::exists(saved)) {
     try {
-      resumed_ = read_engine_state(saved, setup.engine);
+      resumed_ = read_resumed(saved);
       run_.start_from(*resumed_);
       resumed_file_ = saved;
       has_resumed_ = true;
+      saved_file_ = saved;
+      saved_beginnings_ = {run_.resets(), run_.clock_steps()};
     } catch (const ConfigurationError& error) {
       throw ConfigurationError(no_new_map(error, saved));
     } catch (const DamagedFile& error) {
@@ -169,7 +173,28 @@ void SlamNode::begin_map() {
   }
   if (!has_resumed_ && initial_map_) {
     run_.apply(*initial_map_);
+    if (!setup.engine.slam.update_map && !is_start_told() && !run_.key_scans().empty()) {
+      run_.apply(BeAnywhere{});
+    }
   }
+}
+
+/// Of a map whose changes cannot be read the one before is not lost.
+EngineState SlamNode::read_resumed(const std::string& file) {
+  const EngineOptions& options = run_.setup().engine;
+  try {
+    return read_map_start(file, options);
+  } catch (const DamagedChanges& error) {
+    const std::string folder = set_aside({path_of_changes(file)}, file + ".damaged");
+    ROS_ERROR_STREAM(error.what() << "; it is in " << folder << " now");
+    return read_map_start(file, options);
+  }
+}
+
+/// Whether somebody has said where in the map it begins.
+bool SlamNode::is_start_told() const {
+  return private_node_.hasParam("start_x") || private_node_.hasParam("start_y") ||
+         private_node_.hasParam("start_theta");
 }
 
 /// A robot on its way cannot wait for somebody who moves a damaged file; nor may what is left of
@@ -177,7 +202,7 @@ void SlamNode::begin_map() {
 /// it again.
 void SlamNode::set_map_aside(const std::string& path, const std::string& why) {
   std::vector<std::string> files;
-  for (const char* end : {".yaml", ".pgm", ".occupancy.png", ".png", ".slam"}) {
+  for (const char* end : {".yaml", ".pgm", ".occupancy.png", ".png", ".slam.changes", ".slam"}) {
     files.push_back(path + end);
   }
   try {
@@ -238,6 +263,7 @@ void SlamNode::on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& m
 
 void SlamNode::handle(const ReadyScan& scan) {
   std::optional<ScanOutcome> outcome;
+  std::vector<WeightedPose> likely;
   double match_seconds = 0.0;
   std::string matcher;
   std::vector<std::string> laser_news;
@@ -250,6 +276,7 @@ void SlamNode::handle(const ReadyScan& scan) {
     if (outcome) {
       match_seconds = run_.last_match_seconds();
       matcher = run_.setup().matcher_name;
+      likely = run_.likely_poses();
       if (!outcome->is_of_secondary_laser) {
         newest_scan_ = scan;
         remember_health(scan, *outcome);
@@ -280,19 +307,22 @@ void SlamNode::handle(const ReadyScan& scan) {
   for (const std::string& news : laser_news) {
     ROS_WARN_STREAM(news);
   }
+  if (std::exchange(has_stepped_back_, false) && outcome->state == TrackingState::kLost) {
+    poses_.forget();  // odometry has begun anew, and what was sure was by the one before
+  }
   poses_.publish(scan, *outcome, match_seconds, matcher);
+  if (!outcome->is_of_secondary_laser) {
+    poses_.publish_likely(scan, likely);
+  }
 }
 
 /// Of another drive it is when the robot was switched off between, and its odometry begins anew.
 void SlamNode::take_up(const ScanInput& input) {
   const double stamp = input.scan.stamp;
-  std::optional<Pose2> odom_from_base;
-  if (input.odometry && !input.odometry->is_heading_only) {
-    odom_from_base = input.odometry->odom_from_base;
-  }
   const double longest_pause = kLongestPause + run_.setup().node.autosave_period;
   const double saved = resumed_->motion.stamp.value_or(0.0);
-  const bool same_drive = run_.take_up(std::move(*resumed_), stamp, longest_pause, odom_from_base);
+  const bool same_drive =
+      run_.take_up(std::move(*resumed_), stamp, longest_pause, odometry_of(input));
   resumed_.reset();
   ROS_INFO_STREAM("going on with "
                   << resumed_file_ << " as of the scan of " << fixed_text(saved, 3) << " s: "
@@ -319,17 +349,23 @@ void SlamNode::handle(const TimeJump& jump) {
                                                    "'stop'");
     return;
   }
+  const std::lock_guard<std::mutex> lock(run_mutex_);
+  if (options_.time_jump == "go_on") {
+    ROS_WARN_STREAM("time has jumped back by " << jump.seconds
+                                               << " s; the map goes on, as time_jump is 'go_on'; "
+                                                  "to begin a new one call ~reset");
+    run_.step_back();
+    has_stepped_back_ = true;
+    return;
+  }
   ROS_WARN_STREAM("time has jumped back by " << jump.seconds
                                              << " s; starting a new map, as time_jump is 'reset'");
-  {
-    const std::lock_guard<std::mutex> lock(run_mutex_);
-    run_.jump_back();
-    resumed_.reset();
-    if (initial_map_) {
-      run_.apply(*initial_map_);
-    }
-    forget_map();
+  run_.jump_back();
+  resumed_.reset();
+  if (initial_map_) {
+    run_.apply(*initial_map_);
   }
+  forget_map();
 }
 
 void SlamNode::handle(const RunEvent& event) {
@@ -390,6 +426,11 @@ MapSnapshot SlamNode::map_snapshot() {
   snapshot.stamp = newest_scan_ ? newest_scan_->stamp : ros::Time();
   snapshot.path = run_.path().poses();
   snapshot.odometry_path = run_.odometry_path().poses();
+  for (std::vector<StampedPose2>* poses : {&snapshot.path, &snapshot.odometry_path}) {
+    for (StampedPose2& pose : *poses) {
+      pose.stamp = run_.stamp_by_clock(pose.stamp);
+    }
+  }
   snapshot.graph = run_.graph();
   if (!run_.is_outdated()) {
     snapshot.occupancy = run_.shown_map();
@@ -412,16 +453,19 @@ void SlamNode::finish_loops() {
 }
 
 void SlamNode::save_records() {
-  std::vector<StampedPose2> trajectory;
+  std::vector<std::vector<StampedPose2>> trajectories;
   std::vector<TimedEvent> events;
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
-    trajectory = run_.trajectory();
+    trajectories = run_.by_clock(run_.trajectory());
     events = run_.events();
   }
   std::vector<FileContents> files;
   if (!trajectory_file_.empty()) {
-    files.push_back({trajectory_file_, to_tum(Trajectory(std::move(trajectory)))});
+    for (std::size_t part = 0; part < trajectories.size(); ++part) {
+      files.push_back({path_of_part(trajectory_file_, part, trajectories.size()),
+                       to_tum(Trajectory(std::move(trajectories[part])))});
+    }
   }
   if (!events_file_.empty()) {
     files.push_back({events_file_, to_events_file(events)});

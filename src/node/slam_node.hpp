@@ -5,16 +5,21 @@
 #include <nav_msgs/GetMap.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <std_srvs/Empty.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <cstdint>
 #include <deque>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "io/map_changes.hpp"
 #include "matchbox_slam/LoadMap.h"
 #include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/TakePlace.h"
@@ -51,6 +56,8 @@ class SlamNode {
 
  private:
   void begin_map();
+  [[nodiscard]] EngineState read_resumed(const std::string& file);
+  [[nodiscard]] bool is_start_told() const;
   void set_map_aside(const std::string& path, const std::string& why);
   void start_services();
   void cut_no_returns(double from);
@@ -68,6 +75,8 @@ class SlamNode {
 
   bool answer_dynamic_map(nav_msgs::GetMap::Request& request, nav_msgs::GetMap::Response& response);
   bool answer_save_map(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool answer_global_localization(std_srvs::Empty::Request& request,
+                                  std_srvs::Empty::Response& response);
   bool answer_load_map(LoadMap::Request& request, LoadMap::Response& response);
   bool answer_reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool answer_pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
@@ -86,7 +95,23 @@ class SlamNode {
     std::size_t scans = 0;
     std::string text;
   };
+  /// Times that another map was begun, and that the clock has stepped back since.
+  using Beginnings = std::pair<std::size_t, std::size_t>;
+  /// All that is saved, as of one moment.
+  struct MapToSave {
+    SlamSetup setup;
+    MapRevision revision;
+    Beginnings beginnings;
+    EngineState map;
+    Trajectory trajectory;
+    Trajectory odometry;
+  };
+  [[nodiscard]] MapToSave map_to_save();
   SavedMap save_map_files();
+  // These under save_mutex_.
+  void keep_other_map(const std::string& file, const Beginnings& beginnings);
+  SavedMap save_whole(const MapToSave& now);
+  [[nodiscard]] bool can_add_changes(const MapToSave& now) const;
   [[nodiscard]] bool is_saved();
   void tell_unsaved();
   void autosave();
@@ -109,10 +134,21 @@ class SlamNode {
   std::string resumed_file_;
   bool told_of_robot_beams_ = false;
   bool told_of_few_returns_ = false;
+  bool has_stepped_back_ = false;  ///< the clock, since the newest scan; of the worker alone
   std::string set_aside_;  ///< where a map is that could not be resumed, until this one is given up
 
-  std::mutex save_mutex_;             ///< held while files of the map are written
-  std::optional<MapRevision> saved_;  ///< last; guarded by that
+  /// The map that was written as a whole last.
+  struct WholeMap {
+    MapPieces pieces;
+    std::uintmax_t size = 0;           ///< [bytes] of the file
+    std::uintmax_t written_since = 0;  ///< [bytes] of changes to it
+    std::filesystem::file_time_type written;
+  };
+  std::mutex save_mutex_;             ///< held while files of the map are written, as what follows
+  std::optional<MapRevision> saved_;  ///< last
+  std::string saved_file_;  ///< what it holds is this map as it was, or what that began as
+  Beginnings saved_beginnings_;       ///< then
+  std::optional<WholeMap> whole_;
   ScanWorker worker_;
   const RunOptions options_;  ///< what of the configuration does not change
   const std::string trajectory_file_;

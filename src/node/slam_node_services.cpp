@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "io/map_changes.hpp"
 #include "io/map_picture.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
@@ -54,13 +55,15 @@ void SlamNode::start_services() {
   prompt.setCallbackQueue(&prompt_queue_);
   prompt_private.setCallbackQueue(&prompt_queue_);
   patient_private.setCallbackQueue(&patient_queue_);
-  services_ = {prompt.advertiseService("dynamic_map", &SlamNode::answer_dynamic_map, this),
-               patient_private.advertiseService("save_map", &SlamNode::answer_save_map, this),
-               prompt_private.advertiseService("load_map", &SlamNode::answer_load_map, this),
-               prompt_private.advertiseService("reset", &SlamNode::answer_reset, this),
-               patient_private.advertiseService("pause", &SlamNode::answer_pause, this),
-               patient_private.advertiseService("relocalise", &SlamNode::answer_relocalise, this),
-               patient_private.advertiseService("take_place", &SlamNode::answer_take_place, this)};
+  services_ = {
+      prompt.advertiseService("dynamic_map", &SlamNode::answer_dynamic_map, this),
+      prompt.advertiseService("global_localization", &SlamNode::answer_global_localization, this),
+      patient_private.advertiseService("save_map", &SlamNode::answer_save_map, this),
+      prompt_private.advertiseService("load_map", &SlamNode::answer_load_map, this),
+      prompt_private.advertiseService("reset", &SlamNode::answer_reset, this),
+      patient_private.advertiseService("pause", &SlamNode::answer_pause, this),
+      patient_private.advertiseService("relocalise", &SlamNode::answer_relocalise, this),
+      patient_private.advertiseService("take_place", &SlamNode::answer_take_place, this)};
   reconfigure_server_ = std::make_unique<ReconfigureServer>(
       patient_private, run_.configuration().options(),
       [this](const Parameters& changes) { return reconfigure(changes); });
@@ -84,6 +87,18 @@ bool SlamNode::answer_dynamic_map(nav_msgs::GetMap::Request& /*request*/,
                                   nav_msgs::GetMap::Response& response) {
   const MapSnapshot snapshot = map_snapshot();
   response.map = to_message(snapshot.occupancy, options_.map_frame, snapshot.stamp);
+  return true;
+}
+
+/// As amcl's: its answer has no room for a reason.
+bool SlamNode::answer_global_localization(std_srvs::Empty::Request& /*request*/,
+                                          std_srvs::Empty::Response& /*response*/) {
+  try {
+    worker_.carry_out(BeAnywhere{});
+  } catch (const std::exception& error) {
+    ROS_ERROR_STREAM("global_localization is refused: " << error.what());
+    return false;
+  }
   return true;
 }
 
@@ -224,44 +239,96 @@ std::string SlamNode::try_to_correct_pose(const Relocalisation& found, double st
   return "";
 }
 
-SlamNode::SavedMap SlamNode::save_map_files() {
+SlamNode::MapToSave SlamNode::map_to_save() {
   static_cast<void>(map_snapshot());  // rendered while the mapping goes on
-  const std::lock_guard<std::mutex> saving(save_mutex_);
-  std::unique_lock<std::mutex> lock(run_mutex_);
-  const MapRevision revision{run_.resets(), run_.key_scans().size(), run_.scans()};
-  const std::size_t scans = revision.scans;
-  if (scans == 0) {
+  const std::lock_guard<std::mutex> lock(run_mutex_);
+  if (run_.scans() == 0) {
     throw std::runtime_error("no scan was mapped yet; nothing is saved, so that no map is lost");
   }
-  const std::string path = std::filesystem::absolute(run_.setup().node.map_file).string();
-  const EngineState map = run_.snapshot();
-  const SlamSetup setup_now = run_.setup();
-  const MapFormat format = map_format(setup_now.run);
-  const Trajectory trajectory(run_.path().poses());
-  const Trajectory odometry(run_.odometry_path().poses());
-  lock.unlock();
-  const OccupancyGrid shown = shown_occupancy(map.map, map.key_scans.all(), setup_now.engine.map);
-  const Picture picture = draw_map(shown, trajectory, odometry, map.loops.graph);
+  return {run_.setup(),
+          {run_.resets(), run_.key_scans().size(), run_.scans()},
+          {run_.resets(), run_.clock_steps()},
+          run_.snapshot(),
+          Trajectory(run_.path().poses()),
+          Trajectory(run_.odometry_path().poses())};
+}
+
+SlamNode::SavedMap SlamNode::save_map_files() {
+  const std::lock_guard<std::mutex> saving(save_mutex_);
+  return save_whole(map_to_save());
+}
+
+/// What the file holds now stays beside it where the map did not go on from there.
+void SlamNode::keep_other_map(const std::string& file, const Beginnings& beginnings) {
+  if (saved_file_ != file || saved_beginnings_ != beginnings) {
+    if (std::filesystem::exists(file)) {
+      keep_as(file, file + ".1");
+      keep_as(path_of_changes(file), path_of_changes(file + ".1"));
+    }
+    saved_file_ = file;
+    saved_beginnings_ = beginnings;
+  }
+}
+
+SlamNode::SavedMap SlamNode::save_whole(const MapToSave& now) {
+  const std::string path = std::filesystem::absolute(now.setup.node.map_file).string();
+  const std::string file = path + ".slam";
+  const MapFormat format = map_format(now.setup.run);
+  const OccupancyGrid shown =
+      shown_occupancy(now.map.map, now.map.key_scans.all(), now.setup.engine.map);
+  const Picture picture = draw_map(shown, now.trajectory, now.odometry, now.map.loops.graph);
   // Each time: map_file may change while the node runs, and its folder may be cleared.
   require_writable_folder(std::filesystem::path(path).parent_path().string());
   FileReplacement files;
-  for (const FileContents& file : map_files(path, make_map_image(shown), format)) {
-    files.add(file);
+  for (const FileContents& one : map_files(path, make_map_image(shown), format)) {
+    files.add(one);
   }
   files.add({path + ".png", picture.to_png()});
-  files.add(path + ".slam", [&map](const ByteSink& sink) { write_saved_map(map, sink); });
+  std::uintmax_t size = 0;
+  MapPieces pieces;
+  files.add(file, [&](const ByteSink& sink) {
+    pieces = write_map_in_pieces(now.map, [&](const std::string& bytes) {
+      size += bytes.size();
+      sink(bytes);
+    });
+  });
+  keep_other_map(file, now.beginnings);
   files.finish();
-  saved_ = revision;
-  return {scans, path + (format == MapFormat::kPng ? ".occupancy.png" : ".pgm") +
-                     ", .yaml, .png and .slam"};
+  std::filesystem::remove(path_of_changes(file));
+  saved_ = now.revision;
+  whole_ = WholeMap{std::move(pieces), size, 0, std::filesystem::last_write_time(file)};
+  return {now.revision.scans, path + (format == MapFormat::kPng ? ".occupancy.png" : ".pgm") +
+                                  ", .yaml, .png and .slam"};
 }
 
-/// In a thread of its own, and at the end. Trajectory and events are not written: for these the
-/// mapping would wait for a search for a loop.
+/// Whether what has changed since the map was written as a whole could be written beside it.
+bool SlamNode::can_add_changes(const MapToSave& now) const {
+  const std::string file = std::filesystem::absolute(now.setup.node.map_file).string() + ".slam";
+  std::error_code gone;
+  return whole_ && saved_file_ == file && saved_beginnings_ == now.beginnings &&
+         std::filesystem::file_size(file, gone) == whole_->size && !gone &&
+         std::filesystem::last_write_time(file, gone) == whole_->written && !gone;
+}
+
+/// In a thread of its own. What has changed is written beside the map, until as much was written as
+/// the whole takes: so it costs twice the least there is at most. Trajectory and events are not
+/// written: for these the mapping would wait for a search for a loop.
 void SlamNode::autosave() {
-  if (!is_saved()) {
-    static_cast<void>(save_map_files());
+  if (is_saved()) {
+    return;
   }
+  const std::lock_guard<std::mutex> saving(save_mutex_);
+  const MapToSave now = map_to_save();
+  if (can_add_changes(now)) {
+    const std::string changes = changes_since(whole_->pieces, now.map);
+    if (whole_->written_since + changes.size() < whole_->size) {
+      replace_file(path_of_changes(saved_file_), changes);
+      whole_->written_since += changes.size();
+      saved_ = now.revision;
+      return;
+    }
+  }
+  static_cast<void>(save_whole(now));
 }
 
 /// Whether nothing would be lost now; so it is where there is nothing.

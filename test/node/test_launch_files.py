@@ -29,6 +29,21 @@ class LaunchFiles(unittest.TestCase):
                                  {'/scan': 'front', '/scan_2': 'rear', '/scan_3': '/side/scan'})
         self.assertEqual(remaps_of_rviz('scan_topic:=/base_scan'), {'/scan': '/base_scan'})
 
+    def test_localise_is_slam_in_a_map_that_stays_as_it_is(self):
+        os.environ['ROS_PACKAGE_PATH'] = f"{PACKAGE}:{os.environ.get('ROS_PACKAGE_PATH', '')}"
+        config = roslaunch.config.ROSLaunchConfig()
+        roslaunch.xmlloader.XmlLoader().load(
+            str(PACKAGE / 'launch/localise.launch'), config, verbose=False,
+            argv=['map:=/maps/office.slam', 'initial_pose_x:=1.5', 'tf_while_lost:=stop'])
+        (slam,) = config.nodes
+        self.assertEqual(dict(slam.remap_args), {'pose': 'amcl_pose', 'scan': 'scan'})
+        values = {name: param.value for name, param in config.params.items()}
+        self.assertEqual(values['/slam/initial_map'], '/maps/office.slam')
+        self.assertIs(values['/slam/slam/update_map'], False)
+        self.assertEqual(values['/slam/start_x'], 1.5)
+        self.assertEqual(values['/slam/tf_while_lost'], 'stop')
+        self.assertNotIn('/slam/start_y', values)
+
 
 if __name__ == '__main__':
     unittest.main()

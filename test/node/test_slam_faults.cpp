@@ -41,6 +41,7 @@
 #include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
+#include "matchbox_slam/io/saved_map.hpp"
 #include "node/slam_node.hpp"
 #include "ros/messages.hpp"
 
@@ -606,6 +607,83 @@ TEST(SlamFaults, AFullDiskLeavesTheOldMapAndTheMapping) {
   EXPECT_FALSE(read_file(folder / "node.tum") == old[3]);
   EXPECT_EQ(process.exit_code_after(SIGINT), 0);
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+}
+
+/// What the node's diagnostics say in a line.
+class Summary {
+ public:
+  [[nodiscard]] const diagnostic_msgs::DiagnosticStatus& now() const { return status_; }
+
+ private:
+  void on_diagnostics(const diagnostic_msgs::DiagnosticArray& array) {
+    for (const auto& status : array.status) {
+      if (contains(status.name, "SLAM")) {
+        status_ = status;
+      }
+    }
+  }
+
+  ros::NodeHandle node_;
+  diagnostic_msgs::DiagnosticStatus status_;
+  ros::Subscriber diagnostics_ =
+      node_.subscribe("/diagnostics", 10, &Summary::on_diagnostics, this);
+};
+
+TEST(SlamFaults, AnAutosaveThatFailsIsAnErrorUntilItWorks) {
+  Robot robot;
+  Summary summary;
+  const TemporaryFolder folder;
+  NodeProcess process("autosaving_on_full_disk", folder, {"_autosave_period:=0.3"});
+  ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+  ASSERT_TRUE(robot.drive(3));
+  ASSERT_TRUE(wait_until([&] { return std::filesystem::exists(folder / "map.slam"); }));
+  process.set_largest_file(20);
+  const auto says = [&](const std::string& words) {
+    return wait_until([&] { return robot.drive(1) && contains(summary.now().message, words); });
+  };
+  EXPECT_TRUE(says("the map is not saved: cannot write")) << summary.now().message;
+  EXPECT_EQ(summary.now().level, diagnostic_msgs::DiagnosticStatus::ERROR);
+  process.set_largest_file(RLIM_INFINITY);
+  EXPECT_TRUE(says("mapping")) << summary.now().message;
+  EXPECT_EQ(process.exit_code_after(SIGINT), 0);
+  ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+}
+
+TEST(SlamFaults, AnAutosaveWritesWhatHasChanged) {
+  Robot robot;
+  const TemporaryFolder folder;
+  NodeProcess process("autosaving", folder, {"_autosave_period:=0.1"});
+  ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+  const std::string file = folder / "map.slam";
+  ASSERT_TRUE(wait_until([&] {
+    return robot.drive(1) && std::filesystem::exists(file + ".changes");
+  })) << "it always writes all";
+  EXPECT_EQ(process.exit_code_after(SIGKILL), -1);
+  const EngineState with_changes = read_saved_map(file);
+  std::filesystem::remove(file + ".changes");
+  EXPECT_GT(with_changes.scan_count, read_saved_map(file).scan_count);
+  ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+}
+
+TEST(SlamFaults, AMapThatIsNotGoneOnWithIsKept) {
+  Robot robot;
+  const TemporaryFolder folder;
+  const std::string file = folder / "map.slam";
+  std::string first;
+  for (const std::string resume : {"true", "true", "false"}) {
+    NodeProcess process("session", folder, {"_autosave_period:=100", "_resume:=" + resume});
+    ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+    ASSERT_TRUE(robot.drive(5));
+    EXPECT_EQ(process.exit_code_after(SIGINT), 0);
+    ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+    if (resume == "true") {
+      EXPECT_FALSE(std::filesystem::exists(file + ".1")) << "it went on with the map";
+      first = read_file(file);
+    }
+  }
+  ASSERT_TRUE(std::filesystem::exists(file + ".1"));
+  EXPECT_TRUE(read_file(file + ".1") == first);
+  EXPECT_FALSE(read_file(file) == first);
 }
 
 dynamic_reconfigure::Reconfigure choose(const std::string& matcher, double tolerance) {
