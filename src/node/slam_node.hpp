@@ -146,8 +146,8 @@ class SlamNode {
   };
   std::mutex save_mutex_;             ///< held while files of the map are written, as what follows
   std::optional<MapRevision> saved_;  ///< last
-  std::string saved_file_;  ///< what it holds is this map as it was, or what that began as
-  Beginnings saved_beginnings_;       ///< then
+  std::string saved_file_;       ///< what it holds is this map as it was, or what that began as
+  Beginnings saved_beginnings_;  ///< then
   std::optional<WholeMap> whole_;
   ScanWorker worker_;
   const RunOptions options_;  ///< what of the configuration does not change

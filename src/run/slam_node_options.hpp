@@ -41,8 +41,8 @@ struct SlamNodeOptions {
     option(self.map_file, "map_file", any(), "",
            "~save_map writes this path + .pgm (see map_format), .yaml, .png and .slam.");
     option(self.autosave_period, "autosave_period", between(0.0, 86400.0), "s",
-           "So long after it was saved last the map is saved, if scans were used since, and at the end "
-           "of the node as by ~save_map; by the wall clock. 0: never.");
+           "So long after it was saved last the map is saved, if scans were used since, and at the "
+           "end of the node as by ~save_map; by the wall clock. 0: never.");
     option(self.resume, "resume", any(), "",
            "Whether to go on with map_file + .slam, where there is one, instead of initial_map.");
     option(self.trajectory_file, "trajectory_file", any(), "",
