@@ -183,11 +183,11 @@ void SlamNode::begin_map() {
 EngineState SlamNode::read_resumed(const std::string& file) {
   const EngineOptions& options = run_.setup().engine;
   try {
-    return read_map_start(file, options);
+    return read_engine_state(file, options);
   } catch (const DamagedChanges& error) {
     const std::string folder = set_aside({path_of_changes(file)}, file + ".damaged");
     ROS_ERROR_STREAM(error.what() << "; it is in " << folder << " now");
-    return read_map_start(file, options);
+    return read_engine_state(file, options);
   }
 }
 
