@@ -89,7 +89,7 @@ void require_sound(const PoseGraph& graph) {
   std::iota(parents.begin(), parents.end(), std::size_t{0});
   for (const PoseEdge& edge : graph.edges) {
     require_sound(edge, graph.poses.size());
-    if (edge.kind == EdgeKind::kMotion) {
+    if (edge.kind != EdgeKind::kLoop) {
       parents[root_of(parents, edge.from)] = root_of(parents, edge.to);
     }
   }

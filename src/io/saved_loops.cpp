@@ -33,7 +33,7 @@ void transfer_edge(Archive& archive, Edge& edge, std::size_t nodes) {
   transfer_node(archive, edge.to, nodes);
   transfer_pose(archive, edge.from_to);
   transfer_matrix(archive, edge.covariance);
-  transfer_choice(archive, edge.kind, EdgeKind::kLoop);
+  transfer_choice(archive, edge.kind, EdgeKind::kCondensed);
   transfer_choice(archive, edge.belief, Belief::kDisbelieved);
   if (archive.version() >= 9) {
     for (int i = 0; i < 3; ++i) {

@@ -20,7 +20,7 @@ std_msgs::ColorRGBA color(double red, double green, double blue) {
 }
 
 std_msgs::ColorRGBA color_of(const PoseGraph& graph, const PoseEdge& edge) {
-  if (edge.kind == EdgeKind::kMotion) {
+  if (edge.kind != EdgeKind::kLoop) {
     return color(0.35, 0.65, 0.85);
   }
   if (!is_used(edge)) {
@@ -65,7 +65,7 @@ visualization_msgs::MarkerArray to_markers(const PoseGraph& graph, const std::st
     marker.action = marker.points.empty() ? Marker::DELETE : Marker::ADD;
     markers.markers.push_back(marker);
   };
-  const auto is_motion = [](const PoseEdge& edge) { return edge.kind == EdgeKind::kMotion; };
+  const auto is_motion = [](const PoseEdge& edge) { return edge.kind != EdgeKind::kLoop; };
   add("motion", kThin, is_motion);
   add("loops", kThick, [&](const PoseEdge& edge) { return !is_motion(edge) && is_used(edge); });
   add("refused", kThin, [](const PoseEdge& edge) { return !is_used(edge); });

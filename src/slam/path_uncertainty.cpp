@@ -1,5 +1,6 @@
 #include "slam/path_uncertainty.hpp"
 
+#include <algorithm>
 #include <functional>
 #include <queue>
 #include <utility>
@@ -11,6 +12,16 @@ namespace matchbox_slam {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// [m] of the way that an edge stands for. Of one that was condensed it may have led anywhere: it
+/// is as long as its drift, by that which is assumed of a map (LoopOptions).
+double length_of(const PoseEdge& edge) {
+  constexpr double kDriftOfMetre = 4e-4;  // [m^2/m]
+  const double length = edge.from_to.translation().norm();
+  return edge.kind == EdgeKind::kCondensed
+             ? std::max(length, 0.5 * edge.covariance.topLeftCorner<2, 2>().trace() / kDriftOfMetre)
+             : length;
+}
 
 /// [m] from a node to each one by the way of the fewest edges, where that is short enough for them
 /// to lie together; else infinite.
@@ -27,7 +38,7 @@ std::vector<double> lengths_within_reach(const PoseGraph& graph, const Adjacency
       const std::size_t from = reached[begin];
       links.for_each(from, [&](std::size_t edge, std::size_t to) {
         if (is_used(graph.edges[edge]) && lengths[to] == kInfinity) {
-          lengths[to] = lengths[from] + graph.edges[edge].from_to.translation().norm();
+          lengths[to] = lengths[from] + length_of(graph.edges[edge]);
           reached.push_back(to);
         }
       });

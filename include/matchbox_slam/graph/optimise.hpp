@@ -30,7 +30,7 @@ struct OptimisedGraph {
   bool converged = false;  ///< false: it still moved when the iterations were used up
 };
 
-/// The most likely poses given all edges of motion and the loops that can be believed.
+/// The most likely poses given all edges that are no loops and the loops that can be believed.
 ///
 /// Loops are decided upon by joint compatibility with all that is believed already (Neira and
 /// Tardos 2001; over pose graphs Latif, Cadena and Neira 2013), most certain places first: what a

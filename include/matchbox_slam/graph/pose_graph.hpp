@@ -9,8 +9,9 @@
 namespace matchbox_slam {
 
 enum class EdgeKind {
-  kMotion,  ///< from one key scan to the next; always believed
-  kLoop,    ///< a place seen again; may be wrong
+  kMotion,     ///< from one key scan to the next; always believed
+  kLoop,       ///< a place seen again; may be wrong
+  kCondensed,  ///< what key scans that were taken out said of others; always believed
 };
 
 /// What is thought of a loop.
@@ -30,7 +31,7 @@ struct PoseEdge {
 };
 
 /// Where all key scans were taken, and what says so. The first pose is where the map begins and
-/// does not move. Edges of motion join all nodes; where nothing is known of a motion, as between
+/// does not move. Edges that are no loops join all nodes; where nothing is known of a motion, as between
 /// two drives, its covariance is wide.
 struct PoseGraph {
   std::vector<Pose2> poses;  ///< `map_from_base` by number of key scan
@@ -53,7 +54,7 @@ void set_state(GraphState state, PoseGraph& graph);
 
 /// Whether the edge has a say in where the poses are.
 [[nodiscard]] inline bool is_used(const PoseEdge& edge) {
-  return edge.kind == EdgeKind::kMotion || edge.belief == Belief::kBelieved;
+  return edge.kind != EdgeKind::kLoop || edge.belief == Belief::kBelieved;
 }
 
 /// Throws std::invalid_argument, naming the node or the edge, for a graph without poses, poses and
