@@ -18,10 +18,11 @@ namespace {
 
 class ScanTimes : public testing::Test {
  protected:
-  void simulate(const std::string& laser) {
+  void simulate(const std::string& laser, int seed = 41) {
     const Outcome simulated =
-        run_command(MATCHBOX_SIMULATE, "--world rooms --seed 42 --duration 30 --turn-rate 1 " +
-                                           laser + " --bag " + bag_ + " --truth " + truth_);
+        run_command(MATCHBOX_SIMULATE, "--world rooms --seed " + std::to_string(seed) +
+                                           " --duration 30 --turn-rate 1 " + laser + " --bag " +
+                                           bag_ + " --truth " + truth_);
     ASSERT_EQ(simulated.exit_code, 0) << simulated.output;
   }
 
@@ -45,7 +46,7 @@ class ScanTimes : public testing::Test {
 TEST_F(ScanTimes, OfLasersWhoseDriversTellNonsenseAreSeenFromTheirScans) {
   for (const std::string laser : {"lds01_as_sent", "rplidar_a1"}) {
     SCOPED_TRACE(laser);
-    simulate("--sensor " + laser);
+    simulate("--sensor " + laser, 42);
     const double as_sent = error("--set scan/sweep_time=as_sent");
     EXPECT_EQ(told_, "");
     const double with_truth =
