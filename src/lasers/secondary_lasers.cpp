@@ -181,7 +181,7 @@ void SecondaryLasers::move_on(const Pose2& before_from_newest) {
 }
 
 void SecondaryLasers::shift_clock(double seconds) {
-  lead_.silent_since += seconds;
+  primary_.silent_since += seconds;
   for (auto& [number, laser] : lasers_) {
     if (laser.waiting) {
       laser.waiting->measured.scan.stamp += seconds;
