@@ -33,11 +33,11 @@ void EngineState::shift_clock(double seconds) {
   if (motion.calibration.stretch) {
     motion.calibration.stretch->stamp += seconds;
   }
-  for (MapPart& part : whereabouts.apart) {
+  for (MapPart& part : localization.apart) {
     part.begin += seconds;
   }
-  whereabouts.search.stamp += seconds;
-  further_lasers.shift_clock(seconds);
+  localization.search.stamp += seconds;
+  secondary_lasers.shift_clock(seconds);
 }
 
 void check_map(const SlamMap& map, const EngineOptions& options) {
