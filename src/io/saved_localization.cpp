@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "io/saved_parts.hpp"
+#include "slam/scan_profile.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -99,6 +100,16 @@ void transfer_fork(Archive& archive, Fork& fork) {
 template <typename Archive, typename State>
 void transfer_hypotheses(Archive& archive, State& state) {
   constexpr std::size_t kMostOthers = 100;
+  if (archive.version() >= 13) {
+    archive.size(state.profile, 8, kProfileSectors, "sectors of the newest scan");
+    for (auto& range : state.profile) {
+      double metres = static_cast<double>(range);
+      archive.number(metres);
+      if constexpr (Archive::kReads) {
+        range = static_cast<float>(metres);
+      }
+    }
+  }
   bool is_forked = state.fork.has_value();
   archive.flag(is_forked);
   if (!is_forked) {

@@ -433,7 +433,8 @@ void SlamRun::record(const ScanOutcome& outcome) {
     };
     change(trajectory_);
     path_.change(change);
-    while (!apart_.empty() && apart_.back().second >= outcome.joined->begin) {
+    const bool is_in_map = outcome.state != TrackingState::kLost;  // else in another part apart
+    while (is_in_map && !apart_.empty() && apart_.back().second >= outcome.joined->begin) {
       apart_.pop_back();
     }
   }

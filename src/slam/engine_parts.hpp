@@ -37,6 +37,7 @@ class SlamEngine::Parts {
   [[nodiscard]] const Mapping& mapping() const { return mapping_; }
   [[nodiscard]] const KeyScans& key_scans() const { return mapping_.parts().map().key_scans; }
   [[nodiscard]] TrackingState state() const;
+  [[nodiscard]] const MotionState& motion() const { return tracker_.state(); }
   [[nodiscard]] std::vector<WeightedPose> likely_poses() const;
   [[nodiscard]] const SecondaryLasers& secondary_lasers() const { return secondary_lasers_; }
   [[nodiscard]] const EngineOptions& options() const { return options_; }
@@ -65,6 +66,7 @@ class SlamEngine::Parts {
   Verdict weigh(const Predictions& predictions, ScanOutcome& outcome);
   void follow(const PoseHypotheses::Outcome& overtaken, MotionPrediction& predicted,
               ScanOutcome& outcome);
+  [[nodiscard]] bool is_begun_in_vain(const ScanOutcome& outcome) const;
   void remember(const ScanInput& input, const MotionPrediction& predicted,
                 const ScanOutcome& outcome);
   void go_on_mapping(ScanOutcome& outcome);

@@ -20,6 +20,8 @@ constexpr double kUnknownReflects = 0.02;
 constexpr double kMostOfBeam = 3.0;
 /// However long, a way through free ground is one witness, and a weak one.
 constexpr double kMostOfPassage = 0.3;
+/// From which on a beam has gone through a wall.
+constexpr double kThroughWall = 1.0;
 
 /// Logarithms that the evidence of a cell is made of, by counts in parts of a scan. A cell reflects
 /// with probability (hits + p0) / (hits + passes + 1).
@@ -89,6 +91,12 @@ double of_end_near(const Cell& end, const CellEvidence& cells, CountReader& coun
   return best;
 }
 
+/// What one beam says.
+struct BeamSays {
+  double log_odds = 0.0;
+  bool tells_of_walls = false;
+};
+
 /// Walks along beams, from wall to wall as far as the distances of the field tell: what lies
 /// between is free or unknown.
 class BeamEvidence {
@@ -101,8 +109,8 @@ class BeamEvidence {
         counts_(map.reflection) {}
 
   /// @param clearance  see clearance_of
-  [[nodiscard]] double of(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
-                          double clearance) {
+  [[nodiscard]] BeamSays of(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                            double clearance) {
     const double range = (to - from).norm();
     const Eigen::Vector2d direction = (to - from) / range;
     double free = 0.0;
@@ -117,7 +125,8 @@ class BeamEvidence {
       at += step;
     }
     const double end = of_end_near(geometry_.cell_at(to), cells_, counts_);
-    return std::clamp(std::min(free, kMostOfPassage) + through + end, -kMostOfBeam, kMostOfBeam);
+    return {std::clamp(std::min(free, kMostOfPassage) + through + end, -kMostOfBeam, kMostOfBeam),
+            end > 0.0 || through < -kThroughWall};
   }
 
   [[nodiscard]] bool is_known(const Eigen::Vector2d& place) {
@@ -142,6 +151,8 @@ ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base, cons
   double sum = 0.0;
   double weight = 0.0;
   double known = 0.0;
+  double telling = 0.0;
+  double telling_sum = 0.0;
   for (std::size_t i = stride / 2; i < scan.points.size(); i += stride) {
     const ScanPoint& point = scan.points[i];
     const Eigen::Vector2d from = to_map * point.origin;
@@ -150,14 +161,18 @@ ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base, cons
       continue;
     }
     weight += point.weight;
-    sum += point.weight * beam.of(from, to, clearance_of(point));
+    const BeamSays says = beam.of(from, to, clearance_of(point));
+    sum += point.weight * says.log_odds;
+    telling += says.tells_of_walls ? point.weight : 0.0;
+    telling_sum += says.tells_of_walls ? point.weight * says.log_odds : 0.0;
     known += beam.is_known(to) ? point.weight : 0.0;
   }
   if (!(weight > 0.0)) {
     return {};
   }
   const double witnesses = weight * static_cast<double>(stride) / kWallOfWitness;
-  return {witnesses * sum / weight, sum / weight, known / weight};
+  return {witnesses * sum / weight, sum / weight, known / weight, telling / weight,
+          telling > 0.0 ? telling_sum / telling : 0.0};
 }
 
 }  // namespace matchbox_slam

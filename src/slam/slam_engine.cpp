@@ -87,7 +87,7 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
     go_on_mapping(outcome);
   }
   mapping_.catch_up(options_);
-  if (verdict == Verdict::kUnknown) {
+  if (verdict == Verdict::kUnknown || is_begun_in_vain(outcome)) {
     mapping_.forget_since_fork();
     outcome.gave_up_part = map_apart(input.scan.stamp);
   } else if (mapping_.is_lost() && outcome.match.accepted()) {
@@ -98,6 +98,13 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
   outcome.covariance = reported_covariance(outcome, mapping_.parts(), options_.slam.update_map);
   outcome.state = state();
   return outcome;
+}
+
+/// Whether a map apart has just begun where nothing matches it, as while the robot is carried.
+bool SlamEngine::Parts::is_begun_in_vain(const ScanOutcome& outcome) const {
+  constexpr std::size_t kBegun = 3;  // key scans
+  return mapping_.is_lost() && outcome.match.status == MatchStatus::kRejectedLowScore &&
+         key_scans_here().size() < kBegun;
 }
 
 /// What a secondary laser sees: where it is is the prediction.
@@ -451,6 +458,8 @@ std::size_t SlamEngine::loop_tries() const { return parts_->mapping().loops().tr
 std::size_t SlamEngine::parts_apart() const { return parts_->mapping().parts().all().size() - 1; }
 
 TrackingState SlamEngine::state() const { return parts_->state(); }
+
+const MotionState& SlamEngine::motion() const { return parts_->motion(); }
 
 std::vector<WeightedPose> SlamEngine::likely_poses() const { return parts_->likely_poses(); }
 

@@ -16,6 +16,10 @@ struct ScanEvidence {
   double log_odds = 0.0;  ///< natural logarithm
   double mean = 0.0;      ///< of a beam, -3 to 3
   double known = 0.0;     ///< share of the beams that end where something is known, 0...1
+  /// Share of the beams that tell of walls: that end on a known one, or would have gone through
+  /// one. Those that end on free ground, where something new stands in the way, do not.
+  double telling = 0.0;
+  double telling_mean = 0.0;  ///< of one of these, -3 to 3
 };
 
 /// What a scan's pose rests on.

@@ -75,6 +75,7 @@ class SlamEngine {
   /// those that compete with it, by their odds; of a lost robot the places that scans confirm, by
   /// how many do. What weights lack of 1 speaks for somewhere else.
   [[nodiscard]] std::vector<WeightedPose> likely_poses() const;
+  [[nodiscard]] const MotionState& motion() const;
   [[nodiscard]] const SecondaryLasers& secondary_lasers() const;
   [[nodiscard]] const EngineOptions& options() const;
 

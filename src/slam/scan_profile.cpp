@@ -1,0 +1,66 @@
+#include "slam/scan_profile.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "matchbox_slam/geometry/angles.hpp"
+#include "matchbox_slam/geometry/transform2.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr double kWidth = 2.0 * kPi / static_cast<double>(kProfileSectors);  // [rad]
+
+void see(const Eigen::Vector2d& point, std::vector<float>& profile) {
+  const double angle = std::atan2(point.y(), point.x()) + kPi;
+  const auto sector = std::min(static_cast<std::size_t>(angle / kWidth), kProfileSectors - 1);
+  const auto range = static_cast<float>(point.norm());
+  float& nearest = profile[sector];
+  nearest = nearest == 0.0F ? range : std::min(nearest, range);
+}
+
+/// As it would have been seen from elsewhere.
+std::vector<float> moved(const std::vector<float>& profile, const Transform2& new_from_old) {
+  std::vector<float> seen(kProfileSectors, 0.0F);
+  for (std::size_t i = 0; i < profile.size(); ++i) {
+    if (profile[i] > 0.0F) {
+      const double angle = (static_cast<double>(i) + 0.5) * kWidth - kPi;
+      see(new_from_old *
+              (static_cast<double>(profile[i]) * Eigen::Vector2d(std::cos(angle), std::sin(angle))),
+          seen);
+    }
+  }
+  return seen;
+}
+
+}  // namespace
+
+std::vector<float> profile_of(const PointScan& scan) {
+  constexpr std::size_t kBeams = 360;
+  std::vector<float> profile(kProfileSectors, 0.0F);
+  const std::size_t stride = (scan.points.size() + kBeams - 1) / kBeams;
+  for (std::size_t i = stride / 2; i < scan.points.size(); i += stride) {
+    see(scan.points[i].position, profile);
+  }
+  return profile;
+}
+
+double changed_share(const std::vector<float>& profile, const std::vector<float>& before,
+                     const Pose2& before_from_profile) {
+  // As much as a wall seen at a slant differs within a sector.
+  constexpr float kDistance = 0.2F;  // [m]
+  constexpr float kOfRange = 0.1F;
+  const std::vector<float> expected = moved(before, Transform2(before_from_profile.inverse()));
+  std::size_t both = 0;
+  std::size_t changed = 0;
+  for (std::size_t i = 0; i < profile.size(); ++i) {
+    if (profile[i] > 0.0F && expected[i] > 0.0F) {
+      ++both;
+      const float differs = std::abs(profile[i] - expected[i]);
+      changed += differs > kDistance + kOfRange * profile[i] ? 1 : 0;
+    }
+  }
+  return both > 0 ? static_cast<double>(changed) / static_cast<double>(both) : 0.0;
+}
+
+}  // namespace matchbox_slam
