@@ -1,7 +1,9 @@
 #include "graph/condensed_graph.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -11,7 +13,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kMostOfNode = 3;  // edges that do not join it to the next node
+constexpr std::size_t kMostOfNode = 3;  // condensed edges, unless more hold the graph together
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
 bool is_loop(const PoseEdge& edge) { return edge.kind == EdgeKind::kLoop; }
@@ -31,8 +33,8 @@ double variance_of(const PoseEdge& edge) { return edge.covariance.trace(); }
 PoseEdge edge_of(std::size_t from, std::size_t to, const RelativeMotion& from_to, EdgeKind kind,
                  Belief belief) {
   const RelativeMotion motion = from < to ? from_to : reversed(from_to);
-  PoseEdge edge{std::min(from, to), std::max(from, to), motion.pose, motion.covariance, kind,
-                belief};
+  PoseEdge edge{
+      std::min(from, to), std::max(from, to), motion.pose, motion.covariance, kind, belief};
   edge.drift = drift_apart(motion.drift);
   return edge;
 }
@@ -48,6 +50,32 @@ void require_kept_ends(const PoseGraph& graph, const std::vector<bool>& is_taken
   }
 }
 
+/// Which nodes edges join, directly or not.
+class JoinedNodes {
+ public:
+  explicit JoinedNodes(std::size_t nodes) : parents_(nodes) {
+    std::iota(parents_.begin(), parents_.end(), std::size_t{0});
+  }
+
+  /// Whether they were not joined yet.
+  bool join(std::size_t a, std::size_t b) {
+    const std::size_t root_a = root_of(a);
+    const std::size_t root_b = root_of(b);
+    parents_[root_a] = root_b;
+    return root_a != root_b;
+  }
+
+ private:
+  std::size_t root_of(std::size_t node) {
+    while (parents_[node] != node) {
+      node = parents_[node] = parents_[parents_[node]];
+    }
+    return node;
+  }
+
+  std::vector<std::size_t> parents_;
+};
+
 class Condenser {
  public:
   Condenser(PoseGraph graph, const std::vector<bool>& is_taken)
@@ -62,12 +90,9 @@ class Condenser {
   }
 
   CondensedGraph run() {
-    std::size_t before = 0;
     for (std::size_t node = 1; node < is_taken_.size(); ++node) {
       if (is_taken_[node]) {
-        take_out(node, before);
-      } else {
-        before = node;
+        take_out(node);
       }
     }
     return renumbered();
@@ -111,31 +136,26 @@ class Condenser {
     }
   }
 
-  /// Of those to a node before or after it the surest one: its other end is joined to all others.
-  [[nodiscard]] std::size_t surest(const std::vector<std::size_t>& edges, std::size_t node,
-                                   std::size_t before) const {
+  /// Of the edges that are no loops the surest one, rather to a place nearby: its other end is
+  /// joined to all others. kNone where there is none.
+  [[nodiscard]] std::size_t edge_to_heir(const std::vector<std::size_t>& edges) const {
+    constexpr double kFarther = 1e-3;  // [m^2] a squared metre: a guess
     std::size_t best = kNone;
-    bool is_best_next = false;
+    double least = 0.0;
     for (const std::size_t edge : edges) {
       const PoseEdge& one = graph_.edges[edge];
-      if (is_loop(one)) {
-        continue;
-      }
-      const std::size_t other = other_end(one, node);
-      const bool is_next = other == before || other == node + 1;
-      if (best == kNone || (is_next && !is_best_next) ||
-          (is_next == is_best_next && variance_of(one) < variance_of(graph_.edges[best]))) {
+      const double cost = variance_of(one) + kFarther * one.from_to.translation().squaredNorm();
+      if (!is_loop(one) && (best == kNone || cost < least)) {
         best = edge;
-        is_best_next = is_next;
+        least = cost;
       }
     }
     return best;
   }
 
-  /// @param before  node before it that is left.
-  void take_out(std::size_t node, std::size_t before) {
+  void take_out(std::size_t node) {
     const std::vector<std::size_t> edges = edges_at(node);
-    const std::size_t best = surest(edges, node, before);
+    const std::size_t best = edge_to_heir(edges);
     if (best == kNone) {
       throw std::invalid_argument("condensed: no edges of motion join node " +
                                   std::to_string(node) + " to others");
@@ -143,36 +163,44 @@ class Condenser {
     const std::size_t heir = other_end(graph_.edges[best], node);
     const RelativeMotion from_heir = motion_from(graph_.edges[best], heir);
     heirs_[node] = heir;
-    const auto used = std::count_if(edges.begin(), edges.end(), [this](std::size_t edge) {
-      return is_used(graph_.edges[edge]);
-    });
-    const double others = std::max(1.0, static_cast<double>(used - 1));
+    // What all others have in common is shared out among them: the inverse weights add up to one,
+    // in which case each may be taken for independent, and the less sure ones bear more of it.
+    double sum = 0.0;
+    for (const std::size_t edge : edges) {
+      const PoseEdge& one = graph_.edges[edge];
+      sum += is_used(one) && other_end(one, node) != heir ? 1.0 / std::sqrt(variance_of(one)) : 0.0;
+    }
     for (const std::size_t edge : edges) {
       const PoseEdge one = graph_.edges[edge];
       const std::size_t other = other_end(one, node);
       is_gone_[edge] = true;
       if (other != heir) {
-        add(edge_of(heir, other, composed(from_heir, motion_from(one, node), others),
+        const double weight = is_used(one) ? std::sqrt(variance_of(one)) * sum : 1.0;
+        add(edge_of(heir, other, composed(from_heir, motion_from(one, node), weight),
                     is_loop(one) ? EdgeKind::kLoop : EdgeKind::kCondensed, one.belief));
       }
     }
   }
 
-  /// Edges of condensed nodes that are more than a node needs: the least sure ones go.
-  void sparsify(const std::vector<std::size_t>& numbers) {
+  /// Of condensed edges those stay, the surest first, that join what is not joined yet, or a node
+  /// that has few.
+  void sparsify() {
+    JoinedNodes joined(graph_.poses.size());
     std::vector<std::pair<double, std::size_t>> ranked;
     for (std::size_t i = 0; i < graph_.edges.size(); ++i) {
       const PoseEdge& edge = graph_.edges[i];
-      const bool is_to_next = !is_gone_[i] && numbers[edge.to] == numbers[edge.from] + 1;
-      if (!is_gone_[i] && edge.kind == EdgeKind::kCondensed && !is_to_next) {
+      if (!is_gone_[i] && edge.kind == EdgeKind::kCondensed) {
         ranked.emplace_back(variance_of(edge), i);
+      } else if (!is_gone_[i] && edge.kind == EdgeKind::kMotion) {
+        static_cast<void>(joined.join(edge.from, edge.to));
       }
     }
     std::sort(ranked.begin(), ranked.end());
     std::vector<std::size_t> kept(graph_.poses.size(), 0);
     for (const auto& [variance, i] : ranked) {
       const PoseEdge& edge = graph_.edges[i];
-      is_gone_[i] = std::min(kept[edge.from], kept[edge.to]) >= kMostOfNode;
+      const bool is_needed = joined.join(edge.from, edge.to);
+      is_gone_[i] = !is_needed && std::min(kept[edge.from], kept[edge.to]) >= kMostOfNode;
       if (!is_gone_[i]) {
         ++kept[edge.from];
         ++kept[edge.to];
@@ -196,7 +224,7 @@ class Condenser {
       }
       result.numbers[node] = result.numbers[heir];
     }
-    sparsify(result.numbers);
+    sparsify();
     for (std::size_t i = 0; i < graph_.edges.size(); ++i) {
       if (!is_gone_[i]) {
         PoseEdge edge = graph_.edges[i];

@@ -18,12 +18,12 @@ struct CondensedGraph {
 /// Takes nodes out, whose edges become edges between their neighbours: what the graph says of the
 /// others stays, or is said less surely, and never more. A node between two others leaves the
 /// motion from one to the other, which is exact to first order. One of more neighbours leaves a
-/// tree, all of them joined to the surest one that it had before or after it (in a star all trees
-/// of Chow and Liu 1968 are such), each with as many times the covariance to that one as there are
-/// others, so that what they have in common is counted by none (compare Carlevaris-Bianco and
-/// Eustice 2014, Kretzschmar and Stachniss 2012). Loops are handed on with what is believed of
-/// them. Edges that say the same become one; and of those that do not join a node to the next one,
-/// there are at most three a node, the surest.
+/// tree, all of them joined to the one that it is joined to most surely (in a star all trees of
+/// Chow and Liu 1968 are such); what they have in common, the edge to that one, is shared out among
+/// them so that none counts it twice (compare Carlevaris-Bianco and Eustice 2014, Kretzschmar and
+/// Stachniss 2012). Loops are handed on with what is believed of them. Edges that say the same
+/// become one; and there are at most three a node of such edges, the surest, and what holds the
+/// graph together.
 ///
 /// The poses stay. Of drift, an edge keeps as much as certainly is one for each share of it that
 /// loops may tell. The same graph gives the same bits.

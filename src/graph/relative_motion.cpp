@@ -65,10 +65,10 @@ Eigen::Vector3d drift_apart(const Eigen::Matrix3d& drift) {
     return Eigen::Vector3d::Zero();
   }
   const Eigen::Matrix3d correlation = drift.cwiseQuotient(sigmas * sigmas.transpose());
-  const double least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(
-                           correlation, Eigen::EigenvaluesOnly)
-                           .eigenvalues()
-                           .minCoeff();
+  const double least =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(correlation, Eigen::EigenvaluesOnly)
+          .eigenvalues()
+          .minCoeff();
   return std::max(0.0, least - kRounding) * drift.diagonal();
 }
 

@@ -31,6 +31,19 @@ void KeyScans::move(std::uint64_t id, const Pose2& map_from_base) {
   scans_.at(id).map_from_base = map_from_base;
 }
 
+void KeyScans::take_out(const std::vector<bool>& is_taken) {
+  PlacedScans kept;
+  for (const PlacedScan& placed : scans_) {
+    if (!is_taken.at(placed.scan->id())) {
+      const bool has_moved = placed.scan->id() != kept.size();
+      kept.push_back(
+          {has_moved ? std::make_shared<const KeyScan>(*placed.scan, kept.size()) : placed.scan,
+           placed.map_from_base});
+    }
+  }
+  scans_ = std::move(kept);
+}
+
 void KeyScans::copy_newest(std::size_t most, PlacedScans& newest) const {
   newest.assign(scans_.end() - static_cast<std::ptrdiff_t>(std::min(most, scans_.size())),
                 scans_.end());

@@ -60,10 +60,20 @@ LocalScans local_scans(const PlacedScans& keys, const AreWeaklyConnected& are_ap
   for (std::size_t i = 0; i < soon.size(); ++i) {
     const PlacedScan& key = keys[soon[i]];
     if (!is_apart[i] && distance(key, here) < kLocalReach) {
-      near.belonging.push_back(key);
+      near.all_belonging.push_back(key);
     }
   }
-  near.belonging = nearest(near.belonging, here);
+  near.belonging = nearest(near.all_belonging, here);
+  return near;
+}
+
+LocalScans without(LocalScans near, const std::vector<std::uint64_t>& ids) {
+  const auto is_out = [&ids](const PlacedScan& key) {
+    return std::binary_search(ids.begin(), ids.end(), key.scan->id());
+  };
+  PlacedScans& all = near.all_belonging;
+  all.erase(std::remove_if(all.begin(), all.end(), is_out), all.end());
+  near.belonging = nearest(all, near.center);
   return near;
 }
 

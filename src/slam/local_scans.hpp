@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -24,5 +25,9 @@ using AreWeaklyConnected = std::function<std::vector<bool>(const std::vector<std
 
 /// @param are_apart  is asked of those alone that are near, or will be soon.
 [[nodiscard]] LocalScans local_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart);
+
+/// The same without some of them.
+/// @param ids  in their order.
+[[nodiscard]] LocalScans without(LocalScans near, const std::vector<std::uint64_t>& ids);
 
 }  // namespace matchbox_slam

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "graph/condensed_graph.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "slam/local_scans.hpp"
 #include "slam/loop_search.hpp"
@@ -253,7 +254,7 @@ LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
     inflate_for_slips(keys.all(), pending.newest);
     return {};
   }
-  Result result{std::nullopt, std::move(done.near)};
+  Result result{std::nullopt, std::move(done.near), std::move(done.superfluous)};
   tries_ += done.tries;
   const bool has_moved = done.has_moved;
   if (!done.loops.empty()) {
@@ -287,6 +288,17 @@ void LoopCloser::inflate_for_slips(const PlacedScans& keys, std::size_t since) {
   for (std::size_t key = since; key + 1 < keys.size(); ++key) {
     inflate_for_slip(keys, key, graph_);
   }
+}
+
+std::vector<std::size_t> LoopCloser::take_out(const std::vector<bool>& is_taken) {
+  CondensedGraph left = condensed(std::move(graph_), is_taken);
+  graph_ = std::move(left.graph);
+  links_ = AdjacencyList(graph_);
+  for (ClosedLoop& loop : loops_) {
+    loop.found.key = left.numbers[loop.found.key];
+    loop.newest = left.numbers[loop.newest];
+  }
+  return std::move(left.numbers);
 }
 
 void LoopCloser::abandon() {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -20,6 +21,7 @@ struct LocalMapRequest {
   std::optional<LocalScans> scans;  ///< none: only when a loop moves the key scans
   MapOptions map;
   LikelihoodFieldOptions field;
+  std::size_t enough = 0;  ///< see superfluous_scans; 0: all are kept
 };
 
 /// A loop moves nothing unless it would move a key scan by more than this share of a cell: what is
@@ -46,6 +48,7 @@ class LoopCloser {
   struct Result {
     std::optional<MapCorrection> correction;  ///< poses of all key scans that fit together
     std::optional<LocalMap> near;             ///< of the corrected key scans
+    std::vector<std::uint64_t> superfluous;   ///< ids of key scans that `near` does without
   };
 
   LoopCloser() = default;
@@ -80,6 +83,12 @@ class LoopCloser {
 
   /// Waits for what was begun, and lets it take effect.
   [[nodiscard]] Result finish(const KeyScans& keys);
+
+  /// Key scans are no more; the graph keeps what they said of others. Nothing is pending.
+  /// @param is_taken  by number; not the first and not the newest.
+  /// @return          by number: what it is now; of those that are no more, that of the one that
+  ///                  stands for it.
+  std::vector<std::size_t> take_out(const std::vector<bool>& is_taken);
 
   /// What is under way will not take effect: the robot is elsewhere than it was thought to be.
   void abandon();

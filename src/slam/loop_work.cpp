@@ -7,6 +7,7 @@
 #include "matchbox_slam/graph/optimise.hpp"
 #include "slam/loop_search.hpp"
 #include "slam/path_uncertainty.hpp"
+#include "slam/superfluous_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -78,10 +79,24 @@ void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done) {
   }
 }
 
+/// A few are not worth drawing the map anew.
+void leave_out_superfluous(LocalMapRequest& near, LoopTaskDone& done) {
+  constexpr std::size_t kWorthIt = 50;
+  std::vector<std::uint64_t> ids =
+      superfluous_scans(near.scans->all_belonging, near.scans->newest, near.enough);
+  if (ids.size() >= kWorthIt) {
+    near.scans = without(std::move(*near.scans), ids);
+    done.superfluous = std::move(ids);
+  }
+}
+
 LoopTaskDone do_loop_task(LoopTask task) {
   LoopTaskDone done;
   if (task.search) {
     close_a_loop(*task.search, kLeastMoved * task.near.map.resolution, done);
+  }
+  if (task.near.scans && done.loops.empty()) {
+    leave_out_superfluous(task.near, done);
   }
   if (done.has_moved || task.near.scans) {
     const LocalScans scans = done.loops.empty() ? *task.near.scans : local_scans_of(*task.search);

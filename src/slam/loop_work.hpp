@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <future>
 #include <memory>
 #include <optional>
@@ -31,6 +32,8 @@ struct LoopTaskDone {
   std::vector<ClosedLoop> loops;  ///< that were found; only the last one may be believed
   std::size_t tries = 0;
   std::optional<LocalMap> near;  ///< when it was asked for, or the key scans have moved
+  /// Ids of key scans that it does without, in their order.
+  std::vector<std::uint64_t> superfluous;
 };
 
 /// Of the search's key scans where its graph has them, in which it is known how they lie.

@@ -4,6 +4,7 @@
 #include <future>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/local_map.hpp"
@@ -59,6 +60,16 @@ class MapRenderer {
 
   /// The key scans move: what was drawn is outdated.
   void expect_move() { is_moved_ = is_outdated_ = true; }
+
+  /// What lies near is matched against from the next such map on, though nothing has moved.
+  void expect_local_map() { is_moved_ = true; }
+
+  /// Some key scans are no more: what was drawn is outdated. Those that what lies near shows stay.
+  /// See LocalMap.
+  void renumber(const std::vector<std::size_t>& numbers, std::size_t gone) {
+    local_map_.renumber(numbers, gone);
+    expect_move();
+  }
 
   /// Draws the key scans that what lies near has not taken in.
   void catch_up(const MapPart& part, const EngineOptions& options) {

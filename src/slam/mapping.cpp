@@ -9,6 +9,7 @@
 #include "matching/rendered_map.hpp"
 #include "slam/local_scans.hpp"
 #include "slam/match_validation.hpp"
+#include "slam/superfluous_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -18,7 +19,8 @@ MapPart empty_part(const EngineOptions& options, double begin) {
 }
 
 LocalMapRequest near_request(const EngineOptions& options) {
-  return {std::nullopt, options.map, options.field};
+  return {std::nullopt, options.map, options.field,
+          static_cast<std::size_t>(options.slam.enough_views)};
 }
 
 /// map_from_base of a scan that has waited: about where it is said to be; where the map holds it,
@@ -232,6 +234,9 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
     return loops_.weakly_connected(some, options.loops);
   };
   LocalScans scans = local_scans(key_scans.all(), are_apart);
+  if (is_crowded(key_scans.all(), near.enough)) {
+    renderer_.expect_local_map();  // with which what is superfluous is found
+  }
   if (scans.is_any_apart || renderer_.is_moved()) {
     if (renderer_.local_map().is_due(key_scans.all())) {
       near.scans = std::move(scans);
@@ -256,7 +261,23 @@ std::optional<MapCorrection> Mapping::finish_loops() {
   if (result.correction) {
     move_map(*result.correction);
   }
+  if (!fork_) {
+    take_out(result.superfluous);
+  }
   return result.correction;
+}
+
+void Mapping::take_out(const std::vector<std::uint64_t>& ids) {
+  KeyScans& key_scans = parts_.map().key_scans;
+  if (ids.empty() || loops_.graph().poses.size() != key_scans.size()) {
+    return;
+  }
+  std::vector<bool> is_taken(key_scans.size(), false);
+  for (const std::uint64_t id : ids) {
+    is_taken.at(id) = true;
+  }
+  key_scans.take_out(is_taken);
+  renderer_.renumber(loops_.take_out(is_taken), ids.size());
 }
 
 void Mapping::move_map(const MapCorrection& correction) {

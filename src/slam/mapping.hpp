@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <vector>
@@ -133,6 +134,7 @@ class Mapping {
     renderer_.match_whole(parts_.map(), options);
   }
   void move_map(const MapCorrection& correction);
+  void take_out(const std::vector<std::uint64_t>& ids);
 
   /// What it takes to go back to before the robot may have been elsewhere.
   struct Fork {

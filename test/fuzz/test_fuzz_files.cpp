@@ -200,7 +200,7 @@ std::string small_map() {
 class SavedFields {
  public:
   explicit SavedFields(const std::string& bytes)
-      : bytes_(bytes), at_(std::string("matchbox_slam map, version 12\n").size()) {
+      : bytes_(bytes), at_(std::string("matchbox_slam map, version 13\n").size()) {
     add(3, 8, numbers);
     for (std::uint64_t cells = count(); cells > 0; --cells) {
       add(2, 4, coordinates);

@@ -36,6 +36,25 @@ TEST(KeyScans, AreNumberedAndCanBeMoved) {
   EXPECT_THROW(scans.move(5, {}), std::out_of_range);
 }
 
+TEST(KeyScans, AreNumberedAnewWhereSomeAreTakenOut) {
+  KeyScans scans;
+  for (int i = 0; i < 5; ++i) {
+    scans.add(scan_of(100), i, {1.0 * i, 0.0, 0.0});
+  }
+  const KeyScans before = scans;
+  scans.take_out({false, true, false, true, false});
+  ASSERT_EQ(scans.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(scans.all()[i].scan->id(), i);
+    EXPECT_EQ(scans.all()[i].scan->laser(), static_cast<int>(2 * i));
+    EXPECT_EQ(scans.all()[i].map_from_base, before.all()[2 * i].map_from_base);
+    EXPECT_EQ(scans.all()[i].scan->points()->points.size(),
+              before.all()[2 * i].scan->points()->points.size());
+  }
+  EXPECT_EQ(before.all()[4].scan->id(), 4U) << "a copy has its own numbers";
+  EXPECT_THROW(scans.take_out({false}), std::out_of_range);
+}
+
 TEST(KeyScans, TellTheNewestOldestFirst) {
   KeyScans scans;
   const auto newest = [&scans](std::size_t most) {

@@ -110,6 +110,24 @@ TEST(LocalMap, TakesInWhatCameSince) {
   EXPECT_EQ(near.map(), nullptr);
 }
 
+TEST(LocalMap, GoesOnWhereKeyScansThatItDoesNotShowAreTakenOut) {
+  KeyScans keys;
+  for (const PlacedScan& key : drive_through_rooms(6)) {
+    keys.add(key);
+  }
+  PlacedScans first = keys.all();
+  first.resize(5);
+  const LocalScans scans = without(local_scans(first, of(std::vector<bool>(5, false))), {1, 3});
+  EXPECT_EQ(ids_of(scans.belonging), (std::vector<std::uint64_t>{0, 2, 4}));
+  LocalMap near(scans, kMap, kField);
+  keys.take_out({false, true, false, true, false, false});
+  near.renumber({0, 0, 1, 1, 2, 3}, 2);
+  EXPECT_EQ(near.drawn(), (std::vector<std::uint64_t>{0, 1, 2}));
+  near.take_new(keys.all(), kMap);
+  EXPECT_EQ(near.drawn(), (std::vector<std::uint64_t>{0, 1, 2, 3}));
+  EXPECT_TRUE(same_map(*near.map(), inserted(keys.all())));
+}
+
 TEST(LocalMap, IsDueWhenThereIsNoneOrTheRobotHasMoved) {
   PlacedScans keys = drive_through_rooms(2);
   EXPECT_TRUE(LocalMap().is_due(keys));

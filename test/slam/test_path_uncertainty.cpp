@@ -51,6 +51,20 @@ std::vector<bool> apart_from(std::size_t node, const PoseGraph& graph, double si
   return PathUncertainty(graph, links, node).weakly_connected(all_of(graph), sigma);
 }
 
+/// An edge that stands for many is no short way between both its ends.
+TEST(GraphDistance, OfWhatWasCondensedIsThatOfItsDrift) {
+  PoseGraph graph = chain(3, covariance_of(1.0, 1.0, 0.1));  // 1 m^2: 2.5 km of drift
+  EXPECT_EQ(apart_from(2, graph, 0.25), (std::vector<bool>{false, false, false}));
+  for (PoseEdge& one : graph.edges) {
+    one.kind = EdgeKind::kCondensed;
+  }
+  EXPECT_EQ(apart_from(2, graph, 0.25), (std::vector<bool>{true, true, false}));
+  for (PoseEdge& one : graph.edges) {
+    one.covariance = covariance_of(0.02, 0.02, 0.001);  // a metre
+  }
+  EXPECT_EQ(apart_from(2, graph, 1e-6), (std::vector<bool>{false, false, false}));
+}
+
 TEST(GraphDistance, AddsUpAlongAChain) {
   const std::vector<double> variances = variances_from(4, chain(6, covariance_of(0.3, 0.1, 1e-9)));
   const std::vector<double> edges = {4, 3, 2, 1, 0, 1};

@@ -31,8 +31,8 @@ struct PoseEdge {
 };
 
 /// Where all key scans were taken, and what says so. The first pose is where the map begins and
-/// does not move. Edges that are no loops join all nodes; where nothing is known of a motion, as between
-/// two drives, its covariance is wide.
+/// does not move. Edges that are no loops join all nodes; where nothing is known of a motion, as
+/// between two drives, its covariance is wide.
 struct PoseGraph {
   std::vector<Pose2> poses;  ///< `map_from_base` by number of key scan
   std::vector<PoseEdge> edges;

@@ -33,6 +33,9 @@ class KeyScan {
   explicit KeyScan(PointScan points, std::uint64_t id = 0, int laser = 0,
                    std::shared_ptr<KeyScanCache> cache = make_key_scan_cache());
 
+  /// The same scan by another number.
+  KeyScan(const KeyScan& other, std::uint64_t id) : KeyScan(other) { id_ = id; }
+
   [[nodiscard]] std::uint64_t id() const { return id_; }
   [[nodiscard]] int laser() const { return laser_; }
   [[nodiscard]] double stamp() const;  ///< [s]

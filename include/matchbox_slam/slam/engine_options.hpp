@@ -22,6 +22,7 @@ struct SlamOptions {
   int min_points = 10;
   bool update_map = true;
   bool loop_closing = true;
+  int enough_views = 9;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -36,8 +37,7 @@ struct SlamOptions {
            "A scan that was matched is inserted also when less than this share of it has the map "
            "near; 0: by motion alone.");
     option(self.recent_scans, "recent_scans", between(1, 10000), "",
-           "The newest inserted scans, so many, are what matchers of scan to scan look at; all are "
-           "kept.");
+           "The newest inserted scans, so many, are what matchers of scan to scan look at.");
     option(self.min_points, "min_points", between(1, 100000), "",
            "Scans with fewer hits are not matched; the prediction stands.");
     option(self.update_map, "update_map", any(), "",
@@ -45,6 +45,10 @@ struct SlamOptions {
            "is.");
     option(self.loop_closing, "loop_closing", any(), "",
            "Whether places that are seen again after a long way move the map, so that it fits.");
+    option(self.enough_views, "enough_views", between(0, 1000), "",
+           "A key scan makes room when so many newer ones were taken beside it that see the same: "
+           "three are one time driven past. What it said of others the graph keeps. 0: all are "
+           "kept. Needs slam/loop_closing.");
   }
 };
 

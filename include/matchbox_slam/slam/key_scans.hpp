@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/matching/key_scan.hpp"
@@ -26,6 +27,10 @@ class KeyScans {
 
   /// Those from this id on are no more.
   void forget_since(std::uint64_t id) { scans_.resize(id); }
+
+  /// Those are no more; the ids of others become their numbers again.
+  /// @param is_taken  by id.
+  void take_out(const std::vector<bool>& is_taken);
 
   [[nodiscard]] const PlacedScans& all() const { return scans_; }
   [[nodiscard]] bool empty() const { return scans_.empty(); }

@@ -18,6 +18,7 @@ struct LocalScans {
   std::size_t newest = 0;                            ///< its number
   PlacedScans belonging;      ///< with the newest, the nearest ones: many of one place say the same
   bool is_any_apart = false;  ///< of those that are near, or will be soon
+  PlacedScans all_belonging;  ///< with the newest, all that are near
 };
 
 /// A map of the key scans around the robot that are known to lie well to each other, for scans to
@@ -56,6 +57,11 @@ class LocalMap {
 
   /// Takes the key scans in that have come since it was made.
   void take_new(const PlacedScans& keys, const MapOptions& map_options);
+
+  /// Some key scans are no more, none of them that it shows.
+  /// @param numbers  by id: what it is now.
+  /// @param gone     how many are no more, all of which it knew of.
+  void renumber(const std::vector<std::size_t>& numbers, std::size_t gone);
 
   /// What it was made of has moved.
   void clear() { map_.reset(); }

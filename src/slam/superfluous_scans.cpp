@@ -1,0 +1,153 @@
+#include "slam/superfluous_scans.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "matchbox_slam/geometry/angles.hpp"
+#include "matchbox_slam/geometry/transform2.hpp"
+#include "slam/scan_view.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+using Look = ScanView::Look;
+
+// Guesses: half and double were not tried.
+constexpr double kBeside = 0.5;           // [m]
+constexpr double kBesideTurned = 0.35;    // [rad]
+constexpr double kAround = 3.0;           // [m], from where most of the same is seen
+constexpr std::uint64_t kUntouched = 60;  // newest key scans
+constexpr double kLost = 0.01;            // share of its hits that nobody else need have seen
+constexpr double kDiffers = 0.15;         // share of its hits that are seen no more where they were
+constexpr std::size_t kAsked = 120;       // hits of a scan
+
+bool is_beside(const PlacedScan& a, const PlacedScan& b) {
+  return (a.map_from_base.translation() - b.map_from_base.translation()).squaredNorm() <=
+             kBeside * kBeside &&
+         std::abs(wrap_angle(a.map_from_base.theta - b.map_from_base.theta)) <= kBesideTurned &&
+         a.scan->laser() == b.scan->laser();
+}
+
+/// Places that a key scan hit.
+std::vector<Eigen::Vector2d> hits_of(const PlacedScan& key) {
+  const std::shared_ptr<const PointScan> scan = key.scan->points();
+  const Transform2 to_map(key.map_from_base);
+  const std::size_t stride = (scan->points.size() + kAsked - 1) / kAsked;
+  std::vector<Eigen::Vector2d> hits;
+  for (std::size_t i = stride / 2; i < scan->points.size(); i += stride) {
+    const Eigen::Vector2d& position = scan->points[i].position;
+    if (position.norm() < kFarthestPoint) {
+      hits.push_back(to_map * position);
+    }
+  }
+  return hits;
+}
+
+class Selection {
+ public:
+  Selection(const PlacedScans& keys, std::size_t enough)
+      : keys_(keys), enough_(enough), stays_(keys.size(), true) {}
+
+  std::vector<std::uint64_t> run(std::uint64_t newest) {
+    std::vector<std::uint64_t> superfluous;
+    for (std::size_t i = 0; i < keys_.size(); ++i) {
+      const std::uint64_t id = keys_[i].scan->id();
+      if (id > 0 && id + kUntouched <= newest && is_superfluous(i)) {
+        stays_[i] = false;
+        superfluous.push_back(id);
+      }
+    }
+    return superfluous;
+  }
+
+ private:
+  [[nodiscard]] bool is_superfluous(std::size_t key) {
+    std::vector<std::size_t> newer;
+    bool is_oldest = true;
+    for (std::size_t i = 0; i < keys_.size(); ++i) {
+      if (i != key && stays_[i] && is_beside(keys_[i], keys_[key])) {
+        is_oldest = is_oldest && i > key;
+        if (i > key) {
+          newer.push_back(i);
+        }
+      }
+    }
+    if (newer.size() < enough_) {
+      return false;
+    }
+    const std::vector<Eigen::Vector2d> hits = hits_of(keys_[key]);
+    const auto most = [&hits](double share) { return share * static_cast<double>(hits.size()); };
+    double lost = 0.0;
+    double differing = 0.0;
+    for (const Eigen::Vector2d& hit : hits) {
+      const Looks looks = looks_at(hit, newer);
+      const bool is_seen = 3 * (looks.hits + looks.through) >= enough_;
+      lost += is_seen || is_seen_around(hit, key) ? 0.0 : 1.0;
+      differing += 2 * std::max(looks.through, looks.blocked) > newer.size() ? 1.0 : 0.0;
+    }
+    return lost <= most(kLost) && (!is_oldest || differing > most(kDiffers));
+  }
+
+  struct Looks {
+    std::size_t hits = 0;
+    std::size_t through = 0;
+    std::size_t blocked = 0;
+  };
+
+  [[nodiscard]] Looks looks_at(const Eigen::Vector2d& place, const std::vector<std::size_t>& from) {
+    Looks looks;
+    for (const std::size_t i : from) {
+      const Look look = view_of(i).at(place);
+      looks.hits += look == Look::kHit ? 1 : 0;
+      looks.through += look == Look::kThrough ? 1 : 0;
+      looks.blocked += look == Look::kBlocked ? 1 : 0;
+    }
+    return looks;
+  }
+
+  [[nodiscard]] bool is_seen_around(const Eigen::Vector2d& place, std::size_t key) {
+    const Eigen::Vector2d here = keys_[key].map_from_base.translation();
+    for (std::size_t i = keys_.size(); i-- > 0;) {  // the newest are the least likely to go
+      if (i == key || !stays_[i] ||
+          (keys_[i].map_from_base.translation() - here).squaredNorm() > kAround * kAround) {
+        continue;
+      }
+      const Look look = view_of(i).at(place);
+      if (look == Look::kHit || look == Look::kThrough) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  [[nodiscard]] const ScanView& view_of(std::size_t key) {
+    const auto known = views_.find(key);
+    return known != views_.end()
+               ? known->second
+               : views_.emplace(key, ScanView(*keys_[key].scan->points(), keys_[key].map_from_base))
+                     .first->second;
+  }
+
+  const PlacedScans& keys_;
+  std::size_t enough_;
+  std::vector<bool> stays_;
+  std::map<std::size_t, ScanView> views_;  ///< those that were asked
+};
+
+}  // namespace
+
+std::vector<std::uint64_t> superfluous_scans(const PlacedScans& keys, std::uint64_t newest,
+                                             std::size_t enough) {
+  return enough > 0 ? Selection(keys, enough).run(newest) : std::vector<std::uint64_t>{};
+}
+
+bool is_crowded(const PlacedScans& keys, std::size_t enough) {
+  const auto beside = std::count_if(
+      keys.begin(), keys.end(), [&](const PlacedScan& key) { return is_beside(key, keys.back()); });
+  return enough > 0 && static_cast<std::size_t>(beside) > enough + 1;  // and itself
+}
+
+}  // namespace matchbox_slam
