@@ -136,7 +136,7 @@ TEST_F(MapChanges, ACopyThatIsKeptIsReadLikeTheFile) {
   const std::string before = to_saved_map(engine_now());
   drive_on(50);
   save();
-  EXPECT_TRUE(to_saved_map(read_map_start(path_ + ".1", {})) == before);
+  EXPECT_TRUE(to_saved_map(read_engine_state(path_ + ".1", {})) == before);
 }
 
 }  // namespace

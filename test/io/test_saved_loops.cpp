@@ -114,8 +114,8 @@ TEST(SavedLoops, HoldAGraphThatIsOne) {
       contains(error_after([](auto& lie) { lie.graph.edges.erase(lie.graph.edges.begin()); }),
                "is damaged: pose graph: no edges of motion join node"));
   EXPECT_TRUE(
-      contains(error_after([](auto& lie) { lie.graph.edges[1].kind = static_cast<EdgeKind>(2); }),
-               "is damaged: an edge of its graph is of kind or belief 2; allowed: up to 1"));
+      contains(error_after([](auto& lie) { lie.graph.edges[1].kind = static_cast<EdgeKind>(3); }),
+               "is damaged: an edge of its graph is of kind or belief 3; allowed: up to 2"));
   EXPECT_TRUE(
       contains(error_after([](auto& lie) { lie.graph.edges[1].belief = static_cast<Belief>(3); }),
                "is damaged: an edge of its graph is of kind or belief 3; allowed: up to 2"));

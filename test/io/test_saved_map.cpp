@@ -276,10 +276,12 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 
 /// Bytes of what follows the motion and the lasers' number, and of what follows the key scans, when
 /// there are no lasers and nothing is in doubt: see write_localization, transfer_motion.
-constexpr std::size_t kLocalizationBytes = (1 + 1 + 1 + 1 + 1 + 1 + 1) * 8 + 1 + 1;
+constexpr std::size_t kLocalizationBytes = (1 + 1 + 1 + 1 + 1 + 1 + 1 + 1) * 8 + 1 + 1;
 /// What versions up to 11 had of doubts, and what there is instead.
 constexpr std::size_t kDoubtBytes = (1 + 1 + 1 + 3 + 1 + 1 + 1) * 8 + 3 * 4 + 2;
 constexpr std::size_t kHypothesesBytes = 1 + 8;
+/// Before these, since version 13.
+constexpr std::size_t kProfileBytes = 8;
 constexpr std::size_t kLoopBytes = (1 + 1 + 1 + 1 + 1) * 8 + 5;
 constexpr std::size_t kLaserBytes = 4 + 4 + 8 + 8;
 constexpr std::size_t kEndBytes = kLocalizationBytes + kLoopBytes + kLaserBytes;
@@ -318,7 +320,11 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
   const std::size_t hypotheses = bytes.size() - kAfterHypothesesBytes - kHypothesesBytes;
-  bytes.replace(hypotheses, kHypothesesBytes, std::string(kDoubtBytes, '\0'));
+  bytes.erase(hypotheses - kProfileBytes, kProfileBytes);
+  bytes.replace(head.size(), 2, "12");
+  write(compress(bytes));
+  EXPECT_TRUE(read_saved_map(path_).localization.hypotheses.profile.empty());
+  bytes.replace(hypotheses - kProfileBytes, kHypothesesBytes, std::string(kDoubtBytes, '\0'));
   bytes.replace(head.size(), 2, "11");
   write(compress(bytes));
   EXPECT_FALSE(read_saved_map(path_).localization.hypotheses.fork);
@@ -330,8 +336,8 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   bytes.replace(head.size(), 2, "9");
   write(compress(bytes));
   EXPECT_FALSE(read_saved_map(path_).localization.hypotheses.fork);
-  constexpr std::size_t kAfterMotion =
-      kAfterMotionBytes + kDoubtBytes - kHypothesesBytes - kWayBytes - kContradictedBytes;
+  constexpr std::size_t kAfterMotion = kAfterMotionBytes + kDoubtBytes - kProfileBytes -
+                                       kHypothesesBytes - kWayBytes - kContradictedBytes;
   bytes.erase(bytes.size() - kAfterMotion - kCalibrationBytes, kCalibrationBytes);
   bytes[head.size()] = '7';
   write(compress(bytes));
@@ -352,9 +358,9 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
 TEST_F(SavedMap, AMapOfANewerVersionIsNotDamaged) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  bytes.replace(head.size(), 2, "13");
+  bytes.replace(head.size(), 2, "14");
   write(compress(bytes));
-  EXPECT_TRUE(contains(error(), "is a saved map of version 13; this program reads 1 to 12: "));
+  EXPECT_TRUE(contains(error(), "is a saved map of version 14; this program reads 1 to 13: "));
   EXPECT_THROW(
       {
         try {

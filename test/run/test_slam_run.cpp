@@ -186,6 +186,32 @@ TEST_F(Run, PutsPosesRightWhenALostRobotIsFound) {
   }
 }
 
+TEST_F(Run, APartApartThatIsFoundInAnotherOneIsNotInTheMap) {
+  const SimulatedRun drive = perfect_drive();
+  EngineState start = map_of(drive);
+  MapPart found{std::move(start.map), std::move(start.key_scans), {}, 0.0};
+  const EngineOptions options;
+  start.map = SlamMap(options.map, options.field);  // in which nothing was seen yet
+  start.key_scans = {};
+  start.loops = {};
+  start.local_map = {};
+  start = lost_in(std::move(start), drive.world_from_base.front() * Pose2{0.4, -0.2, 0.1});
+  start.localization.apart.insert(start.localization.apart.begin(), std::move(found));
+  start.localization.here = 2;
+  SlamRun run{LiveConfiguration(parse_yaml_parameters("matcher: olson", "test"), loader_)};
+  run.start_from(std::move(start));
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    const std::optional<ScanOutcome> outcome = run.process(scan_input(drive, i));
+    ASSERT_EQ(outcome->state, TrackingState::kLost) << i;
+    if (outcome->joined) {
+      EXPECT_FALSE(run.is_in_map(drive.scans.front().stamp));
+      EXPECT_FALSE(run.is_in_map(outcome->stamp));
+      return;
+    }
+  }
+  FAIL() << "it was never found";
+}
+
 TEST_F(Run, ReconfiguresWhatMayChangeAndKeepsThat) {
   (void)run_.process(scan(1.0));
   run_.apply(Reconfigure{change("matcher", std::string("hough"))});

@@ -118,7 +118,11 @@ TEST(LocalMap, GoesOnWhereKeyScansThatItDoesNotShowAreTakenOut) {
   PlacedScans first = keys.all();
   first.resize(5);
   const LocalScans scans = without(local_scans(first, of(std::vector<bool>(5, false))), {1, 3});
-  EXPECT_EQ(ids_of(scans.belonging), (std::vector<std::uint64_t>{0, 2, 4}));
+  std::vector<std::uint64_t> ids;
+  for (const PlacedScan& key : scans.belonging) {
+    ids.push_back(key.scan->id());
+  }
+  EXPECT_EQ(ids, (std::vector<std::uint64_t>{0, 2, 4}));
   LocalMap near(scans, kMap, kField);
   keys.take_out({false, true, false, true, false, false});
   near.renumber({0, 0, 1, 1, 2, 3}, 2);

@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -124,6 +126,7 @@ Pose2 off_by_much(const Pose2& pose) { return shifted(pose, {0.5, -0.3, 0.25}); 
 
 void expect_same(const State& a, const State& b) {
   EXPECT_EQ(a.elsewhere, b.elsewhere);
+  EXPECT_EQ(a.profile, b.profile);
   ASSERT_EQ(a.fork.has_value(), b.fork.has_value());
   if (a.fork) {
     EXPECT_EQ(a.fork->key_scans, b.fork->key_scans);
@@ -261,6 +264,47 @@ TEST(PoseHypotheses, LeadNowhereWhereScansFitNowhere) {
   EXPECT_GE(scans, 3) << "what is carried takes some scans";
   EXPECT_GE(drive.hypotheses.state().elsewhere, drive.options.decisive);
   EXPECT_TRUE(drive.hypotheses.is_in_doubt(drive.options));
+}
+
+/// Scans of a robot that odometry has at rest, until it is said to be somewhere unknown.
+int scans_until_unknown(const std::function<PointScan(int)>& look, double seconds, int most) {
+  Drive drive;
+  drive.seconds = seconds;
+  drive.time = 0.5;
+  drive.leading = rooms().truth(0.5);
+  for (int i = 0; i < most; ++i) {
+    drive.time = 0.5 - kInterval;  // it does not move
+    if (drive.follow(look(i), MatchStatus::kRejectedLowScore).verdict == Verdict::kUnknown) {
+      return i;
+    }
+  }
+  return most;
+}
+
+TEST(PoseHypotheses, SeeWithinSomeScansThatARestingRobotIsCarried) {
+  const World other_world = make_random_world(8);
+  const RobotMotion other = drive(other_world.route(), {});
+  const auto carried = [&](int i) {
+    return look_around(other_world, laser(), other.pose(5.0 + 3.0 * i), 5);
+  };
+  EXPECT_LE(scans_until_unknown(carried, 0.025, 60), 10) << "at 40 scans a second";
+  const auto stands = [&](int /*i*/) {
+    return look_around(other_world, laser(), other.pose(5.0), 5);
+  };
+  EXPECT_GT(scans_until_unknown(stands, 0.025, 60), 30) << "the same scan is no new witness";
+}
+
+TEST(PoseHypotheses, WhatStandsInTheWayDoesNotCarryTheRobotAway) {
+  const auto covered = [](int i) {
+    PointScan scan = rooms().look(0.5, static_cast<std::uint64_t>(i));
+    for (std::size_t beam = 0; beam < scan.points.size(); ++beam) {
+      if ((beam + static_cast<std::size_t>(20 * i)) % 100 < 70) {  // people who walk around it
+        scan.points[beam].position *= 0.6 / std::max(1.0, scan.points[beam].position.norm());
+      }
+    }
+    return scan;
+  };
+  EXPECT_EQ(scans_until_unknown(covered, 0.1, 100), 100);
 }
 
 TEST(PoseHypotheses, DoNotDoubtAnythingInUnknownGround) {

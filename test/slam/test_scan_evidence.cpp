@@ -75,6 +75,8 @@ void expect_nothing(const ScanEvidence& evidence) {
   EXPECT_EQ(evidence.log_odds, 0.0);
   EXPECT_EQ(evidence.mean, 0.0);
   EXPECT_EQ(evidence.known, 0.0);
+  EXPECT_EQ(evidence.telling, 0.0);
+  EXPECT_EQ(evidence.telling_mean, 0.0);
 }
 
 TEST(ScanEvidence, SpeaksForTheTruePoseAndLessForPosesThatAreOff) {
@@ -131,6 +133,30 @@ TEST(ScanEvidence, SpeaksAgainstBeamsThroughASolidWall) {
   EXPECT_LT(evidence.log_odds, -20.0);
   EXPECT_EQ(evidence.known, 0.0) << "they end behind it";
   EXPECT_GT(evidence_of(wall(), {}, map).mean, 2.9);
+}
+
+TEST(ScanEvidence, TellsOfWallsByWhatEndsOnThemOrGoesThrough) {
+  const SlamMap map = map_of_wall();
+  const ScanEvidence on_wall = evidence_of(wall(), {}, map);
+  EXPECT_GT(on_wall.telling, 0.95);
+  EXPECT_GT(on_wall.telling_mean, 2.9);
+  const ScanEvidence through = evidence_of(behind(), {}, map);
+  EXPECT_GT(through.telling, 0.95);
+  EXPECT_LT(through.telling_mean, -2.6);
+}
+
+TEST(ScanEvidence, WhatStandsInTheWayTellsNothingOfWalls) {
+  const auto before_wall = [](int beam) { return beam < 70; };
+  PointScan blocked = wall();
+  for (int i = 0; i < kBeams; ++i) {
+    if (before_wall(i)) {
+      blocked.points[static_cast<std::size_t>(i)].position *= 0.5;
+    }
+  }
+  const ScanEvidence evidence = evidence_of(blocked, {}, map_of_wall());
+  EXPECT_LT(evidence.mean, 0.0) << "most beams end on free ground";
+  EXPECT_NEAR(evidence.telling, 0.3, 0.03);
+  EXPECT_GT(evidence.telling_mean, 2.9);
 }
 
 TEST(ScanEvidence, TakesARailingForBothWallAndWay) {

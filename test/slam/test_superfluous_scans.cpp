@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "matchbox_slam/slam/key_scans.hpp"
+#include "matching/rendered_map.hpp"
 #include "simulation/simulation_support.hpp"
 #include "simulation/world.hpp"
 #include "slam/local_scans.hpp"

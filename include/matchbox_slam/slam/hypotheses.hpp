@@ -62,7 +62,7 @@ struct HypothesesState {
   /// Log odds of somewhere unknown; as low as the options say where nothing speaks for it.
   double elsewhere = -std::numeric_limits<double>::infinity();
   /// How far the newest scan saw in each direction [m]; empty before the first one.
-  std::vector<float> profile;
+  std::vector<float> profile = {};
 };
 
 }  // namespace matchbox_slam
