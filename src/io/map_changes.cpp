@@ -247,7 +247,7 @@ std::string with_changes(std::string saved, const std::string& map_path) {
   try {
     std::optional<std::string> changed = read_changes(saved, path);
     return changed ? std::move(*changed) : std::move(saved);
-  } catch (const FileError& error) {
+  } catch (const DamagedFile& error) {
     throw DamagedChanges(std::string(error.what()) + "; without it the map is as it was saved " +
                          "before: to go on with that, rm " + path);
   }

@@ -65,8 +65,12 @@ void log_failure(const Work& work) {
 /// Of a map that options do not fit, that this program may not read, or that is only to be
 /// localised in, somebody has to say what becomes of it: a new one would be no answer.
 std::string no_new_map(const std::exception& error, const std::string& path) {
+  const std::string changes = path_of_changes(path);
   return std::string(error.what()) + "; resume is true, so it goes on with that map or not at " +
-         "all: move the file away to begin without it, mv " + path + " " + path + ".old";
+         "all: move the file away to begin without it, mv " + path + " " + path + ".old" +
+         (std::filesystem::exists(changes)
+              ? ", and what has changed since, mv " + changes + " " + path_of_changes(path + ".old")
+              : "");
 }
 
 /// All is only kept where it is asked for: it grows as long as the node runs.
@@ -282,9 +286,12 @@ void SlamNode::handle(const ReadyScan& scan) {
         remember_health(scan, *outcome);
       }
       laser_news = run_.laser_news();
-      if (const std::string few = text_of_few_returns(run_.returns());
-          !few.empty() && !std::exchange(told_of_few_returns_, true)) {
-        laser_news.push_back(few);
+      if (!told_of_few_returns_) {
+        const std::string few = text_of_few_returns(run_.returns());
+        if (!few.empty()) {
+          told_of_few_returns_ = true;
+          laser_news.push_back(few);
+        }
       }
       if (const std::vector<double> sectors = run_.robot_beams();
           !sectors.empty() && !told_of_robot_beams_) {

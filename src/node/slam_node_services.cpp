@@ -261,9 +261,12 @@ SlamNode::SavedMap SlamNode::save_map_files() {
 /// What the file holds now stays beside it where the map did not go on from there.
 void SlamNode::keep_other_map(const std::string& file, const Beginnings& beginnings) {
   if (saved_file_ != file || saved_beginnings_ != beginnings) {
-    if (std::filesystem::exists(file)) {
-      keep_as(file, file + ".1");
-      keep_as(path_of_changes(file), path_of_changes(file + ".1"));
+    for (const auto& [now, kept] :
+         {std::make_pair(file, file + ".1"),
+          std::make_pair(path_of_changes(file), path_of_changes(file + ".1"))}) {
+      if (std::filesystem::exists(now)) {
+        keep_as(now, kept);
+      }
     }
     saved_file_ = file;
     saved_beginnings_ = beginnings;

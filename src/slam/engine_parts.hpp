@@ -66,7 +66,9 @@ class SlamEngine::Parts {
   Verdict weigh(const Predictions& predictions, ScanOutcome& outcome);
   void follow(const PoseHypotheses::Outcome& overtaken, MotionPrediction& predicted,
               ScanOutcome& outcome);
-  [[nodiscard]] bool is_begun_in_vain(const ScanOutcome& outcome) const;
+  [[nodiscard]] bool is_component_unmatched(const ScanOutcome& outcome,
+                                            const MotionPrediction& predicted) const;
+  void begin_component_anew(double stamp);
   void remember(const ScanInput& input, const MotionPrediction& predicted,
                 const ScanOutcome& outcome);
   void go_on_mapping(ScanOutcome& outcome);

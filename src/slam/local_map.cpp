@@ -34,7 +34,9 @@ bool LocalMap::is_due(const PlacedScans& keys) const {
   // A guess, a third of what it reaches. With half loop is 7 % worse, with double 20 %, and aces 7
   // % (CONSTANTS.md).
   constexpr double kMoved = 5.0;  // [m]
-  return !map_ || distance(keys.back(), center_) >= kMoved;
+  // What a robot adds that stays in one room; two and a half times what it is made of. A guess.
+  constexpr std::size_t kFull = 250;  // key scans
+  return !map_ || distance(keys.back(), center_) >= kMoved || drawn_.size() >= kFull;
 }
 
 LocalMap::LocalMap(const LocalScans& near, const MapOptions& map_options,

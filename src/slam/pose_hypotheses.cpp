@@ -80,17 +80,21 @@ double squared_distance(const Pose2& pose, const MotionPrediction& predicted) {
 
 }  // namespace
 
+bool PoseHypotheses::is_jump(const MatchResult& match, const MotionPrediction& predicted) {
+  return match.accepted() && squared_distance(match.map_from_base, predicted) > kMostOfMotion;
+}
+
 PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult match,
                                                const HypothesisOptions& options) {
   Outcome outcome;
   outcome.match = std::move(match);
   outcome.evidence = evidence_of(step.scan, outcome.match.map_from_base, step.map);
   if (!options.enabled || step.scan.points.empty()) {
+    leave_out();
     return outcome;
   }
   const double share = independence_of(step);
-  outcome.is_jump = outcome.match.accepted() &&
-                    squared_distance(outcome.match.map_from_base, step.predicted) > kMostOfMotion;
+  outcome.is_jump = is_jump(outcome.match, step.predicted);
   const double changed = note_change(step);
   // Where the robot was not carried, but is a little beside, another hypothesis explains the scan.
   double of_elsewhere = std::min(odds_of_elsewhere(outcome.evidence),
@@ -294,6 +298,11 @@ void PoseHypotheses::forget_key_scans() {
   for (Hypothesis& other : state_.others) {
     other.key_scans.clear();
   }
+}
+
+void PoseHypotheses::begin_lost() {
+  believe();
+  state_.elsewhere = 0.0;
 }
 
 void PoseHypotheses::believe() {

@@ -58,6 +58,9 @@ class PoseHypotheses {
   explicit PoseHypotheses(State state) : state_(std::move(state)) {}
   [[nodiscard]] const State& state() const { return state_; }
 
+  /// Whether a match is where no motion leads to.
+  [[nodiscard]] static bool is_jump(const MatchResult& match, const MotionPrediction& predicted);
+
   /// Weighs a scan.
   /// @param match  of the leading hypothesis; a rejected one has its prediction.
   [[nodiscard]] Outcome follow(const Step& step, MatchResult match,
@@ -76,6 +79,10 @@ class PoseHypotheses {
   void note_key_scans(const PlacedScans& all, const Pose2& leading);
   /// Those since the fork are no more.
   void forget_key_scans();
+  /// A scan is not weighed: what the next one sees is not compared with the one before.
+  void leave_out() { state_.profile.clear(); }
+  /// Nothing is known but that the robot was carried, and may be carried on.
+  void begin_lost();
   /// The leading hypothesis is right.
   void believe();
 

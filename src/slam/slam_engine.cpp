@@ -87,9 +87,11 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
     go_on_mapping(outcome);
   }
   mapping_.catch_up(options_);
-  if (verdict == Verdict::kUnknown || is_begun_in_vain(outcome)) {
+  if (verdict == Verdict::kUnknown) {
     mapping_.forget_since_fork();
     outcome.gave_up_part = map_apart(input.scan.stamp);
+  } else if (is_component_unmatched(outcome, predicted)) {
+    begin_component_anew(input.scan.stamp);
   } else if (mapping_.is_lost() && outcome.match.accepted()) {
     const double way = (before.inverse() * outcome.map_from_base).translation().norm();
     search_for_map({seconds, way}, outcome);
@@ -100,11 +102,16 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
   return outcome;
 }
 
-/// Whether a map apart has just begun where nothing matches it, as while the robot is carried.
-bool SlamEngine::Parts::is_begun_in_vain(const ScanOutcome& outcome) const {
+/// Whether a map apart has just begun, and the scan does not match it where its motion leads to, as
+/// while the robot is carried.
+bool SlamEngine::Parts::is_component_unmatched(const ScanOutcome& outcome,
+                                               const MotionPrediction& predicted) const {
   constexpr std::size_t kBegun = 3;  // key scans
-  return mapping_.is_lost() && outcome.match.status == MatchStatus::kRejectedLowScore &&
-         key_scans_here().size() < kBegun;
+  if (!mapping_.is_lost() || key_scans_here().size() >= kBegun ||
+      outcome.match.status == MatchStatus::kRejectedNoReference) {
+    return false;
+  }
+  return !outcome.match.accepted() || PoseHypotheses::is_jump(outcome.match, predicted);
 }
 
 /// What a secondary laser sees: where it is is the prediction.
@@ -167,6 +174,7 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(const Predictions& predictio
   const bool is_prediction_only = outcome.match.accepted() && outcome.match.score == 0.0;
   if (status == MatchStatus::kRejectedNoReference || status == MatchStatus::kRejectedTooFewPoints ||
       is_prediction_only || predictions.predicted.covariance.isZero(0.0)) {
+    hypotheses_.leave_out();
     return Verdict::kLeads;
   }
   const bool was_in_doubt = hypotheses_.is_in_doubt(options_.hypotheses);
@@ -319,7 +327,16 @@ bool SlamEngine::Parts::map_apart(double stamp) {
                            ? stamp + kDrawn * static_cast<double>(key_scans().size())
                            : relocalizer_.search().stamp;
   relocalizer_.begin(mapping_.parts(), since);
+  hypotheses_.begin_lost();
   return begun.gave_up_part;
+}
+
+/// What is searched for the robot meanwhile goes on.
+void SlamEngine::Parts::begin_component_anew(double stamp) {
+  mapping_.unfork();
+  tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
+  mapping_.begin_apart(stamp, options_);
+  hypotheses_.begin_lost();
 }
 
 void SlamEngine::Parts::search_for_map(const SearchStep& step, ScanOutcome& outcome) {

@@ -51,8 +51,8 @@ class LocalMap {
                                const MapOptions& map_options,
                                const LikelihoodFieldOptions& field_options) const;
 
-  /// Whether it is to be made anew for the newest key scan: others have come near since, or have
-  /// drifted apart.
+  /// Whether it is to be made anew for the newest key scan: others have come near since, have
+  /// drifted apart, or are many.
   [[nodiscard]] bool is_due(const PlacedScans& keys) const;
 
   /// Takes the key scans in that have come since it was made.
