@@ -54,7 +54,7 @@ class Localising : public testing::Test {
     slam_ = std::make_unique<SlamNode>(ros::NodeHandle(), ros::NodeHandle("/localising"));
     ASSERT_TRUE(listener_.wait_until(
         [&] {
-          return scans_.getNumSubscribers() > 0 && transforms_.getNumSubscribers() > 1 &&
+          return scans_.getNumSubscribers() > 0 && transforms_.getNumSubscribers() > 0 &&
                  likely_subscriber_.getNumPublishers() > 0;
         },
         30.0));
@@ -141,8 +141,8 @@ class Localising : public testing::Test {
 TEST_F(Localising, FindsItselfWithoutAWordAndSaysWhatItDoesNotKnow) {
   start();
   const std::size_t begin = run_.scans.size() / 3;
-  std::size_t next = play(begin, run_.scans.size(), 0.0, [&] { return state() == "recovered"; });
-  ASSERT_EQ(state(), "recovered");
+  std::size_t next = play(begin, run_.scans.size(), 0.0, [&] { return state() == "tracking"; });
+  ASSERT_EQ(state(), "tracking");
   RecordProperty("scans_until_found", std::to_string(next - begin));
   ASSERT_EQ(listener_.matches.front().state, "lost");
   EXPECT_GT(listener_.poses.front().pose.covariance[0], 25.0) << "it may be anywhere";
@@ -195,7 +195,7 @@ TEST_F(Localising, FindsItselfWithoutAWordAndSaysWhatItDoesNotKnow) {
 TEST_F(Localising, HoldsNoTransformThatNeverWasSure) {
   start();
   play(run_.scans.size() / 3, run_.scans.size() / 3 + 8, 0.0, [] { return false; });
-  ASSERT_GT(listener_.poses.size(), 2U);
+  ASSERT_TRUE(listener_.wait_until([&] { return listener_.poses.size() > 2; }, 10.0));
   ASSERT_EQ(state(), "lost");
   EXPECT_TRUE(listener_.leads.empty());
 }
