@@ -166,7 +166,8 @@ TEST(SlamEvents, MapBagRepeatsThemToTheByte) {
        read_events_file(folder / "events.yaml", LiveConfiguration({}, loader))) {
     kinds.insert(event.event.index());
   }
-  EXPECT_GE(kinds.size(), std::variant_size_v<RunEvent> - 1) << "but for scans left out";
+  // But for scans left out, and a robot that may be anywhere, which test_slam_localising calls for.
+  EXPECT_GE(kinds.size(), std::variant_size_v<RunEvent> - 2);
 }
 
 TEST(SlamEvents, APoseToldBeforeTheFirstScanOfAResumedMapIsTakenAsByMapBag) {
