@@ -2,7 +2,6 @@
 #include <vector>
 
 #include "io/saved_parts.hpp"
-#include "slam/scan_profile.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -101,7 +100,6 @@ template <typename Archive, typename State>
 void transfer_hypotheses(Archive& archive, State& state) {
   constexpr std::size_t kMostOthers = 100;
   if (archive.version() >= 13) {
-    archive.size(state.profile, 8, kProfileSectors, "sectors of the newest scan");
     for (auto& range : state.profile) {
       double metres = static_cast<double>(range);
       archive.number(metres);

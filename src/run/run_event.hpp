@@ -51,8 +51,8 @@ struct Reconfigure {
 struct LeaveOut {};
 
 /// What happens to a run between two scans, but for time jumps.
-using RunEvent = std::variant<SetPose, CorrectPose, BeAnywhere, Reset, LoadMapFile, Pause,
-                              Reconfigure, LeaveOut>;
+using RunEvent = std::variant<SetPose, CorrectPose, Reset, LoadMapFile, Pause, Reconfigure,
+                              LeaveOut, BeAnywhere>;
 
 /// Whether scans that were to come before the event are wasted on a map that it gives up.
 [[nodiscard]] inline bool gives_up_map(const RunEvent& event) {

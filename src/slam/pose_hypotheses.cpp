@@ -116,10 +116,10 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
 /// The share of what it sees in which a scan is another one than that before. Whatever the odometry
 /// says: a robot that is carried sees something else with each, and errors do not repeat.
 double PoseHypotheses::note_change(const Step& step) {
-  std::vector<float> profile = profile_of(step.scan);
+  const ScanProfile profile = profile_of(step.scan);
   const double changed =
       changed_share(profile, state_.profile, step.predicted.motion.previous_from_current);
-  state_.profile = std::move(profile);
+  state_.profile = profile;
   return changed;
 }
 

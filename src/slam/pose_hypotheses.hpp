@@ -80,7 +80,7 @@ class PoseHypotheses {
   /// Those since the fork are no more.
   void forget_key_scans();
   /// A scan is not weighed: what the next one sees is not compared with the one before.
-  void leave_out() { state_.profile.clear(); }
+  void leave_out() { state_.profile = {}; }
   /// Nothing is known but that the robot was carried, and may be carried on.
   void begin_lost();
   /// The leading hypothesis is right.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "matchbox_slam/geometry/angles.hpp"
 #include "matchbox_slam/geometry/transform2.hpp"
@@ -9,19 +10,20 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kWidth = 2.0 * kPi / static_cast<double>(kProfileSectors);  // [rad]
+constexpr std::size_t kSectors = std::tuple_size_v<ScanProfile>;
+constexpr double kWidth = 2.0 * kPi / static_cast<double>(kSectors);  // [rad]
 
-void see(const Eigen::Vector2d& point, std::vector<float>& profile) {
+void see(const Eigen::Vector2d& point, ScanProfile& profile) {
   const double angle = std::atan2(point.y(), point.x()) + kPi;
-  const auto sector = std::min(static_cast<std::size_t>(angle / kWidth), kProfileSectors - 1);
+  const auto sector = std::min(static_cast<std::size_t>(angle / kWidth), kSectors - 1);
   const auto range = static_cast<float>(point.norm());
   float& nearest = profile[sector];
   nearest = nearest == 0.0F ? range : std::min(nearest, range);
 }
 
 /// As it would have been seen from elsewhere.
-std::vector<float> moved(const std::vector<float>& profile, const Transform2& new_from_old) {
-  std::vector<float> seen(kProfileSectors, 0.0F);
+ScanProfile moved(const ScanProfile& profile, const Transform2& new_from_old) {
+  ScanProfile seen = {};
   for (std::size_t i = 0; i < profile.size(); ++i) {
     if (profile[i] > 0.0F) {
       const double angle = (static_cast<double>(i) + 0.5) * kWidth - kPi;
@@ -35,9 +37,9 @@ std::vector<float> moved(const std::vector<float>& profile, const Transform2& ne
 
 }  // namespace
 
-std::vector<float> profile_of(const PointScan& scan) {
+ScanProfile profile_of(const PointScan& scan) {
   constexpr std::size_t kBeams = 360;
-  std::vector<float> profile(kProfileSectors, 0.0F);
+  ScanProfile profile = {};
   const std::size_t stride = (scan.points.size() + kBeams - 1) / kBeams;
   for (std::size_t i = stride / 2; i < scan.points.size(); i += stride) {
     see(scan.points[i].position, profile);
@@ -45,12 +47,12 @@ std::vector<float> profile_of(const PointScan& scan) {
   return profile;
 }
 
-double changed_share(const std::vector<float>& profile, const std::vector<float>& before,
+double changed_share(const ScanProfile& profile, const ScanProfile& before,
                      const Pose2& before_from_profile) {
   // As much as a wall seen at a slant differs within a sector.
   constexpr float kDistance = 0.2F;  // [m]
   constexpr float kOfRange = 0.1F;
-  const std::vector<float> expected = moved(before, Transform2(before_from_profile.inverse()));
+  const ScanProfile expected = moved(before, Transform2(before_from_profile.inverse()));
   std::size_t both = 0;
   std::size_t changed = 0;
   for (std::size_t i = 0; i < profile.size(); ++i) {

@@ -1,23 +1,16 @@
 #pragma once
 
-#include <cstddef>
-#include <vector>
-
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
+#include "matchbox_slam/slam/hypotheses.hpp"
 
 namespace matchbox_slam {
 
-constexpr std::size_t kProfileSectors = 72;
-
-/// How far a scan saw in each direction [m]: the nearest hit of each sector around the base, from
-/// -pi on; 0 where there is none.
-[[nodiscard]] std::vector<float> profile_of(const PointScan& scan);
+[[nodiscard]] ScanProfile profile_of(const PointScan& scan);
 
 /// Share of the directions, of those in which both saw something, in which a scan saw something
 /// else than one before; 0 where there are none.
-[[nodiscard]] double changed_share(const std::vector<float>& profile,
-                                   const std::vector<float>& before,
+[[nodiscard]] double changed_share(const ScanProfile& profile, const ScanProfile& before,
                                    const Pose2& before_from_profile);
 
 }  // namespace matchbox_slam

@@ -276,12 +276,12 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 
 /// Bytes of what follows the motion and the lasers' number, and of what follows the key scans, when
 /// there are no lasers and nothing is in doubt: see write_localization, transfer_motion.
-constexpr std::size_t kLocalizationBytes = (1 + 1 + 1 + 1 + 1 + 1 + 1 + 1) * 8 + 1 + 1;
+constexpr std::size_t kLocalizationBytes = (1 + 1 + 1 + 1 + 1 + 1 + 1 + 72) * 8 + 1 + 1;
 /// What versions up to 11 had of doubts, and what there is instead.
 constexpr std::size_t kDoubtBytes = (1 + 1 + 1 + 3 + 1 + 1 + 1) * 8 + 3 * 4 + 2;
 constexpr std::size_t kHypothesesBytes = 1 + 8;
 /// Before these, since version 13.
-constexpr std::size_t kProfileBytes = 8;
+constexpr std::size_t kProfileBytes = 72 * 8;
 constexpr std::size_t kLoopBytes = (1 + 1 + 1 + 1 + 1) * 8 + 5;
 constexpr std::size_t kLaserBytes = 4 + 4 + 8 + 8;
 constexpr std::size_t kEndBytes = kLocalizationBytes + kLoopBytes + kLaserBytes;
@@ -323,7 +323,7 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   bytes.erase(hypotheses - kProfileBytes, kProfileBytes);
   bytes.replace(head.size(), 2, "12");
   write(compress(bytes));
-  EXPECT_TRUE(read_saved_map(path_).localization.hypotheses.profile.empty());
+  EXPECT_FALSE(read_saved_map(path_).localization.hypotheses.fork);
   bytes.replace(hypotheses - kProfileBytes, kHypothesesBytes, std::string(kDoubtBytes, '\0'));
   bytes.replace(head.size(), 2, "11");
   write(compress(bytes));

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+#include <cstddef>
+#include <tuple>
 
 #include "matchbox_slam/geometry/angles.hpp"
 #include "slam/scan_profile.hpp"
@@ -35,11 +36,11 @@ TEST(ScanProfile, HasTheNearestOfEachDirection) {
     point.position = {x, 0.01};
     scan.points.push_back(point);
   }
-  const std::vector<float> profile = profile_of(scan);
-  ASSERT_EQ(profile.size(), kProfileSectors);
-  EXPECT_NEAR(profile[kProfileSectors / 2], 2.0F, 1e-3F);
+  const ScanProfile profile = profile_of(scan);
+  constexpr std::size_t kAhead = std::tuple_size_v<ScanProfile> / 2;
+  EXPECT_NEAR(profile[kAhead], 2.0F, 1e-3F);
   for (std::size_t i = 0; i < profile.size(); ++i) {
-    EXPECT_EQ(profile[i] > 0.0F, i == kProfileSectors / 2) << i;
+    EXPECT_EQ(profile[i] > 0.0F, i == kAhead) << i;
   }
 }
 
@@ -53,13 +54,13 @@ TEST(ScanProfile, ChangesInNothingWhereTheMotionExplainsIt) {
 }
 
 TEST(ScanProfile, ChangesWhereTheRobotIsMovedUnawares) {
-  const std::vector<float> before = profile_of(look({0.0, 0.0, 0.0}));
+  const ScanProfile before = profile_of(look({0.0, 0.0, 0.0}));
   EXPECT_GT(changed_share(profile_of(look({2.0, 0.0, 0.0})), before, {}), 0.4);
   EXPECT_GT(changed_share(profile_of(look({0.0, 0.0, 0.25 * kPi})), before, {}), 0.3);
 }
 
 TEST(ScanProfile, ChangesInNothingWithoutAScanBefore) {
-  const std::vector<float> profile = profile_of(look({}));
+  const ScanProfile profile = profile_of(look({}));
   EXPECT_EQ(changed_share(profile, {}, {}), 0.0);
   EXPECT_EQ(changed_share(profile_of({}), profile, {}), 0.0);
 }

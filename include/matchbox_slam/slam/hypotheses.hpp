@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -55,14 +56,17 @@ struct HypothesesFork {
   double searched = 0.0;      ///< [m] and [rad] travelled since other poses were searched
 };
 
+/// How far a scan saw in each direction [m]: the nearest hit of each sector around the base, from
+/// -pi on; 0 where there is none.
+using ScanProfile = std::array<float, 72>;
+
 /// All that is known of them: a value, to be copied and saved. See PoseHypotheses.
 struct HypothesesState {
   std::optional<HypothesesFork> fork;
   std::vector<PoseHypothesis> others;  ///< than the leading one
   /// Log odds of somewhere unknown; as low as the options say where nothing speaks for it.
   double elsewhere = -std::numeric_limits<double>::infinity();
-  /// How far the newest scan saw in each direction [m]; empty before the first one.
-  std::vector<float> profile = {};
+  ScanProfile profile = {};  ///< of the newest scan
 };
 
 }  // namespace matchbox_slam

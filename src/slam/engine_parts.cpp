@@ -1,0 +1,437 @@
+#include "slam/engine_parts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "slam/insertion.hpp"
+#include "slam/pose_uncertainty.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// Before it is matched.
+ScanOutcome outcome_of(const ScanInput& input, const MotionPrediction& predicted) {
+  ScanOutcome outcome;
+  outcome.stamp = input.scan.stamp;
+  outcome.map_from_base = predicted.fixed_from_base;
+  outcome.covariance = predicted.covariance;
+  outcome.predicted_map_from_base = predicted.fixed_from_base;
+  if (input.odometry && !input.odometry->is_heading_only) {
+    outcome.odom_from_base = input.odometry->odom_from_base;
+  }
+  return outcome;
+}
+
+/// Of a map that was saved, which has none.
+void count_reflections(MapPart& part, bool is_of_key_scans) {
+  ReflectionGrid& reflection = part.map.reflection;
+  if (!reflection.empty()) {
+    return;
+  }
+  if (!is_of_key_scans) {
+    reflection.count(part.map.occupancy);
+  }
+  // What is no part of the drawn map a damaged file may have put anywhere.
+  const CellBox known = part.map.occupancy.known_bounds();
+  for (const PlacedScan& key : part.key_scans.all()) {
+    if (known.contains(reflection.geometry().cell_at(key.map_from_base.translation()))) {
+      reflection.count(*key.scan->points(), key.map_from_base);
+    }
+  }
+}
+
+}  // namespace
+
+SlamEngine::Parts::Parts(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
+                         std::uint64_t seed, const Pose2& start)
+    : options_(options),
+      matcher_(std::move(matcher)),
+      seed_(seed),
+      tracker_(options.motion),
+      mapping_(options) {
+  tracker_.set_pose(start, Eigen::Matrix3d::Zero());
+}
+
+ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
+  MotionPrediction predicted = tracker_.predict(input);
+  if (!secondary_lasers_.select_primary(input, tracker_.state().stamp)) {
+    return take_secondary(input, predicted);
+  }
+  const Pose2 before = tracker_.state().fixed_from_base;
+  const double seconds = input.scan.stamp - tracker_.state().stamp.value_or(input.scan.stamp);
+  const std::optional<SteadyPrediction> steady = tracker_.predict_steadily(input);
+  const bool is_odometry_improbable = steady && steady->is_odometry_improbable;
+  collect_scans(input, predicted, !is_odometry_improbable);
+  ScanOutcome outcome = outcome_of(input, predicted);
+  outcome.match = match(predicted);
+  const Verdict verdict =
+      weigh({predicted, is_odometry_improbable ? &steady->predicted : nullptr, seconds}, outcome);
+  const MatchedMotion matched = tracker_.after_match(input, predicted, outcome.match);
+  outcome.map_from_base = matched.fixed_from_base;
+  outcome.covariance = outcome.match.covariance;
+  if (verdict != Verdict::kUnknown && is_to_be_inserted(input, outcome, mapping_.parts(),
+                                                        tracker_.state().matched, options_.slam)) {
+    bundle_.correct_motion(matched.during_scan, projector_);
+    insert(bundle_, input.laser, options_, mapping_, outcome);
+    hypotheses_.note_key_scans(key_scans_here(), outcome.map_from_base);
+  }
+  remember(input, predicted, outcome);
+  secondary_lasers_.move_on(before.inverse() * outcome.map_from_base);
+  ++scan_count_;
+  if (!hypotheses_.is_forked()) {
+    go_on_mapping(outcome);
+  }
+  mapping_.catch_up(options_);
+  if (verdict == Verdict::kUnknown) {
+    mapping_.forget_since_fork();
+    outcome.gave_up_part = map_apart(input.scan.stamp);
+  } else if (is_component_unmatched(outcome, predicted)) {
+    begin_component_anew(input.scan.stamp);
+  } else if (mapping_.is_lost() && outcome.match.accepted()) {
+    const double way = (before.inverse() * outcome.map_from_base).translation().norm();
+    search_for_map({seconds, way}, outcome);
+  }
+  outcome.covariance += hypotheses_.spread_around(outcome.map_from_base);
+  outcome.covariance = reported_covariance(outcome, mapping_.parts(), options_.slam.update_map);
+  outcome.state = state();
+  return outcome;
+}
+
+/// Whether a map apart has just begun, and the scan does not match it where its motion leads to, as
+/// while the robot is carried.
+bool SlamEngine::Parts::is_component_unmatched(const ScanOutcome& outcome,
+                                               const MotionPrediction& predicted) const {
+  constexpr std::size_t kBegun = 3;  // key scans
+  if (!mapping_.is_lost() || key_scans_here().size() >= kBegun ||
+      outcome.match.status == MatchStatus::kRejectedNoReference) {
+    return false;
+  }
+  return !outcome.match.accepted() || PoseHypotheses::is_jump(outcome.match, predicted);
+}
+
+/// What a secondary laser sees: where it is is the prediction.
+ScanOutcome SlamEngine::Parts::take_secondary(const ScanInput& input,
+                                              const MotionPrediction& predicted) {
+  const MotionState& newest = tracker_.state();
+  const Pose2 newest_from_base = newest.fixed_from_base.inverse() * predicted.fixed_from_base;
+  if (newest.matched && !hypotheses_.is_forked() && !mapping_.is_lost() &&
+      secondary_lasers_.is_sample_due(input.laser, newest_from_base)) {
+    const PointScan scan = project_scan(input.scan, input.base_from_laser, predicted.during_scan,
+                                        options_.scan, input.laser_motion);
+    secondary_lasers_.sample(input.laser, scan, predicted.fixed_from_base, newest_from_base,
+                             newest.velocity(), key_scans().all(), options_.map, options_.field);
+  }
+  secondary_lasers_.wait(input, newest.velocity(), newest_from_base, predicted.during_scan,
+                         options_.scan);
+  ScanOutcome outcome = outcome_of(input, predicted);
+  outcome.covariance = reported_covariance(outcome, mapping_.parts(), false);
+  outcome.match.map_from_base = predicted.fixed_from_base;
+  outcome.match.covariance = predicted.covariance;
+  outcome.is_of_secondary_laser = true;
+  outcome.state = state();
+  return outcome;
+}
+
+/// Where odometry tells of a step that cannot be, nobody knows where between the lasers' scans it
+/// lies: then the primary one's counts alone.
+void SlamEngine::Parts::collect_scans(const ScanInput& input, const MotionPrediction& predicted,
+                                      bool with_secondary_lasers) {
+  const MotionState& newest = tracker_.state();
+  std::map<int, SecondaryScan> secondary = secondary_lasers_.take_waiting(
+      input.scan.stamp, newest.fixed_from_base.inverse() * predicted.fixed_from_base);
+  if (!with_secondary_lasers) {
+    secondary.clear();
+  }
+  bundle_.assign(input, secondary_lasers_.base_from_laser(input, newest.velocity()),
+                 predicted.during_scan, options_.scan, std::move(secondary), projector_);
+}
+
+MatchResult SlamEngine::Parts::match(const MotionPrediction& predicted) {
+  mapping_.parts().here().key_scans.copy_newest(
+      static_cast<std::size_t>(options_.slam.recent_scans), recent_);
+  const SlamMap& map = mapping_.matched();
+  const MatchProblem problem{
+      bundle_.all(), predicted.fixed_from_base,    predicted.covariance,       map.field,
+      recent_,       mix_seed(seed_, scan_count_), predicted.search_covariance};
+  if (map.field.empty()) {
+    return rejected(problem, MatchStatus::kRejectedNoReference);
+  }
+  if (problem.scan.points.size() < static_cast<std::size_t>(options_.slam.min_points)) {
+    return rejected(problem, MatchStatus::kRejectedTooFewPoints);
+  }
+  return common_ground_.match(*matcher_, problem, map);
+}
+
+/// Where the robot is, by all that speaks for it and against.
+SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(const Predictions& predictions,
+                                                    ScanOutcome& outcome) {
+  const MatchStatus status = outcome.match.status;
+  const bool is_prediction_only = outcome.match.accepted() && outcome.match.score == 0.0;
+  if (status == MatchStatus::kRejectedNoReference || status == MatchStatus::kRejectedTooFewPoints ||
+      is_prediction_only || predictions.predicted.covariance.isZero(0.0)) {
+    hypotheses_.leave_out();
+    return Verdict::kLeads;
+  }
+  const bool was_in_doubt = hypotheses_.is_in_doubt(options_.hypotheses);
+  const bool was_forked = hypotheses_.is_forked();
+  // What secondary lasers saw lies where odometry has it.
+  const MotionPrediction* by_velocity =
+      bundle_.secondary().empty() ? predictions.by_velocity : nullptr;
+  PoseHypotheses::Outcome weighed =
+      hypotheses_.follow({bundle_.all(), mapping_.compared(), key_scans_here(), recent_,
+                          predictions.seconds, predictions.predicted, by_velocity},
+                         outcome.match, options_.hypotheses);
+  outcome.evidence = weighed.evidence;
+  if (hypotheses_.is_forked() && !was_forked) {
+    mapping_.fork();
+  } else if (weighed.is_jump && was_in_doubt) {
+    // From one jump to the next nobody knows where it was.
+    mapping_.forget_since_fork();
+    hypotheses_.forget_key_scans();
+    weighed.key_scans.clear();
+  }
+  if (!outcome.match.accepted() && options_.hypotheses.enabled) {
+    constexpr double kKnown = 0.5;  // more than not
+    outcome.certainty =
+        weighed.evidence.known < kKnown ? Certainty::kNewGround : Certainty::kUnmatched;
+  }
+  if (weighed.verdict == Verdict::kOvertaken) {
+    follow(weighed, predictions.predicted, outcome);
+  }
+  if (!hypotheses_.is_forked()) {
+    mapping_.unfork();
+  }
+  return weighed.verdict;
+}
+
+/// The robot, and what it saw since the fork, is where another hypothesis has it.
+void SlamEngine::Parts::follow(const PoseHypotheses::Outcome& overtaken,
+                               MotionPrediction& predicted, ScanOutcome& outcome) {
+  const Pose2 new_from_old = overtaken.match.map_from_base * outcome.match.map_from_base.inverse();
+  outcome.corrected =
+      mapping_.move_since_fork(overtaken.key_scans, new_from_old, outcome.stamp, options_);
+  tracker_.change_frame(new_from_old);
+  tracker_.forget_motion();  // from where it was wrongly thought to be there is none
+  predicted.fixed_from_base = new_from_old * predicted.fixed_from_base;
+  outcome.predicted_map_from_base = predicted.fixed_from_base;
+  outcome.match = overtaken.match;
+  outcome.certainty = Certainty::kOvertaken;
+}
+
+void SlamEngine::Parts::remember(const ScanInput& input, const MotionPrediction& predicted,
+                                 const ScanOutcome& outcome) {
+  if (hypotheses_.is_in_doubt(options_.hypotheses) || outcome.certainty == Certainty::kOvertaken) {
+    tracker_.distrust_odometry();
+  } else if (outcome.match.accepted()) {
+    tracker_.learn(input, predicted, outcome.match);
+  }
+  tracker_.remember(input, predicted, outcome.map_from_base,
+                    outcome.inserted ? beside_drawn(outcome.covariance) : outcome.covariance,
+                    outcome.match.accepted() || outcome.inserted);
+}
+
+/// What may move the map waits until it is decided where the robot is.
+void SlamEngine::Parts::go_on_mapping(ScanOutcome& outcome) {
+  if (outcome.inserted) {
+    close_loops(outcome);
+  }
+  mapping_.catch_up(options_);
+  outcome.left_out += mapping_.insert_pending(options_);
+}
+
+void SlamEngine::Parts::close_loops(ScanOutcome& outcome) {
+  if (mapping_.is_lost() || !mapping_.closes_loops(options_)) {
+    return;
+  }
+  std::optional<MapCorrection> corrected = mapping_.close_loops(options_);
+  if (corrected) {
+    const Pose2 new_from_old = corrected->newest;
+    outcome.corrected = std::move(corrected);
+    tracker_.change_frame(new_from_old);
+    outcome.map_from_base = new_from_old * outcome.map_from_base;
+    outcome.predicted_map_from_base = new_from_old * outcome.predicted_map_from_base;
+  }
+}
+
+std::optional<MapCorrection> SlamEngine::Parts::finish_loops() {
+  std::optional<MapCorrection> correction = mapping_.finish_loops();
+  mapping_.catch_up(options_);
+  if (correction) {
+    tracker_.change_frame(correction->newest);
+  }
+  return correction;
+}
+
+TrackingState SlamEngine::Parts::state() const {
+  if (mapping_.is_lost()) {
+    return TrackingState::kLost;
+  }
+  if (hypotheses_.is_in_doubt(options_.hypotheses)) {
+    return TrackingState::kDoubt;
+  }
+  return mapping_.has_pending(options_) ? TrackingState::kRecovered : TrackingState::kTracking;
+}
+
+// --- where the robot is ---
+
+std::vector<WeightedPose> SlamEngine::Parts::likely_poses() const {
+  const Pose2& here = tracker_.state().fixed_from_base;
+  std::vector<WeightedPose> poses;
+  double sum = 0.0;
+  if (mapping_.is_lost()) {
+    for (const PlaceHypothesis& place : relocalizer_.search().hypotheses) {
+      if (place.part == 0) {
+        poses.push_back({place.part_from_apart * here, static_cast<double>(place.confirmations)});
+      }
+    }
+    sum = options_.recovery.far_confirmations;  // as many as it takes to be sure
+  } else {
+    const PoseHypotheses::State& state = hypotheses_.state();
+    poses.push_back({here, 1.0});
+    for (const PoseHypotheses::Hypothesis& other : state.others) {
+      poses.push_back({other.map_from_base, std::exp(other.log_odds)});
+    }
+    sum = std::exp(state.elsewhere);
+  }
+  for (const WeightedPose& pose : poses) {
+    sum += pose.weight;
+  }
+  for (WeightedPose& pose : poses) {
+    pose.weight /= sum;
+  }
+  const auto first_other = poses.begin() + (mapping_.is_lost() || poses.empty() ? 0 : 1);
+  std::stable_sort(first_other, poses.end(), [](const WeightedPose& a, const WeightedPose& b) {
+    return a.weight > b.weight;
+  });
+  return poses;
+}
+
+void SlamEngine::Parts::believe() {
+  hypotheses_.believe();
+  mapping_.unfork();
+}
+
+bool SlamEngine::Parts::map_apart(double stamp) {
+  constexpr double kDrawn = 0.003;  // [s] a key scan; what is searched is drawn meanwhile
+  believe();
+  // Nor is it known how it moves: the next two matches will tell.
+  tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
+  const Mapping::BegunApart begun = mapping_.begin_apart(stamp, options_);
+  // Where another part had just begun, the drawing that was for that one is still under way.
+  const double since = begun.is_drawn_beside
+                           ? stamp + kDrawn * static_cast<double>(key_scans().size())
+                           : relocalizer_.search().stamp;
+  relocalizer_.begin(mapping_.parts(), since);
+  hypotheses_.begin_lost();
+  return begun.gave_up_part;
+}
+
+/// What is searched for the robot meanwhile goes on.
+void SlamEngine::Parts::begin_component_anew(double stamp) {
+  mapping_.unfork();
+  tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
+  mapping_.begin_apart(stamp, options_);
+  hypotheses_.begin_lost();
+}
+
+void SlamEngine::Parts::search_for_map(const SearchStep& step, ScanOutcome& outcome) {
+  if (!relocalizer_.has_begun(outcome.stamp)) {
+    return;
+  }
+  static_cast<void>(map());
+  const std::optional<PlaceHypothesis> found =
+      relocalizer_.find(bundle_.all(), outcome.map_from_base, step, mapping_.parts(), options_);
+  if (!found) {
+    return;
+  }
+  const double begin = mapping_.parts().here().begin;
+  join(*found);
+  outcome.joined = ScanOutcome::Joined{begin, found->part_from_apart};
+  outcome.map_from_base = tracker_.state().fixed_from_base;
+  outcome.predicted_map_from_base = found->part_from_apart * outcome.predicted_map_from_base;
+  // How well the place was confirmed: [m], [rad]. Guesses; half or double changes no byte of six
+  // drives with faults (benchmark/reports/current/CONSTANTS.md).
+  constexpr double kXy = 0.1;
+  constexpr double kTheta = 0.05;
+  outcome.covariance = tracker_.state().covariance + covariance_of(kXy, kTheta);
+}
+
+/// Puts what was mapped apart where it belongs, a few key scans with each of the next scans.
+void SlamEngine::Parts::join(const PlaceHypothesis& found) {
+  tracker_.change_frame(found.part_from_apart);
+  mapping_.join(found.part, found.part_from_apart, options_);
+  believe();
+  relocalizer_.begin(mapping_.parts());
+}
+
+void SlamEngine::Parts::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
+  tracker_.set_pose(map_from_base, covariance);
+  mapping_.go_to_map(options_);
+  believe();
+  relocalizer_.begin(mapping_.parts());
+}
+
+// --- options, and going on from elsewhere ---
+
+void SlamEngine::Parts::set_options(const EngineOptions& options) {
+  check_map(mapping_.parts().map().map, options);
+  options_ = options;
+  tracker_.set_options(options.motion);
+  if (!options.hypotheses.enabled) {
+    believe();
+  }
+  mapping_.set_options(options);
+}
+
+void SlamEngine::Parts::start_from(EngineState start) {
+  check_maps(start, options_);
+  LocalizationState& localization = start.localization;
+  std::vector<MapPart> parts{
+      {std::move(start.map), std::move(start.key_scans), std::move(start.last_inserted), 0.0}};
+  std::move(localization.apart.begin(), localization.apart.end(), std::back_inserter(parts));
+  for (MapPart& part : parts) {
+    count_reflections(part, start.is_of_key_scans);
+  }
+  const std::size_t drawn = parts.front().key_scans.size();
+  mapping_ = Mapping(MapParts(std::move(parts), localization.here, std::move(localization.pending)),
+                     LoopCloser(std::move(start.loops)),
+                     {std::move(start.local_map), start.is_moved, drawn}, start.is_continued,
+                     start.is_of_key_scans, options_);
+  hypotheses_ = PoseHypotheses(std::move(localization.hypotheses));
+  if (const auto& fork = hypotheses_.state().fork) {
+    mapping_.fork_as_of({fork->key_scans, std::move(localization.inserted_before_fork)}, options_);
+  }
+  relocalizer_ = Relocalizer(std::move(localization.search), mapping_.parts());
+  tracker_.set_state(start.motion);
+  scan_count_ = start.scan_count;
+  secondary_lasers_ = std::move(start.secondary_lasers);
+}
+
+EngineState SlamEngine::Parts::snapshot() {
+  static_cast<void>(drawn_map());
+  const MapParts& parts = mapping_.parts();
+  const std::optional<ForkStart> fork = mapping_.fork_start();
+  return {parts.map().map,
+          parts.map().key_scans,
+          tracker_.state(),
+          parts.map().last_inserted,
+          scan_count_,
+          {hypotheses_.state(),
+           fork ? fork->last_inserted : std::map<int, Pose2>{},
+           parts.waiting(),
+           {parts.all().begin() + 1, parts.all().end()},
+           parts.here_number(),
+           relocalizer_.search()},
+          mapping_.loops().state(),
+          mapping_.renderer().local_map(),
+          mapping_.renderer().is_moved(),
+          mapping_.is_continued(),
+          mapping_.is_of_key_scans(),
+          secondary_lasers_};
+}
+
+}  // namespace matchbox_slam
