@@ -221,6 +221,10 @@ void LoopCloser::begin_again(const KeyScans& keys, LocalMapRequest near,
   if (!pending_ || work_ != nullptr) {
     return;
   }
+  if (pending_->newest >= keys.size()) {
+    pending_.reset();  // of a map that is gone on with without its key scans
+    return;
+  }
   const auto nodes = static_cast<std::ptrdiff_t>(pending_->newest + 1);
   const auto edges = static_cast<std::ptrdiff_t>(pending_->edges);
   LoopSearch then{{keys.all().begin(), keys.all().begin() + nodes},
