@@ -55,7 +55,8 @@ class Localising : public testing::Test {
     ASSERT_TRUE(listener_.wait_until(
         [&] {
           return scans_.getNumSubscribers() > 0 && transforms_.getNumSubscribers() > 0 &&
-                 likely_subscriber_.getNumPublishers() > 0;
+                 likely_subscriber_.getNumPublishers() > 0 &&
+                 particles_subscriber_.getNumPublishers() > 0;
         },
         30.0));
   }
@@ -147,7 +148,8 @@ TEST_F(Localising, FindsItselfWithoutAWordAndSaysWhatItDoesNotKnow) {
   ASSERT_EQ(listener_.matches.front().state, "lost");
   EXPECT_GT(listener_.poses.front().pose.covariance[0], 25.0) << "it may be anywhere";
   EXPECT_GT(listener_.poses.front().pose.covariance[35], 9.0);
-  ASSERT_EQ(likely_.size(), particles_.size());
+  ASSERT_TRUE(listener_.wait_until([&] { return likely_.size() == particles_.size(); }, 10.0))
+      << likely_.size() << " and " << particles_.size() << ", that come one after the other";
   EXPECT_GT(likely_.front().elsewhere, 0.5);
   bool competed = false;
   for (std::size_t i = 0; i + 1 < likely_.size(); ++i) {
