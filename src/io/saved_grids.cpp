@@ -8,6 +8,8 @@ namespace matchbox_slam {
 namespace {
 
 constexpr double kMostReachCells = 120.0;  // as LikelihoodField allows
+/// Before, maps did not keep from which side a wall was seen: then both look alike.
+constexpr int kSidesVersion = 14;
 
 template <typename Visit>
 void visit_known(const OccupancyGrid& grid, const Visit& visit) {
@@ -28,6 +30,10 @@ void transfer_wall(Archive& archive, Surface& surface) {
        {&surface.offset_x, &surface.offset_y, &surface.mean_double_angle_x,
         &surface.mean_double_angle_y, &surface.double_angle_x, &surface.double_angle_y}) {
     archive.integer(*value);
+  }
+  if (archive.version() >= kSidesVersion) {
+    archive.integer(surface.facing_x);
+    archive.integer(surface.facing_y);
   }
 }
 
@@ -75,7 +81,7 @@ SlamMap read_grids(MapReader& reader) {
     map.occupancy.restore(cell, stored);
   }
   std::vector<std::pair<Cell, LikelihoodField::StoredSurface>> walls;
-  reader.size(walls, 22, kAnyCount, "walls");
+  reader.size(walls, reader.version() >= kSidesVersion ? 24 : 22, kAnyCount, "walls");
   for (auto& [wall, surface] : walls) {
     reader.cell(wall);
     transfer_wall(reader, surface);

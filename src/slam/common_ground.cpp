@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -18,7 +19,7 @@ constexpr std::size_t kBeams = 180;
 
 class Ground {
  public:
-  explicit Ground(const SlamMap& map) : reflection_(map.reflection) {}
+  explicit Ground(const SlamMap& map) : reflection_(map.reflection), field_(map.field) {}
 
   /// Whether anything is known about a cell from where poses and ranges, which are a little off,
   /// may have a point.
@@ -34,16 +35,22 @@ class Ground {
     return false;
   }
 
-  /// Whether a beam would end on the back of a wall that was seen from its other side alone: on
-  /// known ground that it comes to from unknown ground.
-  [[nodiscard]] bool is_back(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
-    constexpr double kBefore = 0.1;  // [m], less than most walls are thick
-    const Eigen::Vector2d before = to - kBefore * (to - from).normalized();
-    return is_known(to) && !is_known(before);
+  /// Whether a hit lies on a wall that was seen from its other side alone. One without normal, as
+  /// of few beams: on known ground that its beam comes to from unknown ground.
+  [[nodiscard]] bool is_back(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                             const Eigen::Vector2d& normal) const {
+    if (normal.isZero()) {
+      constexpr double kBefore = 0.1;  // [m], less than most walls are thick
+      return is_known(to) && !is_known(to - kBefore * (to - from).normalized());
+    }
+    Surface surface;
+    return field_.nearest_surface(field_.geometry().cell_at(to), surface) &&
+           is_other_side(surface, normal);
   }
 
  private:
   const ReflectionGrid& reflection_;
+  const LikelihoodField& field_;
 };
 
 /// Of two poses that have a scan on ground known differently.
@@ -55,11 +62,13 @@ class Comparison {
     way_ = between.norm() > 1e-6 ? between.normalized() : Eigen::Vector2d::Zero();
   }
 
-  /// Whether the point lies on unknown ground by the other pose, on a wall along the way between
-  /// both, which cannot tell them apart but by where it is known.
+  /// Whether the point lies on the other side of a wall, of which nothing is known, or on unknown
+  /// ground by the other pose, on a wall along the way between both, which cannot tell them apart
+  /// but by where it is known.
   [[nodiscard]] bool tells_nothing(const ScanPoint& point) const {
-    return !ground_.is_known(other_ * point.position) &&
-           (!is_facing(point) || ground_.is_back(match_ * point.origin, match_ * point.position));
+    return ground_.is_back(match_ * point.origin, match_ * point.position,
+                           match_.turned(point.normal)) ||
+           (!ground_.is_known(other_ * point.position) && !is_facing(point));
   }
 
   /// Whether it is known by the match alone.
@@ -120,9 +129,19 @@ bool is_same(const Pose2& a, const Pose2& b) {
   return apart.head<2>().norm() < kDistance && std::abs(apart.z()) < kAngle;
 }
 
+/// Log density of the prior at a pose, against that of its mean. What earlier matches taught holds
+/// but for the unexpected, for which the wide prior of the search holds.
 double prior_log_odds(const MatchProblem& problem, const Pose2& pose) {
+  // As hypotheses/unexpected. From 2 to 10 no recording changes.
+  constexpr double kUnexpected = 5.0;
   const Eigen::Vector3d off = difference(pose, problem.predicted_map_from_base);
-  return -0.5 * prior_penalty(off.dot(prior_information(problem.searched_covariance()) * off));
+  const auto square = [&off](const Eigen::Matrix3d& covariance) {
+    return off.dot(prior_information(covariance) * off);
+  };
+  const double expected = -0.5 * square(problem.prior_covariance);
+  const double unexpected =
+      -kUnexpected - 0.5 * prior_penalty(square(problem.searched_covariance()));
+  return std::max(expected, unexpected);
 }
 
 }  // namespace

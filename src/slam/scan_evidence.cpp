@@ -95,6 +95,7 @@ double of_end_near(const Cell& end, const CellEvidence& cells, CountReader& coun
 struct BeamSays {
   double log_odds = 0.0;
   bool tells_of_walls = false;
+  bool ends_on_known = false;
 };
 
 /// Walks along beams, from wall to wall as far as the distances of the field tell: what lies
@@ -110,7 +111,7 @@ class BeamEvidence {
 
   /// @param clearance  see clearance_of
   [[nodiscard]] BeamSays of(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
-                            double clearance) {
+                            const Eigen::Vector2d& normal, double clearance) {
     const double range = (to - from).norm();
     const Eigen::Vector2d direction = (to - from) / range;
     double free = 0.0;
@@ -124,9 +125,14 @@ class BeamEvidence {
       through += std::min(0.0, here);
       at += step;
     }
-    const double end = of_end_near(geometry_.cell_at(to), cells_, counts_);
+    double end = of_end_near(geometry_.cell_at(to), cells_, counts_);
+    bool ends_on_known = is_known(to);
+    if (end > 0.0 && shows_other_side(geometry_.cell_at(to), normal)) {
+      end = 0.0;
+      ends_on_known = false;
+    }
     return {std::clamp(std::min(free, kMostOfPassage) + through + end, -kMostOfBeam, kMostOfBeam),
-            end > 0.0 || through < -kThroughWall};
+            end > 0.0 || through < -kThroughWall, ends_on_known};
   }
 
   [[nodiscard]] bool is_known(const Eigen::Vector2d& place) {
@@ -134,6 +140,12 @@ class BeamEvidence {
   }
 
  private:
+  /// Of a wall, of which nothing is known.
+  [[nodiscard]] bool shows_other_side(const Cell& end, const Eigen::Vector2d& normal) const {
+    Surface surface;
+    return field_.nearest_surface(end, surface) && is_other_side(surface, normal);
+  }
+
   const LikelihoodField& field_;
   GridGeometry geometry_;
   double metres_;  ///< a step of the field's distances
@@ -141,37 +153,67 @@ class BeamEvidence {
   CountReader counts_;
 };
 
+/// Beams of a scan that say something, spread evenly, and the length of wall that each stands for
+/// [m]: to the middle of the way to its neighbours, up to what makes a witness.
+class EvenBeams {
+ public:
+  EvenBeams(const PointScan& scan, const Transform2& to_map) {
+    const std::size_t stride = (scan.points.size() + kBeams - 1) / kBeams;
+    for (std::size_t i = stride / 2; i < scan.points.size(); i += stride) {
+      const ScanPoint& point = scan.points[i];
+      const double range = (to_map * point.position - to_map * point.origin).norm();
+      if (point.weight > 0.0 && range < kFarthestPoint) {
+        beams_[count_++] = &point;
+      }
+    }
+  }
+
+  [[nodiscard]] std::size_t size() const { return count_; }
+  [[nodiscard]] const ScanPoint& operator[](std::size_t i) const { return *beams_[i]; }
+  [[nodiscard]] double length(std::size_t i) const {
+    constexpr double kLeast = 1e-3;
+    return std::max(kLeast, 0.5 * (gap_after(i) + (i > 0 ? gap_after(i - 1) : 0.0)));
+  }
+
+ private:
+  [[nodiscard]] double gap_after(std::size_t i) const {
+    return i + 1 < count_
+               ? std::min(kWallOfWitness, (beams_[i + 1]->position - beams_[i]->position).norm())
+               : 0.0;
+  }
+
+  std::array<const ScanPoint*, kBeams> beams_{};
+  std::size_t count_ = 0;
+};
+
 }  // namespace
 
 ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base, const SlamMap& map) {
   static const CellEvidence kCells;
   const Transform2 to_map(map_from_base);
-  const std::size_t stride = (scan.points.size() + kBeams - 1) / kBeams;
-  BeamEvidence beam(map, kCells);
+  const EvenBeams beams(scan, to_map);
+  BeamEvidence evidence(map, kCells);
+  double log_odds = 0.0;
+  double all = 0.0;  // of weights
   double sum = 0.0;
-  double weight = 0.0;
   double known = 0.0;
   double telling = 0.0;
   double telling_sum = 0.0;
-  for (std::size_t i = stride / 2; i < scan.points.size(); i += stride) {
-    const ScanPoint& point = scan.points[i];
-    const Eigen::Vector2d from = to_map * point.origin;
-    const Eigen::Vector2d to = to_map * point.position;
-    if (!(point.weight > 0.0) || !((to - from).norm() < kFarthestPoint)) {
-      continue;
-    }
-    weight += point.weight;
-    const BeamSays says = beam.of(from, to, clearance_of(point));
+  for (std::size_t i = 0; i < beams.size(); ++i) {
+    const ScanPoint& point = beams[i];
+    const BeamSays says = evidence.of(to_map * point.origin, to_map * point.position,
+                                      to_map.turned(point.normal), clearance_of(point));
+    log_odds += beams.length(i) / kWallOfWitness * says.log_odds;
+    all += point.weight;
     sum += point.weight * says.log_odds;
     telling += says.tells_of_walls ? point.weight : 0.0;
     telling_sum += says.tells_of_walls ? point.weight * says.log_odds : 0.0;
-    known += beam.is_known(to) ? point.weight : 0.0;
+    known += says.ends_on_known ? point.weight : 0.0;
   }
-  if (!(weight > 0.0)) {
+  if (!(all > 0.0)) {
     return {};
   }
-  const double witnesses = weight * static_cast<double>(stride) / kWallOfWitness;
-  return {witnesses * sum / weight, sum / weight, known / weight, telling / weight,
+  return {log_odds, sum / all, known / all, telling / all,
           telling > 0.0 ? telling_sum / telling : 0.0};
 }
 

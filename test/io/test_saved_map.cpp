@@ -215,7 +215,7 @@ TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
   EXPECT_EQ(points->points[3].position.x(), -0.73786027155316258);
   EXPECT_EQ(points->stamp, 1.1);
   write(to_saved_map(start));
-  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 13";
+  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 14";
 }
 
 /// Written before lasers could be tilted, after ten scans of twelve beams.
@@ -280,6 +280,9 @@ constexpr std::size_t kLocalizationBytes = (1 + 1 + 1 + 1 + 1 + 1 + 1 + 72) * 8 
 /// What versions up to 11 had of doubts, and what there is instead.
 constexpr std::size_t kDoubtBytes = (1 + 1 + 1 + 3 + 1 + 1 + 1) * 8 + 3 * 4 + 2;
 constexpr std::size_t kHypothesesBytes = 1 + 8;
+/// From the version's number on to the side of the only wall, and of that, since version 14.
+constexpr std::size_t kBeforeFacingBytes = 3 + 3 * 8 + 8 + 2 * 10 + 8 + 22;
+constexpr std::size_t kFacingBytes = 2;
 /// Before these, since version 13.
 constexpr std::size_t kProfileBytes = 72 * 8;
 constexpr std::size_t kLoopBytes = (1 + 1 + 1 + 1 + 1) * 8 + 5;
@@ -306,7 +309,7 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   map.occupancy.restore({1, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
   std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 13\n").size() + 4 * 8;
+  const std::size_t first_cell = std::string("matchbox_slam map, version 14\n").size() + 4 * 8;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
@@ -319,6 +322,13 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
 TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
+  bytes.erase(head.size() + kBeforeFacingBytes, kFacingBytes);
+  bytes.replace(head.size(), 2, "13");
+  write(compress(bytes));
+  Surface surface;
+  ASSERT_TRUE(read_saved_map(path_).map.field.nearest_surface({0, 0}, surface));
+  EXPECT_TRUE(surface.facing.isZero()) << "both sides look alike";
+  EXPECT_GT(surface.double_angle.norm(), 0.9);
   const std::size_t hypotheses = bytes.size() - kAfterHypothesesBytes - kHypothesesBytes;
   bytes.erase(hypotheses - kProfileBytes, kProfileBytes);
   bytes.replace(head.size(), 2, "12");
@@ -358,9 +368,9 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
 TEST_F(SavedMap, AMapOfANewerVersionIsNotDamaged) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  bytes.replace(head.size(), 2, "14");
+  bytes.replace(head.size(), 2, "15");
   write(compress(bytes));
-  EXPECT_TRUE(contains(error(), "is a saved map of version 14; this program reads 1 to 13: "));
+  EXPECT_TRUE(contains(error(), "is a saved map of version 15; this program reads 1 to 14: "));
   EXPECT_THROW(
       {
         try {
@@ -399,7 +409,7 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t head = std::string("matchbox_slam map, version 13\n").size();
+  const std::size_t head = std::string("matchbox_slam map, version 14\n").size();
   const auto error_with = [&](double number, std::size_t at) {
     std::string sound(bytes, at, sizeof number);
     std::memcpy(bytes.data() + at, &number, sizeof number);

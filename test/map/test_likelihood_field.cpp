@@ -257,6 +257,29 @@ TEST(LikelihoodField, ANormalAndItsOppositeAreTheSameWall) {
   EXPECT_LT((surface.double_angle - Eigen::Vector2d(std::cos(0.8), std::sin(0.8))).norm(), 1e-3);
 }
 
+TEST(LikelihoodField, AWallKnowsWhichSideOfItWasSeen) {
+  const Eigen::Vector2d normal(std::cos(0.4), std::sin(0.4));
+  LikelihoodField field(kResolution, tidy_options());
+  const auto surface_after = [&](const Eigen::Vector2d& of_hit) {
+    for (int i = 0; i < 20; ++i) {
+      field.update({{{0.02, 0.02}, of_hit}}, {});
+    }
+    Surface surface;
+    EXPECT_TRUE(field.nearest_surface({0, 0}, surface));
+    return surface;
+  };
+  const Surface one_side = surface_after(normal);
+  EXPECT_LT((one_side.facing - normal).norm(), 0.02);
+  EXPECT_FALSE(is_other_side(one_side, normal));
+  EXPECT_FALSE(is_other_side(one_side, Eigen::Vector2d(-normal.y(), normal.x()))) << "its end";
+  EXPECT_TRUE(is_other_side(one_side, -normal));
+  EXPECT_FALSE(is_other_side(one_side, Eigen::Vector2d::Zero())) << "a hit of unknown normal";
+  const Surface both_sides = surface_after(-normal);  // of a wall as thin as a cell
+  EXPECT_LT(both_sides.facing.norm(), 0.02);
+  EXPECT_FALSE(is_other_side(both_sides, normal));
+  EXPECT_FALSE(is_other_side(both_sides, -normal));
+}
+
 TEST(LikelihoodField, HitsThatDisagreeTellNoDirection) {
   LikelihoodField field(kResolution, tidy_options());
   field.update({{{0.02, 0.02}, {1.0, 0.0}}, {{0.03, 0.03}, {0.0, 1.0}}}, {});

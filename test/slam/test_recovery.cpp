@@ -152,7 +152,7 @@ TEST(Recovery, ACorridorDoesNotHoldARobotThatDrives) {
   options.drive.speed = 0.5;
   options.time.duration = 60.0;
   const Drive driven = drive(simulate_in("campus", options, 150), kOlson);
-  EXPECT_LT(driven.worst_error, 0.11);  // [m], 0.077; 0.66 where it is held, 2.9 after four minutes
+  EXPECT_LT(driven.worst_error, 0.11);  // [m], 0.100; 0.66 where it is held, 2.9 after four minutes
 }
 
 /// At 8 m/s: one scan on the way fits somewhere, with half of the usual score.
@@ -391,9 +391,7 @@ TEST(Recovery, AScanThatNothingConfirmedDoesNotBeginAMap) {
   const Drive carried = drive(drive_with("kidnap:random:2:2", 2133, 1040), kOlson);
   EXPECT_EQ(carried.last.state, TrackingState::kTracking);
   EXPECT_LT(carried.end_error, 0.005);
-  // One key scan is 1.1 m off: it is lost while it is carried on, and what it saw last on the way
-  // begins the map apart. 0.01 when it took longer to count as lost, 4.4 if its first scan stays.
-  EXPECT_LT(carried.worst_key_scan, 1.2);
+  EXPECT_LT(carried.worst_key_scan, 0.01);  // 1.1 where walls are taken for their other side
 }
 
 /// It is carried on at 8 m/s when it counts as lost, so that what it maps apart first is torn.

@@ -31,8 +31,18 @@ struct Surface {
   /// (cos 2a, sin 2a) of the direction a of the wall's normal, so that a normal and its opposite
   /// are the same. Its length is 1 when the hits agree on a line and 0 when they tell no direction.
   Eigen::Vector2d double_angle;
+  /// Mean of the normals themselves: towards where the wall was seen from, 1 long where all saw the
+  /// same side, and 0 where its two sides fall into one cell.
+  Eigen::Vector2d facing;
   int hits;  ///< that the average was taken over, at most 64
 };
+
+/// Whether a hit with this normal, in the same frame, shows the other side of a wall, which lies
+/// the wall's thickness behind. A hit without normal shows no side.
+[[nodiscard]] inline bool is_other_side(const Surface& surface, const Eigen::Vector2d& normal) {
+  constexpr double kOpposite = -0.5;
+  return surface.facing.dot(normal) < kOpposite;
+}
 
 /// A hit in the map frame, to be taken into the field.
 struct SurfaceHit {
@@ -113,6 +123,8 @@ class LikelihoodField {
     std::int16_t mean_double_angle_y = 0;
     std::int16_t double_angle_x = 0;  ///< as in Surface
     std::int16_t double_angle_y = 0;
+    std::int8_t facing_x = 0;  ///< as in Surface, in parts of 127
+    std::int8_t facing_y = 0;
   };
 
   /// The surface of a cell that has one; unchecked.

@@ -16,7 +16,7 @@ struct MonteCarloOptions {
   int search_points = 150;
   double slope_share = 0.7;
   double prior_weight = 0.03;
-  double min_score = 0.25;
+  double min_score = 0.15;
   int covariance_samples = 32;
   RefinementOptions refinement;
 

@@ -21,7 +21,7 @@ struct OlsonOptions {
   std::string weighting = "walls";
   double point_spacing = 0.025;
   double prior_weight = 0.03;
-  double min_score = 0.25;
+  double min_score = 0.15;
   double search_floor = 0.0;
   double rival_distance = 0.3;
   double least_rival = 0.8;
