@@ -65,7 +65,8 @@ class ReflectionGrid {
  private:
   class Tally;
 
-  void take(const Cell& tile, const Tile& seen);
+  /// Takes what a scan saw of a tile, which is blank then.
+  void take(const Cell& tile, Tile& seen);
 
   GridGeometry geometry_;
   Tiles tiles_;
