@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/simd.hpp"
+#include "map/scan_drawing.hpp"
 #include "map/scan_surfaces.hpp"
 #include "matchbox_slam/geometry/transform2.hpp"
 
@@ -378,15 +379,12 @@ InsertionMemory::Parts& InsertionMemory::parts() {
 
 namespace {
 
+/// Draws all but the field and the reflections.
 InsertionMemory::Parts& draw(const PointScan& scan, const Pose2& map_from_base,
                              const MapOptions& options, SlamMap& map) {
+  draw_occupancy(scan, map_from_base, options, map.insertion, map.occupancy);
   InsertionMemory::Parts& parts = map.insertion.parts();
   std::vector<SurfaceHit>& hits = parts.hits;
-  hits.clear();
-  add_surfaces_between_hits(scan, map_from_base, options.resolution, hits);
-  observe(scan, hits, map_from_base, options, parts.hole, parts.observations);
-  blend(parts.observations, options, map.occupancy, parts.cleared);
-  map.reflection.count(scan, map_from_base);
   add_surfaces_at_hits(scan, map_from_base, hits);
   const auto is_free = [&](const SurfaceHit& hit) {
     return map.occupancy.occupancy(map.occupancy.geometry().cell_at(hit.position)) <
@@ -422,14 +420,30 @@ bool has_room(const PointScan& scan, const Pose2& map_from_base, const MapOption
   return box.isEmpty() || sides.x() * sides.y() <= options.max_cells * cell_area;
 }
 
+void draw_occupancy(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
+                    InsertionMemory& memory, OccupancyGrid& occupancy) {
+  InsertionMemory::Parts& parts = memory.parts();
+  parts.hits.clear();
+  add_surfaces_between_hits(scan, map_from_base, options.resolution, parts.hits);
+  observe(scan, parts.hits, map_from_base, options, parts.hole, parts.observations);
+  blend(parts.observations, options, occupancy, parts.cleared);
+}
+
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                  SlamMap& map) {
   const InsertionMemory::Parts& change = draw(scan, map_from_base, options, map);
+  map.reflection.count(scan, map_from_base);
   map.field.update(change.hits, change.cleared);
 }
 
 void insert_unrendered(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                        SlamMap& map) {
+  insert_uncounted(scan, map_from_base, options, map);
+  map.reflection.count(scan, map_from_base);
+}
+
+void insert_uncounted(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
+                      SlamMap& map) {
   const InsertionMemory::Parts& change = draw(scan, map_from_base, options, map);
   map.field.take(change.hits, change.cleared);
 }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "matching/rendered_map.hpp"
+#include "map/scan_drawing.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -14,6 +14,17 @@ GroundShares shares_of_all(const PlacedScans& keys, const SlamMap& map) {
     append(*key.scan->points(), key.map_from_base, all);
   }
   return ground_shares(all, {}, map);
+}
+
+/// The walls and the ground that key scans saw.
+SlamMap ground_of(const PlacedScans& keys) {
+  const MapOptions options;
+  SlamMap map(options, {});
+  for (const PlacedScan& key : keys) {
+    insert_uncounted(*key.scan->points(), key.map_from_base, options, map);
+  }
+  map.field.render();
+  return map;
 }
 
 }  // namespace
@@ -43,8 +54,8 @@ GroundShares ground_shares(const PointScan& scan, const Pose2& map_from_base, co
 }
 
 double mutual_fit(const PlacedScans& here, const PlacedScans& there, double score) {
-  const GroundShares on_there = shares_of_all(here, rendered(there, {}, {}));
-  const GroundShares on_here = shares_of_all(there, rendered(here, {}, {}));
+  const GroundShares on_there = shares_of_all(here, ground_of(there));
+  const GroundShares on_here = shares_of_all(there, ground_of(here));
   const double on_ground = on_there.mapped > 0.0 ? std::min(1.0, score / on_there.mapped) : 0.0;
   return on_ground - on_there.off_walls - on_here.off_walls;
 }

@@ -2,6 +2,8 @@
 
 #include <set>
 
+#include "map/scan_drawing.hpp"
+
 namespace matchbox_slam {
 
 OccupancyGrid shown_occupancy(const SlamMap& map, const PlacedScans& keys,
@@ -12,11 +14,12 @@ OccupancyGrid shown_occupancy(const SlamMap& map, const PlacedScans& keys,
       return map.occupancy;
     }
   }
-  SlamMap twice = map;
+  OccupancyGrid twice = map.occupancy;
+  InsertionMemory memory;
   for (const PlacedScan& key : keys) {
-    insert_unrendered(*key.scan->points(), key.map_from_base, options, twice);
+    draw_occupancy(*key.scan->points(), key.map_from_base, options, memory, twice);
   }
-  return twice.occupancy;
+  return twice;
 }
 
 }  // namespace matchbox_slam
