@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 #include "matchbox_slam/geometry/transform2.hpp"
 
@@ -59,33 +60,53 @@ class CellEvidence {
 };
 
 /// Reads cells one after the other, of which most lie in the tile of the one before.
-class CountReader {
+class GroundReader {
  public:
-  explicit CountReader(const ReflectionGrid& grid) : tiles_(grid.tiles()) {}
+  explicit GroundReader(const SlamMap& map) : reflection_(map.reflection), field_(map.field) {
+    enter(inside_);
+  }
 
-  [[nodiscard]] Counts at(const Cell& cell) {
-    const Cell tile = ReflectionGrid::Tiles::tile_of(cell);
-    if (!is_begun_ || tile != position_) {
-      is_begun_ = true;
-      position_ = tile;
-      tile_ = tiles_.find(tile);
-    }
-    return tile_ == nullptr ? Counts{} : (*tile_)[ReflectionGrid::Tiles::index_in_tile(cell)];
+  [[nodiscard]] Counts counts(const Cell& cell) {
+    go_to(cell);
+    return counts_ == nullptr ? Counts{} : (*counts_)[Tiles::index_in_tile(cell)];
+  }
+
+  /// As of the field.
+  [[nodiscard]] std::uint8_t distance(const Cell& cell) {
+    go_to(cell);
+    return distances_ == nullptr ? LikelihoodField::kFar
+                                 : distances_->distance[Tiles::index_in_tile(cell)];
   }
 
  private:
-  const ReflectionGrid::Tiles& tiles_;
-  const ReflectionGrid::Tile* tile_ = nullptr;
-  Cell position_;
-  bool is_begun_ = false;
+  using Tiles = ReflectionGrid::Tiles;
+  static_assert(LikelihoodField::Tiles::kTileBits == Tiles::kTileBits);
+
+  void go_to(const Cell& cell) {
+    if (((cell.x ^ inside_.x) | (cell.y ^ inside_.y)) >> Tiles::kTileBits != 0) {
+      enter(cell);
+    }
+  }
+
+  void enter(const Cell& cell) {
+    inside_ = cell;
+    counts_ = reflection_.tiles().find(Tiles::tile_of(cell));
+    distances_ = field_.tiles().find(Tiles::tile_of(cell));
+  }
+
+  const ReflectionGrid& reflection_;
+  const LikelihoodField& field_;
+  Cell inside_;  ///< a cell of the tiles
+  const ReflectionGrid::Tile* counts_ = nullptr;
+  const LikelihoodField::Tile* distances_ = nullptr;
 };
 
 /// The best end near a cell, since poses and ranges are a little off.
-double of_end_near(const Cell& end, const CellEvidence& cells, CountReader& counts) {
+double of_end_near(const Cell& end, const CellEvidence& cells, GroundReader& ground) {
   double best = -kMostOfBeam;
   for (int y = -1; y <= 1; ++y) {
     for (int x = -1; x <= 1; ++x) {
-      best = std::max(best, cells.of_end(counts.at({end.x + x, end.y + y})));
+      best = std::max(best, cells.of_end(ground.counts({end.x + x, end.y + y})));
     }
   }
   return best;
@@ -107,7 +128,7 @@ class BeamEvidence {
         geometry_(map.field.geometry()),
         metres_(map.field.options().reach / LikelihoodField::kFar),
         cells_(cells),
-        counts_(map.reflection) {}
+        ground_(map) {}
 
   /// @param clearance  see clearance_of
   [[nodiscard]] BeamSays of(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
@@ -118,25 +139,22 @@ class BeamEvidence {
     double through = 0.0;  // walls
     for (double at = 0.0; at < range - clearance && through > -2.0 * kMostOfBeam;) {
       const Cell cell = geometry_.cell_at(from + at * direction);
-      const double step = std::max(metres_ * field_.distance(cell) - geometry_.resolution(),
+      const double step = std::max(metres_ * ground_.distance(cell) - geometry_.resolution(),
                                    geometry_.resolution());
-      const double here = cells_.of_passage(counts_.at(cell));
+      const double here = cells_.of_passage(ground_.counts(cell));
       free += std::max(0.0, here) * step / geometry_.resolution();
       through += std::min(0.0, here);
       at += step;
     }
-    double end = of_end_near(geometry_.cell_at(to), cells_, counts_);
-    bool ends_on_known = is_known(to);
-    if (end > 0.0 && shows_other_side(geometry_.cell_at(to), normal)) {
+    const Cell last = geometry_.cell_at(to);
+    double end = of_end_near(last, cells_, ground_);
+    bool ends_on_known = ground_.counts(last).is_known();
+    if (end > 0.0 && shows_other_side(last, normal)) {
       end = 0.0;
       ends_on_known = false;
     }
     return {std::clamp(std::min(free, kMostOfPassage) + through + end, -kMostOfBeam, kMostOfBeam),
             end > 0.0 || through < -kThroughWall, ends_on_known};
-  }
-
-  [[nodiscard]] bool is_known(const Eigen::Vector2d& place) {
-    return counts_.at(geometry_.cell_at(place)).is_known();
   }
 
  private:
@@ -150,7 +168,7 @@ class BeamEvidence {
   GridGeometry geometry_;
   double metres_;  ///< a step of the field's distances
   const CellEvidence& cells_;
-  CountReader counts_;
+  GroundReader ground_;
 };
 
 /// Beams of a scan that say something, spread evenly, and the length of wall that each stands for
