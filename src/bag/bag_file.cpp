@@ -197,6 +197,15 @@ void BagFile::add_chunk(const BagRecord& info, BagRecordReader& records) {
   }
 }
 
+std::shared_ptr<const BagFile::Bytes> BagFile::unpacked(std::uint64_t position,
+                                                        BagRecordReader& records) const {
+  return unpacked_.get(position, [&] {
+    const BagRecord record = records.read(position, BagOperation::kChunk);
+    return unpack(records.data_of(record), record.fields.text("compression"),
+                  record.fields.number<std::uint32_t>("size"));
+  });
+}
+
 BagEntries::BagEntries(const BagFile& bag, BagSelection selection)
     : bag_(bag),
       selection_(std::move(selection)),
@@ -243,7 +252,7 @@ ByteReader BagMessageReader::read(const BagEntry& entry) {
     if (entry.chunk != position_) {
       load_chunk(entry.chunk);
     }
-    ByteReader chunk(chunk_.data(), chunk_.size());
+    ByteReader chunk(chunk_->data(), chunk_->size());
     (void)chunk.take(entry.offset);
     return find_message(chunk, entry.connection);
   } catch (const ByteError& error) {
@@ -253,9 +262,7 @@ ByteReader BagMessageReader::read(const BagEntry& entry) {
 
 void BagMessageReader::load_chunk(std::uint64_t position) {
   position_ = 0;  // none, should this fail
-  const BagRecord record = records_.read(position, BagOperation::kChunk);
-  chunk_ = unpack(records_.data_of(record), record.fields.text("compression"),
-                  record.fields.number<std::uint32_t>("size"));
+  chunk_ = bag_.unpacked(position, records_);
   position_ = position;
 }
 

@@ -5,12 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "bag/bag_records.hpp"
 #include "bag/byte_reader.hpp"
 #include "bag/recording_file.hpp"
+#include "common/lru_cache.hpp"
 
 namespace matchbox_slam {
 
@@ -37,6 +39,8 @@ struct BagEntry {
 /// it read and write beyond its buffers, which no exception tells. Here each is checked first.
 class BagFile {
  public:
+  using Bytes = std::vector<std::uint8_t>;
+
   /// Reads the whole index once, and keeps of it what takes no memory for each message.
   /// Throws ConfigurationError for a file that is missing and BagError for one that is empty, cut
   /// off, without index, damaged or no bag.
@@ -54,6 +58,11 @@ class BagFile {
   [[nodiscard]] ros::Time begin_time() const { return chunks_.front().first; }
   [[nodiscard]] ros::Time end_time() const { return last_; }
 
+  /// The unpacked data of the chunk at a position in the file. A few are kept: what a survey has
+  /// read is read again, and to unpack bz2 takes longer than to map. Throws ByteError.
+  [[nodiscard]] std::shared_ptr<const Bytes> unpacked(std::uint64_t position,
+                                                      BagRecordReader& records) const;
+
  private:
   void read_all(BagRecordReader& records);
   void add_chunk(const BagRecord& info, BagRecordReader& records);
@@ -62,6 +71,8 @@ class BagFile {
   std::map<std::uint32_t, BagConnection> connections_;
   std::vector<BagChunk> chunks_;
   ros::Time last_;
+  /// By position. Ten seconds of a laser and its odometry are some megabytes.
+  mutable LruCache<Bytes> unpacked_{4 << 20, [](const Bytes& bytes) { return bytes.size(); }};
 };
 
 /// Where messages of a bag are, in the order of time; those of one time in the order of the file.
@@ -101,8 +112,8 @@ class BagMessageReader {
 
   const BagFile& bag_;
   BagRecordReader records_;
-  std::uint64_t position_ = 0;       ///< of `chunk_`; 0: none was read yet
-  std::vector<std::uint8_t> chunk_;  ///< unpacked
+  std::uint64_t position_ = 0;  ///< of `chunk_`; 0: none was read yet
+  std::shared_ptr<const BagFile::Bytes> chunk_;
 };
 
 }  // namespace matchbox_slam
