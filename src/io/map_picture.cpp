@@ -66,6 +66,9 @@ class View {
     return static_cast<double>(pixels_per_cell_) / (cells_per_pixel_ * geometry_.resolution());
   }
 
+  /// Edge of the squares, from the map's lower left pixel on, that show the same cells [pixels].
+  [[nodiscard]] int square() const { return pixels_per_cell_; }
+
   /// The cells that a pixel of the map shows, counted from the map's lower left pixel.
   [[nodiscard]] CellBox cells_at(int right, int up) const {
     const Cell min{cells_.min.x + right / pixels_per_cell_ * cells_per_pixel_,
@@ -134,16 +137,30 @@ Color color_of(const OccupancyGrid& map, const CellBox& cells) {
   return is_known ? mix(kFreeColor, kOccupiedColor, darkness) : kUnknownColor;
 }
 
+bool is_same(const Color& a, const Color& b) {
+  return a.red == b.red && a.green == b.green && a.blue == b.blue;
+}
+
 void draw_cells(const OccupancyGrid& map, const View& view, Picture& picture) {
   // A trajectory may lead far out of the map, where it would take long to find nothing.
   const CellBox known = map.known_bounds();
-  for (int up = 0; up < view.map_height(); ++up) {
-    const int y = view.map_top() + view.map_height() - 1 - up;
-    for (int right = 0; right < view.map_width(); ++right) {
-      const int x = view.map_left() + right;
-      const CellBox cells = intersection(view.cells_at(right, up), known);
-      picture.fill(x, y, x + 1, y + 1, color_of(map, cells));
+  const int size = view.square();
+  for (int up = 0; up < view.map_height(); up += size) {
+    const int bottom = view.map_top() + view.map_height() - up;
+    const auto fill = [&](int from, int to, const Color& color) {
+      picture.fill(view.map_left() + from, bottom - size, view.map_left() + to, bottom, color);
+    };
+    int begin = 0;  // of squares of one colour side by side
+    Color color;
+    for (int right = 0; right < view.map_width(); right += size) {
+      const Color here = color_of(map, intersection(view.cells_at(right, up), known));
+      if (right > 0 && !is_same(here, color)) {
+        fill(begin, right, color);
+        begin = right;
+      }
+      color = here;
     }
+    fill(begin, view.map_width(), color);
   }
 }
 
