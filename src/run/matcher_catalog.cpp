@@ -28,6 +28,11 @@ std::string matcher_short_name(const std::string& lookup_name) {
 }
 
 std::string MatcherCatalog::find(const std::string& name) const {
+  for (const std::string& lookup_name : names_at_hand()) {
+    if (lookup_name == name || matcher_short_name(lookup_name) == name) {
+      return lookup_name;
+    }
+  }
   const std::vector<std::string> declared = lookup_names();
   std::vector<std::string> fitting;
   std::vector<std::string> short_names;

@@ -18,6 +18,10 @@ class MatcherCatalog {
   MatcherCatalog& operator=(const MatcherCatalog&) = delete;
   virtual ~MatcherCatalog() = default;
 
+  /// Lookup names of those that are there without a search for plugins, which takes as long as
+  /// fifty scans. Their short names mean them, whatever else there is.
+  [[nodiscard]] virtual std::vector<std::string> names_at_hand() const { return {}; }
+
   /// Lookup names of all declared matchers, sorted.
   [[nodiscard]] virtual std::vector<std::string> lookup_names() const = 0;
 

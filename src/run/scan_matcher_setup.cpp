@@ -62,7 +62,7 @@ ScanMatcherSetup make_scan_matcher_setup(const Parameters& parameters,
   ScanMatcherSetup setup;
   std::vector<std::string> names;
   setup.node = read_options_among<ScanMatcherNodeOptions>(parameters, "", names);
-  reject_unknown_names(
+  const std::vector<std::string> matchers = reject_unknown_names(
       parameters, names,
       {"odometry", "scan", "cloud", "map", "field", "motion", "hypotheses", "recovery", "slam"},
       describe_sections(), catalog);
@@ -76,7 +76,7 @@ ScanMatcherSetup make_scan_matcher_setup(const Parameters& parameters,
   setup.guess = guess_source(setup.node.guess);
   setup.odometry = read_laser_odometry_settings(parameters);
   setup.matcher_name = catalog.find(setup.node.matcher);
-  setup.matcher = make_matcher(parameters, catalog, setup.matcher_name);
+  setup.matcher = make_matcher(parameters, catalog, setup.matcher_name, matchers);
   return setup;
 }
 

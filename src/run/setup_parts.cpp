@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <iterator>
 #include <utility>
 
 #include "common/known_names.hpp"
@@ -63,12 +64,27 @@ void reject_former(const std::string& key, const std::string& section) {
 
 }  // namespace
 
-void reject_unknown_names(const Parameters& parameters, const std::vector<std::string>& options,
-                          std::vector<std::string> sections,
-                          const std::vector<OptionDescription>& in_sections,
-                          const MatcherCatalog& catalog) {
-  for (const std::string& lookup_name : catalog.lookup_names()) {
-    sections.push_back(matcher_short_name(lookup_name));
+std::vector<std::string> reject_unknown_names(const Parameters& parameters,
+                                              const std::vector<std::string>& options,
+                                              std::vector<std::string> sections,
+                                              const std::vector<OptionDescription>& in_sections,
+                                              const MatcherCatalog& catalog) {
+  std::vector<std::string> matchers = catalog.names_at_hand();
+  const std::size_t of_engine = sections.size();
+  const auto add_sections = [&] {
+    sections.resize(of_engine);
+    std::transform(matchers.begin(), matchers.end(), std::back_inserter(sections),
+                   matcher_short_name);
+  };
+  add_sections();
+  const auto& values = parameters.values();
+  if (std::any_of(values.begin(), values.end(), [&](const auto& value) {
+        const std::size_t slash = value.first.find('/');
+        return !is_among(slash == std::string::npos ? options : sections,
+                         value.first.substr(0, slash));
+      })) {
+    matchers = catalog.lookup_names();
+    add_sections();
   }
   for (const auto& [key, value] : parameters.values()) {
     const std::size_t slash = key.find('/');
@@ -89,14 +105,16 @@ void reject_unknown_names(const Parameters& parameters, const std::vector<std::s
     throw ConfigurationError(
         unknown_name_text(is_plain ? "parameter" : "section", name, meant, known));
   }
+  return matchers;
 }
 
 std::shared_ptr<const ScanMatcher> make_matcher(const Parameters& parameters,
                                                 const MatcherCatalog& catalog,
-                                                const std::string& lookup_name) {
+                                                const std::string& lookup_name,
+                                                const std::vector<std::string>& others) {
   const std::shared_ptr<ScanMatcher> matcher = catalog.create(lookup_name);
   matcher->configure(parameters.section(matcher_short_name(lookup_name)));
-  for (const std::string& other : catalog.lookup_names()) {
+  for (const std::string& other : others) {
     const Parameters options = parameters.section(matcher_short_name(other));
     if (other != lookup_name && !options.values().empty()) {
       catalog.create(other)->configure(options);

@@ -119,7 +119,7 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& ca
   if (whose == SetupOf::kNode) {
     setup.node = read_options_among<SlamNodeOptions>(parameters, "", names);
   }
-  reject_unknown_names(
+  const std::vector<std::string> matchers = reject_unknown_names(
       parameters, names,
       {"slam", "scan", "cloud", "map", "field", "motion", "hypotheses", "recovery", "loops"},
       describe_sections({}, {}, {}), catalog);
@@ -131,7 +131,7 @@ SlamSetup make_slam_setup(const Parameters& parameters, const MatcherCatalog& ca
   setup.timing = read_scan_timing_options(parameters);
   setup.engine = read_engine_options(parameters);
   setup.matcher_name = catalog.find(setup.run.matcher);
-  setup.matcher = make_matcher(parameters, catalog, setup.matcher_name);
+  setup.matcher = make_matcher(parameters, catalog, setup.matcher_name, matchers);
   setup.hough = read_options<HoughOptions>(parameters.section("hough"), "hough");
   return setup;
 }
