@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "io/png_image.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -125,13 +127,19 @@ double Picture::text_width(const std::string& text, double size) {
 }
 
 std::string Picture::to_png() const {
-  std::string png;
-  const auto append = [](void* to, const unsigned char* bytes, unsigned int count) {
-    static_cast<std::string*>(to)->append(reinterpret_cast<const char*>(bytes), count);
-    return CAIRO_STATUS_SUCCESS;
-  };
-  require_success(cairo_surface_write_to_png_stream(pixels_.get(), append, &png), "encode a PNG");
-  return png;
+  cairo_surface_flush(pixels_.get());
+  std::vector<std::uint8_t> samples(std::size_t{3} * static_cast<std::size_t>(width()) *
+                                    static_cast<std::size_t>(height()));
+  auto sample = samples.begin();
+  for (int y = 0; y < height(); ++y) {
+    const std::uint32_t* row = row_of(pixels_.get(), y);
+    for (const std::uint32_t* pixel = row; pixel != row + width(); ++pixel) {
+      *sample++ = static_cast<std::uint8_t>(*pixel >> 16);
+      *sample++ = static_cast<std::uint8_t>(*pixel >> 8);
+      *sample++ = static_cast<std::uint8_t>(*pixel);
+    }
+  }
+  return drawn_png(width(), height(), samples);
 }
 
 void Picture::use_color(Color color) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <stdexcept>
 
 namespace matchbox_slam {
@@ -65,6 +66,22 @@ std::string without_colour_space(const std::string& bytes) {
   return begin >= bytes.size() ? kept : kept + bytes.substr(begin);
 }
 
+std::string encoded(int width, int height, const std::vector<std::uint8_t>& samples,
+                    std::uint32_t format, std::uint32_t flags) {
+  Image image;
+  image->width = static_cast<std::uint32_t>(width);
+  image->height = static_cast<std::uint32_t>(height);
+  image->format = format;
+  image->flags = flags;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(*image);
+  const std::unique_ptr<char[]> bytes(new char[size]);  // most of which is never touched
+  image.require(
+      png_image_write_to_memory(&*image, bytes.get(), &size, 0, samples.data(), 0, nullptr),
+      "cannot encode a PNG of " + std::to_string(width) + " x " + std::to_string(height) +
+          " pixels");
+  return {bytes.get(), size};
+}
+
 }  // namespace
 
 bool is_png(const std::string& bytes) {
@@ -97,18 +114,11 @@ PngImage read_png(const std::string& file) {
 }
 
 std::string gray_png(int width, int height, const std::vector<std::uint8_t>& pixels) {
-  Image image;
-  image->width = static_cast<std::uint32_t>(width);
-  image->height = static_cast<std::uint32_t>(height);
-  image->format = PNG_FORMAT_GRAY;
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(*image);
-  std::string bytes(size, '\0');
-  image.require(
-      png_image_write_to_memory(&*image, bytes.data(), &size, 0, pixels.data(), 0, nullptr),
-      "cannot encode a PNG of " + std::to_string(width) + " x " + std::to_string(height) +
-          " pixels");
-  bytes.resize(size);
-  return bytes;
+  return encoded(width, height, pixels, PNG_FORMAT_GRAY, 0);
+}
+
+std::string drawn_png(int width, int height, const std::vector<std::uint8_t>& samples) {
+  return encoded(width, height, samples, PNG_FORMAT_RGB, PNG_IMAGE_FLAG_FAST);
 }
 
 }  // namespace matchbox_slam
