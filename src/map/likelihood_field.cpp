@@ -241,14 +241,23 @@ void LikelihoodField::note_change(const Cell& cell, SurfaceTile& tile) {
 }
 
 void LikelihoodField::make_room_for(const std::vector<SurfaceHit>& hits) {
+  // So that a robot that drives on does not make all of it move with every scan.
+  constexpr int kMargin = 16;  // tiles
   Eigen::AlignedBox2d box;
   for (const SurfaceHit& hit : hits) {
     box.extend(hit.position);
   }
-  if (!box.isEmpty()) {
-    const Cell last = SurfaceTiles::tile_of(geometry_.cell_at(box.max()));
-    surfaces_.make_room(
-        {SurfaceTiles::tile_of(geometry_.cell_at(box.min())), {last.x + 1, last.y + 1}});
+  if (box.isEmpty()) {
+    return;
+  }
+  const CellBox there = surfaces_.tile_bounds();
+  const Cell first = SurfaceTiles::tile_of(geometry_.cell_at(box.min()));
+  const Cell last = SurfaceTiles::tile_of(geometry_.cell_at(box.max()));
+  if (!there.contains(first) || !there.contains(last)) {
+    surfaces_.make_room({{first.x - (first.x < there.min.x ? kMargin : 0),
+                          first.y - (first.y < there.min.y ? kMargin : 0)},
+                         {last.x + 1 + (last.x >= there.max.x ? kMargin : 0),
+                          last.y + 1 + (last.y >= there.max.y ? kMargin : 0)}});
   }
 }
 
