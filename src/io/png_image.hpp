@@ -24,8 +24,8 @@ struct PngImage {
 /// A gray PNG of 8 bits. @param pixels  row by row, the top one first.
 [[nodiscard]] std::string gray_png(int width, int height, const std::vector<std::uint8_t>& pixels);
 
-/// A PNG of something drawn, in areas of one colour each, which pack as well without the search for
-/// the best filter of each row that takes most of the time.
+/// A PNG of something drawn, packed fast: without the search for the best filter of each row, which
+/// takes most of the time and makes maps smaller by a tenth, small ones by two fifths.
 /// @param samples  red, green and blue of each pixel; row by row, the top one first.
 [[nodiscard]] std::string drawn_png(int width, int height,
                                     const std::vector<std::uint8_t>& samples);

@@ -95,6 +95,19 @@ TEST(BagFile, EntriesComeInTheOrderOfTimeHoweverTheyWereRecorded) {
   }
 }
 
+TEST(BagFile, AChunkThatIsReadAgainIsUnpackedOnce) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "said.bag";
+  write_bag(path, 1, 0.0);
+  const BagFile bag(path);
+  BagRecordReader records(path);
+  const std::uint64_t first = bag.chunks().front().position;
+  const std::uint64_t last = bag.chunks().back().position;
+  const auto before = bag.unpacked(first, records);
+  EXPECT_NE(*bag.unpacked(last, records), *before);
+  EXPECT_EQ(bag.unpacked(first, records), before);
+}
+
 TEST(BagFile, OfNoConnectionNothingComes) {
   const TemporaryFolder folder;
   const std::string path = folder / "said.bag";

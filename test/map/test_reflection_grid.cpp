@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -286,6 +287,80 @@ TEST(ReflectionGrid, TheSameScansGiveTheSameBitsWhateverWasCountedBefore) {
     copy.count(scan, pose);
     ASSERT_TRUE(are_equal(grid, copy)) << i;
   }
+}
+
+/// The same cell by cell, as it is said.
+class CellByCell {
+ public:
+  void count(const PointScan& scan, const Pose2& pose) {
+    const GridGeometry geometry(kResolution);
+    std::map<std::pair<int, int>, std::pair<int, int>> seen;  // hits and passes
+    for (const ScanPoint& point : scan.points) {
+      const Eigen::Vector2d from = pose * point.origin;
+      const Eigen::Vector2d to = pose * point.position;
+      const double range = (to - from).norm();
+      const double share = std::max(0.0, 1.0 - clearance_of(point) / range);
+      walk_cells(geometry.cell_at(from), geometry.cell_at(from + share * (to - from)),
+                 [&](const Cell& cell) { ++seen[{cell.x, cell.y}].second; });
+      const Cell end = geometry.cell_at(to);
+      ++seen[{end.x, end.y}].first;
+    }
+    for (const auto& [cell, beams] : seen) {
+      take(std::min(255, beams.first), std::min(255, beams.second), counts_[cell]);
+    }
+  }
+
+  [[nodiscard]] Counts counts(int x, int y) const {
+    const auto found = counts_.find({x, y});
+    return found == counts_.end() ? Counts{} : found->second;
+  }
+
+ private:
+  static void take(int seen_hits, int seen_passes, Counts& counts) {
+    constexpr int kScan = ReflectionGrid::kScan;
+    constexpr int kMost = ReflectionGrid::kMost;
+    const int beams = seen_hits + seen_passes;
+    const int hits = (kScan * seen_hits + beams / 2) / beams;
+    int all_hits = counts.hits + hits;
+    int all_passes = counts.passes + kScan - hits;
+    if (const int all = all_hits + all_passes; all > kMost) {
+      all_hits = (all_hits * kMost + all / 2) / all;
+      const bool keeps_hits = hits == 0 && all_hits > 0 && all_hits == counts.hits;
+      const bool keeps_passes =
+          hits == kScan && all_hits < kMost && kMost - all_hits == counts.passes;
+      all_hits += (keeps_passes ? 1 : 0) - (keeps_hits ? 1 : 0);
+      all_passes = kMost - all_hits;
+    }
+    counts = {static_cast<std::uint8_t>(all_hits), static_cast<std::uint8_t>(all_passes)};
+  }
+
+  std::map<std::pair<int, int>, Counts> counts_;
+};
+
+TEST(ReflectionGrid, CountsAsCellByCell) {
+  // Around one place, so that cells are full and see beams in all proportions.
+  Random random(13);
+  ReflectionGrid grid(kResolution);
+  CellByCell oracle;
+  for (int i = 0; i < 400; ++i) {
+    PointScan scan = random_scan(random, 40);
+    for (ScanPoint& point : scan.points) {
+      point.position *= random.uniform(0.02, 1.0);
+    }
+    const Pose2 pose{random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2),
+                     random.uniform(-kPi, kPi)};
+    grid.count(scan, pose);
+    oracle.count(scan, pose);
+  }
+  int full = 0;
+  for (int y = -150; y < 150; ++y) {
+    for (int x = -150; x < 150; ++x) {
+      const Counts counts = grid.counts({x, y});
+      ASSERT_TRUE(counts == oracle.counts(x, y)) << x << " " << y;
+      full += counts.hits > 0 && counts.hits + counts.passes == ReflectionGrid::kMost ? 1 : 0;
+    }
+  }
+  EXPECT_GT(full, 900);
 }
 
 TEST(ReflectionGrid, TheOrderOfTheBeamsDoesNotMatter) {

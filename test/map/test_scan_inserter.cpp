@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "map/scan_drawing.hpp"
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 
@@ -286,6 +287,35 @@ TEST(ScanInserter, AHitInACellKnownToBeFreeIsNoSurfaceYet) {
   EXPECT_FALSE(has_surface_at(map, 1.05, 0.05));
   insert_scan(scan_of({hit(1.05, 0.05)}), {}, slow, map);
   EXPECT_TRUE(has_surface_at(map, 1.05, 0.05));
+}
+
+TEST(ScanInserter, ItsPartsDrawWhatTheWholeDraws) {
+  Random random(3);
+  SlamMap whole = make_map();
+  SlamMap uncounted = make_map();
+  OccupancyGrid occupancy(tidy_options().resolution);
+  InsertionMemory memory;
+  for (int i = 0; i < 20; ++i) {
+    PointScan scan;
+    for (int k = 0; k < 50; ++k) {
+      scan.points.push_back(hit(random.uniform(-4.0, 4.0), random.uniform(-4.0, 4.0)));
+    }
+    const Pose2 pose{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform()};
+    insert_scan(scan, pose, tidy_options(), whole);
+    insert_uncounted(scan, pose, tidy_options(), uncounted);
+    draw_occupancy(scan, pose, tidy_options(), memory, occupancy);
+  }
+  uncounted.field.render();
+  EXPECT_FALSE(whole.reflection.empty());
+  EXPECT_TRUE(uncounted.reflection.empty());
+  EXPECT_FALSE(whole.field.empty());
+  for (int y = -60; y < 60; ++y) {
+    for (int x = -60; x < 60; ++x) {
+      ASSERT_EQ(whole.occupancy.stored({x, y}), occupancy.stored({x, y})) << x << " " << y;
+      ASSERT_EQ(whole.occupancy.stored({x, y}), uncounted.occupancy.stored({x, y}));
+      ASSERT_EQ(whole.field.likelihood({x, y}), uncounted.field.likelihood({x, y}));
+    }
+  }
 }
 
 TEST(ScanInserter, AnEmptyScanChangesNothing) {

@@ -1,6 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "common/error_text.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
@@ -26,6 +30,51 @@ TEST(MatcherLoader, NamesMatchersInTwoWays) {
   const MatcherLoader loader;
   EXPECT_EQ(loader.find("monte_carlo"), "matchbox_slam/MonteCarlo");
   EXPECT_EQ(loader.find("matchbox_slam/OdometryOnly"), "matchbox_slam/OdometryOnly");
+}
+
+TEST(MatcherLoader, HasOurOwnAtHandAndAsPlugins) {
+  const MatcherLoader loader;
+  std::vector<std::string> own = loader.lookup_names();
+  own.erase(std::remove_if(own.begin(), own.end(),
+                           [](const std::string& name) {
+                             return name.rfind("matchbox_slam/", 0) != 0;
+                           }),
+            own.end());
+  EXPECT_EQ(loader.names_at_hand(), own);
+}
+
+/// With a matcher at hand, and plugins that it counts the searches for.
+class CountingCatalog : public MatcherCatalog {
+ public:
+  [[nodiscard]] std::vector<std::string> names_at_hand() const override { return {"our/Olson"}; }
+  [[nodiscard]] std::vector<std::string> lookup_names() const override {
+    ++searches_;
+    return {"other/Hough", "other/Olson", "our/Olson"};
+  }
+  [[nodiscard]] std::shared_ptr<ScanMatcher> create(const std::string& name) const override {
+    return MatcherLoader().create("matchbox_slam" + name.substr(name.find('/')));
+  }
+  [[nodiscard]] int searches() const { return searches_; }
+
+ private:
+  mutable int searches_ = 0;
+};
+
+TEST(MatcherCatalog, SearchesForPluginsOnlyWhereNoneAtHandIsMeant) {
+  const CountingCatalog catalog;
+  const auto setup = [&](const std::string& yaml) {
+    return make_slam_setup(parse_yaml_parameters(yaml, "test"), catalog);
+  };
+  EXPECT_EQ(setup("matcher: olson\nmap: {resolution: 0.1}\nolson: {window_xy: 1.0}").matcher_name,
+            "our/Olson");
+  EXPECT_EQ(catalog.searches(), 0);
+  EXPECT_EQ(setup("matcher: other/Olson").matcher_name, "other/Olson");
+  EXPECT_EQ(setup("matcher: hough").matcher_name, "other/Hough");
+  EXPECT_GT(catalog.searches(), 0);
+  EXPECT_EQ(setup("matcher: olson\nhough: {peaks: 5}").matcher_name, "our/Olson");
+  EXPECT_TRUE(contains(
+      error_text<ConfigurationError>([&] { (void)setup("matcher: olson\nhough: {peaks: 7}"); }),
+      "hough/peaks: 7 is not allowed"));
 }
 
 TEST(MatcherLoader, AnUnknownNameListsTheKnown) {
