@@ -301,7 +301,9 @@ class CellByCell {
       const double range = (to - from).norm();
       const double share = std::max(0.0, 1.0 - clearance_of(point) / range);
       walk_cells(geometry.cell_at(from), geometry.cell_at(from + share * (to - from)),
-                 [&](const Cell& cell) { ++seen[{cell.x, cell.y}].second; });
+                 [&](const Cell& cell) {
+                   ++seen[{cell.x, cell.y}].second;
+                 });
       const Cell end = geometry.cell_at(to);
       ++seen[{end.x, end.y}].first;
     }

@@ -35,11 +35,10 @@ TEST(MatcherLoader, NamesMatchersInTwoWays) {
 TEST(MatcherLoader, HasOurOwnAtHandAndAsPlugins) {
   const MatcherLoader loader;
   std::vector<std::string> own = loader.lookup_names();
-  own.erase(std::remove_if(own.begin(), own.end(),
-                           [](const std::string& name) {
-                             return name.rfind("matchbox_slam/", 0) != 0;
-                           }),
-            own.end());
+  own.erase(
+      std::remove_if(own.begin(), own.end(),
+                     [](const std::string& name) { return name.rfind("matchbox_slam/", 0) != 0; }),
+      own.end());
   EXPECT_EQ(loader.names_at_hand(), own);
 }
 
