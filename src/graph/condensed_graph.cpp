@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "graph/joined_nodes.hpp"
 #include "graph/relative_motion.hpp"
 
 namespace matchbox_slam {
@@ -49,32 +49,6 @@ void require_kept_ends(const PoseGraph& graph, const std::vector<bool>& is_taken
     throw std::invalid_argument("condensed: the first and the last node stay");
   }
 }
-
-/// Which nodes edges join, directly or not.
-class JoinedNodes {
- public:
-  explicit JoinedNodes(std::size_t nodes) : parents_(nodes) {
-    std::iota(parents_.begin(), parents_.end(), std::size_t{0});
-  }
-
-  /// Whether they were not joined yet.
-  bool join(std::size_t a, std::size_t b) {
-    const std::size_t root_a = root_of(a);
-    const std::size_t root_b = root_of(b);
-    parents_[root_a] = root_b;
-    return root_a != root_b;
-  }
-
- private:
-  std::size_t root_of(std::size_t node) {
-    while (parents_[node] != node) {
-      node = parents_[node] = parents_[parents_[node]];
-    }
-    return node;
-  }
-
-  std::vector<std::size_t> parents_;
-};
 
 class Condenser {
  public:

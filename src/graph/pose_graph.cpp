@@ -1,13 +1,13 @@
 #include "matchbox_slam/graph/pose_graph.hpp"
 
 #include <Eigen/Cholesky>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "common/append.hpp"
 #include "graph/edge_error.hpp"
+#include "graph/joined_nodes.hpp"
 #include "graph/map_drift.hpp"
 
 namespace matchbox_slam {
@@ -47,15 +47,6 @@ void require_sound(const PoseEdge& edge, std::size_t nodes) {
   }
 }
 
-/// The node that stands for all that are joined to this one.
-std::size_t root_of(std::vector<std::size_t>& parents, std::size_t node) {
-  while (parents[node] != node) {
-    parents[node] = parents[parents[node]];
-    node = parents[node];
-  }
-  return node;
-}
-
 }  // namespace
 
 void add_edge(const PoseEdge& edge, PoseGraph& graph) { append_sparingly(edge, graph.edges); }
@@ -85,16 +76,15 @@ void require_sound(const PoseGraph& graph) {
       fail("the pose of node " + std::to_string(node) + " is not finite");
     }
   }
-  std::vector<std::size_t> parents(graph.poses.size());
-  std::iota(parents.begin(), parents.end(), std::size_t{0});
+  JoinedNodes joined(graph.poses.size());
   for (const PoseEdge& edge : graph.edges) {
     require_sound(edge, graph.poses.size());
     if (edge.kind != EdgeKind::kLoop) {
-      parents[root_of(parents, edge.from)] = root_of(parents, edge.to);
+      static_cast<void>(joined.join(edge.from, edge.to));
     }
   }
-  for (std::size_t node = 1; node < parents.size(); ++node) {
-    if (root_of(parents, node) != root_of(parents, 0)) {
+  for (std::size_t node = 1; node < graph.poses.size(); ++node) {
+    if (!joined.are_joined(node, 0)) {
       fail("no edges of motion join node " + std::to_string(node) + " to the first one");
     }
   }

@@ -9,10 +9,6 @@
 namespace matchbox_slam {
 namespace {
 
-double distance(const PlacedScan& key, const Eigen::Vector2d& here) {
-  return (key.map_from_base.translation() - here).norm();
-}
-
 /// In their order.
 std::vector<std::uint64_t> ids_of(const PlacedScans& keys) {
   std::vector<std::uint64_t> ids;

@@ -11,10 +11,6 @@ namespace {
 // with double seattle 6 % better (benchmark/reports/current/CONSTANTS.md).
 constexpr double kSoon = 10.0;  // [m]
 
-double distance(const PlacedScan& key, const Eigen::Vector2d& here) {
-  return (key.map_from_base.translation() - here).norm();
-}
-
 /// In their order; of those that are equally near, the newest.
 PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
   // For the time that it takes to render them. Half or double changes errors by up to 4 %
@@ -37,6 +33,10 @@ PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
 }
 
 }  // namespace
+
+double distance(const PlacedScan& key, const Eigen::Vector2d& here) {
+  return (key.map_from_base.translation() - here).norm();
+}
 
 std::vector<std::size_t> keys_within(const PlacedScans& keys, const Eigen::Vector2d& here,
                                      double reach) {

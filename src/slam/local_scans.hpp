@@ -16,6 +16,9 @@ namespace matchbox_slam {
 /// 16 % better; with double aces 13 % worse.
 constexpr double kLocalReach = 15.0;
 
+/// [m] from where a key scan was taken.
+[[nodiscard]] double distance(const PlacedScan& key, const Eigen::Vector2d& here);
+
 /// Numbers of the key scans that were taken less than `reach` [m] from here.
 [[nodiscard]] std::vector<std::size_t> keys_within(const PlacedScans& keys,
                                                    const Eigen::Vector2d& here, double reach);
