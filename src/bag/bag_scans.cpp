@@ -51,11 +51,6 @@ Parameters frame_parameters(const BagRequest& request) {
   return parameters;
 }
 
-std::string text_of(const TimeJump& jump, std::size_t scans_before) {
-  return "time jumps back by " + seconds_text(jump.seconds) + " after " +
-         std::to_string(scans_before) + " scans: ";
-}
-
 BagScans::BagScans(const BagRequest& request, const RunDialog& dialog)
     : request_(request), dialog_(dialog), reader_(request.bags) {
   facts_.bags = request.bags;
@@ -165,7 +160,9 @@ std::optional<ScanQueue::Item> BagScans::next() {
         }
         return event.event;
       }
-      if (std::holds_alternative<TimeJump>(*next)) {
+      const auto* jump = std::get_if<TimeJump>(next);
+      const bool is_end = jump != nullptr && jump->stopped;
+      if (jump != nullptr) {
         ++time_jumps_;
         first_skip_.clear();
         used_before_jump_ += queue_->account().delivered;
@@ -173,7 +170,11 @@ std::optional<ScanQueue::Item> BagScans::next() {
       if (const auto* scan = std::get_if<ReadyScan>(next)) {
         delivered_time_ = std::max(delivered_time_, scan->arrival);
       }
-      return queue_->next();
+      std::optional<ScanQueue::Item> item = queue_->next();
+      if (is_end) {
+        stop();
+      }
+      return item;
     }
     if (stream_ == nullptr) {
       return std::nullopt;
@@ -201,10 +202,6 @@ bool BagScans::is_event_due(const ScanQueue::Item& next) const {
   return scan != nullptr && !events_.empty() &&
          !(ScanMoment{time_jumps_, scan->input.scan.stamp, scan->input.laser} <
            events_.front().scan);
-}
-
-double BagScans::stamp_after_event() const {
-  return std::get<ReadyScan>(*queue_->peek()).input.scan.stamp;
 }
 
 double BagScans::start_of_rest() const {

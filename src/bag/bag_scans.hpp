@@ -35,9 +35,6 @@ struct BagRequest {
 /// ConfigurationError.
 [[nodiscard]] Parameters frame_parameters(const BagRequest& request);
 
-/// What to say of a time jump that comes after so many scans, up to what is done about it.
-[[nodiscard]] std::string text_of(const TimeJump& jump, std::size_t scans_before);
-
 /// What was found in a bag, and what happened while reading it.
 struct BagFacts {
   std::vector<std::string> bags;
@@ -74,12 +71,9 @@ class BagScans {
   /// Events that come before certain scans, in their order.
   void schedule(std::vector<TimedEvent> events);
 
-  /// The next scan, time jump or event. None: the bag is at its end, damaged from here on, or the
-  /// user has interrupted it, as the facts tell.
+  /// The next scan, time jump or event; after a jump that stops, nothing more is read. None: the
+  /// bag is at its end, damaged from here on, or the user has interrupted it, as the facts tell.
   [[nodiscard]] std::optional<ScanQueue::Item> next();
-
-  /// Stamp [s] of the scan that comes next, after `next` has given an event.
-  [[nodiscard]] double stamp_after_event() const;
 
   /// The `BagPeriod::start` [s] of what has not been delivered yet.
   [[nodiscard]] double start_of_rest() const;
@@ -89,9 +83,6 @@ class BagScans {
     constexpr double kLatency = 1.0;  // [s] from a scan's stamp to its recording
     return reader_.has_begin_between(before, stamp + kLatency);
   }
-
-  /// Reads no further.
-  void stop();
 
   /// Counts the scans delivered so far as skipped: what came of them is given up.
   void discard_delivered() { queue_->discard_delivered(); }
@@ -116,6 +107,7 @@ class BagScans {
   [[nodiscard]] BagMotion motion_before_damage(const BagSurvey& survey, const AskedFrames& asked,
                                                const RunOptions& options) const;
   [[nodiscard]] bool is_event_due(const ScanQueue::Item& next) const;
+  void stop();
   void read_message();
   void take(const BagMessage& message);
   void warn_of_skipped();

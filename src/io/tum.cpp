@@ -66,6 +66,18 @@ std::string path_of_part(const std::string& path, std::size_t part, std::size_t 
   return named.string();
 }
 
+void add_tum_parts(const std::string& path, const std::vector<std::vector<StampedPose2>>& parts,
+                   const std::string& comment, FileReplacement& files) {
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    files.add(path_of_part(path, part, parts.size()), [&](const ByteSink& sink) {
+      if (!comment.empty()) {
+        sink("# " + comment + "\n");
+      }
+      write_tum(Trajectory(parts[part]), sink);
+    });
+  }
+}
+
 void write_tum(const std::string& path, const Trajectory& trajectory) {
   replace_file(path, to_tum(trajectory));
 }

@@ -31,6 +31,10 @@ void write_tum(const Trajectory& trajectory, const ByteSink& sink);
 [[nodiscard]] std::string path_of_part(const std::string& path, std::size_t part,
                                        std::size_t parts);
 
+/// Adds a file for each of these parts. @param comment  first line of each; empty: none.
+void add_tum_parts(const std::string& path, const std::vector<std::vector<StampedPose2>>& parts,
+                   const std::string& comment, FileReplacement& files);
+
 /// Writes a file atomically. Throws FileError.
 void write_tum(const std::string& path, const Trajectory& trajectory);
 

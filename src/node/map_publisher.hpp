@@ -5,7 +5,6 @@
 #include <ros/publisher.h>
 
 #include <condition_variable>
-#include <cstddef>
 #include <functional>
 #include <mutex>
 #include <string>
@@ -15,19 +14,9 @@
 #include "geometry/trajectory.hpp"
 #include "matchbox_slam/graph/pose_graph.hpp"
 #include "matchbox_slam/map/occupancy_grid.hpp"
+#include "run/map_saver.hpp"
 
 namespace matchbox_slam {
-
-/// How far the mapping has come; any change is a reason to publish.
-struct MapRevision {
-  std::size_t resets = 0;
-  std::size_t inserted = 0;  ///< scans in the map
-  std::size_t scans = 0;     ///< that were processed
-
-  [[nodiscard]] bool operator==(const MapRevision& other) const {
-    return resets == other.resets && inserted == other.inserted && scans == other.scans;
-  }
-};
 
 /// The state of the mapping at one moment. Copies share the grid's memory.
 struct MapSnapshot {

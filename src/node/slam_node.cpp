@@ -14,7 +14,6 @@
 #include "ros/ros_parameters.hpp"
 #include "run/events_file.hpp"
 #include "run/frames.hpp"
-#include "run/start_map.hpp"
 #include "slam/shown_map.hpp"
 
 namespace matchbox_slam {
@@ -73,6 +72,13 @@ std::string no_new_map(const std::exception& error, const std::string& path) {
               : "");
 }
 
+RunDialog log_dialog() {
+  return {[](const std::string& line) { ROS_INFO_STREAM(line); },
+          [](const std::string& line) { ROS_WARN_STREAM(line); },
+          [](double /*fraction*/, const std::string& /*text*/) {},
+          [] { return ros::isShuttingDown(); }};
+}
+
 /// All is only kept where it is asked for: it grows as long as the node runs.
 RunRecords records_for(const SlamNodeOptions& options) {
   return options.trajectory_file.empty() && options.events_file.empty() ? RunRecords::kRecent
@@ -84,21 +90,22 @@ RunRecords records_for(const SlamNodeOptions& options) {
 SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node)
     : node_(node),
       private_node_(private_node),
-      run_([&] {
+      session_([&] {
         LiveConfiguration configuration = read_configuration(private_node_, loader_);
         const RunRecords records = records_for(configuration.setup().node);
-        return SlamRun(std::move(configuration), records);
+        return SlamSession(std::move(configuration), records, log_dialog(),
+                           "set in its configuration ");
       }()),
-      worker_("mapping", node_queue_settings(run_.setup()),
+      worker_("mapping", node_queue_settings(session_.setup()),
               [this](const ScanQueue::Item& item) {
                 std::visit([this](const auto& one) { handle(one); }, item);
               }),
-      options_(run_.setup().run),
-      trajectory_file_(absolute(run_.setup().node.trajectory_file)),
-      events_file_(absolute(run_.setup().node.events_file)),
-      poses_(node_, run_.setup()),
+      options_(session_.setup().run),
+      trajectory_file_(absolute(session_.setup().node.trajectory_file)),
+      events_file_(absolute(session_.setup().node.events_file)),
+      poses_(node_, session_.setup()),
       diagnostic_updater_(node_, private_node_, private_node_.getNamespace()) {
-  const SlamSetup& setup = run_.setup();
+  const SlamSetup& setup = session_.setup();
   begin_map();
   map_publisher_ = std::make_unique<MapPublisher>(
       node_, options_.map_frame, setup.node.map_update_interval, [this] { return map_revision(); },
@@ -151,19 +158,16 @@ SlamNode::~SlamNode() {
 
 /// Goes on with a saved map where there is one to go on with.
 void SlamNode::begin_map() {
-  const SlamSetup& setup = run_.setup();
+  const SlamSetup& setup = session_.setup();
+  std::optional<LoadMapFile> initial;
   if (!setup.node.initial_map.empty()) {
-    initial_map_ = read_load(setup.node.initial_map);
+    initial = read_load(setup.node.initial_map);
   }
   const std::string saved = absolute(setup.node.map_file) + ".slam";
   if (setup.node.resume && std::filesystem::exists(saved)) {
     try {
-      resumed_ = read_resumed(saved);
-      run_.start_from(*resumed_);
-      resumed_file_ = saved;
-      has_resumed_ = true;
-      saved_file_ = saved;
-      saved_beginnings_ = {run_.resets(), run_.clock_steps()};
+      session_.go_on_with({read_resumed(saved), saved, true});
+      saver_.begin_from(saved, revision_of(run()));
     } catch (const ConfigurationError& error) {
       throw ConfigurationError(no_new_map(error, saved));
     } catch (const DamagedFile& error) {
@@ -175,17 +179,14 @@ void SlamNode::begin_map() {
       throw FileError(no_new_map(error, saved));
     }
   }
-  if (!has_resumed_ && initial_map_) {
-    run_.apply(*initial_map_);
-    if (!setup.engine.slam.update_map && !is_start_told() && !run_.key_scans().empty()) {
-      run_.apply(BeAnywhere{});
-    }
+  if (initial) {
+    session_.begin_with(std::move(*initial));
   }
 }
 
 /// Of a map whose changes cannot be read the one before is not lost.
 EngineState SlamNode::read_resumed(const std::string& file) {
-  const EngineOptions& options = run_.setup().engine;
+  const EngineOptions& options = session_.setup().engine;
   try {
     return read_engine_state(file, options);
   } catch (const DamagedChanges& error) {
@@ -193,12 +194,6 @@ EngineState SlamNode::read_resumed(const std::string& file) {
     ROS_ERROR_STREAM(error.what() << "; it is in " << folder << " now");
     return read_engine_state(file, options);
   }
-}
-
-/// Whether somebody has said where in the map it begins.
-bool SlamNode::is_start_told() const {
-  return private_node_.hasParam("start_x") || private_node_.hasParam("start_y") ||
-         private_node_.hasParam("start_theta");
 }
 
 /// A robot on its way cannot wait for somebody who moves a damaged file; nor may what is left of
@@ -218,35 +213,22 @@ void SlamNode::set_map_aside(const std::string& path, const std::string& why) {
                        << " now; ~load_map goes on with an older copy, if there is one");
 }
 
-/// As map_bag does, which reads the recording twice; here the map has begun with them, and begins
-/// anew unless it is one that was loaded. With several lasers one is no reason to cut all.
+/// The map has begun with such beams; map_bag, which reads the recording twice, cuts them before.
 void SlamNode::cut_no_returns(double from) {
-  const std::string found =
-      "where they meet nothing, beams of a laser read its range_max plus noise";
-  const std::string limit = fixed_text(from, 3);
-  if (options_.scan_topics.size() > 1) {
-    ROS_WARN_STREAM(found << ", which draws walls where none are; to cut them: rosrun "
-                             "dynamic_reconfigure dynparam set "
-                          << private_node_.getNamespace() << " scan/max_range " << limit
-                          << ", then ~reset");
+  std::vector<RunEvent> events;
+  {
+    const std::lock_guard<std::mutex> lock(run_mutex_);
+    events = session_.cut_no_returns(from, true);
+  }
+  if (events.empty()) {
     return;
   }
-  Parameters changes;
-  changes.set("scan/max_range", from);
-  worker_.post(Reconfigure{changes});
+  for (RunEvent& event : events) {
+    worker_.post(std::move(event));
+  }
   if (setup().node.resume && ros::master::check()) {  // without a master it would wait for one
     private_node_.setParam("scan/max_range", from);  // else it would be drawn again after a respawn
   }
-  const bool begins_anew = [&] {
-    const std::lock_guard<std::mutex> lock(run_mutex_);
-    return run_.resets() == 0 && !has_resumed_;
-  }();
-  if (begins_anew) {
-    worker_.post(Reset{});
-  }
-  ROS_WARN_STREAM(found << "; scan/max_range is set to " << limit
-                        << " m, from which on they are no return"
-                        << (begins_anew ? ", and the map begins anew" : ""));
 }
 
 void SlamNode::on_initial_pose(const geometry_msgs::PoseWithCovarianceStamped& message) {
@@ -270,51 +252,28 @@ void SlamNode::handle(const ReadyScan& scan) {
   std::vector<WeightedPose> likely;
   double match_seconds = 0.0;
   std::string matcher;
-  std::vector<std::string> laser_news;
+  bool has_stepped_back = false;
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
-    if (resumed_) {
-      take_up(scan.input);
-    }
-    outcome = run_.process(scan.input);
+    const std::size_t clock_steps = run().clock_steps();
+    outcome = session_.process(scan.input);
     if (outcome) {
-      match_seconds = run_.last_match_seconds();
-      matcher = run_.setup().matcher_name;
-      likely = run_.likely_poses();
+      has_stepped_back = run().clock_steps() > clock_steps;
+      match_seconds = run().last_match_seconds();
+      matcher = session_.setup().matcher_name;
+      likely = run().likely_poses();
       if (!outcome->is_of_secondary_laser) {
         newest_scan_ = scan;
         remember_health(scan, *outcome);
       }
-      laser_news = run_.laser_news();
-      if (!told_of_few_returns_) {
-        const std::string few = text_of_few_returns(run_.returns());
-        if (!few.empty()) {
-          told_of_few_returns_ = true;
-          laser_news.push_back(few);
-        }
-      }
-      if (const std::vector<double> sectors = run_.robot_beams();
-          !sectors.empty() && !told_of_robot_beams_) {
-        told_of_robot_beams_ = true;
-        laser_news.push_back(text_of_robot_beams(sectors, run_.setup().engine.scan.masked_angles,
-                                                 "set in its configuration "));
-      }
+      session_.advise();
     }
   }
   if (!outcome) {
     worker_.use_queue([&](ScanQueue& queue) { queue.leave_out(scan); });
     return;
   }
-  if (outcome->left_out > 0) {
-    ROS_WARN_STREAM_THROTTLE(10.0, kLeftOut);
-  }
-  if (outcome->gave_up_part) {
-    ROS_WARN_STREAM(kGaveUpPart);
-  }
-  for (const std::string& news : laser_news) {
-    ROS_WARN_STREAM(news);
-  }
-  if (std::exchange(has_stepped_back_, false) && outcome->state == TrackingState::kLost) {
+  if (has_stepped_back && outcome->state == TrackingState::kLost) {
     poses_.forget();  // odometry has begun anew, and what was sure was by the one before
   }
   poses_.publish(scan, *outcome, match_seconds, matcher);
@@ -323,25 +282,9 @@ void SlamNode::handle(const ReadyScan& scan) {
   }
 }
 
-/// Of another drive it is when the robot was switched off between, and its odometry begins anew.
-void SlamNode::take_up(const ScanInput& input) {
-  const double stamp = input.scan.stamp;
-  const double longest_pause = kLongestPause + run_.setup().node.autosave_period;
-  const double saved = resumed_->motion.stamp.value_or(0.0);
-  const bool same_drive =
-      run_.take_up(std::move(*resumed_), stamp, longest_pause, odometry_of(input));
-  resumed_.reset();
-  ROS_INFO_STREAM("going on with "
-                  << resumed_file_ << " as of the scan of " << fixed_text(saved, 3) << " s: "
-                  << (same_drive
-                          ? "the drive goes on"
-                          : "this is another drive, and the robot is searched for in the map")
-                  << " with the scan of " << fixed_text(stamp, 3) << " s");
-}
-
 void SlamNode::remember_health(const ReadyScan& scan, const ScanOutcome& outcome) {
   recent_.push_back({outcome.stamp, seconds_between(scan.stamp, ros::Time::now()),
-                     run_.last_match_seconds(), outcome.match.score, outcome.match.status,
+                     run().last_match_seconds(), outcome.match.score, outcome.match.status,
                      outcome.match.unconstrained_directions.size(), outcome.certainty,
                      outcome.evidence.mean, outcome.state});
   if (recent_.size() > kRecentScans) {
@@ -350,45 +293,20 @@ void SlamNode::remember_health(const ReadyScan& scan, const ScanOutcome& outcome
 }
 
 void SlamNode::handle(const TimeJump& jump) {
-  if (jump.stopped) {
-    ROS_ERROR_STREAM("time has jumped back by " << jump.seconds
-                                                << " s; no more scans are used, as time_jump is "
-                                                   "'stop'");
-    return;
-  }
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  if (options_.time_jump == "go_on") {
-    ROS_WARN_STREAM("time has jumped back by " << jump.seconds
-                                               << " s; the map goes on, as time_jump is 'go_on'; "
-                                                  "to begin a new one call ~reset");
-    run_.step_back();
-    has_stepped_back_ = true;
-    return;
+  if (session_.jump_back(text_of(jump, run().scans()), jump.stopped)) {
+    forget_map();
   }
-  ROS_WARN_STREAM("time has jumped back by " << jump.seconds
-                                             << " s; starting a new map, as time_jump is 'reset'");
-  run_.jump_back();
-  resumed_.reset();
-  if (initial_map_) {
-    run_.apply(*initial_map_);
-  }
-  forget_map();
 }
 
 void SlamNode::handle(const RunEvent& event) {
   std::unique_lock<std::mutex> lock(run_mutex_);
-  if (const auto* told = std::get_if<SetPose>(&event); told != nullptr && resumed_) {
-    run_.take_up_told(std::move(*resumed_), *told);
-    resumed_.reset();
-    return;
-  }
-  run_.apply(event);
+  session_.apply(event);
   if (gives_up_map(event)) {
-    resumed_.reset();
     set_aside_.clear();
     forget_map();
   } else if (std::holds_alternative<Reconfigure>(event)) {
-    const SlamSetup setup = run_.setup();
+    const SlamSetup setup = session_.setup();
     lock.unlock();
     adopt_options(setup);
   }
@@ -396,7 +314,7 @@ void SlamNode::handle(const RunEvent& event) {
 
 void SlamNode::handle(const LeftOut& left_out) {
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  run_.note_left_out(left_out.stamp, left_out.laser);
+  session_.note_left_out(left_out.stamp, left_out.laser);
 }
 
 /// What is kept of it beside the run.
@@ -417,46 +335,46 @@ void SlamNode::adopt_options(const SlamSetup& setup) {
 
 SlamSetup SlamNode::setup() {
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  return run_.setup();
+  return session_.setup();
 }
 
 MapRevision SlamNode::map_revision() {
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  return {run_.resets(), run_.key_scans().size(), run_.scans()};
+  return revision_of(run());
 }
 
 /// What loops have moved is rendered while the mapping goes on.
 MapSnapshot SlamNode::map_snapshot() {
   std::unique_lock<std::mutex> lock(run_mutex_);
   MapSnapshot snapshot;
-  snapshot.revision = {run_.resets(), run_.key_scans().size(), run_.scans()};
+  snapshot.revision = revision_of(run());
   snapshot.stamp = newest_scan_ ? newest_scan_->stamp : ros::Time();
-  snapshot.path = run_.path().poses();
-  snapshot.odometry_path = run_.odometry_path().poses();
+  snapshot.path = run().path().poses();
+  snapshot.odometry_path = run().odometry_path().poses();
   for (std::vector<StampedPose2>* poses : {&snapshot.path, &snapshot.odometry_path}) {
     for (StampedPose2& pose : *poses) {
-      pose.stamp = run_.stamp_by_clock(pose.stamp);
+      pose.stamp = run().stamp_by_clock(pose.stamp);
     }
   }
-  snapshot.graph = run_.graph();
-  if (!run_.is_outdated()) {
-    snapshot.occupancy = run_.shown_map();
+  snapshot.graph = run().graph();
+  if (!run().is_outdated()) {
+    snapshot.occupancy = run().shown_map();
     return snapshot;
   }
-  const PlacedScans keys = run_.key_scans().all();
-  const EngineOptions options = run_.setup().engine;
+  const PlacedScans keys = run().key_scans().all();
+  const EngineOptions options = session_.setup().engine;
   lock.unlock();
   SlamMap map = rendered(keys, options.map, options.field);
   snapshot.occupancy = shown_occupancy(map, keys, options.map);
   lock.lock();
-  run_.take_rendered(std::move(map), keys);
+  session_.take_rendered(std::move(map), keys);
   return snapshot;
 }
 
 /// Before anything is saved, so that a loop that is searched for is in all of it, or in none.
 void SlamNode::finish_loops() {
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  run_.finish();
+  session_.finish();
 }
 
 void SlamNode::save_records() {
@@ -464,20 +382,17 @@ void SlamNode::save_records() {
   std::vector<TimedEvent> events;
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
-    trajectories = run_.by_clock(run_.trajectory());
-    events = run_.events();
+    trajectories = run().by_clock(run().trajectory());
+    events = run().events();
   }
-  std::vector<FileContents> files;
+  FileReplacement files;
   if (!trajectory_file_.empty()) {
-    for (std::size_t part = 0; part < trajectories.size(); ++part) {
-      files.push_back({path_of_part(trajectory_file_, part, trajectories.size()),
-                       to_tum(Trajectory(std::move(trajectories[part])))});
-    }
+    add_tum_parts(trajectory_file_, trajectories, "", files);
   }
   if (!events_file_.empty()) {
-    files.push_back({events_file_, to_events_file(events)});
+    files.add({events_file_, to_events_file(events)});
   }
-  replace_files(files);
+  files.finish();
 }
 
 }  // namespace matchbox_slam

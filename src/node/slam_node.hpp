@@ -9,17 +9,13 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
-#include <cstdint>
 #include <deque>
-#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "io/map_changes.hpp"
 #include "matchbox_slam/LoadMap.h"
 #include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/TakePlace.h"
@@ -32,7 +28,8 @@
 #include "node/slam_diagnostics.hpp"
 #include "node/slam_input.hpp"
 #include "ros/matcher_loader.hpp"
-#include "run/slam_run.hpp"
+#include "run/map_saver.hpp"
+#include "run/slam_session.hpp"
 
 namespace matchbox_slam {
 
@@ -57,7 +54,6 @@ class SlamNode {
  private:
   void begin_map();
   [[nodiscard]] EngineState read_resumed(const std::string& file);
-  [[nodiscard]] bool is_start_told() const;
   void set_map_aside(const std::string& path, const std::string& why);
   void start_services();
   void cut_no_returns(double from);
@@ -70,7 +66,6 @@ class SlamNode {
   void handle(const LeftOut& left_out);
   void forget_map();
   void adopt_options(const SlamSetup& setup);
-  void take_up(const ScanInput& input);
   void remember_health(const ReadyScan& scan, const ScanOutcome& outcome);
 
   bool answer_dynamic_map(nav_msgs::GetMap::Request& request, nav_msgs::GetMap::Response& response);
@@ -86,32 +81,13 @@ class SlamNode {
   std::vector<OptionDescription> reconfigure(const Parameters& changes);
   void update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);
 
+  [[nodiscard]] const SlamRun& run() const { return session_.run(); }
   [[nodiscard]] SlamSetup setup();
   [[nodiscard]] LoadMapFile read_load(const std::string& path);
   [[nodiscard]] MapRevision map_revision();
   [[nodiscard]] MapSnapshot map_snapshot();
-  /// What was saved, and where, for people.
-  struct SavedMap {
-    std::size_t scans = 0;
-    std::string text;
-  };
-  /// Times that another map was begun, and that the clock has stepped back since.
-  using Beginnings = std::pair<std::size_t, std::size_t>;
-  /// All that is saved, as of one moment.
-  struct MapToSave {
-    SlamSetup setup;
-    MapRevision revision;
-    Beginnings beginnings;
-    EngineState map;
-    Trajectory trajectory;
-    Trajectory odometry;
-  };
-  [[nodiscard]] MapToSave map_to_save();
-  SavedMap save_map_files();
-  // These under save_mutex_.
-  void keep_other_map(const std::string& file, const Beginnings& beginnings);
-  SavedMap save_whole(const MapToSave& now);
-  [[nodiscard]] bool can_add_changes(const MapToSave& now) const;
+  [[nodiscard]] MapToSave read_map_to_save();
+  std::string save_map_files();
   [[nodiscard]] bool is_saved();
   void tell_unsaved();
   void autosave();
@@ -126,34 +102,17 @@ class SlamNode {
   MatcherLoader loader_;
 
   std::mutex run_mutex_;  ///< guards what follows, up to the worker
-  SlamRun run_;
+  SlamSession session_;
   std::optional<ReadyScan> newest_scan_;
   std::deque<ScanHealth> recent_;
-  bool has_resumed_ = false;            ///< it has begun with the map of map_file
-  std::optional<EngineState> resumed_;  ///< that map, until it shows which drive goes on in it
-  std::string resumed_file_;
-  bool told_of_robot_beams_ = false;
-  bool told_of_few_returns_ = false;
-  bool has_stepped_back_ = false;  ///< the clock, since the newest scan; of the worker alone
   std::string set_aside_;  ///< where a map is that could not be resumed, until this one is given up
 
-  /// The map that was written as a whole last.
-  struct WholeMap {
-    MapPieces pieces;
-    std::uintmax_t size = 0;           ///< [bytes] of the file
-    std::uintmax_t written_since = 0;  ///< [bytes] of changes to it
-    std::filesystem::file_time_type written;
-  };
-  std::mutex save_mutex_;             ///< held while files of the map are written, as what follows
-  std::optional<MapRevision> saved_;  ///< last
-  std::string saved_file_;       ///< what it holds is this map as it was, or what that began as
-  Beginnings saved_beginnings_;  ///< then
-  std::optional<WholeMap> whole_;
+  std::mutex save_mutex_;  ///< held while files of the map are written, as what follows
+  MapSaver saver_;
   ScanWorker worker_;
   const RunOptions options_;  ///< what of the configuration does not change
   const std::string trajectory_file_;
   const std::string events_file_;
-  std::optional<LoadMapFile> initial_map_;  ///< not changed after the start
 
   PosePublisher poses_;
   SlamDiagnostics diagnostics_;

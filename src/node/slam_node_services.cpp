@@ -6,15 +6,9 @@
 #include <string>
 #include <utility>
 
-#include "io/map_changes.hpp"
-#include "io/map_picture.hpp"
-#include "matchbox_slam/io/file.hpp"
-#include "matchbox_slam/io/map_file.hpp"
-#include "matchbox_slam/io/saved_map.hpp"
 #include "node/slam_node.hpp"
 #include "ros/message_conversion.hpp"
 #include "run/start_map.hpp"
-#include "slam/shown_map.hpp"
 
 namespace matchbox_slam {
 
@@ -65,7 +59,7 @@ void SlamNode::start_services() {
       patient_private.advertiseService("relocalise", &SlamNode::answer_relocalise, this),
       patient_private.advertiseService("take_place", &SlamNode::answer_take_place, this)};
   reconfigure_server_ = std::make_unique<ReconfigureServer>(
-      patient_private, run_.configuration().options(),
+      patient_private, run().configuration().options(),
       [this](const Parameters& changes) { return reconfigure(changes); });
   diagnostic_updater_.setHardwareID("none");
   diagnostic_updater_.add("SLAM", this, &SlamNode::update_diagnostics);
@@ -73,11 +67,8 @@ void SlamNode::start_services() {
   diagnostic_timer_ = prompt.createWallTimer(
       ros::WallDuration(diagnostic_updater_.getPeriod()),
       [this](const ros::WallTimerEvent& /*event*/) { diagnostic_updater_.force_update(); });
-  std::function<void(double)> cut;  // a limit set by hand stays
-  if (!private_node_.hasParam("scan/max_range")) {
-    cut = [this](double from) { cut_no_returns(from); };
-  }
-  input_ = std::make_unique<SlamInput>(node_, prompt, run_.setup(), worker_, cut);
+  input_ = std::make_unique<SlamInput>(node_, prompt, session_.setup(), worker_,
+                                       [this](double from) { cut_no_returns(from); });
   for (ros::CallbackQueue* queue : {&prompt_queue_, &patient_queue_}) {
     spinners_.push_back(std::make_unique<ros::AsyncSpinner>(1, queue));
   }
@@ -106,21 +97,22 @@ bool SlamNode::answer_save_map(std_srvs::Trigger::Request& /*request*/,
                                std_srvs::Trigger::Response& response) {
   return answer(response, [&] {
     finish_loops();
-    const SavedMap saved = save_map_files();
+    const std::string saved = save_map_files();
     if (autosave_) {
       autosave_->postpone();
     }
     save_records();
-    return "map of " + std::to_string(saved.scans) + " scans saved as " + saved.text;
+    return saved;
   });
 }
 
 bool SlamNode::answer_reset(std_srvs::Trigger::Request& /*request*/,
                             std_srvs::Trigger::Response& response) {
   worker_.use_queue([](ScanQueue& queue) { queue.start_again(); });
-  worker_.carry_out(initial_map_ ? RunEvent(*initial_map_) : RunEvent(Reset{}));
+  const RunEvent beginning = session_.beginning();
+  worker_.carry_out(beginning);
   response.success = 1;
-  response.message = initial_map_
+  response.message = std::holds_alternative<LoadMapFile>(beginning)
                          ? "map and trajectory are forgotten; it goes on with initial_map"
                          : "map and trajectory are forgotten; the next scan starts a new map";
   return true;
@@ -149,7 +141,7 @@ std::vector<OptionDescription> SlamNode::reconfigure(const Parameters& changes) 
     worker_.carry_out(Reconfigure{changes});
   }
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  return run_.configuration().options();
+  return run().configuration().options();
 }
 
 bool SlamNode::answer_pause(std_srvs::SetBool::Request& request,
@@ -167,7 +159,7 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
   std::optional<ReadyScan> newest;
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
-    key_scans = run_.key_scans().all();
+    key_scans = run().key_scans().all();
     newest = newest_scan_;
   }
   const bool is_newest = request.scan.ranges.empty();
@@ -239,106 +231,34 @@ std::string SlamNode::try_to_correct_pose(const Relocalisation& found, double st
   return "";
 }
 
-SlamNode::MapToSave SlamNode::map_to_save() {
+MapToSave SlamNode::read_map_to_save() {
   static_cast<void>(map_snapshot());  // rendered while the mapping goes on
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  if (run_.scans() == 0) {
-    throw std::runtime_error("no scan was mapped yet; nothing is saved, so that no map is lost");
-  }
-  return {run_.setup(),
-          {run_.resets(), run_.key_scans().size(), run_.scans()},
-          {run_.resets(), run_.clock_steps()},
-          run_.snapshot(),
-          Trajectory(run_.path().poses()),
-          Trajectory(run_.odometry_path().poses())};
+  return map_to_save(run());
 }
 
-SlamNode::SavedMap SlamNode::save_map_files() {
+/// Returns what was saved, for people.
+std::string SlamNode::save_map_files() {
   const std::lock_guard<std::mutex> saving(save_mutex_);
-  return save_whole(map_to_save());
+  const MapToSave now = read_map_to_save();
+  const std::string where = saver_.save(now);
+  return "map of " + std::to_string(now.revision.scans) + " scans saved as " + where;
 }
 
-/// What the file holds now stays beside it where the map did not go on from there.
-void SlamNode::keep_other_map(const std::string& file, const Beginnings& beginnings) {
-  if (saved_file_ != file || saved_beginnings_ != beginnings) {
-    for (const auto& [now, kept] :
-         {std::make_pair(file, file + ".1"),
-          std::make_pair(path_of_changes(file), path_of_changes(file + ".1"))}) {
-      if (std::filesystem::exists(now)) {
-        keep_as(now, kept);
-      }
-    }
-    saved_file_ = file;
-    saved_beginnings_ = beginnings;
-  }
-}
-
-SlamNode::SavedMap SlamNode::save_whole(const MapToSave& now) {
-  const std::string path = std::filesystem::absolute(now.setup.node.map_file).string();
-  const std::string file = path + ".slam";
-  const MapFormat format = map_format(now.setup.run);
-  const OccupancyGrid shown =
-      shown_occupancy(now.map.map, now.map.key_scans.all(), now.setup.engine.map);
-  const Picture picture = draw_map(shown, now.trajectory, now.odometry, now.map.loops.graph);
-  // Each time: map_file may change while the node runs, and its folder may be cleared.
-  require_writable_folder(std::filesystem::path(path).parent_path().string());
-  FileReplacement files;
-  for (const FileContents& one : map_files(path, make_map_image(shown), format)) {
-    files.add(one);
-  }
-  files.add({path + ".png", picture.to_png()});
-  std::uintmax_t size = 0;
-  MapPieces pieces;
-  files.add(file, [&](const ByteSink& sink) {
-    pieces = write_map_in_pieces(now.map, [&](const std::string& bytes) {
-      size += bytes.size();
-      sink(bytes);
-    });
-  });
-  keep_other_map(file, now.beginnings);
-  files.finish();
-  std::filesystem::remove(path_of_changes(file));
-  saved_ = now.revision;
-  whole_ = WholeMap{std::move(pieces), size, 0, std::filesystem::last_write_time(file)};
-  return {now.revision.scans, path + (format == MapFormat::kPng ? ".occupancy.png" : ".pgm") +
-                                  ", .yaml, .png and .slam"};
-}
-
-/// Whether what has changed since the map was written as a whole could be written beside it.
-bool SlamNode::can_add_changes(const MapToSave& now) const {
-  const std::string file = std::filesystem::absolute(now.setup.node.map_file).string() + ".slam";
-  std::error_code gone;
-  return whole_ && saved_file_ == file && saved_beginnings_ == now.beginnings &&
-         std::filesystem::file_size(file, gone) == whole_->size && !gone &&
-         std::filesystem::last_write_time(file, gone) == whole_->written && !gone;
-}
-
-/// In a thread of its own. What has changed is written beside the map, until as much was written as
-/// the whole takes: so it costs twice the least there is at most. Trajectory and events are not
-/// written: for these the mapping would wait for a search for a loop.
+/// In a thread of its own. Trajectory and events are not written: for these the mapping would wait
+/// for a search for a loop.
 void SlamNode::autosave() {
   if (is_saved()) {
     return;
   }
   const std::lock_guard<std::mutex> saving(save_mutex_);
-  const MapToSave now = map_to_save();
-  if (can_add_changes(now)) {
-    const std::string changes = changes_since(whole_->pieces, now.map);
-    if (whole_->written_since + changes.size() < whole_->size) {
-      replace_file(path_of_changes(saved_file_), changes);
-      whole_->written_since += changes.size();
-      saved_ = now.revision;
-      return;
-    }
-  }
-  static_cast<void>(save_whole(now));
+  saver_.save_changes(read_map_to_save());
 }
 
-/// Whether nothing would be lost now; so it is where there is nothing.
 bool SlamNode::is_saved() {
   const MapRevision now = map_revision();
   const std::lock_guard<std::mutex> saving(save_mutex_);
-  return now.scans == 0 || now == saved_;
+  return saver_.is_saved(now);
 }
 
 /// At the end.
@@ -346,7 +266,7 @@ void SlamNode::tell_unsaved() {
   if (is_saved() || !setup().engine.slam.update_map) {
     return;
   }
-  const std::string text = "the map of " + std::to_string(run_.scans()) +
+  const std::string text = "the map of " + std::to_string(run().scans()) +
                            " scans is not saved. Before the end, rosservice call " +
                            private_node_.getNamespace() +
                            "/save_map saves it; with autosave_period, or slam.launch "
@@ -370,24 +290,21 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
   health.unsaved = autosave_ ? autosave_->failure() : "";
   {
     const std::lock_guard<std::mutex> lock(run_mutex_);
-    health.updates_map = run_.setup().engine.slam.update_map;
-    health.paused = run_.is_paused();
-    health.matcher = run_.setup().matcher_name;
+    health.updates_map = session_.setup().engine.slam.update_map;
+    health.paused = run().is_paused();
+    health.matcher = session_.setup().matcher_name;
     health.recent = recent_;
-    health.left_out = run_.left_out();
-    health.key_scans = run_.key_scans().size();
-    health.loops_closed = run_.new_loops().closed;
-    health.parts_apart = run_.parts_apart();
-    for (const auto& [number, laser] : run_.secondary_lasers()) {
-      health.secondary_lasers.push_back(text_of(laser, run_.scan_topic(number)));
+    health.left_out = run().left_out();
+    health.key_scans = run().key_scans().size();
+    health.loops_closed = run().new_loops().closed;
+    health.parts_apart = run().parts_apart();
+    for (const auto& [number, laser] : run().secondary_lasers()) {
+      health.secondary_lasers.push_back(text_of(laser, run().scan_topic(number)));
     }
-    health.few_returns = text_of_few_returns(run_.returns());
-    if (const std::vector<double> sectors = run_.robot_beams(); !sectors.empty()) {
-      health.robot_beams = text_of_robot_beams(sectors, run_.setup().engine.scan.masked_angles,
-                                               "set in its configuration ");
-    }
-    health.parts_given_up = run_.parts_given_up();
-    health.map_bytes = run_.map_bytes();
+    health.few_returns = session_.few_returns();
+    health.robot_beams = session_.robot_beams();
+    health.parts_given_up = run().parts_given_up();
+    health.map_bytes = run().map_bytes();
     health.set_aside = set_aside_;
   }
   diagnostics_.fill(health, status);

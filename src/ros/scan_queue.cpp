@@ -9,6 +9,7 @@
 
 #include "common/number_text.hpp"
 #include "ros/message_conversion.hpp"
+#include "run/run_dialog.hpp"
 
 namespace matchbox_slam {
 
@@ -82,6 +83,11 @@ std::size_t ScanAccount::skipped_total() const {
     total += count;
   }
   return total;
+}
+
+std::string text_of(const TimeJump& jump, std::size_t scans_before) {
+  return "time jumps back by " + seconds_text(jump.seconds) + " after " +
+         std::to_string(scans_before) + " scans: ";
 }
 
 std::string to_string(const ScanAccount& account) {

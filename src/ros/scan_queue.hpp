@@ -80,6 +80,9 @@ struct TimeJump {
   bool stopped = false;  ///< no more scans are delivered
 };
 
+/// What to say of a time jump that comes after so many scans, up to what is done about it.
+[[nodiscard]] std::string text_of(const TimeJump& jump, std::size_t scans_before);
+
 /// A scan that was ready is skipped, as there is no time for it.
 struct LeftOut {
   double stamp = 0.0;  ///< [s] of the first beam, by the clock of tf

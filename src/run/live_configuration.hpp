@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
@@ -18,6 +19,11 @@ class LiveConfiguration {
                     SetupOf whose = SetupOf::kNode);
 
   [[nodiscard]] const SlamSetup& setup() const { return setup_; }
+
+  /// Whether somebody has set an option, by its full name.
+  [[nodiscard]] bool is_given(const std::string& name) const {
+    return parameters_.find(name) != nullptr;
+  }
 
   /// The options that may change, with their present values; those of all matchers that there are.
   [[nodiscard]] std::vector<OptionDescription> options() const;

@@ -373,7 +373,7 @@ void SlamRun::note_lasers() {
     LaserUse& told = laser_uses_[number];
     const LaserUse use = use_of(laser);
     if (use != told && use != LaserUse::kUnsure) {
-      laser_news_.push_back(text_of(laser, scan_topic(number)));
+      laser_news_.push_back(number);
     }
     told = use;
   }

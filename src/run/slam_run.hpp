@@ -23,16 +23,6 @@
 
 namespace matchbox_slam {
 
-/// What to tell people of a scan that the map has no room for.
-constexpr const char* kLeftOut =
-    "a scan is left out of the map, which would have more cells than map/max_cells allows; is its "
-    "pose a wild one?";
-
-/// What to tell people when a map apart is given up.
-constexpr const char* kGaveUpPart =
-    "the map apart of the fewest key scans is given up, as 16 are kept; the robot was lost too "
-    "often";
-
 /// Loops of a map, counted.
 struct LoopCount {
   std::size_t found = 0;   ///< of SlamEngine::loops(), refused ones, too
@@ -125,8 +115,8 @@ class SlamRun {
   }
   [[nodiscard]] std::string scan_topic(int laser) const;
 
-  /// Texts of lasers that came into use with the newest scan, or contradict the first one now.
-  [[nodiscard]] const std::vector<std::string>& laser_news() const { return laser_news_; }
+  /// Lasers that came into use with the newest scan, or contradict the first one now.
+  [[nodiscard]] const std::vector<int>& laser_news() const { return laser_news_; }
 
   /// Sectors in which beams of any laser end on the robot itself, as RobotBeams finds them.
   [[nodiscard]] std::vector<double> robot_beams() const;
@@ -266,7 +256,7 @@ class SlamRun {
   std::map<int, LaserUse> laser_uses_;
   std::map<int, RobotBeams> robot_beams_;  ///< by laser
   std::map<int, ReturnCount> returns_;     ///< likewise
-  std::vector<std::string> laser_news_;
+  std::vector<int> laser_news_;
 };
 
 }  // namespace matchbox_slam

@@ -83,9 +83,7 @@ std::vector<LocatedScan> locate_scans(BagScans& scans, const TruthAtScans& truth
     if (const auto* jump = std::get_if<TimeJump>(&*item)) {
       dialog.warn(text_of(*jump, number) + (jump->stopped ? "stopping there, as time_jump is 'stop'"
                                                           : "leaving out what was before"));
-      if (jump->stopped) {
-        scans.stop();
-      } else {
+      if (!jump->stopped) {
         located.clear();
         scans.discard_delivered();
       }

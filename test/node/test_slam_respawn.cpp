@@ -240,13 +240,14 @@ TEST(SlamRespawn, KilledInTheMiddleOfADriveItGoesOnWithTheMapSavedLast) {
       << "it does not come back";
   ASSERT_TRUE(drive.until([&] { return !drive.line("going on with ").empty(); }));
   const std::string told = drive.line("going on with ");
-  const std::string words = "going on with " + folder + "/map.slam as of the scan of ";
+  const std::string words =
+      "going on with " + folder + "/map.slam, whose drive goes on after its scan of ";
   ASSERT_EQ(told.substr(0, words.size()), words);
   const double resumed = std::stod(told.substr(words.size()));
   RecordProperty("lost_s", std::to_string(killed - resumed));
   RecordProperty("away_s", std::to_string(drive.found()[before].stamp - killed));
   EXPECT_GE(resumed, before_last) << "older than a period";
-  EXPECT_TRUE(contains(told, " s: the drive goes on with the scan of ")) << told;
+  EXPECT_TRUE(contains(told, " s with that of ")) << told;
   EXPECT_NE(process_of("/slam"), process);
 
   ASSERT_TRUE(drive.until([&] { return drive.is_at_end(); }));

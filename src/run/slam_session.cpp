@@ -1,0 +1,191 @@
+#include "run/slam_session.hpp"
+
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "common/number_text.hpp"
+#include "run/start_map.hpp"
+
+namespace matchbox_slam {
+
+namespace {
+
+/// Why a drive is another than that of a saved map.
+std::string text_of_another_drive(double stamp, std::optional<double> saved) {
+  std::string why;
+  if (saved) {
+    why = ", as its first scan is " + fixed_text(std::abs(stamp - *saved), 3) +
+          (stamp > *saved ? " s newer" : " s older") + " than the last one of the map";
+  }
+  return "; this is another drive" + why + ": the robot is searched for in the map";
+}
+
+}  // namespace
+
+SlamSession::SlamSession(LiveConfiguration configuration, RunRecords records, RunDialog dialog,
+                         std::string how_to_set)
+    : run_(std::move(configuration), records),
+      dialog_(std::move(dialog)),
+      how_to_set_(std::move(how_to_set)) {}
+
+// --- how it begins ---
+
+void SlamSession::go_on_with(SavedStart saved) {
+  run_.start_from(saved.map);
+  is_continued_ = true;
+  saved_ = std::move(saved);
+}
+
+void SlamSession::begin_with(LoadMapFile initial) {
+  initial_ = std::move(initial);
+  if (is_continued_) {
+    return;
+  }
+  apply(*initial_);
+  if (!setup().engine.slam.update_map && !is_start_given() && !run_.key_scans().empty()) {
+    apply(BeAnywhere{});
+  }
+}
+
+bool SlamSession::is_start_given() const {
+  const LiveConfiguration& configuration = run_.configuration();
+  return configuration.is_given("start_x") || configuration.is_given("start_y") ||
+         configuration.is_given("start_theta");
+}
+
+/// Of another drive it is when the robot was switched off between, and its odometry begins anew.
+void SlamSession::take_up(const ScanInput& input) {
+  SavedStart saved = *std::exchange(saved_, std::nullopt);
+  const double stamp = input.scan.stamp;
+  const std::optional<double> last = saved.map.motion.stamp;
+  const bool has_key_scans = !saved.map.key_scans.empty();
+  // What is saved now and then is as old as that.
+  const bool same_drive =
+      run_.take_up(std::move(saved.map), stamp, kLongestPause + setup().node.autosave_period,
+                   saved.may_odometry_tell ? odometry_of(input) : std::nullopt);
+  dialog_.inform(
+      "going on with " + saved.file +
+      (same_drive ? ", whose drive goes on after its scan of " + fixed_text(last.value_or(0.0), 3) +
+                        " s with that of " + fixed_text(stamp, 3) + " s"
+       : has_key_scans ? text_of_another_drive(stamp, last)
+                       : "; the robot is taken to be where start_x, start_y and start_theta say"));
+}
+
+// --- scans and events ---
+
+std::optional<ScanOutcome> SlamSession::process(const ScanInput& input) {
+  if (saved_) {
+    take_up(input);
+  }
+  std::optional<ScanOutcome> outcome = run_.process(input);
+  if (outcome) {
+    tell(*outcome);
+  }
+  return outcome;
+}
+
+void SlamSession::apply(const RunEvent& event) {
+  const auto* told = std::get_if<SetPose>(&event);
+  if (saved_ && told != nullptr) {
+    SavedStart saved = *std::exchange(saved_, std::nullopt);
+    run_.take_up_told(std::move(saved.map), *told);
+    dialog_.inform("going on with " + saved.file + "; where the robot is in it has been told");
+    return;
+  }
+  run_.apply(event);
+  if (gives_up_map(event)) {
+    saved_.reset();
+  }
+}
+
+bool SlamSession::jump_back(const std::string& jumped, bool stopped) {
+  if (stopped) {
+    dialog_.warn(jumped + "stopping there, as time_jump is 'stop'");
+    return false;
+  }
+  if (setup().run.time_jump == "go_on") {
+    dialog_.warn(jumped +
+                 "the map goes on, as time_jump is 'go_on'; with 'reset' a new one begins");
+    run_.step_back();
+    return false;
+  }
+  dialog_.warn(jumped + "starting a new map, as time_jump is 'reset'");
+  saved_.reset();
+  run_.jump_back();
+  if (initial_) {
+    run_.apply(*initial_);
+  }
+  return true;
+}
+
+void SlamSession::begin_drive(double stamp) {
+  dialog_.inform("another drive begins after " + std::to_string(run_.scans()) +
+                 " scans: the robot is searched for in the map");
+  run_.begin_drive(stamp);
+}
+
+std::vector<RunEvent> SlamSession::cut_no_returns(double from, bool has_begun) {
+  if (run_.configuration().is_given("scan/max_range")) {
+    return {};
+  }
+  const std::string found =
+      "where they meet nothing, beams of a laser read its range_max plus noise";
+  const std::string limit = fixed_text(from, 3);
+  if (setup().run.scan_topics.size() > 1) {
+    dialog_.warn(found + ", which draws walls where none are; to cut them " + how_to_set_ +
+                 "scan/max_range=" + limit);
+    return {};
+  }
+  Parameters changes;
+  changes.set("scan/max_range", from);
+  std::vector<RunEvent> events{Reconfigure{std::move(changes)}};
+  const bool begins_anew = has_begun && run_.resets() == 0 && !is_continued_;
+  if (begins_anew) {
+    events.emplace_back(Reset{});
+  }
+  dialog_.warn(found + "; scan/max_range is set to " + limit +
+               " m, from which on they are no return" +
+               (begins_anew ? ", and the map begins anew" : ""));
+  return events;
+}
+
+// --- what people are told ---
+
+void SlamSession::tell(const ScanOutcome& outcome) {
+  if (outcome.left_out > 0 && !std::exchange(told_of_left_out_, true)) {
+    dialog_.warn(
+        "a scan is left out of the map, which would have more cells than map/max_cells allows; is "
+        "its pose a wild one?");
+  }
+  if (outcome.gave_up_part) {
+    dialog_.warn(
+        "the map apart of the fewest key scans is given up, as 16 are kept; the robot was lost too "
+        "often");
+  }
+  for (const int number : run_.laser_news()) {
+    const SecondaryLaser& laser = run_.secondary_lasers().at(number);
+    (laser.is_used ? dialog_.inform : dialog_.warn)(text_of(laser, run_.scan_topic(number)));
+  }
+}
+
+void SlamSession::advise() {
+  const auto warn_once = [this](const std::string& text, bool& told) {
+    if (!text.empty() && !std::exchange(told, true)) {
+      dialog_.warn(text);
+    }
+  };
+  warn_once(robot_beams(), told_of_robot_beams_);
+  warn_once(few_returns(), told_of_few_returns_);
+}
+
+std::string SlamSession::robot_beams() const {
+  const std::vector<double> sectors = run_.robot_beams();
+  return sectors.empty()
+             ? ""
+             : text_of_robot_beams(sectors, setup().engine.scan.masked_angles, how_to_set_);
+}
+
+std::string SlamSession::few_returns() const { return text_of_few_returns(run_.returns()); }
+
+}  // namespace matchbox_slam
