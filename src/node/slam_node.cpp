@@ -4,7 +4,6 @@
 #include <utility>
 #include <variant>
 
-#include "common/number_text.hpp"
 #include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
