@@ -73,6 +73,8 @@ def output_of(program, *arguments, timeout=None):
 def read_tum(path):
     poses = {}
     for line in path.read_text().splitlines():
+        if line.startswith("#"):  # of a map that was gone on with
+            continue
         t, x, y, _, _, _, qz, qw = map(float, line.split())
         poses[round(t, 6)] = (x, y, 2.0 * math.atan2(qz, qw))
     return poses

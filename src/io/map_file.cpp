@@ -50,6 +50,21 @@ std::string yaml_of(const MapImage& map, const std::string& image_name) {
   return text.str();
 }
 
+/// The pixels of a PGM that are written as numbers.
+void read_text_pixels(const std::string& path, std::istream& stream, MapImage& map) {
+  const std::size_t count =
+      static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height);
+  int pixel = 0;
+  while (map.pixels.size() < count && stream >> pixel && pixel >= 0 && pixel <= 255) {
+    map.pixels.push_back(static_cast<std::uint8_t>(pixel));
+  }
+  if (map.pixels.size() < count) {
+    throw FileError("'" + path + "' is cut off or damaged: " + std::to_string(map.width) + " x " +
+                    std::to_string(map.height) + " pixels are announced, " +
+                    std::to_string(map.pixels.size()) + " are there, each 0 to 255");
+  }
+}
+
 /// Reads size and pixels. Comments in the head go from '#' to the end of the line.
 void read_pgm(const std::string& path, const std::string& bytes, MapImage& map) {
   std::istringstream stream(bytes);
@@ -69,14 +84,21 @@ void read_pgm(const std::string& path, const std::string& bytes, MapImage& map) 
             "has no usable " + name + " in its head; allowed: 1 to " + std::to_string(highest));
     return number;
   };
-  require(bytes.compare(0, 2, "P5") == 0,
-          "is not a binary PGM (it does not begin with P5), nor a PNG");
+  const bool is_text = bytes.compare(0, 2, "P2") == 0;
+  require(
+      is_text || bytes.compare(0, 2, "P5") == 0,
+      "is not a PGM (it begins with neither P5 nor P2), nor a PNG; convert it, as by ImageMagick: "
+      "convert MAP map.png");
   stream.ignore(2);
   map.width = read_number("width", 1 << 20);
   map.height = read_number("height", 1 << 20);
   const int brightest = read_number("brightest value", 65535);
   require(brightest == 255,
           "has the brightest value " + std::to_string(brightest) + "; allowed: 255");
+  if (is_text) {
+    read_text_pixels(path, stream, map);
+    return;
+  }
   stream.ignore();  // the one white space that ends the head
   const std::ptrdiff_t count = std::ptrdiff_t{map.width} * map.height;
   const std::streamsize left = std::max<std::streamsize>(0, stream.rdbuf()->in_avail());
@@ -212,7 +234,9 @@ Pose2 read_origin(const MapYaml& yaml) {
   const auto origin = yaml.get<std::vector<double>>("origin");
   yaml.require(origin.size() == 3, "origin has to be [x, y, yaw]");
   const Pose2 pose{origin[0], origin[1], origin[2]};
+  constexpr double kFarthest = 1e8;  // [m], as of start_x
   yaml.require(pose.is_finite(), "origin has to be finite");
+  yaml.require(pose.translation().norm() <= kFarthest, "origin has to be within 1e8 m of 0, 0");
   return {pose.x, pose.y, wrap_angle(pose.theta)};
 }
 

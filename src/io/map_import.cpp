@@ -1,62 +1,92 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <optional>
-#include <utility>
 #include <vector>
 
+#include "map/image_walls.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
+#include "slam/image_views.hpp"
 
 namespace matchbox_slam {
 namespace {
-
-constexpr int kNeighbourhood = 3;  // [cells] to each side, in which a wall is taken as straight
-constexpr std::size_t kFewestOnLine = 4;  // a guess: half and double were not tried
-constexpr double kLineThickness = 0.3;    // of its length, at most; rounder spots tell no direction
 
 // What an image says of a cell, as strong as some scans would have said it.
 constexpr double kFreeOccupancy = 0.05;
 constexpr double kOccupiedOccupancy = 0.95;
 
-/// Occupied pixels around one, in pixels from the image's lower left corner.
-std::vector<Eigen::Vector2d> occupied_around(const MapImage& image, const Cell& pixel) {
-  std::vector<Eigen::Vector2d> centers;
-  for (int y = std::max(0, pixel.y - kNeighbourhood);
-       y <= std::min(image.height - 1, pixel.y + kNeighbourhood); ++y) {
-    for (int x = std::max(0, pixel.x - kNeighbourhood);
-         x <= std::min(image.width - 1, pixel.x + kNeighbourhood); ++x) {
-      if (image.state({x, y}) == CellState::kOccupied) {
-        centers.emplace_back(x + 0.5, y + 0.5);
+/// Where an image lies in the map, whatever its pixels' size and however it is turned.
+class PlacedImage {
+ public:
+  explicit PlacedImage(const MapImage& image)
+      : size_(image.width, image.height), resolution_(image.resolution), origin_(image.origin) {}
+
+  [[nodiscard]] Eigen::Vector2d to_map(const Eigen::Vector2d& pixels) const {
+    return origin_ * Eigen::Vector2d(resolution_ * pixels);
+  }
+
+  [[nodiscard]] Cell pixel_at(const Eigen::Vector2d& point) const {
+    constexpr double kOnBorder = 1e-5;  // [pixels]; map_saver writes six decimals of a metre
+    const Eigen::Vector2d pixels = origin_.inverse() * point / resolution_;
+    return {cell_index(pixels.x() + kOnBorder), cell_index(pixels.y() + kOnBorder)};
+  }
+
+  /// Cells of the map that it covers.
+  [[nodiscard]] CellBox cells(const GridGeometry& geometry) const {
+    CellBox box;
+    const Eigen::Vector2d size = size_.cast<double>();
+    for (const Eigen::Vector2d& corner : {Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(size.x(), 0.0),
+                                          Eigen::Vector2d(0.0, size.y()), size}) {
+      box.include(geometry.cell_at(to_map(corner)));
+    }
+    return box;
+  }
+
+ private:
+  Eigen::Vector2i size_;
+  double resolution_;
+  Pose2 origin_;
+};
+
+void require_size_of_pixels(const MapImage& image, const std::string& path) {
+  constexpr double kSmallest = 0.001;  // [m]
+  constexpr double kLargest = 1.0;     // as of map/resolution
+  if (!(image.resolution >= kSmallest && image.resolution <= kLargest)) {
+    throw FileError("the map '" + path + "' has the resolution " + to_string(image.resolution) +
+                    "; allowed: " + to_string(kSmallest) + " to " + to_string(kLargest) +
+                    ", in metres a pixel");
+  }
+}
+
+void require_room(const MapImage& image, const CellBox& cells, const std::string& path,
+                  double max_cells) {
+  const double pixels = static_cast<double>(image.width) * image.height;
+  const double in_map = static_cast<double>(cells.width()) * cells.height();
+  if (std::max(pixels, in_map) > max_cells) {
+    throw FileError("the map '" + path + "' has " + std::to_string(image.width) + " x " +
+                    std::to_string(image.height) + " pixels of " + to_string(image.resolution) +
+                    " m, and would take " + std::to_string(cells.width()) + " x " +
+                    std::to_string(cells.height()) + " cells; allowed: " + to_string(max_cells) +
+                    " in all; if it is as large as that, set map/max_cells higher");
+  }
+}
+
+/// The cells as an image has them. One that holds a wall is occupied, however many pixels it has.
+void draw(const ImageWalls& walls, const PlacedImage& placed, const CellBox& cells,
+          OccupancyGrid& occupancy) {
+  for (int y = cells.min.y; y < cells.max.y; ++y) {
+    for (int x = cells.min.x; x < cells.max.x; ++x) {
+      const CellState state = walls.state(placed.pixel_at(occupancy.geometry().center({x, y})));
+      if (state != CellState::kUnknown) {
+        occupancy.blend({x, y}, state == CellState::kFree ? kFreeOccupancy : kOccupiedOccupancy,
+                        1.0);
       }
     }
   }
-  return centers;
-}
-
-/// The wall in an occupied pixel: on the line through its neighbours where they lie on one, else in
-/// its centre. In pixels.
-SurfaceHit wall_in(const MapImage& image, const Cell& pixel) {
-  const Eigen::Vector2d center(pixel.x + 0.5, pixel.y + 0.5);
-  const std::vector<Eigen::Vector2d> around = occupied_around(image, pixel);
-  if (around.size() < kFewestOnLine) {
-    return {center, Eigen::Vector2d::Zero()};
+  for (const SurfaceHit& wall : walls.walls()) {
+    occupancy.blend(occupancy.geometry().cell_at(placed.to_map(wall.position)), kOccupiedOccupancy,
+                    1.0);
   }
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (const Eigen::Vector2d& point : around) {
-    mean += point / static_cast<double>(around.size());
-  }
-  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
-  for (const Eigen::Vector2d& point : around) {
-    scatter += (point - mean) * (point - mean).transpose();
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(scatter);  // ascending
-  if (std::sqrt(axes.eigenvalues()(0)) > kLineThickness * std::sqrt(axes.eigenvalues()(1))) {
-    return {center, Eigen::Vector2d::Zero()};
-  }
-  const Eigen::Vector2d normal = axes.eigenvectors().col(0);
-  return {center - normal * normal.dot(center - mean), normal};
 }
 
 /// Of a copy that was kept, such as map.slam.1, that of what it is a copy of.
@@ -70,43 +100,29 @@ std::string extension_of(const std::string& path) {
 EngineState map_from_image(const MapImage& image, const std::string& path,
                            const MapOptions& map_options,
                            const LikelihoodFieldOptions& field_options) {
-  // map_saver writes six decimals.
-  if (std::abs(image.resolution - map_options.resolution) > 1e-6) {
-    throw ConfigurationError("map/resolution: " + to_string(map_options.resolution) +
-                             " is not allowed with the map '" + path + "'; allowed: its own, " +
-                             to_string(image.resolution));
-  }
-  if (image.origin.theta != 0.0) {
-    throw FileError("'" + path + "' is turned by " + to_string(image.origin.theta) +
-                    " rad; a map to go on with has to have the yaw 0 in its origin");
-  }
-  if (static_cast<double>(image.width) * image.height > map_options.max_cells) {
-    throw FileError("the map '" + path + "' has " + std::to_string(image.width) + " x " +
-                    std::to_string(image.height) +
-                    " cells; allowed: " + to_string(map_options.max_cells) +
-                    " in all; if it is as large as that, set map/max_cells higher");
-  }
+  require_size_of_pixels(image, path);
   EngineState start{SlamMap(map_options, field_options), {}, {}, {}, 0};
-  const auto to_map = [&](const Eigen::Vector2d& pixels) -> Eigen::Vector2d {
-    return image.origin.translation() + map_options.resolution * pixels;
-  };
-  std::vector<SurfaceHit> walls;
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      const CellState state = image.state({x, y});
-      if (state == CellState::kUnknown) {
-        continue;
-      }
-      const bool is_wall = state == CellState::kOccupied;
-      start.map.occupancy.blend(start.map.occupancy.geometry().cell_at(to_map({x + 0.5, y + 0.5})),
-                                is_wall ? kOccupiedOccupancy : kFreeOccupancy, 1.0);
-      if (is_wall) {
-        const SurfaceHit wall = wall_in(image, {x, y});
-        walls.push_back({to_map(wall.position), wall.normal});
-      }
-    }
+  const PlacedImage placed(image);
+  const CellBox cells = placed.cells(start.map.occupancy.geometry());
+  require_room(image, cells, path, map_options.max_cells);
+  const ImageWalls walls(image);
+  if (walls.walls().empty()) {
+    throw FileError("the map '" + path +
+                    "' has no occupied pixel, so that nothing tells where a robot is; occupied are "
+                    "those whose darkness (255 - pixel) / 255 is above its occupied_thresh, " +
+                    to_string(image.occupied_threshold) +
+                    (image.negate ? "; negate is 1: of white pixels it is the brightness"
+                                  : "; where white pixels are the walls, set negate: 1"));
   }
-  start.map.field.update(walls, {});
+  draw(walls, placed, cells, start.map.occupancy);
+  std::vector<SurfaceHit> surfaces;
+  surfaces.reserve(walls.walls().size());
+  const Pose2 turn{0.0, 0.0, image.origin.theta};
+  for (const SurfaceHit& wall : walls.walls()) {
+    surfaces.push_back({placed.to_map(wall.position), turn * wall.normal});
+  }
+  start.map.field.update(surfaces, {});
+  start.key_scans = image_views(walls, image.resolution, image.origin);
   start.is_of_key_scans = false;
   return start;
 }

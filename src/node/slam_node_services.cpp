@@ -165,8 +165,9 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
   const bool is_newest = request.scan.ranges.empty();
   if (key_scans.empty()) {
     response.message =
-        "there are no key scans to find a scan among: they come as the map is made, or with a "
-        ".slam file, not with an image; tell where the robot is by initialpose";
+        "there are no key scans to find a scan among: they come as the map is made, with "
+        "a .slam file, or with an image that has free ground; tell where the robot is by "
+        "initialpose";
     return true;
   }
   if (!newest) {

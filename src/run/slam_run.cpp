@@ -191,8 +191,9 @@ void SlamRun::take_effect(const CorrectPose& event) {
 void SlamRun::take_effect(const BeAnywhere& /*event*/) {
   if (key_scans().empty()) {
     throw std::runtime_error(
-        "there are no key scans to search for the robot in: they come as the map is made, or with "
-        "a .slam file, not with an image; tell where the robot is by initialpose");
+        "there are no key scans to search for the robot in: they come as the map is made, with "
+        "a .slam file, or with an image that has free ground; tell where the robot is by "
+        "initialpose");
   }
   is_told_ = false;
   is_anywhere_ = true;

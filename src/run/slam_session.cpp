@@ -43,7 +43,9 @@ void SlamSession::begin_with(LoadMapFile initial) {
     return;
   }
   apply(*initial_);
-  if (!setup().engine.slam.update_map && !is_start_given() && !run_.key_scans().empty()) {
+  if (is_start_given()) {
+    apply(configured_start(setup().run));
+  } else if (!setup().engine.slam.update_map && !run_.key_scans().empty()) {
     apply(BeAnywhere{});
   }
 }
@@ -60,16 +62,23 @@ void SlamSession::take_up(const ScanInput& input) {
   const double stamp = input.scan.stamp;
   const std::optional<double> last = saved.map.motion.stamp;
   const bool has_key_scans = !saved.map.key_scans.empty();
+  const bool is_restarted = saved.may_odometry_tell;
   // What is saved now and then is as old as that.
   const bool same_drive =
       run_.take_up(std::move(saved.map), stamp, kLongestPause + setup().node.autosave_period,
-                   saved.may_odometry_tell ? odometry_of(input) : std::nullopt);
-  dialog_.inform(
-      "going on with " + saved.file +
-      (same_drive ? ", whose drive goes on after its scan of " + fixed_text(last.value_or(0.0), 3) +
-                        " s with that of " + fixed_text(stamp, 3) + " s"
-       : has_key_scans ? text_of_another_drive(stamp, last)
-                       : "; the robot is taken to be where start_x, start_y and start_theta say"));
+                   is_restarted ? odometry_of(input) : std::nullopt);
+  // Where the same program was only started again they told of its first start.
+  const bool is_told = !same_drive && !is_restarted && is_start_given();
+  if (is_told) {
+    run_.apply(configured_start(setup().run));
+  }
+  dialog_.inform("going on with " + saved.file +
+                 (same_drive ? ", whose drive goes on after its scan of " +
+                                   fixed_text(last.value_or(0.0), 3) + " s with that of " +
+                                   fixed_text(stamp, 3) + " s"
+                  : has_key_scans && !is_told
+                      ? text_of_another_drive(stamp, last)
+                      : "; the robot is taken to be where start_x, start_y and start_theta say"));
 }
 
 // --- scans and events ---

@@ -33,8 +33,8 @@ class SlamSession {
   void go_on_with(SavedStart saved);
 
   /// Begins with a map that was loaded, now unless it goes on with a saved one, and each time when
-  /// a map is given up. Where it is only to be localised in and nobody has set where it begins, the
-  /// robot is searched for.
+  /// a map is given up. The robot is where start_x, start_y and start_theta say; where nobody has
+  /// set them and the map is only to be localised in, it is searched for.
   void begin_with(LoadMapFile initial);
 
   /// What gives up the map for the one that it begins with, or for none. May be called while

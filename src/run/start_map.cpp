@@ -4,8 +4,18 @@
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
+#include "slam/image_views.hpp"
 
 namespace matchbox_slam {
+namespace {
+
+/// Whether somebody drove where the map was made: an image says nothing of a robot.
+bool is_known_where(const EngineState& map) {
+  const PlacedScans& keys = map.key_scans.all();
+  return !keys.empty() && (map.motion.stamp || !is_image_view(*keys.back().scan));
+}
+
+}  // namespace
 
 EngineState read_start_map(const std::string& path, const SlamSetup& setup) {
   EngineState start = read_engine_state(path, setup.engine);
@@ -20,11 +30,16 @@ Eigen::Matrix3d covariance_on_mark() {
   return covariance_of(kPosition, kHeading);
 }
 
+SetPose configured_start(const RunOptions& options) {
+  return {{options.start_x, options.start_y, wrap_angle(options.start_theta)},
+          covariance_on_mark()};
+}
+
 void put_on_mark(const RunOptions& options, EngineState& start) {
-  const Pose2 configured{options.start_x, options.start_y, wrap_angle(options.start_theta)};
+  const Pose2 configured = configured_start(options).map_from_base;
   // A map that was saved by a lost robot: its pose is of the part that it is in, and lost it stays.
   const std::size_t here = start.localization.here;
-  start.begin_anew(start.key_scans.empty() && here == 0 ? configured : start.motion.fixed_from_base,
+  start.begin_anew(is_known_where(start) || here > 0 ? start.motion.fixed_from_base : configured,
                    start.motion.covariance + covariance_on_mark());
   start.localization.here = here;
   if (here > 0) {

@@ -7,6 +7,7 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
+#include "run/run_event.hpp"
 #include "run/slam_setup.hpp"
 
 namespace matchbox_slam {
@@ -18,6 +19,9 @@ namespace matchbox_slam {
 
 /// How well it is known where a robot is that somebody puts on a mark: over (x, y, theta).
 [[nodiscard]] Eigen::Matrix3d covariance_on_mark();
+
+/// The configured start, as well as one puts a robot on a mark.
+[[nodiscard]] SetPose configured_start(const RunOptions& options);
 
 /// The same of a map that was read.
 void put_on_mark(const RunOptions& options, EngineState& start);

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "map/scan_drawing.hpp"
+#include "slam/image_views.hpp"
 
 namespace matchbox_slam {
 
@@ -10,7 +11,7 @@ OccupancyGrid shown_occupancy(const SlamMap& map, const PlacedScans& keys,
                               const MapOptions& options) {
   std::set<int> lasers;
   for (const PlacedScan& key : keys) {
-    if (!lasers.insert(key.scan->laser()).second) {
+    if (!lasers.insert(key.scan->laser()).second || is_image_view(*key.scan)) {
       return map.occupancy;
     }
   }

@@ -30,8 +30,7 @@ void declare_options(CLI::App& app, MapBagRequest& request) {
       ->needs(map);
   app.add_option("--pose", request.pose,
                  "Where the robot is in that map at the first scan [m, rad], to 0.3 m and 0.2 rad; "
-                 "else it is searched for, or in an image taken to be where start_x, start_y and "
-                 "start_theta say")
+                 "else it is where start_x, start_y and start_theta are set to, or is searched for")
       ->type_name("X,Y,THETA")
       ->needs(map);
   app.add_option("--matcher", request.matcher, "Scan matcher, such as olson")->type_name("NAME");

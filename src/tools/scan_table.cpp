@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "slam/image_views.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -46,7 +48,9 @@ void ScanTable::add(const ScanOutcome& outcome) {
 Trajectory key_scan_trajectory(const KeyScans& key_scans) {
   std::vector<StampedPose2> poses;
   for (const PlacedScan& key : key_scans.all()) {
-    poses.push_back({key.scan->stamp(), key.map_from_base});
+    if (!is_image_view(*key.scan)) {
+      poses.push_back({key.scan->stamp(), key.map_from_base});
+    }
   }
   std::stable_sort(poses.begin(), poses.end(),
                    [](const auto& a, const auto& b) { return a.stamp < b.stamp; });

@@ -24,6 +24,7 @@ class ScanTable {
 };
 
 /// Where the key scans of a map are now, by their stamps; of two at one stamp the first.
+/// Without what nobody measured, the views of an image.
 [[nodiscard]] Trajectory key_scan_trajectory(const KeyScans& key_scans);
 
 }  // namespace matchbox_slam

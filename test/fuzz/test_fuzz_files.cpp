@@ -140,12 +140,16 @@ TEST(FuzzFiles, MutatedRelationsAreReadOrRefused) {
       });
 }
 
+constexpr double kMostCells = 1e6;                         // of a saved map, so that it stays quick
+constexpr std::size_t kMostBytes = std::size_t{1} << 29U;  // that such a map takes
+
 TEST(FuzzFiles, MutatedMapsAreReadOrRefused) {
   const TemporaryFolder folder;
   const std::string yaml =
       "image: map.pgm\nresolution: 0.050000\norigin: [-1.0, 2.0, 0.1]\nnegate: 0\n"
       "occupied_thresh: 0.65\nfree_thresh: 0.196\n";
-  const std::string image = "P5\n# a map\n4 3\n255\n" + std::string(12, '\xcd');
+  const std::string image =
+      "P5\n# a map\n4 3\n255\n" + std::string(4, '\0') + std::string(8, '\xfe');
   const auto read = [&](const std::string& mutated_yaml, const std::string& mutated_image) {
     // Not replace_file, nor over a file that is there: both wait for the disk.
     std::filesystem::remove(folder / "map.yaml");
@@ -158,6 +162,14 @@ TEST(FuzzFiles, MutatedMapsAreReadOrRefused) {
     ASSERT_TRUE(std::isfinite(map.resolution) && map.resolution > 0.0 && map.origin.is_finite());
     (void)map.state({0, 0});
     (void)map.state({map.width - 1, map.height - 1});
+    MapOptions options;
+    options.max_cells = kMostCells;
+    try {
+      const EngineState start = map_from_image(map, "fuzz", options, {});
+      ASSERT_LE(start.map.occupancy.bytes() + start.map.field.bytes(), kMostBytes);
+    } catch (const FileError& error) {
+      EXPECT_NE(std::string(error.what()), "");
+    }
   };
   fuzz_text(yaml, 2000, 34, [&](const std::string& text) { read(text, image); });
   fuzz_text(image, 2000, 35, [&](const std::string& text) { read(yaml, text); });
@@ -166,9 +178,6 @@ TEST(FuzzFiles, MutatedMapsAreReadOrRefused) {
 }
 
 // --- saved maps ---
-
-constexpr double kMostCells = 1e6;                         // of a saved map, so that it stays quick
-constexpr std::size_t kMostBytes = std::size_t{1} << 29U;  // that such a map takes
 
 EngineOptions small_options() {
   EngineOptions options;

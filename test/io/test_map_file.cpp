@@ -162,6 +162,12 @@ TEST_F(ReadMapOfOthers, TakesCommentsAndOtherSpaceInTheHead) {
   EXPECT_EQ(map.state({0, 0}), CellState::kOccupied);
 }
 
+TEST_F(ReadMapOfOthers, TakesPixelsThatAreWrittenAsNumbers) {
+  const MapImage map = read("P2\n# by hand\n3 2\n255\n0 254\n205  10 20 30\n");
+  EXPECT_EQ(map.pixels, (std::vector<std::uint8_t>{0, 254, 205, 10, 20, 30}));
+  EXPECT_EQ(map.state({0, 1}), CellState::kOccupied);
+}
+
 TEST_F(ReadMapOfOthers, NegatedImagesAreOccupiedWhereBright) {
   const MapImage map = read("P5\n3 1\n255\n\xfe\x01\x80", "negate: 1");
   EXPECT_EQ(map.state({0, 0}), CellState::kOccupied);
@@ -170,8 +176,11 @@ TEST_F(ReadMapOfOthers, NegatedImagesAreOccupiedWhereBright) {
 }
 
 TEST_F(ReadMapOfOthers, SaysWhatIsWrong) {
-  EXPECT_TRUE(contains(refusal("P2\n1 1\n255\n0"), "a.pgm' is not a binary PGM"));
-  EXPECT_TRUE(contains(refusal(""), "a.pgm' is not a binary PGM"));
+  EXPECT_TRUE(contains(refusal("P6\n1 1\n255\n0"), "a.pgm' is not a PGM"));
+  EXPECT_TRUE(contains(refusal(""), "a.pgm' is not a PGM"));
+  EXPECT_TRUE(contains(refusal("P2\n2 1\n255\n7"),
+                       "a.pgm' is cut off or damaged: 2 x 1 pixels are announced, 1 are there"));
+  EXPECT_TRUE(contains(refusal("P2\n2 1\n255\n7 256"), "1 are there, each 0 to 255"));
   EXPECT_TRUE(contains(refusal("P5\n0 1\n255\n"), "a.pgm' has no usable width"));
   EXPECT_TRUE(contains(refusal("P5\n99999999999 1\n255\n"), "a.pgm' has no usable width"));
   EXPECT_TRUE(contains(refusal("P5\n3"), "a.pgm' has no usable height"));
@@ -289,7 +298,7 @@ TEST_F(ReadPngOfOthers, SaysWhatIsWrong) {
   flipped[sound.size() - 20] = static_cast<char>(flipped[sound.size() - 20] ^ 1);
   EXPECT_TRUE(contains(refusal(flipped), "cut off or damaged (")) << refusal(flipped);
   EXPECT_TRUE(
-      contains(refusal("GIF89a"), "is not a binary PGM (it does not begin with P5), nor a PNG"));
+      contains(refusal("GIF89a"), "is not a PGM (it begins with neither P5 nor P2), nor a PNG"));
 }
 
 TEST_F(ReadMapOfOthers, SaysWhichFileIsMissing) {

@@ -23,11 +23,12 @@ void write_saved_map(const EngineState& map, const ByteSink& sink);
 [[nodiscard]] EngineState read_saved_map(const std::string& path,
                                          double max_cells = MapOptions{}.max_cells);
 
-/// A map to go on with from an image, as of map_server. Occupied pixels become walls, each where
-/// its occupied neighbours lie on a line, so that a scan can be matched to a fraction of a cell.
-/// There are no key scans, and pose and covariance are left as they are by default.
-/// Throws ConfigurationError when its resolution is not that of `map_options`, and FileError for an
-/// image that is turned. `path` is for error texts.
+/// A map to localise in, or to go on with, from an image, as of map_server, of any resolution and
+/// however it is turned. Occupied pixels become walls, each where those that touch it lie on a
+/// line, so that a scan can be matched to a fraction of a cell. Its key scans are what a laser
+/// would see from its free ground (see `image_views`); pose and covariance are left as they are by
+/// default. Throws FileError for an image without a wall, or that is larger than `max_cells`.
+/// `path` is for error texts.
 [[nodiscard]] EngineState map_from_image(const MapImage& image, const std::string& path,
                                          const MapOptions& map_options,
                                          const LikelihoodFieldOptions& field_options);

@@ -14,7 +14,7 @@ struct MapThresholds {
   double free = 0.25;
 };
 
-enum class CellState { kUnknown, kFree, kOccupied };
+enum class CellState : std::uint8_t { kUnknown, kFree, kOccupied };
 
 /// A map as map_server's files hold it: an image with a place in the map frame.
 struct MapImage {

@@ -1,0 +1,74 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "matchbox_slam/geometry/angles.hpp"
+#include "matchbox_slam/geometry/transform2.hpp"
+#include "slam/image_views.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// A room of 12 m x 8 m whose walls are one pixel thick.
+MapImage room() {
+  MapImage image;
+  image.width = 240;
+  image.height = 160;
+  image.pixels.assign(240 * 160, MapImage::kFreePixel);
+  for (int y = 0; y < 160; ++y) {
+    for (int x = 0; x < 240; ++x) {
+      if (x == 0 || y == 0 || x == 239 || y == 159) {
+        image.pixels[static_cast<std::size_t>(240 * y + x)] = MapImage::kOccupiedPixel;
+      }
+    }
+  }
+  return image;
+}
+
+TEST(ImageViews, SeeTheWallsWhereTheyAreInTheMap) {
+  const MapImage image = room();
+  const Pose2 map_from_image{-3.0, 20.0, 0.7};
+  const KeyScans views = image_views(ImageWalls(image), image.resolution, map_from_image);
+  ASSERT_GT(views.size(), 4U);
+  const Transform2 to_image(map_from_image.inverse());
+  std::set<double> stamps;
+  for (const PlacedScan& view : views.all()) {
+    stamps.insert(view.scan->stamp());
+    EXPECT_TRUE(is_image_view(*view.scan));
+    const Transform2 to_map(view.map_from_base);
+    EXPECT_GT(view.scan->points()->points.size(), 700U);
+    for (const ScanPoint& point : view.scan->points()->points) {
+      const Eigen::Vector2d seen = to_image * Eigen::Vector2d(to_map * point.position);
+      const double off = std::min({std::abs(seen.x() - 0.025), std::abs(seen.x() - 11.975),
+                                   std::abs(seen.y() - 0.025), std::abs(seen.y() - 7.975)});
+      EXPECT_LT(off, 0.03) << seen.transpose();
+    }
+  }
+  EXPECT_EQ(stamps.size(), views.size());
+}
+
+/// Else a search takes one of them alone.
+TEST(ImageViews, ThoseNearEachOtherLookDifferentWays) {
+  MapImage image = room();
+  for (int y = 0; y < 160; ++y) {  // rooms of 0.8 m side by side
+    for (int x = 0; x < 240; x += 16) {
+      image.pixels[static_cast<std::size_t>(240 * y + x)] = MapImage::kOccupiedPixel;
+    }
+  }
+  const KeyScans views = image_views(ImageWalls(image), image.resolution, {});
+  int near = 0;
+  for (const PlacedScan& one : views.all()) {
+    for (const PlacedScan& other : views.all()) {
+      const Pose2 apart = one.map_from_base.inverse() * other.map_from_base;
+      if (one.scan != other.scan && apart.translation().norm() < 1.0) {
+        ++near;
+        EXPECT_GE(std::abs(apart.theta), 0.25 * kPi);
+      }
+    }
+  }
+  EXPECT_GT(near, 10);
+}
+
+}  // namespace
+}  // namespace matchbox_slam
