@@ -83,9 +83,13 @@ void draw(const ImageWalls& walls, const PlacedImage& placed, const CellBox& cel
       }
     }
   }
-  for (const SurfaceHit& wall : walls.walls()) {
-    occupancy.blend(occupancy.geometry().cell_at(placed.to_map(wall.position)), kOccupiedOccupancy,
-                    1.0);
+  for (int y = 0; y < walls.height(); ++y) {
+    for (int x = 0; x < walls.width(); ++x) {
+      if (walls.state({x, y}) == CellState::kOccupied) {
+        const Eigen::Vector2d center = placed.to_map({x + 0.5, y + 0.5});
+        occupancy.blend(occupancy.geometry().cell_at(center), kOccupiedOccupancy, 1.0);
+      }
+    }
   }
 }
 
