@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <queue>
 #include <utility>
 
@@ -40,10 +41,9 @@ class Places {
     const int around = static_cast<int>(kRoom / resolution);
     for (int row = 0; row < rows_; ++row) {
       for (int column = 0; column < columns_; ++column) {
-        const Cell pixel{column * step_ + step_ / 2, row * step_ + step_ / 2};
-        if (has_room(walls, pixel, around)) {
+        if (const auto pixel = first_with_room(column, row, around, walls)) {
           number_of_[index_of(column, row)] = pixels_.size();
-          pixels_.push_back(pixel);
+          pixels_.push_back(*pixel);
         }
       }
     }
@@ -65,6 +65,20 @@ class Places {
   [[nodiscard]] std::size_t index_of(int column, int row) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
            static_cast<std::size_t>(column);
+  }
+
+  /// The one in the middle of a step where that has room: a narrow corridor lies as it likes.
+  [[nodiscard]] std::optional<Cell> first_with_room(int column, int row, int around,
+                                                    const ImageWalls& walls) const {
+    for (int i = 0; i < step_ * step_; ++i) {
+      const int x = (i + step_ / 2) % step_;
+      const int y = (i / step_ + step_ / 2) % step_;
+      const Cell pixel{column * step_ + x, row * step_ + y};
+      if (has_room(walls, pixel, around)) {
+        return pixel;
+      }
+    }
+    return std::nullopt;
   }
 
   [[nodiscard]] std::vector<std::size_t> seen_from(const Cell& from, int reach,
