@@ -364,7 +364,7 @@ def parsed(words=None):
     parser.add_argument("--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE", help="in every run")
     parser.add_argument("--drop-bags", action="store_true", help="delete the simulated and thinned bags at the end")
     parser.add_argument("--compare", type=pathlib.Path, metavar="OLD.json")
-    parser.add_argument("--page", type=pathlib.Path, metavar="doc/zoo.md", help="write what each mechanism is worth into this page")
+    parser.add_argument("--page", type=pathlib.Path, metavar="doc/results.md", help="write what each mechanism is worth into this page")
     return parser.parse_args(words)
 
 

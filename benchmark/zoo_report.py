@@ -174,7 +174,7 @@ def few(found, number=4):
 
 
 def page_section(zoo):
-    """For doc/zoo.md: what each mechanism is worth where, worst first."""
+    """For doc/results.md: what each mechanism is worth where, worst first."""
     drives, mechanisms = zoo["drives"], list(zoo["mechanisms"])
     simulated = [drive for drive in drives if "recording" not in drive["kinds"]]
     recorded = [drive for drive in drives if "recording" in drive["kinds"]]
@@ -187,7 +187,7 @@ def page_section(zoo):
         rows.append((-(means[0] or means[1] or 0.0),
                      f"| `{name}` | {text_of(means[0], '%.2f')} | {text_of(means[1], '%.2f')} | {few(harm)} | {few(help_)} |"))
     lines = [f"Of {len(simulated)} simulated drives and {len(recorded)} of recordings, at {zoo['commit']}, {zoo['date']}. "
-             "*Default ÷ without it*, geometric means: above 1 it does harm, below 1 it helps.", "",
+             "*Default ÷ without it*, geometric means: above 1 it does harm, below 1 it helps.", "", "<!-- figures: ZOO.md -->",
              "| mechanism | simulated | recordings | does most harm | helps most |", "|" + "---|" * 5]
     lines += [row for _, row in sorted(rows)]
     return "\n".join(lines) + "\n"

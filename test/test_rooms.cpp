@@ -1,4 +1,4 @@
-// The rooms of the house lie one above the other (doc/architecture.md): a file includes headers of
+// The rooms of the house lie one above the other (doc/how_it_works.md): a file includes headers of
 // its own room and of those below. The core builds without ROS, so none of its files may know a
 // header of ROS or of pluginlib.
 

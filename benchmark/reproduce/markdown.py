@@ -1,4 +1,4 @@
-"""Writes the tables of a run as Markdown, for reports that are kept and for doc/results.md."""
+"""Writes the tables of a run as Markdown, for reports that are kept and for doc/reproduce.md."""
 
 import tables
 from experiments import TESTS

@@ -1,6 +1,7 @@
 // What the documentation says is what the code does: the tables of doc/parameters.md, the list of
-// matchers, the tests that doc/bad_input.md names, the code that doc/write_a_matcher.md quotes,
-// where links lead, and the reports that figures are quoted from.
+// matchers, the tests that doc/recordings.md names, the code that doc/matchers.md quotes, where
+// links lead, the reports that figures are quoted from, and that the figures of tables are in
+// these.
 //
 // After a change of options write the tables anew:
 //   MATCHBOX_UPDATE_README=1 rosrun matchbox_slam test_documentation
@@ -9,8 +10,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <iterator>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -132,17 +135,26 @@ TEST(Parameters, AreThoseOfTheCode) {
       << "to update: MATCHBOX_UPDATE_README=1 rosrun matchbox_slam test_documentation";
 }
 
-TEST(Readme, NamesEveryMatcher) {
-  const std::string readme = read_file(in_package("README.md"));
+TEST(Matchers, AreEachInTheTableOfTheirPage) {
+  const std::string page = read_file(in_package("doc/matchers.md"));
   for (const std::string& name : own_matchers()) {
-    EXPECT_TRUE(contains(readme, "\n| `" + matcher_short_name(name) + "`")) << name;
+    EXPECT_TRUE(contains(page, "\n| `" + matcher_short_name(name) + "`")) << name;
   }
 }
 
-TEST(Readme, IsShort) {
-  const std::string readme = read_file(in_package("README.md"));
-  EXPECT_LE(std::count(readme.begin(), readme.end(), '\n'), 200)
-      << "what is not needed first belongs on a page in doc/";
+TEST(Readme, IsReadInFiveMinutes) {
+  std::istringstream readme(read_file(in_package("README.md")));
+  const auto words = std::distance(std::istream_iterator<std::string>(readme),
+                                   std::istream_iterator<std::string>());
+  EXPECT_LE(words, 1100) << "what is not needed first belongs on a page in doc/";
+}
+
+TEST(Pages, AreTen) {
+  const std::vector<std::string> all = pages();
+  EXPECT_EQ(std::count_if(all.begin(), all.end(),
+                          [](const std::string& page) { return page.rfind("doc/", 0) == 0; }),
+            10)
+      << "what is new belongs on one of those that there are";
 }
 
 TEST(Readme, LeadsToEveryPage) {
@@ -310,6 +322,104 @@ TEST(Reports, ThatAreQuotedAreThere) {
   EXPECT_GT(quotes, 60);
 }
 
+struct Figure {
+  double value = 0.0;
+  double half_a_digit = 0.0;  ///< of the last digit that is written
+};
+
+/// The numbers of a text but for those within words, such as `lds01`.
+std::vector<Figure> figures_in(const std::string& text) {
+  const std::regex number(R"((^|[^\w.,])(\d[\d,]*(?:\.(\d+))?)(?![\w]))");
+  std::vector<Figure> found;
+  for (std::sregex_iterator at(text.begin(), text.end(), number); at != std::sregex_iterator();
+       ++at) {
+    std::string digits = at->str(2);
+    digits.erase(std::remove(digits.begin(), digits.end(), ','), digits.end());
+    found.push_back(
+        {std::stod(digits), 0.5 * std::pow(10.0, -static_cast<double>((*at)[3].length()))});
+  }
+  return found;
+}
+
+/// Whether the figure, as it is rounded, is one of the numbers of the text.
+bool is_told(const Figure& figure, const std::string& text) {
+  const std::vector<Figure> told = figures_in(text);
+  return std::any_of(told.begin(), told.end(), [&](const Figure& one) {
+    return std::abs(one.value - figure.value) <= figure.half_a_digit * (1.0 + 1e-6);
+  });
+}
+
+/// The lines of a text that have the name, but not as a part of a longer one.
+std::string lines_with(const std::string& name, const std::string& text) {
+  std::string found;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    for (std::size_t at = line.find(name); at != std::string::npos; at = line.find(name, at + 1)) {
+      const auto is_of_word = [&](std::size_t place) {
+        return place < line.size() &&
+               (std::isalnum(static_cast<unsigned char>(line[place])) != 0 || line[place] == '_');
+      };
+      if (!is_of_word(at + name.size()) && (at == 0 || !is_of_word(at - 1))) {
+        found += line + "\n";
+        break;
+      }
+    }
+  }
+  return found;
+}
+
+/// What of a page's tables is in none of the reports that the line before a table names, as
+/// `<!-- figures: A.md B.md -->`, or with `figures by name` in no line of these with what the
+/// row's first cell has in backticks. A table without such a line counts as a whole.
+std::vector<std::string> figures_of_no_report(const std::string& page) {
+  const std::regex source(R"(<!-- figures( by name)?: (.*) -->)");
+  const std::regex name(R"(^\| `([^`]+)`)");
+  std::vector<std::string> missing;
+  std::string text;
+  std::smatch named;
+  bool is_by_name = false;
+  bool is_in_table = false;
+  std::istringstream lines(page);
+  for (std::string line; std::getline(lines, line);) {
+    if (std::regex_match(line, named, source)) {
+      is_by_name = named[1].matched;
+      text.clear();
+      std::istringstream files(named.str(2));
+      for (std::string file; files >> file;) {
+        text += read_file(in_package(std::string(kReports) + file));
+      }
+    } else if (line.rfind("| ", 0) == 0 && !is_in_table) {
+      is_in_table = true;  // by its heading, whose numbers are none that were measured
+    } else if (line.rfind("| ", 0) == 0) {
+      const bool has_name = is_by_name && std::regex_search(line, named, name);
+      const std::string& told = has_name ? lines_with(named.str(1), text) : text;
+      const std::string cells = line.substr(line.find(" | "));
+      for (const Figure& figure : figures_in(cells)) {
+        if (!is_told(figure, told)) {
+          missing.push_back(std::to_string(figure.value) + " of " + line);
+        }
+      }
+    } else if (line.rfind('|', 0) != 0) {
+      is_in_table = false;
+      text = line.empty() || line.rfind("<!--", 0) == 0 ? text : "";
+    }
+  }
+  return missing;
+}
+
+TEST(Reports, HaveEachFigureOfTheTablesOfResults) {
+  const std::string by_name = "<!-- figures by name: COMMON_GROUND.md -->\n| a | b |\n|---|---|\n";
+  EXPECT_TRUE(figures_of_no_report(by_name + "| `csail`: 2 halls | 0.124 |\n").empty());
+  EXPECT_EQ(figures_of_no_report(by_name + "| `csail` | 0.125 |\n").size(), 1U);
+  EXPECT_EQ(figures_of_no_report(by_name + "| `aces` | 0.124 |\n").size(), 1U);
+  EXPECT_EQ(figures_of_no_report("| a | b |\n|---|---|\n| `csail` | 0.124 |\n").size(), 1U);
+  for (const std::string page : {"README.md", "doc/results.md"}) {
+    for (const std::string& missing : figures_of_no_report(read_file(in_package(page)))) {
+      ADD_FAILURE() << page << ": in no report that the table names: " << missing;
+    }
+  }
+}
+
 /// The titles of a file's sections, which are underlined by dashes: "1.0.0 (2026-11-23)".
 std::vector<std::string> underlined_titles(const std::string& text) {
   std::vector<std::string> titles;
@@ -354,7 +464,7 @@ std::set<std::string> names_of_tests() {
 
 TEST(BadInput, NamesATestThatThereIsInEveryRow) {
   const std::set<std::string> tests = names_of_tests();
-  const std::string page = read_file(in_package("doc/bad_input.md"));
+  const std::string page = read_file(in_package("doc/recordings.md"));
   std::istringstream table(
       between_markers(page, "| what happens | test |\n|---|---|---|\n", "\n\n"));
   const std::regex named(R"(`(\w+\.\w+)`)");
@@ -390,7 +500,7 @@ std::vector<Quotation> quotations(const std::string& document) {
 }
 
 TEST(Guide, QuotesTheExampleAsItIs) {
-  const std::vector<Quotation> all = quotations(read_file(in_package("doc/write_a_matcher.md")));
+  const std::vector<Quotation> all = quotations(read_file(in_package("doc/matchers.md")));
   EXPECT_GE(all.size(), 5U);
   for (const auto& [file, text] : all) {
     EXPECT_FALSE(text.empty()) << file;

@@ -153,9 +153,9 @@ TEST_F(RealBag, JarvisIsNoWorseWithBothLasers) {
   }
 }
 
-/// The figures of doc/evaluate.md.
+/// The figures of doc/reproduce.md.
 TEST_F(RealBag, QualityOfIntelsMapsIsAsThePageSays) {
-  const std::string page = read_file(MATCHBOX_SOURCE_DIR "/doc/evaluate.md");
+  const std::string page = read_file(MATCHBOX_SOURCE_DIR "/doc/reproduce.md");
   const std::regex figures(
       R"(occupied cells \(([\d.]+) % of the known ones\) and areas \((\d+)\) than the good one )"
       R"(\(([\d.]+) %, (\d+)\), and as many corners \((\d+)\s+and (\d+)\))");
