@@ -171,3 +171,27 @@ prepare_workspace() {
   esac
   source_setup "$workspace/devel/setup.bash"
 }
+
+# build_without_ros FOLDER [TARGET]... -- [-DOPTION]...: the core, its programs and tests, by plain CMake.
+build_without_ros() {
+  local folder=$1 targets=()
+  shift
+  while [[ $1 != -- ]]; do
+    targets+=("$1")
+    shift
+  done
+  shift
+  say "Building in $folder"
+  cmake -S "$clone" -B "$folder" -DMATCHBOX_WITH_ROS=OFF "$@" >"$folder.log" ||
+    fail "CMake could not configure; see $folder.log"
+  cmake --build "$folder" -j"$(job_count)" ${targets[@]:+--target "${targets[@]}"}
+}
+
+# run_without_ros FOLDER [TEST]...: these, or all.
+run_without_ros() {
+  local folder=$1 names
+  shift
+  names=$(IFS='|' && echo "$*")
+  say "Running the tests"
+  (cd "$folder" && ctest -j"$(job_count)" --output-on-failure ${names:+-R "^($names)\$"})
+}

@@ -12,6 +12,8 @@ class Scripts(unittest.TestCase):
     def test_wrong_usage_exits_with_2_and_one_line(self):
         for name, *arguments in (('build.sh', 'all'), ('build.sh', '--hlep'), ('test.sh', '--hlep'),
                                  ('test.sh', '--style', 'test_map'), ('check_style.sh', '--hlep'),
+                                 ('coverage.sh', 'map'), ('coverage.sh', '--floor'), ('coverage.sh', '--floor', 'high'),
+                                 ('sanitize.sh', 'adress'), ('sanitize.sh', 'thread', 'map'),
                                  ('demo.sh', '--hlep'), ('demo.sh', 'none.bag'),
                                  ('try_platforms.sh', 'buster'), ('try_platforms.sh', '--folder')):
             done = subprocess.run([SCRIPTS / name, *arguments], stdout=subprocess.PIPE,
