@@ -443,6 +443,7 @@ TEST(Changelog, HasForthcomingChangesAboveTheVersionOfThePackage) {
   }
   ASSERT_FALSE(titles.empty());
   EXPECT_EQ(titles.front().rfind(version + " (", 0), 0U) << titles.front();
+  EXPECT_TRUE(contains(read_file(in_package("CITATION.cff")), "\nversion: " + version + "\n"));
 }
 
 /// Names of all tests, as Suite.Name.
