@@ -209,7 +209,7 @@ std::string small_map() {
 class SavedFields {
  public:
   explicit SavedFields(const std::string& bytes)
-      : bytes_(bytes), at_(std::string("matchbox_slam map, version 13\n").size()) {
+      : bytes_(bytes), at_(std::string("matchbox_slam map, version 14\n").size()) {
     add(3, 8, numbers);
     for (std::uint64_t cells = count(); cells > 0; --cells) {
       add(2, 4, coordinates);
@@ -218,6 +218,7 @@ class SavedFields {
     for (std::uint64_t walls = count(); walls > 0; --walls) {
       add(2, 4, coordinates);
       add(7, 2, rest);
+      add(2, 1, rest);
     }
     for (std::uint64_t key_scans = count(); key_scans > 0; --key_scans) {
       add(3, 8, numbers);
