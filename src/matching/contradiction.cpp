@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <iterator>
 #include <optional>
 
 #include "matchbox_slam/geometry/transform2.hpp"
@@ -93,41 +92,6 @@ class BeamWalk {
   double metres_;  ///< a step of the field's distances
 };
 
-/// Where the map is free behind a wall, and not in front, as seen from a pose.
-class BacksOfWalls {
- public:
-  BacksOfWalls(const Pose2& map_from_base, const OccupancyGrid& occupancy,
-               const LikelihoodField& field)
-      : to_map_(map_from_base),
-        occupancy_(occupancy),
-        field_(field),
-        metres_(field.options().reach / LikelihoodField::kFar) {}
-
-  /// Whether a point, in the base frame, lies on one.
-  [[nodiscard]] bool has(const ScanPoint& point) const {
-    // Two cells. Half of it makes a carried robot 34 % worse, double aces 21 % (CONSTANTS.md).
-    constexpr double kOnWall = 0.1;  // [m]
-    // From a hit: the cells there are in front of it, or behind. A guess: half or double of it
-    // makes a carried robot 35 % worse, and aces 21 %.
-    constexpr double kAside = 0.12;  // [m]
-    const Eigen::Vector2d place = to_map_ * point.position;
-    const Eigen::Vector2d aside = kAside * to_map_.turned(point.normal);
-    // First what most points fail, since they lie on fronts.
-    return place.allFinite() && !is_free(place + aside) && is_free(place - aside) &&
-           metres_ * field_.distance(field_.geometry().cell_at(place)) <= kOnWall;
-  }
-
- private:
-  [[nodiscard]] bool is_free(const Eigen::Vector2d& place) const {
-    return occupancy_.occupancy(occupancy_.geometry().cell_at(place)) < 0.5;
-  }
-
-  Transform2 to_map_;
-  const OccupancyGrid& occupancy_;
-  const LikelihoodField& field_;
-  double metres_;
-};
-
 }  // namespace
 
 double contradiction(const PointScan& scan, const Pose2& map_from_base,
@@ -170,26 +134,28 @@ double contradiction(const PointScan& scan, const Pose2& map_from_base,
   return all > 0.0 ? crossing / all : 0.0;
 }
 
-PointScan without_backs(const PointScan& scan, const Pose2& map_from_base,
-                        const OccupancyGrid& occupancy, const LikelihoodField& field) {
-  const BacksOfWalls backs(map_from_base, occupancy, field);
-  PointScan result;
-  result.stamp = scan.stamp;
-  std::copy_if(scan.points.begin(), scan.points.end(), std::back_inserter(result.points),
-               [&](const ScanPoint& point) { return !backs.has(point); });
-  return result;
-}
-
-double share_on_backs(const PointScan& scan, const Pose2& map_from_base,
-                      const OccupancyGrid& occupancy, const LikelihoodField& field) {
-  const BacksOfWalls backs(map_from_base, occupancy, field);
-  double on_backs = 0.0;
+double share_on_other_sides(const PointScan& scan, const Pose2& map_from_base,
+                            const LikelihoodField& field) {
+  // Two cells: what is farther off lies on no wall at all.
+  constexpr double kOnWall = 0.1;  // [m]
+  const Transform2 to_map(map_from_base);
+  const double metres = field.options().reach / LikelihoodField::kFar;
+  double on_other_sides = 0.0;
   double all = 0.0;
   for (const ScanPoint& point : scan.points) {
+    const Eigen::Vector2d place = to_map * point.position;
+    if (!place.allFinite()) {
+      continue;
+    }
     all += point.weight;
-    on_backs += backs.has(point) ? point.weight : 0.0;
+    const Cell cell = field.geometry().cell_at(place);
+    Surface surface;
+    if (metres * field.distance(cell) <= kOnWall && field.nearest_surface(cell, surface) &&
+        is_other_side(surface, to_map.turned(point.normal))) {
+      on_other_sides += point.weight;
+    }
   }
-  return all > 0.0 ? on_backs / all : 0.0;
+  return all > 0.0 ? on_other_sides / all : 0.0;
 }
 
 }  // namespace matchbox_slam

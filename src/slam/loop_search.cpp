@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include "map/scan_surfaces.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "matchbox_slam/geometry/transform2.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/contradiction.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
@@ -48,37 +46,6 @@ LikelihoodField field_of(const std::vector<SurfaceHit>& walls, double resolution
   LikelihoodField field(resolution, options);
   field.update(walls, {});
   return field;
-}
-
-/// The share of a scan's points, of those on walls, that lie on what was seen of these from the
-/// other side. Both sides of a thin wall look alike; a beam that ends on its back is on none.
-double share_on_backs(const PointScan& scan, const Pose2& frame_from_base,
-                      const std::vector<SurfaceHit>& walls) {
-  // Guesses; half or double changes only intel, by 0.1 % (CONSTANTS.md).
-  constexpr double kCell = 0.1;      // [m]
-  constexpr double kOneSided = 0.7;  // mean length of normals that all point to one side
-  const auto cell_of = [](const Eigen::Vector2d& place) {
-    return std::make_pair(std::lround(place.x() / kCell), std::lround(place.y() / kCell));
-  };
-  std::map<std::pair<long, long>, Eigen::Vector3d> normals;  // sums, and how many
-  for (const SurfaceHit& wall : walls) {
-    Eigen::Vector3d& sum =
-        normals.try_emplace(cell_of(wall.position), Eigen::Vector3d::Zero()).first->second;
-    sum += Eigen::Vector3d(wall.normal.x(), wall.normal.y(), wall.normal.norm());
-  }
-  const Transform2 to_frame(frame_from_base);
-  double on_backs = 0.0;
-  double on_walls = 0.0;
-  for (const ScanPoint& point : scan.points) {
-    const auto found = normals.find(cell_of(to_frame * point.position));
-    if (found == normals.end() || found->second.head<2>().norm() < kOneSided * found->second.z()) {
-      continue;
-    }
-    const double facing = found->second.head<2>().normalized().dot(to_frame.turned(point.normal));
-    on_walls += point.weight * std::abs(facing);
-    on_backs += point.weight * std::max(0.0, -facing);
-  }
-  return on_walls > 0.0 ? on_backs / on_walls : 0.0;
 }
 
 PlacedScans around(const PlacedScans& keys, std::size_t candidate) {
@@ -214,14 +181,13 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
   }
 
   const double resolution = MapOptions{}.resolution;
-  const std::vector<SurfaceHit> walls = walls_of(there, map_from_key, resolution);
-  const LikelihoodField field = field_of(walls, resolution, {});
+  const LikelihoodField field = field_of(walls_of(there, map_from_key, resolution), resolution, {});
   const MatchResult match =
       OlsonMatcher(fine_options())
           .match({scan, rough.map_from_base, covariance_of(1.0, 1.0), field, none, 0});
-  // A beam that ends on the back of a wall went through it, too.
+  // A beam that ends on the other side of a wall went through it, too.
   const double through_walls = contradiction(scan, match.map_from_base, field) +
-                               share_on_backs(scan, match.map_from_base, walls);
+                               share_on_other_sides(scan, match.map_from_base, field);
   FoundLoop found{candidate,   match.map_from_base, match.covariance,
                   match.score, rough.rival_share,   through_walls};
   if (!match.accepted() || !match.unconstrained_directions.empty() ||

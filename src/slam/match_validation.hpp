@@ -1,6 +1,5 @@
 #pragma once
 
-#include "matchbox_slam/map/occupancy_grid.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 
@@ -13,13 +12,12 @@ constexpr double kMostViolation = 0.1;
 /// A match, and how it agrees with what is free.
 struct CheckedMatch {
   MatchResult match;
-  /// Share of the beams that cross walls, and twice those that end on the back of one, 0...1.
+  /// Share of the beams that cross walls, and twice those that end on the other side of one, 0...1.
   double violation = 0.0;
 };
 
 /// By exact search in the window of the prior.
-[[nodiscard]] CheckedMatch search_and_check(const MatchProblem& problem,
-                                            const OccupancyGrid& occupancy);
+[[nodiscard]] CheckedMatch search_and_check(const MatchProblem& problem);
 
 /// Whether a match is known to be right by itself: a good fit in one place alone, with hardly a
 /// beam through walls, by a search that was not ended early.

@@ -95,28 +95,27 @@ TEST(Contradiction, TellsWrongPlacesFromTheRightOne) {
   EXPECT_GT(sum_elsewhere / scenes, 0.25);
 }
 
-TEST(WithoutBacks, OnlyPointsThatFaceWhereTheMapIsFreeStay) {
-  OccupancyGrid occupancy(0.05);
-  for (int x = -20; x < 0; ++x) {
-    for (int y = -20; y < 20; ++y) {
-      occupancy.blend({x, y}, 0.0, 1.0);
-    }
-  }
-  const auto left = [&](double x, double normal_x) {
+TEST(ShareOnOtherSides, IsOfPointsThatFaceAwayFromWhereAWallWasSeen) {
+  LikelihoodField field = wall();  // seen from the left
+  const auto share = [&](double x, double normal_x) {
     PointScan scan = beam({x + normal_x, 0.0}, {x, 0.1});
     scan.points.front().normal = {normal_x, 0.0};
-    return without_backs(scan, {}, occupancy, wall()).points.size();
+    scan.points.push_back(beam({-3.0, 0.0}, {-2.0, 0.0}).points.front());  // on no wall
+    scan.points.back().weight = 3.0;
+    return share_on_other_sides(scan, {}, field);
   };
-  EXPECT_EQ(left(0.0, -1.0), 1U);  // seen from where the map is free
-  EXPECT_EQ(left(0.0, 1.0), 0U);   // from its other side
-  EXPECT_EQ(left(0.04, 1.0), 0U);  // about there
-  EXPECT_EQ(left(0.16, 1.0), 1U);  // where the other side of a wall may be
-  for (int x = 0; x < 20; ++x) {   // seen from both sides: as thin as a cell
-    for (int y = -20; y < 20; ++y) {
-      occupancy.blend({x, y}, 0.0, 1.0);
-    }
+  EXPECT_EQ(share(0.0, -1.0), 0.0);
+  EXPECT_EQ(share(0.0, 1.0), 0.25);
+  EXPECT_EQ(share(0.04, 1.0), 0.25) << "about there";
+  EXPECT_EQ(share(0.16, 1.0), 0.0) << "where the other side may be";
+  EXPECT_EQ(share(0.0, 0.0), 0.0) << "a hit of unknown normal";
+  std::vector<SurfaceHit> hits;
+  for (int i = -150; i <= 150; ++i) {
+    hits.push_back({{0.0, 0.02 * i}, {1.0, 0.0}});
   }
-  EXPECT_EQ(left(0.0, 1.0), 1U);
+  field.update(hits, {});  // seen from both sides: as thin as a cell
+  EXPECT_EQ(share(0.0, 1.0), 0.0);
+  EXPECT_EQ(share_on_other_sides(PointScan{}, {}, field), 0.0);
 }
 
 }  // namespace

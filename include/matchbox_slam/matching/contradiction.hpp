@@ -2,7 +2,6 @@
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/likelihood_field.hpp"
-#include "matchbox_slam/map/occupancy_grid.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 
 namespace matchbox_slam {
@@ -16,14 +15,10 @@ namespace matchbox_slam {
 [[nodiscard]] double contradiction(const PointScan& scan, const Pose2& map_from_base,
                                    const LikelihoodField& field);
 
-/// A scan without the points that lie on the back of a wall at this pose, and without its rays: the
-/// map is free behind them, and not in front, where their beams came from. Both sides of a wall
-/// look alike to the score, and are a wall's thickness apart. Cost: three look-ups a point.
-[[nodiscard]] PointScan without_backs(const PointScan& scan, const Pose2& map_from_base,
-                                      const OccupancyGrid& occupancy, const LikelihoodField& field);
-
-/// Share of a scan, by the length of wall that it stands for, that lies on backs of walls.
-[[nodiscard]] double share_on_backs(const PointScan& scan, const Pose2& map_from_base,
-                                    const OccupancyGrid& occupancy, const LikelihoodField& field);
+/// The share of a scan, by the length of wall that it stands for, that lies on walls which were
+/// seen from their other side alone: both sides look alike to the score, and are a wall's thickness
+/// apart. 0...1. Cost: two look-ups a point.
+[[nodiscard]] double share_on_other_sides(const PointScan& scan, const Pose2& map_from_base,
+                                          const LikelihoodField& field);
 
 }  // namespace matchbox_slam
