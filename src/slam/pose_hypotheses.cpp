@@ -93,21 +93,18 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
     leave_out();
     return outcome;
   }
-  const double share = independence_of(step);
+  const double share = std::max(independence_of(step), note_change(step));
   outcome.is_jump = is_jump(outcome.match, step.predicted);
-  const double changed = note_change(step);
-  // Where the robot was not carried, but is a little beside, another hypothesis explains the scan.
-  double of_elsewhere = std::min(odds_of_elsewhere(outcome.evidence),
-                                 move_others(step, outcome.evidence.log_odds, share));
+  move_others(step, outcome.evidence.log_odds, share);
   note_motion(step, outcome.evidence.log_odds);
   if (is_search_due(outcome, step.by_velocity != nullptr)) {
     if (!state_.fork) {
       state_.fork = Fork{step.key_scans.size()};
     }
     state_.fork->searched = 0.0;
-    of_elsewhere = std::min(of_elsewhere, search(step, outcome, share, options));
+    search(step, outcome, share, options);
   }
-  weigh_elsewhere(step, std::max(share, changed) * of_elsewhere, options, outcome);
+  weigh_elsewhere(step, share * odds_of_elsewhere(outcome.evidence), options, outcome);
   drop_refuted(outcome.match.map_from_base, options);
   decide(step, options, outcome);
   return outcome;
@@ -137,9 +134,7 @@ void PoseHypotheses::weigh_elsewhere(const Step& step, double odds,
   }
 }
 
-/// Returns the odds of somewhere unknown against the best of them, by this scan.
-double PoseHypotheses::move_others(const Step& step, double leading, double share) {
-  double of_elsewhere = kMostOfScan;
+void PoseHypotheses::move_others(const Step& step, double leading, double share) {
   const MotionEstimate& motion = step.predicted.motion;
   for (Hypothesis& other : state_.others) {
     const Pose2 predicted = other.map_from_base * motion.previous_from_current;
@@ -147,9 +142,7 @@ double PoseHypotheses::move_others(const Step& step, double leading, double shar
         search_exactly(problem_at(step, predicted, covariance_around(motion))).map_from_base;
     const ScanEvidence there = evidence_of(step.scan, other.map_from_base, step.map);
     other.log_odds += share * limited(there.log_odds - leading);
-    of_elsewhere = std::min(of_elsewhere, odds_of_elsewhere(there));
   }
-  return of_elsewhere;
 }
 
 void PoseHypotheses::note_motion(const Step& step, double leading) {
@@ -171,10 +164,8 @@ bool PoseHypotheses::is_search_due(const Outcome& outcome, bool is_odometry_impr
                                     (!state_.fork || state_.fork->searched >= kBetweenSearches));
 }
 
-/// Returns as `move_others`, of those that were found.
-double PoseHypotheses::search(const Step& step, const Outcome& outcome, double share,
-                              const HypothesisOptions& options) {
-  double of_elsewhere = kMostOfScan;
+void PoseHypotheses::search(const Step& step, const Outcome& outcome, double share,
+                            const HypothesisOptions& options) {
   const double leading = outcome.evidence.log_odds;
   const auto consider = [&](const MatchResult& match, double log_odds) {
     if (!match.accepted() || is_same(match.map_from_base, outcome.match.map_from_base)) {
@@ -183,7 +174,6 @@ double PoseHypotheses::search(const Step& step, const Outcome& outcome, double s
     const ScanEvidence there = evidence_of(step.scan, match.map_from_base, step.map);
     if (there.log_odds > leading) {
       add(match, log_odds + share * limited(there.log_odds - leading));
-      of_elsewhere = std::min(of_elsewhere, odds_of_elsewhere(there));
     }
   };
   if (step.by_velocity != nullptr) {
@@ -200,7 +190,6 @@ double PoseHypotheses::search(const Step& step, const Outcome& outcome, double s
   std::stable_sort(others.begin(), others.end(),
                    [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
   others.resize(std::min(others.size(), kMostOthers));
-  return of_elsewhere;
 }
 
 void PoseHypotheses::add(const MatchResult& match, double log_odds) {
@@ -228,9 +217,10 @@ void PoseHypotheses::decide(const Step& step, const HypothesisOptions& options, 
   const auto best =
       std::max_element(state_.others.begin(), state_.others.end(),
                        [](const auto& a, const auto& b) { return a.log_odds < b.log_odds; });
-  if (best != state_.others.end() && best->log_odds > options.decisive) {
+  const double better = best == state_.others.end() ? 0.0 : std::max(0.0, best->log_odds);
+  if (better > options.decisive) {
     lead(best, step, options, outcome);
-  } else if (state_.elsewhere >= options.decisive) {
+  } else if (state_.elsewhere - better >= options.decisive) {
     outcome.verdict = Verdict::kUnknown;
   } else if (state_.fork && ((state_.others.empty() && state_.elsewhere <= -options.carried) ||
                              state_.fork->undecided > kUndecided)) {

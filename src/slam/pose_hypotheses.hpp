@@ -90,11 +90,11 @@ class PoseHypotheses {
   double note_change(const Step& step);
   void weigh_elsewhere(const Step& step, double odds, const HypothesisOptions& options,
                        Outcome& outcome);
-  [[nodiscard]] double move_others(const Step& step, double leading, double share);
+  void move_others(const Step& step, double leading, double share);
   void note_motion(const Step& step, double leading);
   [[nodiscard]] bool is_search_due(const Outcome& outcome, bool is_odometry_improbable) const;
-  [[nodiscard]] double search(const Step& step, const Outcome& outcome, double share,
-                              const HypothesisOptions& options);
+  void search(const Step& step, const Outcome& outcome, double share,
+              const HypothesisOptions& options);
   void add(const MatchResult& match, double log_odds);
   void drop_refuted(const Pose2& leading, const HypothesisOptions& options);
   void decide(const Step& step, const HypothesisOptions& options, Outcome& outcome);
