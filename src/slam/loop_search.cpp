@@ -187,7 +187,7 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
           .match({scan, rough.map_from_base, covariance_of(1.0, 1.0), field, none, 0});
   // A beam that ends on the other side of a wall went through it, too.
   const double through_walls = contradiction(scan, match.map_from_base, field) +
-                               share_on_other_sides(scan, match.map_from_base, field);
+                               share_on_other_sides(scan, match.map_from_base, field, nullptr);
   FoundLoop found{candidate,   match.map_from_base, match.covariance,
                   match.score, rough.rival_share,   through_walls};
   if (!match.accepted() || !match.unconstrained_directions.empty() ||

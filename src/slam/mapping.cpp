@@ -33,8 +33,8 @@ std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_ba
   constexpr double kXy = 0.1;      // [m]
   constexpr double kTheta = 0.03;  // [rad]
   const PlacedScans none;
-  const CheckedMatch found =
-      search_and_check({scan, map_from_base, covariance_of(kXy, kTheta), map.field, none, 0});
+  const CheckedMatch found = search_and_check(
+      {scan, map_from_base, covariance_of(kXy, kTheta), map.field, none, 0}, map.occupancy);
   if (is_convincing(found)) {
     return found.match.map_from_base;
   }

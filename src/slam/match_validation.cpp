@@ -23,11 +23,11 @@ double score_at(const PointScan& scan, const Pose2& map_from_base, const Likelih
 
 }  // namespace
 
-CheckedMatch search_and_check(const MatchProblem& problem) {
+CheckedMatch search_and_check(const MatchProblem& problem, const OccupancyGrid& occupancy) {
   CheckedMatch checked{search_exactly(problem)};
   const PointScan& scan = problem.scan;
   const Pose2& pose = checked.match.map_from_base;
-  const double on_other_sides = share_on_other_sides(scan, pose, problem.field);
+  const double on_other_sides = share_on_other_sides(scan, pose, problem.field, &occupancy);
   checked.violation =
       std::min(1.0, contradiction(scan, pose, problem.field) + 2.0 * on_other_sides);
   return checked;

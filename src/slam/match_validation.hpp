@@ -1,5 +1,6 @@
 #pragma once
 
+#include "matchbox_slam/map/occupancy_grid.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 
@@ -17,7 +18,8 @@ struct CheckedMatch {
 };
 
 /// By exact search in the window of the prior.
-[[nodiscard]] CheckedMatch search_and_check(const MatchProblem& problem);
+[[nodiscard]] CheckedMatch search_and_check(const MatchProblem& problem,
+                                            const OccupancyGrid& occupancy);
 
 /// Whether a match is known to be right by itself: a good fit in one place alone, with hardly a
 /// beam through walls, by a search that was not ended early.

@@ -58,8 +58,8 @@ bool is_near(const PlaceHypothesis& a, const PlaceHypothesis& b) {
 CheckedMatch match_at(const PointScan& scan, const Pose2& part_from_base, double xy, double theta,
                       const MapPart& part) {
   const PlacedScans none;
-  return search_and_check(
-      {scan, part_from_base, covariance_of(xy, theta), part.map.field, none, 0});
+  return search_and_check({scan, part_from_base, covariance_of(xy, theta), part.map.field, none, 0},
+                          part.map.occupancy);
 }
 
 /// A place is refuted where the scan clearly contradicts it; one where little is mapped says
