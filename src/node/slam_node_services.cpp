@@ -109,10 +109,15 @@ bool SlamNode::answer_save_map(std_srvs::Trigger::Request& /*request*/,
 bool SlamNode::answer_reset(std_srvs::Trigger::Request& /*request*/,
                             std_srvs::Trigger::Response& response) {
   worker_.use_queue([](ScanQueue& queue) { queue.start_again(); });
-  const RunEvent beginning = session_.beginning();
-  worker_.carry_out(beginning);
+  const std::vector<RunEvent> beginning = [this] {
+    const std::lock_guard<std::mutex> lock(run_mutex_);
+    return session_.beginning();
+  }();
+  for (const RunEvent& event : beginning) {
+    worker_.carry_out(event);
+  }
   response.success = 1;
-  response.message = std::holds_alternative<LoadMapFile>(beginning)
+  response.message = std::holds_alternative<LoadMapFile>(beginning.front())
                          ? "map and trajectory are forgotten; it goes on with initial_map"
                          : "map and trajectory are forgotten; the next scan starts a new map";
   return true;

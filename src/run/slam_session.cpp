@@ -42,12 +42,22 @@ void SlamSession::begin_with(LoadMapFile initial) {
   if (is_continued_) {
     return;
   }
-  apply(*initial_);
-  if (is_start_given()) {
-    apply(configured_start(setup().run));
-  } else if (!setup().engine.slam.update_map && !run_.key_scans().empty()) {
-    apply(BeAnywhere{});
+  for (const RunEvent& event : beginning()) {
+    apply(event);
   }
+}
+
+std::vector<RunEvent> SlamSession::beginning() const {
+  if (!initial_) {
+    return {Reset{}};
+  }
+  std::vector<RunEvent> events{*initial_};
+  if (is_start_given()) {
+    events.emplace_back(configured_start(setup().run));
+  } else if (!setup().engine.slam.update_map && !initial_->map->key_scans.empty()) {
+    events.emplace_back(BeAnywhere{});
+  }
+  return events;
 }
 
 bool SlamSession::is_start_given() const {
@@ -84,7 +94,7 @@ void SlamSession::take_up(const ScanInput& input) {
 // --- scans and events ---
 
 std::optional<ScanOutcome> SlamSession::process(const ScanInput& input) {
-  if (saved_) {
+  if (saved_ && !run_.is_paused()) {
     take_up(input);
   }
   std::optional<ScanOutcome> outcome = run_.process(input);
@@ -123,7 +133,9 @@ bool SlamSession::jump_back(const std::string& jumped, bool stopped) {
   saved_.reset();
   run_.jump_back();
   if (initial_) {
-    run_.apply(*initial_);
+    for (const RunEvent& event : beginning()) {
+      run_.apply(event);
+    }
   }
   return true;
 }

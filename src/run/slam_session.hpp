@@ -37,11 +37,9 @@ class SlamSession {
   /// set them and the map is only to be localised in, it is searched for.
   void begin_with(LoadMapFile initial);
 
-  /// What gives up the map for the one that it begins with, or for none. May be called while
-  /// another thread uses this object, once that has begun.
-  [[nodiscard]] RunEvent beginning() const {
-    return initial_ ? RunEvent(*initial_) : RunEvent(Reset{});
-  }
+  /// What gives up the map for the one that it begins with, or for none, and says where the robot
+  /// is in it: to be applied in this order.
+  [[nodiscard]] std::vector<RunEvent> beginning() const;
 
   /// As SlamRun::process and apply.
   std::optional<ScanOutcome> process(const ScanInput& input);

@@ -126,8 +126,9 @@ TEST_F(Session, BeginsWithALoadedMapEachTimeThatOneIsGivenUp) {
   EXPECT_EQ(warnings_, std::vector<std::string>{
                            "time jumps back: starting a new map, as time_jump is 'reset'"});
   EXPECT_EQ(now.process(scan(1.0))->map_from_base.x, 0.5);
-  EXPECT_TRUE(std::holds_alternative<LoadMapFile>(now.beginning()));
-  EXPECT_TRUE(std::holds_alternative<Reset>(session().beginning()));
+  ASSERT_EQ(now.beginning().size(), 1U);
+  EXPECT_TRUE(std::holds_alternative<LoadMapFile>(now.beginning().front()));
+  EXPECT_TRUE(std::holds_alternative<Reset>(session().beginning().front()));
 }
 
 TEST_F(Session, ASavedMapGoesBeforeTheOneThatItBeginsWith) {
@@ -135,7 +136,7 @@ TEST_F(Session, ASavedMapGoesBeforeTheOneThatItBeginsWith) {
   now.go_on_with({saved({1.0}), "old.slam"});
   now.begin_with(loaded());
   EXPECT_EQ(now.run().resets(), 0U);
-  EXPECT_TRUE(std::holds_alternative<LoadMapFile>(now.beginning()));
+  EXPECT_TRUE(std::holds_alternative<LoadMapFile>(now.beginning().front()));
 }
 
 TEST_F(Session, ARobotThatIsOnlyLocalisedIsSearchedForUnlessItsStartIsGiven) {
@@ -143,9 +144,26 @@ TEST_F(Session, ARobotThatIsOnlyLocalisedIsSearchedForUnlessItsStartIsGiven) {
     SlamSession now =
         session(std::string("{slam/update_map: false") + (is_given ? ", start_y: 0.0}" : "}"));
     now.begin_with(loaded());
-    EXPECT_EQ(now.process(scan(3.0))->state,
-              is_given ? TrackingState::kTracking : TrackingState::kLost);
+    const TrackingState expected = is_given ? TrackingState::kTracking : TrackingState::kLost;
+    EXPECT_EQ(now.process(scan(3.0))->state, expected);
+    // As at the start, too, when the map is given up, by ~reset or a jump of time.
+    for (const RunEvent& event : now.beginning()) {
+      now.apply(event);
+    }
+    EXPECT_EQ(now.process(scan(4.0))->state, expected) << is_given;
   }
+}
+
+TEST_F(Session, AScanOfAPauseDoesNotSettleWhichDriveGoesOn) {
+  SlamSession now = session();
+  now.go_on_with({saved({1.0}), "old.slam"});
+  now.apply(Pause{true});
+  (void)now.process(scan(2.0));
+  EXPECT_TRUE(informs_.empty());
+  now.apply(Pause{false});
+  (void)now.process(scan(2.5));
+  ASSERT_FALSE(informs_.empty());
+  EXPECT_NE(informs_.front().find("going on with old.slam"), std::string::npos);
 }
 
 TEST_F(Session, AfterAJumpOfTimeTheMapGoesOnOrItIsTheEnd) {
