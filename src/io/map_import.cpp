@@ -120,10 +120,9 @@ EngineState map_from_image(const MapImage& image, const std::string& path,
   }
   draw(walls, placed, cells, start.map.occupancy);
   std::vector<SurfaceHit> surfaces;
-  surfaces.reserve(walls.walls().size());
   const Pose2 turn{0.0, 0.0, image.origin.theta};
-  for (const SurfaceHit& wall : walls.walls()) {
-    surfaces.push_back({placed.to_map(wall.position), turn * wall.normal});
+  for (const SurfaceHit& face : walls.faces()) {
+    surfaces.push_back({placed.to_map(face.position), turn * face.normal});
   }
   start.map.field.update(surfaces, {});
   start.key_scans = image_views(walls, image.resolution, image.origin);

@@ -139,6 +139,39 @@ SurfaceHit ImageWalls::wall_in(const Cell& pixel) const {
   return {center - normal * normal.dot(center - mean), normal};
 }
 
+std::vector<SurfaceHit> ImageWalls::faces() const {
+  std::vector<SurfaceHit> faces;
+  faces.reserve(walls_.size());
+  for (const SurfaceHit& wall : walls_) {
+    const bool is_front = is_free_towards(wall, wall.normal);
+    const bool is_back = is_free_towards(wall, -wall.normal);
+    if (is_front || !is_back) {
+      faces.push_back(wall);
+    }
+    if (!wall.normal.isZero() && (is_back || !is_front)) {
+      faces.push_back({wall.position, -wall.normal});
+    }
+  }
+  return faces;
+}
+
+bool ImageWalls::is_free_towards(const SurfaceHit& wall, const Eigen::Vector2d& direction) const {
+  constexpr double kStep = 0.5;  // [pixels]
+  bool is_behind = false;        // the wall itself, which may be some pixels thick
+  for (double way = 0.0; way <= kNeighbourhood; way += kStep) {
+    const Eigen::Vector2d here = wall.position + way * direction;
+    const CellState there = state({cell_index(here.x()), cell_index(here.y())});
+    if (there == CellState::kFree) {
+      return true;
+    }
+    if (there == CellState::kOccupied && is_behind) {
+      return false;
+    }
+    is_behind = is_behind || there == CellState::kUnknown;
+  }
+  return false;
+}
+
 double ImageWalls::range(const Eigen::Vector2d& origin, const Eigen::Vector2d& direction,
                          double reach) const {
   constexpr int kMostUnknown = 3;  // before a wall, where beams that hit and that passed differ

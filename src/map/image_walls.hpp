@@ -31,6 +31,10 @@ class ImageWalls {
   /// they lie on one, else in its centre and without a normal.
   [[nodiscard]] const std::vector<SurfaceHit>& walls() const { return walls_; }
 
+  /// The same as beams hit them: with normals towards free ground. A wall that has it on both
+  /// sides, or on none, is there once for each side.
+  [[nodiscard]] std::vector<SurfaceHit> faces() const;
+
   /// How far it is along a ray to the first wall: infinite where there is none up to `reach`, NaN
   /// where the ray leaves what is known. A few unknown pixels before a wall are no end of it.
   /// @param direction  of length 1.
@@ -46,6 +50,9 @@ class ImageWalls {
            static_cast<std::size_t>(pixel.x);
   }
   [[nodiscard]] SurfaceHit wall_in(const Cell& pixel) const;
+  /// Whether a wall's free ground begins in a direction, with no other wall before it.
+  [[nodiscard]] bool is_free_towards(const SurfaceHit& wall,
+                                     const Eigen::Vector2d& direction) const;
   /// Centres of the occupied pixels around one that hang together with it: the other face of a
   /// thin wall is another line.
   [[nodiscard]] std::vector<Eigen::Vector2d> touching_around(const Cell& pixel) const;

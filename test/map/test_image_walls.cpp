@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 
 #include "map/image_viewpoints.hpp"
 #include "map/image_walls.hpp"
@@ -107,6 +108,33 @@ TEST(ImageWalls, TheTwoFacesOfAThinWallAreTwoLines) {
   }));
   EXPECT_TRUE(std::all_of(walls.walls().begin(), walls.walls().end(),
                           [](const SurfaceHit& wall) { return wall.normal.norm() > 0.5; }));
+}
+
+TEST(ImageWalls, FacesLookTowardsFreeGround) {
+  // A room's outer walls, two pixels thick at the left and below, in unknown ground; in it a
+  // partition that both sides show as a line, and one of a single pixel.
+  const ImageWalls walls(image_of(100, 60, [](const Cell& cell) {
+    const bool is_outside = cell.x < 5 || cell.x > 94 || cell.y < 5 || cell.y > 54;
+    const bool is_border = cell.x < 7 || cell.x == 94 || cell.y < 7 || cell.y == 54;
+    const bool is_face = cell.x == 40 || cell.x == 43;
+    const bool is_within = cell.x == 41 || cell.x == 42;
+    return is_outside || (is_within && !is_border) ? CellState::kUnknown
+           : is_border || is_face || cell.x == 70  ? CellState::kOccupied
+                                                   : CellState::kFree;
+  }));
+  std::map<int, Eigen::Vector2d> sum_at;  // by column, half way up
+  for (const SurfaceHit& face : walls.faces()) {
+    if (face.position.y() > 20.0 && face.position.y() < 40.0) {
+      sum_at.try_emplace(cell_index(face.position.x()), Eigen::Vector2d::Zero()).first->second +=
+          face.normal / 20.0;
+    }
+  }
+  const auto facing = [&](int column) { return sum_at.at(column).x(); };
+  EXPECT_NEAR(facing(6), 2.0, 1e-6) << "two pixels, the line between them";
+  EXPECT_NEAR(facing(40), -1.0, 1e-6);
+  EXPECT_NEAR(facing(43), 1.0, 1e-6);
+  EXPECT_NEAR(facing(70), 0.0, 1e-6) << "both sides fall into one cell";
+  EXPECT_NEAR(facing(94), -1.0, 1e-6);
 }
 
 /// Two rooms with a door between them, 10 m by 6 m, and a thin wall.
