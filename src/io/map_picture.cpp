@@ -298,4 +298,9 @@ Picture draw_map(const OccupancyGrid& map, const Trajectory& trajectory, const T
   return picture;
 }
 
+PictureFrame frame_of_picture(const OccupancyGrid& map, const Trajectory& trajectory) {
+  const View view(shown_cells(map, trajectory), map.geometry());
+  return {view.pixels_per_metre(), view.to_picture({})};
+}
+
 }  // namespace matchbox_slam

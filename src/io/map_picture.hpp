@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+
 #include "geometry/trajectory.hpp"
 #include "io/picture.hpp"
 #include "matchbox_slam/graph/pose_graph.hpp"
@@ -23,5 +25,14 @@ namespace matchbox_slam {
 ///                    one key scan to the other, which has a dot.
 [[nodiscard]] Picture draw_map(const OccupancyGrid& map, const Trajectory& trajectory,
                                const Trajectory& odometry, const PoseGraph& graph = {});
+
+/// Where the map's frame lies in a picture.
+struct PictureFrame {
+  double pixels_per_metre = 1.0;
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();  ///< (0, 0) of the map [pixels], y down
+};
+
+/// That of the picture that draw_map draws of the same.
+[[nodiscard]] PictureFrame frame_of_picture(const OccupancyGrid& map, const Trajectory& trajectory);
 
 }  // namespace matchbox_slam

@@ -30,12 +30,12 @@ MapToSave map_to_save(const SlamRun& run) {
           Trajectory(run.odometry_path().poses())};
 }
 
-void add_images(const std::string& path, const OccupancyGrid& shown, const Picture& picture,
+void add_images(const std::string& path, const OccupancyGrid& shown, const std::string& picture,
                 MapFormat format, FileReplacement& files) {
   for (const FileContents& file : map_files(path, make_map_image(shown), format)) {
     files.add(file);
   }
-  files.add({path + ".png", picture.to_png()});
+  files.add({path + ".png", picture});
 }
 
 void MapSaver::begin_from(const std::string& file, const MapRevision& now) {
@@ -67,8 +67,9 @@ std::string MapSaver::save(const MapToSave& now) {
   FileReplacement files;
   const OccupancyGrid shown =
       shown_occupancy(now.map.map, now.map.key_scans.all(), now.setup.engine.map);
-  add_images(path, shown, draw_map(shown, now.trajectory, now.odometry, now.map.loops.graph),
-             format, files);
+  add_images(path, shown,
+             draw_map(shown, now.trajectory, now.odometry, now.map.loops.graph).to_png(), format,
+             files);
   std::uintmax_t size = 0;
   MapPieces pieces;
   files.add(file, [&](const ByteSink& sink) {

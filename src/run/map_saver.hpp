@@ -8,7 +8,6 @@
 
 #include "geometry/trajectory.hpp"
 #include "io/map_changes.hpp"
-#include "io/picture.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/map/occupancy_grid.hpp"
@@ -47,7 +46,8 @@ struct MapToSave {
 [[nodiscard]] MapToSave map_to_save(const SlamRun& run);
 
 /// Adds the image as of map_server and the picture for people: `path` + .yaml and so on.
-void add_images(const std::string& path, const OccupancyGrid& shown, const Picture& picture,
+/// @param picture  a PNG's bytes.
+void add_images(const std::string& path, const OccupancyGrid& shown, const std::string& picture,
                 MapFormat format, FileReplacement& files);
 
 /// Saves the map of a run again and again where `map_file` says: as a whole, or what has changed

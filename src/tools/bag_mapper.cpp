@@ -24,8 +24,10 @@
 #include "run/map_saver.hpp"
 #include "run/slam_session.hpp"
 #include "run/start_map.hpp"
+#include "tools/drive_record.hpp"
 #include "tools/fit_record.hpp"
 #include "tools/pose_text.hpp"
+#include "tools/report_page.hpp"
 #include "tools/run_report.hpp"
 #include "tools/scan_table.hpp"
 
@@ -116,6 +118,7 @@ class BagMapping {
   [[nodiscard]] const SlamRun& run() const { return session_->run(); }
   void begin_session();
   void add_map_and_trajectories();
+  void add_images(const OccupancyGrid& shown);
   [[nodiscard]] Trajectory in_map(const std::vector<StampedPose2>& poses) const;
   [[nodiscard]] std::vector<FileContents> hough_pictures() const;
   void tell(const RunFacts& facts);
@@ -142,6 +145,8 @@ class BagMapping {
   std::optional<FileReplacement> files_;                         ///< that the run writes
   std::optional<ScanTable> scan_table_;                          ///< into one of them
   FitRecord fit_;
+  DriveRecord drive_;
+  PagePicture picture_;  ///< of the map, once it is drawn
 };
 
 /// The same, which says of the progress how many loops were closed, too.
@@ -203,6 +208,7 @@ void BagMapping::handle(const ReadyScan& scan) {
     return;
   }
   fit_.add(*outcome);
+  drive_.add(*outcome, stamp);
   outcome->stamp = stamp;  // not the run's, which goes on where the clock steps back
   scan_table_->add(*outcome);
   if (outcome->inserted && outcome->state == TrackingState::kTracking && !debug_.empty() &&
@@ -235,6 +241,7 @@ void BagMapping::forget_map() {
   first_key_scans_.clear();
   begin_scan_table();
   fit_ = {};
+  drive_ = {};
   scans_.discard_delivered();
 }
 
@@ -269,12 +276,18 @@ void BagMapping::add_map_and_trajectories() {
                 comment("Of the whole map, the one that it went on with, too: "), *files_);
   const PoseGraph& graph = run().graph();
   files_->add(out_ + "/graph.g2o", [&graph](const ByteSink& sink) { write_g2o(graph, sink); });
-  const OccupancyGrid shown = run().shown_map();
-  add_images(out_ + "/map", shown,
-             draw_map(shown, in_map(run().trajectory()), in_map(run().odometry()), graph),
-             map_format(run().setup().run), *files_);
+  add_images(run().shown_map());
   files_->add(out_ + "/map.slam",
               [this](const ByteSink& sink) { write_saved_map(run().snapshot(), sink); });
+}
+
+void BagMapping::add_images(const OccupancyGrid& shown) {
+  const Trajectory trajectory = in_map(run().trajectory());
+  const Picture picture = draw_map(shown, trajectory, in_map(run().odometry()), run().graph());
+  picture_ = {picture.to_png(), picture.width(), picture.height(),
+              frame_of_picture(shown, trajectory)};
+  matchbox_slam::add_images(out_ + "/map", shown, picture_.png, map_format(run().setup().run),
+                            *files_);
 }
 
 /// What the Hough matcher sees of each of the first key scans and its predecessor.
@@ -344,7 +357,9 @@ void BagMapping::write() {
                        run().resets(),
                        {now.wall_seconds - started_.wall_seconds,
                         now.cpu_seconds - started_.cpu_seconds, now.peak_memory}};
-  files_->add({out_ + "/report.json", to_json(facts, scans_.account(), run())});
+  const std::string report = to_json(facts, scans_.account(), run());
+  files_->add({out_ + "/report.json", report});
+  files_->add({out_ + "/report.html", report_page(report, drive_.points(run()), picture_)});
   files_->finish();
   replace_files(hough_pictures());
   tell(facts);

@@ -20,9 +20,9 @@ struct MapBagRequest : RecordingRequest {
 
 /// Maps a bag from end to end: reads it in the order of its recording, runs the engine on every
 /// scan that tf covers, and writes trajectory.tum, trajectory_live.tum, odometry.tum,
-/// key_scans.tum, graph.g2o, scans.csv, map.pgm, map.yaml, map.png, map.slam and report.json into
-/// the folder. The same request gives the same bytes in all but the
-/// report, with any number of threads.
+/// key_scans.tum, graph.g2o, scans.csv, map.pgm, map.yaml, map.png, map.slam, report.json and
+/// report.html into the folder. The same request gives the same bytes in all but the two reports,
+/// with any number of threads.
 ///
 /// Throws ConfigurationError when the request makes no sense for the bag; FileError when results
 /// cannot be written, which is tried before the work; BagError when nothing can be read. Where a
