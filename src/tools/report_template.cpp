@@ -45,6 +45,7 @@ th, td { text-align: left; padding: 4px 10px 4px 0; border-bottom: 1px solid var
   vertical-align: top; }
 th { font-size: 12px; color: var(--faint); font-weight: 600; position: sticky; top: 0;
   background: var(--card); }
+td.what { white-space: nowrap; }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 tbody tr { cursor: pointer; }
 tbody tr:hover, tbody tr.picked { background: var(--page); }
@@ -141,7 +142,9 @@ fact('bag', report.bag_s.toFixed(1) + ' s, mapped in ' + report.wall_s.toFixed(1
 
 // --- colours by how sure ---
 const sigmas = points.sigma.filter(value => value > 0).sort((a, b) => a - b);
-const at = share => sigmas.length ? sigmas[Math.min(sigmas.length - 1, Math.floor(share * sigmas.length))] : 0.01;
+// A lost robot may be anywhere: by its sigma all others would look the same.
+const known = points.sigma.filter((value, i) => value > 0 && points.reason[i] !== 'lost').sort((a, b) => a - b);
+const at = share => known.length ? known[Math.min(known.length - 1, Math.floor(share * known.length))] : 0.01;
 const surest = at(0.02), widest = Math.max(at(0.995), 2 * surest);
 const stops = [[38, 108, 224], [128, 72, 208], [214, 48, 120], [240, 110, 20]];
 const rampColor = share => {
@@ -374,7 +377,7 @@ for (const row of data.stretches) {
   element('td', row.stamp.toFixed(3), line, 'number');
   element('td', (row.to - row.from).toFixed(2), line, 'number');
   element('td', grouped(row.scans), line, 'number');
-  const what = element('td', '', line);
+  const what = element('td', '', line, 'what');
   element('span', '', what, 'swatch').style.background = kinds[row.reason].color;
   what.appendChild(document.createTextNode(kinds[row.reason].name));
   element('td', kinds[row.reason].why + (row.reason !== 'unmatched' && row.unmatched ?
