@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <string>
 #include <vector>
 
+#include "io/map_archive.hpp"
 #include "map/image_walls.hpp"
+#include "matchbox_slam/geometry/transform2.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
 #include "slam/image_views.hpp"
@@ -19,15 +22,18 @@ constexpr double kOccupiedOccupancy = 0.95;
 class PlacedImage {
  public:
   explicit PlacedImage(const MapImage& image)
-      : size_(image.width, image.height), resolution_(image.resolution), origin_(image.origin) {}
+      : size_(image.width, image.height),
+        resolution_(image.resolution),
+        map_from_image_(image.origin),
+        image_from_map_(image.origin.inverse()) {}
 
   [[nodiscard]] Eigen::Vector2d to_map(const Eigen::Vector2d& pixels) const {
-    return origin_ * Eigen::Vector2d(resolution_ * pixels);
+    return map_from_image_ * Eigen::Vector2d(resolution_ * pixels);
   }
 
   [[nodiscard]] Cell pixel_at(const Eigen::Vector2d& point) const {
     constexpr double kOnBorder = 1e-5;  // [pixels]; map_saver writes six decimals of a metre
-    const Eigen::Vector2d pixels = origin_.inverse() * point / resolution_;
+    const Eigen::Vector2d pixels = image_from_map_ * point / resolution_;
     return {cell_index(pixels.x() + kOnBorder), cell_index(pixels.y() + kOnBorder)};
   }
 
@@ -45,7 +51,8 @@ class PlacedImage {
  private:
   Eigen::Vector2i size_;
   double resolution_;
-  Pose2 origin_;
+  Transform2 map_from_image_;
+  Transform2 image_from_map_;
 };
 
 void require_size_of_pixels(const MapImage& image, const std::string& path) {
@@ -60,6 +67,13 @@ void require_size_of_pixels(const MapImage& image, const std::string& path) {
 
 void require_room(const MapImage& image, const CellBox& cells, const std::string& path,
                   double max_cells) {
+  if (std::min(cells.min.x, cells.min.y) < -kFarthestCell ||
+      std::max(cells.max.x, cells.max.y) > kFarthestCell) {
+    throw FileError("the map '" + path + "' lies too far from 0, 0: its origin is " +
+                    to_string(image.origin.x) + ", " + to_string(image.origin.y) +
+                    "; allowed are " + std::to_string(kFarthestCell) +
+                    " cells of map/resolution; give it an origin near the building");
+  }
   const double pixels = static_cast<double>(image.width) * image.height;
   const double in_map = static_cast<double>(cells.width()) * cells.height();
   if (std::max(pixels, in_map) > max_cells) {
@@ -121,8 +135,14 @@ EngineState map_from_image(const MapImage& image, const std::string& path,
   draw(walls, placed, cells, start.map.occupancy);
   std::vector<SurfaceHit> surfaces;
   const Pose2 turn{0.0, 0.0, image.origin.theta};
+  // Pixels larger than a cell have a piece of wall in each of the cells that it goes through.
+  const int pieces = static_cast<int>(std::ceil(image.resolution / map_options.resolution));
   for (const SurfaceHit& face : walls.faces()) {
-    surfaces.push_back({placed.to_map(face.position), turn * face.normal});
+    const Eigen::Vector2d along(-face.normal.y(), face.normal.x());
+    for (int i = 0; i < pieces; ++i) {
+      const double off = (i + 0.5) / pieces - 0.5;  // [pixels]
+      surfaces.push_back({placed.to_map(face.position + off * along), turn * face.normal});
+    }
   }
   start.map.field.update(surfaces, {});
   start.key_scans = image_views(walls, image.resolution, image.origin);

@@ -115,6 +115,7 @@ void SlamSession::apply(const RunEvent& event) {
   run_.apply(event);
   if (gives_up_map(event)) {
     saved_.reset();
+    told_of_left_out_ = false;
   }
 }
 
@@ -155,7 +156,7 @@ std::vector<RunEvent> SlamSession::cut_no_returns(double from, bool has_begun) {
   const std::string limit = fixed_text(from, 3);
   if (setup().run.scan_topics.size() > 1) {
     dialog_.warn(found + ", which draws walls where none are; to cut them " + how_to_set_ +
-                 "scan/max_range=" + limit);
+                 "scan/max_range=" + limit + (has_begun ? ", and let the map begin anew" : ""));
     return {};
   }
   Parameters changes;

@@ -534,6 +534,34 @@ TEST_F(InAnImage, PixelsMayBeSmallerThanCells) {
   EXPECT_LT(error_in(engine, {}, found), 0.02);
 }
 
+/// One pixel of four is kept, if any of them is wall: the walls have no gaps.
+TEST_F(InAnImage, PixelsMayBeLargerThanCells) {
+  const MapImage image = make_map_image(mapped().map.occupancy);
+  MapImage coarser = image;
+  coarser.width /= 2;
+  coarser.height /= 2;
+  coarser.resolution *= 2.0;
+  coarser.pixels.clear();
+  for (int y = coarser.height - 1; y >= 0; --y) {
+    for (int x = 0; x < coarser.width; ++x) {
+      std::uint8_t pixel = image.pixel({2 * x, 2 * y});
+      for (const Cell& other :
+           {Cell{2 * x + 1, 2 * y}, Cell{2 * x, 2 * y + 1}, Cell{2 * x + 1, 2 * y + 1}}) {
+        pixel = std::min(pixel, image.pixel(other));
+      }
+      coarser.pixels.push_back(pixel);
+    }
+  }
+  EngineState start = read_image(coarser);
+  EXPECT_GT(start.map.field.surface_cells().size(),
+            read_image(image).map.field.surface_cells().size());
+  SlamEngine engine(options(), std::make_shared<OlsonMatcher>(), 1);
+  start.begin_anew(drive().world_from_base.front(), Eigen::Vector3d(0.1, 0.1, 0.03).asDiagonal());
+  engine.start_from(start);
+  std::size_t found = kMapped;
+  EXPECT_LT(error_in(engine, {}, found), 0.06);
+}
+
 TEST_F(InAnImage, SaysWhyAnImageIsNotTaken) {
   MapImage image = make_map_image(mapped().map.occupancy);
   EngineOptions options;
@@ -555,6 +583,10 @@ TEST_F(InAnImage, SaysWhyAnImageIsNotTaken) {
   EXPECT_TRUE(contains(text(), "has the resolution 50.0; allowed: 0.001 to 1.0, in metres a pixel"))
       << text();
   image.resolution = 0.05;
+  image.origin = {500000.0, 5400000.0, 0.0};  // as of UTM
+  EXPECT_TRUE(contains(text(), "lies too far from 0, 0: its origin is 500000.0, 5400000.0"))
+      << text();
+  image.origin = {};
   std::fill(image.pixels.begin(), image.pixels.end(), MapImage::kFreePixel);
   EXPECT_TRUE(contains(text(), "has no occupied pixel")) << text();
   EXPECT_TRUE(contains(text(), "set negate: 1")) << text();
