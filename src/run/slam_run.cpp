@@ -86,6 +86,7 @@ void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   trajectory_.clear();
   live_trajectory_.clear();
   apart_.clear();
+  is_apart_ = false;
   told_.reset();
   odometry_.clear();
   match_seconds_.clear();

@@ -553,8 +553,9 @@ TEST_F(InAnImage, PixelsMayBeLargerThanCells) {
     }
   }
   EngineState start = read_image(coarser);
-  EXPECT_GT(start.map.field.surface_cells().size(),
-            read_image(image).map.field.surface_cells().size());
+  // Of walls that are twice as thick in pixels, and drawn as thin: without gaps some nine in ten.
+  EXPECT_GT(10 * start.map.field.surface_cells().size(),
+            8 * read_image(image).map.field.surface_cells().size());
   SlamEngine engine(options(), std::make_shared<OlsonMatcher>(), 1);
   start.begin_anew(drive().world_from_base.front(), Eigen::Vector3d(0.1, 0.1, 0.03).asDiagonal());
   engine.start_from(start);
