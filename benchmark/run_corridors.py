@@ -11,7 +11,7 @@ import json
 import math
 import statistics
 
-from run_faults import error, in_map, output_of, read_tum, study_parser
+from run_faults import error, in_map, output_of, read_tum, study_parser, write_study
 
 # world, beams, reach [m], scans a second, speed [m/s], field of view [rad]
 DRIVES = [
@@ -70,10 +70,7 @@ def main():
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         futures = [pool.submit(one_run, *task, arguments) for task in tasks]
         results = [result for future in futures for result in future.result()]
-    (arguments.out / "corridors.json").write_text(json.dumps(results, indent=1))
-    page = table(results)
-    (arguments.out / "CORRIDORS.md").write_text(page)
-    print(page, end="")
+    write_study("corridors", results, table(results), arguments)
 
 
 if __name__ == "__main__":

@@ -250,6 +250,13 @@ def kidnapped_table(results):
     return "\n".join(lines) + "\n"
 
 
+def write_study(name, results, page, arguments):
+    """What a study ends with: its results as NAME.json and its page as NAME.md, which is printed, too."""
+    (arguments.out / f"{name}.json").write_text(json.dumps(results, indent=1))
+    (arguments.out / f"{name.upper()}.md").write_text(page)
+    print(page, end="")
+
+
 def study_parser(description, seeds, rate=None):
     """Arguments that studies over simulated drives share."""
     parser = argparse.ArgumentParser(description=description,
@@ -289,10 +296,7 @@ def main():
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         futures = [pool.submit(one_run, *task, arguments) for task in tasks]
         results = [result for future in futures for result in future.result()]
-    (arguments.out / "faults.json").write_text(json.dumps(results, indent=1))
-    page = (kidnapped_table if is_kidnapping else table)(results)
-    (arguments.out / "FAULTS.md").write_text(page)
-    print(page, end="")
+    write_study("faults", results, (kidnapped_table if is_kidnapping else table)(results), arguments)
 
 
 if __name__ == "__main__":

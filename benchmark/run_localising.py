@@ -12,7 +12,7 @@ import json
 import math
 import statistics
 
-from run_faults import aligned, composed, error, inverse, is_wrong, output_of, read_scans, read_tum, study_parser
+from run_faults import aligned, composed, error, inverse, is_wrong, output_of, read_scans, read_tum, study_parser, write_study
 from zoo_drives import SWEEPS
 
 SURE = ("tracking", "recovered")
@@ -146,10 +146,7 @@ def main():
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         rows = [row for some in pool.map(lambda seed: one_seed(seed, arguments), seeds) for row in some]
-    (arguments.out / "localising.json").write_text(json.dumps(rows, indent=1))
-    page = table(rows)
-    (arguments.out / "LOCALISING.md").write_text(page)
-    print(page, end="")
+    write_study("localising", rows, table(rows), arguments)
 
 
 if __name__ == "__main__":

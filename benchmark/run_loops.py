@@ -11,7 +11,7 @@ import concurrent.futures
 import json
 import math
 
-from run_faults import composed, error, inverse, output_of, read_tum, study_parser
+from run_faults import composed, error, inverse, output_of, read_tum, study_parser, write_study
 
 DRIVES = {
     "default": [],
@@ -104,9 +104,7 @@ def main():
              for drive in arguments.drives for seed in range(arguments.seeds)]
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         results = list(pool.map(lambda task: one_run(*task, arguments), tasks))
-    (arguments.out / "loops.json").write_text(json.dumps(results, indent=1))
-    (arguments.out / "LOOPS.md").write_text(table(results))
-    print(table(results), end="")
+    write_study("loops", results, table(results), arguments)
 
 
 if __name__ == "__main__":

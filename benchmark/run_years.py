@@ -10,7 +10,7 @@ import json
 import math
 import statistics
 
-from run_faults import error, in_map, output_of, read_tum, study_parser
+from run_faults import error, in_map, output_of, read_tum, study_parser, write_study
 
 LAP = 222.0  # [s] of the way through the rooms
 KEPT = {"room is made": [], "all are kept": ["--set", "slam/enough_views=0"]}
@@ -69,10 +69,7 @@ def main():
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
         rows = [row for some in pool.map(lambda seed: drive(seed, arguments), seeds) for row in some]
-    (arguments.out / "years.json").write_text(json.dumps(rows, indent=1))
-    page = table(rows)
-    (arguments.out / "YEARS.md").write_text(page)
-    print(page, end="")
+    write_study("years", rows, table(rows), arguments)
 
 
 if __name__ == "__main__":
