@@ -46,6 +46,7 @@ name_results() {
   echo "map.png         the map, for people: trajectory, raw odometry and loops drawn over it"
   echo "map.pgm, .yaml  the map, for map_server and navigation"
   echo "map.slam        all that was learnt, to go on with: --map"
+  echo "report.html     the run, to look at in a browser"
   echo "trajectory.tum, odometry.tum, report.json; doc/first_map.md tells of the others"
 }
 
