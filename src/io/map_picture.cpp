@@ -5,22 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "matchbox_slam/common/parameters.hpp"
+#include "io/map_style.hpp"
+#include "io/scale_bar.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-// The lines differ in lightness and in dashes too, for those who do not tell the hues apart.
-constexpr Color kUnknownColor{222, 225, 229};
-constexpr Color kFreeColor{255, 255, 255};
-constexpr Color kOccupiedColor{28, 36, 48};
-constexpr Color kTextColor{52, 60, 72};
-constexpr Color kRuleColor{190, 195, 202};
-constexpr Stroke kOdometryStroke{{240, 130, 20}, 2.2, 8.0};
-constexpr Stroke kTrajectoryStroke{{20, 95, 215}, 2.6, 0.0};
-constexpr Stroke kLoopStroke{{200, 20, 120}, 3.4, 0.0};
 constexpr double kLoopRadius = 3.4;
-constexpr Color kStartColor{25, 150, 70};
 constexpr double kStartRadius = 6.0;
 
 constexpr int kPleasantSize = 1400;      ///< small maps are drawn about this large [pixels]
@@ -110,13 +101,6 @@ CellBox shown_cells(const OccupancyGrid& map, const Trajectory& trajectory) {
   return box.empty() ? CellBox{{0, 0}, {1, 1}} : box;
 }
 
-Color mix(Color under, Color over, double opacity) {
-  const auto blend = [opacity](int a, int b) {
-    return static_cast<std::uint8_t>(std::lround(a + opacity * (b - a)));
-  };
-  return {blend(under.red, over.red), blend(under.green, over.green), blend(under.blue, over.blue)};
-}
-
 /// Where one pixel shows several cells, a wall among them counts most: thin walls must not fade.
 Color color_of(const OccupancyGrid& map, const CellBox& cells) {
   bool is_known = false;
@@ -129,12 +113,7 @@ Color color_of(const OccupancyGrid& map, const CellBox& cells) {
       }
     }
   }
-  // A cell that is nearly sure is drawn as if it were: clean white and dark are easier to read.
-  constexpr double kSurelyFree = 0.2;
-  constexpr double kSurelyOccupied = 0.8;
-  const double darkness =
-      std::clamp((highest - kSurelyFree) / (kSurelyOccupied - kSurelyFree), 0.0, 1.0);
-  return is_known ? mix(kFreeColor, kOccupiedColor, darkness) : kUnknownColor;
+  return is_known ? color_of_darkness(darkness_of(highest)) : kUnknownColor;
 }
 
 bool is_same(const Color& a, const Color& b) {
@@ -193,33 +172,6 @@ bool draw_loops(const PoseGraph& graph, const View& view, Picture& picture) {
   return has_loops;
 }
 
-/// The longest of 1, 2 or 5 times a power of ten metres that is at most `pixels` long.
-double scale_bar_length(double pixels, double pixels_per_metre) {
-  const double longest = pixels / pixels_per_metre;
-  const double power = std::pow(10.0, std::floor(std::log10(longest)));
-  for (const double factor : {5.0, 2.0}) {
-    if (factor * power <= longest) {
-      return factor * power;
-    }
-  }
-  return power;
-}
-
-std::string length_text(double metres) {
-  return (metres >= 1.0 ? std::to_string(std::lround(metres)) : to_string(metres)) + " m";
-}
-
-void draw_scale_bar(const View& view, int middle, Picture& picture) {
-  const double metres = scale_bar_length(kScaleBarShare * view.width(), view.pixels_per_metre());
-  const int dot = view.dot();
-  const int left = 2 * kMargin;
-  const int right = left + static_cast<int>(std::lround(metres * view.pixels_per_metre()));
-  picture.fill(left, middle - dot / 2, right, middle + dot - dot / 2, kTextColor);
-  picture.fill(left, middle - 3 * dot, left + dot, middle + 3 * dot, kTextColor);
-  picture.fill(right - dot, middle - 3 * dot, right, middle + 3 * dot, kTextColor);
-  picture.draw_text(right + 5 * dot, middle, length_text(metres), kFontSize * dot, kTextColor);
-}
-
 /// Draws the legend's entries from right to left, so that they end at the picture's edge.
 class Legend {
  public:
@@ -263,7 +215,9 @@ void draw_footer(const View& view, bool has_trajectory, bool has_odometry, bool 
   const int middle = top + view.footer_height() / 2;
   picture.fill(0, top, view.width(), view.height(), kFreeColor);
   picture.fill(0, top, view.width(), top + 1, kRuleColor);
-  draw_scale_bar(view, middle, picture);
+  draw_scale_bar({2 * kMargin, middle, kScaleBarShare * view.width(), view.pixels_per_metre(),
+                  view.dot(), kFontSize * view.dot()},
+                 picture);
   Legend legend(view, middle, picture);
   if (has_trajectory) {
     legend.add_start();

@@ -26,6 +26,8 @@
 #include "run/start_map.hpp"
 #include "tools/drive_record.hpp"
 #include "tools/fit_record.hpp"
+#include "tools/map_movie.hpp"
+#include "tools/movie_file.hpp"
 #include "tools/pose_text.hpp"
 #include "tools/report_page.hpp"
 #include "tools/run_report.hpp"
@@ -62,6 +64,10 @@ std::vector<TimedEvent> events_of(const MapBagRequest& request,
   return events;
 }
 
+std::optional<MovieFile> movie_file_of(const MapBagRequest& request) {
+  return request.movie ? std::make_optional<MovieFile>(*request.movie) : std::nullopt;
+}
+
 /// The map that is gone on with may be the only one of the days that it took.
 void require_other_folder(const MapBagRequest& request) {
   const std::filesystem::path map = request.map;
@@ -95,6 +101,7 @@ class BagMapping {
       : out_(request.out),
         map_file_(request.map),
         debug_(request.debug),
+        movie_file_(movie_file_of(request)),
         dialog_(telling_loops(dialog)),
         started_(resource_usage()),
         parameters_(gather_parameters(request, request.matcher)),
@@ -108,6 +115,9 @@ class BagMapping {
       saved_ = read_engine_state(map_file_, configuration_.setup().engine);
     }
     require_writable_folders(request);
+    if (movie_file_) {
+      movie_file_->require_writable();
+    }
   }
 
   void map();
@@ -119,6 +129,7 @@ class BagMapping {
   void begin_session();
   void add_map_and_trajectories();
   void add_images(const OccupancyGrid& shown);
+  void write_files();
   [[nodiscard]] Trajectory in_map(const std::vector<StampedPose2>& poses) const;
   [[nodiscard]] std::vector<FileContents> hough_pictures() const;
   void tell(const RunFacts& facts);
@@ -133,6 +144,7 @@ class BagMapping {
   const std::string& out_;
   const std::string& map_file_;
   const std::string& debug_;
+  const std::optional<MovieFile> movie_file_;
   const RunDialog dialog_;
   ResourceUsage started_;
   MatcherLoader loader_;
@@ -146,6 +158,7 @@ class BagMapping {
   std::optional<ScanTable> scan_table_;                          ///< into one of them
   FitRecord fit_;
   DriveRecord drive_;
+  MapMovie movie_;
   PagePicture picture_;  ///< of the map, once it is drawn
 };
 
@@ -209,6 +222,9 @@ void BagMapping::handle(const ReadyScan& scan) {
   }
   fit_.add(*outcome);
   drive_.add(*outcome, stamp);
+  if (movie_file_) {
+    movie_.add(*outcome, run());
+  }
   outcome->stamp = stamp;  // not the run's, which goes on where the clock steps back
   scan_table_->add(*outcome);
   if (outcome->inserted && outcome->state == TrackingState::kTracking && !debug_.empty() &&
@@ -242,6 +258,7 @@ void BagMapping::forget_map() {
   begin_scan_table();
   fit_ = {};
   drive_ = {};
+  movie_ = {};
   scans_.discard_delivered();
 }
 
@@ -345,6 +362,17 @@ void BagMapping::tell(const RunFacts& facts) {
   }
 }
 
+void BagMapping::write_files() {
+  if (!movie_file_) {
+    files_->finish();
+    return;
+  }
+  const std::vector<MovieFrame>& frames = movie_.finish(run());
+  movie_file_->add(frames, run().setup().engine.map.resolution, *files_);
+  files_->finish();
+  movie_file_->remove_older(frames);
+}
+
 void BagMapping::write() {
   if (run().trajectory().empty()) {
     scans_.throw_nothing_used();
@@ -360,7 +388,7 @@ void BagMapping::write() {
   const std::string report = to_json(facts, scans_.account(), run());
   files_->add({out_ + "/report.json", report});
   files_->add({out_ + "/report.html", report_page(report, drive_.points(run()), picture_)});
-  files_->finish();
+  write_files();
   replace_files(hough_pictures());
   tell(facts);
   if (!facts.bag.damage.empty()) {

@@ -38,6 +38,10 @@ void declare_options(CLI::App& app, MapBagRequest& request) {
                  "YAML with what happens between scans: poses told, resets, pauses, changes of "
                  "options; the node writes such a file as events_file")
       ->type_name("FILE");
+  app.add_option("--movie", request.movie,
+                 "Movie of the map as it grows: a GIF, or a folder for its frames as PNGs; see "
+                 "doc/first_map.md")
+      ->type_name("OUT.gif|DIR");
   app.get_option("--out")->required(false);
   app.add_option(
          "--convert", request.convert,

@@ -1200,7 +1200,7 @@ TEST_F(MapBag, RefusesWrongUsage) {
   for (const char* flag :
        {"--out", "--config", "--matcher", "--set", "--scan-topic", "--base-frame", "--odom-frame",
         "--no-odom", "--odom-topic", "--laser-pose", "--start", "--duration", "--seed", "--threads",
-        "--quiet", "--convert"}) {
+        "--quiet", "--convert", "--movie"}) {
     EXPECT_TRUE(contains(help.output, flag)) << flag;
   }
 }
