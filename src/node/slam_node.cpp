@@ -89,10 +89,11 @@ RunRecords records_for(const SlamNodeOptions& options) {
 SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node)
     : node_(node),
       private_node_(private_node),
+      log_(log_dialog()),
       session_([&] {
         LiveConfiguration configuration = read_configuration(private_node_, loader_);
         const RunRecords records = records_for(configuration.setup().node);
-        return SlamSession(std::move(configuration), records, log_dialog(),
+        return SlamSession(std::move(configuration), records, log_.dialog(),
                            "set in its configuration ");
       }()),
       worker_("mapping", node_queue_settings(session_.setup()),
@@ -106,6 +107,7 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
       diagnostic_updater_(node_, private_node_, private_node_.getNamespace()) {
   const SlamSetup& setup = session_.setup();
   begin_map();
+  log_.tell();
   map_publisher_ = std::make_unique<MapPublisher>(
       node_, options_.map_frame, setup.node.map_update_interval, [this] { return map_revision(); },
       [this] { return map_snapshot(); });
@@ -216,7 +218,7 @@ void SlamNode::set_map_aside(const std::string& path, const std::string& why) {
 void SlamNode::cut_no_returns(double from) {
   std::vector<RunEvent> events;
   {
-    const std::lock_guard<std::mutex> lock(run_mutex_);
+    const LoggingLock lock(run_mutex_, log_);
     events = session_.cut_no_returns(from, true);
   }
   if (events.empty()) {
@@ -253,7 +255,7 @@ void SlamNode::handle(const ReadyScan& scan) {
   std::string matcher;
   bool has_stepped_back = false;
   {
-    const std::lock_guard<std::mutex> lock(run_mutex_);
+    const LoggingLock lock(run_mutex_, log_);
     const std::size_t clock_steps = run().clock_steps();
     outcome = session_.process(scan.input);
     if (outcome) {
@@ -292,14 +294,14 @@ void SlamNode::remember_health(const ReadyScan& scan, const ScanOutcome& outcome
 }
 
 void SlamNode::handle(const TimeJump& jump) {
-  const std::lock_guard<std::mutex> lock(run_mutex_);
+  const LoggingLock lock(run_mutex_, log_);
   if (session_.jump_back(text_of(jump, run().scans()), jump.stopped)) {
     forget_map();
   }
 }
 
 void SlamNode::handle(const RunEvent& event) {
-  std::unique_lock<std::mutex> lock(run_mutex_);
+  LoggingLock lock(run_mutex_, log_);
   session_.apply(event);
   if (gives_up_map(event)) {
     set_aside_.clear();
@@ -312,7 +314,7 @@ void SlamNode::handle(const RunEvent& event) {
 }
 
 void SlamNode::handle(const LeftOut& left_out) {
-  const std::lock_guard<std::mutex> lock(run_mutex_);
+  const LoggingLock lock(run_mutex_, log_);
   session_.note_left_out(left_out.stamp, left_out.laser);
 }
 
@@ -372,7 +374,7 @@ MapSnapshot SlamNode::map_snapshot() {
 
 /// Before anything is saved, so that a loop that is searched for is in all of it, or in none.
 void SlamNode::finish_loops() {
-  const std::lock_guard<std::mutex> lock(run_mutex_);
+  const LoggingLock lock(run_mutex_, log_);
   session_.finish();
 }
 

@@ -21,6 +21,7 @@
 #include "matchbox_slam/TakePlace.h"
 #include "matching/hough/relocalise.hpp"
 #include "node/autosave.hpp"
+#include "node/late_log.hpp"
 #include "node/map_publisher.hpp"
 #include "node/pose_publisher.hpp"
 #include "node/reconfigure_server.hpp"
@@ -102,6 +103,7 @@ class SlamNode {
   MatcherLoader loader_;
 
   std::mutex run_mutex_;  ///< guards what follows, up to the worker
+  LateLog log_;           ///< of what is said while the next is held
   SlamSession session_;
   std::optional<ReadyScan> newest_scan_;
   std::deque<ScanHealth> recent_;
