@@ -72,7 +72,10 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
   const double period = period_of(health.recent);
   const double p95 = statistics_of(match_seconds_of(health.recent)).p95;
   if (health.stopped) {
-    status.summary(DiagnosticStatus::ERROR, "stopped, as time has jumped back");
+    status.summary(
+        DiagnosticStatus::ERROR,
+        "stopped, as time has jumped back: no scan is used any more; ~save_map saves the "
+        "map, ~reset forgets it and begins anew");
   } else if (health.paused) {
     status.summary(DiagnosticStatus::WARN,
                    "paused: scans are skipped until ~pause is called with false");

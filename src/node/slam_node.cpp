@@ -298,6 +298,13 @@ void SlamNode::handle(const TimeJump& jump) {
   if (session_.jump_back(text_of(jump, run().scans()), jump.stopped)) {
     forget_map();
   }
+  if (jump.stopped) {
+    const std::string name = private_node_.getNamespace();
+    log_.dialog().warn("no scan is used any more, and the map stays as it is: rosservice call " +
+                       name + "/save_map saves it, rosservice call " + name +
+                       "/reset forgets it and begins anew; with time_jump 'go_on' or 'reset' a "
+                       "node goes on by itself");
+  }
 }
 
 void SlamNode::handle(const RunEvent& event) {

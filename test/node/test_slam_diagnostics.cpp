@@ -182,6 +182,7 @@ TEST(SlamDiagnostics, TellsOfClocksThatDifferAndOfAStop) {
             "the clocks of scans and tf differ by 82.2 s; set scan_time_offset");
   health.stopped = true;
   EXPECT_EQ(judge(health).level, DiagnosticStatus::ERROR);
+  EXPECT_TRUE(contains(judge(health).message, "~reset forgets it and begins anew"));
 }
 
 }  // namespace

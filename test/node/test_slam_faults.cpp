@@ -315,6 +315,28 @@ TEST(SlamFaults, AnotherLocaliserIsNamedAndOurselvesAreNot) {
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
 }
 
+TEST(SlamFaults, AStopAtAJumpOfTimeSaysHowToGoOn) {
+  Robot robot;
+  LogWatch log("no scan is used any more");
+  const TemporaryFolder folder;
+  NodeProcess process("stopping", folder, {"_time_jump:=stop"});
+  ASSERT_TRUE(log.hears_the_node());
+  ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
+  ASSERT_TRUE(robot.drive(20));
+  robot.rest(-100.0);
+  ASSERT_TRUE(wait_until([&] {
+    robot.step();
+    return !log.line().empty();
+  })) << "it says nothing";
+  EXPECT_TRUE(contains(log.line(), "rosservice call /stopping/save_map saves it")) << log.line();
+  EXPECT_TRUE(contains(log.line(), "rosservice call /stopping/reset forgets it and begins anew"));
+  std_srvs::Trigger reset;
+  ASSERT_TRUE(ros::service::call("/stopping/reset", reset));
+  EXPECT_TRUE(robot.drive(5)) << "it does not go on";
+  EXPECT_EQ(process.exit_code_after(SIGINT), 0);
+  ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
+}
+
 /// What /diagnostics says of the mapping last.
 class DiagnosticsWatch {
  public:
