@@ -4,6 +4,7 @@
 #include <nav_msgs/OccupancyGrid.h>
 #include <ros/console.h>
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <utility>
@@ -12,19 +13,31 @@
 #include "ros/message_conversion.hpp"
 
 namespace matchbox_slam {
+namespace {
+
+std::chrono::steady_clock::duration seconds(double count) {
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(count));
+}
+
+}  // namespace
 
 MapPublisher::MapPublisher(ros::NodeHandle& node, std::string map_frame, double interval,
                            std::function<MapRevision()> revision,
-                           std::function<MapSnapshot()> snapshot)
+                           std::function<MapSnapshot()> snapshot,
+                           std::function<PathSnapshot()> paths)
     : map_frame_(std::move(map_frame)),
       interval_(interval),
       revision_(std::move(revision)),
       snapshot_(std::move(snapshot)),
+      paths_(std::move(paths)),
       map_(node.advertise<nav_msgs::OccupancyGrid>("map", 1, true)),
       metadata_(node.advertise<nav_msgs::MapMetaData>("map_metadata", 1, true)),
       path_(node.advertise<nav_msgs::Path>("path", 1, true)),
       odometry_path_(node.advertise<nav_msgs::Path>("odometry_path", 1, true)),
       constraints_(node.advertise<visualization_msgs::MarkerArray>("constraints", 1, true)),
+      map_time_(Clock::now()),
+      paths_time_(map_time_),
       thread_([this] { run(); }) {}
 
 MapPublisher::~MapPublisher() {
@@ -41,17 +54,37 @@ void MapPublisher::set_interval(double interval) {
   interval_ = interval;
 }
 
+MapPublisher::Clock::time_point MapPublisher::map_due() const {
+  return map_time_ + seconds(interval_);
+}
+
+/// Paths of 20,000 poses are 3 MB, which may go through the air.
+MapPublisher::Clock::time_point MapPublisher::paths_due() const {
+  constexpr double kShortest = 0.2;  // [s]
+  constexpr double kPerPose = 50e-6;
+  return paths_time_ + seconds(std::max(kShortest, kPerPose * static_cast<double>(path_poses_)));
+}
+
 void MapPublisher::run() {
   std::unique_lock<std::mutex> lock(mutex_);
-  while (!stop_changed_.wait_for(lock, std::chrono::duration<double>(interval_),
-                                 [this] { return stop_; })) {
+  while (
+      !stop_changed_.wait_until(lock, std::min(map_due(), paths_due()), [this] { return stop_; })) {
+    const bool map_is_due = Clock::now() >= map_due();
+    const bool paths_are_due = Clock::now() >= paths_due();
     lock.unlock();
     try {
-      publish_changes();
+      if (paths_are_due) {
+        publish_paths();
+      }
+      if (map_is_due) {
+        publish_changes();
+      }
     } catch (const std::exception& error) {  // the next map may be published again
       ROS_ERROR_STREAM_THROTTLE(10.0, "publishing the map: " << error.what());
     }
     lock.lock();
+    paths_time_ = paths_are_due ? Clock::now() : paths_time_;
+    map_time_ = map_is_due ? Clock::now() : map_time_;
   }
 }
 
@@ -61,20 +94,14 @@ void MapPublisher::publish_changes() {
     return now.resets != published.resets || now.inserted != published.inserted;
   };
   const bool map_changed = has_grown(published_map_);
-  const bool paths_changed =
-      (now.resets != published_paths_.resets || now.scans != published_paths_.scans) &&
-      path_.getNumSubscribers() + odometry_path_.getNumSubscribers() > 0;
   const bool constraints_changed =
       has_grown(published_constraints_) && constraints_.getNumSubscribers() > 0;
-  if (!map_changed && !paths_changed && !constraints_changed) {
+  if (!map_changed && !constraints_changed) {
     return;
   }
   const MapSnapshot snapshot = snapshot_();
   if (map_changed) {
     publish_map(snapshot);
-  }
-  if (paths_changed) {
-    publish_paths(snapshot);
   }
   if (constraints_changed) {
     constraints_.publish(to_markers(snapshot.graph, map_frame_, snapshot.stamp));
@@ -90,7 +117,14 @@ void MapPublisher::publish_map(const MapSnapshot& snapshot) {
   published_map_ = snapshot.revision;
 }
 
-void MapPublisher::publish_paths(const MapSnapshot& snapshot) {
+void MapPublisher::publish_paths() {
+  const MapRevision now = revision_();
+  const bool has_changed =
+      now.resets != published_paths_.resets || now.scans != published_paths_.scans;
+  if (!has_changed || path_.getNumSubscribers() + odometry_path_.getNumSubscribers() == 0) {
+    return;
+  }
+  const PathSnapshot snapshot = paths_();
   path_.publish(to_path(snapshot.path, {}, snapshot.stamp));
   Pose2 map_from_odom;
   if (!snapshot.odometry_path.empty() && !snapshot.path.empty()) {
@@ -98,6 +132,7 @@ void MapPublisher::publish_paths(const MapSnapshot& snapshot) {
   }
   odometry_path_.publish(to_path(snapshot.odometry_path, map_from_odom, snapshot.stamp));
   published_paths_ = snapshot.revision;
+  path_poses_ = snapshot.path.size() + snapshot.odometry_path.size();
 }
 
 nav_msgs::Path MapPublisher::to_path(const std::vector<StampedPose2>& poses,

@@ -4,7 +4,9 @@
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 
+#include <chrono>
 #include <condition_variable>
+#include <cstddef>
 #include <functional>
 #include <mutex>
 #include <string>
@@ -23,20 +25,28 @@ struct MapSnapshot {
   MapRevision revision;
   ros::Time stamp;  ///< of the newest scan
   OccupancyGrid occupancy{0.05};
-  std::vector<StampedPose2> path;           ///< of the base in the map
-  std::vector<StampedPose2> odometry_path;  ///< of the base in the odometry frame
-  PoseGraph graph;                          ///< of the map's key scans
+  PoseGraph graph;  ///< of the map's key scans
+};
+
+/// The robot's way up to one moment.
+struct PathSnapshot {
+  MapRevision revision;
+  ros::Time stamp;                          ///< of the newest scan
+  std::vector<StampedPose2> path;           ///< of the base in the map, up to that scan
+  std::vector<StampedPose2> odometry_path;  ///< of the base in the odometry frame, likewise
 };
 
 /// Publishes map, map_metadata, path, odometry_path and constraints, all latched, from a thread of
 /// its own, so that the mapping never waits for it; each only when it has changed. The odometry is
-/// drawn in the map frame, its first pose where the trajectory's is.
+/// drawn in the map frame, its first pose where the trajectory's is. The paths come five times a
+/// second, so that they end at the robot, and less often where they are long.
 class MapPublisher {
  public:
-  /// @param revision, snapshot  called from the thread.
+  /// @param revision, snapshot, paths  called from the thread.
   /// @param interval  shortest time between two maps [s], by the wall clock.
   MapPublisher(ros::NodeHandle& node, std::string map_frame, double interval,
-               std::function<MapRevision()> revision, std::function<MapSnapshot()> snapshot);
+               std::function<MapRevision()> revision, std::function<MapSnapshot()> snapshot,
+               std::function<PathSnapshot()> paths);
   ~MapPublisher();
 
   /// Another shortest time between two maps [s].
@@ -46,10 +56,14 @@ class MapPublisher {
   MapPublisher& operator=(const MapPublisher&) = delete;
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   void run();
+  [[nodiscard]] Clock::time_point map_due() const;
+  [[nodiscard]] Clock::time_point paths_due() const;
   void publish_changes();
   void publish_map(const MapSnapshot& snapshot);
-  void publish_paths(const MapSnapshot& snapshot);
+  void publish_paths();
   [[nodiscard]] nav_msgs::Path to_path(const std::vector<StampedPose2>& poses,
                                        const Pose2& map_from_their_frame,
                                        const ros::Time& stamp) const;
@@ -58,6 +72,7 @@ class MapPublisher {
   double interval_;
   std::function<MapRevision()> revision_;
   std::function<MapSnapshot()> snapshot_;
+  std::function<PathSnapshot()> paths_;
   ros::Publisher map_;
   ros::Publisher metadata_;
   ros::Publisher path_;
@@ -69,7 +84,10 @@ class MapPublisher {
   std::mutex mutex_;
   std::condition_variable stop_changed_;
   bool stop_ = false;
-  std::thread thread_;  ///< last: it uses all of the above
+  Clock::time_point map_time_;    ///< when it was due last
+  Clock::time_point paths_time_;  ///< likewise
+  std::size_t path_poses_ = 0;    ///< that were published last
+  std::thread thread_;            ///< last: it uses all of the above
 };
 
 }  // namespace matchbox_slam

@@ -110,7 +110,7 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
   log_.tell();
   map_publisher_ = std::make_unique<MapPublisher>(
       node_, options_.map_frame, setup.node.map_update_interval, [this] { return map_revision(); },
-      [this] { return map_snapshot(); });
+      [this] { return map_snapshot(); }, [this] { return path_snapshot(); });
   start_services();
   initial_pose_subscriber_ = node_.subscribe("initialpose", 10, &SlamNode::on_initial_pose, this,
                                              ros::TransportHints().tcpNoDelay());
@@ -357,13 +357,6 @@ MapSnapshot SlamNode::map_snapshot() {
   MapSnapshot snapshot;
   snapshot.revision = revision_of(run());
   snapshot.stamp = newest_scan_ ? newest_scan_->stamp : ros::Time();
-  snapshot.path = run().path().poses();
-  snapshot.odometry_path = run().odometry_path().poses();
-  for (std::vector<StampedPose2>* poses : {&snapshot.path, &snapshot.odometry_path}) {
-    for (StampedPose2& pose : *poses) {
-      pose.stamp = run().stamp_by_clock(pose.stamp);
-    }
-  }
   snapshot.graph = run().graph();
   if (!run().is_outdated()) {
     snapshot.occupancy = run().shown_map();
@@ -376,6 +369,21 @@ MapSnapshot SlamNode::map_snapshot() {
   snapshot.occupancy = shown_occupancy(map, keys, options.map);
   lock.lock();
   session_.take_rendered(std::move(map), keys);
+  return snapshot;
+}
+
+PathSnapshot SlamNode::path_snapshot() {
+  const std::lock_guard<std::mutex> lock(run_mutex_);
+  PathSnapshot snapshot;
+  snapshot.revision = revision_of(run());
+  snapshot.stamp = newest_scan_ ? newest_scan_->stamp : ros::Time();
+  snapshot.path = run().path().poses();
+  snapshot.odometry_path = run().odometry_path().poses();
+  for (std::vector<StampedPose2>* poses : {&snapshot.path, &snapshot.odometry_path}) {
+    for (StampedPose2& pose : *poses) {
+      pose.stamp = run().stamp_by_clock(pose.stamp);
+    }
+  }
   return snapshot;
 }
 

@@ -87,6 +87,7 @@ class SlamNode {
   [[nodiscard]] LoadMapFile read_load(const std::string& path);
   [[nodiscard]] MapRevision map_revision();
   [[nodiscard]] MapSnapshot map_snapshot();
+  [[nodiscard]] PathSnapshot path_snapshot();
   [[nodiscard]] MapToSave read_map_to_save();
   std::string save_map_files();
   [[nodiscard]] bool is_saved();
@@ -102,8 +103,8 @@ class SlamNode {
   ros::CallbackQueue patient_queue_;  ///< of those that may
   MatcherLoader loader_;
 
-  std::mutex run_mutex_;  ///< guards what follows, up to the worker
   LateLog log_;           ///< of what is said while the next is held
+  std::mutex run_mutex_;  ///< guards what follows, up to the worker
   SlamSession session_;
   std::optional<ReadyScan> newest_scan_;
   std::deque<ScanHealth> recent_;

@@ -97,6 +97,8 @@ SlamClient::SlamClient(const std::string& node)
   const std::string space = ros::names::parentNamespace(node_);
   subscribers_ = {
       handle_.subscribe(ros::names::append(space, "match_info"), 10, &SlamClient::on_match, this),
+      handle_.subscribe(ros::names::append(space, "likely_poses"), 10, &SlamClient::on_likely,
+                        this),
       handle_.subscribe("/diagnostics", 100, &SlamClient::on_diagnostics, this),
       handle_.subscribe(node_ + "/parameter_descriptions", 1, &SlamClient::on_descriptions, this),
       handle_.subscribe(node_ + "/parameter_updates", 1, &SlamClient::on_parameters, this)};
@@ -137,6 +139,16 @@ void SlamClient::on_match(const MatchInfo& match) {
   view_.report.state = match.state;
   view_.report.score = match.score;
   view_.report.evidence = match.evidence;
+}
+
+void SlamClient::on_likely(const LikelyPoses& likely) {
+  std::vector<Place> hypotheses;
+  for (std::size_t i = 0; i < std::min(likely.poses.size(), likely.weights.size()); ++i) {
+    hypotheses.push_back(place_of(likely.poses[i], likely.weights[i]));
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  view_.report.hypotheses = std::move(hypotheses);
+  view_.report.elsewhere = likely.elsewhere;
 }
 
 void SlamClient::on_diagnostics(const diagnostic_msgs::DiagnosticArray& array) {

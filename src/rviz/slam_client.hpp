@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "matchbox_slam/LikelyPoses.h"
 #include "matchbox_slam/MatchInfo.h"
 #include "matchbox_slam/Relocalise.h"
 #include "rviz/slam_report.hpp"
@@ -86,6 +87,7 @@ class SlamClient {
   void publish_places() const;
 
   void on_match(const MatchInfo& match);
+  void on_likely(const LikelyPoses& likely);
   void on_diagnostics(const diagnostic_msgs::DiagnosticArray& array);
   void on_descriptions(const dynamic_reconfigure::ConfigDescription& descriptions);
   void on_parameters(const dynamic_reconfigure::Config& parameters);

@@ -59,6 +59,7 @@ SlamPanel::SlamPanel(QWidget* parent)
       state_(make_text("state")),
       advice_(make_text("advice")),
       figures_(make_text("figures")),
+      hypotheses_(make_text("hypotheses")),
       matcher_(named("matcher", new QComboBox)),
       file_(named("file", new QLineEdit)),
       save_(named("save", new QPushButton("Save"))),
@@ -85,10 +86,13 @@ void SlamPanel::lay_out() {
   reset_->setToolTip("Forgets map and trajectory");
   relocalise_->setToolTip("Looks where the newest scan may have been taken");
   places_->setToolTip("Click where the robot is");
+  hypotheses_->setToolTip(
+      "Where the robot may be, and the share of what is known that speaks for it");
   state_->setAlignment(Qt::AlignCenter);
   places_->setMinimumHeight(6 * places_->fontMetrics().lineSpacing());
   reserve(4, advice_);
   reserve(2, figures_);
+  reserve(kMostHypothesisLines, hypotheses_);
   reserve(3, answer_);
   auto* form = new QFormLayout;
   form->addRow("Node", node_);
@@ -97,7 +101,7 @@ void SlamPanel::lay_out() {
   choices->addRow("Map file", file_);
   auto* all = new QVBoxLayout(this);
   all->addLayout(form);
-  for (QLabel* label : {state_, advice_, figures_}) {
+  for (QLabel* label : {state_, advice_, figures_, hypotheses_}) {
     all->addWidget(label);
   }
   all->addLayout(choices);
@@ -213,6 +217,7 @@ void SlamPanel::show_state(const SlamView& view) {
   }
   advice_->setText(QString::fromStdString(assessment.advice));
   figures_->setText(QString::fromStdString(figures_of(view.report)));
+  hypotheses_->setText(QString::fromStdString(hypotheses_of(view.report)));
   pause_->setText(is_paused(view.report) ? "Resume" : "Pause");
 }
 

@@ -49,6 +49,7 @@ class SlamPanel : public rviz::Panel {
   QLabel* state_;
   QLabel* advice_;
   QLabel* figures_;
+  QLabel* hypotheses_;
   QComboBox* matcher_;
   QLineEdit* file_;
   QPushButton* save_;

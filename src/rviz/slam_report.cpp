@@ -43,6 +43,13 @@ Assessment assess_tracking(const SlamReport& report) {
           kGreen};
 }
 
+std::string where(const Place& place) {
+  return "x " + fixed_text(place.x, 2) + " m,  y " + fixed_text(place.y, 2) + " m,  " +
+         fixed_text(radians_to_degrees(place.theta), 0) + "\u00b0";
+}
+
+std::string percent(double share) { return fixed_text(100.0 * share, 0) + " %"; }
+
 /// By the state after a scan, in the words of doc/how_it_works.md.
 Assessment assess_state(const SlamReport& report) {
   if (report.state == "tracking") {
@@ -99,13 +106,35 @@ std::string figures_of(const SlamReport& report) {
             (key_scans == "1" ? " key scan, " : " key scans, ") + loops +
             (loops == "1" ? " loop closed" : " loops closed");
   }
+  const std::string apart = value_of(report, "Maps apart");
+  if (!apart.empty() && apart != "0") {
+    text += ", " + apart + (apart == "1" ? " map apart" : " maps apart");
+  }
+  return text;
+}
+
+std::string hypotheses_of(const SlamReport& report) {
+  constexpr double kWorthTelling = 0.01;
+  const std::vector<Place>& places = report.hypotheses;
+  const bool is_one_place =
+      report.state != "lost" && places.size() == 1 && report.elsewhere < kWorthTelling;
+  if (report.match_age > kSilence || places.empty() || is_one_place) {
+    return "";
+  }
+  const std::size_t shown = std::min(places.size(), std::size_t{kMostHypothesisLines - 1});
+  std::string text;
+  for (std::size_t i = 0; i < shown; ++i) {
+    text += percent(places[i].score) + " at " + where(places[i]) + "\n";
+  }
+  text += percent(report.elsewhere) + " elsewhere";
+  if (places.size() > shown) {
+    text += ", " + std::to_string(places.size() - shown) + " more places";
+  }
   return text;
 }
 
 std::string text_of(const Place& place, std::size_t rank) {
-  return std::to_string(rank) + ":  score " + fixed_text(place.score, 2) + ",  x " +
-         fixed_text(place.x, 2) + " m,  y " + fixed_text(place.y, 2) + " m,  " +
-         fixed_text(radians_to_degrees(place.theta), 0) + "\u00b0";
+  return std::to_string(rank) + ":  score " + fixed_text(place.score, 2) + ",  " + where(place);
 }
 
 std::vector<std::string> words_of(const std::string& edit_method) {

@@ -10,6 +10,14 @@ namespace matchbox_slam {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
+/// Where the robot may be in the map.
+struct Place {
+  double x = 0.0;      ///< [m]
+  double y = 0.0;      ///< [m]
+  double theta = 0.0;  ///< [rad]
+  double score = 0.0;  ///< how well the scan fits there, or what share speaks for it, 0 to 1
+};
+
 /// What a SLAM node has told of itself, and how long ago.
 struct SlamReport {
   double match_age = kNever;  ///< [s] since it told of a scan
@@ -21,6 +29,8 @@ struct SlamReport {
   int level = 0;                    ///< then: 0 well, 1 a warning, 2 an error
   std::string message;
   std::map<std::string, std::string> values;  ///< by their names in /diagnostics
+  std::vector<Place> hypotheses;              ///< of the newest scan, the likeliest first
+  double elsewhere = 0.0;                     ///< share that speaks for none of them
 };
 
 /// How a node is, for people.
@@ -36,16 +46,14 @@ struct Assessment {
 /// Whether scans are skipped because somebody wanted that.
 [[nodiscard]] bool is_paused(const SlamReport& report);
 
-/// Score, evidence, key scans and loops, as far as they are known; lines of text.
+/// Score, evidence, key scans, loops and maps, as far as they are known; lines of text.
 [[nodiscard]] std::string figures_of(const SlamReport& report);
 
-/// Where the robot may be in the map.
-struct Place {
-  double x = 0.0;      ///< [m]
-  double y = 0.0;      ///< [m]
-  double theta = 0.0;  ///< [rad]
-  double score = 0.0;  ///< how well the scan fits there, 0 to 1
-};
+constexpr int kMostHypothesisLines = 4;
+
+/// Where the robot may be by the newest scan, each with the share that speaks for it; as many lines
+/// of text, the likeliest first. Empty while that is one place.
+[[nodiscard]] std::string hypotheses_of(const SlamReport& report);
 
 /// A line of text. @param rank  from 1 on, the best first.
 [[nodiscard]] std::string text_of(const Place& place, std::size_t rank);

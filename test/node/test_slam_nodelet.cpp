@@ -514,6 +514,31 @@ TEST_F(SlamNodelet, TheMatcherMayChangeInMidRun) {
   EXPECT_GT(description->groups.front().parameters.size(), 80U);
 }
 
+TEST_F(SlamNodelet, ThePathEndsAtTheRobotBetweenMapsToo) {
+  LiveRobot robot;
+  ASSERT_TRUE(listener_->wait_until([&] { return robot.is_heard(); }, 10.0));
+  dynamic_reconfigure::Reconfigure service;
+  dynamic_reconfigure::DoubleParameter interval;
+  interval.name = "map_update_interval";
+  interval.value = 3600.0;
+  service.request.config.doubles.push_back(interval);
+  ASSERT_TRUE(ros::service::call("/slam/set_parameters", service));
+  listener_->wait_until([] { return false; }, 1.5);  // the last map that was due
+  const auto is_at_robot = [] {
+    return !listener_->path.poses.empty() &&
+           listener_->path.poses.back().header.stamp == listener_->poses.back().header.stamp;
+  };
+  const std::size_t before = listener_->poses.size();
+  for (int k = 0; k < 100 && listener_->poses.size() == before; ++k) {
+    robot.step();
+    listener_->wait_until([&] { return listener_->poses.size() > before; }, 0.1);
+  }
+  ASSERT_GT(listener_->poses.size(), before);
+  EXPECT_TRUE(listener_->wait_until(is_at_robot, 3.0));
+  service.request.config.doubles.front().value = 1.0;
+  ASSERT_TRUE(ros::service::call("/slam/set_parameters", service));
+}
+
 TEST_F(SlamNodelet, PublishesNoTransformWhereThatIsTurnedOff) {
   LiveRobot robot;
   ASSERT_TRUE(listener_->wait_until([&] { return robot.is_heard(); }, 10.0));

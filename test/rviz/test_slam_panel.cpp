@@ -31,6 +31,7 @@
 #include "bag/simulated_bag.hpp"
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
+#include "matchbox_slam/LikelyPoses.h"
 #include "matchbox_slam/MatchInfo.h"
 #include "matchbox_slam/io/saved_map.hpp"
 #include "node/bag_player.hpp"
@@ -213,6 +214,20 @@ TEST_F(SlamPanel, ShowsHowItGoes) {
   EXPECT_TRUE(panel_.comes_to_say("state", "Tracking"));
   EXPECT_TRUE(contains(panel_.text("figures"), "Score 0."));
   EXPECT_TRUE(contains(panel_.text("figures"), "0 loops closed"));
+  EXPECT_EQ(panel_.text("hypotheses"), "");
+  ros::NodeHandle node;
+  const ros::Publisher likely = node.advertise<LikelyPoses>("likely_poses", 1);
+  ASSERT_TRUE(wait_until([&] { return likely.getNumSubscribers() > 0; }));
+  ASSERT_TRUE(drive(1));
+  LikelyPoses message;
+  message.poses.resize(2);
+  message.poses.back().position.x = 3.0;
+  message.weights = {0.7, 0.2};
+  message.elsewhere = 0.1;
+  EXPECT_TRUE(becomes_so([&] {
+    likely.publish(message);  // again and again: what the node says of its last scan may come after
+    return contains(panel_.text("hypotheses"), "\n20 % at x 3.00 m,  y 0.00 m,  ");
+  })) << panel_.text("hypotheses");
   slam_.reset();
   EXPECT_TRUE(panel_.comes_to_say("state", "No node"));
   EXPECT_TRUE(contains(panel_.text("advice"), "/mapper"));

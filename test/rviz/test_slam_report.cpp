@@ -127,5 +127,29 @@ TEST(SlamReport, AMapIsLoadedByAnyOfItsFiles) {
   EXPECT_EQ(file_to_load("2026.11.23.pgm"), "2026.11.23.slam");
 }
 
+TEST(SlamReport, TellsOfMapsApartAndWhereTheRobotMayBe) {
+  SlamReport report = report_of("tracking");
+  report.values["Maps apart"] = "0";
+  report.hypotheses = {{1.0, 2.0, 0.0, 1.0}};
+  EXPECT_EQ(figures_of(report), figures_of(report_of("tracking")));
+  EXPECT_EQ(hypotheses_of(report), "") << "there is one place";
+  report.values["Maps apart"] = "1";
+  EXPECT_TRUE(contains(figures_of(report), "3 loops closed, 1 map apart")) << figures_of(report);
+  report.values["Maps apart"] = "2";
+  EXPECT_TRUE(contains(figures_of(report), "3 loops closed, 2 maps apart")) << figures_of(report);
+  report.hypotheses = {{1.0, 2.0, kPi / 2.0, 0.62}, {-3.5, 0.25, 0.0, 0.3}};
+  report.elsewhere = 0.08;
+  EXPECT_EQ(hypotheses_of(report),
+            "62 % at x 1.00 m,  y 2.00 m,  90\u00b0\n30 % at x -3.50 m,  y 0.25 m,  0\u00b0\n"
+            "8 % elsewhere");
+  report.hypotheses.resize(5);
+  EXPECT_TRUE(contains(hypotheses_of(report), "\n8 % elsewhere, 2 more places"));
+  SlamReport lost = report_of("lost");
+  lost.hypotheses = {{1.0, 2.0, 0.0, 1.0}};
+  EXPECT_EQ(hypotheses_of(lost), "100 % at x 1.00 m,  y 2.00 m,  0\u00b0\n0 % elsewhere");
+  lost.match_age = 10.0;
+  EXPECT_EQ(hypotheses_of(lost), "") << "nothing is heard of it any more";
+}
+
 }  // namespace
 }  // namespace matchbox_slam
