@@ -592,11 +592,30 @@ TEST_F(SlamNodelet, GoesOnWithASavedMap) {
 }
 
 TEST_F(SlamNodelet, SearchesInAnImageAsAmongKeyScans) {
+  LiveRobot robot;
+  ASSERT_TRUE(listener_->wait_until([&] { return robot.is_heard(); }, 10.0));
   LoadMap load;
   load.request.path = folder_ + "/node_map.yaml";
   ASSERT_TRUE(ros::service::call("/slam/load_map", load));
   ASSERT_TRUE(load.response.success) << load.response.message;
   EXPECT_TRUE(contains(load.response.message, "or by ~relocalise")) << load.response.message;
+  // One scan tells where the laser is on the robot; here it is the base.
+  const std::size_t before = listener_->poses.size();
+  for (int k = 0; k < 100 && listener_->poses.size() == before; ++k) {
+    robot.step();
+    listener_->wait_until([&] { return listener_->poses.size() > before; }, 0.1);
+  }
+  ASSERT_GT(listener_->poses.size(), before);
+  const std::size_t number = truth_.size() / 2;
+  Relocalise service;
+  service.request.scan = recorded_scan(folder_ + "/run.bag", number);
+  ASSERT_TRUE(ros::service::call("/slam/relocalise", service));
+  ASSERT_FALSE(service.response.poses.empty()) << service.response.message;
+  const Pose2 laser = truth_[number] * Pose2{0.275, 0.0, 0.0};
+  const Pose2 best = to_pose2(service.response.poses.front());
+  EXPECT_NEAR(best.x, laser.x, 0.1);
+  EXPECT_NEAR(best.y, laser.y, 0.1);
+  EXPECT_NEAR(wrap_angle(best.theta - laser.theta), 0.0, 0.05);
   load.request.path = folder_ + "/node_map.slam";
   ASSERT_TRUE(ros::service::call("/slam/load_map", load));
   EXPECT_TRUE(contains(load.response.message, "or by ~relocalise")) << load.response.message;
