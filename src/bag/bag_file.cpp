@@ -3,12 +3,14 @@
 #include <rosbag/chunked_file.h>
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <system_error>
 #include <tuple>
 #include <utility>
 
+#include "common/lru_cache.hpp"
 #include "matchbox_slam/common/options.hpp"
 
 namespace matchbox_slam {
@@ -87,6 +89,19 @@ void read_index(const BagChunk& chunk, BagRecordReader& records, const IsAsked& 
   }
 }
 
+/// What was unpacked last, by the number of the bag and the position in it. Ten seconds of a laser
+/// and its odometry are some megabytes. Not for each bag: a drive may be split into hundreds.
+LruCache<BagFile::Bytes>& unpacked_chunks() {
+  static LruCache<BagFile::Bytes> chunks(4 << 20,
+                                         [](const BagFile::Bytes& bytes) { return bytes.size(); });
+  return chunks;
+}
+
+std::uint64_t next_bag_number() {
+  static std::atomic<std::uint64_t> next{0};
+  return next++;
+}
+
 /// Unpacks a chunk's data to so many bytes.
 std::vector<std::uint8_t> unpack(std::vector<std::uint8_t> packed, const std::string& compression,
                                  std::uint32_t size) {
@@ -135,7 +150,7 @@ bool is_before(const BagEntry& a, const BagEntry& b) {
 
 }  // namespace
 
-BagFile::BagFile(std::string path) : path_(std::move(path)) {
+BagFile::BagFile(std::string path) : path_(std::move(path)), number_(next_bag_number()) {
   require_readable_file(path_);
   BagRecordReader records(path_);
   try {
@@ -199,7 +214,8 @@ void BagFile::add_chunk(const BagRecord& info, BagRecordReader& records) {
 
 std::shared_ptr<const BagFile::Bytes> BagFile::unpacked(std::uint64_t position,
                                                         BagRecordReader& records) const {
-  return unpacked_.get(position, [&] {
+  constexpr int kPositionBits = 40;  // of a file's bytes, of which it has read each chunk's first
+  return unpacked_chunks().get(number_ << kPositionBits | position, [&] {
     const BagRecord record = records.read(position, BagOperation::kChunk);
     return unpack(records.data_of(record), record.fields.text("compression"),
                   record.fields.number<std::uint32_t>("size"));

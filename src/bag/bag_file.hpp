@@ -12,7 +12,6 @@
 #include "bag/bag_records.hpp"
 #include "bag/byte_reader.hpp"
 #include "bag/recording_file.hpp"
-#include "common/lru_cache.hpp"
 
 namespace matchbox_slam {
 
@@ -58,8 +57,9 @@ class BagFile {
   [[nodiscard]] ros::Time begin_time() const { return chunks_.front().first; }
   [[nodiscard]] ros::Time end_time() const { return last_; }
 
-  /// The unpacked data of the chunk at a position in the file. A few are kept: what a survey has
-  /// read is read again, and to unpack bz2 takes longer than to map. Throws ByteError.
+  /// The unpacked data of the chunk at a position in the file. 4 MB are kept, of all bags together:
+  /// what a survey has read is read again, and to unpack bz2 takes longer than to map. Throws
+  /// ByteError.
   [[nodiscard]] std::shared_ptr<const Bytes> unpacked(std::uint64_t position,
                                                       BagRecordReader& records) const;
 
@@ -71,8 +71,7 @@ class BagFile {
   std::map<std::uint32_t, BagConnection> connections_;
   std::vector<BagChunk> chunks_;
   ros::Time last_;
-  /// By position. Ten seconds of a laser and its odometry are some megabytes.
-  mutable LruCache<Bytes> unpacked_{4 << 20, [](const Bytes& bytes) { return bytes.size(); }};
+  std::uint64_t number_;  ///< of this one among the process's
 };
 
 /// Where messages of a bag are, in the order of time; those of one time in the order of the file.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -106,6 +107,27 @@ TEST(BagFile, AChunkThatIsReadAgainIsUnpackedOnce) {
   const auto before = bag.unpacked(first, records);
   EXPECT_NE(*bag.unpacked(last, records), *before);
   EXPECT_EQ(bag.unpacked(first, records), before);
+}
+
+TEST(BagFile, ManyThatAreOpenKeepNoMoreThanOne) {
+  constexpr std::size_t kMegabyte = std::size_t{1} << 20U;
+  const TemporaryFolder folder;
+  std::vector<std::unique_ptr<BagFile>> bags;
+  std::vector<std::weak_ptr<const BagFile::Bytes>> chunks;
+  for (int i = 0; i < 12; ++i) {
+    const std::string path = folder / (std::to_string(i) + ".bag");
+    std_msgs::String message;
+    message.data = std::string(kMegabyte, static_cast<char>('a' + i));
+    rosbag::Bag(path, rosbag::bagmode::Write).write("/said", ros::Time(100.0), message);
+    bags.push_back(std::make_unique<BagFile>(path));
+    BagRecordReader records(path);
+    const auto chunk = bags.back()->unpacked(bags.back()->chunks().front().position, records);
+    EXPECT_EQ(chunk->back(), 'a' + i) << "its own, though all are at one position";
+    chunks.push_back(chunk);
+  }
+  const auto kept = std::count_if(chunks.begin(), chunks.end(),
+                                  [](const auto& chunk) { return !chunk.expired(); });
+  EXPECT_EQ(kept, 3) << "of 1 MB and some bytes each, in 4 MB";
 }
 
 TEST(BagFile, OfNoConnectionNothingComes) {
