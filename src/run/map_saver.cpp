@@ -16,6 +16,18 @@ std::string path_of(const MapToSave& now) {
   return std::filesystem::absolute(now.setup.node.map_file).string();
 }
 
+/// Lets work fail as files do that cannot be written.
+template <typename Work>
+auto as_file_error(const Work& work) {
+  try {
+    return work();
+  } catch (const std::filesystem::filesystem_error& error) {
+    const std::string path = error.path1().string();
+    throw FileError("the map cannot be saved" + (path.empty() ? "" : " ('" + path + "')") + ": " +
+                    error.code().message());
+  }
+}
+
 }  // namespace
 
 MapRevision revision_of(const SlamRun& run) {
@@ -43,9 +55,14 @@ void MapSaver::begin_from(const std::string& file, const MapRevision& now) {
   begun_ = now;
 }
 
+/// Whether the map went on from what the file holds.
+bool MapSaver::is_own(const std::string& file, const MapRevision& now) const {
+  return file_ == file && begun_.is_same_beginning(now);
+}
+
 /// What the file holds now stays beside it where the map did not go on from there.
-void MapSaver::keep_other_map(const std::string& file, const MapRevision& now) {
-  if (file_ == file && begun_.is_same_beginning(now)) {
+void MapSaver::keep_other_map(const std::string& file, const MapRevision& now) const {
+  if (is_own(file, now)) {
     return;
   }
   for (const auto& [held, kept] :
@@ -55,10 +72,13 @@ void MapSaver::keep_other_map(const std::string& file, const MapRevision& now) {
       keep_as(held, kept);
     }
   }
-  begin_from(file, now);
 }
 
 std::string MapSaver::save(const MapToSave& now) {
+  return as_file_error([&] { return save_whole(now); });
+}
+
+std::string MapSaver::save_whole(const MapToSave& now) {
   const std::string path = path_of(now);
   const std::string file = path + ".slam";
   const MapFormat format = map_format(now.setup.run);
@@ -80,6 +100,10 @@ std::string MapSaver::save(const MapToSave& now) {
   });
   keep_other_map(file, now.revision);
   files.finish();
+  if (!is_own(file, now.revision)) {
+    begin_from(file, now.revision);
+  }
+  whole_.reset();  // until no changes of another one lie beside it
   std::filesystem::remove(path_of_changes(file));
   saved_ = now.revision;
   whole_ = WholeMap{std::move(pieces), size, 0, std::filesystem::last_write_time(file)};
@@ -90,22 +114,24 @@ std::string MapSaver::save(const MapToSave& now) {
 bool MapSaver::can_add_changes(const MapToSave& now) const {
   const std::string file = path_of(now) + ".slam";
   std::error_code gone;
-  return whole_ && file_ == file && begun_.is_same_beginning(now.revision) &&
+  return whole_ && is_own(file, now.revision) &&
          std::filesystem::file_size(file, gone) == whole_->size && !gone &&
          std::filesystem::last_write_time(file, gone) == whole_->written && !gone;
 }
 
 void MapSaver::save_changes(const MapToSave& now) {
-  if (can_add_changes(now)) {
-    const std::string changes = changes_since(whole_->pieces, now.map);
-    if (whole_->written_since + changes.size() < whole_->size) {
-      replace_file(path_of_changes(file_), changes);
-      whole_->written_since += changes.size();
-      saved_ = now.revision;
-      return;
+  as_file_error([&] {
+    if (can_add_changes(now)) {
+      const std::string changes = changes_since(whole_->pieces, now.map);
+      if (whole_->written_since + changes.size() < whole_->size) {
+        replace_file(path_of_changes(file_), changes);
+        whole_->written_since += changes.size();
+        saved_ = now.revision;
+        return;
+      }
     }
-  }
-  static_cast<void>(save(now));
+    static_cast<void>(save_whole(now));
+  });
 }
 
 }  // namespace matchbox_slam

@@ -70,7 +70,9 @@ class MapSaver {
   }
 
  private:
-  void keep_other_map(const std::string& file, const MapRevision& now);
+  std::string save_whole(const MapToSave& now);
+  [[nodiscard]] bool is_own(const std::string& file, const MapRevision& now) const;
+  void keep_other_map(const std::string& file, const MapRevision& now) const;
   [[nodiscard]] bool can_add_changes(const MapToSave& now) const;
 
   /// The map that was written as a whole last.

@@ -117,5 +117,19 @@ TEST_F(Saver, KeepsNoMapThatItHasBegunFrom) {
   EXPECT_TRUE(std::filesystem::exists(file_ + ".1"));
 }
 
+TEST_F(Saver, SaysWhatStandsInItsWayAndTriesAgain) {
+  drive(60);
+  std::filesystem::create_directory(changes_);
+  replace_file(changes_ + "/of_somebody", "");
+  EXPECT_EQ(error_text<FileError>([&] { saver_.save_changes(map_to_save(run_)); }),
+            "the map cannot be saved ('" + changes_ + "'): Directory not empty");
+  EXPECT_FALSE(saver_.is_saved(revision_of(run_)));
+  std::filesystem::remove_all(changes_);
+  saver_.save_changes(map_to_save(run_));
+  EXPECT_TRUE(saver_.is_saved(revision_of(run_)));
+  EXPECT_FALSE(std::filesystem::exists(file_ + ".1")) << "what it has written is its own";
+  EXPECT_EQ(key_scans_of(file_), run_.key_scans().size());
+}
+
 }  // namespace
 }  // namespace matchbox_slam
