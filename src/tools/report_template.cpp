@@ -63,7 +63,7 @@ tbody tr:hover, tbody tr.picked { background: var(--page); }
 
 const char* const kReportPageMiddle = R"html(">
 <div class="bar"><button id="whole" type="button">Whole map</button>
-<span>wheel: zoom; drag: move</span>
+<span>wheel or two fingers: zoom; drag: move</span>
 <span id="scale"></span></div>
 <div id="outside" class="faint" hidden>The picture is large and not in this page: keep map.png beside it.</div>
 </section>
@@ -242,20 +242,38 @@ const drawMap = () => {
     pen.beginPath(); pen.arc(x, y, 10, 0, 2 * Math.PI); pen.stroke();
   }
 };
-view.addEventListener('wheel', event => {
-  event.preventDefault();
+// The place that is pointed at stays where it is.
+const zoomBy = (factor, x, y) => {
   const least = 0.5 * Math.min(view.clientWidth / frame.width, view.clientHeight / frame.height);
-  const next = Math.max(least, Math.min(20, zoom * Math.exp(-0.0015 * event.deltaY)));
-  shift = [event.offsetX - next / zoom * (event.offsetX - shift[0]), event.offsetY - next / zoom * (event.offsetY - shift[1])];
+  const next = Math.max(least, Math.min(20, zoom * factor));
+  shift = [x - next / zoom * (x - shift[0]), y - next / zoom * (y - shift[1])];
   zoom = next;
   redraw();
+};
+view.addEventListener('wheel', event => {
+  event.preventDefault();
+  zoomBy(Math.exp(-0.0015 * event.deltaY), event.offsetX, event.offsetY);
 }, {passive: false});
-view.addEventListener('pointerdown', event => view.setPointerCapture(event.pointerId));
+const fingers = new Map();  // or the mouse while it is pressed: where they are
+view.addEventListener('pointerdown', event => {
+  view.setPointerCapture(event.pointerId);
+  fingers.set(event.pointerId, [event.offsetX, event.offsetY]);
+});
+for (const end of ['pointerup', 'pointercancel']) {
+  view.addEventListener(end, event => fingers.delete(event.pointerId));
+}
 view.addEventListener('pointermove', event => {
-  if (event.buttons) {
-    shift = [shift[0] + event.movementX, shift[1] + event.movementY];
-    redraw();
+  const before = fingers.get(event.pointerId), now = [event.offsetX, event.offsetY];
+  if (!before) return;
+  fingers.set(event.pointerId, now);
+  shift = [shift[0] + (now[0] - before[0]) / fingers.size, shift[1] + (now[1] - before[1]) / fingers.size];
+  const other = [...fingers.keys()].find(id => id !== event.pointerId);
+  if (other !== undefined) {
+    const there = fingers.get(other);
+    const apart = place => Math.max(20, Math.hypot(place[0] - there[0], place[1] - there[1]));
+    zoomBy(apart(now) / apart(before), (now[0] + there[0]) / 2, (now[1] + there[1]) / 2);
   }
+  redraw();
 });
 byId('whole').addEventListener('click', showWhole);
 
