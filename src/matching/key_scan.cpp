@@ -60,7 +60,7 @@ bool is_alike(const LaserScan& a, const LaserScan& b) {
 
 /// Whether two scans differ by nothing but what each has of its own.
 bool is_alike(const MeasuredScan& a, const MeasuredScan& b) {
-  return is_alike(a.scan, b.scan) && a.options == b.options &&
+  return is_alike(a.scan, b.scan) && a.options == b.options && a.is_of_image == b.is_of_image &&
          a.base_from_laser.matrix() == b.base_from_laser.matrix() &&
          a.laser_motion.matrix() == b.laser_motion.matrix();
 }

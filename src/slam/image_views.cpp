@@ -20,6 +20,7 @@ constexpr double kReach = 30.0;  // [m]
 MeasuredScan view_from(const Eigen::Vector2d& origin, double heading, const ImageWalls& walls,
                        double resolution) {
   MeasuredScan view;
+  view.is_of_image = true;
   view.scan.angle_min = -kPi;
   view.scan.angle_increment = 2.0 * kPi / kBeams;
   view.scan.range_max = kReach;

@@ -250,6 +250,19 @@ TEST_F(SavedMap, KeepsHowALaserWasTilted) {
   EXPECT_EQ(again.options.max_drop, 0.3);
 }
 
+TEST_F(SavedMap, KeepsWhichKeyScansAreOfAnImage) {
+  EngineState start = mapped();
+  MeasuredScan view = *start.key_scans.all().back().scan->measured();
+  view.is_of_image = true;
+  view.scan.stamp = -3.0;
+  start.key_scans.add(view, 0, {});
+  write(to_saved_map(start));
+  const EngineState again = read_saved_map(path_);
+  for (const PlacedScan& key : again.key_scans.all()) {
+    EXPECT_EQ(key.scan->is_of_image(), &key == &again.key_scans.all().back());
+  }
+}
+
 TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
   const std::string bytes = to_saved_map(mapped());
   EXPECT_TRUE(contains(error(), "map.slam"));  // missing

@@ -48,6 +48,19 @@ TEST(ImageViews, SeeTheWallsWhereTheyAreInTheMap) {
   EXPECT_EQ(stamps.size(), views.size());
 }
 
+TEST(ImageViews, AreToldByWhatTheyAreAndNotByTheirStamps) {
+  MeasuredScan scan;
+  scan.scan.ranges = {1.0F, 1.0F};
+  scan.scan.stamp = -5.0;
+  KeyScans keys;
+  keys.add(scan, 0, {});
+  scan.is_of_image = true;
+  keys.add(scan, 0, {});
+  EXPECT_FALSE(is_image_view(*keys.all()[0].scan));
+  EXPECT_TRUE(is_image_view(*keys.all()[1].scan)) << "though all else is alike";
+  EXPECT_TRUE(is_image_view(KeyScan(*keys.all()[1].scan, 7))) << "by another number, too";
+}
+
 /// Else a search takes one of them alone.
 TEST(ImageViews, ThoseNearEachOtherLookDifferentWays) {
   MapImage image = room();

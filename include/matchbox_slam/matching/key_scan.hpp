@@ -43,6 +43,11 @@ class KeyScan {
   /// None for one that was made of points. Cost: 2 ns a beam.
   [[nodiscard]] std::optional<MeasuredScan> measured() const;
 
+  /// Whether nobody measured it, as MeasuredScan has it.
+  [[nodiscard]] bool is_of_image() const {
+    return packed() != nullptr && packed()->like->is_of_image;
+  }
+
   /// Pose of the laser in the base at the first beam; null for one that was made of points.
   [[nodiscard]] const Eigen::Isometry3d* base_from_laser() const {
     return packed() == nullptr ? nullptr : &packed()->like->base_from_laser;

@@ -158,6 +158,7 @@ struct MeasuredScan {
   Pose2 motion;  ///< of the base from the first beam to the last
   ProjectionOptions options;
   Eigen::Isometry3d laser_motion = Eigen::Isometry3d::Identity();  ///< as of ScanInput
+  bool is_of_image = false;  ///< nobody measured it: a laser would see it in an image of a map
 };
 
 [[nodiscard]] inline PointScan project_scan(const MeasuredScan& measured) {
