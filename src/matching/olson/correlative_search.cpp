@@ -57,7 +57,7 @@ struct SearchMemory::Parts {
   std::vector<std::uint32_t> sums;      ///< of the coarsest blocks, by groups, then by rows
   std::vector<Node> open;               ///< to be searched, a heap
   std::vector<Node> done;               ///< leaves that were
-  std::vector<std::uint32_t> of_class;  ///< of a leaf, by class of points and corner
+  std::vector<std::uint64_t> of_class;  ///< of a leaf, by class of points and row: see sum_corners
   std::vector<std::int64_t> of_row;     ///< by row's class, then whether it crosses in y
 
   void clear() {
@@ -457,8 +457,8 @@ void LatticeSearch::search_leaf(const Node& block) {
   const int theta = blocks_.thetas_of(0, block.group).first;
   const SearchTables::Cells cells = tables_.cells(theta, block.x, block.y);
   result_.look_ups += cells.windows.count;
-  std::vector<std::uint32_t>& of_class = memory_.of_class;
-  of_class.assign(4 * size * size, 0);
+  std::vector<std::uint64_t>& of_class = memory_.of_class;
+  of_class.assign(2 * size * size, 0);
   sum_corners(cells.windows, cells.classes, of_class.data());
   const StepRange steps_x = blocks_.steps_of(0, block.x);
   const StepRange steps_y = blocks_.steps_of(0, block.y);
@@ -470,9 +470,9 @@ void LatticeSearch::search_leaf(const Node& block) {
       for (int crosses_y = 0; crosses_y < 2; ++crosses_y) {
         std::int64_t sum = 0;
         for (int column = 0; column < n; ++column) {
-          const int crosses_x = column + offset_x >= n ? 1 : 0;
-          const int corner = 4 * (row * n + column) + 2 * crosses_y + crosses_x;
-          sum += of_class[static_cast<std::size_t>(corner)];
+          const int pair = 2 * (row * n + column) + crosses_y;
+          const unsigned half = column + offset_x >= n ? 32 : 0;
+          sum += static_cast<std::uint32_t>(of_class[static_cast<std::size_t>(pair)] >> half);
         }
         const int of_this = 2 * row + crosses_y;
         of_row[static_cast<std::size_t>(of_this)] = sum;

@@ -80,7 +80,6 @@ void SearchTables::LocatedPoints::clear(std::size_t slots, std::size_t points) {
 void SearchTables::assign(const PointArrays& points, const LatticeBlocks& blocks,
                           const LikelihoodField& field,
                           const FieldWindow::Values& value_of_likelihood) {
-  points_ = &points;
   blocks_ = &blocks;
   useful_ = {};
   if (!is_in_range()) {
@@ -111,8 +110,7 @@ void SearchTables::assign(const PointArrays& points, const LatticeBlocks& blocks
     located_[static_cast<std::size_t>(level)].clear(static_cast<std::size_t>(slots),
                                                     blocks.scan_of(level).points.x.size());
   }
-  leaf_.clear(1, points.x.size());
-  classes_.resize(points.x.size());
+  located_.front().classes.make(located_.front().groups.size() * points.x.size());
 }
 
 /// @param farthest  from a point's cell to any that it may meet.
@@ -155,9 +153,9 @@ void SearchTables::rotate(const PointArrays& points, double theta, double shift)
   rotate_points(points, rotation, rotated_);
 }
 
-PointWindows SearchTables::bounds(int level, int group, int x, int y) {
+/// The first of a level's located points at the middle of a group of rotations.
+std::size_t SearchTables::locate(int level, int group) {
   const auto of_level = static_cast<std::size_t>(level);
-  const FieldWindow& window = bounds_[of_level];
   const ScanLevel& scan = blocks_->scan_of(level);
   const PointArrays& points = scan.points;
   LocatedPoints& located = located_[of_level];
@@ -168,29 +166,39 @@ PointWindows SearchTables::bounds(int level, int group, int x, int y) {
     const int slack = LatticeBlocks::bounds_of(level).slack;
     rotate(points, blocks_->thetas_of(level, group).first + 0.5 * (scan.turns - 1), -0.5 * slack);
     const CellBox useful{{useful_.min.x - slack, useful_.min.y - slack}, useful_.max};
-    find_offsets(rotated_, points.weights, useful, window.layout(), located.offsets.data() + first,
-                 located.weights.data() + first);
+    find_offsets(rotated_, points.weights, useful, bounds_[of_level].layout(),
+                 located.offsets.data() + first, located.weights.data() + first);
+    if (level == 0) {
+      const int steps_per_cell = blocks_->lattice().steps_per_cell;
+      for (std::size_t i = 0; i < count; ++i) {
+        located.classes.data()[first + i] =
+            rotated_.step_y[i] * steps_per_cell + rotated_.step_x[i];
+      }
+    }
     located.groups[slot] = group;
   }
-  return {window.data() + y * window.pitch() + x, window.pitch(), located.offsets.data() + first,
-          located.weights.data() + first, count};
+  return first;
 }
 
+PointWindows SearchTables::bounds(int level, int group, int x, int y) {
+  const auto of_level = static_cast<std::size_t>(level);
+  const FieldWindow& window = bounds_[of_level];
+  const std::size_t first = locate(level, group);
+  LocatedPoints& located = located_[of_level];
+  return {window.data() + y * window.pitch() + x, window.pitch(), located.offsets.data() + first,
+          located.weights.data() + first, blocks_->scan_of(level).points.x.size()};
+}
+
+/// The finest bounds have the same layout as the likelihoods, single rotations and no slack: there
+/// the points lie at the same offsets.
 SearchTables::Cells SearchTables::cells(int theta, int x, int y) {
+  static_assert(FieldWindow::kBounds.front().slack == 0 && FieldWindow::kBounds.front().grain == 1);
   const FieldWindow& window = likelihoods_;
-  const std::size_t count = points_->x.size();
-  if (leaf_.groups.front() != theta) {
-    leaf_.groups.front() = theta;
-    rotate(*points_, theta, 0.0);
-    find_offsets(rotated_, points_->weights, useful_, window.layout(), leaf_.offsets.data(),
-                 leaf_.weights.data());
-    for (std::size_t i = 0; i < count; ++i) {
-      classes_[i] = rotated_.step_y[i] * blocks_->lattice().steps_per_cell + rotated_.step_x[i];
-    }
-  }
-  return {{window.data() + y * window.pitch() + x, window.pitch(), leaf_.offsets.data(),
-           leaf_.weights.data(), count},
-          classes_.data()};
+  const std::size_t first = locate(0, blocks_->group_of(0, theta));
+  LocatedPoints& located = located_.front();
+  return {{window.data() + y * window.pitch() + x, window.pitch(), located.offsets.data() + first,
+           located.weights.data() + first, blocks_->scan_of(0).points.x.size()},
+          located.classes.data() + first};
 }
 
 }  // namespace matchbox_slam

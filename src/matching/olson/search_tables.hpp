@@ -43,6 +43,7 @@ class SearchTables {
     std::vector<int> groups;            ///< of each slot
     RoughArray<std::int32_t> offsets;   // most slots are never used
     RoughArray<std::uint16_t> weights;  ///< of the points that can meet anything, else 0
+    RoughArray<std::int32_t> classes;   ///< of the finest level: steps within the cell, row by row
 
     void clear(std::size_t slots, std::size_t points);
   };
@@ -52,16 +53,14 @@ class SearchTables {
   void need_around(const PointArrays& points, const Reach& reach, int farthest);
   [[nodiscard]] bool is_in_range() const;
   void rotate(const PointArrays& points, double theta, double shift);
+  [[nodiscard]] std::size_t locate(int level, int group);
 
-  const PointArrays* points_ = nullptr;
   const LatticeBlocks* blocks_ = nullptr;
   CellBox useful_;  ///< cells from which every look-up stays in the tables
   FieldWindow likelihoods_;
   std::array<FieldWindow, FieldWindow::kLevels> bounds_;  ///< by level
   RotatedPoints rotated_;
   std::array<LocatedPoints, FieldWindow::kLevels> located_;  ///< by level
-  LocatedPoints leaf_;                                       ///< in the likelihoods
-  std::vector<std::int32_t> classes_;
 };
 
 }  // namespace matchbox_slam

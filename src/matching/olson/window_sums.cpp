@@ -15,7 +15,6 @@ using Quads = std::uint32_t __attribute__((vector_size(kSumBytes)));
 using Octets = std::uint64_t __attribute__((vector_size(kSumBytes)));
 using Words = std::uint16_t __attribute__((vector_size(2 * kSumBytes)));
 using Sums = std::uint32_t __attribute__((vector_size(4 * kSumBytes)));
-using Corners = std::uint32_t __attribute__((vector_size(16)));
 
 // As many at a time as leave their sums in registers.
 constexpr int kMostVectors = 6;
@@ -127,15 +126,16 @@ void sum_windows(const PointWindows& points, int rows, int columns, std::uint32_
   }
 }
 
-void sum_corners(const PointWindows& points, const std::int32_t* classes, std::uint32_t* sums) {
+void sum_corners(const PointWindows& points, const std::int32_t* classes, std::uint64_t* sums) {
+  const auto pair_at = [](const std::uint8_t* cell) {
+    return cell[0] | static_cast<std::uint64_t>(cell[1]) << 32U;
+  };
   for (std::size_t i = 0; i < points.count; ++i) {
     const std::uint8_t* cell = points.table + points.offsets[i];
-    const Corners corners = {cell[0], cell[1], cell[points.pitch], cell[points.pitch + 1]};
-    Corners sum;
-    std::uint32_t* to = sums + static_cast<std::ptrdiff_t>(4) * classes[i];
-    std::memcpy(&sum, to, sizeof(sum));
-    sum += corners * points.weights[i];
-    std::memcpy(to, &sum, sizeof(sum));
+    const std::uint64_t weight = points.weights[i];
+    std::uint64_t* to = sums + static_cast<std::ptrdiff_t>(2) * classes[i];
+    to[0] += weight * pair_at(cell);
+    to[1] += weight * pair_at(cell + points.pitch);
   }
 }
 

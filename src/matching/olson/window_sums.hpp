@@ -36,8 +36,9 @@ constexpr int kSumBytes = 16;
 /// @param rows, columns  as they are summed.
 void sum_windows(const PointWindows& points, int rows, int columns, std::uint32_t* sums);
 
-/// Adds up the 2 x 2 cells at each point's offset, apart for each class of points:
-/// sums[4 * class + 2 * dy + dx] += weight * table[offset + dy * pitch + dx].
-void sum_corners(const PointWindows& points, const std::int32_t* classes, std::uint32_t* sums);
+/// Adds up the 2 x 2 cells at each point's offset, apart for each class of points, two side by side
+/// in one number: sums[2 * class + dy] += weight * (table[offset + dy * pitch] +
+/// 2^32 table[offset + dy * pitch + 1]).
+void sum_corners(const PointWindows& points, const std::int32_t* classes, std::uint64_t* sums);
 
 }  // namespace matchbox_slam
