@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/simd.hpp"
+#include "map/scan_tiles.hpp"
 #include "matchbox_slam/geometry/transform2.hpp"
 
 namespace matchbox_slam {
@@ -34,8 +35,11 @@ Passage passage_of(const ScanPoint& point, const Transform2& to_map) {
   return {from, from + share * way};
 }
 
-bool is_any_known(const Counts* row) {
-  static const std::array<Counts, kRow> kBlank{};
+/// Beams of a scan in a tile's row: how many passed each cell, then how many ended there.
+using SeenRow = std::array<std::uint16_t, 2 * kRow>;
+
+bool is_any_seen(const std::uint16_t* row) {
+  static const SeenRow kBlank{};
   return std::memcmp(row, kBlank.data(), sizeof(kBlank)) != 0;
 }
 
@@ -46,19 +50,19 @@ Half one_if(bool is_so) { return static_cast<Half>(is_so); }
 
 /// What a tile's row counts after a scan of which these beams were seen in it. Quotients are
 /// counted out, since there are no vectors of divisions.
-MATCHBOX_SIMD_CLONES void take_row(const Counts* __restrict__ seen, Counts* __restrict__ counts) {
+MATCHBOX_SIMD_CLONES void take_row(const std::uint16_t* __restrict__ seen,
+                                   Counts* __restrict__ counts) {
+  constexpr std::uint16_t kMostSeen = 255;
   constexpr Half kScan = ReflectionGrid::kScan;
   constexpr Half kMost = ReflectionGrid::kMost;
   // Both counts of a cell as one number: bytes apart would be gathered one by one.
   static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ && sizeof(Counts) == 2);
-  std::array<std::uint16_t, kRow> both_seen;
   std::array<std::uint16_t, kRow> both;
-  std::memcpy(both_seen.data(), seen, sizeof(both_seen));
   std::memcpy(both.data(), counts, sizeof(both));
   Row hits;  // of the scan, in its parts
   for (std::size_t i = 0; i < kRow; ++i) {
-    const auto seen_hits = static_cast<Half>(both_seen[i] & 255);
-    const auto beams = static_cast<Half>(seen_hits + (both_seen[i] >> 8));
+    const auto seen_hits = static_cast<Half>(std::min(seen[kRow + i], kMostSeen));
+    const auto beams = static_cast<Half>(seen_hits + std::min(seen[i], kMostSeen));
     const auto twice = static_cast<Half>(2 * beams);
     const auto parts = static_cast<Half>(kScan * seen_hits + (beams >> 1));
     hits[i] = static_cast<Half>(one_if(parts >= beams) + one_if(parts >= twice) +
@@ -88,9 +92,19 @@ MATCHBOX_SIMD_CLONES void take_row(const Counts* __restrict__ seen, Counts* __re
   }
   for (std::size_t i = 0; i < kRow; ++i) {
     const auto now = static_cast<std::uint16_t>(new_hits[i] | (new_passes[i] << 8));
-    both[i] = both_seen[i] != 0 ? now : both[i];
+    both[i] = (seen[i] | seen[kRow + i]) != 0 ? now : both[i];
   }
   std::memcpy(static_cast<void*>(counts), both.data(), sizeof(both));
+}
+
+/// Takes what a scan saw of a tile, which is blank then.
+void take_tile(std::uint16_t* seen, Counts* counts) {
+  for (std::size_t y = 0; y < kRow; ++y, seen += 2 * kRow, counts += kRow) {
+    if (is_any_seen(seen)) {
+      take_row(seen, counts);
+      std::fill_n(seen, 2 * kRow, std::uint16_t{0});
+    }
+  }
 }
 
 }  // namespace
@@ -104,63 +118,47 @@ double clearance_of(const ScanPoint& point) {
   return facing > 0.0 ? std::clamp(kBeforeSurface / facing, kLeast, kMost) : 0.3;
 }
 
-/// Beams of one scan by cell, in tiles that are used again.
-class ReflectionGrid::Tally {
+/// Beams of one scan by cell.
+class ReflectionGrid::Tally : public ScanTiles<std::uint16_t> {
  public:
-  /// Nothing was seen yet.
-  /// @param cells  where all that will be counted lies.
-  void begin(const CellBox& cells) {
-    const Cell last = Tiles::tile_of({cells.max.x - 1, cells.max.y - 1});
-    box_ = {Tiles::tile_of(cells.min), {last.x + 1, last.y + 1}};
-    slots_.assign(static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height()),
-                  nullptr);
-    used_ = 0;
-    current_ = nullptr;
+  /// Counted beside those that pass, where a row has room.
+  void end_in(const Cell& cell) {
+    ++touch(tile_of(cell))[static_cast<std::size_t>(position_in_tile(cell) + kTileSize)];
   }
 
-  Counts& at(const Cell& cell) {
-    const bool is_inside = ((cell.x ^ inside_.x) | (cell.y ^ inside_.y)) >> Tiles::kTileBits == 0;
-    if (!is_inside || current_ == nullptr) {
-      current_ = &touch(Tiles::tile_of(cell));
-      inside_ = cell;
-    }
-    return (*current_)[Tiles::index_in_tile(cell)];
-  }
-
-  /// Calls take(tile, counts) for each tile of which something was seen, and forgets it.
-  template <typename Take>
-  void take_tiles(Take&& take) {
-    std::size_t slot = 0;
-    for (int y = box_.min.y; y < box_.max.y; ++y) {
-      for (int x = box_.min.x; x < box_.max.x; ++x, ++slot) {
-        if (slots_[slot] != nullptr) {
-          take(Cell{x, y}, *slots_[slot]);
-        }
-      }
-    }
-  }
-
- private:
-  Tile& touch(const Cell& tile) {
-    Tile*& slot = slots_[static_cast<std::size_t>(tile.y - box_.min.y) *
-                             static_cast<std::size_t>(box_.width()) +
-                         static_cast<std::size_t>(tile.x - box_.min.x)];
-    if (slot == nullptr) {
-      if (used_ == tiles_.size()) {
-        tiles_.push_back(std::make_unique<Tile>());
-      }
-      slot = tiles_[used_++].get();
-    }
-    return *slot;
-  }
-
-  CellBox box_;                               ///< in tiles
-  std::vector<Tile*> slots_;                  ///< row by row; null where nothing was seen
-  std::vector<std::unique_ptr<Tile>> tiles_;  ///< from `used_` on blank
-  std::size_t used_ = 0;
-  Tile* current_ = nullptr;  // consecutive cells of a beam mostly share their tile
-  Cell inside_;              // a cell of it
+  /// The cells of a segment, without its last one: Bresenham's walk in integers, which steps along
+  /// the longer side.
+  void pass(const Cell& from, const Cell& to);
 };
+
+void ReflectionGrid::Tally::pass(const Cell& from, const Cell& to) {
+  const int width = std::abs(to.x - from.x);
+  const int height = std::abs(to.y - from.y);
+  const bool is_flat = width >= height;
+  const int longer = is_flat ? width : height;
+  const int shorter = is_flat ? height : width;
+  const int along_x = to.x < from.x ? -1 : 1;
+  const int along_y = to.y < from.y ? -kPitch : kPitch;
+  const int along = is_flat ? along_x : along_y;
+  const int aside = is_flat ? along_y : along_x;
+  int off = longer - 2 * shorter;  // below 0 the next step goes aside, too
+  Cell tile = tile_of(from);
+  int position = position_in_tile(from);
+  for (int left = longer; left > 0;) {
+    std::uint16_t* const cells = touch(tile).data();
+    do {
+      ++cells[position];
+      const int goes_aside = off >> 31;  // all bits set, or none
+      off += (goes_aside & (2 * longer)) - 2 * shorter;
+      position += along + (goes_aside & aside);
+    } while (--left > 0 && is_inside(position));
+    // Counted from one row and one column before the tile.
+    const int from_before = position + kPitch + 1;
+    const Cell cell{from_before % kPitch - 1, from_before / kPitch - 1};
+    tile = {tile.x + tile_of(cell).x, tile.y + tile_of(cell).y};
+    position = position_in_tile(cell);
+  }
+}
 
 ReflectionGrid::ReflectionGrid(double resolution) : geometry_(resolution) {}
 ReflectionGrid::ReflectionGrid(const ReflectionGrid& other)
@@ -189,22 +187,19 @@ void ReflectionGrid::count(const PointScan& scan, const Pose2& map_from_base) {
   if (tally_ == nullptr) {
     tally_ = std::make_unique<Tally>();
   }
-  tally_->begin(cells);
-  const auto add = [](std::uint8_t& count) {
-    count = static_cast<std::uint8_t>(count + (count < 255 ? 1 : 0));
-  };
+  tally_->assign(cells);
   // Beams side by side say the same: a thousand of them would take as long as all else together.
   const std::size_t stride = (scan.points.size() + kBeams - 1) / kBeams;
   for (std::size_t i = 0; i < scan.points.size(); i += stride) {
     const ScanPoint& point = scan.points[i];
     const Passage passage = passage_of(point, to_map);
-    walk_cells(geometry_.cell_at(passage.from), geometry_.cell_at(passage.to),
-               [&](const Cell& cell) { add(tally_->at(cell).passes); });
+    tally_->pass(geometry_.cell_at(passage.from), geometry_.cell_at(passage.to));
+    tally_->end_in(geometry_.cell_at(to_map * point.position));
   }
-  for (std::size_t i = 0; i < scan.points.size(); i += stride) {
-    add(tally_->at(geometry_.cell_at(to_map * scan.points[i].position)).hits);
-  }
-  tally_->take_tiles([this](const Cell& tile, Tile& seen) { take(tile, seen); });
+  static const Tile kBlank{};
+  tally_->take_tiles([this](const Cell& tile, Tally::Tile& seen) {
+    take_tile(seen.data(), tiles_.touch(tile, kBlank).data());
+  });
 }
 
 void ReflectionGrid::count(const OccupancyGrid& occupancy) {
@@ -225,17 +220,6 @@ void ReflectionGrid::count(const OccupancyGrid& occupancy) {
           counts[i] = is_wall ? Counts{kSeen, 0} : Counts{0, kSeen};
         }
       }
-    }
-  }
-}
-
-void ReflectionGrid::take(const Cell& tile, Tile& seen) {
-  static const Tile kBlank{};
-  Counts* counts = tiles_.touch(tile, kBlank).data();
-  for (Counts* row = seen.data(); row != seen.data() + seen.size(); row += kRow, counts += kRow) {
-    if (is_any_known(row)) {
-      take_row(row, counts);
-      std::fill_n(row, kRow, Counts{});
     }
   }
 }

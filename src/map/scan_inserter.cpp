@@ -13,6 +13,7 @@
 #include "common/simd.hpp"
 #include "map/scan_drawing.hpp"
 #include "map/scan_surfaces.hpp"
+#include "map/scan_tiles.hpp"
 #include "matchbox_slam/geometry/transform2.hpp"
 
 namespace matchbox_slam {
@@ -20,117 +21,37 @@ namespace {
 
 constexpr int kTileSize = OccupancyGrid::Tiles::kTileSize;
 
-/// What one scan says about the cells that it saw, before the map hears of it.
-class Observations {
+class Observations : public ScanTiles<std::uint8_t> {
  public:
-  /// Rows lie two tiles apart, so that a step out of the tile shows in the position's bits.
-  static constexpr int kPitch = 2 * kTileSize;
-  using Tile = std::array<std::uint8_t, static_cast<std::size_t>(kPitch* kTileSize)>;
-  using Tiles = OccupancyGrid::Tiles;
-
   static constexpr std::uint8_t kUnseen = 0;
   static constexpr std::uint8_t kFreeNoReturn = 1;
   static constexpr std::uint8_t kFree = 2;
   static constexpr double kOccupiedSteps = 253.0;  // 3...255 are occupancies from just above 0 to 1
-
-  /// Begins with nothing seen, in the memory that there is.
-  /// @param cells  most of what is marked lies in these.
-  void assign(double resolution, const CellBox& cells) {
-    geometry_ = GridGeometry(resolution);
-    const Cell last = Tiles::tile_of({cells.max.x - 1, cells.max.y - 1});
-    bounds_ = {Tiles::tile_of(cells.min), {last.x + 1, last.y + 1}};
-    slots_.assign(area_of(bounds_), nullptr);
-    used_ = 0;
-    current_ = nullptr;
-  }
 
   [[nodiscard]] static std::uint8_t occupied(double occupancy) {
     return static_cast<std::uint8_t>(2 + std::lround(occupancy * kOccupiedSteps));
   }
 
   /// The most occupied observation of a cell wins.
-  void mark(const Eigen::Vector2d& point, std::uint8_t value) {
-    const Cell cell = geometry_.cell_at(point);
-    enter(Tiles::tile_of(cell));
-    std::uint8_t& marked = (*current_)[static_cast<std::size_t>(position_in_tile(cell))];
+  void mark(const Cell& cell, std::uint8_t value) {
+    std::uint8_t& marked = touch(tile_of(cell))[static_cast<std::size_t>(position_in_tile(cell))];
     marked = std::max(marked, value);
   }
 
   /// Marks every cell that the segment from `a` to `b` crosses (Amanatides and Woo 1987), whatever
   /// was seen there.
-  void mark_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b, std::uint8_t value);
-
-  /// Calls take(tile, row, marks) for each row of a tile in which anything was seen, tile by tile,
-  /// and forgets it.
-  template <typename Take>
-  void take_rows(Take&& take);
-
- private:
-  [[nodiscard]] static int position_in_tile(const Cell& cell) {
-    return (cell.y & Tiles::kTileMask) * kPitch + (cell.x & Tiles::kTileMask);
-  }
-
-  void enter(const Cell& tile) {
-    if (current_ == nullptr || tile != current_position_) {
-      current_ = &touch(tile);
-      current_position_ = tile;
-    }
-  }
-
-  [[nodiscard]] static std::size_t area_of(const CellBox& box) {
-    return static_cast<std::size_t>(box.width()) * static_cast<std::size_t>(box.height());
-  }
-
-  [[nodiscard]] std::size_t slot_of(const Cell& tile) const {
-    return static_cast<std::size_t>(tile.y - bounds_.min.y) *
-               static_cast<std::size_t>(bounds_.width()) +
-           static_cast<std::size_t>(tile.x - bounds_.min.x);
-  }
-
-  void grow(const Cell& tile) {
-    const CellBox before = bounds_;
-    const std::vector<Tile*> slots = slots_;
-    bounds_.include(tile);
-    slots_.assign(area_of(bounds_), nullptr);
-    auto slot = slots.begin();
-    for (int y = before.min.y; y < before.max.y; ++y) {
-      for (int x = before.min.x; x < before.max.x; ++x) {
-        slots_[slot_of({x, y})] = *slot++;
-      }
-    }
-  }
-
-  Tile& touch(const Cell& tile) {
-    if (!bounds_.contains(tile)) {
-      grow(tile);
-    }
-    Tile*& slot = slots_[slot_of(tile)];
-    if (slot == nullptr) {
-      if (used_ == tiles_.size()) {
-        tiles_.push_back(std::make_unique<Tile>());
-      }
-      slot = tiles_[used_++].get();
-    }
-    return *slot;
-  }
-
-  GridGeometry geometry_{1.0};
-  CellBox bounds_;                            ///< in tiles
-  std::vector<Tile*> slots_;                  ///< row by row; null where nothing was seen
-  std::vector<std::unique_ptr<Tile>> tiles_;  ///< from `used_` on blank
-  std::size_t used_ = 0;
-  Tile* current_ = nullptr;  // consecutive cells of a ray mostly share their tile
-  Cell current_position_;
+  void mark_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+                    const GridGeometry& geometry, std::uint8_t value);
 };
 
 void Observations::mark_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
-                                std::uint8_t value) {
-  const Cell cell = geometry_.cell_at(a);
-  const Cell end = geometry_.cell_at(b);
+                                const GridGeometry& geometry, std::uint8_t value) {
+  const Cell cell = geometry.cell_at(a);
+  const Cell end = geometry.cell_at(b);
   const Eigen::Vector2d way = (b - a).cwiseAbs();
   const int step_x = b.x() < a.x() ? -1 : 1;
   const int step_y = b.y() < a.y() ? -1 : 1;
-  const Eigen::Vector2d from_corner = (a - geometry_.corner(cell)) / geometry_.resolution();
+  const Eigen::Vector2d from_corner = (a - geometry.corner(cell)) / geometry.resolution();
   const double to_next_x = step_x > 0 ? 1.0 - from_corner.x() : from_corner.x();
   const double to_next_y = step_y > 0 ? 1.0 - from_corner.y() : from_corner.y();
   // Where the line's next edges in x and in y are, on a common scale, and which comes first: in
@@ -150,12 +71,10 @@ void Observations::mark_segment(const Eigen::Vector2d& a, const Eigen::Vector2d&
   }
   const int move_x = step_x;
   const int move_y = step_y * kPitch;
-  constexpr int kInside = (kTileSize - 1) * (kPitch + 1);
-  Cell tile = Tiles::tile_of(cell);
+  Cell tile = tile_of(cell);
   int position = position_in_tile(cell);
   while (true) {
-    enter(tile);
-    std::uint8_t* const marks = current_->data();
+    std::uint8_t* const marks = touch(tile).data();
     std::int64_t along_x = 0;  // all bits set, or none
     do {
       marks[position] = value;
@@ -166,7 +85,7 @@ void Observations::mark_segment(const Eigen::Vector2d& a, const Eigen::Vector2d&
       along_x = x_after_y >> 63;
       x_after_y += (along_x & (per_x + per_y)) - per_y;
       position += (static_cast<int>(along_x) & (move_x - move_y)) + move_y;
-    } while ((position & ~kInside) == 0);
+    } while (is_inside(position));
     if (along_x != 0) {
       tile.x += step_x;
       position -= step_x * kTileSize;
@@ -219,11 +138,12 @@ void observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
              const Pose2& map_from_base, const MapOptions& options, Hole& hole,
              Observations& observations) {
   const Transform2 to_map(map_from_base);
+  const GridGeometry geometry(options.resolution);
   hole.assign(0.5 * options.hole_width, options.resolution);
-  observations.assign(options.resolution,
-                      cells_of(scan, to_map, hole.half, GridGeometry(options.resolution)));
+  observations.assign(cells_of(scan, to_map, hole.half, geometry));
   for (const FreeRay& ray : scan.free_rays) {
-    observations.mark_segment(to_map * ray.origin, to_map * ray.end, Observations::kFreeNoReturn);
+    observations.mark_segment(to_map * ray.origin, to_map * ray.end, geometry,
+                              Observations::kFreeNoReturn);
   }
   // What is more occupied comes later.
   for (const ScanPoint& point : scan.points) {
@@ -231,7 +151,7 @@ void observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
     const Eigen::Vector2d way = to_map * point.position - origin;
     const double range = way.norm();
     if (range > hole.half) {
-      observations.mark_segment(origin, origin + (range - hole.half) * (way / range),
+      observations.mark_segment(origin, origin + (range - hole.half) * (way / range), geometry,
                                 Observations::kFree);
     }
   }
@@ -242,13 +162,13 @@ void observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
     const Eigen::Vector2d direction = way / std::max(range, 1e-9);
     for (const auto& [offset, value] : hole.marks) {
       if (offset >= -range) {
-        observations.mark(hit + offset * direction, value);
+        observations.mark(geometry.cell_at(hit + offset * direction), value);
       }
     }
   }
   // Far away the beams are wider apart than cells, and those grazing along a wall would erase it.
   for (const SurfaceHit& hit : wall_between) {
-    observations.mark(hit.position, Observations::occupied(1.0));
+    observations.mark(geometry.cell_at(hit.position), Observations::occupied(1.0));
   }
 }
 
@@ -259,27 +179,6 @@ bool is_seen(const std::uint8_t* marks) {
     any |= marks[i];
   }
   return any != 0;
-}
-
-template <typename Take>
-void Observations::take_rows(Take&& take) {
-  std::size_t slot = 0;
-  for (int ty = bounds_.min.y; ty < bounds_.max.y; ++ty) {
-    for (int tx = bounds_.min.x; tx < bounds_.max.x; ++tx, ++slot) {
-      if (slots_[slot] == nullptr) {
-        continue;
-      }
-      std::uint8_t* marks = slots_[slot]->data();
-      for (int y = 0; y < kTileSize; ++y, marks += kPitch) {
-        if (is_seen(marks)) {
-          take(Cell{tx, ty}, y, marks);
-          std::fill_n(marks, kTileSize, kUnseen);
-        }
-      }
-    }
-  }
-  constexpr std::size_t kKept = 512;  // 4 MB
-  tiles_.resize(std::min(tiles_.size(), kKept));
 }
 
 /// How a row of observations is blended into the map.
@@ -333,23 +232,24 @@ void blend(Observations& observations, const MapOptions& options, OccupancyGrid&
            std::vector<Cell>& cleared) {
   const Blending blending(options);
   cleared.clear();
-  OccupancyGrid::Stored* tile_rows = nullptr;
-  Cell current;
-  observations.take_rows([&](const Cell& tile, int y, const std::uint8_t* marks) {
-    if (tile_rows == nullptr || tile != current) {
-      tile_rows = occupancy.touch(tile).data();
-      current = tile;
-    }
-    OccupancyGrid::Stored* row = tile_rows + std::ptrdiff_t{y} * kTileSize;
-    std::array<OccupancyGrid::Stored, kTileSize> after;
-    if (blend_row(marks, blending, row, after.data())) {
-      for (int x = 0; x < kTileSize; ++x) {
-        if (blending.ceases(row[x], after[static_cast<std::size_t>(x)])) {
-          cleared.push_back({tile.x * kTileSize + x, tile.y * kTileSize + y});
+  observations.take_tiles([&](const Cell& tile, Observations::Tile& seen) {
+    std::uint8_t* marks = seen.data();
+    OccupancyGrid::Stored* row = occupancy.touch(tile).data();
+    for (int y = 0; y < kTileSize; ++y, marks += Observations::kPitch, row += kTileSize) {
+      if (!is_seen(marks)) {
+        continue;
+      }
+      std::array<OccupancyGrid::Stored, kTileSize> after;
+      if (blend_row(marks, blending, row, after.data())) {
+        for (int x = 0; x < kTileSize; ++x) {
+          if (blending.ceases(row[x], after[static_cast<std::size_t>(x)])) {
+            cleared.push_back({tile.x * kTileSize + x, tile.y * kTileSize + y});
+          }
         }
       }
+      std::copy(after.begin(), after.end(), row);
+      std::fill_n(marks, kTileSize, Observations::kUnseen);
     }
-    std::copy(after.begin(), after.end(), row);
   });
 }
 

@@ -65,9 +65,6 @@ class ReflectionGrid {
  private:
   class Tally;
 
-  /// Takes what a scan saw of a tile, which is blank then.
-  void take(const Cell& tile, Tile& seen);
-
   GridGeometry geometry_;
   Tiles tiles_;
   std::unique_ptr<Tally> tally_;  ///< of a scan; kept for its memory, and not copied
