@@ -247,28 +247,28 @@ void Correspondences::weigh() {
   const double* y = row(kSurfaceY);
   const std::size_t mask = table_.size() - 1;
   std::int32_t groups = 0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    if (!(present[i] > 0.0)) {
-      continue;
-    }
+  for (std::size_t i = 0; i < count_;) {
     const auto is_at = [&](std::size_t other) { return x[other] == x[i] && y[other] == y[i]; };
-    if (i > 0 && present[i - 1] > 0.0 && is_at(i - 1)) {
-      group_of_[i] = group_of_[i - 1];
-    } else {
+    std::size_t end = i + 1;
+    if (present[i] > 0.0) {
+      while (end < count_ && present[end] > 0.0 && is_at(end)) {
+        ++end;
+      }
       std::size_t slot = (hash_of(x[i], y[i]) >> 32U) & mask;
       while (table_[slot] != kNone && !is_at(static_cast<std::size_t>(table_[slot]))) {
         slot = (slot + 1) & mask;
       }
       const std::int32_t before = table_[slot];
       table_[slot] = static_cast<std::int32_t>(i);
-      const std::int32_t group =
-          before == kNone ? kNone : group_of_[static_cast<std::size_t>(before)];
-      const bool is_late = group != kNone && group >= groups - kLatest;
-      group_of_[i] = is_late ? group : groups;
-      points_in_[static_cast<std::size_t>(groups)] = 0.0;
-      groups += is_late ? 0 : 1;
+      std::int32_t group = before == kNone ? kNone : group_of_[static_cast<std::size_t>(before)];
+      if (group == kNone || group < groups - kLatest) {
+        group = groups++;
+        points_in_[static_cast<std::size_t>(group)] = 0.0;
+      }
+      std::fill(&group_of_[i], &group_of_[i] + (end - i), group);
+      points_in_[static_cast<std::size_t>(group)] += static_cast<double>(end - i);
     }
-    points_in_[static_cast<std::size_t>(group_of_[i])] += 1.0;
+    i = end;
   }
   find_information(present, row(kOwn), row(kCommon), group_of_.data(), points_in_.data(),
                    blocks_ * Block().size(), row(kInformation));
