@@ -119,42 +119,54 @@ struct BeamSays {
   bool ends_on_known = false;
 };
 
-/// Walks along beams, from wall to wall as far as the distances of the field tell: what lies
+/// Walks along a beam, from wall to wall as far as the distances of the field tell: what lies
 /// between is free or unknown.
-class BeamEvidence {
+class BeamWalk {
  public:
-  BeamEvidence(const SlamMap& map, const CellEvidence& cells)
+  explicit BeamWalk(const SlamMap& map)
       : field_(map.field),
         geometry_(map.field.geometry()),
         metres_(map.field.options().reach / LikelihoodField::kFar),
-        cells_(cells),
         ground_(map) {}
 
   /// @param clearance  see clearance_of
-  [[nodiscard]] BeamSays of(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
-                            const Eigen::Vector2d& normal, double clearance) {
+  void begin(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double clearance) {
     const double range = (to - from).norm();
-    const Eigen::Vector2d direction = (to - from) / range;
-    double free = 0.0;
-    double through = 0.0;  // walls
-    for (double at = 0.0; at < range - clearance && through > -2.0 * kMostOfBeam;) {
-      const Cell cell = geometry_.cell_at(from + at * direction);
-      const double step = std::max(metres_ * ground_.distance(cell) - geometry_.resolution(),
-                                   geometry_.resolution());
-      const double here = cells_.of_passage(ground_.counts(cell));
-      free += std::max(0.0, here) * step / geometry_.resolution();
-      through += std::min(0.0, here);
-      at += step;
+    from_ = from;
+    to_ = to;
+    direction_ = (to - from) / range;
+    end_ = range - clearance;
+    at_ = 0.0;
+    free_ = 0.0;
+    through_ = 0.0;
+  }
+
+  /// Whether it was not yet at its end.
+  bool step(const CellEvidence& cells) {
+    if (!(at_ < end_ && through_ > -2.0 * kMostOfBeam)) {
+      return false;
     }
-    const Cell last = geometry_.cell_at(to);
-    double end = of_end_near(last, cells_, ground_);
+    const Cell cell = geometry_.cell_at(from_ + at_ * direction_);
+    const double step =
+        std::max(metres_ * ground_.distance(cell) - geometry_.resolution(), geometry_.resolution());
+    const double here = cells.of_passage(ground_.counts(cell));
+    free_ += std::max(0.0, here) * step / geometry_.resolution();
+    through_ += std::min(0.0, here);
+    at_ += step;
+    return true;
+  }
+
+  /// When it is at its end.
+  [[nodiscard]] BeamSays says(const Eigen::Vector2d& normal, const CellEvidence& cells) {
+    const Cell last = geometry_.cell_at(to_);
+    double end = of_end_near(last, cells, ground_);
     bool ends_on_known = ground_.counts(last).is_known();
     if (end > 0.0 && shows_other_side(last, normal)) {
       end = 0.0;
       ends_on_known = false;
     }
-    return {std::clamp(std::min(free, kMostOfPassage) + through + end, -kMostOfBeam, kMostOfBeam),
-            end > 0.0 || through < -kThroughWall, ends_on_known};
+    return {std::clamp(std::min(free_, kMostOfPassage) + through_ + end, -kMostOfBeam, kMostOfBeam),
+            end > 0.0 || through_ < -kThroughWall, ends_on_known};
   }
 
  private:
@@ -167,8 +179,14 @@ class BeamEvidence {
   const LikelihoodField& field_;
   GridGeometry geometry_;
   double metres_;  ///< a step of the field's distances
-  const CellEvidence& cells_;
   GroundReader ground_;
+  Eigen::Vector2d from_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d to_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d direction_ = Eigen::Vector2d::Zero();
+  double end_ = 0.0;  ///< [m] from where it begins, as the next
+  double at_ = 0.0;
+  double free_ = 0.0;
+  double through_ = 0.0;  ///< walls
 };
 
 /// Beams of a scan that say something, spread evenly, and the length of wall that each stands for
@@ -210,23 +228,36 @@ ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base, cons
   static const CellEvidence kCells;
   const Transform2 to_map(map_from_base);
   const EvenBeams beams(scan, to_map);
-  BeamEvidence evidence(map, kCells);
+  // Side by side, since each step waits for the one before it, and not for those of other beams.
+  std::array<BeamWalk, 4> walks{BeamWalk(map), BeamWalk(map), BeamWalk(map), BeamWalk(map)};
   double log_odds = 0.0;
   double all = 0.0;  // of weights
   double sum = 0.0;
   double known = 0.0;
   double telling = 0.0;
   double telling_sum = 0.0;
-  for (std::size_t i = 0; i < beams.size(); ++i) {
-    const ScanPoint& point = beams[i];
-    const BeamSays says = evidence.of(to_map * point.origin, to_map * point.position,
-                                      to_map.turned(point.normal), clearance_of(point));
-    log_odds += beams.length(i) / kWallOfWitness * says.log_odds;
-    all += point.weight;
-    sum += point.weight * says.log_odds;
-    telling += says.tells_of_walls ? point.weight : 0.0;
-    telling_sum += says.tells_of_walls ? point.weight * says.log_odds : 0.0;
-    known += says.ends_on_known ? point.weight : 0.0;
+  for (std::size_t first = 0; first < beams.size(); first += walks.size()) {
+    const std::size_t count = std::min(walks.size(), beams.size() - first);
+    for (std::size_t k = 0; k < count; ++k) {
+      const ScanPoint& point = beams[first + k];
+      walks[k].begin(to_map * point.origin, to_map * point.position, clearance_of(point));
+    }
+    for (bool goes_on = true; goes_on;) {
+      goes_on = false;
+      for (std::size_t k = 0; k < count; ++k) {
+        goes_on = walks[k].step(kCells) || goes_on;
+      }
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      const ScanPoint& point = beams[first + k];
+      const BeamSays says = walks[k].says(to_map.turned(point.normal), kCells);
+      log_odds += beams.length(first + k) / kWallOfWitness * says.log_odds;
+      all += point.weight;
+      sum += point.weight * says.log_odds;
+      telling += says.tells_of_walls ? point.weight : 0.0;
+      telling_sum += says.tells_of_walls ? point.weight * says.log_odds : 0.0;
+      known += says.ends_on_known ? point.weight : 0.0;
+    }
   }
   if (!(all > 0.0)) {
     return {};
