@@ -116,9 +116,14 @@ class SearchPenalty {
     return least_square(at, turn);
   }
 
+  /// As std::llround, which is a call.
   [[nodiscard]] static std::int64_t to_whole(double value) {
-    return value < static_cast<double>(kMaxPenalty) ? std::llround(std::max(0.0, value))
-                                                    : kMaxPenalty;
+    if (!(value < static_cast<double>(kMaxPenalty))) {
+      return kMaxPenalty;
+    }
+    const double positive = std::max(0.0, value);
+    const auto whole = static_cast<std::int64_t>(positive);
+    return whole + static_cast<std::int64_t>(positive - static_cast<double>(whole) >= 0.5);
   }
 
   /// The penalty of a squared distance; leaves room for rounding, here and in that of a pose.
