@@ -1,4 +1,4 @@
-#include "ros/ros_parameters.hpp"
+#include "node/ros_parameters.hpp"
 
 #include <cstdint>
 #include <optional>

@@ -2,12 +2,12 @@
 
 #include <nav_msgs/Odometry.h>
 
+#include "node/ros_parameters.hpp"
 #include "node/scan_subscription.hpp"
 #include "node/subscribe.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/odometry_message.hpp"
 #include "ros/queue_settings.hpp"
-#include "ros/ros_parameters.hpp"
 
 namespace matchbox_slam {
 

@@ -13,10 +13,10 @@
 #include "fuzz/fuzz.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
+#include "node/ros_parameters.hpp"
 #include "ros/matcher_loader.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/messages.hpp"
-#include "ros/ros_parameters.hpp"
 #include "run/frames.hpp"
 #include "run/slam_run.hpp"
 

@@ -3,7 +3,7 @@
 #include "common/error_text.hpp"
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
-#include "ros/ros_parameters.hpp"
+#include "node/ros_parameters.hpp"
 
 namespace matchbox_slam {
 namespace {
