@@ -1,6 +1,7 @@
 #include "io/map_picture.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -11,6 +12,9 @@
 namespace matchbox_slam {
 namespace {
 
+/// Of several drives, one after the other and again; they differ in lightness, too.
+constexpr std::array<Color, 6> kDriveColors{
+    {{20, 95, 215}, {230, 120, 10}, {15, 130, 75}, {130, 50, 170}, {90, 180, 230}, {150, 90, 40}}};
 constexpr double kLoopRadius = 3.4;
 constexpr double kStartRadius = 6.0;
 
@@ -209,8 +213,8 @@ class Legend {
   Picture& picture_;
 };
 
-void draw_footer(const View& view, bool has_trajectory, bool has_odometry, bool has_loops,
-                 Picture& picture) {
+/// With the scale bar.
+Legend begin_footer(const View& view, Picture& picture) {
   const int top = view.height() - view.footer_height();
   const int middle = top + view.footer_height() / 2;
   picture.fill(0, top, view.width(), view.height(), kFreeColor);
@@ -218,7 +222,12 @@ void draw_footer(const View& view, bool has_trajectory, bool has_odometry, bool 
   draw_scale_bar({2 * kMargin, middle, kScaleBarShare * view.width(), view.pixels_per_metre(),
                   view.dot(), kFontSize * view.dot()},
                  picture);
-  Legend legend(view, middle, picture);
+  return {view, middle, picture};
+}
+
+void draw_footer(const View& view, bool has_trajectory, bool has_odometry, bool has_loops,
+                 Picture& picture) {
+  Legend legend = begin_footer(view, picture);
   if (has_trajectory) {
     legend.add_start();
     legend.add_line("corrected", kTrajectoryStroke);
@@ -249,6 +258,35 @@ Picture draw_map(const OccupancyGrid& map, const Trajectory& trajectory, const T
   }
   const bool has_loops = draw_loops(graph, view, picture);
   draw_footer(view, !trajectory.empty(), !odometry.empty(), has_loops, picture);
+  return picture;
+}
+
+Picture draw_drives(const OccupancyGrid& map, const std::vector<Trajectory>& drives,
+                    const PoseGraph& graph) {
+  const View view(shown_cells(map, {}), map.geometry());
+  Picture picture(view.width(), view.height(), kUnknownColor);
+  draw_cells(map, view, picture);
+  const auto stroke_of = [](std::size_t drive) {
+    return Stroke{kDriveColors[drive % kDriveColors.size()], kTrajectoryStroke.width, 0.0};
+  };
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    if (!drives[i].empty()) {
+      picture.draw_line(line_of(drives[i], {}, view), view.scaled(stroke_of(i)));
+      draw_start(view.to_picture(drives[i].poses().front().pose), view.ink(), picture);
+    }
+  }
+  const bool has_loops = draw_loops(graph, view, picture);
+  Legend legend = begin_footer(view, picture);
+  legend.add_start();
+  if (has_loops) {
+    legend.add_line("loop", kLoopStroke);
+  }
+  constexpr std::size_t kNamed = 6;  // that the narrowest picture has room for
+  for (std::size_t i = std::min(kNamed, drives.size()); i-- > 0;) {
+    if (!drives[i].empty()) {
+      legend.add_line(std::to_string(i + 1), stroke_of(i));
+    }
+  }
   return picture;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "geometry/trajectory.hpp"
 #include "io/picture.hpp"
@@ -25,6 +26,11 @@ namespace matchbox_slam {
 ///                    one key scan to the other, which has a dot.
 [[nodiscard]] Picture draw_map(const OccupancyGrid& map, const Trajectory& trajectory,
                                const Trajectory& odometry, const PoseGraph& graph = {});
+
+/// The same with several drives, each in a colour of its own, by their numbers from 1 on.
+/// @param drives  in the map; those that are empty are left out.
+[[nodiscard]] Picture draw_drives(const OccupancyGrid& map, const std::vector<Trajectory>& drives,
+                                  const PoseGraph& graph);
 
 /// Where the map's frame lies in a picture.
 struct PictureFrame {

@@ -38,6 +38,44 @@ MapCorrection correction_of(const PlacedScans& keys, const std::vector<Pose2>& n
 
 }  // namespace
 
+double way_between(const Pose2& before, const Pose2& after) {
+  // A turn drifts as so much way: a guess; half or double changes five drives with loops by up to 8
+  // % (hotel), mostly less than 1 (CONSTANTS.md).
+  constexpr double kMetresPerRadian = 0.3;
+  const Pose2 moved = before.inverse() * after;
+  return moved.translation().norm() + kMetresPerRadian * std::abs(moved.theta);
+}
+
+Eigen::Matrix3d covariance_where_found() {
+  // Guesses (benchmark/reports/current/CONSTANTS.md): half or double changes five drives with loops
+  // by up to 0.5 %.
+  constexpr double kXy = 0.1;      // [m]
+  constexpr double kTheta = 0.05;  // [rad]
+  return covariance_of(kXy, kTheta);
+}
+
+std::optional<FoundLoop> match_with_earlier(const PlacedScans& keys, std::size_t before,
+                                            const PathUncertainty& ways, bool may_be_apart,
+                                            const LoopOptions& options) {
+  // A guess; half or double changes five drives with loops by up to 5 %, most by less than 1
+  // (CONSTANTS.md).
+  constexpr double kNear = 2.0;  // [m]
+  const Eigen::Vector2d here = keys.back().map_from_base.translation();
+  std::vector<std::size_t> near = keys_within(keys, here, kNear);
+  near.erase(std::lower_bound(near.begin(), near.end(), before), near.end());
+  const std::vector<bool> is_apart = ways.weakly_connected(near, options.max_relative_sigma);
+  std::optional<std::size_t> nearest;
+  double least = kNear;
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    const double to_here = distance(keys[near[i]], here);
+    if (to_here < least && (!is_apart[i] || may_be_apart)) {
+      least = to_here;
+      nearest = near[i];
+    }
+  }
+  return nearest ? find_near(keys, *nearest) : std::nullopt;
+}
+
 LoopCloser::LoopCloser(State state)
     : graph_(std::move(state.graph)),
       loops_(std::move(state.loops)),
@@ -56,13 +94,10 @@ std::size_t count_closed(const std::vector<ClosedLoop>& loops) {
 
 void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance, bool is_continued,
                      const LoopOptions& options) {
-  // Guesses (benchmark/reports/current/CONSTANTS.md): half or double of how well a place is
-  // found anew changes five drives with loops by up to 0.5 %, that of the way there six drives with
-  // faults not at all, and two logs by up to 0.6 %.
-  constexpr double kFound = 0.1;          // [m], how well a place is found anew
-  constexpr double kFoundHeading = 0.05;  // [rad]
-  constexpr double kWay = 1.0;            // [m], how well it is known how the robot came there
-  constexpr double kWayHeading = 0.2;     // [rad]
+  // Guesses: half or double changes six drives with faults not at all, and two logs by up to 0.6 %
+  // (benchmark/reports/current/CONSTANTS.md).
+  constexpr double kWay = 1.0;         // [m], how well it is known how the robot came there
+  constexpr double kWayHeading = 0.2;  // [rad]
   const PlacedScans& all = keys.all();
   const std::size_t newest = all.size() - 1;
   while (graph_.poses.size() < newest) {
@@ -70,7 +105,7 @@ void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance
   }
   Eigen::Matrix3d covariance = map_covariance;
   if (!is_continued) {
-    covariance += covariance_of(kFound, kFoundHeading);
+    covariance += covariance_where_found();
   }
   join_to_before(all, covariance, options);
   const std::size_t way = graph_.edges.size() - 1;
@@ -145,14 +180,10 @@ void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& 
   if (node == 0) {
     return;
   }
-  // A turn drifts as so much way: a guess; half or double changes five drives with loops by up to 8
-  // % (hotel), mostly less than 1 (CONSTANTS.md).
-  constexpr double kMetresPerRadian = 0.3;
   constexpr double kLeastWay = 0.01;  // [m], so that no covariance is nothing
   const Pose2& before = keys[node - 1].map_from_base;
   const Pose2 moved = before.inverse() * keys[node].map_from_base;
-  const double way =
-      std::max(kLeastWay, moved.translation().norm() + kMetresPerRadian * std::abs(moved.theta));
+  const double way = std::max(kLeastWay, way_between(before, keys[node].map_from_base));
   way_ += way;
   const Eigen::Matrix3d drift = way * covariance_of(options.drift_xy, options.drift_theta);
   PoseEdge edge{node - 1, node, moved, drift + in_turned_frame(map_covariance, before.theta)};
@@ -164,35 +195,17 @@ void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& 
 /// Whether there is such a key scan.
 bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
                                  const LoopOptions& options) {
-  // Guesses; half or double changes five drives with loops by up to 5 %, most by less than 1
+  // A guess; half or double changes five drives with loops by up to 5 %, most by less than 1
   // (CONSTANTS.md).
-  constexpr double kNear = 2.0;         // [m]
   constexpr std::size_t kEarlier = 30;  // key scans
-  const PlacedScans& all = keys.all();
-  const std::size_t newest = all.size() - 1;
+  const std::size_t newest = keys.size() - 1;
   const std::size_t since = is_continued ? kEarlier : 0;
-  const Eigen::Vector2d here = all[newest].map_from_base.translation();
-  std::vector<std::size_t> near = keys_within(all, here, kNear);
-  near.erase(std::lower_bound(near.begin(), near.end(), newest - std::min(newest, since)),
-             near.end());
-  const std::vector<bool> is_apart = weakly_connected(near, options);
-  std::optional<std::size_t> nearest;
-  double least = kNear;
-  for (std::size_t i = 0; i < near.size(); ++i) {
-    const double distance = (all[near[i]].map_from_base.translation() - here).norm();
-    if (distance < least && (!is_apart[i] || !is_continued)) {
-      least = distance;
-      nearest = near[i];
-    }
-  }
-  if (!nearest) {
-    return false;
-  }
-  const std::optional<FoundLoop> found = find_near(all, *nearest);
+  const std::optional<FoundLoop> found = match_with_earlier(
+      keys.all(), newest - std::min(newest, since), ways(), !is_continued, options);
   if (!found) {
     return false;
   }
-  add_edge({*nearest, newest, found->key_from_newest, found->covariance}, graph_);
+  add_edge({found->key, newest, found->key_from_newest, found->covariance}, graph_);
   links_.take_new(graph_);
   return true;
 }

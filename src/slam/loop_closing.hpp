@@ -28,6 +28,22 @@ struct LocalMapRequest {
 /// matched lies better than that, and the map and the robot in it stay together.
 constexpr double kLeastMoved = 0.1;
 
+/// [m] that count between two poses, for drift and for when to search: with the turn.
+[[nodiscard]] double way_between(const Pose2& before, const Pose2& after);
+
+/// How well a place is known that was found anew, over (x, y, theta).
+[[nodiscard]] Eigen::Matrix3d covariance_where_found();
+
+/// The newest key scan matched with the nearest one near by that is known to lie there, of those
+/// before a number.
+/// @param ways         from the newest.
+/// @param may_be_apart  also with one that is hardly known to.
+[[nodiscard]] std::optional<FoundLoop> match_with_earlier(const PlacedScans& keys,
+                                                          std::size_t before,
+                                                          const PathUncertainty& ways,
+                                                          bool may_be_apart,
+                                                          const LoopOptions& options);
+
 struct LoopTaskDone;
 struct LoopWork;
 

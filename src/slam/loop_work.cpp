@@ -61,24 +61,6 @@ ClosedLoop take_loop(const FoundLoop& found, double least_moved, LoopSearch& sea
   return loop;
 }
 
-/// Searches the candidates until one loop is believed.
-/// @param least_moved  [m]
-void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done) {
-  for (const Candidate& candidate : candidates_of(search)) {
-    ++done.tries;
-    const std::optional<FoundLoop> found =
-        find_loop(search.keys, candidate.key, candidate.sigma, search.options);
-    if (!found) {
-      continue;
-    }
-    done.loops.push_back(take_loop(*found, least_moved, search));
-    if (done.loops.back().believed) {
-      done.has_moved = done.loops.back().moved > least_moved;
-      return;
-    }
-  }
-}
-
 /// A few are not worth drawing the map anew.
 void leave_out_superfluous(LocalMapRequest& near, LoopTaskDone& done) {
   constexpr std::size_t kWorthIt = 50;
@@ -120,6 +102,22 @@ LocalScans local_scans_of(const LoopSearch& search) {
   return local_scans(keys, [&](const auto& some) {
     return ways.weakly_connected(some, search.options.max_relative_sigma);
   });
+}
+
+void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done) {
+  for (const Candidate& candidate : candidates_of(search)) {
+    ++done.tries;
+    const std::optional<FoundLoop> found =
+        find_loop(search.keys, candidate.key, candidate.sigma, search.options);
+    if (!found) {
+      continue;
+    }
+    done.loops.push_back(take_loop(*found, least_moved, search));
+    if (done.loops.back().believed) {
+      done.has_moved = done.loops.back().moved > least_moved;
+      return;
+    }
+  }
 }
 
 std::shared_ptr<LoopWork> begin_work(LoopTask task) {

@@ -39,6 +39,12 @@ struct LoopTaskDone {
 /// Of the search's key scans where its graph has them, in which it is known how they lie.
 [[nodiscard]] LocalScans local_scans_of(const LoopSearch& search);
 
+/// Searches the places where the newest key scan may have been taken, too, until one loop is
+/// believed. The key scans may be the first ones of those that the graph has.
+/// @param least_moved  [m]; see kLeastMoved
+/// @param done         its loops, tries and whether the graph's poses have moved.
+void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done);
+
 /// A task under way, in a thread of its own.
 struct LoopWork {
   std::shared_future<std::shared_ptr<LoopTaskDone>> done;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,6 +30,7 @@ using namespace matchbox_slam;
 struct Request {
   std::string world;
   int seed = 1;
+  std::optional<int> noise_seed;
   std::string bag;
   std::string truth;
   bool inverted_laser = false;
@@ -50,6 +52,8 @@ void declare_options(CLI::App& app, Request& request) {
       ->type_name("NAME");
   add_number<int>(app, "--seed", request.seed, at_least(0.0),
                   "Of world and noise; the same seed gives the same bag");
+  add_number<int>(app, "--noise-seed", request.noise_seed, at_least(0.0),
+                  "Of the noise alone, and of faults: another drive through the same world");
   app.add_option("--bag", request.bag, "Bag to write")->required()->type_name("OUT.bag");
   app.add_option(
          "--truth", request.truth,
@@ -163,12 +167,13 @@ void simulate(const Request& request, const InterruptGuard& interrupt) {
   auto recording = read_options<SimulatedBagOptions>(request.recording, "");
   recording.no_odometry = recording.no_odometry || request.odometry_kind == kNoOdometry;
   const auto seed = static_cast<std::uint64_t>(request.seed);
+  const auto noise_seed = static_cast<std::uint64_t>(request.noise_seed.value_or(request.seed));
   const World world = make_world(request.world, seed);
   require_writable_file(request.truth);
   require_writable_file(request.bag);
   const auto is_interrupted = [&] { return interrupt.is_interrupted(); };
   SimulatedBagWriter bag(request.bag, recording);
-  const SimulatedRun run = simulate_run(world, world.route(), options, seed, is_interrupted);
+  const SimulatedRun run = simulate_run(world, world.route(), options, noise_seed, is_interrupted);
   bag.write(run, {request.world, seed, options.laser, run.faults}, is_interrupted);
   write_tum(request.truth, truth_of(run, recording.clock_offset));
   std::cout << request.bag << ": " << run.scans.size() << " scans in "
