@@ -11,10 +11,13 @@
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/graph/optimise.hpp"
+#include "matchbox_slam/matching/contradiction.hpp"
 #include "matching/rendered_map.hpp"
 #include "slam/loop_work.hpp"
 #include "slam/map_meeting.hpp"
+#include "slam/match_validation.hpp"
 #include "slam/path_uncertainty.hpp"
+#include "slam/recovery.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -245,6 +248,52 @@ void Joining::optimise_poses() {
   move_key_scans(graph().poses, map_.part.key_scans);
 }
 
+/// Share of the key scans of some that were taken near others, and see through the walls of those.
+double share_through_walls(const PlacedScans& keys, const PlacedScans& others, const SlamMap& map) {
+  constexpr double kNear = 2.0;  // [m], as what is matched with lies: a guess
+  std::size_t near = 0;
+  std::size_t through = 0;
+  for (const PlacedScan& key : keys) {
+    const Eigen::Vector2d here = key.map_from_base.translation();
+    const bool is_near = std::any_of(others.begin(), others.end(), [&](const PlacedScan& other) {
+      return distance(other, here) < kNear;
+    });
+    if (is_near) {
+      ++near;
+      const double against = contradiction(*key.scan->points(), key.map_from_base, map.field);
+      through += against > kMostViolation ? 1 : 0;
+    }
+  }
+  return near > 0 ? static_cast<double>(through) / static_cast<double>(near) : 0.0;
+}
+
+/// What a lost robot has seen when it is found is little of what two whole maps tell: joined at the
+/// right place neither sees through the other's walls. In a campus of buildings that are alike,
+/// where both overlap for 100 m and more, up to 2 % of key scans do at right places and 22 % and
+/// more at a wrong one (benchmark/reports/current/MERGING.md).
+/// @param first  key scan of the second of both.
+bool is_without_contradiction(const PlacedScans& all, std::size_t first,
+                              const EngineOptions& options) {
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(first);
+  const PlacedScans one(all.begin(), middle);
+  const PlacedScans other(middle, all.end());
+  return share_through_walls(one, other, rendered(other, options.map, options.field)) <=
+             kMostThroughWalls &&
+         share_through_walls(other, one, rendered(one, options.map, options.field)) <=
+             kMostThroughWalls;
+}
+
+/// Two maps as one, unless what they saw contradicts that.
+std::optional<MergedMap> joined(const MergedMap& map, const MergedMap& there,
+                                const MapMeeting& meeting, const EngineOptions& options) {
+  MergedMap both = there;
+  Joining(both, map, meeting, options).join_on();
+  const std::size_t first = there.part.key_scans.size();
+  return is_without_contradiction(both.part.key_scans.all(), first, options)
+             ? std::optional(std::move(both))
+             : std::nullopt;
+}
+
 // --- many ---
 
 /// That of the first input.
@@ -279,18 +328,28 @@ std::set<std::pair<std::size_t, std::size_t>> parts_of(const MergedMap& map) {
   return parts;
 }
 
-/// Searches one in the other one, and joins them if it is found.
-bool join_if_found(MergedMap& map, MergedMap& there, const EngineOptions& options,
-                   const MergeProgress& progress) {
-  const auto tell = [&](double done) {
-    progress(first_stretch(map).input, first_stretch(there).input, done);
-  };
-  const std::optional<MapMeeting> meeting =
-      find_meeting(map.part.key_scans, there.part, options, tell);
-  if (meeting) {
-    Joining(there, std::move(map), *meeting, options).join_on();
+/// Searches one in the other one, along its way and back. None: it is not found.
+std::optional<MergedMap> joined_if_found(const MergedMap& map, const MergedMap& there,
+                                         const EngineOptions& options,
+                                         const MergeProgress& progress) {
+  std::optional<MergedMap> both;
+  PlacedScans way = map.part.key_scans.all();
+  for (const bool is_back : {false, true}) {
+    const auto is_believed = [&](MapMeeting meeting) {
+      meeting.key = is_back ? way.size() - 1 - meeting.key : meeting.key;
+      both = joined(map, there, meeting, options);
+      return both.has_value();
+    };
+    const auto tell = [&](double done) {
+      progress(first_stretch(map).input, first_stretch(there).input,
+               0.5 * (done + (is_back ? 1.0 : 0.0)));
+    };
+    if (find_meeting(way, there.part, options, is_believed, tell)) {
+      return both;
+    }
+    std::reverse(way.begin(), way.end());
   }
-  return meeting.has_value();
+  return std::nullopt;
 }
 
 /// The smaller one is searched in the larger one first.
@@ -301,11 +360,14 @@ bool join_two(const EngineOptions& options, const MergeProgress& progress, Searc
       if (!searched.emplace(parts_of(maps[i]), parts_of(maps[j])).second) {
         continue;
       }
-      for (const auto& [map, there] : {std::make_pair(j, i), std::make_pair(i, j)}) {
-        if (join_if_found(maps[map], maps[there], options, progress)) {
-          maps.erase(maps.begin() + static_cast<std::ptrdiff_t>(map));
-          return true;
-        }
+      std::optional<MergedMap> both = joined_if_found(maps[j], maps[i], options, progress);
+      if (!both) {
+        both = joined_if_found(maps[i], maps[j], options, progress);
+      }
+      if (both) {
+        maps[i] = std::move(*both);
+        maps.erase(maps.begin() + static_cast<std::ptrdiff_t>(j));
+        return true;
       }
     }
   }

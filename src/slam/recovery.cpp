@@ -303,9 +303,6 @@ double share_through_walls(const PlacedScans& keys, const MapPart& other,
 /// @param seen  key scans of the part that the robot makes, spread out.
 Verdict judge_whole(const LostScan& lost, const PlaceHypothesis& place, const PlacedScans& seen,
                     const std::vector<SearchedPlace>& places) {
-  // Of 17 of 18 right places none of the key scans does, of the other one up to 24 %: seen at a
-  // grazing angle from afar, an open door cannot be told from wall. Of wrong places 0 to 100 %.
-  constexpr double kMaxShareConfirmed = 0.1;
   constexpr double kMinShareRefuted = 0.3;
   PlacedScans there;
   for (const SearchedPlace& searched : places) {
@@ -319,7 +316,7 @@ Verdict judge_whole(const LostScan& lost, const PlaceHypothesis& place, const Pl
   if (through > kMinShareRefuted) {
     return Verdict::kRefuted;
   }
-  return through <= kMaxShareConfirmed ? Verdict::kConfirmed : Verdict::kOpen;
+  return through <= kMostThroughWalls ? Verdict::kConfirmed : Verdict::kOpen;
 }
 
 /// Whether no other place may be the right one as well as the first. How often each was confirmed

@@ -11,6 +11,11 @@
 
 namespace matchbox_slam {
 
+/// Share of key scans that see through walls, of two maps that are joined at the right place, at
+/// most. Of 17 of 18 right places none of the key scans does, of the other one up to 24 %: seen at
+/// a grazing angle from afar, an open door cannot be told from wall. Of wrong places 0 to 100 %.
+constexpr double kMostThroughWalls = 0.1;
+
 /// Where key scans are that are searched.
 struct SearchedPlace {
   std::size_t part;
