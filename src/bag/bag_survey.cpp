@@ -12,7 +12,10 @@ namespace matchbox_slam {
 
 namespace {
 
-constexpr double kSurveySeconds = 10.0;  // a guess: half and double were not tried
+// Guesses: half and double were not tried. Logs with a scan each metre have so many after minutes.
+constexpr double kSurveySeconds = 10.0;
+constexpr double kLongestSurvey = 120.0;  // [s]
+constexpr std::size_t kSurveyScans = 60;
 const std::set<std::string> kNoParents;
 
 std::string list_of(const std::vector<std::string>& words) {
@@ -263,6 +266,7 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
   ClockComparison clocks;
   std::map<int, NoReturnPile> piles;
   std::optional<ros::Time> begin;
+  std::size_t scans = 0;
   const std::unique_ptr<BagStream> stream = reader.stream(scan_topics, period, {}, cloud);
   while (const std::optional<BagMessage> message = next_of(*stream, survey)) {
     if (is_interrupted && is_interrupted()) {
@@ -275,6 +279,7 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
       }
     } else {
       const auto& scan = std::get<ScanMessage>(message->content).scan;
+      ++scans;
       if (message->laser == 0) {
         survey.scan_frame = without_leading_slash(scan->header.frame_id);
       }
@@ -286,7 +291,8 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
     begin = begin ? begin : message->time;
     const bool knows_place =
         is_laser_placed ? !survey.scan_frame.empty() : survey.parents.count(survey.scan_frame) != 0;
-    if (seconds_between(*begin, message->time) > kSurveySeconds && knows_place) {
+    const double seconds = scans < kSurveyScans ? kLongestSurvey : kSurveySeconds;
+    if (seconds_between(*begin, message->time) > seconds && knows_place) {
       break;
     }
   }

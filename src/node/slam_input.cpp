@@ -174,7 +174,7 @@ std::vector<std::string> SlamInput::silent_topics() {
 
 /// By the number of scans alone, so that the same recording is always cut at the same scan.
 std::optional<double> SlamInput::look_for_no_returns(const ScanMessage& message, int laser) {
-  constexpr int kWatched = 200;  // scans
+  constexpr int kWatched = 60;  // scans, as the survey of a bag
   const sensor_msgs::LaserScan& scan = *message.scan;
   if (!on_no_returns_ || watched_scans_ == kWatched || !find_defect(scan).empty()) {
     return std::nullopt;

@@ -151,8 +151,7 @@ std::vector<RunEvent> SlamSession::cut_no_returns(double from, bool has_begun) {
   if (run_.configuration().is_given("scan/max_range")) {
     return {};
   }
-  const std::string found =
-      "where they meet nothing, beams of a laser read its range_max plus noise";
+  const std::string found = "where they meet nothing, beams of a laser read one range plus noise";
   const std::string limit = fixed_text(from, 3);
   if (setup().run.scan_topics.size() > 1) {
     dialog_.warn(found + ", which draws walls where none are; to cut them " + how_to_set_ +

@@ -54,7 +54,7 @@ class SlamSession {
   /// As SlamRun::begin_drive.
   void begin_drive(double stamp);
 
-  /// Beams that meet nothing are seen to read range_max plus noise: what is to be applied so that
+  /// Beams that meet nothing are seen to read one range plus noise: what is to be applied so that
   /// they are cut, in this order. Nothing where a limit was set by hand; nor with several lasers,
   /// one of which is no reason to cut all.
   /// @param from       first range [m] that is no return.

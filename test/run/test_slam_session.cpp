@@ -195,7 +195,7 @@ TEST_F(Session, CutsBeamsThatReadTheLargestRangePlusNoise) {
   continued.go_on_with({saved({1.0}), "old.slam"});
   EXPECT_EQ(continued.cut_no_returns(29.9, true).size(), 1U);
   const std::string cut =
-      "where they meet nothing, beams of a laser read its range_max plus noise; scan/max_range is "
+      "where they meet nothing, beams of a laser read one range plus noise; scan/max_range is "
       "set to 29.900 m, from which on they are no return";
   EXPECT_EQ(warnings_, (std::vector<std::string>{cut, cut + ", and the map begins anew", cut}));
 }

@@ -18,12 +18,14 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 class Drive {
  public:
   /// @param far  what is read of what is farther than range_max.
+  /// @param range_max  that the messages tell.
   template <typename Far>
-  explicit Drive(double length, double width, double speed, Far&& far) {
+  explicit Drive(double length, double width, double speed, Far&& far,
+                 double range_max = kMaximum) {
     Random random(1);
     for (int i = 0; i < 60; ++i) {
       LaserScan scan;
-      scan.range_max = kMaximum;
+      scan.range_max = range_max;
       const double heading = speed * 0.05 * i;
       for (int k = 0; k < 360; ++k) {
         const double angle = heading + 2.0 * kPi * k / 360.0;
@@ -60,6 +62,14 @@ TEST(NoReturnPile, MayLieABitOff) {
                     [](Random& random) { return kMaximum - 0.05 + 0.01 * random.gaussian(); });
   ASSERT_TRUE(drive.first_range());
   EXPECT_NEAR(*drive.first_range(), kMaximum - 0.1, 0.02);
+}
+
+TEST(NoReturnPile, MayLieFarBelowWhatMessagesTell) {
+  const auto far = [](Random& random) { return kMaximum + 0.01 * random.gaussian(); };
+  const Drive drive(20.0, 30.0, 0.1, far, 8.0 * kMaximum);
+  ASSERT_TRUE(drive.first_range());
+  EXPECT_NEAR(*drive.first_range(), kMaximum - 0.05, 0.02);
+  EXPECT_FALSE(Drive(20.0, 30.0, 0.0, far, 8.0 * kMaximum).first_range()) << "at rest";
 }
 
 TEST(NoReturnPile, IsNotSeenInWallsOrInWhatIsNoReturnAnyway) {

@@ -897,7 +897,7 @@ TEST_F(MapBag, CutsBeamsThatReadTheLargestRangePlusNoise) {
   const Outcome cut = run("--scan-topic /far_scan");
   EXPECT_EQ(cut.exit_code, 0) << cut.output;
   EXPECT_TRUE(contains(cut.output,
-                       "beams of a laser read its range_max plus noise; scan/max_range "
+                       "beams of a laser read one range plus noise; scan/max_range "
                        "is set to 29."))
       << cut.output;
   EXPECT_NEAR(report("configuration/scan~1max_range"), 29.9, 0.02);
