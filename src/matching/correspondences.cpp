@@ -36,6 +36,13 @@ Eigen::Vector2d moved(const ScanPoint& point) {
              : Eigen::Vector2d(point.moved * (point.position - point.origin).normalized());
 }
 
+/// Variance of where a point lies on a surface of unknown direction, over that within a cell, less
+/// that itself.
+double sparseness(const ScanPoint& point) {
+  const double share = known_share(point);
+  return 1.0 / (share * share) - 1.0;
+}
+
 /// Of a place's numbers.
 std::uint64_t hash_of(double x, double y) {
   std::uint64_t x_bits = 0;
@@ -74,15 +81,18 @@ void Correspondences::assign(const std::vector<ScanPoint>& points, const PlacedF
       const Eigen::Vector2d& normal = point.normal;
       row(kNormalC)[count_] = normal.x() * normal.x() - normal.y() * normal.y();
       row(kNormalS)[count_] = 2.0 * normal.x() * normal.y();
+      row(kSpacing)[count_] = sparseness(point);
       total_weight_ += point.weight;
       ++count_;
     }
   }
-  for (const Row of_point : {kX, kY, kMovedX, kMovedY, kWall, kNormalC, kNormalS}) {
+  for (const Row of_point : {kX, kY, kMovedX, kMovedY, kWall, kNormalC, kNormalS, kSpacing}) {
     std::fill(row(of_point) + count_, row(of_point) + padded, 0.0);
   }
   std::fill_n(row(kPresent), kSurfaceRows * padded, 0.0);
-  std::fill_n(row(kOwn), padded, 0.0);
+  for (const Row by_surface : {kC, kS, kOwn}) {
+    std::fill_n(row(by_surface), padded, 0.0);
+  }
   std::fill_n(row(kInformation), padded, 0.0);
   fields_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -230,8 +240,16 @@ void Correspondences::find_own(std::size_t point) {
       double_turn_.x() * row(kNormalC)[point] - double_turn_.y() * row(kNormalS)[point];
   const double normal_s =
       double_turn_.y() * row(kNormalC)[point] + double_turn_.x() * row(kNormalS)[point];
-  const double agreement = normal_c * row(kC)[point] + normal_s * row(kS)[point];
-  row(kOwn)[point] = row(kBlunt)[point] + kAcross * std::max(0.0, -agreement);
+  const double c = row(kSurfaceC)[point];
+  const double s = row(kSurfaceS)[point];
+  const double agreement = normal_c * c + normal_s * s;
+  // What the map does not know of the surface's direction the scan may.
+  const double unknown = row(kPresent)[point] * (1.0 - std::min(1.0, std::sqrt(c * c + s * s)));
+  row(kC)[point] = c + unknown * normal_c;
+  row(kS)[point] = s + unknown * normal_s;
+  const double blunt = row(kBlunt)[point];
+  row(kOwn)[point] = blunt + row(kSpacing)[point] * std::max(0.0, blunt - 1.0) +
+                     kAcross * std::max(0.0, -agreement);
 }
 
 /// What hangs on the points' surfaces alone, and not on where the points lie: how many points there

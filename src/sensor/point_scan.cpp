@@ -232,6 +232,7 @@ void ScanProjector::project(const LaserScan& scan, const Eigen::Isometry3d& base
   for (const std::size_t point : cut_after) {
     result.points[point].joined_to_next = false;
   }
+  add_spacings(result.points);
   add_weights(gaps, options.max_point_weight, result.points);
 }
 

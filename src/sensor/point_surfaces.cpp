@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace matchbox_slam {
 namespace {
@@ -185,12 +186,30 @@ void add_facing_pairs(std::vector<ScanPoint>& points) {
   }
 }
 
+void add_spacings(std::vector<ScanPoint>& points) {
+  const auto beam = [&points](std::size_t i) -> Eigen::Vector2d {
+    return points[i].position - points[i].origin;
+  };
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector2d here = beam(i);
+    double spacing = std::numeric_limits<double>::infinity();
+    for (const std::size_t other : {i - 1, i + 1}) {  // of which one may wrap around
+      if (other < points.size()) {
+        const Eigen::Vector2d there = beam(other);
+        spacing =
+            std::min(spacing, std::abs(there.x() * here.y() - there.y() * here.x()) / there.norm());
+      }
+    }
+    points[i].spacing = std::min(spacing, here.norm());
+  }
+}
+
 void add_weights(const std::vector<double>& gaps, double cap, std::vector<ScanPoint>& points) {
   double before = cap;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double after = i < gaps.size() ? std::min(cap, gaps[i]) : cap;
     // Coincident points would otherwise count nothing at all.
-    points[i].weight = std::max(0.5 * (before + after), 1e-3 * cap);
+    points[i].weight = std::max(0.5 * (before + after) * known_share(points[i]), 1e-3 * cap);
     before = after;
   }
 }

@@ -87,7 +87,11 @@ void add_surfaces(const std::vector<double>& gaps, const ProjectionOptions& opti
 /// are far apart as they graze it.
 void add_facing_pairs(std::vector<ScanPoint>& points);
 
-/// Each point stands for half the way to its neighbours on both sides.
+/// Finds how far apart the beams are at the points.
+void add_spacings(std::vector<ScanPoint>& points);
+
+/// Each point stands for half the way to its neighbours on both sides, as far as the surface is
+/// known there. After `add_spacings`.
 /// @param gaps  of find_gaps.
 /// @param cap   [m] that it stands for at most.
 void add_weights(const std::vector<double>& gaps, double cap, std::vector<ScanPoint>& points);

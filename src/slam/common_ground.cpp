@@ -112,14 +112,21 @@ void keep_what_tells(const PointScan& scan, const Comparison& comparison, PointS
   }
 }
 
-/// The match, moved to where odometry has it along the direction in which the scan holds it least.
-Pose2 let_go(const MatchResult& match, const Pose2& predicted) {
+/// The match, moved to where odometry has it along the direction in which the scan holds it least,
+/// and known no better there.
+MatchResult let_go(const MatchResult& match, const MatchProblem& problem) {
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
   solver.computeDirect(match.covariance.topLeftCorner<2, 2>());
   const Eigen::Vector2d weakest = solver.eigenvectors().col(1);
-  const Eigen::Vector2d moved =
-      weakest.dot(predicted.translation() - match.map_from_base.translation()) * weakest;
-  return displaced(match.map_from_base, {moved.x(), moved.y(), 0.0});
+  const Eigen::Vector2d off =
+      problem.predicted_map_from_base.translation() - match.map_from_base.translation();
+  const Eigen::Vector2d moved = weakest.dot(off) * weakest;
+  MatchResult free = match;
+  free.map_from_base = displaced(match.map_from_base, {moved.x(), moved.y(), 0.0});
+  free.covariance.topLeftCorner<2, 2>() +=
+      weakest.dot(problem.prior_covariance.topLeftCorner<2, 2>() * weakest) * weakest *
+      weakest.transpose();
+  return free;
 }
 
 bool is_same(const Pose2& a, const Pose2& b) {
@@ -152,8 +159,8 @@ MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProb
   if (!first.accepted()) {
     return first;
   }
-  const Comparison comparison(first.map_from_base, let_go(first, problem.predicted_map_from_base),
-                              map);
+  const MatchResult free = let_go(first, problem);
+  const Comparison comparison(first.map_from_base, free.map_from_base, map);
   if (share_drawn(problem.scan, comparison) < kDrawn) {
     return first;
   }
@@ -165,8 +172,11 @@ MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProb
                             problem.recent_scans,
                             problem.seed,
                             problem.search_covariance};
-  const MatchResult second = matcher.match(common);
-  if (!second.accepted() || is_same(second.map_from_base, first.map_from_base)) {
+  MatchResult second = matcher.match(common);
+  if (!second.accepted()) {
+    second = free;  // the rest tells nothing
+  }
+  if (is_same(second.map_from_base, first.map_from_base)) {
     return first;  // which all points have told
   }
   const double for_first = evidence_of(common_, first.map_from_base, map).log_odds -

@@ -251,7 +251,7 @@ ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base, cons
     for (std::size_t k = 0; k < count; ++k) {
       const ScanPoint& point = beams[first + k];
       const BeamSays says = walks[k].says(to_map.turned(point.normal), kCells);
-      log_odds += beams.length(first + k) / kWallOfWitness * says.log_odds;
+      log_odds += known_share(point) * beams.length(first + k) / kWallOfWitness * says.log_odds;
       all += point.weight;
       sum += point.weight * says.log_odds;
       telling += says.tells_of_walls ? point.weight : 0.0;

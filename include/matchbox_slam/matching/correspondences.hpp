@@ -121,14 +121,17 @@ class Correspondences {
     kWall,     ///< length of wall that it stands for [m]
     kNormalC,  ///< of its own surface as kC, in the base frame; 0 without one
     kNormalS,
+    kSpacing,   ///< how much blunter than a cell a surface without a direction is for it
     kPresent,   ///< 1 with a surface; without one, this and all that the surface tells is 0
     kSurfaceX,  ///< its middle, map frame [m]
     kSurfaceY,
-    kC,  ///< the matrix [1 + c, s; s, 1 - c] / 2 projects on the wall's normal; with c = s = 0 it
-    kS,  ///< is half the identity, so that point to line and point to point are one formula
-    kBlunt,     ///< variance of the distance to it, in units of the point's noise, ...
-    kCommon,    ///< ... and of what all points next to it share
-    kOwn,       ///< the former, and more where the scan shows another surface there
+    kSurfaceC,  ///< cosine and sine of the double angle of its normal, 0 without a direction
+    kSurfaceS,
+    kBlunt,   ///< variance of the distance to it, in units of the point's noise, ...
+    kCommon,  ///< ... and of what all points next to it share
+    kC,    ///< the matrix [1 + c, s; s, 1 - c] / 2 projects on the wall's normal; with c = s = 0 it
+    kS,    ///< is half the identity, so that point to line and point to point are one formula
+    kOwn,  ///< the former, and more where the scan shows another surface there
     kRotatedX,  ///< point minus the base's position, map axes [m]
     kRotatedY,
     kOffsetX,  ///< point minus the wall's middle [m]

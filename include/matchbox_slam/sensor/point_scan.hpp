@@ -31,7 +31,17 @@ struct ScanPoint {
   /// How far `straighten_walls` moved the point along its beam, away from the laser [m]; 0 in saved
   /// maps of version 1, which do not keep it.
   double moved = 0.0;
+  /// How far the nearest of the neighbouring beams passes from the point [m].
+  double spacing = 0.0;
 };
+
+/// How much of the surface between a point and its neighbours is known: with a normal all of it,
+/// without one what the beam hit. Where beams are degrees apart, the next scan finds such a surface
+/// anywhere between, and hits that are taken for all of it hold the robot where they were seen.
+[[nodiscard]] inline double known_share(const ScanPoint& point) {
+  constexpr double kHit = 0.05;  // [m], a cell by default; half and double were not tried
+  return point.normal.isZero() && point.spacing > kHit ? kHit / point.spacing : 1.0;
+}
 
 /// A beam that met nothing on its way to `end`.
 struct FreeRay {

@@ -59,11 +59,12 @@ MatchResult HoughMatcher::match(const MatchProblem& problem) const {
   }
   const PlacedScans near = nearest(problem.recent_scans, prior.map_from_base);
   MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);
+  const double prior_weight = weight_beside(problem.scan, options_.prior_weight);
   std::vector<RankedPose> poses;
   for (std::size_t i = 0;
        i < std::min(near.size(), static_cast<std::size_t>(options_.searched_key_scans)); ++i) {
     const std::vector<RankedPose> more =
-        search_key_scan(scan, near[i], searched, options_.prior_weight, options_.alignment).poses;
+        search_key_scan(scan, near[i], searched, prior_weight, options_.alignment).poses;
     poses.insert(poses.end(), more.begin(), more.end());
     result.candidates += more.size();
     sort_and_thin(poses);

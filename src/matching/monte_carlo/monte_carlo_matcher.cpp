@@ -133,7 +133,7 @@ class SearchScore {
       : points_(spread_along_walls(problem.scan.points, options.search_points)),
         tiles_(problem.field, cells_in_reach(problem, points_)),
         cells_per_metre_(1.0 / problem.field.geometry().resolution()),
-        prior_weight_(options.prior_weight) {
+        prior_weight_(weight_beside(problem.scan, options.prior_weight)) {
     const double sigma = problem.field.options().sigma;
     const double reach = problem.field.options().reach;
     for (std::size_t i = 0; i < values_.size(); ++i) {

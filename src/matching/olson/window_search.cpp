@@ -148,7 +148,7 @@ SearchScoring make_scoring(const MatchProblem& problem, double top, const OlsonO
         static_cast<std::uint8_t>(std::lround(kTopLikelihood * std::clamp(value, 0.0, 1.0)));
   }
   scoring.prior_information = prior_information(problem.searched_covariance());
-  scoring.prior_weight = options.prior_weight * top;
+  scoring.prior_weight = top * weight_beside(problem.scan, options.prior_weight);
   if (options.search_floor > 0.0) {
     scoring.floor = static_cast<std::int64_t>(options.search_floor * top) - 1;
   }
