@@ -219,7 +219,7 @@ TEST_P(LaserOdometryIn, TheCovarianceIsHonest) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Worlds, LaserOdometryIn,
-                         testing::Values(Honesty{"rooms", 2.5}, Honesty{"random", 4.1},
+                         testing::Values(Honesty{"rooms", 2.5}, Honesty{"random", 2.4},
                                          Honesty{"loop", 2.5}),
                          [](const auto& honesty) { return std::string(honesty.param.world); });
 
