@@ -26,7 +26,7 @@ double weight_beside(const PointScan& scan, double weight) {
   constexpr double kLeastWall = 1e-3;
   double wall = 0.0;
   for (const ScanPoint& point : scan.points) {
-    wall += point.weight;
+    wall += known_share(point) * point.weight;
   }
   return weight * std::max(1.0, kMuchWall / std::max(wall, kLeastWall));
 }

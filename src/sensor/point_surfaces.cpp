@@ -209,7 +209,7 @@ void add_weights(const std::vector<double>& gaps, double cap, std::vector<ScanPo
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double after = i < gaps.size() ? std::min(cap, gaps[i]) : cap;
     // Coincident points would otherwise count nothing at all.
-    points[i].weight = std::max(0.5 * (before + after) * known_share(points[i]), 1e-3 * cap);
+    points[i].weight = std::max(0.5 * (before + after), 1e-3 * cap);
     before = after;
   }
 }
