@@ -235,6 +235,37 @@ TEST(Correspondences, ASurfaceWithoutDirectionHoldsLess) {
   EXPECT_NEAR(blunt.information(1, 1), 0.5 / 5.5, 1e-3);
 }
 
+/// Between sparse beams it may lie anywhere: within a cell its variance is 4 times the noise's.
+TEST(Correspondences, APointBetweenSparseBeamsHoldsLess) {
+  LikelihoodField field(0.05, LikelihoodFieldOptions{});
+  const Eigen::Vector2d middle(2.02, 0.02);
+  field.update(std::vector<SurfaceHit>(4, {middle, {0.0, 0.0}}), {});
+  const auto information = [&](const Eigen::Vector2d& normal, double spacing) {
+    ScanPoint point = point_at(middle, 0.01);
+    point.normal = normal;
+    point.spacing = spacing;
+    return Correspondences({point}, field, {}).linearise(0.05).information;
+  };
+  EXPECT_NEAR(information({0.0, 0.0}, 0.05)(0, 0), 0.5 / (1.5 + 4.0), 1e-3);
+  EXPECT_NEAR(information({0.0, 0.0}, 0.5)(0, 0), 0.5 / (1.5 + 400.0), 1e-5);
+  EXPECT_NEAR(information({-1.0, 0.0}, 0.5)(0, 0), 1.0 / (1.5 + 4.0), 1e-3) << "a wall goes on";
+}
+
+/// Where the map does not know how a surface runs: across the point's own wall, not along it.
+TEST(Correspondences, ThePointsOwnNormalTellsWhatTheMapDoesNotKnow) {
+  LikelihoodField field(0.05, LikelihoodFieldOptions{});
+  field.update({{{2.02, 0.02}, {0.0, 0.0}}}, {});
+  for (const double heading : {0.0, 0.7, -2.5}) {
+    const Eigen::Rotation2Dd base_from_map(-heading);
+    ScanPoint point = point_at(base_from_map * Eigen::Vector2d(2.02, 0.02), 0.01);
+    point.normal = base_from_map * Eigen::Vector2d(-1.0, 0.0);
+    const NormalEquations pair =
+        Correspondences({point}, field, {0.0, 0.0, heading}).linearise(0.05);
+    EXPECT_GT(pair.information(0, 0), 0.1) << heading;
+    EXPECT_LT(pair.information(1, 1), 1e-3 * pair.information(0, 0)) << heading;
+  }
+}
+
 TEST(Correspondences, TheResidualsTellTheNoise) {
   for (const double noise : {0.003, 0.01, 0.03}) {
     Random random(5);

@@ -36,5 +36,26 @@ TEST(PriorPenalty, ItsSlopeIsTheWeight) {
   }
 }
 
+/// Metres of wall, in pieces of a tenth.
+PointScan scan_of_wall(int tenths, const Eigen::Vector2d& normal, double spacing) {
+  ScanPoint point{{2.0, 0.0}};
+  point.normal = normal;
+  point.weight = 0.1;
+  point.spacing = spacing;
+  PointScan scan;
+  scan.points.assign(static_cast<std::size_t>(tenths), point);
+  return scan;
+}
+
+TEST(WeightBeside, IsTheMoreTheLessWallAScanTellsOf) {
+  const Eigen::Vector2d normal(-1.0, 0.0);
+  EXPECT_EQ(weight_beside(scan_of_wall(200, normal, 0.5), 0.03), 0.03);
+  EXPECT_NEAR(weight_beside(scan_of_wall(50, normal, 0.5), 0.03), 0.03, 1e-12);
+  EXPECT_NEAR(weight_beside(scan_of_wall(10, normal, 0.5), 0.03), 0.15, 1e-12);
+  EXPECT_NEAR(weight_beside(scan_of_wall(10, {0.0, 0.0}, 0.5), 0.03), 1.5, 1e-12)
+      << "of which a tenth is known";
+  EXPECT_TRUE(std::isfinite(weight_beside({}, 0.03)));
+}
+
 }  // namespace
 }  // namespace matchbox_slam

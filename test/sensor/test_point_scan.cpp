@@ -629,6 +629,33 @@ TEST(PointScan, WeightsAreCappedAndPositive) {
   }
 }
 
+TEST(PointScan, SpacingIsHowFarTheNextBeamPasses) {
+  LaserScan scan;
+  scan.angle_increment = 0.1;
+  scan.range_max = 10.0;
+  scan.ranges = {2.0F, 4.0F, 3.0F, 20.0F, 20.0F, 1.0F};
+  const PointScan projected = project(scan, plain());
+  ASSERT_EQ(projected.points.size(), 4U);
+  EXPECT_NEAR(projected.points[0].spacing, 2.0 * std::sin(0.1), 1e-6);
+  EXPECT_NEAR(projected.points[1].spacing, 4.0 * std::sin(0.1), 1e-6)
+      << "however far that one ends";
+  EXPECT_NEAR(projected.points[2].spacing, 3.0 * std::sin(0.1), 1e-6) << "the nearer neighbour";
+  EXPECT_NEAR(projected.points[3].spacing, std::sin(0.3), 1e-6) << "beyond beams without return";
+  scan.ranges = {2.0F};
+  EXPECT_NEAR(project(scan, plain()).points.at(0).spacing, 2.0, 1e-6) << "of a lone one its range";
+}
+
+TEST(PointScan, OfASurfaceWithoutNormalWhatWasHitIsKnown) {
+  ScanPoint point{{2.0, 0.0}};
+  point.spacing = 0.2;
+  EXPECT_EQ(known_share(point), 0.25);
+  point.spacing = 0.04;
+  EXPECT_EQ(known_share(point), 1.0) << "denser than what a beam hits";
+  point.spacing = 0.2;
+  point.normal = {-1.0, 0.0};
+  EXPECT_EQ(known_share(point), 1.0) << "a wall goes on";
+}
+
 TEST(PointScan, NeighboursOnAWallAreJoined) {
   const PointScan scan = scan_of_room(1000, 6.2);
   std::size_t on_one_wall = 0;

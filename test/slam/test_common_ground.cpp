@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <cstddef>
+#include <vector>
+
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matching/match_scene.hpp"
 #include "simulation/make_world.hpp"
@@ -24,6 +27,57 @@ TEST(CommonGround, FollowsAScanThatIsKnownWherePredictionsAreWrong) {
     const MatchResult found = common.match(matcher, problem, scene.map);
     EXPECT_LT(shift_between(scene.map_from_base, found.map_from_base).head<2>().norm(), 0.01);
   }
+}
+
+/// A piece of a straight wall, 1 m beside the robot.
+PointScan wall_between(double from, double to) {
+  PointScan scan;
+  for (double x = from; x <= to; x += 0.05) {
+    ScanPoint point{{x, 1.0}};
+    point.normal = {0.0, -1.0};
+    point.weight = 0.05;
+    scan.points.push_back(point);
+  }
+  return scan;
+}
+
+/// Finds a scan of so many points at a pose, and one of fewer nowhere.
+class MatcherOfWholeScans : public ScanMatcher {
+ public:
+  MatcherOfWholeScans(std::size_t points, const Pose2& answer) : points_(points), answer_(answer) {}
+  void configure(const Parameters& /*parameters*/) override {}
+  [[nodiscard]] std::vector<OptionDescription> options() const override { return {}; }
+  [[nodiscard]] MatchResult match(const MatchProblem& problem) const override {
+    if (problem.scan.points.size() < points_) {
+      return rejected(problem, MatchStatus::kRejectedTooFewPoints);
+    }
+    MatchResult result = rejected(problem, MatchStatus::kAccepted);
+    result.map_from_base = answer_;
+    result.score = 0.5;
+    result.covariance = Eigen::Vector3d(1e-4, 1e-5, 1e-6).asDiagonal();
+    return result;
+  }
+
+ private:
+  std::size_t points_;
+  Pose2 answer_;
+};
+
+/// Along a wall nothing tells how far it is but where the known part ends, which is no end.
+TEST(CommonGround, LeavesItToOdometryWhereNothingElseTells) {
+  SlamMap map{MapOptions{}, LikelihoodFieldOptions{}};
+  insert_scan(wall_between(-2.0, 0.0), {}, {}, map);
+  const PointScan scan = wall_between(-0.6, 1.4);
+  const PlacedScans none;
+  const Pose2 odometry{0.7, 0.0, 0.0};
+  const MatchProblem problem{scan, odometry, prior_of(0.3, 0.02), map.field, none, 1};
+  const MatcherOfWholeScans drawn(scan.points.size(), {0.2, 0.001, 0.0});
+  const MatchResult match = CommonGroundMatch().match(drawn, problem, map);
+  EXPECT_TRUE(match.accepted());
+  EXPECT_NEAR(match.map_from_base.x, odometry.x, 1e-9);
+  EXPECT_NEAR(match.map_from_base.y, 0.001, 1e-9) << "across the wall it is as matched";
+  EXPECT_NEAR(match.covariance(0, 0), 0.3 * 0.3 + 1e-4, 1e-9) << "known no better";
+  EXPECT_NEAR(match.covariance(1, 1), 1e-5, 1e-9);
 }
 
 /// A laser of 120 degrees in rooms, which maps what it saw up to half a metre ago: how often a

@@ -213,6 +213,19 @@ TEST(ScanEvidence, HasAWitnessEachBeamThatIsFarFromTheNext) {
   EXPECT_NEAR(of_two.log_odds, of_two.mean, 1e-9) << "1 m apart";
 }
 
+/// What is between them may be anything.
+TEST(ScanEvidence, CountsOfSparsePointsWithoutNormalWhatTheyHit) {
+  const SlamMap map = map_of_wall();
+  PointScan scan = fan([](int /*beam*/) { return true; }, 4);
+  for (ScanPoint& point : scan.points) {
+    point.normal.setZero();
+    point.spacing = 0.5;
+  }
+  const ScanEvidence evidence = evidence_of(scan, {}, map);
+  EXPECT_NEAR(evidence.log_odds, 0.1 * evidence.mean * (4 - 1), 1e-9) << "0.05 of 0.5 m";
+  EXPECT_GT(evidence.mean, 1.0);
+}
+
 /// Its other side lies behind it, as far as it is thick, and nothing is known of that.
 TEST(ScanEvidence, SaysNothingOfTheOtherSideOfAWall) {
   const SlamMap map = map_of_wall();
