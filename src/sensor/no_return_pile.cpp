@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -19,6 +20,10 @@ constexpr double kDeviations = 5.0;
 constexpr std::size_t kSectors = 12;
 constexpr std::size_t kFewestSectors = 8;
 constexpr float kMoved = 0.5F;  // [m], of what else is seen
+// Sectors of one scan, of a pile below range_max, and how many scans have so many: the end of a
+// corridor fills one, or two, and as the robot turns all of them, one after the other.
+constexpr std::size_t kSectorsAtOnce = 3;
+constexpr std::size_t kFewestAtOnce = 10;
 
 /// Reorders the values.
 template <typename Value>
@@ -76,7 +81,8 @@ std::optional<double> NoReturnPile::first_range() const {
     return std::nullopt;
   }
   const bool is_at_range_max = static_cast<double>(largest_) > range_max_ - 0.5 * kWidth;
-  return is_at_range_max || has_moved(pile) ? first_of(pile) : std::nullopt;
+  return is_at_range_max || (has_moved(pile) && is_all_around(pile)) ? first_of(pile)
+                                                                     : std::nullopt;
 }
 
 /// How many there are but for those of the beam that has most: some logs have one that reads the
@@ -100,6 +106,17 @@ bool NoReturnPile::has_moved(const std::vector<Reading>& pile) const {
     }
   }
   return farthest - nearest > kMoved;
+}
+
+bool NoReturnPile::is_all_around(const std::vector<Reading>& pile) const {
+  std::vector<std::bitset<kSectors>> sectors(median_range_.size());
+  for (const Reading& reading : pile) {
+    sectors[reading.scan].set(reading.beam * kSectors / beams_);
+  }
+  const auto scans = std::count_if(sectors.begin(), sectors.end(), [](const auto& of_scan) {
+    return of_scan.count() >= kSectorsAtOnce;
+  });
+  return static_cast<std::size_t>(scans) >= kFewestAtOnce;
 }
 
 /// What is range_max or more is no return by itself: the others have to be many.

@@ -34,6 +34,7 @@ class NoReturnPile {
   [[nodiscard]] std::optional<double> first_of(const std::vector<Reading>& pile) const;
   [[nodiscard]] std::size_t without_stuck_beam(const std::vector<Reading>& readings) const;
   [[nodiscard]] bool has_moved(const std::vector<Reading>& pile) const;
+  [[nodiscard]] bool is_all_around(const std::vector<Reading>& pile) const;
   void drop_short_ones();
 
   double range_max_ = 0.0;           ///< [m]

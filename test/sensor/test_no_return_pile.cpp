@@ -72,6 +72,22 @@ TEST(NoReturnPile, MayLieFarBelowWhatMessagesTell) {
   EXPECT_FALSE(Drive(20.0, 30.0, 0.0, far, 8.0 * kMaximum).first_range()) << "at rest";
 }
 
+/// A robot that turns on the spot sees the end of a corridor in all directions, one by one.
+TEST(NoReturnPile, IsNotTheEndOfACorridor) {
+  NoReturnPile pile;
+  for (int i = 0; i < 60; ++i) {
+    LaserScan scan;
+    scan.range_max = 80.0;
+    for (int k = 0; k < 120; ++k) {
+      const double angle = degrees_to_radians(k + 0.5 + 6.0 * i);
+      const double ahead = (std::cos(angle) > 0.0 ? 20.0 : 12.0) / std::abs(std::cos(angle));
+      scan.ranges.push_back(static_cast<float>(std::min(ahead, 1.0 / std::abs(std::sin(angle)))));
+    }
+    pile.add(scan);
+  }
+  EXPECT_FALSE(pile.first_range());
+}
+
 TEST(NoReturnPile, IsNotSeenInWallsOrInWhatIsNoReturnAnyway) {
   const auto infinite = [](Random& /*random*/) { return kInfinity; };
   const auto maximum = [](Random& /*random*/) { return kMaximum; };
