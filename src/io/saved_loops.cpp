@@ -50,7 +50,12 @@ void transfer_loop(Archive& archive, Loop& loop, std::size_t nodes) {
   transfer_covariance(archive, "a loop", loop.found.covariance);
   archive.number(loop.found.score);
   archive.number(loop.found.rival_share);
-  archive.number(loop.found.contradiction);
+  if (archive.version() >= 15) {
+    archive.number(loop.found.log_odds);
+  } else {
+    double contradiction = 0.0;  // the share of beams through walls
+    archive.number(contradiction);
+  }
   archive.flag(loop.believed);
   archive.number(loop.chi_square, kLargest);
   archive.number(loop.moved);

@@ -49,6 +49,11 @@ constexpr std::array<std::pair<const char*, const char*>, 2> kRenamed = {
 
 /// Options of version 1 whose place others have taken.
 void reject_former(const std::string& key, const std::string& section) {
+  if (key == "loops/most_contradiction" || key == "loops/least_mutual_fit") {
+    throw ConfigurationError(key +
+                             ": there is no such option since version 2; loops/decisive took "
+                             "its place: see doc/parameters.md");
+  }
   if (section == "doubt" || section == "tracking") {
     throw ConfigurationError(key + ": there is no such option since version 2; hypotheses/" +
                              (key == "doubt/enabled" ? "enabled" : "*") +

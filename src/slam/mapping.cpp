@@ -9,6 +9,7 @@
 #include "matching/rendered_map.hpp"
 #include "slam/local_scans.hpp"
 #include "slam/match_validation.hpp"
+#include "slam/scan_evidence.hpp"
 #include "slam/superfluous_scans.hpp"
 
 namespace matchbox_slam {
@@ -38,7 +39,8 @@ std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_ba
   if (is_convincing(found)) {
     return found.match.map_from_base;
   }
-  return is_out_of_place(scan, map_from_base, map) ? std::nullopt : std::optional(map_from_base);
+  return is_badly_explained(evidence_of(scan, map_from_base, map)) ? std::nullopt
+                                                                   : std::optional(map_from_base);
 }
 
 }  // namespace

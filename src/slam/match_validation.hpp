@@ -1,7 +1,6 @@
 #pragma once
 
 #include "matchbox_slam/map/occupancy_grid.hpp"
-#include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 
 namespace matchbox_slam {
@@ -24,10 +23,5 @@ struct CheckedMatch {
 /// Whether a match is known to be right by itself: a good fit in one place alone, with hardly a
 /// beam through walls, by a search that was not ended early.
 [[nodiscard]] bool is_convincing(const CheckedMatch& checked);
-
-/// Whether a scan was not taken there: its beams would go through walls, or it lies on mapped
-/// ground and does not fit.
-[[nodiscard]] bool is_out_of_place(const PointScan& scan, const Pose2& map_from_base,
-                                   const SlamMap& map);
 
 }  // namespace matchbox_slam

@@ -18,10 +18,6 @@ constexpr double kMostOfScan = 6.0;
 /// Of motions that are right 99.9 % are closer to the prediction: squared Mahalanobis distance of
 /// three degrees of freedom.
 constexpr double kMostOfMotion = 16.27;
-/// Mean evidence of a beam over the share that ends on known ground, below which other poses are
-/// searched. Of the scans of csail and acapulco 95 % have 3 and more, and wrong poses -1.6 to 1;
-/// half of it, or half as much again, changes neither log.
-constexpr double kBadlyExplained = 1.0;
 /// [m] or [rad], from one search to the next.
 constexpr double kBetweenSearches = 0.2;
 /// [m] without a scan that tells hypotheses apart, after which the leading one is believed.
@@ -158,8 +154,7 @@ void PoseHypotheses::note_motion(const Step& step, double leading) {
 }
 
 bool PoseHypotheses::is_search_due(const Outcome& outcome, bool is_odometry_improbable) const {
-  const ScanEvidence& evidence = outcome.evidence;
-  const bool is_bad = evidence.mean < std::max(0.0, kBadlyExplained * evidence.known);
+  const bool is_bad = is_badly_explained(outcome.evidence);
   return is_odometry_improbable || ((is_bad || outcome.is_jump) &&
                                     (!state_.fork || state_.fork->searched >= kBetweenSearches));
 }

@@ -266,4 +266,12 @@ ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base, cons
           telling > 0.0 ? telling_sum / telling : 0.0};
 }
 
+bool is_badly_explained(const ScanEvidence& evidence) {
+  // Mean evidence of a beam over the share that ends on known ground. Of the scans of csail and
+  // acapulco 95 % have 3 and more, and wrong poses -1.6 to 1; half of it, or half as much again,
+  // changes neither log.
+  constexpr double kLeast = 1.0;
+  return evidence.mean < std::max(0.0, kLeast * evidence.known);
+}
+
 }  // namespace matchbox_slam

@@ -20,4 +20,7 @@ namespace matchbox_slam {
 [[nodiscard]] ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base,
                                        const SlamMap& map);
 
+/// Whether so little of a scan fits what is known where it ends that it may be of elsewhere.
+[[nodiscard]] bool is_badly_explained(const ScanEvidence& evidence);
+
 }  // namespace matchbox_slam

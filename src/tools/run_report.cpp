@@ -113,7 +113,7 @@ json loop_facts(const SlamRun& run) {
                                       {"stamp_there", keys[loop.found.key].scan->stamp()},
                                       {"score", rounded(loop.found.score)},
                                       {"rival_share", rounded(loop.found.rival_share)},
-                                      {"contradiction", rounded(loop.found.contradiction)},
+                                      {"log_odds", rounded(loop.found.log_odds)},
                                       {"chi_square", rounded(loop.chi_square)},
                                       {"moved_m", rounded(loop.moved)}});
                   }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "common/error_text.hpp"
+#include "io/gzip.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
@@ -24,7 +25,7 @@ LoopState sound_loops() {
                        {1, 2, {}, covariance},
                        {0, 2, {}, covariance, EdgeKind::kLoop, Belief::kDisbelieved}};
   loops.graph.edges[1].drift = {0.001, 0.002, 0.003};
-  loops.loops = {{{0, {0.1, 0.2, 0.3}, covariance, 0.9, 0.5, 0.05}, 2, true, 1.5, 0.25}};
+  loops.loops = {{{0, {0.1, 0.2, 0.3}, covariance, 0.9, 0.5, 7.5}, 2, true, 1.5, 0.25}};
   loops.way = 0.75;
   loops.tries = 7;
   loops.pending = PendingLoopWork{1, 2, true, false, true};
@@ -68,7 +69,7 @@ TEST(SavedLoops, ComeBack) {
   EXPECT_EQ(loop.found.key_from_newest, sound.loops.front().found.key_from_newest);
   EXPECT_EQ(loop.found.score, 0.9);
   EXPECT_EQ(loop.found.rival_share, 0.5);
-  EXPECT_EQ(loop.found.contradiction, 0.05);
+  EXPECT_EQ(loop.found.log_odds, 7.5);
   EXPECT_TRUE(loop.believed);
   EXPECT_EQ(loop.chi_square, 1.5);
   EXPECT_EQ(loop.moved, 0.25);
@@ -80,6 +81,26 @@ TEST(SavedLoops, ComeBack) {
   EXPECT_TRUE(again.pending->is_search_due);
   EXPECT_FALSE(again.pending->is_near_due);
   EXPECT_TRUE(again.pending->is_abandoned);
+}
+
+/// Which had the share of beams through walls where the log odds are now.
+TEST(SavedLoops, OfVersion14HaveNoLogOdds) {
+  const EngineOptions options;
+  EngineState start{SlamMap(options.map, options.field), {}, {}, {}, 0};
+  for (int i = 0; i < 3; ++i) {
+    start.key_scans.add(PointScan{}, 0, {});
+  }
+  start.loops = sound_loops();
+  std::string bytes = decompress(to_saved_map(start), "map");
+  const std::string head = "matchbox_slam map, version ";
+  bytes.replace(head.size(), 2, "14");
+  const TemporaryFolder folder;
+  replace_file(folder / "map.slam", compress(bytes));
+  const LoopState again = read_saved_map(folder / "map.slam").loops;
+  ASSERT_EQ(again.loops.size(), 1U);
+  EXPECT_EQ(again.loops.front().found.log_odds, 0.0);
+  EXPECT_EQ(again.loops.front().found.rival_share, 0.5);
+  EXPECT_EQ(again.loops.front().moved, 0.25);
 }
 
 TEST(SavedLoops, NameNoKeyScanThatThereIsNot) {

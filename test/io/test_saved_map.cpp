@@ -216,7 +216,7 @@ TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
   EXPECT_EQ(points->points[3].position.x(), -0.73786027155316258);
   EXPECT_EQ(points->stamp, 1.1);
   write(to_saved_map(start));
-  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 14";
+  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 15";
 }
 
 /// Written before lasers could be tilted, after ten scans of twelve beams.
@@ -323,7 +323,7 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   map.occupancy.restore({1, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
   std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 14\n").size() + 4 * 8;
+  const std::size_t first_cell = std::string("matchbox_slam map, version 15\n").size() + 4 * 8;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
@@ -382,9 +382,9 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
 TEST_F(SavedMap, AMapOfANewerVersionIsNotDamaged) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  bytes.replace(head.size(), 2, "15");
+  bytes.replace(head.size(), 2, "16");
   write(compress(bytes));
-  EXPECT_TRUE(contains(error(), "is a saved map of version 15; this program reads 1 to 14: "));
+  EXPECT_TRUE(contains(error(), "is a saved map of version 16; this program reads 1 to 15: "));
   EXPECT_THROW(
       {
         try {
@@ -423,7 +423,7 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t head = std::string("matchbox_slam map, version 14\n").size();
+  const std::size_t head = std::string("matchbox_slam map, version 15\n").size();
   const auto error_with = [&](double number, std::size_t at) {
     std::string sound(bytes, at, sizeof number);
     std::memcpy(bytes.data() + at, &number, sizeof number);

@@ -342,7 +342,7 @@ class SlamLoop : public testing::Test {
     set_parameters("/looping", folder_);
     ros::param::set("/looping/matcher", "odometry_only");
     // Where odometry alone places them, neighbouring key scans hardly fit each other.
-    ros::param::set("/looping/loops/least_mutual_fit", 0.4);
+    ros::param::set("/looping/loops/decisive", 0.0);
     ros::param::set("/looping/map_update_interval", 0.2);
   }
 
@@ -478,7 +478,7 @@ TEST_F(SlamLoop, MovesAllThatTheNodePublishes) {
   ASSERT_TRUE(ros::service::call("/looping/save_map", save));
   const Outcome mapped = run_command(
       MATCHBOX_MAP_BAG, bag_ +
-                            " --quiet --matcher odometry_only --set loops/least_mutual_fit=0.4"
+                            " --quiet --matcher odometry_only --set loops/decisive=0"
                             " --out " +
                             (folder_ / "map_bag"));
   ASSERT_EQ(mapped.exit_code, 0) << mapped.output;

@@ -189,6 +189,8 @@ TEST(SlamSetup, SaysHowARenamedOptionIsCalledNow) {
   EXPECT_EQ(refusal_of("motion: {least_share: 1}"),
             "motion/least_share: since version 2 this option is called motion/min_noise_scale; "
             "write that");
+  EXPECT_TRUE(
+      contains(refusal_of("loops: {least_mutual_fit: 0.5}"), "loops/decisive took its place"));
   EXPECT_TRUE(contains(refusal_of("loops: {apart: 1}"), "called loops/max_relative_sigma"));
 }
 

@@ -194,10 +194,11 @@ TEST(FindLoop, DoesNotDependOnTheMapsFrame) {
 TEST(FindLoop, SearchesAsFarAsItMayHaveDrifted) {
   const DriftedDrive driven = twice_through_rooms({2.0, 0.0, 0.0});
   EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 0.5, {}));
-  expect_true(find_loop(driven.keys(), kCandidate, 0.8, {}), driven, kCandidate);
+  expect_true(find_loop(driven.keys(), kCandidate, 1.0, {}), driven, kCandidate);
+  EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 0.8, {})) << "hardly ever so far off";
   LoopOptions options;
   options.max_window = 1.5;
-  EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 0.8, options));
+  EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 1.0, options));
 }
 
 TEST(FindLoop, WhatFitsTooLittleIsNone) {
@@ -212,8 +213,10 @@ TEST(FindLoop, WhatFitsTooLittleIsNone) {
   options.most_rival = found->rival_share - 0.001;
   EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 0.5, options)) << "another fits as well";
   options = {};
-  options.least_mutual_fit = 1.0;
-  EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 0.5, options)) << "either time saw more";
+  options.decisive = found->log_odds + 0.001;
+  EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 0.5, options)) << "too few scans speak for it";
+  options.decisive = found->log_odds - 0.001;
+  EXPECT_TRUE(find_loop(driven.keys(), kCandidate, 0.5, options));
 }
 
 /// The walls of a block of 3 m by 2 m; a robot drives round it.
@@ -242,14 +245,8 @@ TEST(FindLoop, TheInsideOfWallsIsNotTheirOutside) {
   }
   EXPECT_FALSE(find_loop(closet.keys(), 10, 0.3, {}));
   LoopOptions options;
-  options.most_contradiction = 1.0;
-  options.least_mutual_fit = -1.0;
-  const auto fits = find_loop(closet.keys(), 10, 0.3, options);
-  ASSERT_TRUE(fits) << "it fits but for that";
-  EXPECT_GT(fits->contradiction, 0.9);
-  options.least_mutual_fit = 0.3;
-  EXPECT_FALSE(find_loop(closet.keys(), 10, 0.3, options))
-      << "beams through walls count there, too";
+  options.decisive = -100.0;
+  EXPECT_FALSE(find_loop(closet.keys(), 10, 0.3, options)) << "whatever its scans say";
 
   DriftedDrive block = round_a_block();
   for (std::size_t i = 0; i < kMerged; ++i) {

@@ -18,9 +18,8 @@ struct LoopOptions {
   double search_way = 1.0;
   double max_window = 10.0;
   double least_score = 0.55;
-  double most_rival = 0.95;
-  double most_contradiction = 0.1;
-  double least_mutual_fit = 0.55;
+  double most_rival = 0.9;
+  double decisive = 3.5;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -42,11 +41,11 @@ struct LoopOptions {
            "A loop fits at least this well.");
     option(self.most_rival, "most_rival", between(0.0, 1.0), "",
            "A place is no loop when another one fits more than this share as well.");
-    option(self.most_contradiction, "most_contradiction", between(0.0, 1.0), "",
-           "A place is no loop when more than this share of the beams cross walls there.");
-    option(self.least_mutual_fit, "least_mutual_fit", between(-1.0, 1.0), "",
-           "A loop fits at least this well on ground that was seen both times, less the shares of "
-           "what either time saw where the other saw free ground, and of beams that cross walls.");
+    option(
+        self.decisive, "decisive", between(-100.0, 100.0), "",
+        "Log odds from which on a place is a loop. Each of the newest eight key scans that agrees "
+        "with the map there adds up to 0.8, one that does not takes up to 5 away, and so does a "
+        "place that is far from where the graph has it.");
   }
 };
 
@@ -57,7 +56,7 @@ struct FoundLoop {
   Eigen::Matrix3d covariance;  ///< of that, over (x, y, theta) of the key's frame
   double score = 0.0;
   double rival_share = 0.0;
-  double contradiction = 0.0;
+  double log_odds = 0.0;  ///< against its being none, by the newest key scans
 };
 
 /// A loop that was tried, for reports.
