@@ -102,7 +102,9 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
                  text_of_topics() + "; scan frame " + survey.scan_frame + "; base frame " +
                  motion.frames.base + motion.told);
   choose_clock(survey, options);
-  facts_.no_return_from = survey.no_return_from;
+  facts_.no_return_from =
+      find_no_returns(reader_, facts_.scan_topics, dialog_.is_interrupted, cloud);
+  require_not_interrupted();
   options.scan_topics = facts_.scan_topics;
   ScanQueueSettings settings =
       queue_settings(options, read_projection_options(parameters).max_tilt,

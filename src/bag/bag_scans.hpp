@@ -43,7 +43,7 @@ struct BagFacts {
   int threads = 1;
   double scan_time_offset = 0.0;                 ///< [s] that was applied
   std::optional<double> estimated_clock_offset;  ///< [s]
-  std::optional<double> no_return_from;          ///< [m], as of BagSurvey
+  std::optional<double> no_return_from;          ///< [m], as find_no_returns
   std::string ignored_map_link;                  ///< empty: none
   std::size_t invalid_transforms = 0;
   std::size_t invalid_odometry = 0;  ///< messages on its topic

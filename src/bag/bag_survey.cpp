@@ -15,7 +15,7 @@ namespace {
 // Guesses: half and double were not tried. Logs with a scan each metre have so many after minutes.
 constexpr double kSurveySeconds = 10.0;
 constexpr double kLongestSurvey = 120.0;  // [s]
-constexpr std::size_t kSurveyScans = 60;
+constexpr std::size_t kSurveyScans = 60;  // of all lasers together: frames and clocks are theirs
 const std::set<std::string> kNoParents;
 
 std::string list_of(const std::vector<std::string>& words) {
@@ -47,6 +47,19 @@ std::optional<BagMessage> next_of(BagStream& stream, BagSurvey& survey) {
       throw;
     }
     survey.damage = error.what();
+    return std::nullopt;
+  }
+}
+
+/// The next scan; none, too, where the bag is damaged, which whoever maps it is told.
+std::optional<BagMessage> next_scan(BagStream& stream) {
+  try {
+    std::optional<BagMessage> message;
+    do {
+      message = stream.next();
+    } while (message && !std::holds_alternative<ScanMessage>(message->content));
+    return message;
+  } catch (const BagError&) {
     return std::nullopt;
   }
 }
@@ -264,7 +277,6 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
                      bool is_laser_placed) {
   BagSurvey survey;
   ClockComparison clocks;
-  std::map<int, NoReturnPile> piles;
   std::optional<ros::Time> begin;
   std::size_t scans = 0;
   const std::unique_ptr<BagStream> stream = reader.stream(scan_topics, period, {}, cloud);
@@ -284,9 +296,6 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
         survey.scan_frame = without_leading_slash(scan->header.frame_id);
       }
       clocks.add_scan(scan->header.stamp, message->time);
-      if (find_defect(*scan).empty()) {
-        piles[message->laser].add(to_laser_scan(*scan));
-      }
     }
     begin = begin ? begin : message->time;
     const bool knows_place =
@@ -298,11 +307,37 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
   }
   survey.moving = clocks.moving();
   survey.scan_time_offset = clocks.offset();
-  for (const auto& [laser, pile] : piles) {
-    const std::optional<double> from = pile.first_range();
-    survey.no_return_from = from ? from : survey.no_return_from;
-  }
   return survey;
+}
+
+std::optional<double> find_no_returns(const BagReader& reader,
+                                      const std::vector<std::string>& scan_topics,
+                                      const std::function<bool()>& is_interrupted,
+                                      const CloudOptions& cloud) {
+  const std::unique_ptr<BagStream> stream = reader.stream(scan_topics, {}, {}, cloud);
+  std::map<int, NoReturnPile> piles;
+  std::optional<ros::Time> begin;
+  while (const std::optional<BagMessage> message = next_scan(*stream)) {
+    begin = begin ? begin : message->time;
+    if (seconds_between(*begin, message->time) > kLongestSurvey ||
+        (is_interrupted && is_interrupted())) {
+      break;
+    }
+    const auto& scan = std::get<ScanMessage>(message->content).scan;
+    NoReturnPile& pile = piles[message->laser];
+    if (!pile.is_complete() && find_defect(*scan).empty()) {
+      pile.add(to_laser_scan(*scan));
+      if (pile.first_range()) {
+        return pile.first_range();
+      }
+    }
+    if (piles.size() == scan_topics.size() &&
+        std::all_of(piles.begin(), piles.end(),
+                    [](const auto& one) { return one.second.is_complete(); })) {
+      break;
+    }
+  }
+  return std::nullopt;
 }
 
 std::vector<std::string> choose_scan_topics(const BagReader& reader,

@@ -25,19 +25,25 @@ struct BagSurvey {
   /// To be added to the stamps of scans so that they agree with tf's [s]: by how much the two
   /// differ from the time of recording, in the median. None without scans or tf.
   std::optional<double> scan_time_offset;
-  /// The range [m] from which on readings of any laser are no return, as NoReturnPile finds it.
-  std::optional<double> no_return_from;
   std::string damage;  ///< why it ends early; empty: it does not
 };
 
-/// Reads the first ten seconds of a period, and on until a scan and its frame's place in tf are
-/// seen, but where it is known otherwise. Ends early when interrupted, or where the bag is damaged
-/// after a scan.
+/// Reads the first ten seconds of a period, or its first sixty scans where these take longer, two
+/// minutes at most, and on until a scan and its frame's place in tf are seen, but where it is known
+/// otherwise. Ends early when interrupted, or where the bag is damaged after a scan.
 [[nodiscard]] BagSurvey survey_bag(const BagReader& reader,
                                    const std::vector<std::string>& scan_topics,
                                    const BagPeriod& period, const std::string& map_frame,
                                    const std::function<bool()>& is_interrupted = {},
                                    const CloudOptions& cloud = {}, bool is_laser_placed = false);
+
+/// The range [m] from which on readings of a laser are no return, as NoReturnPile finds it first:
+/// from the beginning of the recording, whatever part of it is asked for, so that who maps it in
+/// pieces, each going on with the map of the one before, has the same for all of them.
+[[nodiscard]] std::optional<double> find_no_returns(const BagReader& reader,
+                                                    const std::vector<std::string>& scan_topics,
+                                                    const std::function<bool()>& is_interrupted,
+                                                    const CloudOptions& cloud);
 
 /// The topics asked for, or the only one that there is: with laser scans, else with those of
 /// several echoes, else with clouds. Throws ConfigurationError listing the scan topics when there

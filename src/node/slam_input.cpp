@@ -172,16 +172,17 @@ std::vector<std::string> SlamInput::silent_topics() {
   return silent;
 }
 
-/// By the number of scans alone, so that the same recording is always cut at the same scan.
 std::optional<double> SlamInput::look_for_no_returns(const ScanMessage& message, int laser) {
-  constexpr int kWatched = 60;  // scans, as the survey of a bag
   const sensor_msgs::LaserScan& scan = *message.scan;
-  if (!on_no_returns_ || watched_scans_ == kWatched || !find_defect(scan).empty()) {
+  if (!on_no_returns_) {
     return std::nullopt;
   }
-  ++watched_scans_;
-  no_returns_[laser].add(to_laser_scan(scan));
-  return no_returns_[laser].first_range();
+  NoReturnPile& pile = no_returns_[laser];
+  if (!pile.is_complete() && find_defect(scan).empty()) {
+    pile.add(to_laser_scan(scan));
+    return pile.first_range();
+  }
+  return std::nullopt;
 }
 
 void SlamInput::warn_of_map_link(const TransformEvent& event) {

@@ -79,7 +79,6 @@ class SlamInput {
   std::map<std::string, ros::Time> odometry_nodes_;  ///< when each has told where the base is last
   bool told_of_second_odometry_ = false;
   std::map<int, NoReturnPile> no_returns_;  ///< by laser
-  int watched_scans_ = 0;
 
   std::vector<ros::Subscriber> scan_subscribers_;
   ros::Subscriber imu_subscriber_;

@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
+#include <rosbag/bag.h>
 #include <std_msgs/String.h>
 
 #include "bag/bag_survey.hpp"
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/common/options.hpp"
+#include "matchbox_slam/common/random.hpp"
 #include "ros/messages.hpp"
 #include "ros/scan_types.hpp"
 
@@ -49,6 +51,28 @@ TEST_F(SurveyBag, CompletesWhatWasAskedFor) {
   EXPECT_TRUE(contains(
       error_text<ConfigurationError>([&] { (void)choose_frames(found, {}, "world", true); }),
       "above it are: base_link, odom"));
+}
+
+/// Of the second of two lasers, 20 of whose scans lie behind 60 of the first one's.
+TEST_F(SurveyBag, FindsNoReturnsByEachLasersOwnScans) {
+  write_small_bag(path_);
+  rosbag::Bag bag(path_, rosbag::bagmode::Append);
+  Random random(1);
+  for (int i = 0; i < 40; ++i) {
+    sensor_msgs::LaserScan scan = make_scan(1000.01 + 0.1 * i);
+    for (std::size_t k = 0; k < scan.ranges.size(); k += 2) {
+      scan.ranges[k] = scan.range_max + 0.02F * static_cast<float>(random.gaussian());
+    }
+    bag.write("/far_scan", ros::Time(1060.0 + 0.1 * i), scan);
+  }
+  bag.close();
+  const BagReader reader({path_});
+  EXPECT_FALSE(find_no_returns(reader, {"/scan"}, {}, {}));
+  const std::optional<double> alone = find_no_returns(reader, {"/far_scan"}, {}, {});
+  ASSERT_TRUE(alone);
+  EXPECT_NEAR(*alone, 29.9, 0.03);
+  EXPECT_EQ(find_no_returns(reader, {"/scan", "/far_scan"}, {}, {}), alone);
+  EXPECT_FALSE(find_no_returns(reader, {"/far_scan"}, [] { return true; }, {}));
 }
 
 TEST_F(SurveyBag, RefusesFramesThatAreSwapped) {
