@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "io/saved_parts.hpp"
+#include "slam/image_views.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -39,14 +40,14 @@ void transfer_laser(Archive& archive, Pose& pose) {
   }
 }
 
-/// Before version 5 no beam was cut for its height. What is seen in an image has a stamp below 0.
+/// Before version 5 no beam was cut for its height. What is seen in an image its stamp tells.
 template <typename Archive, typename Measured>
 void transfer_measured(Archive& archive, Measured& measured) {
   constexpr double kLargestFloat = 3.5e38;
   auto& scan = measured.scan;
   archive.number(scan.stamp, kLargest);
   if constexpr (Archive::kReads) {
-    measured.is_of_image = scan.stamp < 0.0;
+    measured.is_of_image = is_image_stamp(scan.stamp);
   }
   for (auto* value : {&scan.angle_min, &scan.angle_increment, &scan.time_increment}) {
     archive.number(*value, kLargestFloat);

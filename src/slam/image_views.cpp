@@ -60,7 +60,7 @@ KeyScans image_views(const ImageWalls& walls, double resolution, const Pose2& ma
     const double heading = free_heading(place, views.all());
     MeasuredScan view =
         view_from(pixel, wrap_angle(heading - map_from_image.theta), walls, resolution);
-    view.scan.stamp = static_cast<double>(i) - static_cast<double>(places.size());
+    view.scan.stamp = image_stamp(i, places.size());
     views.add(std::move(view), 0, {place.x(), place.y(), heading});
   }
   return views;
