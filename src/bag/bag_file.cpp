@@ -42,7 +42,9 @@ void require_readable_file(const std::string& path) {
     throw ConfigurationError("bag '" + path + "' does not exist");
   }
   if (fs::is_directory(status)) {
-    throw ConfigurationError("bag '" + path + "' is a folder, not a bag file");
+    throw ConfigurationError("'" + path +
+                             "' is a folder without a recording: it holds no metadata.yaml, .db3 "
+                             "or .mcap of ROS 2; of ROS 1 and CARMEN give the files themselves");
   }
   if (fs::is_regular_file(status) && fs::file_size(path, error) == 0) {
     throw BagError("bag '" + path + "' is empty (0 bytes)");

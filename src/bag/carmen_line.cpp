@@ -20,7 +20,8 @@ constexpr std::size_t kConfigWords = 7;   // of RAWLASER and ROBOTLASER, before 
 constexpr double kCarmenMaxRange = 80.0;  // [m] CARMEN's own; farther readings are no return
 constexpr double kLastStamp = 4294967295.0;
 
-/// Messages that have nothing to map from.
+/// Messages that have nothing to map from, and the poses of a graph, which some logs have between
+/// their scans.
 bool is_left_aside(const std::string& message) {
   static const std::set<std::string, std::less<>> kNames = {"SYNC",
                                                             "TRUEPOS",
@@ -49,7 +50,9 @@ bool is_left_aside(const std::string& message) {
                                                             "POINTCLOUD",
                                                             "GLOBALPOS",
                                                             "LOCALIZE",
-                                                            "COMMENT"};
+                                                            "COMMENT",
+                                                            "VERTEX2",
+                                                            "EDGE2"};
   return kNames.count(message) > 0 || message.rfind("NMEA", 0) == 0;
 }
 

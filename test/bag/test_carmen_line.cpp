@@ -112,7 +112,8 @@ TEST(CarmenLine, ReadsARawlaserOdometryAndParameters) {
 
 TEST(CarmenLine, PassesOverWhatItHasNoUseFor) {
   for (const std::string line : {"", "# FLASER num_readings", "SYNC tag 1 host 1", "NMEAGGA 1 2 3",
-                                 "TRUEPOS 0 0 0 0 0 0 1 host 1"}) {
+                                 "TRUEPOS 0 0 0 0 0 0 1 host 1", "VERTEX2 1 0.34 0.0005 -0.05",
+                                 "EDGE2 0 1 0.34 0 0 50 0 50 100 0 0"}) {
     EXPECT_EQ(parse_carmen_line(line).content.index(), 0U) << line;
   }
 }

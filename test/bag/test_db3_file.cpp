@@ -203,6 +203,51 @@ class FewOpenFiles {
   rlimit before_{};
 };
 
+/// As crystal, dashing, foxy, humble, iron and jazzy write it: what is told of topics, files and
+/// their quality of service has changed, where the files are named has not.
+TEST_F(ReadRos2Folder, WithTheMetadataOfAnyRelease) {
+  const std::vector<Said> expected = all_of({bag_});
+  const std::string file = bag_folder_ + "/drive_0.db3";
+  for (const auto& entry : std::filesystem::directory_iterator(bag_folder_)) {
+    std::filesystem::remove(entry.path());
+  }
+  write_db3(file, messages_);
+  const std::string beginning =
+      "  duration:\n    nanoseconds: 5000\n"
+      "  starting_time:\n    nanoseconds_since_epoch: 1000\n  message_count: 7\n"
+      "  topics_with_message_count:\n    - topic_metadata:\n        name: /scan\n";
+  const std::string count = "      message_count: 7\n";
+  const std::string cdr = "        serialization_format: cdr\n";
+  const std::string type = "        type: sensor_msgs/msg/LaserScan\n" + cdr;
+  const std::string packing = "  compression_format: \"\"\n  compression_mode: \"\"\n";
+  const std::string names = "  relative_file_paths:\n    - ";
+  const std::string quality = "        offered_qos_profiles: \"- history: 3\\n  depth: 0\"\n";
+  const std::string listed_quality =
+      "        offered_qos_profiles:\n          - history: unknown\n            depth: 0\n"
+      "            deadline:\n              sec: 9223372036\n";
+  const std::string files =
+      "  files:\n    - path: drive_0.db3\n      message_count: 7\n  custom_data: ~\n";
+  const std::vector<std::string> told = {
+      "  version: 1\n  storage_identifier: sqlite3\n" + names + "drive/drive_0.db3\n" + beginning +
+          "        type: sensor_msgs/LaserScan\n" + cdr + count,
+      "  version: 3\n  storage_identifier: sqlite3\n" + names + "drive_0.db3\n" + beginning + type +
+          count + packing,
+      "  version: 4\n  storage_identifier: sqlite3\n" + names + "drive_0.db3\n" + beginning + type +
+          quality + count + packing,
+      "  version: 5\n  storage_identifier: sqlite3\n" + beginning + type + quality + count +
+          packing + names + "drive_0.db3\n" + files,
+      "  version: 7\n  storage_identifier: sqlite3\n" + beginning + type + quality +
+          "        type_description_hash: \"\"\n" + count + packing + names + "drive_0.db3\n" +
+          files,
+      "  version: 9\n  storage_identifier: sqlite3\n" + beginning + type + listed_quality +
+          "        type_description_hash: RIHS01_64c19189\n" + count + packing + names +
+          "drive_0.db3 \n" + files + "  ros_distro: jazzy\n"};
+  for (const std::string& metadata : told) {
+    write_bytes(bag_folder_ + "/metadata.yaml", "rosbag2_bagfile_information:\n" + metadata);
+    EXPECT_TRUE(all_of({bag_folder_}) == expected) << metadata;
+  }
+}
+
 TEST_F(ReadRos2Folder, OfMoreFilesThanMayBeOpenIsRead) {
   const std::vector<Said> expected = all_of({bag_});
   const std::string split = folder_ / "split";
@@ -229,7 +274,8 @@ TEST_F(ReadRos2Folder, SaysWhatIsWrong) {
   EXPECT_TRUE(contains(error_text<BagError>([&] { (void)all_of({bag_folder_}); }),
                        "is no metadata of a bag of ROS 2"));
   EXPECT_TRUE(contains(error_text<ConfigurationError>([&] { (void)all_of({folder_.path()}); }),
-                       "is a folder, not a bag file"));
+                       "is a folder without a recording: it holds no metadata.yaml, .db3 or "
+                       ".mcap of ROS 2"));
 }
 
 }  // namespace
