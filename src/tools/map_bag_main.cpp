@@ -38,11 +38,14 @@ void declare_options(CLI::App& app, MapBagRequest& request) {
                  "YAML with what happens between scans: poses told, resets, pauses, changes of "
                  "options; the node writes such a file as events_file")
       ->type_name("FILE");
-  app.add_option("--movie", request.movie,
-                 "Movie of the map as it grows: a GIF, or a folder for its frames as PNGs; see "
-                 "doc/first_map.md")
+  app.add_option(
+         "--movie", request.movie,
+         "Movie of the map as it grows: a GIF, or a folder for its frames as PNGs, which is "
+         "made if need be, and where those of a longer movie before are removed; see "
+         "doc/first_map.md")
       ->type_name("OUT.gif|DIR");
-  app.get_option("--out")->required(false);
+  app.get_option("--out")->required(false)->description(
+      "Folder for the results; made if need be; to be given unless --convert is");
   app.add_option(
          "--convert", request.convert,
          "Map nothing, but write what is read as a bag of ROS 1: the scans of --scan-topic, "

@@ -43,11 +43,15 @@ MovieFile::MovieFile(std::string name)
 }
 
 void MovieFile::require_writable() const {
-  if (is_gif_) {
-    require_writable_file(name_);
-  } else {
+  if (!is_gif_) {
     require_writable_folder(name_);
+    return;
   }
+  if (const std::filesystem::path folder = std::filesystem::path(name_).parent_path();
+      !folder.empty()) {
+    require_writable_folder(folder.string());
+  }
+  require_writable_file(name_);
 }
 
 std::string MovieFile::frame_path(std::size_t number) const {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/interrupted.hpp"
+#include "common/known_names.hpp"
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/io/file.hpp"
 
@@ -25,6 +26,35 @@ int complain(const std::string& name, std::string text, int exit_code) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   std::cerr << name << ": " << text << std::endl;
   return exit_code;
+}
+
+void add_flags(const CLI::App& app, std::vector<std::string>& flags) {
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) {
+      flags.push_back("--" + name);
+    }
+  }
+  for (const CLI::App* asked : app.get_subcommands()) {
+    add_flags(*asked, flags);
+  }
+}
+
+/// That arguments were not expected, of the first that is near to an option which was meant, and
+/// where to look.
+std::string text_of_unexpected(const CLI::App& app) {
+  const std::vector<std::string> unknown = app.remaining(true);
+  std::vector<std::string> flags;
+  add_flags(app, flags);
+  const std::string text = CLI::ExtrasError(unknown).what();
+  for (const std::string& argument : unknown) {
+    const std::string meant = argument.compare(0, 2, "--") == 0
+                                  ? nearest_name(argument.substr(0, argument.find('=')), flags)
+                                  : "";
+    if (!meant.empty()) {
+      return text + "; did you mean " + meant + "? See --help";
+    }
+  }
+  return text + "; see --help";
 }
 
 /// Whether standard output is a pipe that nobody reads any more, as before `| head`.
@@ -56,13 +86,13 @@ int run_program(const std::string& name, const std::string& description,
       require_printed();
       return exit_code;
     } catch (const CLI::RequiredError& error) {
-      const std::vector<std::string> unknown = app.remaining(true);
-      if (unknown.empty()) {
+      if (app.remaining(true).empty()) {
         throw;
       }
       // One of these may be what is missed, with a slip of the pen.
-      throw ConfigurationError(error.what() + std::string("; ") + CLI::ExtrasError(unknown).what() +
-                               "; see --help");
+      throw ConfigurationError(error.what() + std::string("; ") + text_of_unexpected(app));
+    } catch (const CLI::ExtrasError&) {
+      throw ConfigurationError(text_of_unexpected(app));
     }
     work();
     require_printed();

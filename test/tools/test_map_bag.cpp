@@ -1189,10 +1189,12 @@ TEST_F(MapBag, RefusesWrongUsage) {
   EXPECT_FALSE(contains(unknown.output, "publish_tf")) << "only the node has it";
   expect_one_line(run_command(MATCHBOX_MAP_BAG, bag_ + " --out ''"), 2,
                   "'' is no name of a folder");
-  expect_one_line(run("--frobnicate"), 2, "--frobnicate");
   expect_one_line(run_command(MATCHBOX_MAP_BAG, ""), 2, "--help");
   expect_one_line(run_command(MATCHBOX_MAP_BAG, bag_ + " --uot " + out_), 2,
-                  "The following argument was not expected: --uot; see --help");
+                  "The following argument was not expected: --uot; did you mean --out? See --help");
+  expect_one_line(run("--scan_topic /scan"), 2, "; did you mean --scan-topic? See --help");
+  expect_one_line(run("--scan_topic=/scan"), 2, "; did you mean --scan-topic? See --help");
+  expect_one_line(run("--frobnicate"), 2, "not expected: --frobnicate; see --help");
   expect_one_line(run_command(MATCHBOX_MAP_BAG, bag_), 2,
                   "give a folder for the map with --out, or a bag to write with --convert");
   const Outcome help = run_command(MATCHBOX_MAP_BAG, "--help");

@@ -128,6 +128,15 @@ TEST_F(Movie, IsBoundedHoweverLongTheDrive) {
   EXPECT_TRUE(read_file(gif_) == bytes);
 }
 
+TEST_F(Movie, MakesItsFolder) {
+  write_small_bag(bag_);
+  for (const std::string& name : {folder_ / "new/there/map.gif", folder_ / "new/frames"}) {
+    const Outcome outcome = run("--movie " + name);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+    EXPECT_TRUE(std::filesystem::exists(name));
+  }
+}
+
 TEST_F(Movie, IsRefusedBeforeTheWorkWhereItCannotBe) {
   write_small_bag(bag_);
   replace_file(folder_ / "file", "");
@@ -141,7 +150,7 @@ TEST_F(Movie, IsRefusedBeforeTheWorkWhereItCannotBe) {
   };
   expect_refused("", 2, "--movie: '' is not allowed; allowed: a name that ends in .gif, or a fol");
   expect_refused(folder_ / "map.MP4", 2, "/map.MP4' is not allowed; allowed: a name that ends in ");
-  expect_refused(folder_ / "none/map.gif", 1, folder_ / "none/map.gif");
+  expect_refused(folder_ / "file/map.gif", 1, "cannot create the folder '" + (folder_ / "file"));
   expect_refused(folder_ / "file/frames", 1, folder_ / "file/frames");
   const Outcome converted =
       run_command(MATCHBOX_MAP_BAG, bag_ + " --convert " + (folder_ / "o.bag") + " --movie a.gif");
