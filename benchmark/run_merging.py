@@ -3,7 +3,8 @@
 
 Each robot has noise of its own, and drives on into the next one's part; one more drives all of the way. Each pair of
 worlds of other seeds is merged, too: two buildings, which have to stay apart. With --data, a folder that has intel.bag,
-that log is cut in as many parts by time, without overlap. Each is merged in the order of the parts and back to front.
+that log is cut in as many parts by time, without overlap, and csail, aces and belgioioso in two that
+share a third. Each is merged in the order of the parts and back to front.
 With the workspace sourced: run_merging.py --out DIR [--worlds rooms] [--seeds 2] [--set section/option=value ...]
 Writes DIR/merging.json (a row a merged map) and DIR/MERGING.md.
 """
@@ -13,6 +14,7 @@ import pathlib
 from run_faults import error, output_of, read_tum, study_parser, write_study
 
 INTEL = 2680.0  # [s] that the log takes
+SHARING = {"csail": (270.0, 136.0), "aces": (910.0, 455.0), "belgioioso": (3.6, 1.8)}  # [s] the first ends, the second begins
 
 
 def map_part(bag, start, duration, out, arguments):
@@ -109,6 +111,23 @@ def intel(data, arguments):
     return rows
 
 
+def sharing(name, data, arguments):
+    """Two parts of a log that share a third of it, as every key scan there is in both maps."""
+    folder = arguments.out / name
+    end, begin = SHARING[name]
+    map_part(data / f"{name}.bag", 0.0, 1e6, folder / "one", arguments)
+    final = read_tum(folder / "one" / "trajectory.tum")
+    maps = [map_part(data / f"{name}.bag", 0.0, end, folder / "part-0", arguments),
+            map_part(data / f"{name}.bag", begin, 1e6, folder / "part-1", arguments)]
+    rows = []
+    for order, some in orders(maps):
+        result = merged(some, folder / order)
+        rows.append({"what": f"{name}, halves that share a third", "order": order, "of": len(some), "one": None, "error": None,
+                     "wrong": wrong_joints(result.pop("joints"), final), **result})
+        print(json.dumps(rows[-1]), flush=True)
+    return rows
+
+
 def table(rows):
     def metres(value):
         return "" if value is None else f"{value:.4f}"
@@ -142,6 +161,8 @@ def main():
         rows.append(apart(first, second, [firsts[first], firsts[second]], arguments))
     if arguments.data:
         rows += intel(arguments.data, arguments)
+        for name in SHARING:
+            rows += sharing(name, arguments.data, arguments)
     write_study("merging", rows, table(rows), arguments)
 
 

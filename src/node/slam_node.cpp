@@ -111,6 +111,12 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
   map_publisher_ = std::make_unique<MapPublisher>(
       node_, options_.map_frame, setup.node.map_update_interval, [this] { return map_revision(); },
       [this] { return map_snapshot(); }, [this] { return path_snapshot(); });
+  other_maps_ = std::make_unique<OtherMaps>([this] { return own_map(); },
+                                            [this](std::shared_ptr<const FoundMap> found) {
+                                              const std::lock_guard<std::mutex> lock(run_mutex_);
+                                              session_.expect_map(std::move(found));
+                                            },
+                                            log_dialog());
   start_services();
   initial_pose_subscriber_ = node_.subscribe("initialpose", 10, &SlamNode::on_initial_pose, this,
                                              ros::TransportHints().tcpNoDelay());
@@ -140,6 +146,7 @@ SlamNode::~SlamNode() {
   for (const auto& spinner : spinners_) {
     spinner->stop();
   }
+  other_maps_.reset();
   diagnostic_timer_.stop();
   poses_.stop();
   map_publisher_.reset();
@@ -330,6 +337,7 @@ void SlamNode::forget_map() {
   newest_scan_.reset();
   recent_.clear();
   poses_.forget();
+  other_maps_->clear();
 }
 
 void SlamNode::adopt_options(const SlamSetup& setup) {
@@ -344,6 +352,13 @@ void SlamNode::adopt_options(const SlamSetup& setup) {
 SlamSetup SlamNode::setup() {
   const std::lock_guard<std::mutex> lock(run_mutex_);
   return session_.setup();
+}
+
+OwnMap SlamNode::own_map() {
+  const std::lock_guard<std::mutex> lock(run_mutex_);
+  return {run().key_scans(),
+          {run().graph(), run().loops(), 0.0, run().loop_tries()},
+          session_.setup().engine};
 }
 
 MapRevision SlamNode::map_revision() {

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "matchbox_slam/LoadMap.h"
+#include "matchbox_slam/MergeMap.h"
 #include "matchbox_slam/Relocalise.h"
 #include "matchbox_slam/TakePlace.h"
 #include "matching/hough/relocalise.hpp"
@@ -30,6 +31,7 @@
 #include "node/slam_input.hpp"
 #include "ros/matcher_loader.hpp"
 #include "run/map_saver.hpp"
+#include "run/other_maps.hpp"
 #include "run/slam_session.hpp"
 
 namespace matchbox_slam {
@@ -74,6 +76,7 @@ class SlamNode {
   bool answer_global_localization(std_srvs::Empty::Request& request,
                                   std_srvs::Empty::Response& response);
   bool answer_load_map(LoadMap::Request& request, LoadMap::Response& response);
+  bool answer_merge_map(MergeMap::Request& request, MergeMap::Response& response);
   bool answer_reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool answer_pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   bool answer_relocalise(Relocalise::Request& request, Relocalise::Response& response);
@@ -85,6 +88,8 @@ class SlamNode {
   [[nodiscard]] const SlamRun& run() const { return session_.run(); }
   [[nodiscard]] SlamSetup setup();
   [[nodiscard]] LoadMapFile read_load(const std::string& path);
+  void require_mergeable(const EngineState& map);
+  [[nodiscard]] OwnMap own_map();
   [[nodiscard]] MapRevision map_revision();
   [[nodiscard]] MapSnapshot map_snapshot();
   [[nodiscard]] PathSnapshot path_snapshot();
@@ -126,6 +131,7 @@ class SlamNode {
   std::unique_ptr<MapPublisher> map_publisher_;
   std::unique_ptr<ReconfigureServer> reconfigure_server_;
   std::unique_ptr<SlamInput> input_;
+  std::unique_ptr<OtherMaps> other_maps_;
   std::unique_ptr<Autosave> autosave_;  ///< null: the map is saved only when that is asked for
   std::vector<std::unique_ptr<ros::AsyncSpinner>> spinners_;
 };

@@ -1,5 +1,6 @@
 // What the SLAM node answers when it is asked.
 
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <stdexcept>
@@ -8,6 +9,7 @@
 
 #include "node/slam_node.hpp"
 #include "ros/message_conversion.hpp"
+#include "run/mergeable_map.hpp"
 #include "run/start_map.hpp"
 
 namespace matchbox_slam {
@@ -54,6 +56,7 @@ void SlamNode::start_services() {
       prompt.advertiseService("global_localization", &SlamNode::answer_global_localization, this),
       patient_private.advertiseService("save_map", &SlamNode::answer_save_map, this),
       prompt_private.advertiseService("load_map", &SlamNode::answer_load_map, this),
+      patient_private.advertiseService("merge_map", &SlamNode::answer_merge_map, this),
       prompt_private.advertiseService("reset", &SlamNode::answer_reset, this),
       patient_private.advertiseService("pause", &SlamNode::answer_pause, this),
       patient_private.advertiseService("relocalise", &SlamNode::answer_relocalise, this),
@@ -147,6 +150,44 @@ std::vector<OptionDescription> SlamNode::reconfigure(const Parameters& changes) 
   }
   const std::lock_guard<std::mutex> lock(run_mutex_);
   return run().configuration().options();
+}
+
+/// What cannot come in by key scans and loops is refused at once, rather than searched for ever.
+void SlamNode::require_mergeable(const EngineState& map) {
+  const std::lock_guard<std::mutex> lock(run_mutex_);
+  const EngineOptions& options = session_.setup().engine;
+  if (!options.slam.update_map || !options.slam.loop_closing) {
+    throw std::runtime_error(std::string("slam/") +
+                             (options.slam.update_map ? "loop_closing" : "update_map") +
+                             " is false, so the map stays as it is; set it to true");
+  }
+  if (run().graph().poses.size() != run().key_scans().size()) {
+    throw std::runtime_error(
+        "the map that this node went on with is an image, which cannot be merged; begin one with "
+        "~reset, or go on with a .slam file of key scans");
+  }
+  const std::size_t lasers = session_.setup().run.scan_topics.size();
+  const auto& keys = map.key_scans.all();
+  const auto other = std::find_if(keys.begin(), keys.end(), [&](const PlacedScan& key) {
+    return static_cast<std::size_t>(key.scan->laser()) >= lasers;
+  });
+  if (other != keys.end()) {
+    throw std::runtime_error("it was made with laser number " +
+                             std::to_string(other->scan->laser()) + ", and this robot has " +
+                             std::to_string(lasers) +
+                             ", counted from 0; merge both with the program merge_maps");
+  }
+}
+
+bool SlamNode::answer_merge_map(MergeMap::Request& request, MergeMap::Response& response) {
+  return answer(response, [&] {
+    EngineState map = read_mergeable_map(request.path, setup().engine);
+    require_mergeable(map);
+    const std::size_t key_scans = map.key_scans.size();
+    other_maps_->add(request.path, std::move(map));
+    return "the " + std::to_string(key_scans) + " key scans of '" + request.path +
+           "' become part of this map where the robot comes to what they saw; the log tells when";
+  });
 }
 
 bool SlamNode::answer_pause(std_srvs::SetBool::Request& request,

@@ -46,6 +46,9 @@ class SlamRun {
   /// After the last scan: closes the loop that a search under way may find.
   void finish() { correct_by(engine_->finish_loops()); }
 
+  /// As of SlamEngine. No event: `events` does not repeat it.
+  void expect_map(std::shared_ptr<const FoundMap> found) { engine_->expect_map(std::move(found)); }
+
   /// Takes effect for the next scan. Throws ConfigurationError or std::runtime_error when the event
   /// is not possible, telling why; then nothing has changed.
   void apply(const RunEvent& event);
@@ -104,6 +107,7 @@ class SlamRun {
   [[nodiscard]] std::size_t map_bytes() const { return engine_->map_bytes(); }
   [[nodiscard]] const KeyScans& key_scans() const { return engine_->key_scans(); }
   [[nodiscard]] const PoseGraph& graph() const { return engine_->graph(); }
+  [[nodiscard]] std::size_t loop_tries() const { return engine_->loop_tries(); }
   /// Those of a map that it went on with, too.
   [[nodiscard]] const std::vector<ClosedLoop>& loops() const { return engine_->loops(); }
   [[nodiscard]] const LoopCount& brought_loops() const { return brought_loops_; }

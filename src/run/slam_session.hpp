@@ -72,6 +72,7 @@ class SlamSession {
   /// These as of SlamRun.
   void note_left_out(double stamp, int laser) { run_.note_left_out(stamp, laser); }
   void finish() { run_.finish(); }
+  void expect_map(std::shared_ptr<const FoundMap> found) { run_.expect_map(std::move(found)); }
   void take_rendered(SlamMap map, const PlacedScans& keys) {
     run_.take_rendered(std::move(map), keys);
   }

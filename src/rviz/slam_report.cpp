@@ -128,7 +128,8 @@ std::string hypotheses_of(const SlamReport& report) {
   }
   text += percent(report.elsewhere) + " elsewhere";
   if (places.size() > shown) {
-    text += ", " + std::to_string(places.size() - shown) + " more places";
+    const std::size_t more = places.size() - shown;
+    text += ", " + std::to_string(more) + (more == 1 ? " more place" : " more places");
   }
   return text;
 }

@@ -47,6 +47,7 @@ class SlamEngine::Parts {
   void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
   bool map_apart(double stamp);
   void start_from(EngineState start);
+  void expect_map(std::shared_ptr<const FoundMap> found) { mapping_.expect_map(std::move(found)); }
   std::optional<MapCorrection> finish_loops();
   [[nodiscard]] EngineState snapshot();
 

@@ -27,6 +27,18 @@ void KeyScans::add(const PlacedScan& other) {
   }
 }
 
+void KeyScans::insert(std::size_t before, const PlacedScans& others) {
+  const PlacedScans behind(scans_.begin() + static_cast<std::ptrdiff_t>(before), scans_.end());
+  scans_.resize(before);
+  for (const PlacedScan& other : others) {
+    add(other);
+  }
+  for (const PlacedScan& placed : behind) {
+    scans_.push_back(
+        {std::make_shared<const KeyScan>(*placed.scan, scans_.size()), placed.map_from_base});
+  }
+}
+
 void KeyScans::move(std::uint64_t id, const Pose2& map_from_base) {
   scans_.at(id).map_from_base = map_from_base;
 }

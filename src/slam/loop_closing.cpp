@@ -7,6 +7,7 @@
 
 #include "graph/condensed_graph.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "slam/found_map.hpp"
 #include "slam/local_scans.hpp"
 #include "slam/loop_search.hpp"
 #include "slam/loop_work.hpp"
@@ -22,19 +23,6 @@ namespace {
 // (benchmark/reports/current/CONSTANTS.md).
 constexpr double kDelayWay = 0.5;  // [m]
 constexpr std::size_t kMostDelay = 5;
-
-MapCorrection correction_of(const PlacedScans& keys, const std::vector<Pose2>& new_map_from_base) {
-  MapCorrection correction;
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    const Pose2 new_from_old = new_map_from_base[i] * keys[i].map_from_base.inverse();
-    correction.steps.push_back({keys[i].scan->stamp(), new_from_old});
-  }
-  correction.newest = correction.steps.back().new_from_old;
-  // What was mapped by a lost robot came later into the map than it was seen.
-  std::stable_sort(correction.steps.begin(), correction.steps.end(),
-                   [](const auto& a, const auto& b) { return a.since < b.since; });
-  return correction;
-}
 
 }  // namespace
 
@@ -307,7 +295,43 @@ void LoopCloser::inflate_for_slips(const PlacedScans& keys, std::size_t since) {
   }
 }
 
+MapCorrection LoopCloser::correction_of(const PlacedScans& keys,
+                                        const std::vector<Pose2>& new_map_from_base) const {
+  MapCorrection correction;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (i < are_others_.size() && are_others_[i]) {
+      continue;
+    }
+    const Pose2 new_from_old = new_map_from_base[i] * keys[i].map_from_base.inverse();
+    correction.steps.push_back({keys[i].scan->stamp(), new_from_old});
+  }
+  correction.newest = correction.steps.back().new_from_old;
+  // What was mapped by a lost robot came later into the map than it was seen.
+  std::stable_sort(correction.steps.begin(), correction.steps.end(),
+                   [](const auto& a, const auto& b) { return a.since < b.since; });
+  return correction;
+}
+
+MapCorrection LoopCloser::take_in(const FoundMap& found, const PlacedScans& before) {
+  const std::vector<Pose2> moved = poses_with(found, before);
+  const MapCorrection correction = correction_of(before, moved);
+  graph_ = graph_with(found, graph_, moved);
+  links_ = AdjacencyList(graph_);
+  loops_ = loops_with(found, std::move(loops_));
+  tries_ += found.both.loops.tries - found.tries;
+  are_others_.resize(std::max<std::size_t>(are_others_.size(), 1), false);
+  are_others_.insert(are_others_.begin() + 1, found.others(), true);
+  return correction;
+}
+
 std::vector<std::size_t> LoopCloser::take_out(const std::vector<bool>& is_taken) {
+  std::vector<bool> are_others;
+  for (std::size_t i = 0; i < are_others_.size(); ++i) {
+    if (!is_taken[i]) {
+      are_others.push_back(are_others_[i]);
+    }
+  }
+  are_others_ = std::move(are_others);
   CondensedGraph left = condensed(std::move(graph_), is_taken);
   graph_ = std::move(left.graph);
   links_ = AdjacencyList(graph_);

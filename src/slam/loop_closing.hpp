@@ -44,6 +44,7 @@ constexpr double kLeastMoved = 0.1;
                                                           bool may_be_apart,
                                                           const LoopOptions& options);
 
+struct FoundMap;
 struct LoopTaskDone;
 struct LoopWork;
 
@@ -106,6 +107,11 @@ class LoopCloser {
   ///                  stands for it.
   std::vector<std::size_t> take_out(const std::vector<bool>& is_taken);
 
+  /// Key scans of another robot come in behind the first one; see `slam/found_map.hpp`. Nothing is
+  /// pending. Returns how those of this robot have moved.
+  /// @param before  key scans before they came in.
+  MapCorrection take_in(const FoundMap& found, const PlacedScans& before);
+
   /// What is under way will not take effect: the robot is elsewhere than it was thought to be.
   void abandon();
 
@@ -128,12 +134,17 @@ class LoopCloser {
   void join_rigidly(const PlacedScans& keys);
   void inflate_for_slips(const PlacedScans& keys, std::size_t since);
   void take_loops(LoopTaskDone done, const Pending& pending);
+  [[nodiscard]] MapCorrection correction_of(const PlacedScans& keys,
+                                            const std::vector<Pose2>& new_map_from_base) const;
 
   PoseGraph graph_;
   AdjacencyList links_;  ///< of the graph
   std::vector<ClosedLoop> loops_;
   double way_ = 0.0;  ///< [m] since the last search
   std::size_t tries_ = 0;
+  /// By number: whether it is another robot's, whose stamps say nothing of this one's way. Of those
+  /// that came in since it began; what lies behind is this robot's.
+  std::vector<bool> are_others_;
   std::optional<Pending> pending_;
   std::shared_ptr<LoopWork> work_;  ///< of what is pending; copies share it
 };

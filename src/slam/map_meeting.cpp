@@ -7,10 +7,11 @@
 #include <vector>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "slam/recovery.hpp"
 
 namespace matchbox_slam {
 namespace {
+
+constexpr std::size_t kWalked = 1;  // the part that the robot makes; it has left none
 
 /// Key scans are farther apart than the scans that a robot is searched with, and nothing waits for
 /// them.
@@ -31,38 +32,71 @@ bool is_same(const Pose2& there_from_map, const Pose2& other, const Pose2& map_f
 
 }  // namespace
 
+MeetingWalk::MeetingWalk(const MapPart& there, const EngineOptions& options)
+    : options_(options),
+      parts_{there, {SlamMap(options.map, options.field), {}, {}, 0.0, kWalked}},
+      places_(searched_places(parts_, kWalked)) {
+  options_.recovery = unhurried(options.recovery);
+}
+
+std::optional<Pose2> MeetingWalk::go_on_to(const PlacedScan& key) {
+  const std::shared_ptr<const PointScan> points = key.scan->points();
+  MapPart& walked = parts_[kWalked];
+  walked.key_scans.add(key);
+  insert_scan(*points, key.map_from_base, options_.map, walked.map);
+  search_.stamp = std::numeric_limits<double>::lowest();  // stamps may go back between drives
+  const std::optional<PlaceHypothesis> found = search_places(
+      *points, key.map_from_base, parts_, kWalked, places_, options_.recovery, search_);
+  if (!found) {
+    return std::nullopt;
+  }
+  if (walked.key_scans.size() < ask_again_) {
+    return std::nullopt;
+  }
+  if (!is_only_place(key, found->part_from_apart)) {
+    constexpr std::size_t kBetween = 5;  // key scans, after which more has been seen: a guess
+    ask_again_ = walked.key_scans.size() + kBetween;
+    return std::nullopt;
+  }
+  search_.hypotheses.erase(search_.hypotheses.begin());  // it is the first one
+  const bool is_told =
+      std::any_of(not_believed_.begin(), not_believed_.end(), [&](const Pose2& there_from_map) {
+        return is_same(there_from_map, found->part_from_apart, key.map_from_base);
+      });
+  return is_told ? std::nullopt : std::optional(found->part_from_apart);
+}
+
+bool MeetingWalk::is_only_place(const PlacedScan& key, const Pose2& there_from_map) const {
+  constexpr int kMostLooks = 10;  // a look ends early where many poses were ranked
+  const std::shared_ptr<const PointScan> points = key.scan->points();
+  RecoveryOptions everywhere = options_.recovery;
+  everywhere.key_scans = static_cast<int>(places_.size());
+  PlaceSearch search;
+  std::optional<PlaceHypothesis> found;
+  for (int look = 0; look < kMostLooks && !search.complete; ++look) {
+    search.stamp = std::numeric_limits<double>::lowest();
+    found = search_places(*points, key.map_from_base, parts_, kWalked, places_, everywhere, search);
+  }
+  return found && is_same(found->part_from_apart, there_from_map, key.map_from_base);
+}
+
+void MeetingWalk::disbelieve(const Pose2& there_from_map) {
+  not_believed_.push_back(there_from_map);
+}
+
 std::optional<MapMeeting> find_meeting(const PlacedScans& way, const MapPart& there,
                                        const EngineOptions& options, const IsBelieved& is_believed,
                                        const std::function<void(double done)>& progress) {
-  constexpr std::size_t kWalked = 1;  // the part that the robot makes; it has left none
-  std::vector<MapPart> parts{there, {SlamMap(options.map, options.field), {}, {}, 0.0, kWalked}};
-  MapPart& walked = parts[kWalked];
-  const std::vector<SearchedPlace> places = searched_places(parts, kWalked);
-  const RecoveryOptions recovery = unhurried(options.recovery);
-  PlaceSearch search;
-  std::vector<Pose2> not_believed;
+  MeetingWalk walk(there, options);
   for (std::size_t i = 0; i < way.size(); ++i) {
     progress(static_cast<double>(i) / static_cast<double>(way.size()));
-    const Pose2& map_from_base = way[i].map_from_base;
-    const std::shared_ptr<const PointScan> points = way[i].scan->points();
-    walked.key_scans.add(way[i]);
-    insert_scan(*points, map_from_base, options.map, walked.map);
-    search.stamp = std::numeric_limits<double>::lowest();  // stamps may go back between drives
-    const std::optional<PlaceHypothesis> found =
-        search_places(*points, map_from_base, parts, kWalked, places, recovery, search);
-    if (!found) {
-      continue;
+    if (const std::optional<Pose2> there_from_map = walk.go_on_to(way[i])) {
+      const MapMeeting meeting{i, *there_from_map};
+      if (is_believed(meeting)) {
+        return meeting;
+      }
+      walk.disbelieve(*there_from_map);
     }
-    const MapMeeting meeting{i, found->part_from_apart};
-    const bool is_told =
-        std::any_of(not_believed.begin(), not_believed.end(), [&](const Pose2& there_from_map) {
-          return is_same(there_from_map, meeting.there_from_map, map_from_base);
-        });
-    if (!is_told && is_believed(meeting)) {
-      return meeting;
-    }
-    not_believed.push_back(meeting.there_from_map);
-    search.hypotheses.erase(search.hypotheses.begin());  // it is the first one
   }
   return std::nullopt;
 }

@@ -3,10 +3,13 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/map_part.hpp"
+#include "matchbox_slam/slam/place_search.hpp"
+#include "slam/recovery.hpp"
 
 namespace matchbox_slam {
 
@@ -19,9 +22,37 @@ struct MapMeeting {
 /// Whether to believe a meeting, which may take long to tell.
 using IsBelieved = std::function<bool(const MapMeeting& meeting)>;
 
+/// Searches for where one map meets another one, key scan by key scan of the one, as a lost robot
+/// is searched for that drives its way again: with the same evidence a place is taken, or none.
+class MeetingWalk {
+ public:
+  /// @param there  its field is rendered.
+  MeetingWalk(const MapPart& there, const EngineOptions& options);
+
+  /// Goes on to the next key scan. Where the map is found in the other one by it, and not at a
+  /// place that was not believed: there_from_map.
+  [[nodiscard]] std::optional<Pose2> go_on_to(const PlacedScan& key);
+
+  /// The one that was found last is not the right one.
+  void disbelieve(const Pose2& there_from_map);
+
+ private:
+  /// Whether one key scan, searched at every place at once, is found at one alone, too. On the way
+  /// each is searched at a few: where corridors and rooms are alike it is chance which of them is
+  /// come to first.
+  [[nodiscard]] bool is_only_place(const PlacedScan& key, const Pose2& there_from_map) const;
+
+  EngineOptions options_;
+  std::vector<MapPart> parts_;  ///< the other map, and what was walked
+  std::vector<SearchedPlace> places_;
+  PlaceSearch search_;
+  std::vector<Pose2> not_believed_;  ///< there_from_map
+  std::size_t ask_again_ = 0;        ///< key scans walked from which on it is asked where else
+};
+
 /// Searches one map in another one as a lost robot is searched for that drives its way again, by
-/// each of its key scans (see `search_places`): with the same evidence a place is taken, or none.
-/// What is not believed is searched on; the first one that is is the answer.
+/// each of its key scans (see `MeetingWalk`). What is not believed is searched on; the first one
+/// that is is the answer.
 /// @param way       key scans of the one, in the order of the drive.
 /// @param there     its field is rendered.
 /// @param progress  is told how much of the way is done, 0...1; what it throws passes through.

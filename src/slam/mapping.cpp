@@ -7,6 +7,7 @@
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matching/rendered_map.hpp"
+#include "slam/found_map.hpp"
 #include "slam/local_scans.hpp"
 #include "slam/match_validation.hpp"
 #include "slam/scan_evidence.hpp"
@@ -231,6 +232,9 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
   if (loops_.is_due(key_scans)) {
     correction = finish_loops();
   }
+  if (!correction && found_ != nullptr && !loops_.is_pending() && !has_pending(options)) {
+    correction = take_found_map(options);
+  }
   LocalMapRequest near = near_request(options);
   const auto are_apart = [&](const auto& some) {
     return loops_.weakly_connected(some, options.loops);
@@ -249,6 +253,28 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
   if (!has_pending(options)) {
     loops_.begin(key_scans, std::move(near), options.loops);
   }
+  return correction;
+}
+
+/// What lies near is drawn at once, as the next scan is matched against it.
+std::optional<MapCorrection> Mapping::take_found_map(const EngineOptions& options) {
+  const std::shared_ptr<const FoundMap> found = std::exchange(found_, nullptr);
+  KeyScans& key_scans = parts_.map().key_scans;
+  if (found->fate != FoundMap::Fate::kWaiting) {
+    return std::nullopt;
+  }
+  if (loops_.graph().poses.size() != key_scans.size() || !is_up_to_date(*found, key_scans.all())) {
+    found->fate = FoundMap::Fate::kOutdated;
+    return std::nullopt;
+  }
+  MapCorrection correction = loops_.take_in(*found, key_scans.all());
+  key_scans.insert(1, others_of(*found));
+  move_map(correction);
+  const LocalScans near = local_scans(key_scans.all(), [&](const auto& some) {
+    return loops_.weakly_connected(some, options.loops);
+  });
+  renderer_.match_locally(LocalMap(near, options.map, options.field));
+  found->fate = FoundMap::Fate::kTaken;
   return correction;
 }
 

@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
@@ -16,6 +18,8 @@
 #include "slam/map_renderer.hpp"
 
 namespace matchbox_slam {
+
+struct FoundMap;
 
 /// What scans are mapped into: the map and the maps apart, their key scans, and for the map the
 /// graph of its key scans and how much of it is drawn. Takes scans in, and moves what it took when
@@ -108,6 +112,10 @@ class Mapping {
   /// Waits for a search that is under way, and lets it take effect; `catch_up` is to follow.
   std::optional<MapCorrection> finish_loops();
 
+  /// Another robot's map comes in with one of the next key scans, when no search is under way; its
+  /// fate tells.
+  void expect_map(std::shared_ptr<const FoundMap> found) { found_ = std::move(found); }
+
   /// A search that is under way is abandoned, and with loop closing off the whole map is matched
   /// against.
   void set_options(const EngineOptions& options);
@@ -135,6 +143,7 @@ class Mapping {
   }
   void move_map(const MapCorrection& correction);
   void take_out(const std::vector<std::uint64_t>& ids);
+  std::optional<MapCorrection> take_found_map(const EngineOptions& options);
 
   /// What it takes to go back to before the robot may have been elsewhere.
   struct Fork {
@@ -150,8 +159,9 @@ class Mapping {
   LoopCloser loops_;
   MapRenderer renderer_;
   std::optional<Fork> fork_;
-  bool is_continued_ = false;    ///< see EngineState
-  bool is_of_key_scans_ = true;  ///< see EngineState
+  std::shared_ptr<const FoundMap> found_;  ///< null: none is expected
+  bool is_continued_ = false;              ///< see EngineState
+  bool is_of_key_scans_ = true;            ///< see EngineState
 };
 
 }  // namespace matchbox_slam

@@ -67,6 +67,10 @@ bool SlamEngine::map_apart(double stamp) { return parts_->map_apart(stamp); }
 
 void SlamEngine::start_from(EngineState start) { parts_->start_from(std::move(start)); }
 
+void SlamEngine::expect_map(std::shared_ptr<const FoundMap> found) {
+  parts_->expect_map(std::move(found));
+}
+
 std::optional<MapCorrection> SlamEngine::finish_loops() { return parts_->finish_loops(); }
 
 EngineState SlamEngine::snapshot() { return parts_->snapshot(); }

@@ -28,6 +28,7 @@
 #include "tools/fit_record.hpp"
 #include "tools/map_movie.hpp"
 #include "tools/movie_file.hpp"
+#include "tools/out_folder.hpp"
 #include "tools/pose_text.hpp"
 #include "tools/report_page.hpp"
 #include "tools/run_report.hpp"
@@ -68,19 +69,6 @@ std::optional<MovieFile> movie_file_of(const MapBagRequest& request) {
   return request.movie ? std::make_optional<MovieFile>(*request.movie) : std::nullopt;
 }
 
-/// The map that is gone on with may be the only one of the days that it took.
-void require_other_folder(const MapBagRequest& request) {
-  const std::filesystem::path map = request.map;
-  std::error_code unknown;  // of what is not there nothing is lost
-  if (request.map.empty() || request.overwrite || map.stem() != "map" ||
-      !std::filesystem::equivalent(std::filesystem::absolute(map).parent_path(), request.out,
-                                   unknown)) {
-    return;
-  }
-  throw ConfigurationError("--out: '" + request.out + "' is the folder of " + request.map +
-                           ", which would be written over; give another --out, or --overwrite");
-}
-
 /// Where scans are not inserted there has to be a map to find the robot in.
 void require_map(const MapBagRequest& request, const std::vector<TimedEvent>& events,
                  const SlamSetup& setup) {
@@ -107,7 +95,9 @@ class BagMapping {
         parameters_(gather_parameters(request, request.matcher)),
         configuration_(parameters_, loader_, SetupOf::kProgram),
         scans_(request.recording, dialog_) {
-    require_other_folder(request);
+    if (!request.overwrite && std::filesystem::path(request.map).stem() == "map") {
+      require_other_folder(request.map, request.out);
+    }
     std::vector<TimedEvent> events = events_of(request, configuration_);
     require_map(request, events, configuration_.setup());
     scans_.schedule(std::move(events));

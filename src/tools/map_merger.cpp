@@ -4,11 +4,12 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <regex>
 #include <set>
+#include <stdexcept>
 #include <system_error>
 #include <utility>
 
-#include "common/interrupted.hpp"
 #include "io/map_picture.hpp"
 #include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
@@ -16,10 +17,12 @@
 #include "ros/matcher_loader.hpp"
 #include "run/live_configuration.hpp"
 #include "run/map_saver.hpp"
+#include "run/mergeable_map.hpp"
 #include "run/resource_usage.hpp"
 #include "slam/map_merging.hpp"
 #include "slam/shown_map.hpp"
 #include "tools/json_text.hpp"
+#include "tools/out_folder.hpp"
 #include "tools/provenance.hpp"
 #include "tools/recording_request.hpp"
 #include "tools/scan_table.hpp"
@@ -62,36 +65,21 @@ void require_maps(const MergeMapsRequest& request) {
   }
 }
 
-/// An input may be the only one of the days that it took.
-void require_other_folder(const MergeMapsRequest& request) {
+/// Whether results may have the name: a map apart of an input makes more maps than there are
+/// inputs.
+bool is_map_name(const std::string& name) {
+  return std::regex_match(name, std::regex("map(_[0-9]+)?\\.slam"));
+}
+
+void require_out(const MergeMapsRequest& request) {
   if (request.out.empty()) {
     throw ConfigurationError("--out: '' is no name of a folder");
   }
-  std::set<std::string> written;
-  for (std::size_t number = 0; number < request.maps.size(); ++number) {
-    written.insert(map_name(number) + ".slam");
-  }
   for (const std::string& map : request.maps) {
-    std::error_code unknown;
-    if (!request.overwrite && written.count(fs::path(map).filename().string()) > 0 &&
-        fs::equivalent(fs::absolute(map).parent_path(), request.out, unknown)) {
-      throw ConfigurationError("--out: '" + request.out + "' is the folder of " + map +
-                               ", which would be written over; give another --out, or --overwrite");
+    if (!request.overwrite && is_map_name(fs::path(map).filename().string())) {
+      require_other_folder(map, request.out);
     }
   }
-}
-
-EngineState read_input(const std::string& path, const EngineOptions& options) {
-  EngineState map = read_saved_map(path, options.map.max_cells);
-  if (!map.is_of_key_scans) {
-    throw FileError(path +
-                    ": holds walls of which there are no key scans, as of an image or of version "
-                    "1; such a map cannot be merged: map the drive anew with map_bag");
-  }
-  if (map.key_scans.empty()) {
-    throw FileError(path + ": holds no key scans; there is nothing to merge");
-  }
-  return map;
 }
 
 /// Saved maps that become one.
@@ -111,6 +99,7 @@ class MapMerger {
   [[nodiscard]] std::vector<std::string> names_in(const MergedMap& map) const;
   [[nodiscard]] json facts_of(std::size_t number) const;
   [[nodiscard]] std::string report() const;
+  [[nodiscard]] std::vector<std::string> leftovers() const;
   void tell() const;
 
   const MergeMapsRequest& request_;
@@ -119,6 +108,7 @@ class MapMerger {
   MatcherLoader loader_;
   LiveConfiguration configuration_;
   EngineOptions options_;
+  bool is_out_new_ = false;
   std::vector<EngineState> inputs_;
   std::vector<MergedMap> maps_;
 };
@@ -136,11 +126,12 @@ MapMerger::MapMerger(const MergeMapsRequest& request, const RunDialog& dialog)
       configuration_(parameters_of(request), loader_, SetupOf::kProgram),
       options_(configuration_.setup().engine) {
   require_maps(request);
-  require_other_folder(request);
+  require_out(request);
   for (const std::string& path : request.maps) {
-    inputs_.push_back(read_input(path, options_));
+    inputs_.push_back(read_mergeable_map(path, options_));
   }
   take_cells_of_first();
+  is_out_new_ = !fs::exists(request.out);
   require_writable_folder(request.out);
 }
 
@@ -164,11 +155,16 @@ void MapMerger::take_cells_of_first() {
 }
 
 void MapMerger::merge() {
-  maps_ = merge_maps(inputs_, options_, [this](std::size_t input, std::size_t there, double done) {
+  maps_ = merged_maps(inputs_, options_, [this](std::size_t maps, double done) {
     if (dialog_.is_interrupted()) {
-      throw Interrupted("interrupted; nothing was written");
+      std::error_code kept;
+      if (is_out_new_) {
+        fs::remove(request_.out, kept);  // it is empty
+      }
+      throw std::runtime_error("interrupted while " + std::to_string(maps) +
+                               " maps were searched in each other; nothing was written");
     }
-    dialog_.show_progress(done, request_.maps[input] + " in " + request_.maps[there]);
+    dialog_.show_progress(done, std::to_string(maps) + " maps searched in each other");
   });
 }
 
@@ -282,12 +278,37 @@ void MapMerger::tell() const {
                    std::to_string(count_closed(map.loops.loops)) + " loops closed");
   }
   for (std::size_t number = 1; number < maps_.size(); ++number) {
-    dialog_.warn(listed(names_in(maps_[number])) + " met " + request_.maps.front() +
-                 " nowhere: a map of its own, " + map_name(number) + ".slam");
+    dialog_.warn(
+        listed(names_in(maps_[number])) + " met " + request_.maps.front() +
+        " nowhere: a map of its own, " + map_name(number) +
+        ".slam; to join them, let one robot drive on through what the other one saw, for 15 "
+        "m or more, and farther where rooms and corridors are alike");
   }
 }
 
+/// Of an earlier merge into the same folder, as its report has them: what would be taken for files
+/// of this one.
+std::vector<std::string> MapMerger::leftovers() const {
+  const std::string report = request_.out + "/report.json";
+  const json earlier =
+      fs::exists(report) ? json::parse(read_file(report), nullptr, false) : json::object();
+  std::vector<std::string> files;
+  const auto count = [&](const char* of) {
+    return earlier.is_object() && earlier.contains(of) ? earlier[of].size() : 0;
+  };
+  for (std::size_t number = maps_.size(); number < count("maps"); ++number) {
+    for (const char* end : {".slam", ".pgm", ".yaml", ".png", ".occupancy.png"}) {
+      files.push_back(request_.out + "/" + map_name(number) + end);
+    }
+  }
+  for (std::size_t input = inputs_.size(); input < count("inputs"); ++input) {
+    files.push_back(request_.out + "/" + trajectory_name(input));
+  }
+  return files;
+}
+
 void MapMerger::write() const {
+  const std::vector<std::string> left = leftovers();
   FileReplacement files;
   for (std::size_t number = 0; number < maps_.size(); ++number) {
     add_map(number, files);
@@ -297,6 +318,10 @@ void MapMerger::write() const {
   }
   files.add({request_.out + "/report.json", report()});
   files.finish();
+  if (!left.empty()) {
+    dialog_.inform("what an earlier merge left in " + request_.out + " is in " +
+                   set_aside(left, request_.out + "/earlier") + " now");
+  }
   tell();
 }
 

@@ -144,6 +144,9 @@ TEST(SlamReport, TellsOfMapsApartAndWhereTheRobotMayBe) {
             "8 % elsewhere");
   report.hypotheses.resize(5);
   EXPECT_TRUE(contains(hypotheses_of(report), "\n8 % elsewhere, 2 more places"));
+  report.hypotheses.resize(4);
+  EXPECT_TRUE(contains(hypotheses_of(report), "\n8 % elsewhere, 1 more place"));
+  EXPECT_FALSE(contains(hypotheses_of(report), "1 more places"));
   SlamReport lost = report_of("lost");
   lost.hypotheses = {{1.0, 2.0, 0.0, 1.0}};
   EXPECT_EQ(hypotheses_of(lost), "100 % at x 1.00 m,  y 2.00 m,  0\u00b0\n0 % elsewhere");

@@ -22,6 +22,25 @@ namespace matchbox_slam {
   return way;
 }
 
+/// The map of a robot that saw a world from where it is each second of a motion, with the truth.
+[[nodiscard]] inline EngineState map_in(const World& world, const RobotMotion& motion,
+                                        std::size_t begin, std::size_t end,
+                                        const EngineOptions& options = {},
+                                        std::uint64_t noise = 0) {
+  LaserOptions laser;
+  laser.beams = 180;
+  laser.range_noise = 0.01;
+  EngineState state{SlamMap(options.map, options.field), {}, {}, {}};
+  for (std::size_t i = begin; i < end; ++i) {
+    const Pose2 pose = motion.pose(static_cast<double>(i));
+    const PoseAtTime at_rest = [&](double /*time*/) { return pose; };
+    const double stamp = 1000.0 * static_cast<double>(noise) + static_cast<double>(i);
+    LaserScan scan = simulate_scan(world, laser, at_rest, stamp, noise * 1000 + i).scan;
+    state.key_scans.add(MeasuredScan{std::move(scan), laser.base_from_laser(), {}, {}}, 0, pose);
+  }
+  return state;
+}
+
 /// The saved map of a robot that saw the rooms of a seed on a part of that way, in a frame of its
 /// own, with stamps of its own.
 [[nodiscard]] inline EngineState map_of_way(std::uint64_t seed, std::size_t begin, std::size_t end,

@@ -10,7 +10,7 @@
 namespace matchbox_slam {
 namespace {
 
-const MergeProgress kNobody = [](std::size_t, std::size_t, double) {};
+const MergeProgress kNobody = [](std::size_t, double) {};
 
 const Pose2 kFirst{};
 const Pose2 kSecond{7.0, -3.0, 2.0};
@@ -32,7 +32,7 @@ double largest_error(const MergedMap& map, const Pose2& map_from_world, std::uin
 
 TEST(MergeMaps, TwoDrivesOfTheSameRoomsBecomeOneMapInTheFrameOfTheFirst) {
   const std::vector<MergedMap> maps =
-      merge_maps({map_of_way(3, 0, 60, kFirst), map_of_way(3, 30, 100, kSecond)}, {}, kNobody);
+      merged_maps({map_of_way(3, 0, 60, kFirst), map_of_way(3, 30, 100, kSecond)}, {}, kNobody);
   ASSERT_EQ(maps.size(), 1U);
   EXPECT_EQ(maps[0].part.key_scans.size(), 130U);
   EXPECT_EQ(maps[0].loops.graph.poses.size(), 130U);
@@ -43,8 +43,8 @@ TEST(MergeMaps, TwoDrivesOfTheSameRoomsBecomeOneMapInTheFrameOfTheFirst) {
 TEST(MergeMaps, TheOrderChangesTheFrameAlone) {
   const EngineState first = map_of_way(3, 0, 60, kFirst);
   const EngineState second = map_of_way(3, 30, 100, kSecond);
-  const std::vector<MergedMap> one = merge_maps({first, second}, {}, kNobody);
-  const std::vector<MergedMap> other = merge_maps({second, first}, {}, kNobody);
+  const std::vector<MergedMap> one = merged_maps({first, second}, {}, kNobody);
+  const std::vector<MergedMap> other = merged_maps({second, first}, {}, kNobody);
   ASSERT_EQ(one.size(), 1U);
   ASSERT_EQ(other.size(), 1U);
   const PlacedScans& a = one[0].part.key_scans.all();
@@ -62,8 +62,8 @@ TEST(MergeMaps, TheOrderChangesTheFrameAlone) {
 TEST(MergeMaps, TheSameMapsGiveTheSameBits) {
   const std::vector<EngineState> inputs{map_of_way(3, 0, 60, kFirst),
                                         map_of_way(3, 30, 100, kSecond)};
-  const std::vector<MergedMap> one = merge_maps(inputs, {}, kNobody);
-  const std::vector<MergedMap> again = merge_maps(inputs, {}, kNobody);
+  const std::vector<MergedMap> one = merged_maps(inputs, {}, kNobody);
+  const std::vector<MergedMap> again = merged_maps(inputs, {}, kNobody);
   ASSERT_EQ(one[0].part.key_scans.size(), again[0].part.key_scans.size());
   for (std::size_t i = 0; i < one[0].part.key_scans.size(); ++i) {
     const Pose2& a = one[0].part.key_scans.all()[i].map_from_base;
@@ -74,7 +74,7 @@ TEST(MergeMaps, TheSameMapsGiveTheSameBits) {
 
 TEST(MergeMaps, DifferentBuildingsStayApartAsTheyWere) {
   const std::vector<MergedMap> maps =
-      merge_maps({map_of_way(4, 0, 25, kSecond), map_of_way(3, 0, 25, kFirst)}, {}, kNobody);
+      merged_maps({map_of_way(4, 0, 25, kSecond), map_of_way(3, 0, 25, kFirst)}, {}, kNobody);
   ASSERT_EQ(maps.size(), 2U);
   EXPECT_EQ(maps[0].stretches.at(0).input, 0U);
   EXPECT_EQ(maps[1].stretches.at(0).input, 1U);
@@ -92,7 +92,7 @@ TEST(MergeMaps, AMapApartIsAMapLikeOthersAndScansThatWaitAreKept) {
   for (const PlacedScan& waiting : late.key_scans.all()) {
     lost.localization.pending.push_back({1, waiting});
   }
-  const std::vector<MergedMap> maps = merge_maps({lost}, {}, kNobody);
+  const std::vector<MergedMap> maps = merged_maps({lost}, {}, kNobody);
   ASSERT_EQ(maps.size(), 1U);
   EXPECT_EQ(maps[0].part.key_scans.size(), 75U);
   const EngineState saved = state_of(maps[0]);

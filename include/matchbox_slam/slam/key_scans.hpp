@@ -22,6 +22,10 @@ class KeyScans {
   /// What another one saw, as a key scan of these.
   void add(const PlacedScan& other);
 
+  /// The same of several, which come before the one of this number; the ids of others become their
+  /// numbers again.
+  void insert(std::size_t before, const PlacedScans& others);
+
   /// Says anew where a key scan was taken. Throws std::out_of_range for an id that there is not.
   void move(std::uint64_t id, const Pose2& map_from_base);
 

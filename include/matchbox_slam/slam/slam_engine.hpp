@@ -22,6 +22,8 @@
 
 namespace matchbox_slam {
 
+struct FoundMap;
+
 /// Where the robot may be, and the share of what is known that speaks for it.
 struct WeightedPose {
   Pose2 map_from_base;
@@ -99,6 +101,11 @@ class SlamEngine {
   /// Goes on from there. Throws ConfigurationError when that map was made with another resolution
   /// or likelihood field.
   void start_from(EngineState start);
+
+  /// Another robot's map, which was found to meet this one's as it was a while ago, becomes part of
+  /// it with one of the next key scans; what it holds tells then. It is not where this map's key
+  /// scans have moved since, or are no more.
+  void expect_map(std::shared_ptr<const FoundMap> found);
 
   /// Where a drive ends: waits for a search for a loop that is under way, and closes what it finds.
   std::optional<MapCorrection> finish_loops();

@@ -1,0 +1,47 @@
+#include "run/mergeable_map.hpp"
+
+#include <filesystem>
+
+#include "matchbox_slam/io/file.hpp"
+#include "matchbox_slam/io/saved_map.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What people give in place of a saved map.
+void require_saved_map(const std::string& path) {
+  const std::string kind = fs::path(path).extension().string();
+  if (fs::is_directory(path)) {
+    throw ConfigurationError(path + " is a folder; give the map in it, as " +
+                             (fs::path(path) / "map.slam").string());
+  }
+  if (kind == ".bag") {
+    throw ConfigurationError(path + " is a recording; map_bag " + path +
+                             " --out DIR makes DIR/map.slam of it, which can be merged");
+  }
+  if (kind == ".yaml" || kind == ".pgm" || kind == ".png") {
+    throw ConfigurationError(path + " is an image of a map, which has no scans to merge " +
+                             "it by; give the .slam that was saved beside it, or make one with "
+                             "map_bag");
+  }
+}
+
+}  // namespace
+
+EngineState read_mergeable_map(const std::string& path, const EngineOptions& options) {
+  require_saved_map(path);
+  EngineState map = read_saved_map(path, options.map.max_cells);
+  if (!map.is_of_key_scans) {
+    throw FileError(path +
+                    ": holds walls of which there are no key scans, as of an image or of version "
+                    "1; such a map cannot be merged: map the drive anew with map_bag");
+  }
+  if (map.key_scans.empty()) {
+    throw FileError(path + ": holds no key scans; there is nothing to merge");
+  }
+  return map;
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+#include "matchbox_slam/slam/engine_state.hpp"
+
+namespace matchbox_slam {
+
+/// A saved map that can be merged with others. Throws ConfigurationError for what people give in
+/// place of one, a folder, a recording or an image, saying what to give; FileError for a file that
+/// is none, or has no key scans to merge it by.
+[[nodiscard]] EngineState read_mergeable_map(const std::string& path, const EngineOptions& options);
+
+}  // namespace matchbox_slam

@@ -1,0 +1,248 @@
+#include "run/other_maps.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <map>
+#include <stdexcept>
+#include <utility>
+
+#include "slam/local_scans.hpp"
+#include "slam/map_joining.hpp"
+#include "slam/map_merging.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// Ends work whose result nobody wants any more.
+struct GivenUp {};
+
+bool is_same_scan(const KeyScan& a, const KeyScan& b) {
+  if (a.stamp() != b.stamp()) {
+    return false;
+  }
+  const std::optional<MeasuredScan> one = a.measured();
+  const std::optional<MeasuredScan> other = b.measured();
+  return one && other && one->scan.ranges == other->scan.ranges;
+}
+
+/// Of a map, how many key scans another one has, too.
+std::size_t count_shared(const KeyScans& keys, const KeyScans& others) {
+  std::map<double, const KeyScan*> by_stamp;
+  for (const PlacedScan& other : others.all()) {
+    by_stamp.emplace(other.scan->stamp(), other.scan.get());
+  }
+  return static_cast<std::size_t>(
+      std::count_if(keys.all().begin(), keys.all().end(), [&](const PlacedScan& key) {
+        const auto other = by_stamp.find(key.scan->stamp());
+        return other != by_stamp.end() && is_same_scan(*key.scan, *other->second);
+      }));
+}
+
+/// The run's map as one of those that are joined; not drawn.
+MergedMap merged_map_of(const OwnMap& own) {
+  return {{SlamMap(own.options.map, own.options.field), own.key_scans, {}, 0.0}, own.loops, {}, {}};
+}
+
+std::size_t nearest_to(const Eigen::Vector2d& here, const PlacedScans& keys) {
+  const auto nearest =
+      std::min_element(keys.begin(), keys.end(), [&](const PlacedScan& a, const PlacedScan& b) {
+        return distance(a, here) < distance(b, here);
+      });
+  return static_cast<std::size_t>(nearest - keys.begin());
+}
+
+}  // namespace
+
+/// A map, or one of those that are apart in it.
+struct OtherMaps::Searched {
+  std::string name;
+  MergedMap map;
+  std::unique_ptr<MeetingWalk> walk;
+  std::optional<PlacedScan> walked;  ///< the last one, where it was then
+  Pose2 walked_from_own = {};
+  std::optional<PlacedScan> met = {};  ///< the one that was found, in the other map
+  std::shared_ptr<const FoundMap> found = nullptr;
+  bool is_taken = false;
+};
+
+OtherMaps::OtherMaps(Look look, Give give, RunDialog dialog)
+    : look_(std::move(look)), give_(std::move(give)), dialog_(std::move(dialog)) {}
+
+OtherMaps::~OtherMaps() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) {
+    thread_.join();
+  }
+}
+
+void OtherMaps::add(const std::string& name, EngineState map) {
+  const OwnMap own = look_();
+  const std::string twice = "; a map is given once, and not to the robot that made it";
+  if (const std::size_t shared = count_shared(map.key_scans, own.key_scans); shared > 0) {
+    throw std::runtime_error(name + ": " + std::to_string(shared) + " of its " +
+                             std::to_string(map.key_scans.size()) +
+                             " key scans are in this map already" + twice);
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const Given& given : given_) {
+    if (count_shared(map.key_scans, given.key_scans) > 0) {
+      throw std::runtime_error(name + ": is searched already, as " + given.name + twice);
+    }
+  }
+  KeyScans key_scans = map.key_scans;
+  given_.push_back(
+      {name, std::move(key_scans), std::make_shared<const EngineState>(std::move(map))});
+  if (!thread_.joinable()) {
+    thread_ = std::thread([this] { run(); });
+  }
+  changed_.notify_all();
+}
+
+void OtherMaps::clear() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  given_.clear();
+  begun_ = 0;
+  ++generation_;
+}
+
+void OtherMaps::require_going_on() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (stop_ || generation_ != searched_generation_) {
+    throw GivenUp{};
+  }
+}
+
+void OtherMaps::run() {
+  constexpr std::chrono::milliseconds kBetween(200);  // a key scan comes about as often
+  for (;;) {
+    {
+      std::unique_lock<std::mutex> lock(mutex_);
+      changed_.wait_for(lock, kBetween, [this] { return stop_; });
+      if (stop_) {
+        return;
+      }
+      if (generation_ != searched_generation_) {
+        searched_.clear();
+        waiting_ = 0;
+        searched_generation_ = generation_;
+      }
+    }
+    try {
+      take_added();
+      for (Searched& one : searched_) {
+        search(one);
+      }
+    } catch (const GivenUp&) {
+      continue;
+    } catch (const std::exception& error) {
+      dialog_.warn(std::string("other robots' maps: ") + error.what());
+    }
+    searched_.erase(std::remove_if(searched_.begin(), searched_.end(),
+                                   [](const Searched& one) { return one.is_taken; }),
+                    searched_.end());
+    waiting_ = searched_.size();
+  }
+}
+
+/// Draws those that are new.
+void OtherMaps::take_added() {
+  for (;;) {
+    Given given;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (generation_ != searched_generation_ || begun_ == given_.size()) {
+        return;
+      }
+      given.name = given_[begun_].name;
+      given.map = std::move(given_[begun_++].map);
+    }
+    const EngineOptions options = look_().options;
+    for (MergedMap& map : maps_of(*given.map, options)) {
+      require_going_on();
+      auto walk = std::make_unique<MeetingWalk>(map.part, options);
+      searched_.push_back({given.name, std::move(map), std::move(walk), std::nullopt});
+    }
+  }
+}
+
+void OtherMaps::search(Searched& searched) {
+  const OwnMap own = look_();
+  if (searched.found == nullptr) {
+    walk(searched, own);
+    return;
+  }
+  switch (searched.found->fate) {
+    case FoundMap::Fate::kWaiting:
+      give_(searched.found);  // a run that goes on with a saved map may have begun since
+      break;
+    case FoundMap::Fate::kTaken:
+      searched.is_taken = true;
+      dialog_.inform(searched.name + ": meets this map; " +
+                     std::to_string(searched.map.part.key_scans.size()) +
+                     " key scans of it are part of this one now, joined by " +
+                     std::to_string(searched.found->both.joints.back().matched) + " matches and " +
+                     std::to_string(searched.found->both.joints.back().closed) + " loops");
+      break;
+    case FoundMap::Fate::kOutdated:
+      if (!join(searched, own)) {
+        searched.found = nullptr;
+      }
+      break;
+  }
+}
+
+/// On along what has come since, which are the last ones.
+void OtherMaps::walk(Searched& searched, const OwnMap& own) {
+  const PlacedScans& keys = own.key_scans.all();
+  std::size_t next = keys.size();
+  while (next > 0 &&
+         (!searched.walked || keys[next - 1].scan->stamp() > searched.walked->scan->stamp())) {
+    --next;
+  }
+  if (searched.walked && next > 0) {  // the map may have moved since
+    searched.walked_from_own =
+        searched.walked->map_from_base * keys[next - 1].map_from_base.inverse();
+  }
+  for (; next < keys.size() && searched.found == nullptr; ++next) {
+    require_going_on();
+    const PlacedScan key{keys[next].scan, searched.walked_from_own * keys[next].map_from_base};
+    const std::optional<Pose2> other_from_walked = searched.walk->go_on_to(key);
+    searched.walked = key;
+    if (other_from_walked) {
+      searched.met = PlacedScan{key.scan, *other_from_walked * key.map_from_base};
+      if (!join(searched, own)) {
+        searched.walk->disbelieve(*other_from_walked);
+      }
+    }
+  }
+}
+
+/// As both are now. Whether what they saw does not contradict that.
+bool OtherMaps::join(Searched& searched, const OwnMap& own) {
+  const PlacedScans& keys = own.key_scans.all();
+  const auto met = std::find_if(keys.rbegin(), keys.rend(), [&](const PlacedScan& key) {
+    return key.scan->stamp() == searched.met->scan->stamp();
+  });
+  if (met == keys.rend()) {
+    return false;
+  }
+  const Pose2& other_from_base = searched.met->map_from_base;
+  const MapMeeting meeting{
+      nearest_to(other_from_base.translation(), searched.map.part.key_scans.all()),
+      met->map_from_base * other_from_base.inverse()};
+  std::optional<MergedMap> both = joined(searched.map, merged_map_of(own), meeting, own.options,
+                                         [this] { require_going_on(); });
+  if (!both) {
+    return false;
+  }
+  searched.found = std::make_shared<const FoundMap>(keys, own.loops, std::move(*both));
+  give_(searched.found);
+  return true;
+}
+
+}  // namespace matchbox_slam

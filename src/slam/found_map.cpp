@@ -1,0 +1,77 @@
+#include "slam/found_map.hpp"
+
+#include <algorithm>
+
+namespace matchbox_slam {
+namespace {
+
+/// Of a key scan of both, where this robot's come first, when the other robot's have come in.
+std::size_t number_in_map(const FoundMap& found, std::size_t number) {
+  return number < found.own.size() ? found.number_of(number) : number - found.own.size() + 1;
+}
+
+}  // namespace
+
+bool is_up_to_date(const FoundMap& found, const PlacedScans& keys) {
+  const auto is_same = [](const PlacedScan& then, const PlacedScan& key) {
+    return then.scan == key.scan && then.map_from_base == key.map_from_base;
+  };
+  return found.own.size() <= keys.size() &&
+         std::equal(found.own.begin(), found.own.end(), keys.begin(), is_same);
+}
+
+std::vector<Pose2> poses_with(const FoundMap& found, const PlacedScans& keys) {
+  const std::vector<Pose2>& both = found.both.loops.graph.poses;
+  const std::size_t then = found.own.size();
+  std::vector<Pose2> poses(both.begin(), both.begin() + static_cast<std::ptrdiff_t>(then));
+  const Pose2 new_from_old = poses.back() * keys[then - 1].map_from_base.inverse();
+  for (std::size_t i = then; i < keys.size(); ++i) {
+    poses.push_back(new_from_old * keys[i].map_from_base);
+  }
+  return poses;
+}
+
+PoseGraph graph_with(const FoundMap& found, const PoseGraph& own,
+                     const std::vector<Pose2>& own_poses) {
+  const PoseGraph& both = found.both.loops.graph;
+  PoseGraph graph;
+  graph.poses = own_poses;
+  graph.poses.insert(graph.poses.begin() + 1,
+                     both.poses.begin() + static_cast<std::ptrdiff_t>(found.own.size()),
+                     both.poses.end());
+  for (PoseEdge edge : both.edges) {
+    edge.from = number_in_map(found, edge.from);
+    edge.to = number_in_map(found, edge.to);
+    add_edge(edge, graph);
+  }
+  for (PoseEdge edge : own.edges) {
+    if (std::max(edge.from, edge.to) >= found.own.size()) {  // it has come since
+      edge.from = found.number_of(edge.from);
+      edge.to = found.number_of(edge.to);
+      add_edge(edge, graph);
+    }
+  }
+  return graph;
+}
+
+std::vector<ClosedLoop> loops_with(const FoundMap& found, std::vector<ClosedLoop> own) {
+  for (ClosedLoop& loop : own) {
+    loop.found.key = found.number_of(loop.found.key);
+    loop.newest = found.number_of(loop.newest);
+  }
+  const std::vector<ClosedLoop>& both = found.both.loops.loops;
+  for (auto loop = both.begin() + static_cast<std::ptrdiff_t>(found.loops); loop != both.end();
+       ++loop) {
+    own.push_back(*loop);
+    own.back().found.key = number_in_map(found, loop->found.key);
+    own.back().newest = number_in_map(found, loop->newest);
+  }
+  return own;
+}
+
+PlacedScans others_of(const FoundMap& found) {
+  const PlacedScans& all = found.both.part.key_scans.all();
+  return {all.begin() + static_cast<std::ptrdiff_t>(found.own.size()), all.end()};
+}
+
+}  // namespace matchbox_slam
