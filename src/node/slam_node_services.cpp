@@ -166,7 +166,7 @@ void SlamNode::require_mergeable(const EngineState& map) {
         "the map that this node went on with is an image, which cannot be merged; begin one with "
         "~reset, or go on with a .slam file of key scans");
   }
-  const std::size_t lasers = session_.setup().run.scan_topics.size();
+  const std::size_t lasers = input_->topics().size();
   const auto& keys = map.key_scans.all();
   const auto other = std::find_if(keys.begin(), keys.end(), [&](const PlacedScan& key) {
     return static_cast<std::size_t>(key.scan->laser()) >= lasers;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <map>
 #include <stdexcept>
@@ -23,7 +24,12 @@ bool is_same_scan(const KeyScan& a, const KeyScan& b) {
   }
   const std::optional<MeasuredScan> one = a.measured();
   const std::optional<MeasuredScan> other = b.measured();
-  return one && other && one->scan.ranges == other->scan.ranges;
+  const auto is_same_range = [](float range, float other_range) {
+    return range == other_range || (std::isnan(range) && std::isnan(other_range));
+  };
+  return one && other &&
+         std::equal(one->scan.ranges.begin(), one->scan.ranges.end(), other->scan.ranges.begin(),
+                    other->scan.ranges.end(), is_same_range);
 }
 
 /// Of a map, how many key scans another one has, too.

@@ -54,8 +54,11 @@ std::optional<Pose2> MeetingWalk::go_on_to(const PlacedScan& key) {
     return std::nullopt;
   }
   if (!is_only_place(key, found->part_from_apart)) {
-    constexpr std::size_t kBetween = 5;  // key scans, after which more has been seen: a guess
-    ask_again_ = walked.key_scans.size() + kBetween;
+    // Key scans after which more has been seen: guesses. To ask takes as long as some hundred.
+    constexpr std::size_t kLeast = 5;
+    constexpr std::size_t kMost = 50;
+    const std::size_t walked_so_far = walked.key_scans.size();
+    ask_again_ = walked_so_far + std::clamp(walked_so_far / 2, kLeast, kMost);
     return std::nullopt;
   }
   search_.hypotheses.erase(search_.hypotheses.begin());  // it is the first one

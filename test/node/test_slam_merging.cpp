@@ -193,8 +193,8 @@ TEST_F(Merging, TakesInTheMapOfAnotherRobotWhereTheyMeet) {
             << ", other's " << others_error << " m of " << others << std::endl;
   EXPECT_EQ(others, given);
   EXPECT_EQ(own + others, map.key_scans.size());
-  EXPECT_LE(own_error, 0.03);
-  EXPECT_LE(others_error, 0.05);
+  EXPECT_LE(own_error, 0.015);
+  EXPECT_LE(others_error, 0.015);
   for (const auto& value : listener_.status.values) {
     EXPECT_TRUE(value.key.find("Scans skipped") != 0 || value.value == "0") << value.key;
   }
