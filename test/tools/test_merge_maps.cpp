@@ -185,7 +185,7 @@ TEST_F(MergeMapsProgram, HalvesOfABuildingWithARailingMeetWhereTheyShareScans) {
     GTEST_SKIP() << "SKIPPED: there is no " << bag
                  << "; set MATCHBOX_DATA to the folder with the real recordings";
   }
-  for (const std::string part : {"--duration 270 --out " + (folder_ / "first"),
+  for (const std::string& part : {"--duration 270 --out " + (folder_ / "first"),
                                  "--start 136 --out " + (folder_ / "second")}) {
     ASSERT_EQ(run_command(MATCHBOX_MAP_BAG, bag + " --quiet " + part).exit_code, 0);
   }
