@@ -34,6 +34,7 @@ std::vector<WaitingScan> read_waiting(std::size_t parts, MapReader& reader) {
 }
 
 constexpr int kMost = 1 << 30;
+constexpr std::size_t kMostPlaces = 1000;
 
 /// How many scans there were of some kind, or how many more than of another.
 template <typename Archive, typename Count>
@@ -146,22 +147,43 @@ void require_sound(const HypothesesState& state, std::size_t key_scans, const Ma
   }
 }
 
+/// How far versions before 15 had looked for the robot; it is looked for anew.
+void skip_search(MapReader& reader, std::size_t parts) {
+  std::uint64_t next = 0;
+  bool is_complete = false;
+  PlaceSearch search;
+  reader.integer(next);
+  reader.flag(is_complete);
+  reader.number(search.stamp, kLargest);
+  reader.size(search.hypotheses, 60, kMostPlaces, "places where the robot may be");
+  for (PlaceHypothesis& place : search.hypotheses) {
+    int confirmations = 0;
+    transfer_part(reader, place.part, parts);
+    transfer_pose(reader, place.part_from_apart);
+    transfer_count(reader, confirmations);
+    transfer_pose(reader, place.part_from_apart);
+  }
+}
+
 template <typename Archive, typename Search>
 void transfer_search(Archive& archive, Search& search, std::size_t parts) {
-  constexpr std::size_t kMostHypotheses = 1000;
-  std::uint64_t next = search.next;
-  archive.integer(next);
-  archive.flag(search.complete);
   archive.number(search.stamp, kLargest);
-  archive.size(search.hypotheses, 60, kMostHypotheses, "places where the robot may be");
-  for (auto& hypothesis : search.hypotheses) {
-    transfer_part(archive, hypothesis.part, parts);
-    transfer_pose(archive, hypothesis.part_from_apart);
-    transfer_count(archive, hypothesis.confirmations);
-    transfer_pose(archive, hypothesis.apart_from_base);
+  transfer_count(archive, search.sampled);
+  transfer_count(archive, search.alike);
+  archive.size(search.explained, 56, kMostPlaces, "key scans of a robot that is lost");
+  for (auto& explained : search.explained) {
+    archive.integer(explained.key_scan);
+    transfer_part(archive, explained.part, parts);
+    transfer_pose(archive, explained.part_from_base);
+    archive.number(explained.best);
+    archive.number(explained.elsewhere);
   }
-  if constexpr (Archive::kReads) {
-    search.next = static_cast<std::size_t>(next);
+  archive.size(search.hypotheses, 48, kMostPlaces, "places where the robot may be");
+  for (auto& place : search.hypotheses) {
+    transfer_part(archive, place.part, parts);
+    transfer_pose(archive, place.part_from_apart);
+    archive.number(place.log_odds);
+    archive.number(place.behind);
   }
 }
 
@@ -207,7 +229,11 @@ LocalizationState read_localization(const KeyScans& key_scans, MapReader& reader
     static_cast<void>(read_waiting(parts, reader));  // what was held until a doubt ended
   }
   localization.pending = read_waiting(parts, reader);
-  transfer_search(reader, localization.search, parts);
+  if (reader.version() >= 15) {
+    transfer_search(reader, localization.search, parts);
+  } else {
+    skip_search(reader, parts);
+  }
   for (const PlaceHypothesis& hypothesis : localization.search.hypotheses) {
     if (hypothesis.part == localization.here) {
       reader.fail("is damaged: it looks for part " + std::to_string(localization.here) +

@@ -59,6 +59,14 @@ void reject_former(const std::string& key, const std::string& section) {
                              (key == "doubt/enabled" ? "enabled" : "*") +
                              " took its place: see doc/parameters.md");
   }
+  constexpr std::array kOfConfirmations = {"recovery/key_scans", "recovery/confirmations",
+                                           "recovery/far_confirmations", "recovery/least_score",
+                                           "recovery/distance"};
+  if (std::find(kOfConfirmations.begin(), kOfConfirmations.end(), key) != kOfConfirmations.end()) {
+    throw ConfigurationError(key + ": there is no such option since version 2; " +
+                             (key == "recovery/key_scans" ? "recovery/places" : "recovery/sure") +
+                             " took its place: see doc/parameters.md");
+  }
   for (const auto& [former, now] : kRenamed) {
     if (key == former) {
       throw ConfigurationError(key + ": since version 2 this option is called " + now +

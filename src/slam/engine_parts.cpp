@@ -94,8 +94,7 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
   } else if (is_component_unmatched(outcome, predicted)) {
     begin_component_anew(input.scan.stamp);
   } else if (mapping_.is_lost() && outcome.match.accepted()) {
-    const double way = (before.inverse() * outcome.map_from_base).translation().norm();
-    search_for_map({seconds, way}, outcome);
+    search_for_map(outcome);
   }
   outcome.covariance += hypotheses_.spread_around(outcome.map_from_base);
   outcome.covariance = reported_covariance(outcome, mapping_.parts(), options_.slam.update_map);
@@ -287,10 +286,10 @@ std::vector<WeightedPose> SlamEngine::Parts::likely_poses() const {
   if (mapping_.is_lost()) {
     for (const PlaceHypothesis& place : relocalizer_.search().hypotheses) {
       if (place.part == 0) {
-        poses.push_back({place.part_from_apart * here, static_cast<double>(place.confirmations)});
+        poses.push_back({place.part_from_apart * here, std::exp(place.log_odds)});
       }
     }
-    sum = options_.recovery.far_confirmations;  // as many as it takes to be sure
+    sum = std::exp(options_.hypotheses.carried);
   } else {
     const PoseHypotheses::State& state = hypotheses_.state();
     poses.push_back({here, 1.0});
@@ -327,26 +326,27 @@ bool SlamEngine::Parts::map_apart(double stamp) {
   const double since = begun.is_drawn_beside
                            ? stamp + kDrawn * static_cast<double>(key_scans().size())
                            : relocalizer_.search().stamp;
-  relocalizer_.begin(mapping_.parts(), since);
+  relocalizer_.begin(since);
   hypotheses_.begin_lost();
   return begun.gave_up_part;
 }
 
-/// What is searched for the robot meanwhile goes on.
+/// What it was thought to see before is of no map.
 void SlamEngine::Parts::begin_component_anew(double stamp) {
   mapping_.unfork();
   tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
   mapping_.begin_apart(stamp, options_);
+  relocalizer_.begin_anew();
   hypotheses_.begin_lost();
 }
 
-void SlamEngine::Parts::search_for_map(const SearchStep& step, ScanOutcome& outcome) {
+void SlamEngine::Parts::search_for_map(ScanOutcome& outcome) {
   if (!relocalizer_.has_begun(outcome.stamp)) {
     return;
   }
   static_cast<void>(map());
   const std::optional<PlaceHypothesis> found =
-      relocalizer_.find(bundle_.all(), outcome.map_from_base, step, mapping_.parts(), options_);
+      relocalizer_.find(outcome.stamp, outcome.map_from_base, mapping_.parts(), options_);
   if (!found) {
     return;
   }
@@ -367,14 +367,14 @@ void SlamEngine::Parts::join(const PlaceHypothesis& found) {
   tracker_.change_frame(found.part_from_apart);
   mapping_.join(found.part, found.part_from_apart, options_);
   believe();
-  relocalizer_.begin(mapping_.parts());
+  relocalizer_.begin();
 }
 
 void SlamEngine::Parts::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
   tracker_.set_pose(map_from_base, covariance);
   mapping_.go_to_map(options_);
   believe();
-  relocalizer_.begin(mapping_.parts());
+  relocalizer_.begin();
 }
 
 // --- options, and going on from elsewhere ---
@@ -407,7 +407,7 @@ void SlamEngine::Parts::start_from(EngineState start) {
   if (const auto& fork = hypotheses_.state().fork) {
     mapping_.fork_as_of({fork->key_scans, std::move(localization.inserted_before_fork)}, options_);
   }
-  relocalizer_ = Relocalizer(std::move(localization.search), mapping_.parts());
+  relocalizer_ = Relocalizer(std::move(localization.search));
   tracker_.set_state(start.motion);
   scan_count_ = start.scan_count;
   secondary_lasers_ = std::move(start.secondary_lasers);

@@ -74,7 +74,7 @@ class SlamEngine::Parts {
                 const ScanOutcome& outcome);
   void go_on_mapping(ScanOutcome& outcome);
   void close_loops(ScanOutcome& outcome);
-  void search_for_map(const SearchStep& step, ScanOutcome& outcome);
+  void search_for_map(ScanOutcome& outcome);
   void join(const PlaceHypothesis& found);
   void believe();
   [[nodiscard]] const PlacedScans& key_scans_here() const {

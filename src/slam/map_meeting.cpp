@@ -13,15 +13,6 @@ namespace {
 
 constexpr std::size_t kWalked = 1;  // the part that the robot makes; it has left none
 
-/// Key scans are farther apart than the scans that a robot is searched with, and nothing waits for
-/// them.
-RecoveryOptions unhurried(RecoveryOptions options) {
-  constexpr int kTimesAsMany = 10;  // twice as Relocalizer has it where scans are rare: a guess
-  options.interval = 0.0;
-  options.key_scans *= kTimesAsMany;
-  return options;
-}
-
 /// Whether two meetings are the same one, by where they have a key scan.
 bool is_same(const Pose2& there_from_map, const Pose2& other, const Pose2& map_from_base) {
   constexpr double kDistance = 1.0;  // [m], more than maps drift where they meet: a guess
@@ -35,30 +26,16 @@ bool is_same(const Pose2& there_from_map, const Pose2& other, const Pose2& map_f
 MeetingWalk::MeetingWalk(const MapPart& there, const EngineOptions& options)
     : options_(options),
       parts_{there, {SlamMap(options.map, options.field), {}, {}, 0.0, kWalked}},
-      places_(searched_places(parts_, kWalked)) {
-  options_.recovery = unhurried(options.recovery);
-}
+      index_(parts_, kWalked) {}
 
 std::optional<Pose2> MeetingWalk::go_on_to(const PlacedScan& key) {
-  const std::shared_ptr<const PointScan> points = key.scan->points();
   MapPart& walked = parts_[kWalked];
   walked.key_scans.add(key);
-  insert_scan(*points, key.map_from_base, options_.map, walked.map);
+  insert_scan(*key.scan->points(), key.map_from_base, options_.map, walked.map);
   search_.stamp = std::numeric_limits<double>::lowest();  // stamps may go back between drives
   const std::optional<PlaceHypothesis> found = search_places(
-      *points, key.map_from_base, parts_, kWalked, places_, options_.recovery, search_);
+      key.scan->stamp(), key.map_from_base, parts_, kWalked, index_, options_, search_);
   if (!found) {
-    return std::nullopt;
-  }
-  if (walked.key_scans.size() < ask_again_) {
-    return std::nullopt;
-  }
-  if (!is_only_place(key, found->part_from_apart)) {
-    // Key scans after which more has been seen: guesses. To ask takes as long as some hundred.
-    constexpr std::size_t kLeast = 5;
-    constexpr std::size_t kMost = 50;
-    const std::size_t walked_so_far = walked.key_scans.size();
-    ask_again_ = walked_so_far + std::clamp(walked_so_far / 2, kLeast, kMost);
     return std::nullopt;
   }
   search_.hypotheses.erase(search_.hypotheses.begin());  // it is the first one
@@ -67,20 +44,6 @@ std::optional<Pose2> MeetingWalk::go_on_to(const PlacedScan& key) {
         return is_same(there_from_map, found->part_from_apart, key.map_from_base);
       });
   return is_told ? std::nullopt : std::optional(found->part_from_apart);
-}
-
-bool MeetingWalk::is_only_place(const PlacedScan& key, const Pose2& there_from_map) const {
-  constexpr int kMostLooks = 10;  // a look ends early where many poses were ranked
-  const std::shared_ptr<const PointScan> points = key.scan->points();
-  RecoveryOptions everywhere = options_.recovery;
-  everywhere.key_scans = static_cast<int>(places_.size());
-  PlaceSearch search;
-  std::optional<PlaceHypothesis> found;
-  for (int look = 0; look < kMostLooks && !search.complete; ++look) {
-    search.stamp = std::numeric_limits<double>::lowest();
-    found = search_places(*points, key.map_from_base, parts_, kWalked, places_, everywhere, search);
-  }
-  return found && is_same(found->part_from_apart, there_from_map, key.map_from_base);
 }
 
 void MeetingWalk::disbelieve(const Pose2& there_from_map) {

@@ -9,6 +9,7 @@
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/map_part.hpp"
 #include "matchbox_slam/slam/place_search.hpp"
+#include "slam/place_index.hpp"
 #include "slam/recovery.hpp"
 
 namespace matchbox_slam {
@@ -37,17 +38,11 @@ class MeetingWalk {
   void disbelieve(const Pose2& there_from_map);
 
  private:
-  /// Whether one key scan, searched at every place at once, is found at one alone, too. On the way
-  /// each is searched at a few: where corridors and rooms are alike it is chance which of them is
-  /// come to first.
-  [[nodiscard]] bool is_only_place(const PlacedScan& key, const Pose2& there_from_map) const;
-
   EngineOptions options_;
   std::vector<MapPart> parts_;  ///< the other map, and what was walked
-  std::vector<SearchedPlace> places_;
+  PlaceIndex index_;             ///< of the other map
   PlaceSearch search_;
   std::vector<Pose2> not_believed_;  ///< there_from_map
-  std::size_t ask_again_ = 0;        ///< key scans walked from which on it is asked where else
 };
 
 /// Searches one map in another one as a lost robot is searched for that drives its way again, by

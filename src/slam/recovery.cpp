@@ -2,274 +2,343 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/matching/contradiction.hpp"
-#include "matching/hough/hough_search.hpp"
-#include "matching/hough/relocalise.hpp"
+#include "matching/wide_search.hpp"
 #include "slam/match_validation.hpp"
+#include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-// Guesses, tried on six drives with faults (benchmark/reports/current/CONSTANTS.md): half of the
-// first two finds one carried robot 0.6 s later, half or double of the others changes no byte
-// there, but that of the most hypotheses, which was 24 then. How well a place is known before a
-// scan is matched there: [m], [rad].
-constexpr double kPlaceXy = 0.15;
-constexpr double kPlaceTheta = 0.08;
+constexpr std::size_t kMostHypotheses = 30;
+constexpr std::size_t kMostExplained = 100;
+/// What one scan says at most, in log odds: where map or model is wrong it is wrong for all beams.
+constexpr double kMostOfScan = 6.0;
 
-constexpr std::size_t kMostHypotheses = 100;
-constexpr std::size_t kChecksAtATime = 4;
-constexpr std::size_t kNearEach = 5;  // key scans searched
-// Poses that are looked at with one scan, beside the last key scan's. In rooms and in four logs a
-// key scan takes 2 ms, and 2.5 more for 10,000 poses: so the search takes 24 ms at most there. With
-// 34,500 seattle's robot is found after 25 scans in place of 23, with 42,000 a scan of aces
-// takes 28. Who sets more than the five key scans of the default gets as much more.
-constexpr std::size_t kMostRanked = 38000;
-constexpr std::size_t kOfKeyScans = 5;
+/// How far odometry may be off through a doubt: [m], [rad].
+constexpr double kSaidXy = 0.5;
+constexpr double kSaidTheta = 0.3;
+/// Where it sees much that is not known a place is not explained, and another one may be right.
+constexpr double kExplained = 2.0;
+/// Share of the evidence that errors of map and model make up between places that are equal.
+constexpr double kDoubtful = 0.1;
 
-/// A scan of a lost robot, and what it is searched in.
-struct LostScan {
-  const PointScan& points;
-  const Pose2& apart_from_base;
+/// What a lost robot is looked for with.
+struct Lost {
   const std::vector<MapPart>& parts;
   const MapPart& apart;  ///< the part that the robot makes meanwhile
-  const RecoveryOptions& options;
+  const EngineOptions& options;
 };
 
-bool is_farther(const Pose2& a, const Pose2& b, double distance) {
-  const Pose2 moved = a.inverse() * b;
-  return moved.translation().norm() >= distance || std::abs(moved.theta) >= distance;
-}
+/// Where a key scan may have been taken.
+struct Explanation {
+  std::size_t part;
+  Pose2 part_from_base;
+  ScanEvidence evidence;
+  bool is_held;  ///< in all directions
+};
 
-bool is_near(const PlaceHypothesis& a, const PlaceHypothesis& b) {
-  // Twice as far as a place is known to. Half or double changes no byte (CONSTANTS.md).
+bool is_near(std::size_t part_a, const Pose2& a, std::size_t part_b, const Pose2& b) {
+  // Twice as far as a place is known to.
   constexpr double kDistance = 0.3;  // [m]
   constexpr double kAngle = 0.15;    // [rad]
-  // Where both put the robot: the frames' origins may be far off.
-  const Pose2 apart =
-      (a.part_from_apart * a.apart_from_base).inverse() * b.part_from_apart * a.apart_from_base;
-  return a.part == b.part && apart.translation().norm() < kDistance &&
-         std::abs(apart.theta) < kAngle;
+  const Eigen::Vector3d apart = difference(a, b);
+  return part_a == part_b && apart.head<2>().norm() < kDistance && std::abs(apart.z()) < kAngle;
 }
 
-CheckedMatch match_at(const PointScan& scan, const Pose2& part_from_base, double xy, double theta,
-                      const MapPart& part) {
+Explanation explained_at(const PointScan& scan, std::size_t part, const Pose2& part_from_base,
+                         double xy, double theta, const Lost& lost) {
+  const MapPart& there = lost.parts[part];
   const PlacedScans none;
-  return search_and_check({scan, part_from_base, covariance_of(xy, theta), part.map.field, none, 0},
-                          part.map.occupancy);
+  const MatchResult match =
+      search_exactly({scan, part_from_base, covariance_of(xy, theta), there.map.field, none, 0});
+  return {part, match.map_from_base, evidence_of(scan, match.map_from_base, there.map),
+          match.accepted() && match.unconstrained_directions.empty()};
 }
 
-/// A place is refuted where the scan clearly contradicts it; one where little is mapped says
-/// nothing.
-enum class Verdict { kConfirmed, kOpen, kRefuted };
+/// How well a place is known before a scan is matched there: [m], [rad].
+Explanation explained_near(const PointScan& scan, std::size_t part, const Pose2& part_from_base,
+                           const Lost& lost) {
+  constexpr double kXy = 0.15;
+  constexpr double kTheta = 0.08;
+  return explained_at(scan, part, part_from_base, kXy, kTheta, lost);
+}
 
-/// By half as much again as what is suspicious: here a place is dropped for good.
-bool is_refuted(double violation) { return violation > 1.5 * kMostViolation; }
+double rival_of(const ExplainedScan& explained, std::size_t part, const Pose2& part_from_base) {
+  const bool is_best = is_near(part, part_from_base, explained.part, explained.part_from_base);
+  return std::max(0.0, is_best ? explained.elsewhere : explained.best);
+}
 
-Verdict judge(const CheckedMatch& checked, bool is_near, const RecoveryOptions& options) {
-  const MatchResult& match = checked.match;
-  // What a corridor does not hold fits all along it: there odometry has to tell.
-  const bool is_held = is_near || match.unconstrained_directions.empty();
-  if (is_convincing(checked) && is_held && (is_near || match.score >= options.least_score)) {
-    return Verdict::kConfirmed;
+/// Whether a place is explained so much better than a rival that errors do not make that up.
+double ahead(double log_odds, double rival) { return (1.0 - kDoubtful) * log_odds - rival; }
+
+constexpr double kTelling = 0.2;  // share of a scan
+constexpr double kAgrees = 2.0;
+
+/// Whether a place is worth following: the scan shows walls that are known there.
+bool agrees(const ScanEvidence& evidence) {
+  return evidence.telling >= kTelling && evidence.telling_mean >= kAgrees;
+}
+
+/// Log odds of a place against somewhere unknown, by one scan.
+/// @param most  that a scan says for a place.
+double odds_of(const Explanation& here, double rival, double most) {
+  constexpr double kContradicts = 1.0;
+  if (here.evidence.telling < kTelling) {
+    return 0.0;
   }
-  return is_refuted(checked.violation) ? Verdict::kRefuted : Verdict::kOpen;
+  if (here.evidence.telling_mean < kContradicts) {
+    return -5.0;
+  }
+  if (here.evidence.telling_mean < kAgrees) {
+    return -1.0;
+  }
+  if (!here.is_held || here.evidence.mean < kExplained) {
+    return 0.0;
+  }
+  return std::clamp(ahead(here.evidence.log_odds, rival), 0.0, most);
 }
 
 /// Robots are seldom carried away: what odometry says of the way through a doubt is about right. It
 /// says nothing of parts other than the one that the robot left.
-bool is_where_odometry_says(const PlaceHypothesis& place, const MapPart& apart) {
-  // Guesses. With half nothing changes, with double one carried robot is found 6 s sooner
-  // (CONSTANTS.md), by fewer confirmations.
+bool is_where_odometry_says(const PlaceHypothesis& place, const Pose2& apart_from_base,
+                            const MapPart& apart) {
   constexpr double kDistance = 2.0;  // [m]
   constexpr double kAngle = 0.6;     // [rad]
-  const Eigen::Vector3d off = difference(place.part_from_apart * place.apart_from_base,
-                                         apart.left_from_here * place.apart_from_base);
+  const Eigen::Vector3d off =
+      difference(place.part_from_apart * apart_from_base, apart.left_from_here * apart_from_base);
   return place.part == apart.left && off.head<2>().norm() <= kDistance &&
          std::abs(off.z()) <= kAngle;
 }
 
-void drop_copies(PlaceSearch& search) {
-  std::vector<PlaceHypothesis>& hypotheses = search.hypotheses;
-  std::stable_sort(hypotheses.begin(), hypotheses.end(),
-                   [](const auto& a, const auto& b) { return a.confirmations > b.confirmations; });
-  std::vector<PlaceHypothesis> kept;
-  for (const PlaceHypothesis& hypothesis : hypotheses) {
-    const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const PlaceHypothesis& other) {
-      return is_near(other, hypothesis);
-    });
-    if (is_new) {
-      kept.push_back(hypothesis);
-    }
-  }
-  if (kept.size() > kMostHypotheses) {
-    kept.resize(kMostHypotheses);
-    search.complete = false;  // what is dropped unheard may be right
-  }
-  hypotheses = std::move(kept);
-}
-
-/// Looks again at the hypotheses that were not looked at for some way, a few at a time.
-void check_hypotheses(const LostScan& lost, std::vector<PlaceHypothesis>& hypotheses) {
-  std::vector<PlaceHypothesis> kept;
-  std::size_t checks = 0;
-  for (PlaceHypothesis& hypothesis : hypotheses) {
-    if (is_farther(hypothesis.apart_from_base, lost.apart_from_base, lost.options.distance) &&
-        checks < kChecksAtATime) {
-      ++checks;
-      const CheckedMatch found =
-          match_at(lost.points, hypothesis.part_from_apart * lost.apart_from_base, kPlaceXy,
-                   kPlaceTheta, lost.parts[hypothesis.part]);
-      const Verdict verdict =
-          judge(found, is_where_odometry_says(hypothesis, lost.apart), lost.options);
-      if (verdict == Verdict::kRefuted) {
-        continue;
-      }
-      hypothesis.apart_from_base = lost.apart_from_base;
-      if (verdict == Verdict::kConfirmed) {
-        ++hypothesis.confirmations;
-        hypothesis.part_from_apart = found.match.map_from_base * lost.apart_from_base.inverse();
-      }
-    }
-    kept.push_back(hypothesis);
-  }
-  hypotheses = std::move(kept);
-}
-
-/// Key scans on the way to where the robot is, newest first, so far apart that each says something
-/// new; those of one laser, as another one may see little.
-PlacedScans way_of(const LostScan& lost) {
-  PlacedScans way;
-  Pose2 before = lost.apart_from_base;
+/// The newest key scan that was not searched yet, of those that say something new; of one laser, as
+/// another one may see little. Null where there is none.
+const PlacedScan* next_key_scan(const Lost& lost, const PlaceSearch& search) {
+  constexpr std::size_t kNewest = 40;
   const PlacedScans& all = lost.apart.key_scans.all();
-  for (auto key = all.rbegin();
-       key != all.rend() && way.size() < static_cast<std::size_t>(lost.options.far_confirmations);
-       ++key) {
-    if (key->scan->laser() == all.front().scan->laser() &&
-        is_farther(before, key->map_from_base, lost.options.distance)) {
-      before = key->map_from_base;
-      way.push_back(*key);
-    }
-  }
-  return way;
-}
-
-/// How many key scans of the way speak for a place, and against it.
-struct Votes {
-  int confirm = 0;
-  int refute = 0;
-};
-
-/// @param least  of confirmations less refutations: where that can no longer be reached, the votes
-///               are those until then.
-Votes votes_of(const PlacedScans& way, const LostScan& lost, const PlaceHypothesis& place,
-               int least) {
-  const MapPart& part = lost.parts[place.part];
-  Votes votes;
-  PlacedScans open;
-  for (const PlacedScan& key : way) {  // the cheap question first
-    const Pose2 part_from_base = place.part_from_apart * key.map_from_base;
-    if (is_refuted(contradiction(*key.scan->points(), part_from_base, part.map.field))) {
-      ++votes.refute;
-    } else {
-      open.push_back({key.scan, part_from_base});
-    }
-  }
-  auto left = static_cast<int>(open.size());
-  for (const PlacedScan& key : open) {
-    if (votes.confirm + left - votes.refute < least) {
-      break;
-    }
-    --left;
-    const Verdict verdict =
-        judge(match_at(*key.scan->points(), key.map_from_base, kPlaceXy, kPlaceTheta, part), false,
-              lost.options);
-    votes.confirm += verdict == Verdict::kConfirmed ? 1 : 0;
-    votes.refute += verdict == Verdict::kRefuted ? 1 : 0;
-  }
-  return votes;
-}
-
-Votes votes_of(const PlacedScans& way, const LostScan& lost, const PlaceHypothesis& place) {
-  return votes_of(way, lost, place, -static_cast<int>(way.size()));
-}
-
-/// What was seen on the way speaks for a far place or against it, as what comes will, so that a
-/// robot that stands is found, too. Whether it does not speak against it.
-bool agrees_with_way(const PlacedScans& way, const LostScan& lost, PlaceHypothesis& place) {
-  const Votes votes = votes_of(way, lost, place, 1 - place.confirmations);
-  place.confirmations += votes.confirm - votes.refute;
-  return place.confirmations > 0;
-}
-
-/// Adds the places around a key scan where the scan fits. Returns how many poses were looked at, or
-/// what takes as long.
-std::size_t find_around(const LostScan& lost, const SearchedScan& searched,
-                        const SearchedPlace& place, std::vector<PlaceHypothesis>& hypotheses) {
-  const MapPart& part = lost.parts[place.part];
-  constexpr std::size_t kTries = 3;  // a guess; half or double changes no byte (CONSTANTS.md)
-  // A match takes some 0.4 ms.
-  constexpr std::size_t kPosesAMatch = 1500;
-  const KeyScanSearch search = search_anywhere(searched, place.key, HoughOptions{}, kTries);
-  std::size_t looked_at = search.ranked;
-  for (const RankedPose& pose : search.poses) {
-    // Cheap, and most are none: the walls of the part, which are more than the key scan's.
-    if (is_refuted(contradiction(lost.points, pose.map_from_base, part.map.field))) {
+  std::size_t looked_at = 0;
+  for (auto key = all.rbegin(); key != all.rend() && looked_at < kNewest; ++key) {
+    if (key->scan->laser() != all.front().scan->laser()) {
       continue;
     }
-    looked_at += kPosesAMatch;
-    const CheckedMatch checked =
-        match_at(lost.points, pose.map_from_base, kPlaceXy, kPlaceTheta, part);
-    PlaceHypothesis found{place.part, checked.match.map_from_base * lost.apart_from_base.inverse(),
-                          1, lost.apart_from_base};
-    const bool is_where_said = is_where_odometry_says(found, lost.apart);
-    const bool is_new =
-        std::none_of(hypotheses.begin(), hypotheses.end(),
-                     [&found](const PlaceHypothesis& other) { return is_near(other, found); });
-    if (!is_new || judge(checked, is_where_said, lost.options) != Verdict::kConfirmed) {
-      continue;
-    }
-    const PlacedScans way = is_where_said ? PlacedScans{} : way_of(lost);
-    looked_at += kPosesAMatch * way.size();
-    if (is_where_said || agrees_with_way(way, lost, found)) {
-      hypotheses.push_back(found);
+    ++looked_at;
+    const auto is_it = [&](const ExplainedScan& explained) {
+      return explained.key_scan == key->scan->id();
+    };
+    if (std::none_of(search.explained.begin(), search.explained.end(), is_it)) {
+      return &*key;
     }
   }
-  return looked_at;
+  return nullptr;
 }
 
-/// Looks where odometry says that the robot is in the part that it left.
-void look_near(const LostScan& lost, std::vector<PlaceHypothesis>& hypotheses) {
-  constexpr double kXy = 0.5;     // [m]
-  constexpr double kTheta = 0.3;  // [rad], a guess; half or double changes no byte (CONSTANTS.md)
+/// How well a scan fits near a place, 0 to 1, by some of its points: enough to choose what is
+/// searched.
+double rough_fit(const std::vector<Eigen::Vector2d>& points, const Pose2& map_from_base,
+                 const LikelihoodField& field) {
+  constexpr double kStep = 0.25;  // [m], within the reach of the field
+  constexpr int kSteps = 3;
+  constexpr double kTurn = 0.04;  // [rad]
+  constexpr int kTurns = 1;
+  int best = 0;
+  for (int turn = -kTurns; turn <= kTurns; ++turn) {
+    const double theta = map_from_base.theta + kTurn * turn;
+    const Eigen::Rotation2Dd rotation(theta);
+    std::vector<Eigen::Vector2d> turned;
+    turned.reserve(points.size());
+    for (const Eigen::Vector2d& point : points) {
+      turned.push_back(map_from_base.translation() + rotation * point);
+    }
+    for (int y = -kSteps; y <= kSteps; ++y) {
+      for (int x = -kSteps; x <= kSteps; ++x) {
+        const Eigen::Vector2d moved(kStep * x, kStep * y);
+        int near = 0;
+        for (const Eigen::Vector2d& point : turned) {
+          near += LikelihoodField::kFar - field.distance(field.geometry().cell_at(point + moved));
+        }
+        best = std::max(best, near);
+      }
+    }
+  }
+  return static_cast<double>(best) /
+         (LikelihoodField::kFar * static_cast<double>(std::max<std::size_t>(1, points.size())));
+}
+
+/// Of the places that look most alike, those where the scan fits best.
+std::vector<LikelyPlace> places_to_search(const PointScan& scan, const Lost& lost,
+                                          const PlaceIndex& index, std::vector<LikelyPlace> known) {
+  constexpr std::size_t kTimesAsMany = 8;
+  constexpr std::size_t kPoints = 40;
+  const auto most = static_cast<std::size_t>(lost.options.recovery.places);
+  std::vector<LikelyPlace> places = index.look_up(scan, kTimesAsMany * most, std::move(known));
+  std::vector<Eigen::Vector2d> points;
+  const std::size_t stride = scan.points.size() / kPoints + 1;
+  for (std::size_t i = stride / 2; i < scan.points.size(); i += stride) {
+    if (scan.points[i].position.norm() < kFarthestPoint) {
+      points.push_back(scan.points[i].position);
+    }
+  }
+  for (LikelyPlace& place : places) {
+    place.unlike = 1.0 - rough_fit(points, place.part_from_base, lost.parts[place.part].map.field);
+  }
+  std::stable_sort(places.begin(), places.end(),
+                   [](const auto& a, const auto& b) { return a.unlike < b.unlike; });
+  places.resize(std::min(places.size(), most));
+  return places;
+}
+
+/// By exact search at places that look alike.
+std::vector<Explanation> explained_anywhere(const PointScan& scan, std::vector<LikelyPlace> known,
+                                            const Lost& lost, const PlaceIndex& index) {
+  constexpr double kXy = 0.5;      // [m], half of what is between places of the index
+  constexpr double kTheta = 0.08;  // [rad], twice as far as it knows a heading
+  std::vector<Explanation> found;
+  for (const LikelyPlace& place : places_to_search(scan, lost, index, std::move(known))) {
+    found.push_back(explained_at(scan, place.part, place.part_from_base, kXy, kTheta, lost));
+  }
+  return found;
+}
+
+/// All that explains a key scan: first where the hypotheses have it, in their order.
+std::vector<Explanation> explanations_of(const PointScan& scan, const Pose2& apart_from_base,
+                                         const Lost& lost, const PlaceIndex& index,
+                                         const std::vector<PlaceHypothesis>& hypotheses) {
+  std::vector<Explanation> found;
+  std::vector<LikelyPlace> known;
+  for (const PlaceHypothesis& place : hypotheses) {
+    found.push_back(
+        explained_near(scan, place.part, place.part_from_apart * apart_from_base, lost));
+    known.push_back({place.part, found.back().part_from_base});
+  }
   const std::size_t left = lost.apart.left;
-  if (&lost.parts[left] == &lost.apart) {
+  if (&lost.parts[left] != &lost.apart) {
+    found.push_back(explained_at(scan, left, lost.apart.left_from_here * apart_from_base, kSaidXy,
+                                 kSaidTheta, lost));
+  }
+  for (const Explanation& one : explained_anywhere(scan, std::move(known), lost, index)) {
+    found.push_back(one);
+  }
+  return found;
+}
+
+ExplainedScan best_of(const std::vector<Explanation>& explanations, std::uint64_t key_scan) {
+  ExplainedScan explained{key_scan, 0, {}, 0.0, 0.0};
+  for (const Explanation& one : explanations) {
+    if (one.evidence.log_odds > explained.best) {
+      explained.best = one.evidence.log_odds;
+      explained.part = one.part;
+      explained.part_from_base = one.part_from_base;
+    }
+  }
+  for (const Explanation& one : explanations) {
+    if (!is_near(one.part, one.part_from_base, explained.part, explained.part_from_base)) {
+      explained.elsewhere = std::max(explained.elsewhere, one.evidence.log_odds);
+    }
+  }
+  return explained;
+}
+
+/// What a scan says for a place at most: what is not mapped looks like what is, as often as places
+/// of the map look like each other.
+double most_of_scan(const PlaceSearch& search) {
+  constexpr double kAlike = 0.1;  // of one, before any was looked at
+  return std::min(kMostOfScan, std::log((1.0 + search.sampled) / (kAlike + search.alike)));
+}
+
+/// Looks whether a key scan of the map might as well have been taken elsewhere in it.
+void sample(const Lost& lost, const PlaceIndex& index, PlaceSearch& search) {
+  constexpr int kMostSampled = 20;
+  constexpr double kGolden = 0.6180339887498949;  // so that they are spread evenly at any time
+  constexpr double kElsewhere = 1.0;              // [m]
+  const std::size_t part = lost.apart.left;
+  const PlacedScans& keys = lost.parts[part].key_scans.all();
+  if (search.sampled >= kMostSampled || keys.empty() || &lost.parts[part] == &lost.apart) {
     return;
   }
-  const CheckedMatch found = match_at(lost.points, lost.apart.left_from_here * lost.apart_from_base,
-                                      kXy, kTheta, lost.parts[left]);
-  if (judge(found, true, lost.options) == Verdict::kConfirmed) {
-    hypotheses.push_back({left, found.match.map_from_base * lost.apart_from_base.inverse(), 1,
-                          lost.apart_from_base});
-  }
+  const double share = std::fmod(kGolden * (search.sampled + 1), 1.0);
+  const PlacedScan& key = keys[static_cast<std::size_t>(share * static_cast<double>(keys.size()))];
+  const std::shared_ptr<const PointScan> scan = key.scan->points();
+  const double here = evidence_of(*scan, key.map_from_base, lost.parts[part].map).log_odds;
+  const auto is_as_well = [&](const Explanation& there) {
+    const Eigen::Vector3d apart = difference(there.part_from_base, key.map_from_base);
+    return (there.part != part || apart.head<2>().norm() > kElsewhere) &&
+           there.evidence.mean >= kExplained && ahead(here, there.evidence.log_odds) < 0.0;
+  };
+  const std::vector<Explanation> found =
+      explained_anywhere(*scan, {{part, key.map_from_base, 0.0}}, lost, index);
+  search.alike += std::any_of(found.begin(), found.end(), is_as_well) ? 1 : 0;
+  ++search.sampled;
 }
 
-void add_hypotheses(const LostScan& lost, const std::vector<SearchedPlace>& places,
-                    std::size_t most, PlaceSearch& search) {
-  const SearchedScan searched(lost.points, HoughOptions{}.alignment.point_spacing);
-  const std::size_t count = std::min(most, places.size());
-  const std::size_t most_ranked = kMostRanked * std::max<std::size_t>(1, most / kOfKeyScans);
-  std::size_t ranked = 0;
-  for (std::size_t i = 0; i < count && ranked < most_ranked; ++i) {
-    search.next = std::min(search.next, places.size() - 1);
-    ranked += find_around(lost, searched, places[search.next++], search.hypotheses);
-    if (search.next == places.size()) {
-      search.next = 0;
-      search.complete = true;
+/// What key scans that were searched before say of a place that is new.
+double odds_of_way(const PlaceHypothesis& place, const Lost& lost, const PlaceSearch& search) {
+  constexpr std::size_t kAsked = 6;
+  double log_odds = 0.0;
+  std::size_t asked = 0;
+  for (auto explained = search.explained.rbegin();
+       explained != search.explained.rend() && asked < kAsked; ++explained, ++asked) {
+    const PlacedScan& key = lost.apart.key_scans.all()[explained->key_scan];
+    const Explanation here = explained_near(*key.scan->points(), place.part,
+                                            place.part_from_apart * key.map_from_base, lost);
+    log_odds +=
+        odds_of(here, rival_of(*explained, here.part, here.part_from_base), most_of_scan(search));
+  }
+  return log_odds;
+}
+
+/// What was drawn apart may have been taken back.
+void forget_scans_that_are_no_more(const KeyScans& keys, PlaceSearch& search) {
+  std::vector<ExplainedScan>& all = search.explained;
+  const auto is_gone = [&](const ExplainedScan& one) { return one.key_scan >= keys.size(); };
+  all.erase(std::remove_if(all.begin(), all.end(), is_gone), all.end());
+}
+
+void weigh(const PlacedScan& key, const Lost& lost, const PlaceIndex& index, PlaceSearch& search) {
+  const std::shared_ptr<const PointScan> scan = key.scan->points();
+  const Pose2& apart_from_base = key.map_from_base;
+  std::vector<PlaceHypothesis>& hypotheses = search.hypotheses;
+  const std::vector<Explanation> found =
+      explanations_of(*scan, apart_from_base, lost, index, hypotheses);
+  const ExplainedScan explained = best_of(found, key.scan->id());
+  const double most = most_of_scan(search);
+  std::vector<PlaceHypothesis> kept;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Explanation& here = found[i];
+    const bool is_new = i >= hypotheses.size();
+    PlaceHypothesis place = is_new ? PlaceHypothesis{here.part, {}, 0.0, 0.0} : hypotheses[i];
+    const double says = odds_of(here, rival_of(explained, here.part, here.part_from_base), most);
+    place.log_odds += says;
+    place.behind += std::clamp(explained.best - here.evidence.log_odds, 0.0, kMostOfScan);
+    if (is_new ? !agrees(here.evidence)
+               : says < -1.0 && place.log_odds < -lost.options.hypotheses.decisive) {
+      continue;
     }
+    if (here.is_held || is_new) {
+      place.part_from_apart = here.part_from_base * apart_from_base.inverse();
+    }
+    const bool is_copy = std::any_of(kept.begin(), kept.end(), [&](const auto& other) {
+      return is_near(place.part, place.part_from_apart * apart_from_base, other.part,
+                     other.part_from_apart * apart_from_base);
+    });
+    if (is_copy) {
+      continue;
+    }
+    if (is_new && says > 0.0) {
+      place.log_odds += odds_of_way(place, lost, search);
+    }
+    kept.push_back(place);
+  }
+  std::stable_sort(kept.begin(), kept.end(),
+                   [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
+  kept.resize(std::min(kept.size(), kMostHypotheses));
+  hypotheses = std::move(kept);
+  search.explained.push_back(explained);
+  if (search.explained.size() > kMostExplained) {
+    search.explained.erase(search.explained.begin());
   }
 }
 
@@ -300,129 +369,59 @@ double share_through_walls(const PlacedScans& keys, const MapPart& other,
 
 /// Where rooms are alike, what lies around them tells: how many key scans of either part see
 /// through walls of the other, joined as the place has it.
-/// @param seen  key scans of the part that the robot makes, spread out.
-Verdict judge_whole(const LostScan& lost, const PlaceHypothesis& place, const PlacedScans& seen,
-                    const std::vector<SearchedPlace>& places) {
+double share_through_walls(const Lost& lost, const PlaceHypothesis& place) {
+  const MapPart& there = lost.parts[place.part];
+  return std::max(
+      share_through_walls(lost.apart.key_scans.all(), there, place.part_from_apart),
+      share_through_walls(there.key_scans.all(), lost.apart, place.part_from_apart.inverse()));
+}
+
+/// The first place, if it is the right one; where it cannot be, it is one no more.
+std::optional<PlaceHypothesis> take_first(const Lost& lost,
+                                          std::vector<PlaceHypothesis>& hypotheses) {
   constexpr double kMinShareRefuted = 0.3;
-  PlacedScans there;
-  for (const SearchedPlace& searched : places) {
-    if (searched.part == place.part) {
-      there.push_back(searched.key);
-    }
-  }
-  const double through =
-      std::max(share_through_walls(seen, lost.parts[place.part], place.part_from_apart),
-               share_through_walls(there, lost.apart, place.part_from_apart.inverse()));
-  if (through > kMinShareRefuted) {
-    return Verdict::kRefuted;
-  }
-  return through <= kMostThroughWalls ? Verdict::kConfirmed : Verdict::kOpen;
-}
-
-/// Whether no other place may be the right one as well as the first. How often each was confirmed
-/// does not tell, as one may have been found long after the other: the same key scans are asked of
-/// both. What is no rival is dropped, and found again if it is the right one after all. A few are
-/// asked at a time, so that no scan waits long: where more are left it is not known yet.
-bool is_alone(const LostScan& lost, const PlacedScans& seen,
-              const std::vector<SearchedPlace>& places, std::vector<PlaceHypothesis>& hypotheses) {
-  constexpr std::size_t kAskedAtATime = 2;
-  if (hypotheses.size() == 1) {
-    return true;
-  }
-  const PlacedScans way = way_of(lost);
-  const Votes best = votes_of(way, lost, hypotheses.front());
-  for (std::size_t asked = 0; hypotheses.size() > 1; ++asked) {
-    if (asked == kAskedAtATime) {
-      return false;
-    }
-    const auto other = hypotheses.begin() + 1;
-    const Votes votes = votes_of(way, lost, *other);
-    const bool is_rival = 2 * votes.confirm >= best.confirm && votes.refute <= best.refute;
-    if (is_rival && judge_whole(lost, *other, seen, places) != Verdict::kRefuted) {
-      return false;
-    }
-    hypotheses.erase(other);
-  }
-  return true;
-}
-
-/// Whether the first place is to be judged: confirmed often enough, and what may be as well was
-/// searched.
-bool is_to_be_judged(const LostScan& lost, const PlaceSearch& search) {
-  if (search.hypotheses.empty()) {
-    return false;
-  }
-  const PlaceHypothesis& best = search.hypotheses.front();
-  // Asked again where something new was seen or searched.
-  const bool is_news = search.next == 0 || best.apart_from_base == lost.apart_from_base;
-  const bool is_where_said = is_where_odometry_says(best, lost.apart);
-  const int next = search.hypotheses.size() > 1 ? search.hypotheses[1].confirmations : 0;
-  const int wanted = is_where_said ? lost.options.confirmations + std::max(0, next - 1)
-                                   : lost.options.far_confirmations;
-  return is_news && (is_where_said || search.complete) && best.confirmations >= wanted;
-}
-
-/// The first place, if it is the right one.
-std::optional<PlaceHypothesis> judge_first(const LostScan& lost,
-                                           const std::vector<SearchedPlace>& places,
-                                           std::vector<PlaceHypothesis>& hypotheses) {
-  const PlaceHypothesis first = hypotheses.front();
-  const PlacedScans seen = spread_out(lost.apart.key_scans.all());
-  const Verdict whole = judge_whole(lost, first, seen, places);
-  if (whole == Verdict::kRefuted) {
-    hypotheses.erase(hypotheses.begin());
-  }
-  if (whole != Verdict::kConfirmed) {
+  const PlaceHypothesis best = hypotheses.front();
+  const auto is_rival = [&](const PlaceHypothesis& other) {
+    return other.behind - best.behind < lost.options.hypotheses.decisive;
+  };
+  if (std::any_of(hypotheses.begin() + 1, hypotheses.end(), is_rival)) {
     return std::nullopt;
   }
-  const bool is_found =
-      is_where_odometry_says(first, lost.apart) || is_alone(lost, seen, places, hypotheses);
-  return is_found ? std::optional(first) : std::nullopt;
+  const double through = share_through_walls(lost, best);
+  if (through > kMinShareRefuted) {
+    hypotheses.erase(hypotheses.begin());
+  }
+  return through <= kMostThroughWalls ? std::optional(best) : std::nullopt;
 }
 
 }  // namespace
 
-std::vector<SearchedPlace> searched_places(const std::vector<MapPart>& parts, std::size_t apart) {
-  std::vector<SearchedPlace> places;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (i != apart) {
-      for (const PlacedScan& key : spread_out(parts[i].key_scans.all())) {
-        places.push_back({i, key});
-      }
-    }
-  }
-  return places;
-}
-
-std::optional<PlaceHypothesis> search_places(const PointScan& scan, const Pose2& apart_from_base,
+std::optional<PlaceHypothesis> search_places(double stamp, const Pose2& apart_from_base,
                                              const std::vector<MapPart>& parts, std::size_t apart,
-                                             const std::vector<SearchedPlace>& places,
-                                             const RecoveryOptions& options, PlaceSearch& search) {
+                                             const PlaceIndex& index, const EngineOptions& options,
+                                             PlaceSearch& search) {
   constexpr double kJitter = 0.1;  // share of an interval that is as long as that between scans
-  if (scan.stamp - search.stamp < (1.0 - kJitter) * options.interval) {
+  if (stamp - search.stamp < (1.0 - kJitter) * options.recovery.interval) {
     return std::nullopt;
   }
-  search.stamp = scan.stamp;
-  const LostScan lost{scan, apart_from_base, parts, parts[apart], options};
-  check_hypotheses(lost, search.hypotheses);
-  drop_copies(search);
-  if (search.next != 0 && is_to_be_judged(lost, search)) {
-    if (const auto found = judge_first(lost, places, search.hypotheses)) {
-      return found;
-    }
-    // So that the scan does not wait long; not at all would be for ever where scans are rare.
-    add_hypotheses(lost, places, 1, search);
-    drop_copies(search);
+  const Lost lost{parts, parts[apart], options};
+  search.stamp = stamp;
+  forget_scans_that_are_no_more(lost.apart.key_scans, search);
+  sample(lost, index, search);
+  const PlacedScan* key = next_key_scan(lost, search);
+  if (key == nullptr) {
     return std::nullopt;
   }
-  const auto most = static_cast<std::size_t>(options.key_scans);
-  if (search.next % kNearEach < most) {
-    look_near(lost, search.hypotheses);
+  weigh(*key, lost, index, search);
+  if (search.hypotheses.empty()) {
+    return std::nullopt;
   }
-  add_hypotheses(lost, places, most, search);
-  drop_copies(search);
-  return is_to_be_judged(lost, search) ? judge_first(lost, places, search.hypotheses)
-                                       : std::nullopt;
+  const PlaceHypothesis& best = search.hypotheses.front();
+  const double wanted =
+      options.recovery.sure - (is_where_odometry_says(best, apart_from_base, lost.apart)
+                                   ? options.hypotheses.decisive
+                                   : 0.0);
+  return best.log_odds < wanted ? std::nullopt : take_first(lost, search.hypotheses);
 }
 
 }  // namespace matchbox_slam

@@ -5,9 +5,10 @@
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
-#include "matchbox_slam/sensor/point_scan.hpp"
+#include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/map_part.hpp"
 #include "matchbox_slam/slam/place_search.hpp"
+#include "slam/place_index.hpp"
 
 namespace matchbox_slam {
 
@@ -16,27 +17,16 @@ namespace matchbox_slam {
 /// a grazing angle from afar, an open door cannot be told from wall. Of wrong places 0 to 100 %.
 constexpr double kMostThroughWalls = 0.1;
 
-/// Where key scans are that are searched.
-struct SearchedPlace {
-  std::size_t part;
-  PlacedScan key;
-};
-
-/// The key scans of all parts but one that are worth searching: those that see something else than
-/// the others.
-[[nodiscard]] std::vector<SearchedPlace> searched_places(const std::vector<MapPart>& parts,
-                                                         std::size_t apart);
-
-/// Looks for a lost robot with its newest scan. Each time a few key scans are searched, with no
-/// idea of where the scan was taken (Censi, Iocchi and Grisetti 2005); places where it fits become
-/// hypotheses, which key scans of the way there and the next scans confirm or refute by exact
-/// search (Olson 2009). The answer is the one place that is left: several scans matched there and
-/// hardly one elsewhere, and, unless it is near where odometry says, all key scans were searched.
-/// @param apart   part of the map that the robot makes meanwhile.
-/// @param places  as of `searched_places`.
+/// Looks for a lost robot with a key scan of the map that it makes meanwhile, the newest that was
+/// not searched yet. Places that look alike, by the index, are searched exactly (Olson 2009), and
+/// become hypotheses, which compete by evidence added up over key scans (a sequential test; Wald
+/// 1945): each says for a place by how much it is better explained there than anywhere else in the
+/// map, whatever went before. So rooms that are alike say nothing for any of them, whether they are
+/// mapped or not. The answer is the place that is sure.
+/// @param stamp  [s] of the newest scan.
+/// @param apart  part of the map that the robot makes meanwhile.
 [[nodiscard]] std::optional<PlaceHypothesis> search_places(
-    const PointScan& scan, const Pose2& apart_from_base, const std::vector<MapPart>& parts,
-    std::size_t apart, const std::vector<SearchedPlace>& places, const RecoveryOptions& options,
-    PlaceSearch& search);
+    double stamp, const Pose2& apart_from_base, const std::vector<MapPart>& parts,
+    std::size_t apart, const PlaceIndex& index, const EngineOptions& options, PlaceSearch& search);
 
 }  // namespace matchbox_slam

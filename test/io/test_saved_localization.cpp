@@ -22,7 +22,7 @@ std::string error_after(const std::function<void(LocalizationState&)>& change) {
   EngineState start{map, {}, {}, {}, 0};
   start.localization.apart.assign(2, {map, {}, {}, 5.0});
   start.localization.here = 2;
-  start.localization.search.hypotheses.assign(2, {1, {}, 3, {}});
+  start.localization.search.hypotheses.assign(2, {1, {}, 3.0, 0.5});
   const PlacedScan scan{std::make_shared<const KeyScan>(MeasuredScan{}, 0, 0), {}};
   start.localization.pending = {{0, scan}};
   change(start.localization);
@@ -47,6 +47,9 @@ TEST(SavedLocalization, ComeBack) {
   start.key_scans.add(MeasuredScan{}, 0, {});
   start.localization.hypotheses = doubt();
   start.localization.inserted_before_fork = {{0, {1.0, 0.0, 0.5}}};
+  start.localization.search.sampled = 5;
+  start.localization.search.alike = 2;
+  start.localization.search.explained = {{7, 0, {1.0, 2.0, 0.25}, 12.5, 3.5}};
   const TemporaryFolder folder;
   replace_file(folder / "map.slam", to_saved_map(start));
   const LocalizationState back = read_saved_map(folder / "map.slam").localization;
@@ -62,6 +65,13 @@ TEST(SavedLocalization, ComeBack) {
   EXPECT_FALSE(back.hypotheses.others[0].key_scans[0]);
   EXPECT_EQ(*back.hypotheses.others[1].key_scans[0], Pose2{});
   EXPECT_EQ(back.inserted_before_fork.at(0), (Pose2{1.0, 0.0, 0.5}));
+  EXPECT_EQ(back.search.sampled, 5);
+  EXPECT_EQ(back.search.alike, 2);
+  ASSERT_EQ(back.search.explained.size(), 1U);
+  EXPECT_EQ(back.search.explained[0].key_scan, 7U);
+  EXPECT_EQ(back.search.explained[0].part_from_base, (Pose2{1.0, 2.0, 0.25}));
+  EXPECT_EQ(back.search.explained[0].best, 12.5);
+  EXPECT_EQ(back.search.explained[0].elsewhere, 3.5);
 }
 
 TEST(SavedLocalization, ForkWhereThereAreKeyScans) {
@@ -104,10 +114,10 @@ TEST(SavedLocalization, SeekNoPartInItself) {
 TEST(SavedLocalization, CountNoMoreThanThereCanBe) {
   for (const int count : {-1, (1 << 30) + 1}) {
     const std::string text = "is damaged: it counts " + std::to_string(count) + " scans";
-    EXPECT_TRUE(contains(error_after([&](LocalizationState& lie) {
-                           lie.search.hypotheses[0].confirmations = count;
-                         }),
-                         text));
+    EXPECT_TRUE(
+        contains(error_after([&](LocalizationState& lie) { lie.search.sampled = count; }), text));
+    EXPECT_TRUE(
+        contains(error_after([&](LocalizationState& lie) { lie.search.alike = count; }), text));
   }
   EXPECT_TRUE(
       contains(error_after([](LocalizationState& lie) { lie.apart.assign(17, lie.apart[0]); }),
@@ -115,6 +125,9 @@ TEST(SavedLocalization, CountNoMoreThanThereCanBe) {
   EXPECT_TRUE(
       contains(error_after([](LocalizationState& lie) { lie.search.hypotheses.assign(1001, {}); }),
                "has 1001 places where the robot may be; allowed: up to 1000"));
+  EXPECT_TRUE(
+      contains(error_after([](LocalizationState& lie) { lie.search.explained.assign(1001, {}); }),
+               "has 1001 key scans of a robot that is lost; allowed: up to 1000"));
 }
 
 }  // namespace

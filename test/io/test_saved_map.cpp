@@ -288,9 +288,12 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 
 // --- files that would take all memory, or that no map could have made ---
 
+/// Of the search for a lost robot, and what versions up to 14 had in its place.
+constexpr std::size_t kSearchBytes = (1 + 1 + 1) * 8 + 2 * 4;
+constexpr std::size_t kFormerSearchBytes = (1 + 1 + 1) * 8 + 1;
 /// Bytes of what follows the motion and the lasers' number, and of what follows the key scans, when
 /// there are no lasers and nothing is in doubt: see write_localization, transfer_motion.
-constexpr std::size_t kLocalizationBytes = (1 + 1 + 1 + 1 + 1 + 1 + 1 + 72) * 8 + 1 + 1;
+constexpr std::size_t kLocalizationBytes = (1 + 1 + 1 + 1 + 72) * 8 + 1 + kSearchBytes;
 /// What versions up to 11 had of doubts, and what there is instead.
 constexpr std::size_t kDoubtBytes = (1 + 1 + 1 + 3 + 1 + 1 + 1) * 8 + 3 * 4 + 2;
 constexpr std::size_t kHypothesesBytes = 1 + 8;
@@ -336,6 +339,11 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
 TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
+  bytes.replace(bytes.size() - kLoopBytes - kLaserBytes - kSearchBytes, kSearchBytes,
+                std::string(kFormerSearchBytes, '\0'));
+  bytes.replace(head.size(), 2, "14");
+  write(compress(bytes));
+  EXPECT_TRUE(read_saved_map(path_).localization.search.explained.empty());
   bytes.erase(head.size() + kBeforeFacingBytes, kFacingBytes);
   bytes.replace(head.size(), 2, "13");
   write(compress(bytes));
@@ -360,8 +368,9 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   bytes.replace(head.size(), 2, "9");
   write(compress(bytes));
   EXPECT_FALSE(read_saved_map(path_).localization.hypotheses.fork);
-  constexpr std::size_t kAfterMotion = kAfterMotionBytes + kDoubtBytes - kProfileBytes -
-                                       kHypothesesBytes - kWayBytes - kContradictedBytes;
+  constexpr std::size_t kAfterMotion = kAfterMotionBytes - kSearchBytes + kFormerSearchBytes +
+                                       kDoubtBytes - kProfileBytes - kHypothesesBytes - kWayBytes -
+                                       kContradictedBytes;
   bytes.erase(bytes.size() - kAfterMotion - kCalibrationBytes, kCalibrationBytes);
   bytes[head.size()] = '7';
   write(compress(bytes));

@@ -183,6 +183,9 @@ TEST(SlamSetup, SaysWhatTookThePlaceOfAFormerOption) {
                        "doubt/enabled: there is no such option since version 2; "
                        "hypotheses/enabled took its place"));
   EXPECT_TRUE(contains(refusal_of("tracking: {lost_after: 2}"), "hypotheses/* took its place"));
+  EXPECT_TRUE(contains(refusal_of("recovery: {key_scans: 2}"), "recovery/places took its place"));
+  EXPECT_TRUE(
+      contains(refusal_of("recovery: {far_confirmations: 2}"), "recovery/sure took its place"));
 }
 
 TEST(SlamSetup, SaysHowARenamedOptionIsCalledNow) {

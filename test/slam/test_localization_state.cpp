@@ -249,21 +249,6 @@ TEST(LostRobot, IsLookedForWhereOdometrySaysInThePartThatItLeft) {
   EXPECT_TRUE(search_after(1).hypotheses.empty()) << "in itself";
 }
 
-/// As a saved map may say that was damaged, or whose key scans are fewer now.
-TEST(LostRobot, IsSearchedFromTheBeginningAgainAfterTheLastPlace) {
-  const SimulatedRun run = perfect_drive();
-  EngineState start = lost_in(map_of(run), run.world_from_base.front());
-  start.localization.search.next = 1'000'000;
-  EngineOptions options;
-  options.recovery.interval = 0.2;  // that of the scans: one key scan for each
-  SlamEngine engine(options, std::make_shared<OlsonMatcher>(), 1);
-  engine.start_from(start);
-  engine.process(scan_input(run, 0));  // begins the map apart
-  engine.process(scan_input(run, 1));
-  EXPECT_EQ(engine.snapshot().localization.search.next, 0U);
-  EXPECT_TRUE(engine.snapshot().localization.search.complete);
-}
-
 /// Stamps are no whole numbers of intervals: none of the scans is passed over.
 TEST(LostRobot, IsSearchedForWithEachScanThatComesAnIntervalAfterTheOneBefore) {
   const SimulatedRun run = perfect_drive();

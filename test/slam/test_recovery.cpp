@@ -17,6 +17,7 @@
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
 #include "simulation/simulation_support.hpp"
+#include "slam/place_index.hpp"
 #include "slam/pose_distance.hpp"
 #include "slam/recovery.hpp"
 
@@ -241,21 +242,25 @@ MapPart seen_of(const World& world) {
   return part;
 }
 
-/// Whether a robot that goes round the room, or stands in it, is taken to be in the other one.
+/// Whether a robot that goes round the room, or stands in it, after it has seen what is apart, is
+/// taken to be in the other one.
 bool is_found(MapPart map, MapPart apart, const World& room, bool stands = false,
               const Pose2& left_from_here = {20.0, 0.0, 0.0}) {
   apart.left_from_here = left_from_here;  // by odometry
-  const std::vector<MapPart> parts{std::move(map), std::move(apart)};
-  const std::vector<SearchedPlace> places = searched_places(parts, 1);
+  std::vector<MapPart> parts{std::move(map), std::move(apart)};
+  const PlaceIndex index(parts, 1);
   const EngineOptions options;
   const LaserOptions laser;
   PlaceSearch search;
-  for (int i = 1; i < 100; ++i) {
+  for (int i = 1; i < 60; ++i) {
     const double turn = stands ? 0.3 : 0.3 * i;
     const Pose2 base{2.2 + std::cos(turn), 2.0 + std::sin(turn), turn};
-    PointScan scan = project_scan(ideal_scan(room, laser, base, 0.2 * i), laser.base_from_laser(),
-                                  {}, options.scan);
-    const auto found = search_places(scan, base, parts, 1, places, options.recovery, search);
+    if (!stands) {
+      parts[1].key_scans.add(
+          MeasuredScan{ideal_scan(room, laser, base, 0.2 * i), laser.base_from_laser(), {}, {}}, 0,
+          base);
+    }
+    const auto found = search_places(0.2 * i, base, parts, 1, index, options, search);
     if (found) {
       EXPECT_LT(distance(found->part_from_apart, {}), 0.02);
       return true;
@@ -297,17 +302,21 @@ TwoParts search_two_parts(const World& first, const World& second, PlaceSearch s
   const World room = room_beside(false);
   MapPart apart = seen_of(room);
   apart.left_from_here = Pose2{20.0, 0.0, 0.0};  // by odometry far away
-  const std::vector<MapPart> parts{seen_of(first), seen_of(second), apart};
-  const std::vector<SearchedPlace> places = searched_places(parts, 2);
+  std::vector<MapPart> parts{seen_of(first), seen_of(second), apart};
+  const PlaceIndex index(parts, 2);
   const EngineOptions options;
   const LaserOptions laser;
   TwoParts result{false, std::move(search)};
   for (int i = 1; i < 60 && !result.is_found; ++i) {
     const Pose2 base{2.2 + std::cos(0.3 * i), 2.0 + std::sin(0.3 * i), 0.3 * i};
-    const PointScan scan = project_scan(ideal_scan(room, laser, base, 0.2 * i),
-                                        laser.base_from_laser(), {}, options.scan);
-    result.is_found =
-        search_places(scan, base, parts, 2, places, options.recovery, result.search).has_value();
+    parts[2].key_scans.add(
+        MeasuredScan{ideal_scan(room, laser, base, 0.2 * i), laser.base_from_laser(), {}, {}}, 0,
+        base);
+    for (const double stamp : {0.2 * i, 0.2 * i + 0.1}) {  // what it saw before is asked, too
+      result.is_found =
+          result.is_found ||
+          search_places(stamp, base, parts, 2, index, options, result.search).has_value();
+    }
   }
   return result;
 }
@@ -315,74 +324,16 @@ TwoParts search_two_parts(const World& first, const World& second, PlaceSearch s
 /// A map of two parts that are alike, one found long before the other.
 TEST(Recovery, APlaceThatWasFoundFirstIsNotTheOneForIt) {
   PlaceSearch search;
-  search.hypotheses.push_back({0, Pose2{}, 1000, Pose2{}});
+  search.hypotheses.push_back({0, Pose2{}, 1000.0, 0.0});
   const TwoParts alike = search_two_parts(room_beside(false), room_beside(false), search);
   EXPECT_FALSE(alike.is_found);
-  EXPECT_TRUE(alike.search.complete);
-  EXPECT_EQ(alike.search.hypotheses.size(), 2U);
-}
-
-/// So that no scan waits for all: of five places where nothing is mapped, each of which is no
-/// rival.
-TEST(Recovery, OfOtherPlacesTwoAreAskedWithAScan) {
-  const World room = room_beside(false);
-  MapPart apart = seen_of(room);
-  apart.left_from_here = Pose2{20.0, 0.0, 0.0};
-  const std::vector<MapPart> parts{seen_of(room), apart};
-  const std::vector<SearchedPlace> places = searched_places(parts, 1);
-  const EngineOptions options;
-  const LaserOptions laser;
-  PlaceSearch search;
-  search.next = 1;
-  search.complete = true;
-  search.hypotheses.push_back({0, Pose2{}, 1000, Pose2{}});
-  for (int i = 1; i <= 5; ++i) {
-    search.hypotheses.push_back({0, {100.0 * i, 0.0, 0.0}, 1, Pose2{}});
-  }
-  std::vector<std::size_t> left;
-  for (int i = 1; i <= 3; ++i) {
-    const Pose2 base{2.2 + std::cos(0.4 * i), 2.0 + std::sin(0.4 * i), 0.4 * i};
-    const PointScan scan = project_scan(ideal_scan(room, laser, base, 0.2 * i),
-                                        laser.base_from_laser(), {}, options.scan);
-    const auto found = search_places(scan, base, parts, 1, places, options.recovery, search);
-    EXPECT_EQ(found.has_value(), i == 3) << i;
-    left.push_back(search.hypotheses.size());
-  }
-  EXPECT_EQ(left, (std::vector<std::size_t>{4, 2, 1}));
-  EXPECT_EQ(search.next, 3U) << "one key scan was searched with each";
-}
-
-/// Along a corridor thousands of poses fit each key scan.
-TEST(Recovery, WhereKeyScansTakeLongFewerAreSearchedWithAScan) {
-  const auto searched_in = [](const World& world, double y) {
-    EngineOptions options;
-    options.recovery.key_scans = 5;
-    const LaserOptions laser;
-    MapPart map{SlamMap(options.map, options.field), {}, {}, 0.0};
-    for (int i = 0; i < 12; ++i) {
-      const Pose2 place{1.0 + 1.5 * i, y, 0.5 * kPi * i};
-      map.key_scans.add(
-          MeasuredScan{ideal_scan(world, laser, place), laser.base_from_laser(), {}, {}}, 0, place);
-    }
-    const std::vector<MapPart> parts{map,
-                                     MapPart{SlamMap(options.map, options.field), {}, {}, 0.0}};
-    PlaceSearch search;
-    const PointScan scan = project_scan(ideal_scan(world, laser, {2.0, y, 0.3}, 1.0),
-                                        laser.base_from_laser(), {}, options.scan);
-    EXPECT_FALSE(
-        search_places(scan, {}, parts, 1, searched_places(parts, 1), options.recovery, search));
-    return search.next;
-  };
-  const World corridor({{{-20, 0}, {40, 0}}, {{-20, 2}, {40, 2}}}, {});
-  EXPECT_LT(searched_in(corridor, 1.0), 4U);
-  EXPECT_EQ(searched_in(room_beside(true), 0.65), 4U) << "matches where it may be take time, too";
+  EXPECT_GE(alike.search.hypotheses.size(), 2U);
 }
 
 /// Scans taken on the threshold of a door that was shut see through it: at most a quarter of them.
 TEST(Recovery, APlaceWhoseDoorIsShutByNowMayBeTheRightOne) {
   const TwoParts alike = search_two_parts(room_beside(false), room_beside(false, true));
   EXPECT_FALSE(alike.is_found);
-  EXPECT_EQ(alike.search.hypotheses.size(), 2U);
   EXPECT_TRUE(search_two_parts(room_beside(false), room_beside(true)).is_found);
 }
 

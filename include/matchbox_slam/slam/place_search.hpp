@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
@@ -10,31 +11,20 @@ namespace matchbox_slam {
 
 struct RecoveryOptions {
   double interval = 0.1;
-  int key_scans = 1;
-  int confirmations = 4;
-  int far_confirmations = 7;
-  double least_score = 0.6;
-  double distance = 0.3;
+  int places = 12;
+  double sure = 13.8;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
     option(self.interval, "interval", between(0.0, 60.0), "s",
-           "While the robot is lost, its scans are searched among key scans as often as this, or "
-           "each of them where they are 0.1 m and more apart.");
-    option(self.key_scans, "key_scans", between(1, 1000), "",
-           "Key scans that a scan is searched in at a time, 2 to 10 milliseconds each; up to five "
-           "times as many where scans are rare or far apart. With 1 it is searched in no "
-           "more after some 24 milliseconds, with more in proportion.");
-    option(self.confirmations, "confirmations", between(1, 100), "",
-           "A lost robot counts as found at a place near where odometry says where so many scans "
-           "match well, and hardly one at another place.");
-    option(self.far_confirmations, "far_confirmations", between(1, 100), "",
-           "Scans that have to match well at a place that is not near where odometry says, since "
-           "corridors and rooms may be alike.");
-    option(self.least_score, "least_score", between(0.0, 1.0), "",
-           "Scans that fit less than this do not confirm a place.");
-    option(self.distance, "distance", between(0.05, 10.0), "m",
-           "Way between scans that confirm a place; or as many radians.");
+           "While the robot is lost, key scans of what it sees are searched in the map as often as "
+           "this at most.");
+    option(self.places, "places", between(1, 1000), "",
+           "Places that such a key scan is compared with, of those that look most alike, about a "
+           "millisecond each.");
+    option(self.sure, "sure", between(1.0, 100.0), "",
+           "Log odds from which on a lost robot counts as found at a place; 13.8 is a million to "
+           "one. Near where odometry says it is hypotheses/decisive less.");
   }
 };
 
@@ -42,16 +32,27 @@ struct RecoveryOptions {
 struct PlaceHypothesis {
   std::size_t part = 0;  ///< of the map
   Pose2 part_from_apart;
-  int confirmations = 1;
-  Pose2 apart_from_base;  ///< where it was looked at last
+  double log_odds = 0.0;  ///< against somewhere unknown
+  /// Log odds, since it was found, of what explained each key scan best against it.
+  double behind = 0.0;
+};
+
+/// Of a key scan that a lost robot has taken, how well it is explained anywhere.
+struct ExplainedScan {
+  std::uint64_t key_scan = 0;  ///< of the map that the robot makes meanwhile
+  std::size_t part = 0;        ///< of the map, where it is explained best
+  Pose2 part_from_base;
+  double best = 0.0;       ///< log odds, as of ScanEvidence
+  double elsewhere = 0.0;  ///< the same of the best place but that one
 };
 
 /// What is known of where a lost robot may be: a value, to be copied and saved. "Apart" is the
 /// frame of the map that the robot makes meanwhile.
 struct PlaceSearch {
-  std::size_t next = 0;   ///< of the key scans that are searched
-  bool complete = false;  ///< all of them have been
-  double stamp = 0.0;     ///< [s] of the scan that was searched last
+  double stamp = 0.0;  ///< [s] of the scan that was searched last
+  int sampled = 0;     ///< key scans of the map that were looked for elsewhere in it
+  int alike = 0;       ///< of these, such as may have been taken there
+  std::vector<ExplainedScan> explained;
   std::vector<PlaceHypothesis> hypotheses;
 };
 

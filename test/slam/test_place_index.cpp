@@ -1,0 +1,92 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "matchbox_slam/geometry/angles.hpp"
+#include "matchbox_slam/slam/engine_options.hpp"
+#include "simulation/make_world.hpp"
+#include "simulation/simulated_run.hpp"
+#include "simulation/simulation_support.hpp"
+#include "slam/lost_robot.hpp"
+#include "slam/place_index.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+/// The map of a drive, and beside it an empty one.
+std::vector<MapPart> parts_of(const SimulatedRun& run) {
+  const EngineOptions options;
+  const EngineState map = map_of(run);
+  return {{map.map, map.key_scans, {}, 0.0}, {SlamMap(options.map, options.field), {}, {}, 0.0}};
+}
+
+PointScan seen_from(const Pose2& place, const LaserOptions& laser) {
+  return project_scan(ideal_scan(make_world("rooms", 3), laser, place), laser.base_from_laser(), {},
+                      EngineOptions{}.scan);
+}
+
+bool is_there(const LikelyPlace& likely, const Pose2& place) {
+  return (likely.part_from_base.translation() - place.translation()).norm() < 1.0 &&
+         std::abs(wrap_angle(likely.part_from_base.theta - place.theta)) < 0.2;
+}
+
+/// How many places of the drive, each in a heading of its own, are the most alike of all.
+int told(const PlaceIndex& index, const SimulatedRun& run, const LaserOptions& laser,
+         std::size_t most) {
+  int told = 0;
+  for (int i = 0; i < 10; ++i) {
+    Pose2 place = run.world_from_base[static_cast<std::size_t>(14 * i)];
+    place = {place.x + 0.2, place.y - 0.15, wrap_angle(2.0 * i)};
+    bool is_told = false;
+    for (const LikelyPlace& likely : index.look_up(seen_from(place, laser), most)) {
+      is_told = is_told || is_there(likely, place);
+    }
+    told += is_told ? 1 : 0;
+  }
+  return told;
+}
+
+TEST(PlaceIndex, TellsWhereAScanWasTakenInAnyHeading) {
+  const SimulatedRun run = perfect_drive();
+  const PlaceIndex index(parts_of(run), 1);
+  ASSERT_FALSE(index.empty());
+  LaserOptions laser;
+  EXPECT_EQ(told(index, run, laser, 96), 10) << "as many as a search looks at";
+  EXPECT_GE(told(index, run, laser, 3), 7);
+  laser.field_of_view = 2.1;
+  laser.beams = 240;
+  EXPECT_GE(told(index, run, laser, 96), 8) << "by the part of the circle that it sees";
+}
+
+TEST(PlaceIndex, LeavesOutWhatIsKnownAndWhatIsNearABetterOne) {
+  const SimulatedRun run = perfect_drive();
+  const PlaceIndex index(parts_of(run), 1);
+  const PointScan scan = seen_from(run.world_from_base[70], {});
+  const std::vector<LikelyPlace> all = index.look_up(scan, 20);
+  ASSERT_EQ(all.size(), 20U);
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    EXPECT_GE(all[i].unlike, all[i - 1].unlike);
+    for (std::size_t k = 0; k < i; ++k) {
+      const Pose2 apart = all[k].part_from_base.inverse() * all[i].part_from_base;
+      EXPECT_TRUE(apart.translation().norm() > 0.999 || std::abs(apart.theta) >= 0.35);
+    }
+  }
+  for (const LikelyPlace& other : index.look_up(scan, 20, {all.front()})) {
+    EXPECT_FALSE(is_there(other, all.front().part_from_base));
+  }
+}
+
+TEST(PlaceIndex, HasNoPlacesOfThePartThatTheRobotMakes) {
+  const SimulatedRun run = perfect_drive();
+  std::vector<MapPart> parts = parts_of(run);
+  EXPECT_TRUE(PlaceIndex(parts, 0).empty());
+  EXPECT_TRUE(PlaceIndex(parts, 0).look_up(seen_from({}, {}), 5).empty());
+  EXPECT_TRUE(PlaceIndex(parts, 1).look_up(PointScan{}, 5).empty()) << "of a scan of nothing";
+  std::swap(parts[0], parts[1]);
+  EXPECT_EQ(PlaceIndex(parts, 0).look_up(seen_from(run.world_from_base[70], {}), 1)[0].part, 1U);
+}
+
+}  // namespace
+}  // namespace matchbox_slam
