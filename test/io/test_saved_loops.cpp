@@ -8,7 +8,6 @@
 #include <string>
 
 #include "common/error_text.hpp"
-#include "io/gzip.hpp"
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
@@ -81,26 +80,6 @@ TEST(SavedLoops, ComeBack) {
   EXPECT_TRUE(again.pending->is_search_due);
   EXPECT_FALSE(again.pending->is_near_due);
   EXPECT_TRUE(again.pending->is_abandoned);
-}
-
-/// Which had the share of beams through walls where the log odds are now.
-TEST(SavedLoops, OfVersion14HaveNoLogOdds) {
-  const EngineOptions options;
-  EngineState start{SlamMap(options.map, options.field), {}, {}, {}, 0};
-  for (int i = 0; i < 3; ++i) {
-    start.key_scans.add(PointScan{}, 0, {});
-  }
-  start.loops = sound_loops();
-  std::string bytes = decompress(to_saved_map(start), "map");
-  const std::string head = "matchbox_slam map, version ";
-  bytes.replace(head.size(), 2, "14");
-  const TemporaryFolder folder;
-  replace_file(folder / "map.slam", compress(bytes));
-  const LoopState again = read_saved_map(folder / "map.slam").loops;
-  ASSERT_EQ(again.loops.size(), 1U);
-  EXPECT_EQ(again.loops.front().found.log_odds, 0.0);
-  EXPECT_EQ(again.loops.front().found.rival_share, 0.5);
-  EXPECT_EQ(again.loops.front().moved, 0.25);
 }
 
 TEST(SavedLoops, NameNoKeyScanThatThereIsNot) {
