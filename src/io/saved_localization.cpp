@@ -170,6 +170,12 @@ void transfer_search(Archive& archive, Search& search, std::size_t parts) {
   archive.number(search.stamp, kLargest);
   transfer_count(archive, search.sampled);
   transfer_count(archive, search.alike);
+  if constexpr (Archive::kReads) {
+    if (search.alike > search.sampled) {
+      archive.fail("is damaged: of " + std::to_string(search.sampled) + " places " +
+                   std::to_string(search.alike) + " look like others");
+    }
+  }
   archive.size(search.explained, 56, kMostPlaces, "key scans of a robot that is lost");
   for (auto& explained : search.explained) {
     archive.integer(explained.key_scan);

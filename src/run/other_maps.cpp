@@ -6,6 +6,7 @@
 #include <exception>
 #include <map>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "slam/local_scans.hpp"
@@ -50,6 +51,23 @@ MergedMap merged_map_of(const OwnMap& own) {
   return {{SlamMap(own.options.map, own.options.field), own.key_scans, {}, 0.0}, own.loops, {}, {}};
 }
 
+/// What tells key scans of a run apart however it went on: stamps may step back, and numbers and
+/// order change where some make room or were waiting. Stamp [s], laser, and how many there are of
+/// both before.
+using ScanName = std::tuple<double, int, std::size_t>;
+
+/// Of each, in their order.
+std::vector<ScanName> names_of(const PlacedScans& keys) {
+  std::map<std::pair<double, int>, std::size_t> count;
+  std::vector<ScanName> names;
+  names.reserve(keys.size());
+  for (const PlacedScan& key : keys) {
+    const std::pair<double, int> seen{key.scan->stamp(), key.scan->laser()};
+    names.emplace_back(seen.first, seen.second, count[seen]++);
+  }
+  return names;
+}
+
 std::size_t nearest_to(const Eigen::Vector2d& here, const PlacedScans& keys) {
   const auto nearest =
       std::min_element(keys.begin(), keys.end(), [&](const PlacedScan& a, const PlacedScan& b) {
@@ -65,9 +83,10 @@ struct OtherMaps::Searched {
   std::string name;
   MergedMap map;
   std::unique_ptr<MeetingWalk> walk;
-  std::optional<PlacedScan> walked;  ///< the last one, where it was then
+  std::map<ScanName, Pose2> walked = {};  ///< walked_from_base of each key scan that was
   Pose2 walked_from_own = {};
-  std::optional<PlacedScan> met = {};  ///< the one that was found, in the other map
+  ScanName met = {};      ///< the one that was found
+  Pose2 other_from_met = {};
   std::shared_ptr<const FoundMap> found = nullptr;
   bool is_taken = false;
 };
@@ -140,9 +159,8 @@ void OtherMaps::run() {
     }
     try {
       take_added();
-      for (Searched& one : searched_) {
-        search(one);
-      }
+      std::for_each(searched_.begin(), searched_.end(),
+                    [this](Searched& one) { search_or_tell(one); });
     } catch (const GivenUp&) {
       continue;
     } catch (const std::exception& error) {
@@ -171,8 +189,20 @@ void OtherMaps::take_added() {
     for (MergedMap& map : maps_of(*given.map, options)) {
       require_going_on();
       auto walk = std::make_unique<MeetingWalk>(map.part, options);
-      searched_.push_back({given.name, std::move(map), std::move(walk), std::nullopt});
+      searched_.push_back({given.name, std::move(map), std::move(walk)});
     }
+  }
+}
+
+/// One that cannot be searched does not stop the others.
+void OtherMaps::search_or_tell(Searched& searched) {
+  try {
+    search(searched);
+  } catch (const GivenUp&) {
+    throw;
+  } catch (const std::exception& error) {
+    dialog_.warn(searched.name + ": is searched no more: " + error.what());
+    searched.is_taken = true;
   }
 }
 
@@ -202,25 +232,24 @@ void OtherMaps::search(Searched& searched) {
   }
 }
 
-/// On along what has come since, which are the last ones.
+/// On along what has come since, from what lies before it: the map may have moved.
 void OtherMaps::walk(Searched& searched, const OwnMap& own) {
   const PlacedScans& keys = own.key_scans.all();
-  std::size_t next = keys.size();
-  while (next > 0 &&
-         (!searched.walked || keys[next - 1].scan->stamp() > searched.walked->scan->stamp())) {
-    --next;
-  }
-  if (searched.walked && next > 0) {  // the map may have moved since
-    searched.walked_from_own =
-        searched.walked->map_from_base * keys[next - 1].map_from_base.inverse();
-  }
-  for (; next < keys.size() && searched.found == nullptr; ++next) {
+  const std::vector<ScanName> names = names_of(keys);
+  for (std::size_t i = 0; i < keys.size() && searched.found == nullptr; ++i) {
+    const auto before = searched.walked.find(names[i]);
+    if (before != searched.walked.end()) {
+      searched.walked_from_own = before->second * keys[i].map_from_base.inverse();
+      continue;
+    }
     require_going_on();
-    const PlacedScan key{keys[next].scan, searched.walked_from_own * keys[next].map_from_base};
-    const std::optional<Pose2> other_from_walked = searched.walk->go_on_to(key);
-    searched.walked = key;
+    const Pose2 walked_from_base = searched.walked_from_own * keys[i].map_from_base;
+    searched.walked.emplace(names[i], walked_from_base);
+    const std::optional<Pose2> other_from_walked =
+        searched.walk->go_on_to({keys[i].scan, walked_from_base});
     if (other_from_walked) {
-      searched.met = PlacedScan{key.scan, *other_from_walked * key.map_from_base};
+      searched.met = names[i];
+      searched.other_from_met = *other_from_walked * walked_from_base;
       if (!join(searched, own)) {
         searched.walk->disbelieve(*other_from_walked);
       }
@@ -231,16 +260,16 @@ void OtherMaps::walk(Searched& searched, const OwnMap& own) {
 /// As both are now. Whether what they saw does not contradict that.
 bool OtherMaps::join(Searched& searched, const OwnMap& own) {
   const PlacedScans& keys = own.key_scans.all();
-  const auto met = std::find_if(keys.rbegin(), keys.rend(), [&](const PlacedScan& key) {
-    return key.scan->stamp() == searched.met->scan->stamp();
-  });
-  if (met == keys.rend()) {
+  const std::vector<ScanName> names = names_of(keys);
+  const auto name = std::find(names.begin(), names.end(), searched.met);
+  if (name == names.end()) {
     return false;
   }
-  const Pose2& other_from_base = searched.met->map_from_base;
+  const PlacedScan& met = keys[static_cast<std::size_t>(name - names.begin())];
+  const Pose2& other_from_base = searched.other_from_met;
   const MapMeeting meeting{
       nearest_to(other_from_base.translation(), searched.map.part.key_scans.all()),
-      met->map_from_base * other_from_base.inverse()};
+      met.map_from_base * other_from_base.inverse()};
   std::optional<MergedMap> both = joined(searched.map, merged_map_of(own), meeting, own.options,
                                          [this] { require_going_on(); });
   if (!both) {

@@ -26,7 +26,7 @@ struct OwnMap {
 };
 
 /// Other robots' maps, each searched for where the run's map meets it, in a thread of its own while
-/// the run goes on: each key scan that comes is searched in them, once. Where they meet both are
+/// the run goes on: each key scan is searched in them, once. Where they meet both are
 /// joined as they are then (`joined`), and the run takes that in; where its map has moved
 /// meanwhile, they are joined again.
 class OtherMaps {
@@ -59,6 +59,7 @@ class OtherMaps {
 
   void run();
   void take_added();
+  void search_or_tell(Searched& searched);
   void search(Searched& searched);
   void walk(Searched& searched, const OwnMap& own);
   [[nodiscard]] bool join(Searched& searched, const OwnMap& own);

@@ -19,6 +19,7 @@ constexpr std::size_t kFewestScans = 20;  // and after how many more it is looke
 constexpr double kSeconds = 10.0;
 constexpr std::size_t kScans = 100;
 constexpr double kLongest = 120.0;
+constexpr std::size_t kMostScans = 5000;  // of which stamps may stand still
 constexpr double kFewestInPile = 0.25;  // share of scans that have a reading of the pile
 constexpr double kContrast = 5.0;       // to what lies below, on the same width
 // Added to what lies below: none seen there says little beside a pile of a few.
@@ -30,7 +31,7 @@ constexpr std::size_t kFewestSectors = 8;
 constexpr float kMoved = 0.5F;  // [m], of what else is seen
 // Of a pile below range_max: arcs of one scan with holes between, how fine they are told apart, and
 // how many scans have so many. A wall that is met head-on is one arc, both ends of a corridor are
-// two, and as the robot turns they go through all directions. In 3,200 simulated turns no scan had
+// two, and as the robot turns they go through all directions. In 3,600 simulated turns no scan had
 // three; from any start of a log whose laser does so, 5 and more of 60 scans have.
 constexpr std::size_t kFineSectors = 36;
 constexpr std::size_t kFewestArcs = 3;
@@ -72,7 +73,8 @@ void NoReturnPile::add(const LaserScan& scan) {
   add_readings(scan);
   const double seconds = scan.stamp - begin_;
   const std::size_t scans = median_range_.size();
-  is_complete_ = seconds > kLongest || (scans >= kScans && seconds > kSeconds);
+  is_complete_ = seconds > kLongest || (scans >= kScans && seconds > kSeconds) ||
+                 scans >= kMostScans || seconds < 0.0;
   if (is_complete_ || scans % kFewestScans == 0) {
     first_range_ = find_first_range();
   }

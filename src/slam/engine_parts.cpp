@@ -194,6 +194,7 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(const Predictions& predictio
     mapping_.forget_since_fork();
     hypotheses_.forget_key_scans();
     weighed.key_scans.clear();
+    search_anew_if_lost();
   }
   if (!outcome.match.accepted() && options_.hypotheses.enabled) {
     constexpr double kKnown = 0.5;  // more than not
@@ -209,12 +210,20 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(const Predictions& predictio
   return weighed.verdict;
 }
 
+/// Key scans that a lost robot was looked for with are no more, or elsewhere.
+void SlamEngine::Parts::search_anew_if_lost() {
+  if (mapping_.is_lost()) {
+    relocalizer_.begin_anew();
+  }
+}
+
 /// The robot, and what it saw since the fork, is where another hypothesis has it.
 void SlamEngine::Parts::follow(const PoseHypotheses::Outcome& overtaken,
                                MotionPrediction& predicted, ScanOutcome& outcome) {
   const Pose2 new_from_old = overtaken.match.map_from_base * outcome.match.map_from_base.inverse();
   outcome.corrected =
       mapping_.move_since_fork(overtaken.key_scans, new_from_old, outcome.stamp, options_);
+  search_anew_if_lost();
   tracker_.change_frame(new_from_old);
   tracker_.forget_motion();  // from where it was wrongly thought to be there is none
   predicted.fixed_from_base = new_from_old * predicted.fixed_from_base;
@@ -286,7 +295,10 @@ std::vector<WeightedPose> SlamEngine::Parts::likely_poses() const {
   if (mapping_.is_lost()) {
     for (const PlaceHypothesis& place : relocalizer_.search().hypotheses) {
       if (place.part == 0) {
-        poses.push_back({place.part_from_apart * here, std::exp(place.log_odds)});
+        // It may be as sure as it likes, and stay a number.
+        constexpr double kSurest = 100.0;
+        poses.push_back(
+            {place.part_from_apart * here, std::exp(std::min(place.log_odds, kSurest))});
       }
     }
     sum = std::exp(options_.hypotheses.carried);

@@ -65,6 +65,7 @@ class SlamEngine::Parts {
                      bool with_secondary_lasers);
   [[nodiscard]] MatchResult match(const MotionPrediction& predicted);
   Verdict weigh(const Predictions& predictions, ScanOutcome& outcome);
+  void search_anew_if_lost();
   void follow(const PoseHypotheses::Outcome& overtaken, MotionPrediction& predicted,
               ScanOutcome& outcome);
   [[nodiscard]] bool is_component_unmatched(const ScanOutcome& outcome,

@@ -263,7 +263,9 @@ std::optional<MapCorrection> Mapping::take_found_map(const EngineOptions& option
   if (found->fate != FoundMap::Fate::kWaiting) {
     return std::nullopt;
   }
-  if (loops_.graph().poses.size() != key_scans.size() || !is_up_to_date(*found, key_scans.all())) {
+  // A loop that moves nothing adds an edge all the same.
+  if (loops_.graph().poses.size() != key_scans.size() || loops_.loops().size() != found->loops ||
+      !is_up_to_date(*found, key_scans.all())) {
     found->fate = FoundMap::Fate::kOutdated;
     return std::nullopt;
   }

@@ -23,7 +23,7 @@ constexpr std::uint8_t kNothing = 255;
 constexpr std::uint8_t kDifferent = 17;
 
 std::uint8_t look_of(double range) {
-  constexpr double kSteps = 68.0;  // 233 at the reach, clearly different from nothing
+  constexpr double kSteps = 68.0;  // 234 at the reach, clearly different from nothing
   return static_cast<std::uint8_t>(std::lround(kSteps * std::log1p(std::min(range, kReach))));
 }
 

@@ -33,7 +33,6 @@ class PlaceIndex {
   PlaceIndex(const std::vector<MapPart>& parts, std::size_t apart);
 
   [[nodiscard]] bool empty() const { return places_.empty(); }
-  [[nodiscard]] std::size_t size() const { return places_.size(); }
 
   /// Up to so many, most alike first, none within a metre and 0.35 rad of a better one or of those
   /// that are known. Cost: some 1 us a place for a scan that sees all around.

@@ -12,11 +12,6 @@
 
 namespace matchbox_slam {
 
-/// Share of key scans that see through walls, of two maps that are joined at the right place, at
-/// most. Of 17 of 18 right places none of the key scans does, of the other one up to 24 %: seen at
-/// a grazing angle from afar, an open door cannot be told from wall. Of wrong places 0 to 100 %.
-constexpr double kMostThroughWalls = 0.1;
-
 /// Looks for a lost robot with a key scan of the map that it makes meanwhile, the newest that was
 /// not searched yet. Places that look alike, by the index, are searched exactly (Olson 2009), and
 /// become hypotheses, which compete by evidence added up over key scans (a sequential test; Wald

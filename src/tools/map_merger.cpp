@@ -304,6 +304,9 @@ std::vector<std::string> MapMerger::leftovers() const {
   for (std::size_t input = inputs_.size(); input < count("inputs"); ++input) {
     files.push_back(request_.out + "/" + trajectory_name(input));
   }
+  files.erase(std::remove_if(files.begin(), files.end(),
+                             [](const auto& file) { return !std::filesystem::exists(file); }),
+              files.end());
   return files;
 }
 

@@ -42,6 +42,13 @@ class OtherMapsOfRooms : public testing::Test {
     return nullptr;
   }
 
+  /// Until what was seen so far was searched in what was added.
+  void wait_until_searched() const {
+    while (others_->waiting() == 0) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+
   [[nodiscard]] std::string error_of(const EngineState& map) {
     return error_text<std::runtime_error>([&] { others_->add("again.slam", map); });
   }
@@ -89,8 +96,11 @@ double largest_error(const FoundMap& found, const KeyScans& own_now, std::size_t
 TEST_F(OtherMapsOfRooms, AreFoundWhereTheyMeetWithWhatHasComeSince) {
   see(25);
   others_->add("other.slam", map_of_way(3, 30, 100, kOther));
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  EXPECT_TRUE(found_.empty()) << "they share no ground yet";
+  wait_until_searched();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    EXPECT_TRUE(found_.empty()) << "they share no ground yet";
+  }
   see(60);
   const std::shared_ptr<const FoundMap> found = wait_for(1);
   ASSERT_NE(found, nullptr);
