@@ -13,8 +13,6 @@
 namespace matchbox_slam {
 namespace {
 
-/// What one scan says at most, in log odds: where map or model is wrong it is wrong for all beams.
-constexpr double kMostOfScan = 6.0;
 /// Of motions that are right 99.9 % are closer to the prediction: squared Mahalanobis distance of
 /// three degrees of freedom.
 constexpr double kMostOfMotion = 16.27;
@@ -34,22 +32,6 @@ double independence_of(const PoseHypotheses::Step& step) {
   const Pose2& moved = step.predicted.motion.previous_from_current;
   return std::min(1.0, moved.translation().norm() / kDistance + std::abs(moved.theta) / kAngle +
                            step.seconds / kTime);
-}
-
-/// Log odds of somewhere unknown against a pose, by one scan. Of scans at right poses 0.1 % say
-/// less than 1 a beam and 0.3 % less than 2 (150 drives of the zoo, no world or sensor more than
-/// 0.4 and 1.5 %), of a robot that is carried about every other one less than 1.
-double odds_of_elsewhere(const ScanEvidence& evidence) {
-  constexpr double kTelling = 0.2;  // share of a scan
-  constexpr double kContradicts = 1.0;
-  constexpr double kAgrees = 2.0;
-  if (evidence.telling < kTelling) {
-    return 0.0;
-  }
-  if (evidence.telling_mean < kContradicts) {
-    return 5.0;
-  }
-  return evidence.telling_mean < kAgrees ? 1.0 : -1.0;
 }
 
 bool is_same(const Pose2& a, const Pose2& b) {

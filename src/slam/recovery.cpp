@@ -15,8 +15,6 @@ namespace {
 
 constexpr std::size_t kMostHypotheses = 30;
 constexpr std::size_t kMostExplained = 100;
-/// What one scan says at most, in log odds: where map or model is wrong it is wrong for all beams.
-constexpr double kMostOfScan = 6.0;
 
 /// Share of key scans that see through walls, of two maps that are joined at the right place, at
 /// most. Of 17 of 18 right places none of the key scans does, of the other one up to 24 %: seen at
@@ -80,26 +78,12 @@ double rival_of(const ExplainedScan& explained, std::size_t part, const Pose2& p
 /// Whether a place is explained so much better than a rival that errors do not make that up.
 double ahead(double log_odds, double rival) { return (1.0 - kDoubtful) * log_odds - rival; }
 
-constexpr double kTelling = 0.2;  // share of a scan
-constexpr double kAgrees = 2.0;
-
-/// Whether a place is worth following: the scan shows walls that are known there.
-bool agrees(const ScanEvidence& evidence) {
-  return evidence.telling >= kTelling && evidence.telling_mean >= kAgrees;
-}
-
 /// Log odds of a place against somewhere unknown, by one scan.
 /// @param most  that a scan says for a place.
 double odds_of(const Explanation& here, double rival, double most) {
-  constexpr double kContradicts = 1.0;
-  if (here.evidence.telling < kTelling) {
-    return 0.0;
-  }
-  if (here.evidence.telling_mean < kContradicts) {
-    return -5.0;
-  }
-  if (here.evidence.telling_mean < kAgrees) {
-    return -1.0;
+  const double elsewhere = odds_of_elsewhere(here.evidence);
+  if (elsewhere >= 0.0) {
+    return -elsewhere;
   }
   if (!here.is_held || here.evidence.mean < kExplained) {
     return 0.0;
@@ -301,40 +285,51 @@ void forget_scans_that_are_no_more(const KeyScans& keys, PlaceSearch& search) {
   all.erase(std::remove_if(all.begin(), all.end(), is_gone), all.end());
 }
 
+/// What a hypothesis, or a new place, is after a key scan, if it is worth following.
+std::optional<PlaceHypothesis> weighed(const PlaceHypothesis* before, const Explanation& here,
+                                       const ExplainedScan& explained, const PlacedScan& key,
+                                       const Lost& lost, const PlaceSearch& search) {
+  PlaceHypothesis place = before != nullptr ? *before : PlaceHypothesis{here.part, {}, 0.0, 0.0};
+  const double says =
+      odds_of(here, rival_of(explained, here.part, here.part_from_base), most_of_scan(search));
+  place.log_odds += says;
+  place.behind += std::clamp(explained.best - here.evidence.log_odds, 0.0, kMostOfScan);
+  const bool is_refuted = says < -1.0 && place.log_odds < -lost.options.hypotheses.decisive;
+  const bool is_agreed_with = odds_of_elsewhere(here.evidence) < 0.0;
+  if (before != nullptr ? is_refuted : !is_agreed_with) {
+    return std::nullopt;
+  }
+  if (here.is_held || before == nullptr) {
+    place.part_from_apart = here.part_from_base * key.map_from_base.inverse();
+  }
+  return place;
+}
+
+bool has_copy(const std::vector<PlaceHypothesis>& places, const PlaceHypothesis& place,
+              const Pose2& apart_from_base) {
+  return std::any_of(places.begin(), places.end(), [&](const PlaceHypothesis& other) {
+    return is_near(place.part, place.part_from_apart * apart_from_base, other.part,
+                   other.part_from_apart * apart_from_base);
+  });
+}
+
 void weigh(const PlacedScan& key, const Lost& lost, const PlaceIndex& index, PlaceSearch& search) {
-  const std::shared_ptr<const PointScan> scan = key.scan->points();
-  const Pose2& apart_from_base = key.map_from_base;
   std::vector<PlaceHypothesis>& hypotheses = search.hypotheses;
   const std::vector<Explanation> found =
-      explanations_of(*scan, apart_from_base, lost, index, hypotheses);
+      explanations_of(*key.scan->points(), key.map_from_base, lost, index, hypotheses);
   const ExplainedScan explained = best_of(found, key.scan->id());
-  const double most = most_of_scan(search);
   std::vector<PlaceHypothesis> kept;
   for (std::size_t i = 0; i < found.size(); ++i) {
-    const Explanation& here = found[i];
     const bool is_new = i >= hypotheses.size();
-    PlaceHypothesis place = is_new ? PlaceHypothesis{here.part, {}, 0.0, 0.0} : hypotheses[i];
-    const double says = odds_of(here, rival_of(explained, here.part, here.part_from_base), most);
-    place.log_odds += says;
-    place.behind += std::clamp(explained.best - here.evidence.log_odds, 0.0, kMostOfScan);
-    if (is_new ? !agrees(here.evidence)
-               : says < -1.0 && place.log_odds < -lost.options.hypotheses.decisive) {
+    std::optional<PlaceHypothesis> place =
+        weighed(is_new ? nullptr : &hypotheses[i], found[i], explained, key, lost, search);
+    if (!place || has_copy(kept, *place, key.map_from_base)) {
       continue;
     }
-    if (here.is_held || is_new) {
-      place.part_from_apart = here.part_from_base * apart_from_base.inverse();
+    if (is_new && place->log_odds > 0.0) {
+      place->log_odds += odds_of_way(*place, lost, search);
     }
-    const bool is_copy = std::any_of(kept.begin(), kept.end(), [&](const auto& other) {
-      return is_near(place.part, place.part_from_apart * apart_from_base, other.part,
-                     other.part_from_apart * apart_from_base);
-    });
-    if (is_copy) {
-      continue;
-    }
-    if (is_new && says > 0.0) {
-      place.log_odds += odds_of_way(place, lost, search);
-    }
-    kept.push_back(place);
+    kept.push_back(*place);
   }
   std::stable_sort(kept.begin(), kept.end(),
                    [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });

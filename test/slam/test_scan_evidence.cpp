@@ -329,5 +329,20 @@ TEST(ScanEvidence, TheSameQuestionHasTheSameAnswer) {
   EXPECT_EQ(a.known, b.known);
 }
 
+TEST(ScanEvidence, SpeaksForElsewhereWhereItContradicts) {
+  const MatchScene scene = rooms();
+  const ScanEvidence right = evidence_of(scene.scan, scene.map_from_base, scene.map);
+  EXPECT_EQ(odds_of_elsewhere(right), -1.0);
+  EXPECT_FALSE(is_badly_explained(right));
+  const Pose2 wrong_pose = shifted(scene.map_from_base, {1.3, 0.9, 0.7});
+  const ScanEvidence wrong = evidence_of(scene.scan, wrong_pose, scene.map);
+  EXPECT_EQ(odds_of_elsewhere(wrong), 5.0);
+  EXPECT_TRUE(is_badly_explained(wrong));
+  const Pose2 unknown_pose = shifted(scene.map_from_base, {500.0, 0.0, 0.0});
+  const ScanEvidence unknown = evidence_of(scene.scan, unknown_pose, scene.map);
+  EXPECT_EQ(odds_of_elsewhere(unknown), 0.0) << "nothing is known there";
+  EXPECT_FALSE(is_badly_explained(unknown));
+}
+
 }  // namespace
 }  // namespace matchbox_slam
