@@ -85,7 +85,7 @@ struct OtherMaps::Searched {
   std::unique_ptr<MeetingWalk> walk;
   std::map<ScanName, Pose2> walked = {};  ///< walked_from_base of each key scan that was
   Pose2 walked_from_own = {};
-  ScanName met = {};      ///< the one that was found
+  ScanName met = {};  ///< the one that was found
   Pose2 other_from_met = {};
   std::shared_ptr<const FoundMap> found = nullptr;
   bool is_taken = false;

@@ -20,8 +20,8 @@ constexpr double kSeconds = 10.0;
 constexpr std::size_t kScans = 100;
 constexpr double kLongest = 120.0;
 constexpr std::size_t kMostScans = 5000;  // of which stamps may stand still
-constexpr double kFewestInPile = 0.25;  // share of scans that have a reading of the pile
-constexpr double kContrast = 5.0;       // to what lies below, on the same width
+constexpr double kFewestInPile = 0.25;    // share of scans that have a reading of the pile
+constexpr double kContrast = 5.0;         // to what lies below, on the same width
 // Added to what lies below: none seen there says little beside a pile of a few.
 constexpr std::size_t kUnseen = 10;
 constexpr double kDeviations = 5.0;

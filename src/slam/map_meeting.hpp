@@ -40,7 +40,7 @@ class MeetingWalk {
  private:
   EngineOptions options_;
   std::vector<MapPart> parts_;  ///< the other map, and what was walked
-  PlaceIndex index_;             ///< of the other map
+  PlaceIndex index_;            ///< of the other map
   PlaceSearch search_;
   std::vector<Pose2> not_believed_;  ///< there_from_map
 };

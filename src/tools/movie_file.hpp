@@ -15,7 +15,8 @@ class MovieFile {
   /// Throws ConfigurationError for a name that is neither's.
   explicit MovieFile(std::string name);
 
-  /// To be called before the work: makes the folder if need be. Throws FileError naming the file or folder and the reason.
+  /// To be called before the work: makes the folder if need be. Throws FileError naming the file or
+  /// folder and the reason.
   void require_writable() const;
 
   /// @param frames             at least one.

@@ -252,10 +252,9 @@ class SavedFields {
     add(72, 8, state);
     add(1, 1, rest);
     EXPECT_EQ(count() + count(), 0U) << "no fork, and no scans that wait";
-    add(1, 8, rest);
-    add(1, 1, rest);
     add(1, 8, state);
-    EXPECT_EQ(count(), 0U) << "no places where a lost robot may be";
+    add(2, 4, rest);
+    EXPECT_EQ(count() + count(), 0U) << "no key scans of a lost robot, and no places of it";
     EXPECT_EQ(count(), 2U) << "key scans in the graph";
     for (std::uint64_t edges = count(); edges > 0; --edges) {
       add(2, 8, counts);

@@ -343,6 +343,7 @@ class SlamLoop : public testing::Test {
     ros::param::set("/looping/matcher", "odometry_only");
     // Where odometry alone places them, neighbouring key scans hardly fit each other.
     ros::param::set("/looping/loops/decisive", 0.0);
+    ros::param::set("/looping/loops/most_rival", 0.95);
     ros::param::set("/looping/map_update_interval", 0.2);
   }
 
@@ -477,10 +478,11 @@ TEST_F(SlamLoop, MovesAllThatTheNodePublishes) {
   std_srvs::Trigger save;
   ASSERT_TRUE(ros::service::call("/looping/save_map", save));
   const Outcome mapped = run_command(
-      MATCHBOX_MAP_BAG, bag_ +
-                            " --quiet --matcher odometry_only --set loops/decisive=0"
-                            " --out " +
-                            (folder_ / "map_bag"));
+      MATCHBOX_MAP_BAG,
+      bag_ +
+          " --quiet --matcher odometry_only --set loops/decisive=0 --set loops/most_rival=0.95"
+          " --out " +
+          (folder_ / "map_bag"));
   ASSERT_EQ(mapped.exit_code, 0) << mapped.output;
   EXPECT_TRUE(read_file(folder_ / "node.tum") == read_file(folder_ / "map_bag/trajectory.tum"));
   EXPECT_TRUE(read_file(folder_ / "map.pgm") == read_file(folder_ / "map_bag/map.pgm"));

@@ -180,6 +180,8 @@ TEST_F(Localising, FindsItselfWithoutAWordAndSaysWhatItDoesNotKnow) {
 
   // Somebody says that it may be anywhere: navigation keeps what was sure until it is found.
   std_srvs::Empty anywhere;
+  const std::size_t repeated = listener_.leads.size();  // until all is told that can be
+  ASSERT_TRUE(listener_.wait_until([&] { return listener_.leads.size() > repeated + 3; }, 10.0));
   const Pose2 sure = listener_.map_from_odom;
   {
     ros::AsyncSpinner spinner(1);  // its answer comes from this process

@@ -186,7 +186,7 @@ TEST_F(MergeMapsProgram, HalvesOfABuildingWithARailingMeetWhereTheyShareScans) {
                  << "; set MATCHBOX_DATA to the folder with the real recordings";
   }
   for (const std::string& part : {"--duration 270 --out " + (folder_ / "first"),
-                                 "--start 136 --out " + (folder_ / "second")}) {
+                                  "--start 136 --out " + (folder_ / "second")}) {
     ASSERT_EQ(run_command(MATCHBOX_MAP_BAG, bag + " --quiet " + part).exit_code, 0);
   }
   const Outcome outcome = merge((folder_ / "first/map.slam") + " " + (folder_ / "second/map.slam"));
