@@ -79,6 +79,14 @@ TEST(SavedLocalization, ForkWhereThereAreKeyScans) {
                        "is damaged: of 0 key scans 0 and 1 are from before and after"));
 }
 
+TEST(SavedLocalization, NoMorePlacesLookAlikeThanWereLookedAt) {
+  EXPECT_TRUE(contains(error_after([](LocalizationState& lie) {
+                         lie.search.sampled = 5;
+                         lie.search.alike = 6;
+                       }),
+                       "is damaged: of 5 places 6 look like others"));
+}
+
 /// As while it is made: the frames of maps apart are of their own.
 TEST(SavedLocalization, EachMapMayBeAsLargeAsAllowed) {
   const auto with_a_cell_at = [](double x) {

@@ -29,6 +29,18 @@ class OtherMapsOfRooms : public testing::Test {
     own_ = {std::move(maps.front().part.key_scans), std::move(maps.front().loops), {}};
   }
 
+  /// The map of key scans of the way, in this order.
+  void see_numbers(const std::vector<std::size_t>& numbers) {
+    const PlacedScans all = map_of_way(3, 0, 100, {}).key_scans.all();
+    EngineState map{SlamMap({}, {}), {}, {}, {}};
+    for (const std::size_t number : numbers) {
+      map.key_scans.add(*all[number].scan->measured(), 0, all[number].map_from_base);
+    }
+    std::vector<MergedMap> maps = maps_of(map, {});
+    const std::lock_guard<std::mutex> lock(mutex_);
+    own_ = {std::move(maps.front().part.key_scans), std::move(maps.front().loops), {}};
+  }
+
   std::shared_ptr<const FoundMap> wait_for(std::size_t number) {
     for (int i = 0; i < 5000; ++i) {
       {
@@ -115,6 +127,35 @@ TEST_F(OtherMapsOfRooms, AreFoundWhereTheyMeetWithWhatHasComeSince) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ASSERT_EQ(told_.size(), 1U);
   EXPECT_TRUE(contains(told_[0], "other.slam: meets this map; 70 key scans")) << told_[0];
+}
+
+/// What waited while the robot was lost comes late into the map, and what was taken back never.
+TEST_F(OtherMapsOfRooms, AreSearchedWithKeyScansThatCameLate) {
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < 25; ++i) {
+    if (i != 20 && i != 21) {
+      numbers.push_back(i);
+    }
+  }
+  see_numbers(numbers);
+  others_->add("other.slam", map_of_way(3, 30, 100, kOther));
+  wait_until_searched();
+  numbers.erase(numbers.begin() + 10);
+  for (std::size_t i = 25; i < 60; ++i) {
+    numbers.push_back(i);
+  }
+  numbers.push_back(20);
+  numbers.push_back(21);
+  see_numbers(numbers);
+  const std::shared_ptr<const FoundMap> found = wait_for(1);
+  ASSERT_NE(found, nullptr);
+  const std::vector<Pose2> way = way_through_rooms(3);
+  const PlacedScans others = others_of(*found);
+  ASSERT_EQ(others.size(), 70U);
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    const Eigen::Vector2d off = others[i].map_from_base.translation() - way[30 + i].translation();
+    EXPECT_LE(off.norm(), 0.03) << i;  // 0.021 is measured
+  }
 }
 
 TEST_F(OtherMapsOfRooms, AreJoinedAgainWhereTheMapHasMovedMeanwhile) {
