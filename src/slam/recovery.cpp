@@ -5,7 +5,9 @@
 #include <memory>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "matchbox_slam/matching/contradiction.hpp"
 #include "matching/wide_search.hpp"
+#include "slam/match_validation.hpp"
 #include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {
@@ -339,8 +341,15 @@ void weigh(const PlacedScan& key, const Lost& lost, const PlaceIndex& index, Pla
   }
 }
 
-/// Share of key scans of one part, of those that lie within another, that would rather be elsewhere
-/// than in that: of so many of them, spread evenly, that no scan waits long.
+/// Whether a scan would rather be elsewhere, as its beams go through walls there: not through a
+/// railing, which stops half of them, and not for what is new or only noisy.
+bool speaks_against(const PointScan& scan, const Pose2& map_from_base, const MapPart& part) {
+  return contradiction(scan, map_from_base, part.map.field) > kMostViolation &&
+         odds_of_elsewhere(evidence_of(scan, map_from_base, part.map)) >= 0.0;
+}
+
+/// Share of key scans of one part, of those that lie within another, that speak against that: of so
+/// many of them, spread evenly, that no scan waits long.
 double share_against(const PlacedScans& keys, const MapPart& other, const Pose2& other_from_part) {
   constexpr std::size_t kMaxLookedAt = 30;  // a guess: half and double were not tried
   const CellBox known = other.map.occupancy.known_bounds();
@@ -355,9 +364,7 @@ double share_against(const PlacedScans& keys, const MapPart& other, const Pose2&
   std::size_t looked_at = 0;
   std::size_t against = 0;
   for (std::size_t i = 0; i < within.size(); i += stride) {
-    const ScanEvidence says =
-        evidence_of(*within[i].scan->points(), within[i].map_from_base, other.map);
-    against += odds_of_elsewhere(says) > 0.0 ? 1 : 0;
+    against += speaks_against(*within[i].scan->points(), within[i].map_from_base, other) ? 1 : 0;
     ++looked_at;
   }
   return looked_at > 0 ? static_cast<double>(against) / static_cast<double>(looked_at) : 0.0;
