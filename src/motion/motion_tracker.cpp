@@ -1,5 +1,6 @@
 #include "motion/motion_tracker.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <stdexcept>
 #include <string>
@@ -193,8 +194,12 @@ void MotionTracker::remember(const ScanInput& input, const MotionPrediction& pre
   if (matched) {
     // From fix to fix: what a wrong prediction was corrected by is no motion.
     if (state_.fix && input.scan.stamp > state_.fix->stamp) {
-      state_.motion = state_.fix->fixed_from_base.inverse() * fixed_from_base;
-      state_.interval = input.scan.stamp - state_.fix->stamp;
+      if (predicted.motion.is_by_odometry) {
+        state_.motion = state_.fix->fixed_from_base.inverse() * fixed_from_base;
+        state_.interval = input.scan.stamp - state_.fix->stamp;
+      } else {
+        correct_velocity(input.scan.stamp - *state_.stamp, predicted, fixed_from_base);
+      }
     }
     state_.fix = MotionState::Fix{input.scan.stamp, fixed_from_base};
   }
@@ -210,6 +215,24 @@ void MotionTracker::remember(const ScanInput& input, const MotionPrediction& pre
   if (input.odometry) {
     state_.odom_from_base = input.odometry->odom_from_base;
   }
+}
+
+/// What the match corrected is put down to the velocity as far as its error made that of the pose:
+/// an error that nothing told of for ten scans is a tenth as fast as one of the last scan.
+void MotionTracker::correct_velocity(double interval, const MotionPrediction& predicted,
+                                     const Pose2& fixed_from_base) {
+  const Eigen::LDLT<Eigen::Matrix3d> prior(predicted.covariance);
+  if (!(interval > 0.0) || prior.info() != Eigen::Success) {
+    return;
+  }
+  const Eigen::Vector3d corrected = difference(fixed_from_base, predicted.fixed_from_base);
+  const Eigen::Vector3d sigmas = predicted.by_velocity.transpose() * prior.solve(corrected);
+  const Eigen::Vector2d velocity = Eigen::Rotation2Dd(-fixed_from_base.theta) *
+                                   Eigen::Vector2d(options_.velocity_change * sigmas.head<2>());
+  const Pose2& steady = predicted.motion.previous_from_current;
+  state_.motion = {steady.x + interval * velocity.x(), steady.y + interval * velocity.y(),
+                   steady.theta + interval * options_.turn_rate_change * sigmas.z()};
+  state_.interval = interval;
 }
 
 void MotionTracker::set_pose(const Pose2& fixed_from_base, const Eigen::Matrix3d& covariance) {

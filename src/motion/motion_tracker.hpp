@@ -101,6 +101,8 @@ class MotionTracker {
   [[nodiscard]] bool is_improbable(const Pose2& moved, double interval) const;
   [[nodiscard]] bool measures_sweep(const ScanInput& input) const;
   void add_errors(MotionPrediction& predicted) const;
+  void correct_velocity(double interval, const MotionPrediction& predicted,
+                        const Pose2& fixed_from_base);
   [[nodiscard]] MotionEstimate motion_since_newest(const ScanInput& input) const;
   /// @param moved  motion of the base in `interval` seconds, which is that of the scan too where
   ///               none was measured.

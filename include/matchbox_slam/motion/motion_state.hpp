@@ -35,7 +35,9 @@ struct MotionState {
   bool matched = false;                 ///< whether the newest scan is a fix
   std::optional<Pose2> odom_from_base;  ///< by the newest scan's odometry
   std::optional<Fix> fix;               ///< the newest one
-  Pose2 motion;           ///< between the last two fixes, by the earlier one's base frame
+  /// As the base moves, by the base frame at its begin: between the last two fixes by odometry,
+  /// else by the velocity that fixes tell.
+  Pose2 motion;
   double interval = 0.0;  ///< [s] that this motion took; 0: none is known
   OdometryNoiseScale noise_scale;
   OdometryCalibration calibration;
