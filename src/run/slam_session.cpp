@@ -11,6 +11,22 @@ namespace matchbox_slam {
 
 namespace {
 
+/// From which range [m] on readings of this laser were none in the newest key scan of it, where that
+/// is less than by default.
+std::optional<double> limit_of(const KeyScans& keys, const ScanInput& input) {
+  const PlacedScans& all = keys.all();
+  for (auto key = all.rbegin(); key != all.rend(); ++key) {
+    if (key->scan->laser() != input.laser || key->scan->is_of_image()) {
+      continue;
+    }
+    const std::optional<MeasuredScan> measured = key->scan->measured();
+    const bool has_limit = measured && measured->scan.range_max == input.scan.range_max &&
+                           measured->options.max_range < ProjectionOptions{}.max_range;
+    return has_limit ? std::optional<double>(measured->options.max_range) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
 /// Why a drive is another than that of a saved map.
 std::string text_of_another_drive(double stamp, std::optional<double> saved) {
   std::string why;
@@ -34,6 +50,7 @@ SlamSession::SlamSession(LiveConfiguration configuration, RunRecords records, Ru
 void SlamSession::go_on_with(SavedStart saved) {
   run_.start_from(saved.map);
   is_continued_ = true;
+  may_map_have_limit_ = true;
   saved_ = std::move(saved);
 }
 
@@ -91,11 +108,30 @@ void SlamSession::take_up(const ScanInput& input) {
                       : "; the robot is taken to be where start_x, start_y and start_theta say"));
 }
 
+/// The beams that met nothing in the map meet nothing now: where that was found it took a while.
+void SlamSession::take_up_limit(const ScanInput& input) {
+  may_map_have_limit_ = false;
+  if (run_.configuration().is_given("scan/max_range") || setup().run.scan_topics.size() > 1) {
+    return;
+  }
+  if (const std::optional<double> limit = limit_of(run_.key_scans(), input)) {
+    Parameters changes;
+    changes.set("scan/max_range", *limit);
+    run_.apply(Reconfigure{std::move(changes)});
+    dialog_.inform("scan/max_range is set to " + fixed_text(*limit, 3) +
+                   " m, as for the scans of the same laser in the map; for another value " +
+                   how_to_set_ + "scan/max_range=VALUE");
+  }
+}
+
 // --- scans and events ---
 
 std::optional<ScanOutcome> SlamSession::process(const ScanInput& input) {
   if (saved_ && !run_.is_paused()) {
     take_up(input);
+  }
+  if (may_map_have_limit_ && !run_.is_paused()) {
+    take_up_limit(input);
   }
   std::optional<ScanOutcome> outcome = run_.process(input);
   if (outcome) {
@@ -114,6 +150,7 @@ void SlamSession::apply(const RunEvent& event) {
   }
   run_.apply(event);
   if (gives_up_map(event)) {
+    may_map_have_limit_ = std::holds_alternative<LoadMapFile>(event);
     saved_.reset();
     told_of_left_out_ = false;
   }

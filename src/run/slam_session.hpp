@@ -82,6 +82,7 @@ class SlamSession {
  private:
   [[nodiscard]] bool is_start_given() const;
   void take_up(const ScanInput& input);
+  void take_up_limit(const ScanInput& input);
   void tell(const ScanOutcome& outcome);
 
   SlamRun run_;
@@ -90,6 +91,7 @@ class SlamSession {
   bool is_continued_ = false;        ///< it has begun with a saved map
   std::optional<SavedStart> saved_;  ///< until it shows which drive goes on in it
   std::optional<LoadMapFile> initial_;
+  bool may_map_have_limit_ = false;  ///< it was read, and no scan was used since
   bool told_of_left_out_ = false;
   bool told_of_robot_beams_ = false;
   bool told_of_few_returns_ = false;

@@ -209,6 +209,40 @@ TEST_F(Session, CutsNoBeamsThatSomebodyWantsOrOfOneLaserAmongSeveral) {
       << warnings_.front();
 }
 
+TEST_F(Session, CutsBeamsAsInTheMapThatItGoesOnWith) {
+  SlamSession past = session("{scan/max_range: 29.9}");
+  (void)past.process(scan(1.0));
+  const SavedStart saved{past.run().snapshot(), "old.slam"};
+  SlamSession now = session();
+  now.go_on_with(saved);
+  (void)now.process(scan(2.0));
+  EXPECT_EQ(now.setup().engine.scan.max_range, 29.9);
+  ASSERT_EQ(informs_.size(), 2U);
+  EXPECT_EQ(informs_.back(),
+            "scan/max_range is set to 29.900 m, as for the scans of the same laser in the map; for "
+            "another value give --set scan/max_range=VALUE");
+  EXPECT_TRUE(now.cut_no_returns(29.8, true).empty()) << "nor is it looked for again";
+  ASSERT_EQ(now.run().events().size(), 1U) << "it can be repeated";
+  EXPECT_TRUE(std::holds_alternative<Reconfigure>(now.run().events().front().event));
+
+  SlamSession loaded = session();
+  loaded.apply(LoadMapFile{"old.slam", std::make_shared<const EngineState>(saved.map)});
+  (void)loaded.process(scan(2.0));
+  EXPECT_EQ(loaded.setup().engine.scan.max_range, 29.9);
+
+  SlamSession wanted = session("{scan/max_range: 40.0}");
+  wanted.go_on_with(saved);
+  (void)wanted.process(scan(2.0));
+  EXPECT_EQ(wanted.setup().engine.scan.max_range, 40.0);
+
+  ScanInput of_another_laser = scan(2.0);
+  of_another_laser.scan.range_max = 50.0;
+  SlamSession other = session();
+  other.go_on_with(saved);
+  (void)other.process(of_another_laser);
+  EXPECT_EQ(other.setup().engine.scan.max_range, ProjectionOptions{}.max_range);
+}
+
 TEST_F(Session, TellsOnceThatScansHaveFewReturns) {
   SlamSession now = session();
   for (int i = 0; i < 300; ++i) {
