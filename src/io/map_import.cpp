@@ -113,6 +113,26 @@ std::string extension_of(const std::string& path) {
   return (whole.extension() == ".1" ? whole.stem() : whole).extension().string();
 }
 
+/// What people give in place of a map, and what would do.
+std::string text_of_no_map(const std::string& path) {
+  const std::string kind = extension_of(path);
+  if (std::filesystem::is_directory(path)) {
+    return "is a folder; give the map in it, as '" +
+           (std::filesystem::path(path) / "map.slam").string() + "'";
+  }
+  for (const char* recording : {".bag", ".db3", ".mcap", ".log", ".clf", ".gz"}) {
+    if (kind == recording) {
+      return "is a recording; map_bag '" + path + "' --out DIR makes a map of it, DIR/map.slam";
+    }
+  }
+  if (kind == ".pgm" || kind == ".png") {
+    return "is the image of a map; give the .slam that was saved beside it, or the .yaml that "
+           "names the image and says where it lies";
+  }
+  return "is not read as a map; allowed: a .slam file of map_bag or ~save_map, or a .yaml file as "
+         "of map_server";
+}
+
 }  // namespace
 
 EngineState map_from_image(const MapImage& image, const std::string& path,
@@ -157,9 +177,7 @@ EngineState read_engine_state(const std::string& path, const EngineOptions& opti
   if (extension_of(path) == ".slam") {
     return read_saved_map(path, options.map.max_cells);
   }
-  throw FileError("'" + path +
-                  "' is not read as a map; allowed: a .slam file of ~save_map, or a .yaml file as "
-                  "of map_server");
+  throw ConfigurationError("'" + path + "' " + text_of_no_map(path));
 }
 
 }  // namespace matchbox_slam

@@ -615,10 +615,24 @@ TEST_F(InAnImage, SaysWhyAnImageIsNotTaken) {
   std::fill(image.pixels.begin(), image.pixels.end(), MapImage::kFreePixel);
   EXPECT_TRUE(contains(text(), "has no occupied pixel")) << text();
   EXPECT_TRUE(contains(text(), "set negate: 1")) << text();
+}
+
+TEST(ReadEngineState, SaysWhatToGiveInPlaceOfWhatIsNoMap) {
+  const auto error = [](const std::string& path) {
+    return error_text<ConfigurationError>([&] { (void)read_engine_state(path, EngineOptions{}); });
+  };
+  const TemporaryFolder folder;
+  EXPECT_EQ(error(folder / ""), "'" + (folder / "") + "' is a folder; give the map in it, as '" +
+                                    (folder / "map.slam") + "'");
+  EXPECT_EQ(error("my.bag"),
+            "'my.bag' is a recording; map_bag 'my.bag' --out DIR makes a map of it, DIR/map.slam");
   EXPECT_EQ(
-      error_text<FileError>([&] { (void)read_engine_state("map.png", options); }),
-      "'map.png' is not read as a map; allowed: a .slam file of ~save_map, or a .yaml file as "
-      "of map_server");
+      error("map.png"),
+      "'map.png' is the image of a map; give the .slam that was saved beside it, or the .yaml "
+      "that names the image and says where it lies");
+  EXPECT_EQ(error("map.txt"),
+            "'map.txt' is not read as a map; allowed: a .slam file of map_bag or ~save_map, or a "
+            ".yaml file as of map_server");
 }
 
 }  // namespace
