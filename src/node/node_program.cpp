@@ -8,6 +8,8 @@
 #include <exception>
 #include <iostream>
 
+#include "common/version.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -48,6 +50,10 @@ int run_node(int argc, char** argv, const std::string& name,
         return argument == "--help" || argument == "-h";
       })) {
     print_help(name, options);
+    return 0;
+  }
+  if (std::find(argv + 1, argv + argc, std::string("--version")) != argv + argc) {
+    std::cout << version_text(name + "_node") << '\n';
     return 0;
   }
   if (const std::string defect = find_stray(argc, argv); !defect.empty()) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <thread>
 
+#include "common/version.hpp"
 #include MATCHBOX_COMMIT_HEADER
 
 namespace matchbox_slam {
@@ -44,7 +45,7 @@ std::string date() {
 }  // namespace
 
 void add_provenance(nlohmann::json& report) {
-  report["version"] = MATCHBOX_SLAM_VERSION;
+  report["version"] = package_version();
   report["commit"] = MATCHBOX_SLAM_COMMIT;
   report["date"] = date();
   report["machine"] = {

@@ -12,6 +12,7 @@
 
 #include "common/interrupted.hpp"
 #include "common/known_names.hpp"
+#include "common/version.hpp"
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/io/file.hpp"
 
@@ -78,10 +79,11 @@ int run_program(const std::string& name, const std::string& description,
   std::signal(SIGPIPE, SIG_IGN);  // whoever stops reading does not want the work to stop
   try {
     CLI::App app(description, name);
+    app.set_version_flag("--version", version_text(name), "Print the version and exit");
     declare_options(app);
     try {
       app.parse(argc, argv);
-    } catch (const CLI::Success& request) {  // --help
+    } catch (const CLI::Success& request) {  // --help, --version
       const int exit_code = app.exit(request);
       require_printed();
       return exit_code;

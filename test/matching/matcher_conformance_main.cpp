@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/version.hpp"
 #include "matching/matcher_conformance.hpp"
 #include "ros/matcher_loader.hpp"
 
@@ -26,7 +27,8 @@ constexpr const char* kHelp =
     "  MATCHER   such as my_package/MyMatcher or my_matcher\n"
     "  PACKAGE   all matchers that it declares; without arguments those of every package\n"
     "\n"
-    "Exits 0 when all tests passed, 1 when one failed, 2 for a matcher or a test that cannot be\n"
+    "--version prints the version. Exits 0 when all tests passed, 1 when one failed, 2 for a "
+    "matcher or a test that cannot be\n"
     "found.\n"
     "The other options are GoogleTest's:\n";
 
@@ -56,6 +58,10 @@ std::vector<std::string> chosen_matchers(const MatcherLoader& loader,
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (std::find(argv + 1, argv + argc, std::string("--version")) != argv + argc) {
+    std::cout << matchbox_slam::version_text("matcher_conformance") << std::endl;
+    return 0;
+  }
   if (std::any_of(argv + 1, argv + argc, is_help)) {
     std::cout << kHelp << std::flush;
     testing::InitGoogleTest(&argc, argv);

@@ -22,6 +22,7 @@
 
 #include "bag/simulated_bag.hpp"
 #include "common/error_text.hpp"
+#include "common/version.hpp"
 #include "io/gzip.hpp"
 #include "io/temporary_folder.hpp"
 #include "io/tum.hpp"
@@ -364,6 +365,12 @@ TEST_F(SlamNodelet, NodesHaveHelp) {
       EXPECT_TRUE(contains(help.output, words)) << words << "\n" << help.output;
     }
   }
+}
+
+TEST_F(SlamNodelet, NodesTellTheirVersion) {
+  const Outcome version = run_command(MATCHBOX_SLAM_NODE, "--version");
+  EXPECT_EQ(version.exit_code, 0);
+  EXPECT_EQ(version.output, version_text("slam_node") + "\n");
 }
 
 TEST_F(SlamNodelet, AnArgumentThatRosDoesNotTakeEndsItWithALine) {
