@@ -11,6 +11,8 @@
 #include "bag/merged_messages.hpp"
 #include "bag/open_recording.hpp"
 #include "matchbox_slam/common/options.hpp"
+#include "ros/message_conversion.hpp"
+#include "run/run_dialog.hpp"
 
 namespace matchbox_slam {
 
@@ -160,6 +162,20 @@ ros::Time seconds_after(const ros::Time& begin, double seconds) {
                                                                : ros::TIME_MAX;
 }
 
+std::vector<const RecordingFile*> files_with(
+    const std::string& topic, const std::vector<std::unique_ptr<RecordingFile>>& files) {
+  std::vector<const RecordingFile*> with;
+  for (const auto& file : files) {
+    const auto& connections = file->connections();
+    if (std::any_of(connections.begin(), connections.end(), [&topic](const auto& connection) {
+          return connection.second.topic == topic && connection.second.messages > 0;
+        })) {
+      with.push_back(file.get());
+    }
+  }
+  return with;
+}
+
 }  // namespace
 
 BagReader::BagReader(const std::vector<std::string>& paths) {
@@ -197,6 +213,35 @@ bool BagReader::has_begin_between(double from, double to) const {
   return std::any_of(begins_.begin(), begins_.end(), [&](const ros::Time& begin) {
     return from < begin.toSec() && begin.toSec() < to;
   });
+}
+
+std::string BagReader::text_of_overlap(const std::vector<std::string>& scan_topics) const {
+  constexpr double kWorthTelling = 1.0;  // [s]: files of a drive that is split meet by less
+  std::string names;
+  double longest = 0.0;
+  std::size_t pairs = 0;
+  for (const std::string& topic : scan_topics) {
+    const std::vector<const RecordingFile*> files = files_with(topic, bags_);
+    for (auto a = files.begin(); a != files.end(); ++a) {
+      for (auto b = a + 1; b != files.end(); ++b) {
+        const double both = seconds_between(std::max((*a)->begin_time(), (*b)->begin_time()),
+                                            std::min((*a)->end_time(), (*b)->end_time()));
+        pairs += both > kWorthTelling ? 1 : 0;
+        if (both > std::max(longest, kWorthTelling)) {
+          longest = both;
+          names = (*a)->path() + " and " + (*b)->path() + " both hold scans of " + topic;
+        }
+      }
+    }
+  }
+  if (pairs == 0) {
+    return "";
+  }
+  return names + ", and are of the same time for " + seconds_text(longest) +
+         (pairs > 1 ? ", and so " + std::to_string(pairs) + " pairs of files in all" : "") +
+         ": they are read as one recording, mixed by time. Of two drives or robots map each by "
+         "itself, then join the maps: merge_maps A/map.slam B/map.slam --out DIR; of two "
+         "recordings of one drive give one alone";
 }
 
 std::vector<std::string> BagReader::topics_of(const std::string& type) const {

@@ -92,6 +92,10 @@ class BagReader {
   [[nodiscard]] bool has_begin_between(double from, double to) const;
   [[nodiscard]] ros::Time end_time() const { return end_; }
 
+  /// What a person should know of files that hold scans of one of these topics at the same time,
+  /// as two drives do, or two recordings of one; empty: there are none.
+  [[nodiscard]] std::string text_of_overlap(const std::vector<std::string>& scan_topics) const;
+
   /// Scans of these topics together with /tf and /tf_static of the period. What was said on
   /// /tf_static before the period comes first. The reader outlives its streams; one is read at a
   /// time.

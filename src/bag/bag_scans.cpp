@@ -77,6 +77,9 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   }
   facts_.scan_topics = choose_scan_topics(
       reader_, request_.scan_topics.empty() ? options.scan_topics : request_.scan_topics);
+  if (const std::string mixed = reader_.text_of_overlap(facts_.scan_topics); !mixed.empty()) {
+    dialog_.warn(mixed);
+  }
   const CloudOptions cloud = read_cloud_options(parameters);
   const BagSurvey survey =
       survey_bag(reader_, facts_.scan_topics, request_.period, options.map_frame,

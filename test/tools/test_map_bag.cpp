@@ -603,6 +603,35 @@ TEST_F(MapBag, DrivesThatNeverMeetAreNotDrawnOverEachOther) {
   EXPECT_EQ(poses(), 200U);
 }
 
+TEST_F(MapBag, TellsOfFilesWhoseScansAreOfTheSameTime) {
+  SmallBag recipe;
+  write_small_bag(bag_, recipe);
+  const std::string second = folder_ / "second.bag";
+  recipe.begin = 1002.05;
+  write_small_bag(second, recipe);
+  const Outcome mixed = run(second);
+  EXPECT_TRUE(contains(mixed.output, "warning: " + bag_ + " and " + second +
+                                         " both hold scans of /scan, and are of the same time for "
+                                         "3.2 s: they are read as one recording"))
+      << mixed.output;
+  EXPECT_TRUE(contains(mixed.output, "merge_maps A/map.slam B/map.slam --out DIR")) << mixed.output;
+  recipe.begin = 1004.5;  // as the files of a drive that is split
+  write_small_bag(second, recipe);
+  EXPECT_FALSE(contains(run(second).output, "the same time"));
+  recipe.begin = 1002.05;
+  recipe.scan_topic = "/rear_scan";
+  write_small_bag(second, recipe);
+  EXPECT_FALSE(contains(run(second + " --scan-topic /scan --scan-topic /rear_scan").output,
+                        "the same time"));
+}
+
+TEST_F(MapBag, WhatIsNoMapToGoOnWithIsRefusedWithWhatToGive) {
+  write_small_bag(bag_);
+  expect_one_line(run("--map " + (folder_ / "")), 2, "is a folder; give the map in it");
+  expect_one_line(run("--map " + bag_), 2, "is a recording; map_bag");
+  expect_one_line(run("--map map.png"), 2, "is the image of a map; give the .slam");
+}
+
 TEST_F(MapBag, LaterConfigurationsReplaceEarlierOnes) {
   replace_file(folder_ / "a.yaml", "matcher: odometry_only\nseed: 3\nmap: {resolution: 0.1}\n");
   replace_file(folder_ / "b.yaml", "map: {resolution: 0.2}\nseed: 4\n");
@@ -1197,6 +1226,12 @@ TEST_F(MapBag, RefusesWrongUsage) {
   expect_one_line(run("--frobnicate"), 2, "not expected: --frobnicate; see --help");
   expect_one_line(run_command(MATCHBOX_MAP_BAG, bag_), 2,
                   "give a folder for the map with --out, or a bag to write with --convert");
+  const std::string package = read_file(std::string(MATCHBOX_SOURCE_DIR) + "/package.xml");
+  const Outcome version = run_command(MATCHBOX_MAP_BAG, "--version");
+  EXPECT_EQ(version.exit_code, 0);
+  const std::string number = version.output.substr(std::string("map_bag of matchbox_slam ").size());
+  EXPECT_TRUE(contains(package, "<version>" + number.substr(0, number.size() - 1) + "</version>"))
+      << version.output;
   const Outcome help = run_command(MATCHBOX_MAP_BAG, "--help");
   EXPECT_EQ(help.exit_code, 0);
   for (const char* flag :
