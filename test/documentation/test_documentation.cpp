@@ -480,11 +480,14 @@ std::set<std::string> names_of_tests() {
 TEST(BadInput, NamesATestThatThereIsInEveryRow) {
   const std::set<std::string> tests = names_of_tests();
   const std::string page = read_file(in_package("doc/recordings.md"));
-  std::istringstream table(
-      between_markers(page, "| what happens | test |\n|---|---|---|\n", "\n\n"));
+  std::istringstream section(page.substr(page.find("\n## Bad input\n")));
   const std::regex named(R"(`(\w+\.\w+)`)");
   int rows = 0;
-  for (std::string row; std::getline(table, row); ++rows) {
+  for (std::string row; std::getline(section, row);) {
+    if (row.rfind("| ", 0) != 0 || row == "| input | what happens | test |") {
+      continue;
+    }
+    ++rows;
     const std::string last_cell = row.substr(row.rfind(" | ") + 1);
     std::sregex_iterator name(last_cell.begin(), last_cell.end(), named);
     EXPECT_TRUE(name != std::sregex_iterator()) << "no test is named: " << row;
@@ -492,7 +495,7 @@ TEST(BadInput, NamesATestThatThereIsInEveryRow) {
       EXPECT_EQ(tests.count(name->str(1)), 1U) << name->str(1);
     }
   }
-  EXPECT_GT(rows, 20);
+  EXPECT_GT(rows, 70);
 }
 
 struct Quotation {
