@@ -419,7 +419,10 @@ void SlamEngine::Parts::start_from(EngineState start) {
   if (const auto& fork = hypotheses_.state().fork) {
     mapping_.fork_as_of({fork->key_scans, std::move(localization.inserted_before_fork)}, options_);
   }
-  relocalizer_ = Relocalizer(std::move(localization.search));
+  if (localization.search.indexed > 0) {
+    static_cast<void>(map());  // drawn, as it was searched
+  }
+  relocalizer_ = Relocalizer(std::move(localization.search), mapping_.parts());
   tracker_.set_state(start.motion);
   scan_count_ = start.scan_count;
   secondary_lasers_ = std::move(start.secondary_lasers);

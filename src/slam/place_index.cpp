@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 #include <set>
@@ -14,6 +15,7 @@ namespace matchbox_slam {
 namespace {
 
 constexpr std::size_t kSectors = std::tuple_size_v<PlaceLook>;
+static_assert(kSectors == 2 * std::tuple_size_v<HalfLook>);
 constexpr double kWidth = 2.0 * kPi / static_cast<double>(kSectors);  // [rad]
 constexpr double kReach = 30.0;                                       // [m]
 /// Of a direction in which no wall is known: unlike all that is seen.
@@ -89,38 +91,46 @@ std::vector<SeenWall> walls_of(const PointScan& scan) {
   return walls;
 }
 
-/// Of a place and a scan, by how many sectors the scan is turned. The compiler makes sixteen
-/// headings of one instruction, where sums of bytes are kept as long as they fit.
+/// So many headings are compared by one instruction. What the compiler makes of loops over bytes
+/// takes four times as long.
+constexpr std::size_t kAtOnce = 16;
+using Bytes = std::uint8_t __attribute__((vector_size(kAtOnce)));
+
+/// Those beyond the last heading are of no meaning.
 template <std::size_t kCount>
-std::array<std::uint16_t, kCount> differences_of(const std::array<std::uint8_t, kCount>& place,
-                                                 const std::vector<SeenWall>& walls) {
+using Differences = std::array<std::uint16_t, (kCount + kAtOnce - 1) / kAtOnce * kAtOnce>;
+
+/// Of a place and a scan, by how many sectors the scan is turned. Sums are kept as bytes as long as
+/// they fit.
+template <std::size_t kCount>
+Differences<kCount> differences_of(const std::array<std::uint8_t, kCount>& place,
+                                   const std::vector<SeenWall>& walls) {
   constexpr std::size_t kFit = 255 / kDifferent;
-  std::array<std::uint8_t, 2 * kCount> twice;
-  std::copy(place.begin(), place.end(), twice.begin());
-  std::copy(place.begin(), place.end(), twice.begin() + kCount);
-  std::array<std::uint16_t, kCount> sums = {};
+  const Bytes most = Bytes{} + kDifferent;
+  Differences<kCount> sums = {};
+  std::array<std::uint8_t, kCount + sums.size()> round = {};
+  std::copy(place.begin(), place.end(), round.begin());
+  std::copy(place.begin(), place.end(), round.begin() + kCount);
   for (std::size_t first = 0; first < walls.size(); first += kFit) {
-    std::array<std::uint8_t, kCount> some = {};
+    std::array<Bytes, sums.size() / kAtOnce> some = {};
     for (std::size_t k = first; k < std::min(first + kFit, walls.size()); ++k) {
-      const std::uint8_t* turned = twice.data() + walls[k].sector;
-      const std::uint8_t look = walls[k].look;
-      for (std::size_t i = 0; i < kCount; ++i) {
-        const std::uint8_t more = std::max(turned[i], look);
-        const std::uint8_t less = std::min(turned[i], look);
-        const auto apart = static_cast<std::uint8_t>(more - less);
-        some[i] = static_cast<std::uint8_t>(some[i] + std::min(apart, kDifferent));
+      const Bytes look = Bytes{} + walls[k].look;
+      for (std::size_t i = 0; i < some.size(); ++i) {
+        Bytes turned;
+        std::memcpy(&turned, round.data() + walls[k].sector + i * kAtOnce, kAtOnce);
+        const Bytes apart = (turned > look ? turned : look) - (turned < look ? turned : look);
+        some[i] += apart < most ? apart : most;
       }
     }
-    for (std::size_t i = 0; i < kCount; ++i) {
-      sums[i] = static_cast<std::uint16_t>(sums[i] + some[i]);
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      sums[i] = static_cast<std::uint16_t>(sums[i] + some[i / kAtOnce][i % kAtOnce]);
     }
   }
   return sums;
 }
 
-/// Every other direction of a place.
-std::array<std::uint8_t, kSectors / 2> half_of(const PlaceLook& look) {
-  std::array<std::uint8_t, kSectors / 2> half;
+HalfLook half_of(const PlaceLook& look) {
+  HalfLook half;
   for (std::size_t i = 0; i < half.size(); ++i) {
     half[i] = look[2 * i];
   }
@@ -139,8 +149,8 @@ std::vector<SeenWall> half_of(const std::vector<SeenWall>& walls) {
 
 /// Where there are many, those that look most alike in every other direction: in a quarter of the
 /// time.
-template <typename Places>
-std::vector<std::size_t> worth_a_look(const Places& places, const std::vector<SeenWall>& walls) {
+std::vector<std::size_t> worth_a_look(const std::vector<HalfLook>& places,
+                                      const std::vector<SeenWall>& walls) {
   constexpr std::size_t kLeast = 1000;
   constexpr std::size_t kOfPlaces = 8;
   std::vector<std::size_t> numbers(places.size());
@@ -152,8 +162,8 @@ std::vector<std::size_t> worth_a_look(const Places& places, const std::vector<Se
   const std::vector<SeenWall> half = half_of(walls);
   std::vector<std::uint16_t> least(places.size());
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto differences = differences_of(half_of(places[i].look), half);
-    least[i] = *std::min_element(differences.begin(), differences.end());
+    const auto differences = differences_of(places[i], half);
+    least[i] = *std::min_element(differences.begin(), differences.begin() + kSectors / 2);
   }
   const auto is_more_alike = [&](std::size_t a, std::size_t b) {
     return std::tie(least[a], a) < std::tie(least[b], b);
@@ -172,55 +182,93 @@ bool is_near(const LikelyPlace& a, const LikelyPlace& b) {
          std::abs(wrap_angle(a.part_from_base.theta - b.part_from_base.theta)) < kTurned;
 }
 
-/// Places on a lattice where a robot has room, near a key scan of the part and in its sight.
-std::vector<Eigen::Vector2d> places_of(const MapPart& part) {
-  constexpr double kStep = 1.0;  // [m]
-  constexpr int kBeside = 2;     // steps
-  const LikelihoodField& field = part.map.field;
-  const GridGeometry& geometry = field.geometry();
-  std::set<std::pair<int, int>> lattice;
-  for (const PlacedScan& key : part.key_scans.all()) {
-    const Eigen::Vector2d from = key.map_from_base.translation();
-    if (!(from.cwiseAbs().maxCoeff() < 1e6)) {
-      continue;
+/// Places on a lattice where a robot has room, near a key scan and in its sight.
+class PlacesAround {
+ public:
+  explicit PlacesAround(const LikelihoodField& field) : field_(field) {}
+
+  /// Those that were not known.
+  template <typename Known, typename Take>
+  void find(const Eigen::Vector2d& from, const Known& is_known, const Take& take) const {
+    constexpr double kFarthest = 1e6;  // [m]; a damaged file may say anything
+    if (!(from.cwiseAbs().maxCoeff() < kFarthest)) {
+      return;
     }
     const auto x = static_cast<int>(std::lround(from.x() / kStep));
     const auto y = static_cast<int>(std::lround(from.y() / kStep));
     for (int dy = -kBeside; dy <= kBeside; ++dy) {
       for (int dx = -kBeside; dx <= kBeside; ++dx) {
-        if (lattice.count({y + dy, x + dx}) > 0) {
-          continue;
-        }
-        const Eigen::Vector2d place(kStep * (x + dx), kStep * (y + dy));
-        const Eigen::Vector2d way = place - from;
-        const double distance = way.norm();
-        const bool has_room = field.distance(geometry.cell_at(place)) > LikelihoodField::kFar / 2;
-        if (has_room &&
-            (distance < 1e-3 || range_to_wall(field, from, way / distance, distance) >= distance)) {
-          lattice.insert({y + dy, x + dx});
+        const LatticePoint point{y + dy, x + dx};
+        if (!is_known(point) && is_free(at(point), from)) {
+          take(point);
         }
       }
     }
   }
-  std::vector<Eigen::Vector2d> places;
-  places.reserve(lattice.size());
-  for (const auto& [y, x] : lattice) {
-    places.emplace_back(kStep * x, kStep * y);
+
+  [[nodiscard]] static Eigen::Vector2d at(const LatticePoint& point) {
+    return {kStep * point.second, kStep * point.first};
   }
-  return places;
-}
+
+ private:
+  static constexpr double kStep = 1.0;  // [m]
+  static constexpr int kBeside = 2;     // steps
+
+  [[nodiscard]] bool is_free(const Eigen::Vector2d& place, const Eigen::Vector2d& from) const {
+    const Eigen::Vector2d way = place - from;
+    const double distance = way.norm();
+    return field_.distance(field_.geometry().cell_at(place)) > LikelihoodField::kFar / 2 &&
+           (distance < 1e-3 || range_to_wall(field_, from, way / distance, distance) >= distance);
+  }
+
+  const LikelihoodField& field_;
+};
 
 }  // namespace
 
 PlaceIndex::PlaceIndex(const std::vector<MapPart>& parts, std::size_t apart) {
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (i == apart) {
-      continue;
-    }
-    for (const Eigen::Vector2d& place : places_of(parts[i])) {
-      places_.push_back({i, place, look_from(place, parts[i].map.field)});
+  static_cast<void>(grow(parts, apart, std::numeric_limits<std::size_t>::max()));
+}
+
+bool PlaceIndex::grow(const std::vector<MapPart>& parts, std::size_t apart, std::size_t key_scans) {
+  while (!is_complete_ && part_ < parts.size()) {
+    const PlacedScans& keys = parts[part_].key_scans.all();
+    if (part_ == apart || next_ >= keys.size()) {
+      ++part_;
+      next_ = 0;
+      lattice_.clear();
+    } else if (key_scans-- == 0) {
+      return false;
+    } else {
+      take_around(keys[next_++].map_from_base.translation(), parts[part_].map.field);
+      ++taken_;
     }
   }
+  if (!is_complete_) {
+    finish();
+  }
+  return true;
+}
+
+void PlaceIndex::take_around(const Eigen::Vector2d& from, const LikelihoodField& field) {
+  PlacesAround(field).find(
+      from, [this](const LatticePoint& point) { return lattice_.count(point) > 0; },
+      [&](const LatticePoint& point) {
+        lattice_.insert(point);
+        places_.push_back({part_, point, look_from(PlacesAround::at(point), field)});
+      });
+}
+
+/// In an order that does not depend on that of the key scans.
+void PlaceIndex::finish() {
+  std::sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) {
+    return std::tie(a.part, a.at) < std::tie(b.part, b.at);
+  });
+  halves_.reserve(places_.size());
+  for (const Place& place : places_) {
+    halves_.push_back(half_of(place.look));
+  }
+  is_complete_ = true;
 }
 
 std::vector<LikelyPlace> PlaceIndex::look_up(const PointScan& scan, std::size_t most,
@@ -236,10 +284,11 @@ std::vector<LikelyPlace> PlaceIndex::look_up(const PointScan& scan, std::size_t 
     std::uint32_t place;
   };
   std::vector<Turned> all;
-  for (const std::size_t i : worth_a_look(places_, walls)) {
+  for (const std::size_t i : worth_a_look(halves_, walls)) {
     auto differences = differences_of(places_[i].look, walls);
+    const auto end = differences.begin() + kSectors;
     for (int heading = 0; heading < 2; ++heading) {
-      const auto best = std::min_element(differences.begin(), differences.end());
+      const auto best = std::min_element(differences.begin(), end);
       const auto turned = static_cast<std::size_t>(best - differences.begin());
       all.push_back({*best, static_cast<std::uint16_t>(turned), static_cast<std::uint32_t>(i)});
       for (std::size_t k = kSectors - kApart; k <= kSectors + kApart; ++k) {
@@ -259,9 +308,10 @@ std::vector<LikelyPlace> PlaceIndex::look_up(const PointScan& scan, std::size_t 
     std::pop_heap(all.begin(), end, less_alike);
     const Turned& next = *(end - 1);
     const Place& place = places_[next.place];
+    const Eigen::Vector2d at = PlacesAround::at(place.at);
     const LikelyPlace found{
         place.part,
-        {place.at.x(), place.at.y(), wrap_angle(static_cast<double>(next.sectors) * kWidth)},
+        {at.x(), at.y(), wrap_angle(static_cast<double>(next.sectors) * kWidth)},
         static_cast<double>(next.difference) / worst};
     const auto is_same = [&](const LikelyPlace& other) { return is_near(found, other); };
     if (std::none_of(known.begin(), known.end(), is_same)) {

@@ -3,9 +3,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/map/likelihood_field.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/slam/map_part.hpp"
 
@@ -14,6 +17,12 @@ namespace matchbox_slam {
 /// How far it is to the nearest wall in each direction around a place, from -pi on, so that equal
 /// differences are equal shares of the way: from a little elsewhere it looks nearly the same.
 using PlaceLook = std::array<std::uint8_t, 72>;
+
+/// The same in every other direction.
+using HalfLook = std::array<std::uint8_t, 36>;
+
+/// Row and column.
+using LatticePoint = std::pair<int, int>;
 
 /// Where a scan may have been taken, by how far it sees alone.
 struct LikelyPlace {
@@ -27,25 +36,46 @@ struct LikelyPlace {
 /// a part of the circle is compared in that part. A value.
 class PlaceIndex {
  public:
+  /// Of nothing yet: to be grown.
   PlaceIndex() = default;
-  /// Of all parts but one. Cost: some 20 us a place, of which there are two to four a metre.
+  /// Of all parts but one, at once.
   /// @param parts  whose fields are rendered.
   PlaceIndex(const std::vector<MapPart>& parts, std::size_t apart);
 
+  /// Takes in what lies around that many more key scans of the same parts, in their order. Whether
+  /// that is all: before, nothing is to be looked up, as the right place may be missing. The index
+  /// is the same in however many steps it is made. Cost: some 80 us a key scan.
+  [[nodiscard]] bool grow(const std::vector<MapPart>& parts, std::size_t apart,
+                          std::size_t key_scans);
+
+  [[nodiscard]] bool is_complete() const { return is_complete_; }
+  /// Key scans around which it knows the places.
+  [[nodiscard]] std::size_t key_scans() const { return taken_; }
   [[nodiscard]] bool empty() const { return places_.empty(); }
 
   /// Up to so many, most alike first, none within a metre and 0.35 rad of a better one or of those
-  /// that are known. Cost: some 1 us a place for a scan that sees all around.
+  /// that are known. Cost: some 0.2 us a place for a scan that sees all around.
   [[nodiscard]] std::vector<LikelyPlace> look_up(const PointScan& scan, std::size_t most,
                                                  std::vector<LikelyPlace> known = {}) const;
 
  private:
   struct Place {
     std::size_t part;
-    Eigen::Vector2d at;
+    LatticePoint at;
     PlaceLook look;
   };
+
+  void take_around(const Eigen::Vector2d& from, const LikelihoodField& field);
+  void finish();
+
   std::vector<Place> places_;
+  std::vector<HalfLook> halves_;  ///< of each place, when it is complete
+  // While it grows.
+  std::size_t part_ = 0;            ///< that the next key scan is of
+  std::size_t next_ = 0;            ///< key scan of that part
+  std::size_t taken_ = 0;           ///< key scans of all parts
+  std::set<LatticePoint> lattice_;  ///< of the part's places
+  bool is_complete_ = false;
 };
 
 }  // namespace matchbox_slam

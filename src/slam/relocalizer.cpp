@@ -1,20 +1,32 @@
 #include "slam/relocalizer.hpp"
 
+#include <cstddef>
+
 namespace matchbox_slam {
+
+Relocalizer::Relocalizer(PlaceSearch search, const MapParts& parts) : search_(std::move(search)) {
+  static_cast<void>(index_.grow(parts.all(), parts.here_number(), search_.indexed));
+}
 
 void Relocalizer::begin(double since) {
   search_ = {};
   search_.stamp = since;
-  index_.reset();
+  index_ = {};
 }
 
 std::optional<PlaceHypothesis> Relocalizer::find(double stamp, const Pose2& apart_from_base,
                                                  const MapParts& parts,
                                                  const EngineOptions& options) {
-  if (!index_) {
-    index_.emplace(parts.all(), parts.here_number());
+  // Key scans with each scan: as long as a search takes, some 20 ms.
+  constexpr std::size_t kAtATime = 256;
+  if (!index_.is_complete()) {
+    const bool is_complete = index_.grow(parts.all(), parts.here_number(), kAtATime);
+    search_.indexed = index_.key_scans();
+    if (!is_complete) {
+      return std::nullopt;
+    }
   }
-  return search_places(stamp, apart_from_base, parts.all(), parts.here_number(), *index_, options,
+  return search_places(stamp, apart_from_base, parts.all(), parts.here_number(), index_, options,
                        search_);
 }
 

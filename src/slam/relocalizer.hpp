@@ -15,8 +15,9 @@ namespace matchbox_slam {
 class Relocalizer {
  public:
   Relocalizer() = default;
-  /// Goes on with a search.
-  explicit Relocalizer(PlaceSearch search) : search_(std::move(search)) {}
+  /// Goes on with a search, as if it had never been interrupted.
+  /// @param parts  whose maps are drawn; the index of their places is made as far as it was.
+  Relocalizer(PlaceSearch search, const MapParts& parts);
 
   [[nodiscard]] const PlaceSearch& search() const { return search_; }
 
@@ -32,7 +33,9 @@ class Relocalizer {
   /// Whether a scan of this stamp [s] is looked at.
   [[nodiscard]] bool has_begun(double stamp) const { return stamp >= search_.stamp; }
 
-  /// The part, and where in it, that the robot is found in by what it has seen, if it is.
+  /// The part, and where in it, that the robot is found in by what it has seen, if it is. At first
+  /// the places of the parts are looked at, some with each scan so that none waits long; nothing is
+  /// searched before all are.
   /// @param stamp  [s] of the newest scan.
   /// @param parts  whose maps are drawn.
   [[nodiscard]] std::optional<PlaceHypothesis> find(double stamp, const Pose2& apart_from_base,
@@ -41,7 +44,7 @@ class Relocalizer {
 
  private:
   PlaceSearch search_;
-  std::optional<PlaceIndex> index_;  ///< follows from the parts; none before it is asked
+  PlaceIndex index_;  ///< follows from the parts, and from how far it is made
 };
 
 }  // namespace matchbox_slam

@@ -78,6 +78,32 @@ TEST(PlaceIndex, LeavesOutWhatIsKnownAndWhatIsNearABetterOne) {
   }
 }
 
+TEST(PlaceIndex, IsTheSameInHoweverManyStepsItIsMade) {
+  const SimulatedRun run = perfect_drive();
+  const std::vector<MapPart> parts = parts_of(run);
+  const PlaceIndex at_once(parts, 1);
+  ASSERT_TRUE(at_once.is_complete());
+  for (const std::size_t each : {1U, 7U, 1000U}) {
+    PlaceIndex index;
+    std::size_t steps = 1;
+    for (; !index.grow(parts, 1, each); ++steps) {
+      EXPECT_FALSE(index.is_complete());
+      EXPECT_EQ(index.key_scans(), steps * each);
+    }
+    EXPECT_EQ(steps, (parts[0].key_scans.size() + each - 1) / each);
+    EXPECT_EQ(index.key_scans(), parts[0].key_scans.size());
+    const std::vector<LikelyPlace> places =
+        index.look_up(seen_from(run.world_from_base[70], {}), 50);
+    const std::vector<LikelyPlace> wanted =
+        at_once.look_up(seen_from(run.world_from_base[70], {}), 50);
+    ASSERT_EQ(places.size(), wanted.size());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      EXPECT_EQ(places[i].part_from_base, wanted[i].part_from_base);
+      EXPECT_EQ(places[i].unlike, wanted[i].unlike);
+    }
+  }
+}
+
 TEST(PlaceIndex, HasNoPlacesOfThePartThatTheRobotMakes) {
   const SimulatedRun run = perfect_drive();
   std::vector<MapPart> parts = parts_of(run);

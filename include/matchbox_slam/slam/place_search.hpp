@@ -50,6 +50,8 @@ struct ExplainedScan {
 /// frame of the map that the robot makes meanwhile.
 struct PlaceSearch {
   double stamp = 0.0;  ///< [s] of the scan that was searched last
+  /// Key scans of the map around which places are known; before all are, nothing is searched.
+  std::uint64_t indexed = 0;
   int sampled = 0;     ///< key scans of the map that were looked for elsewhere in it
   int alike = 0;       ///< of these, such as may have been taken there
   std::vector<ExplainedScan> explained;
