@@ -25,7 +25,7 @@ constexpr std::int32_t kFarthestCell = 1 << 24;
 // or a MapReader and something to fill.
 
 /// Of the format that is written.
-constexpr int kSavedVersion = 15;
+constexpr int kSavedVersion = 16;
 
 /// Numbers in the order of their bytes, the lowest first, on every machine.
 class MapWriter {

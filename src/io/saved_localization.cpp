@@ -168,6 +168,9 @@ void skip_search(MapReader& reader, std::size_t parts) {
 template <typename Archive, typename Search>
 void transfer_search(Archive& archive, Search& search, std::size_t parts) {
   archive.number(search.stamp, kLargest);
+  if (archive.version() >= 16) {
+    archive.integer(search.indexed);
+  }
   transfer_count(archive, search.sampled);
   transfer_count(archive, search.alike);
   if constexpr (Archive::kReads) {

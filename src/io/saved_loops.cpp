@@ -107,12 +107,29 @@ void require_sound_graph(const PoseGraph& graph, const MapReader& reader) {
   }
 }
 
+/// Of each key scan, where some are another robot's.
+template <typename Archive, typename Flags>
+void transfer_are_others(Archive& archive, Flags& are_others, std::size_t nodes) {
+  if (archive.version() < 16) {
+    return;
+  }
+  archive.size(are_others, 1, nodes, "key scans that tell whose they are");
+  for (std::size_t i = 0; i < are_others.size(); ++i) {
+    bool is_other = are_others[i];
+    archive.flag(is_other);
+    if constexpr (Archive::kReads) {
+      are_others[i] = is_other;
+    }
+  }
+}
+
 }  // namespace
 
 void write_loops(const EngineState& map, MapWriter& writer) {
   const LoopState& state = map.loops;
   writer.integer(std::uint64_t{state.graph.poses.size()});
   transfer_state(writer, state, 0);
+  transfer_are_others(writer, state.are_others, 0);
   const SlamMap* near = map.local_map.map();
   writer.flag(near != nullptr);
   if (near != nullptr) {
@@ -145,6 +162,7 @@ void read_loops(MapReader& reader, EngineState& map) {
     state.graph.poses.push_back(keys[i].map_from_base);
   }
   transfer_state(reader, state, nodes);
+  transfer_are_others(reader, state.are_others, nodes);
   if (nodes > 0) {
     require_sound_graph(state.graph, reader);
   }

@@ -69,6 +69,7 @@ LoopCloser::LoopCloser(State state)
       loops_(std::move(state.loops)),
       way_(state.way),
       tries_(state.tries),
+      are_others_(std::move(state.are_others)),
       pending_(state.pending) {
   if (!empty()) {
     links_.take_new(graph_);

@@ -70,7 +70,9 @@ class LoopCloser {
 
   LoopCloser() = default;
   explicit LoopCloser(State state);
-  [[nodiscard]] State state() const { return {graph_, loops_, way_, tries_, pending_}; }
+  [[nodiscard]] State state() const {
+    return {graph_, loops_, way_, tries_, pending_, are_others_};
+  }
 
   /// Takes the newest key scan.
   /// @param map_covariance  of its pose by its match, in the map frame.
@@ -142,9 +144,7 @@ class LoopCloser {
   std::vector<ClosedLoop> loops_;
   double way_ = 0.0;  ///< [m] since the last search
   std::size_t tries_ = 0;
-  /// By number: whether it is another robot's, whose stamps say nothing of this one's way. Of those
-  /// that came in since it began; what lies behind is this robot's.
-  std::vector<bool> are_others_;
+  std::vector<bool> are_others_;  ///< see LoopState
   std::optional<Pending> pending_;
   std::shared_ptr<LoopWork> work_;  ///< of what is pending; copies share it
 };

@@ -70,6 +70,9 @@ void Joining::append(const MergedMap& other, const Pose2& map_from_other) {
     map_.loops.loops.push_back(loop);
   }
   map_.loops.tries += other.loops.tries;
+  map_.loops.are_others.resize(first_, false);
+  map_.loops.are_others.insert(map_.loops.are_others.end(), other.loops.are_others.begin(),
+                               other.loops.are_others.end());
   for (MergedStretch stretch : other.stretches) {
     stretch.begin += first_;
     stretch.end += first_;

@@ -47,6 +47,7 @@ TEST(SavedLocalization, ComeBack) {
   start.key_scans.add(MeasuredScan{}, 0, {});
   start.localization.hypotheses = doubt();
   start.localization.inserted_before_fork = {{0, {1.0, 0.0, 0.5}}};
+  start.localization.search.indexed = 3;
   start.localization.search.sampled = 5;
   start.localization.search.alike = 2;
   start.localization.search.explained = {{7, 0, {1.0, 2.0, 0.25}, 12.5, 3.5}};
@@ -65,6 +66,7 @@ TEST(SavedLocalization, ComeBack) {
   EXPECT_FALSE(back.hypotheses.others[0].key_scans[0]);
   EXPECT_EQ(*back.hypotheses.others[1].key_scans[0], Pose2{});
   EXPECT_EQ(back.inserted_before_fork.at(0), (Pose2{1.0, 0.0, 0.5}));
+  EXPECT_EQ(back.search.indexed, 3U);
   EXPECT_EQ(back.search.sampled, 5);
   EXPECT_EQ(back.search.alike, 2);
   ASSERT_EQ(back.search.explained.size(), 1U);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/error_text.hpp"
 #include "io/temporary_folder.hpp"
@@ -28,6 +29,7 @@ LoopState sound_loops() {
   loops.way = 0.75;
   loops.tries = 7;
   loops.pending = PendingLoopWork{1, 2, true, false, true};
+  loops.are_others = {false, true};
   return loops;
 }
 
@@ -74,6 +76,7 @@ TEST(SavedLoops, ComeBack) {
   EXPECT_EQ(loop.moved, 0.25);
   EXPECT_EQ(again.way, 0.75);
   EXPECT_EQ(again.tries, 7U);
+  EXPECT_EQ(again.are_others, (std::vector<bool>{false, true}));
   ASSERT_TRUE(again.pending);
   EXPECT_EQ(again.pending->newest, 1U);
   EXPECT_EQ(again.pending->edges, 2U);

@@ -216,7 +216,7 @@ TEST_F(SavedMap, ReadsVersion1OfTheFormat) {
   EXPECT_EQ(points->points[3].position.x(), -0.73786027155316258);
   EXPECT_EQ(points->stamp, 1.1);
   write(to_saved_map(start));
-  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 15";
+  EXPECT_TRUE(to_saved_map(read_saved_map(path_)) == to_saved_map(start)) << "as version 16";
 }
 
 /// Written before lasers could be tilted, after ten scans of twelve beams.
@@ -288,7 +288,10 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 
 // --- files that would take all memory, or that no map could have made ---
 
-/// Of the search for a lost robot, and what versions up to 14 had in its place.
+/// Since version 16: whose key scans are, and how far places are known.
+constexpr std::size_t kAreOthersBytes = 8;
+constexpr std::size_t kIndexedBytes = 8;
+/// Of the search for a lost robot in version 15, and what versions up to 14 had in its place.
 constexpr std::size_t kSearchBytes = (1 + 1 + 1) * 8 + 2 * 4;
 constexpr std::size_t kFormerSearchBytes = (1 + 1 + 1) * 8 + 1;
 /// Bytes of what follows the motion and the lasers' number, and of what follows the key scans, when
@@ -316,8 +319,9 @@ constexpr std::size_t kContradictedBytes = 8;
 constexpr std::size_t kAfterContradictedBytes = 4 + (3 + 1) * 8 + kWayBytes + kAfterWayBytes;
 /// After what the motion learned of odometry.
 constexpr std::size_t kAfterMotionBytes = 8 + 8 + kEndBytes;
-constexpr std::size_t kStateBytes =
-    (3 + 9 + 9 + 1 + 3 + 4 + 3 + 1 + 2) * 8 + 4 + 4 + kCalibrationBytes + kAfterMotionBytes;
+constexpr std::size_t kStateBytes = (3 + 9 + 9 + 1 + 3 + 4 + 3 + 1 + 2) * 8 + 4 + 4 +
+                                    kCalibrationBytes + kAfterMotionBytes + kAreOthersBytes +
+                                    kIndexedBytes;
 
 /// A map of two known cells and one wall, the last cells of both lists there; without compression.
 std::string map_with_cells_at(const Cell& known, const Cell& wall) {
@@ -326,7 +330,7 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   map.occupancy.restore({1, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
   std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 15\n").size() + 4 * 8;
+  const std::size_t first_cell = std::string("matchbox_slam map, version 16\n").size() + 4 * 8;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 10, known), std::make_pair(first_cell + 28, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
@@ -339,6 +343,13 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
 TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
+  constexpr std::size_t kFlags = 5;
+  bytes.erase(bytes.size() - kLaserBytes - kFlags - kAreOthersBytes, kAreOthersBytes);
+  bytes.erase(bytes.size() - kLoopBytes - kLaserBytes - kSearchBytes,
+              kIndexedBytes);  // the stamp before is as 0
+  bytes.replace(head.size(), 2, "15");
+  write(compress(bytes));
+  EXPECT_TRUE(read_saved_map(path_).loops.are_others.empty());
   bytes.replace(bytes.size() - kLoopBytes - kLaserBytes - kSearchBytes, kSearchBytes,
                 std::string(kFormerSearchBytes, '\0'));
   bytes.replace(head.size(), 2, "14");
@@ -391,9 +402,9 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
 TEST_F(SavedMap, AMapOfANewerVersionIsNotDamaged) {
   const std::string head = "matchbox_slam map, version ";
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  bytes.replace(head.size(), 2, "16");
+  bytes.replace(head.size(), 2, "17");
   write(compress(bytes));
-  EXPECT_TRUE(contains(error(), "is a saved map of version 16; this program reads 1 to 15: "));
+  EXPECT_TRUE(contains(error(), "is a saved map of version 17; this program reads 1 to 16: "));
   EXPECT_THROW(
       {
         try {
@@ -432,7 +443,7 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
-  const std::size_t head = std::string("matchbox_slam map, version 15\n").size();
+  const std::size_t head = std::string("matchbox_slam map, version 16\n").size();
   const auto error_with = [&](double number, std::size_t at) {
     std::string sound(bytes, at, sizeof number);
     std::memcpy(bytes.data() + at, &number, sizeof number);
@@ -449,7 +460,8 @@ TEST_F(SavedMap, RefusesNumbersThatNoMapHolds) {
   EXPECT_TRUE(contains(error_with(1e300, pose), "it holds the number 1e+300 where at most"));
   EXPECT_TRUE(contains(error_with(std::nan(""), pose), "it holds the number"));
   EXPECT_TRUE(contains(error_with(-1.0, pose + 3 * sizeof(double)), "covariance of its pose"));
-  const std::size_t calibration = bytes.size() - kAfterMotionBytes - kCalibrationBytes;
+  const std::size_t calibration =
+      pose + kStateBytes - kAfterMotionBytes - kAreOthersBytes - kIndexedBytes - kCalibrationBytes;
   EXPECT_TRUE(contains(error_with(-1.0, calibration - 24), "its last motion took -1.0 s"));
   for (const double share : {0.0, 1.5, std::nan("")}) {
     EXPECT_TRUE(contains(error_with(share, calibration - 16), "is damaged")) << share;

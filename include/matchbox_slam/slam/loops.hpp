@@ -94,6 +94,9 @@ struct LoopState {
   double way = 0.0;  ///< [m] since the last search
   std::size_t tries = 0;
   std::optional<PendingLoopWork> pending = {};
+  /// Of each key scan whether it is another robot's, whose stamps say nothing of this one's way; of
+  /// those behind the last none is.
+  std::vector<bool> are_others = {};
 };
 
 /// Of loops that were tried, those that were believed.
