@@ -146,7 +146,7 @@ SlamNode::~SlamNode() {
   for (const auto& spinner : spinners_) {
     spinner->stop();
   }
-  other_maps_.reset();
+  other_maps_->give_up();  // it may take a while to end; the map is saved meanwhile
   diagnostic_timer_.stop();
   poses_.stop();
   map_publisher_.reset();
@@ -156,12 +156,11 @@ SlamNode::~SlamNode() {
   log_failure([this] { save_records(); });
   if (!saves_map) {
     tell_unsaved();
-    return;
-  }
-  // Always, as a loop may have been closed since, which no scan tells.
-  if (map_revision().scans > 0) {
+  } else if (map_revision().scans > 0) {
+    // Always, as a loop may have been closed since, which no scan tells.
     log_failure([this] { static_cast<void>(save_map_files()); });
   }
+  other_maps_.reset();
 }
 
 /// Goes on with a saved map where there is one to go on with.

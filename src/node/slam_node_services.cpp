@@ -167,14 +167,10 @@ void SlamNode::require_mergeable(const EngineState& map) {
         "~reset, or go on with a .slam file of key scans");
   }
   const std::size_t lasers = input_->topics().size();
-  const auto& keys = map.key_scans.all();
-  const auto other = std::find_if(keys.begin(), keys.end(), [&](const PlacedScan& key) {
-    return static_cast<std::size_t>(key.scan->laser()) >= lasers;
-  });
-  if (other != keys.end()) {
-    throw std::runtime_error("it was made with laser number " +
-                             std::to_string(other->scan->laser()) + ", and this robot has " +
-                             std::to_string(lasers) +
+  const int last = last_laser(map);
+  if (last >= 0 && static_cast<std::size_t>(last) >= lasers) {
+    throw std::runtime_error("it was made with laser number " + std::to_string(last) +
+                             ", and this robot has " + std::to_string(lasers) +
                              ", counted from 0; merge both with the program merge_maps");
   }
 }

@@ -1,5 +1,6 @@
 #include "run/mergeable_map.hpp"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "matchbox_slam/io/file.hpp"
@@ -42,6 +43,22 @@ EngineState read_mergeable_map(const std::string& path, const EngineOptions& opt
     throw FileError(path + ": holds no key scans; there is nothing to merge");
   }
   return map;
+}
+
+int last_laser(const EngineState& map) {
+  int last = -1;
+  const auto take = [&last](const PlacedScan& key) { last = std::max(last, key.scan->laser()); };
+  const auto take_all = [&take](const KeyScans& keys) {
+    std::for_each(keys.all().begin(), keys.all().end(), take);
+  };
+  take_all(map.key_scans);
+  for (const MapPart& part : map.localization.apart) {
+    take_all(part.key_scans);
+  }
+  for (const WaitingScan& waiting : map.localization.pending) {
+    take(waiting.scan);
+  }
+  return last;
 }
 
 }  // namespace matchbox_slam

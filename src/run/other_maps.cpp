@@ -68,6 +68,33 @@ std::vector<ScanName> names_of(const PlacedScans& keys) {
   return names;
 }
 
+/// As they are drawn, in a box along the axes.
+double spanned_cells(const PlacedScans& keys, double resolution) {
+  Eigen::AlignedBox2d box;
+  for (const PlacedScan& key : keys) {
+    const std::shared_ptr<const PointScan> points = key.scan->points();
+    for (const ScanPoint& point : points->points) {
+      box.extend(key.map_from_base * point.origin);
+      box.extend(key.map_from_base * point.position);
+    }
+    for (const FreeRay& ray : points->free_rays) {
+      box.extend(key.map_from_base * ray.origin);
+      box.extend(key.map_from_base * ray.end);
+    }
+  }
+  return box.isEmpty() ? 0.0 : box.volume() / (resolution * resolution);
+}
+
+void require_room(const PlacedScans& keys, const MapOptions& options) {
+  const double cells = spanned_cells(keys, options.resolution);
+  if (cells > options.max_cells) {
+    throw std::runtime_error("with it this map would span " + to_string(std::ceil(cells)) +
+                             " cells, and map/max_cells allows " + to_string(options.max_cells) +
+                             "; raise map/max_cells, or make both maps with a larger " +
+                             "map/resolution");
+  }
+}
+
 std::size_t nearest_to(const Eigen::Vector2d& here, const PlacedScans& keys) {
   const auto nearest =
       std::min_element(keys.begin(), keys.end(), [&](const PlacedScan& a, const PlacedScan& b) {
@@ -94,12 +121,16 @@ struct OtherMaps::Searched {
 OtherMaps::OtherMaps(Look look, Give give, RunDialog dialog)
     : look_(std::move(look)), give_(std::move(give)), dialog_(std::move(dialog)) {}
 
-OtherMaps::~OtherMaps() {
+void OtherMaps::give_up() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stop_ = true;
   }
   changed_.notify_all();
+}
+
+OtherMaps::~OtherMaps() {
+  give_up();
   if (thread_.joinable()) {
     thread_.join();
   }
@@ -275,6 +306,7 @@ bool OtherMaps::join(Searched& searched, const OwnMap& own) {
   if (!both) {
     return false;
   }
+  require_room(both->part.key_scans.all(), own.options.map);
   searched.found = std::make_shared<const FoundMap>(keys, own.loops, std::move(*both));
   give_(searched.found);
   return true;

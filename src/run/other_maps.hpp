@@ -38,6 +38,7 @@ class OtherMaps {
   /// @param give    as SlamRun::expect_map.
   /// @param dialog  is told when a map has become part of the run's.
   OtherMaps(Look look, Give give, RunDialog dialog);
+  /// Waits for the thread.
   ~OtherMaps();
 
   OtherMaps(const OtherMaps&) = delete;
@@ -50,6 +51,10 @@ class OtherMaps {
 
   /// They are forgotten, as the run's map is.
   void clear();
+
+  /// None is searched any more, and none given, from the next key scan on. Does not wait, as that
+  /// one may take a while.
+  void give_up();
 
   /// How many are searched, each map apart for itself.
   [[nodiscard]] std::size_t waiting() const { return waiting_; }

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <mutex>
@@ -54,6 +55,11 @@ class OtherMapsOfRooms : public testing::Test {
     return nullptr;
   }
 
+  void TearDown() override {
+    others_.reset();
+    EXPECT_EQ(warned_, expected_warnings_);
+  }
+
   /// Until what was seen so far was searched in what was added.
   void wait_until_searched() const {
     while (others_->waiting() == 0) {
@@ -69,6 +75,8 @@ class OtherMapsOfRooms : public testing::Test {
   OwnMap own_;
   std::vector<std::shared_ptr<const FoundMap>> found_;
   std::vector<std::string> told_;
+  std::vector<std::string> warned_;
+  std::vector<std::string> expected_warnings_;
   std::unique_ptr<OtherMaps> others_ = std::make_unique<OtherMaps>(
       [this] {
         const std::lock_guard<std::mutex> lock(mutex_);
@@ -84,9 +92,42 @@ class OtherMapsOfRooms : public testing::Test {
                   const std::lock_guard<std::mutex> lock(mutex_);
                   told_.push_back(line);
                 },
-                [](const std::string& line) { ADD_FAILURE() << line; },
+                [this](const std::string& line) {
+                  const std::lock_guard<std::mutex> lock(mutex_);
+                  warned_.push_back(line);
+                },
                 [](double, const std::string&) {}, [] { return false; }});
 };
+
+TEST_F(OtherMapsOfRooms, AreNotTakenInWhereBothHaveNoRoom) {
+  see(60);
+  own_.options.map.max_cells = 1000;
+  others_->add("other.slam", map_of_way(3, 30, 100, kOther));
+  const auto is_warned = [this] {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return !warned_.empty();
+  };
+  for (int i = 0; i < 5000 && !is_warned(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ASSERT_EQ(warned_.size(), 1U);
+  EXPECT_NE(warned_.front().find("map/max_cells allows 1000.0"), std::string::npos)
+      << warned_.front();
+  EXPECT_TRUE(found_.empty());
+  expected_warnings_ = warned_;
+}
+
+TEST_F(OtherMapsOfRooms, GiveUpWithoutWaitingForTheSearch) {
+  see(60);
+  others_->add("other.slam", map_of_way(3, 30, 100, kOther));
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);  // the thread waits to look at the own map
+    others_->give_up();
+  }
+  others_.reset();
+  EXPECT_TRUE(found_.empty());
+}
 
 /// Largest distance [m] of all key scans from where they were taken, when they have come in.
 double largest_error(const FoundMap& found, const KeyScans& own_now, std::size_t other_begin) {
@@ -211,6 +252,10 @@ TEST(FoundMap, TheOthersKeyScansComeInBehindTheFirstAndTheNewestStays) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     EXPECT_EQ(keys.all()[i].scan->id(), i);
   }
+  const std::vector<bool> are_others = LoopCloser(loops.state()).state().are_others;
+  ASSERT_EQ(are_others.size(), 71U);
+  EXPECT_FALSE(are_others.front());
+  EXPECT_EQ(std::count(are_others.begin(), are_others.end(), true), 70) << "saved with the map";
   // All edges still join what lies where they say.
   for (const PoseEdge& edge : loops.graph().edges) {
     const Pose2 from_to = loops.graph().poses[edge.from].inverse() * loops.graph().poses[edge.to];
