@@ -8,7 +8,8 @@
 
 namespace matchbox_slam {
 
-Terminal::Terminal(bool quiet) : quiet_(quiet), has_bar_(!quiet && isatty(STDERR_FILENO) == 1) {}
+Terminal::Terminal(bool quiet, std::chrono::milliseconds between)
+    : quiet_(quiet), has_bar_(!quiet && isatty(STDERR_FILENO) == 1), between_(between) {}
 
 void Terminal::inform(const std::string& line) {
   if (!quiet_) {
@@ -23,8 +24,20 @@ void Terminal::warn(const std::string& line) {
 }
 
 void Terminal::show_progress(double fraction, const std::string& text) {
+  if (has_bar_) {
+    show_bar(fraction, text);
+    return;
+  }
+  const auto now = std::chrono::steady_clock::now();
+  if (!quiet_ && now - told_ >= between_) {
+    told_ = now;
+    std::cerr << static_cast<int>(100.0 * fraction) << " %: " << text << std::endl;
+  }
+}
+
+void Terminal::show_bar(double fraction, const std::string& text) {
   const int percent = static_cast<int>(100.0 * fraction);
-  if (!has_bar_ || percent == shown_percent_) {
+  if (percent == shown_percent_) {
     return;
   }
   shown_percent_ = percent;
