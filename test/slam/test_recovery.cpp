@@ -282,6 +282,29 @@ TEST(Recovery, ARobotThatStandsIsFoundByWhatItSawOnItsWay) {
   EXPECT_FALSE(is_found(seen_of(room), seen_of(room_beside(true)), room, true));
 }
 
+/// What a robot that stands says is one sample of evidence, however often it is searched for: its
+/// place is named, with odds that leave room for places like it that are not mapped, and not taken.
+TEST(Recovery, ARobotThatStandsHasItsPlaceNamedByOneScanAndIsNotFoundByIt) {
+  const World room = room_beside(false);
+  const EngineOptions options;
+  const LaserOptions laser;
+  const Pose2 base{2.5, 1.5, 0.7};
+  MapPart apart{SlamMap(options.map, options.field), {}, {}, 0.0};
+  apart.left_from_here = Pose2{20.0, 0.0, 0.0};
+  apart.key_scans.add(
+      MeasuredScan{ideal_scan(room, laser, base, 0.2), laser.base_from_laser(), {}, {}}, 0, base);
+  const std::vector<MapPart> parts{seen_of(room), apart};
+  const PlaceIndex index(parts, 1);
+  PlaceSearch search;
+  for (int i = 1; i < 60; ++i) {
+    EXPECT_FALSE(search_places(0.2 * i, base, parts, 1, index, options, search));
+  }
+  ASSERT_FALSE(search.hypotheses.empty());
+  EXPECT_LT(distance(search.hypotheses.front().part_from_apart, {}), 0.02);
+  EXPECT_GT(search.hypotheses.front().log_odds, 1.0);
+  EXPECT_LT(search.hypotheses.front().log_odds, 6.0);
+}
+
 /// A robot that was carried 1.6 m counted as found in a corner that was much like its own.
 TEST(Recovery, WhereOdometrySaysAnEqualRoomIsToldByWhatLiesAroundItToo) {
   const World corridor = room_beside(false);
