@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -78,11 +79,19 @@ TEST(PlaceIndex, LeavesOutWhatIsKnownAndWhatIsNearABetterOne) {
   }
 }
 
+void expect_same(const std::vector<LikelyPlace>& places, const std::vector<LikelyPlace>& wanted) {
+  ASSERT_EQ(places.size(), wanted.size());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    EXPECT_EQ(places[i].part_from_base, wanted[i].part_from_base) << i;
+    EXPECT_EQ(places[i].unlike, wanted[i].unlike) << i;
+  }
+}
+
 TEST(PlaceIndex, IsTheSameInHoweverManyStepsItIsMade) {
   const SimulatedRun run = perfect_drive();
   const std::vector<MapPart> parts = parts_of(run);
-  const PlaceIndex at_once(parts, 1);
-  ASSERT_TRUE(at_once.is_complete());
+  const PointScan scan = seen_from(run.world_from_base[70], {});
+  const std::vector<LikelyPlace> at_once = PlaceIndex(parts, 1).look_up(scan, 200);
   for (const std::size_t each : {1U, 7U, 1000U}) {
     PlaceIndex index;
     std::size_t steps = 1;
@@ -92,16 +101,20 @@ TEST(PlaceIndex, IsTheSameInHoweverManyStepsItIsMade) {
     }
     EXPECT_EQ(steps, (parts[0].key_scans.size() + each - 1) / each);
     EXPECT_EQ(index.key_scans(), parts[0].key_scans.size());
-    const std::vector<LikelyPlace> places =
-        index.look_up(seen_from(run.world_from_base[70], {}), 50);
-    const std::vector<LikelyPlace> wanted =
-        at_once.look_up(seen_from(run.world_from_base[70], {}), 50);
-    ASSERT_EQ(places.size(), wanted.size());
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      EXPECT_EQ(places[i].part_from_base, wanted[i].part_from_base);
-      EXPECT_EQ(places[i].unlike, wanted[i].unlike);
-    }
+    expect_same(index.look_up(scan, 200), at_once);
   }
+}
+
+TEST(PlaceIndex, DoesNotDependOnTheOrderOfTheKeyScans) {
+  const SimulatedRun run = perfect_drive();
+  const std::vector<MapPart> parts = parts_of(run);
+  std::vector<MapPart> reversed = parts;
+  reversed[0].key_scans = {};
+  const PlacedScans& keys = parts[0].key_scans.all();
+  std::for_each(keys.rbegin(), keys.rend(),
+                [&](const PlacedScan& key) { reversed[0].key_scans.add(key); });
+  const PointScan scan = seen_from(run.world_from_base[70], {});
+  expect_same(PlaceIndex(reversed, 1).look_up(scan, 200), PlaceIndex(parts, 1).look_up(scan, 200));
 }
 
 TEST(PlaceIndex, HasNoPlacesOfThePartThatTheRobotMakes) {
