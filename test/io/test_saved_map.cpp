@@ -345,8 +345,7 @@ TEST_F(SavedMap, ReadsVersionsThatKeptLess) {
   std::string bytes = map_with_cells_at({1, 0}, {0, 0});
   constexpr std::size_t kFlags = 5;
   bytes.erase(bytes.size() - kLaserBytes - kFlags - kAreOthersBytes, kAreOthersBytes);
-  bytes.erase(bytes.size() - kLoopBytes - kLaserBytes - kSearchBytes,
-              kIndexedBytes);  // the stamp before is as 0
+  bytes.erase(bytes.size() - kLoopBytes - kLaserBytes - kSearchBytes, kIndexedBytes);
   bytes.replace(head.size(), 2, "15");
   write(compress(bytes));
   EXPECT_TRUE(read_saved_map(path_).loops.are_others.empty());
