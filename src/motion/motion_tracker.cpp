@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -60,10 +61,15 @@ std::optional<SteadyPrediction> MotionTracker::predict_steadily(const ScanInput&
 /// changes of its velocity and what its last two poses make that uncertain.
 bool MotionTracker::is_improbable(const Pose2& moved, double interval) const {
   constexpr double kImprobable = 16.27;  // squared, of three degrees of freedom: 99.9 % are within
+  // [m/s], as for a prediction by velocity, but of wheels that may be taken at their word.
+  constexpr double kMostSudden = 1.0;
   if (!knows_motion()) {
     return false;
   }
-  const MotionEstimate steady = steady_motion(interval);
+  MotionPriorOptions options = options_;
+  options.velocity_change = std::max(options.velocity_change, kMostSudden);
+  const MotionEstimate steady =
+      motion_at_constant_velocity(state_.motion, state_.interval, interval, options);
   const double share = interval / state_.interval;
   const Eigen::Vector3d off = difference(moved, steady.previous_from_current);
   const Eigen::Matrix3d covariance = steady.covariance + (1.0 + share * share) * steady.floor;

@@ -133,8 +133,14 @@ TEST(MotionTracker, OdometryMovesAlongTheHeadingInTheFixedFrame) {
   expect_near(predicted.during_scan, {0.1, 0.0, 0.0});
 }
 
+/// Of what a match corrected after this long; the rest is put down to the prediction's floor.
+double share_of_velocity(double seconds) {
+  const MotionPriorOptions options;
+  const double by_velocity = std::pow(options.velocity_change * seconds, 2);
+  return by_velocity / (by_velocity + std::pow(options.translation_floor, 2));
+}
+
 TEST(MotionTracker, WithoutOdometryTheMotionFromFixToFixGoesOn) {
-  constexpr double kFloor = 4e-4;  // [m] of the way, which the prediction's floor explains as well
   for (const GuessSource source : {GuessSource::kOdometry, GuessSource::kVelocity}) {
     MotionTracker tracker({}, source);
     fix(tracker, scan_at(1.0), {2.0, 0.0, 0.5 * kPi});
@@ -142,8 +148,8 @@ TEST(MotionTracker, WithoutOdometryTheMotionFromFixToFixGoesOn) {
     fix(tracker, scan_at(2.0), {2.0, 0.4, 0.5 * kPi});
     // 0.4 m a second ahead.
     const MotionPrediction predicted = tracker.predict(scan_at(2.5, 0.25));
-    expect_near(predicted.fixed_from_base, {2.0, 0.6, 0.5 * kPi}, kFloor);
-    expect_near(predicted.during_scan, {0.1, 0.0, 0.0}, kFloor);
+    expect_near(predicted.fixed_from_base, {2.0, 0.4 + 0.2 * share_of_velocity(1.0), 0.5 * kPi});
+    expect_near(predicted.during_scan, {0.1 * share_of_velocity(1.0), 0.0, 0.0});
     tracker.forget_motion();
     EXPECT_EQ(tracker.predict(scan_at(2.5, 0.25)).during_scan, Pose2{});
     expect_near(tracker.predict(scan_at(2.5)).fixed_from_base, {2.0, 0.4, 0.5 * kPi});
@@ -169,7 +175,8 @@ TEST(MotionTracker, WhatWasCorrectedCameInAllOfTheTimeThatNothingToldOf) {
   for (const double seconds : {0.1, 1.0, 3.0}) {
     const double speed = after_corridor(seconds, 0.3).state().velocity().x() -
                          after_corridor(seconds, 0.0).state().velocity().x();
-    EXPECT_NEAR(speed, 0.3 / seconds, 0.15 * 0.3 / seconds) << "after " << seconds << " s";
+    const double expected = 0.3 / seconds * share_of_velocity(seconds);
+    EXPECT_NEAR(speed, expected, 0.05 * expected) << "after " << seconds << " s";
   }
 }
 
@@ -339,14 +346,14 @@ TEST(MotionTracker, AHeadingThatWasMeasuredDidNotGoTooFar) {
 TEST(MotionTracker, APoseThatIsToldIsNoMotion) {
   const Pose2 told{50.0, 60.0, 1.0};
   const Pose2 step{0.1, 0.0, 0.0};
-  constexpr double kFloor = 2e-4;  // [m] of the step, which the prediction's floor explains as well
+  const Pose2 goes_on{0.1 * share_of_velocity(1.0), 0.0, 0.0};
   MotionTracker tracker({});
   fix(tracker, scan_at(1.0), {});
   fix(tracker, scan_at(2.0), step);
   tracker.set_pose(told, kNone);
-  expect_near(tracker.predict(scan_at(3.0)).fixed_from_base, told * step, kFloor);
+  expect_near(tracker.predict(scan_at(3.0)).fixed_from_base, told * goes_on);
   fix(tracker, scan_at(3.0), told);
-  expect_near(tracker.predict(scan_at(4.0)).fixed_from_base, told * step, kFloor);
+  expect_near(tracker.predict(scan_at(4.0)).fixed_from_base, told * goes_on);
   // A base that was lost has no motion that is known.
   miss(tracker, scan_at(4.0));
   tracker.set_pose(told, kNone);
@@ -395,8 +402,8 @@ TEST(MotionTracker, OdometryThatIsSetMeanwhileTearsNoScan) {
 
 TEST(MotionTracker, TakesOdometryAtItsWordWhereARobotMayMoveSo) {
   const MotionTracker tracker = tracker_of_steady_robot();
-  // It brakes, or goes on at 2 m/s, or turns by 4 rad/s.
-  for (const Pose2& moved : {Pose2{0.05, 0.0, 0.0}, Pose2{0.25, 0.0, 0.0}, Pose2{0.1, 0.0, 0.4}}) {
+  // It brakes, or goes on at 3 m/s, or turns by 4 rad/s.
+  for (const Pose2& moved : {Pose2{0.05, 0.0, 0.0}, Pose2{0.35, 0.0, 0.0}, Pose2{0.1, 0.0, 0.4}}) {
     const auto steady = tracker.predict_steadily(scan_with_odometry(1.2, moved, moved));
     ASSERT_TRUE(steady);
     EXPECT_FALSE(steady->is_odometry_improbable);

@@ -19,7 +19,7 @@ struct MotionPriorOptions {
   double rotation_by_way = 0.06;
   double rotation_by_time = 0.06;
   double rotation_floor = 0.005;
-  double velocity_change = 0.5;
+  double velocity_change = 0.3;
   double turn_rate_change = 2.0;
   double min_noise_scale = 0.2;
   bool calibrate = true;
