@@ -9,6 +9,7 @@ workspace sourced, or with --bin:
     run_zoo.py --out DIR --no-mechanisms      # the default alone
     run_zoo.py --out DIR --quick              # a dozen drives by the default alone, within a minute
     run_zoo.py --out DIR --compare OLD.json   # ... and what changed since
+    run_zoo.py --out DIR --others 1           # none of these, and no recording: to judge on
 
 Writes DIR/ZOO.md and DIR/zoo.json. What was run before by the same programs is not run again: DIR keeps the simulated bags
 and a line for each run. With --from ZOO.json nothing is run: tables, page and comparison are made of that file.
@@ -285,13 +286,13 @@ def recordings_in(data, space):
 
 
 def chosen(arguments, space):
-    drives = all_drives()
+    drives = all_drives(arguments.others)
     if arguments.quick:
         drives = quick_drives(drives)
     drives = [Simulated(drive, space) for drive in drives
               if drive.kinds["world"] not in arguments.leave_out and (
                   not arguments.only_world or drive.kinds["world"] in arguments.only_world)]
-    if not (arguments.quick or arguments.no_recordings or arguments.only_world):
+    if not (arguments.quick or arguments.no_recordings or arguments.only_world or arguments.others is not None):
         drives += recordings_in(arguments.data, space)
     return [drive for drive in drives if re.search(arguments.only, drive.name)]
 
@@ -355,6 +356,7 @@ def parsed(words=None):
     parser.add_argument("--bin", type=pathlib.Path, metavar="DIR", help="devel space, in place of the one that is sourced")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--quick", action="store_true", help="a dozen simulated drives, the default alone")
+    parser.add_argument("--others", type=int, metavar="N", help="drives of which none is in the zoo, another set for each N")
     parser.add_argument("--no-mechanisms", action="store_true", help="the default alone")
     parser.add_argument("--no-recordings", action="store_true")
     parser.add_argument("--only", default="", metavar="REGEX", help="drives whose name has this")
@@ -392,7 +394,8 @@ def run_zoo(arguments):
 def main():
     arguments = parsed()
     if arguments.list:
-        print("\n".join(f"{drive.name}: simulate {' '.join(drive.simulate_options())}" for drive in all_drives()))
+        print("\n".join(f"{drive.name}: simulate {' '.join(drive.simulate_options())}" for drive in
+                        all_drives(arguments.others)))
         return
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     zoo = json.loads(arguments.source.read_text()) if arguments.source else run_zoo(arguments)

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import random
 import zlib
 
 from run_faults import FAULTS as FAULT_OPTIONS
@@ -123,8 +124,20 @@ class Drive:
         return ["--no-odom"] if self.kinds["odometry"] == "none" else []
 
 
-def all_drives():
-    return [Drive(*(value for _, value in row)) for row in covering_rows(FACTORS, DRIVES)]
+def shuffled(factors, number):
+    """The same values in another order, so that other ones meet; `none`, of faults the usual one, stays the first."""
+    order = random.Random(number)
+    return {name: tuple(values[:1]) * (name == "fault") + tuple(order.sample(rest, len(rest)))
+            for name, values in factors.items() for rest in [values[1:] if name == "fault" else values]}
+
+
+def all_drives(others=None):
+    """The zoo's; or others, a set for each number, to judge on what was chosen on the zoo's."""
+    if others is None:
+        return [Drive(*(value for _, value in row)) for row in covering_rows(FACTORS, DRIVES)]
+    known = {drive.name for drive in all_drives()}
+    drives = [Drive(*(value for _, value in row)) for row in covering_rows(shuffled(FACTORS, others), DRIVES)]
+    return [drive for drive in drives if drive.name not in known]
 
 
 def quick_drives(drives, number=12):

@@ -107,6 +107,17 @@ class Drives(unittest.TestCase):
         self.assertEqual(len({name for name, _ in first}), len(first))
         self.assertEqual(len({drive.seed for drive in zoo_drives.all_drives()}), len(first))
 
+    def test_others_are_none_of_these_and_have_all_pairs_too(self):
+        known = {drive.name for drive in zoo_drives.all_drives()}
+        one, two = ([drive.name for drive in zoo_drives.all_drives(number)] for number in (1, 2))
+        self.assertFalse(known & set(one))
+        self.assertNotEqual(one, two)
+        self.assertEqual(one, [drive.name for drive in zoo_drives.all_drives(1)])
+        self.assertGreater(len(one), 0.9 * zoo_drives.DRIVES)
+        rows = [tuple(drive.kinds.items()) for drive in zoo_drives.all_drives(1)]
+        there = set(itertools.chain.from_iterable(map(zoo_drives.pairs_of, rows)))
+        self.assertGreater(len(there), 0.95 * len(zoo_drives.allowed_pairs(zoo_drives.FACTORS)))
+
     def test_scans_lie_as_far_apart_as_said(self):
         for drive in zoo_drives.all_drives():
             options = drive.simulate_options()
