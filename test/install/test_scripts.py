@@ -14,7 +14,7 @@ class Scripts(unittest.TestCase):
                                  ('test.sh', '--style', 'test_map'), ('check_style.sh', '--hlep'),
                                  ('coverage.sh', 'map'), ('coverage.sh', '--floor'), ('coverage.sh', '--floor', 'high'),
                                  ('sanitize.sh', 'adress'), ('sanitize.sh', 'thread', 'map'),
-                                 ('demo.sh', '--hlep'), ('demo.sh', 'none.bag'),
+                                 ('demo.sh', '--hlep'), ('demo.sh', 'none.bag'), ('test_aarch64.sh', 'map'),
                                  ('try_platforms.sh', 'buster'), ('try_platforms.sh', '--folder')):
             done = subprocess.run([SCRIPTS / name, *arguments], stdout=subprocess.PIPE,
                                   stderr=subprocess.PIPE, text=True)
