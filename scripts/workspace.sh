@@ -182,8 +182,9 @@ build_without_ros() {
   done
   shift
   say "Building in $folder"
-  cmake -S "$clone" -B "$folder" -DMATCHBOX_WITH_ROS=OFF "$@" >"$folder.log" ||
-    fail "CMake could not configure; see $folder.log"
+  mkdir -p "$folder"
+  cmake -S "$clone" -B "$folder" -DMATCHBOX_WITH_ROS=OFF "$@" &>"$folder.log" ||
+    fail "CMake could not configure; the end of $folder.log: $(tail -n 12 "$folder.log")"
   cmake --build "$folder" -j"$(job_count)" ${targets[@]:+--target "${targets[@]}"}
 }
 
