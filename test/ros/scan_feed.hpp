@@ -1,0 +1,71 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "ros/messages.hpp"
+#include "ros/scan_queue.hpp"
+
+namespace matchbox_slam {
+
+inline ScanQueueSettings settings() {
+  ScanQueueSettings settings;
+  settings.base_frame = "base";
+  settings.odom_frame = "odom";
+  settings.map_frame = "map";
+  return settings;
+}
+
+/// A queue that is fed by stamps and asked for the stamps that come out.
+class Feed {
+ public:
+  explicit Feed(const ScanQueueSettings& settings) : queue(settings) {}
+
+  void scan(double stamp) { scan_at(stamp, stamp); }
+  void scan_at(double stamp, double now) { queue.add_scan(make_scan(stamp), ros::Time(now)); }
+
+  void scan_of(int laser, double stamp, double now) {
+    queue.add_scan(make_scan(stamp), ros::Time(now), laser);
+  }
+
+  void odometry(double stamp) { odometry_at(stamp, stamp); }
+  void odometry_at(double stamp, double now) {
+    queue.add_transforms(make_link(stamp, "odom", "base", stamp), false, ros::Time(now));
+  }
+  void laser() {
+    queue.add_transforms(make_link(0.0, "base", "laser", 0.2), true, ros::Time(100.0));
+  }
+
+  std::vector<double> ready() {
+    std::vector<double> stamps;
+    while (const auto item = queue.next()) {
+      if (std::holds_alternative<LeftOut>(*item)) {
+        continue;
+      }
+      const auto* scan = std::get_if<ReadyScan>(&*item);
+      stamps.push_back(scan != nullptr ? scan->stamp.toSec() : -std::get<TimeJump>(*item).seconds);
+    }
+    return stamps;
+  }
+
+  [[nodiscard]] std::size_t skipped(SkipReason reason) const {
+    const auto found = queue.account().skipped.find(reason);
+    return found == queue.account().skipped.end() ? 0 : found->second;
+  }
+
+  void expect_all_accounted_for() const {
+    const ScanAccount& account = queue.account();
+    EXPECT_EQ(account.received, account.delivered + account.skipped_total() + queue.waiting());
+  }
+
+  ScanQueue queue;
+};
+
+using Stamps = std::vector<double>;
+
+inline const ScanInput& input_of(const ScanQueue::Item& item) {
+  return std::get<ReadyScan>(item).input;
+}
+
+}  // namespace matchbox_slam

@@ -1,0 +1,129 @@
+// Of slam/slam_engine.hpp: predictions, and poses that it is told.
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "matchbox_slam/slam/slam_engine.hpp"
+#include "simulation/simulated_run.hpp"
+#include "simulation/simulation_support.hpp"
+#include "slam/engine_runs.hpp"
+#include "slam/map_equality.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+TEST(SlamEngine, StartsWhereItIsTold) {
+  const SimulatedRun run = drive_through("rooms", 1.0, 3);
+  SlamEngine engine({}, monte_carlo(), 1, {10.0, -20.0, 3.0});
+  const ScanOutcome first = engine.process(scan_input(run, 0));
+  EXPECT_EQ(first.map_from_base, (Pose2{10.0, -20.0, 3.0}));
+  EXPECT_EQ(first.predicted_map_from_base, first.map_from_base);
+  EXPECT_EQ(first.match.status, MatchStatus::kRejectedNoReference);
+  EXPECT_TRUE(first.inserted);
+  EXPECT_EQ(first.stamp, run.scans[0].stamp);
+}
+
+TEST(SlamEngine, ARejectedMatchFallsBackToOdometryAndLeavesTheMap) {
+  const SimulatedRun run = drive_through("rooms", 10.0, 3);
+  SlamEngine engine = make_engine(run, std::make_shared<RejectingMatcher>());
+  EngineOptions options;
+  options.hypotheses.enabled = false;  // nothing looks again
+  engine.set_options(options);
+  engine.process(scan_input(run, 0));
+  const SlamMap after_first = engine.map();
+  const Pose2 map_from_odom =
+      run.world_from_base.front() * scan_input(run, 0).odometry->odom_from_base.inverse();
+  for (std::size_t i = 1; i < run.scans.size(); ++i) {
+    const ScanOutcome outcome = engine.process(scan_input(run, i));
+    ASSERT_FALSE(outcome.inserted);
+    ASSERT_EQ(outcome.map_from_base, outcome.predicted_map_from_base);
+    const Pose2 expected = map_from_odom * *outcome.odom_from_base;
+    ASSERT_LT((outcome.map_from_base.translation() - expected.translation()).norm(), 1e-9);
+    ASSERT_GT(outcome.covariance.trace(), 0.0);
+  }
+  EXPECT_TRUE(same_map(after_first, engine.map()));
+  EXPECT_EQ(engine.key_scans().size(), 1U);
+}
+
+TEST(SlamEngine, RecoversAfterRejectedMatches) {
+  const SimulatedRun run = drive_through("rooms", 12.0, 3);
+  SlamEngine engine = make_engine(run);
+  Pose2 last;
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    if (i == 100) {
+      engine.set_matcher(std::make_shared<RejectingMatcher>());
+    } else if (i == 120) {
+      engine.set_matcher(monte_carlo());
+    }
+    last = engine.process(scan_input(run, i)).map_from_base;
+  }
+  EXPECT_LT((last.translation() - run.world_from_base.back().translation()).norm(), 0.02);
+}
+
+TEST(SlamEngine, GoesOnFromThePoseThatItIsTold) {
+  const SimulatedRun run = drive_through("rooms", 2.0, 3);
+  SlamEngine engine = make_engine(run);
+  engine.process(scan_input(run, 0));
+  const Pose2 told = run.world_from_base[0] * Pose2{0.15, -0.1, 0.08};
+  engine.set_pose(told, Eigen::Vector3d(0.01, 0.01, 0.01).asDiagonal());
+  const ScanOutcome outcome = engine.process(scan_input(run, 1));
+  // The robot still rests: the prediction is what was told, and the match mends it.
+  EXPECT_LT((told.inverse() * outcome.predicted_map_from_base).translation().norm(), 1e-3);
+  EXPECT_TRUE(outcome.match.accepted());
+  EXPECT_LT((run.world_from_base[1].inverse() * outcome.map_from_base).translation().norm(), 0.005);
+}
+
+TEST(SlamEngine, StartsAtThePoseThatItIsToldBeforeTheFirstScan) {
+  const SimulatedRun run = drive_through("rooms", 1.0, 3);
+  SlamEngine engine = make_engine(run);
+  const Pose2 told{3.0, -2.0, 1.0};
+  engine.set_pose(told, Eigen::Matrix3d::Zero());
+  EXPECT_EQ(engine.process(scan_input(run, 0)).map_from_base, told);
+}
+
+TEST(SlamEngine, BeforeTheFirstScanItTakesTheUncertaintyOfItsPoseToo) {
+  const SimulatedRun run = drive_through("rooms", 12.0, 5);
+  SlamEngine mapped = make_engine(run);
+  process(run, mapped);
+  // The robot is started 0.2 m from where it is told to be, in a map that is there already.
+  SlamEngine engine = make_engine(run);
+  EngineState start = mapped.snapshot();
+  const Pose2 told = run.world_from_base.front() * Pose2{0.2, -0.1, 0.1};
+  start.begin_anew(told, Eigen::Vector3d(0.04, 0.04, 0.01).asDiagonal());
+  engine.start_from(start);
+  const ScanOutcome outcome = engine.process(scan_input(run, 0));
+  EXPECT_LT(
+      (outcome.map_from_base.translation() - run.world_from_base.front().translation()).norm(),
+      0.01);
+  // Told with certainty, it stays there.
+  SlamEngine certain = make_engine(run);
+  start.begin_anew(told, Eigen::Matrix3d::Zero());
+  certain.start_from(start);
+  EXPECT_EQ(certain.process(scan_input(run, 0)).map_from_base, told);
+}
+
+TEST(SlamEngine, WithoutUpdatesTheMapOnlyTellsWhereTheRobotIs) {
+  const SimulatedRun run = drive_through("rooms", 12.0, 5);
+  SlamEngine mapped = make_engine(run);
+  process(run, mapped);
+  EngineOptions options;
+  options.slam.update_map = false;
+  SlamEngine engine = make_engine(run, monte_carlo(), options);
+  EngineState start = mapped.snapshot();
+  start.begin_anew(run.world_from_base.front(), start.motion.covariance);
+  engine.start_from(start);
+  const std::vector<ScanOutcome> outcomes = process(run, engine);
+  EXPECT_TRUE(same_map(engine.map(), mapped.map()));
+  EXPECT_EQ(engine.key_scans().size(), mapped.key_scans().size());
+  EXPECT_LT(rms_error(run, outcomes), 0.005);
+  // Without a map there is nothing to tell, and none is made.
+  SlamEngine empty = make_engine(run, monte_carlo(), options);
+  EXPECT_EQ(process(run, empty).back().match.status, MatchStatus::kRejectedNoReference);
+  EXPECT_TRUE(empty.map().field.empty());
+}
+
+}  // namespace
+}  // namespace matchbox_slam
