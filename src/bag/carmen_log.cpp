@@ -257,17 +257,17 @@ bool odometry_disagrees(const LogText& log) {
   constexpr std::size_t kEnough = 10;  // scans
   std::size_t scans = 0;
   std::size_t far = 0;
-  std::optional<Pose2> last;
+  const Pose2* last = nullptr;
   for (const LogEvent& event : log.events) {
     if (const auto* odometry = std::get_if<CarmenOdometry>(&event.line.content)) {
-      last = odometry->robot;
+      last = &odometry->robot;
       continue;
     }
     const CarmenScan& scan = *scan_of(event);
-    if (last && scan.robot) {
+    if (last != nullptr && scan.robot) {
       ++scans;
       far += (scan.robot->translation() - last->translation()).norm() > kFar ? 1 : 0;
-      last.reset();
+      last = nullptr;
     }
   }
   return scans >= kEnough && 2 * far > scans;
