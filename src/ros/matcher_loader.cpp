@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <pluginlib/class_loader.hpp>
 
 #include "matchbox_slam/matching/hough/hough_matcher.hpp"
 #include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
@@ -27,6 +28,11 @@ const std::map<std::string, Make> kOwn = {{"matchbox_slam/Hough", make<HoughMatc
                                           {"matchbox_slam/Olson", make<OlsonMatcher>}};
 
 }  // namespace
+
+class MatcherLoader::Plugins : public pluginlib::ClassLoader<ScanMatcher> {
+ public:
+  using ClassLoader::ClassLoader;
+};
 
 std::vector<std::string> MatcherLoader::names_at_hand() const {
   std::vector<std::string> names;

@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <mutex>
-#include <pluginlib/class_loader.hpp>
 #include <string>
 #include <vector>
 
@@ -23,7 +22,7 @@ class MatcherLoader : public MatcherCatalog {
   [[nodiscard]] std::shared_ptr<ScanMatcher> create(const std::string& lookup_name) const override;
 
  private:
-  using Plugins = pluginlib::ClassLoader<ScanMatcher>;
+  class Plugins;  // whose header takes seconds to compile
 
   [[nodiscard]] std::shared_ptr<Plugins> plugins() const;
 
