@@ -14,12 +14,12 @@ constexpr Color kTextColor{52, 60, 72};
 constexpr Color kFrameColor{190, 195, 202};
 constexpr Stroke kReferenceStroke{{20, 95, 215}, 2.0, 0.0};
 constexpr Stroke kScanStroke{{240, 130, 20}, 2.0, 6.0};
-constexpr int kWidth = 900;         ///< of a panel [pixels]
-constexpr int kDomainHeight = 360;  ///< [pixels]
-constexpr int kCurveHeight = 160;   ///< [pixels]
-constexpr int kMargin = 12;         ///< [pixels]
-constexpr int kTitleHeight = 26;    ///< [pixels]
-constexpr double kFontSize = 18.0;  ///< [pixels]
+constexpr int kWidth = 900;              ///< of a panel [pixels]
+constexpr int kDomainHeight = 360;       ///< [pixels]
+constexpr int kCurveHeight = 160;        ///< [pixels]
+constexpr int kPanelMargin = 12;         ///< [pixels]
+constexpr int kTitleHeight = 26;         ///< [pixels]
+constexpr double kTitleFontSize = 18.0;  ///< [pixels]
 
 /// A part of the picture, below its title.
 struct Panel {
@@ -28,12 +28,12 @@ struct Panel {
 };
 
 Panel add_panel(int& top, int height, const std::string& title, Picture& picture) {
-  picture.draw_text(kMargin, top + 0.4 * kTitleHeight, title, kFontSize, kTextColor);
+  picture.draw_text(kPanelMargin, top + 0.4 * kTitleHeight, title, kTitleFontSize, kTextColor);
   const Panel panel{top + kTitleHeight, height};
-  picture.fill(kMargin - 1, panel.top - 1, kMargin + kWidth + 1, panel.top + height + 1,
+  picture.fill(kPanelMargin - 1, panel.top - 1, kPanelMargin + kWidth + 1, panel.top + height + 1,
                kFrameColor);
-  picture.fill(kMargin, panel.top, kMargin + kWidth, panel.top + height, kBackground);
-  top = panel.top + height + kMargin;
+  picture.fill(kPanelMargin, panel.top, kPanelMargin + kWidth, panel.top + height, kBackground);
+  top = panel.top + height + kPanelMargin;
   return panel;
 }
 
@@ -59,7 +59,7 @@ void draw_domain(const HoughPoints& points, const HoughAlignmentOptions& options
       const double ink = std::sqrt(static_cast<double>(votes / strongest));
       const auto gray = static_cast<std::uint8_t>(std::lround(255.0 * (1.0 - ink)));
       const int row = panel.top + panel.height - 1 - y;
-      picture.fill(kMargin + x, row, kMargin + x + 1, row + 1, {gray, gray, gray});
+      picture.fill(kPanelMargin + x, row, kPanelMargin + x + 1, row + 1, {gray, gray, gray});
     }
   }
 }
@@ -70,7 +70,7 @@ void draw_curve(const std::vector<float>& values, double low, double high, const
   std::vector<Eigen::Vector2d> line;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double x =
-        kMargin + (static_cast<double>(i) + 0.5) * kWidth / static_cast<double>(values.size());
+        kPanelMargin + (static_cast<double>(i) + 0.5) * kWidth / static_cast<double>(values.size());
     const double share = (static_cast<double>(values[i]) - low) / (high - low);
     line.emplace_back(x, panel.top + panel.height * (1.0 - std::clamp(share, 0.0, 1.0)));
   }
@@ -97,10 +97,11 @@ Picture draw_hough_domains(const PointScan& reference, const PointScan& scan,
               correlation.begin() + static_cast<std::ptrdiff_t>((correlation.size() + 1) / 2),
               correlation.end());  // no rotation in the middle
 
-  Picture picture(kWidth + 2 * kMargin,
-                  2 * kDomainHeight + 2 * kCurveHeight + 4 * (kTitleHeight + kMargin) + kMargin,
-                  kBackground);
-  int top = kMargin;
+  Picture picture(
+      kWidth + 2 * kPanelMargin,
+      2 * kDomainHeight + 2 * kCurveHeight + 4 * (kTitleHeight + kPanelMargin) + kPanelMargin,
+      kBackground);
+  int top = kPanelMargin;
   const int half_cells = std::max(hough_half_cells(reference_points, grid.rho_cell),
                                   hough_half_cells(scan_points, grid.rho_cell));
   draw_domain(reference_points, options, half_cells,

@@ -12,7 +12,7 @@
 namespace matchbox_slam {
 namespace {
 
-const std::string kHead = "matchbox_slam map changes, version 1\n";
+const std::string kChangesHead = "matchbox_slam map changes, version 1\n";
 
 // [bytes] of a piece; where its end is by chance, 2 kB in the mean.
 constexpr std::size_t kLeastPiece = 256;
@@ -152,7 +152,7 @@ std::string carried_out(MapReader& reader, const std::string& saved) {
 std::optional<std::string> read_changes(const std::string& saved, const std::string& path) {
   const std::string packed = decompress(read_file(path), path);
   MapReader reader(packed, path, 0.0);
-  if (!reader.begins_with(kHead)) {
+  if (!reader.begins_with(kChangesHead)) {
     reader.fail("is no file of changes that this version reads");
   }
   Identity base;
@@ -215,7 +215,7 @@ std::string changes_since(const MapPieces& saved, const EngineState& map) {
   std::string packed;
   Compressor compressor([&packed](const std::string& bytes) { packed += bytes; });
   MapWriter writer([&compressor](const std::string& bytes) { compressor.add(bytes); });
-  writer.text(kHead);
+  writer.text(kChangesHead);
   Identity identity{saved.size(), saved.checksum()};
   transfer_identity(writer, identity);
   ChangeWriter changes(writer);

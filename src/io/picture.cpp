@@ -10,7 +10,7 @@ namespace matchbox_slam {
 namespace {
 
 /// Cairo counts in 24 bits before the point, where lines through farther points would wrap around.
-constexpr double kFarthest = 1e6;  ///< [pixels]
+constexpr double kFarthestPixel = 1e6;  ///< [pixels]
 
 void require_success(cairo_status_t status, const std::string& work) {
   if (status != CAIRO_STATUS_SUCCESS) {
@@ -89,7 +89,7 @@ void Picture::draw_line(const std::vector<Eigen::Vector2d>& points, const Stroke
   double piece = 0.0;
   Eigen::Vector2d last = Eigen::Vector2d::Zero();
   for (const Eigen::Vector2d& point : points) {
-    if (!(point.array().abs() <= kFarthest).all()) {  // never for NaN
+    if (!(point.array().abs() <= kFarthestPixel).all()) {  // never for NaN
       continue;
     }
     cairo_line_to(context_.get(), point.x(), point.y());

@@ -9,12 +9,13 @@
 namespace matchbox_slam {
 namespace {
 
-const TextFormat kFormat{{"stamp", "x", "y", "theta"},
-                         " between commas; ground truth of MIT Stata has 4: stamp,x,y,theta (a TUM "
-                         "trajectory has 8, between blanks)",
-                         ','};
+const TextFormat kStataFormat{
+    {"stamp", "x", "y", "theta"},
+    " between commas; ground truth of MIT Stata has 4: stamp,x,y,theta (a TUM "
+    "trajectory has 8, between blanks)",
+    ','};
 
-StampedPose2 pose_of(const std::vector<double>& row, const TextPlace& place) {
+StampedPose2 stata_pose(const std::vector<double>& row, const TextPlace& place) {
   constexpr double kMicrosecondsPerSecond = 1e6;
   if (row[0] != std::floor(row[0])) {
     place.fail("stamp is '" + to_string(row[0]) +
@@ -28,7 +29,7 @@ StampedPose2 pose_of(const std::vector<double>& row, const TextPlace& place) {
 bool looks_like_stata_truth(const std::string& text) { return has_separator(text, ','); }
 
 Trajectory parse_stata_truth(const std::string& text, const std::string& source) {
-  return read_trajectory(text, source, kFormat, pose_of);
+  return read_trajectory(text, source, kStataFormat, stata_pose);
 }
 
 }  // namespace matchbox_slam

@@ -13,13 +13,13 @@
 namespace matchbox_slam {
 namespace {
 
-const TextFormat kFormat{{"stamp", "x", "y", "z", "qx", "qy", "qz", "qw"},
-                         "; a TUM trajectory has 8: stamp x y z qx qy qz qw"};
+const TextFormat kTumFormat{{"stamp", "x", "y", "z", "qx", "qy", "qz", "qw"},
+                            "; a TUM trajectory has 8: stamp x y z qx qy qz qw"};
 
 /// How far from 1 the length of a quaternion may be: files with three decimals are still read.
 constexpr double kQuaternionTolerance = 0.02;
 
-StampedPose2 pose_of(const std::vector<double>& row, const TextPlace& place) {
+StampedPose2 tum_pose(const std::vector<double>& row, const TextPlace& place) {
   const Eigen::Quaterniond q(row[7], row[4], row[5], row[6]);
   if (std::abs(q.norm() - 1.0) > kQuaternionTolerance) {
     std::ostringstream text;
@@ -34,7 +34,7 @@ StampedPose2 pose_of(const std::vector<double>& row, const TextPlace& place) {
 }  // namespace
 
 Trajectory parse_tum(const std::string& text, const std::string& source) {
-  return read_trajectory(text, source, kFormat, pose_of);
+  return read_trajectory(text, source, kTumFormat, tum_pose);
 }
 
 Trajectory read_tum(const std::string& path) { return parse_tum(read_file(path), path); }
