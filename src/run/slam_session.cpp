@@ -11,8 +11,8 @@ namespace matchbox_slam {
 
 namespace {
 
-/// From which range [m] on readings of this laser were none in the newest key scan of it, where that
-/// is less than by default.
+/// From which range [m] on readings of this laser were none in the newest key scan of it, where
+/// that is less than by default.
 std::optional<double> limit_of(const KeyScans& keys, const ScanInput& input) {
   const PlacedScans& all = keys.all();
   for (auto key = all.rbegin(); key != all.rend(); ++key) {

@@ -52,8 +52,8 @@ struct PlaceSearch {
   double stamp = 0.0;  ///< [s] of the scan that was searched last
   /// Key scans of the map around which places are known; before all are, nothing is searched.
   std::uint64_t indexed = 0;
-  int sampled = 0;     ///< key scans of the map that were looked for elsewhere in it
-  int alike = 0;       ///< of these, such as may have been taken there
+  int sampled = 0;  ///< key scans of the map that were looked for elsewhere in it
+  int alike = 0;    ///< of these, such as may have been taken there
   std::vector<ExplainedScan> explained;
   std::vector<PlaceHypothesis> hypotheses;
 };
