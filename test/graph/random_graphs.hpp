@@ -28,8 +28,12 @@ struct RandomGraphOptions {
 
 inline Pose2 noisy(const Pose2& pose, const Eigen::Matrix3d& covariance, Random& random) {
   const Eigen::Matrix3d root = covariance.llt().matrixL();
-  return displaced(pose,
-                   root * Eigen::Vector3d(random.gaussian(), random.gaussian(), random.gaussian()));
+  // One after the other: in which order arguments are evaluated differs between processors and
+  // compilers.
+  const double turned = random.gaussian();
+  const double left = random.gaussian();
+  const double ahead = random.gaussian();
+  return displaced(pose, root * Eigen::Vector3d(ahead, left, turned));
 }
 
 /// A drive along the streets of a town, blocks of 6 m, one step a metre. A right loop joins nodes
