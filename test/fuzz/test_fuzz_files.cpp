@@ -209,7 +209,7 @@ std::string small_map() {
 class SavedFields {
  public:
   explicit SavedFields(const std::string& bytes)
-      : bytes_(bytes), at_(std::string("matchbox_slam map, version 14\n").size()) {
+      : bytes_(bytes), at_(std::string("matchbox_slam map, version 16\n").size()) {
     add(3, 8, numbers);
     for (std::uint64_t cells = count(); cells > 0; --cells) {
       add(2, 4, coordinates);
@@ -253,6 +253,7 @@ class SavedFields {
     add(1, 1, rest);
     EXPECT_EQ(count() + count(), 0U) << "no fork, and no scans that wait";
     add(1, 8, state);
+    add(1, 8, rest);
     add(2, 4, rest);
     EXPECT_EQ(count() + count(), 0U) << "no key scans of a lost robot, and no places of it";
     EXPECT_EQ(count(), 2U) << "key scans in the graph";
@@ -265,6 +266,7 @@ class SavedFields {
     EXPECT_EQ(count(), 0U) << "no loops";
     add(1, 8, state);
     add(1, 8, rest);
+    EXPECT_EQ(count(), 0U) << "no key scans of another robot";
     add(5, 1, rest);
     add(2, 4, rest);
     add(1, 8, state);
