@@ -42,26 +42,30 @@ Eigen::Matrix3d covariance_where_found() {
   return covariance_of(kXy, kTheta);
 }
 
-std::optional<FoundLoop> match_with_earlier(const PlacedScans& keys, std::size_t before,
-                                            const PathUncertainty& ways, bool may_be_apart,
-                                            const LoopOptions& options) {
-  // A guess; half or double changes five drives with loops by up to 5 %, most by less than 1
-  // (CONSTANTS.md).
-  constexpr double kNear = 2.0;  // [m]
+std::vector<FoundLoop> match_with_earlier(const PlacedScans& keys, std::size_t before,
+                                          const PathUncertainty& ways, bool may_be_apart,
+                                          const LoopOptions& options) {
+  // Guesses (benchmark/reports/current/UNSEEN.md).
+  constexpr double kNear = 5.0;       // [m]
+  constexpr std::size_t kApart = 15;  // key scans, of two times that the robot came past
+  constexpr std::size_t kMost = 4;    // so that a match that is wrong by a degree is outvoted
   const Eigen::Vector2d here = keys.back().map_from_base.translation();
-  std::vector<std::size_t> near = keys_within(keys, here, kNear);
-  near.erase(std::lower_bound(near.begin(), near.end(), before), near.end());
-  const std::vector<bool> is_apart = ways.weakly_connected(near, options.max_relative_sigma);
-  std::optional<std::size_t> nearest;
-  double least = kNear;
-  for (std::size_t i = 0; i < near.size(); ++i) {
-    const double to_here = distance(keys[near[i]], here);
-    if (to_here < least && (!is_apart[i] || may_be_apart)) {
-      least = to_here;
-      nearest = near[i];
+  std::vector<std::size_t> within = keys_within(keys, here, kNear);
+  within.erase(std::lower_bound(within.begin(), within.end(), before), within.end());
+  const std::vector<bool> is_apart = ways.weakly_connected(within, options.max_relative_sigma);
+  std::vector<std::pair<double, std::size_t>> near;
+  for (std::size_t i = 0; i < within.size(); ++i) {
+    if (!is_apart[i] || may_be_apart) {
+      near.emplace_back(distance(keys[within[i]], here), within[i]);
     }
   }
-  return nearest ? find_near(keys, *nearest) : std::nullopt;
+  std::vector<FoundLoop> found;
+  for (const std::size_t key : nearest_of_each_time(std::move(near), kApart, kMost)) {
+    if (const std::optional<FoundLoop> one = find_near(keys, key)) {
+      found.push_back(*one);
+    }
+  }
+  return found;
 }
 
 LoopCloser::LoopCloser(State state)
@@ -189,14 +193,13 @@ bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
   constexpr std::size_t kEarlier = 30;  // key scans
   const std::size_t newest = keys.size() - 1;
   const std::size_t since = is_continued ? kEarlier : 0;
-  const std::optional<FoundLoop> found = match_with_earlier(
+  const std::vector<FoundLoop> found = match_with_earlier(
       keys.all(), newest - std::min(newest, since), ways(), !is_continued, options);
-  if (!found) {
-    return false;
+  for (const FoundLoop& one : found) {
+    add_edge({one.key, newest, one.key_from_newest, one.covariance}, graph_);
   }
-  add_edge({found->key, newest, found->key_from_newest, found->covariance}, graph_);
   links_.take_new(graph_);
-  return true;
+  return !found.empty();
 }
 
 void LoopCloser::begin(const KeyScans& keys, LocalMapRequest near, const LoopOptions& options) {

@@ -34,15 +34,14 @@ constexpr double kLeastMoved = 0.1;
 /// How well a place is known that was found anew, over (x, y, theta).
 [[nodiscard]] Eigen::Matrix3d covariance_where_found();
 
-/// The newest key scan matched with the nearest one near by that is known to lie there, of those
-/// before a number.
+/// The newest key scan matched with the nearest ones near by that are known to lie there, one of
+/// each time that the robot came past, of those before a number.
 /// @param ways         from the newest.
 /// @param may_be_apart  also with one that is hardly known to.
-[[nodiscard]] std::optional<FoundLoop> match_with_earlier(const PlacedScans& keys,
-                                                          std::size_t before,
-                                                          const PathUncertainty& ways,
-                                                          bool may_be_apart,
-                                                          const LoopOptions& options);
+[[nodiscard]] std::vector<FoundLoop> match_with_earlier(const PlacedScans& keys, std::size_t before,
+                                                        const PathUncertainty& ways,
+                                                        bool may_be_apart,
+                                                        const LoopOptions& options);
 
 struct FoundMap;
 struct LoopTaskDone;

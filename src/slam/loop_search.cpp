@@ -144,6 +144,22 @@ double log_odds_of(const PlacedScans& keys, const Pose2& place_from_newest, cons
 
 }  // namespace
 
+std::vector<std::size_t> nearest_of_each_time(std::vector<std::pair<double, std::size_t>> near,
+                                              std::size_t apart, std::size_t most) {
+  std::sort(near.begin(), near.end());
+  std::vector<std::size_t> chosen;
+  for (const auto& [distance, key] : near) {
+    const bool is_new =
+        std::none_of(chosen.begin(), chosen.end(), [&, key = key](std::size_t other) {
+          return std::max(key, other) - std::min(key, other) < apart;
+        });
+    if (is_new && chosen.size() < most) {
+      chosen.push_back(key);
+    }
+  }
+  return chosen;
+}
+
 std::vector<std::size_t> loop_candidates(const PlacedScans& keys,
                                          const AreWeaklyConnected& are_apart,
                                          const VariancesOf& variances_of,
@@ -170,17 +186,7 @@ std::vector<std::size_t> loop_candidates(const PlacedScans& keys,
       near.emplace_back(distance, apart[i]);
     }
   }
-  std::sort(near.begin(), near.end());
-  std::vector<std::size_t> chosen;
-  for (const auto& [distance, i] : near) {
-    const bool is_new = std::none_of(chosen.begin(), chosen.end(), [i = i](std::size_t other) {
-      return std::max(i, other) - std::min(i, other) < kSpread;
-    });
-    if (is_new && chosen.size() < kMaxCandidates) {
-      chosen.push_back(i);
-    }
-  }
-  return chosen;
+  return nearest_of_each_time(std::move(near), kSpread, kMaxCandidates);
 }
 
 std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const PathUncertainty& ways,

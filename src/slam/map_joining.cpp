@@ -134,12 +134,12 @@ void Joining::join_at(std::size_t key) {
     way_ += way_between(all[key - 1].map_from_base, all[key].map_from_base);
   }
   take_keys_up_to(key);
-  const std::optional<FoundLoop> near =
+  const std::vector<FoundLoop> near =
       match_with_earlier(keys_, first_, {graph(), links_, key}, false, options_.loops);
-  if (near) {
-    add_edge({near->key, key, near->key_from_newest, near->covariance}, graph());
-    ++joint_.matched;
+  for (const FoundLoop& one : near) {
+    add_edge({one.key, key, one.key_from_newest, one.covariance}, graph());
   }
+  joint_.matched += near.empty() ? 0 : 1;
   if (way_ >= options_.loops.search_way) {
     way_ = 0.0;
     search_loop();
