@@ -71,9 +71,10 @@ std::vector<Eigen::Vector2d> weak_directions(const Correspondences& pairs,
     const Eigen::Vector2d direction = solver.eigenvectors().col(i);
     const double least_facing =
         noise_of_normals(pairs, options) * options.weakest_facing * strongest;
-    if (!(solver.eigenvalues()(i) > options.weakest_direction * strongest) &&
-        !(pairs.facing_information(options.last_kernel, least_noticed(information, direction)) >
-          least_facing)) {
+    const Eigen::Vector3d motion = least_noticed(information, direction);
+    if (!(pairs.confirmed_information(options.last_kernel, motion) >
+          options.weakest_direction * strongest) &&
+        !(pairs.facing_information(options.last_kernel, motion) > least_facing)) {
       weak.push_back(direction);
     }
   }

@@ -93,6 +93,14 @@ class Correspondences {
   /// @param motion  (x, y, theta) in the map frame, of which (x, y) is a unit vector.
   [[nodiscard]] double facing_information(double kernel, const Eigen::Vector3d& motion) const;
 
+  /// The information about a motion, in the units of `linearise`, that map and scan confirm each
+  /// other: by the product of what a surface's direction in the map says and what the point's own
+  /// says. The errors of both are independent, so that in the mean they add nothing, while in the
+  /// square of one they add up (instrumental variables; Wald 1940). It may be negative. Points
+  /// without a direction of their own count as in `linearise`.
+  /// @param motion  (x, y, theta) in the map frame.
+  [[nodiscard]] double confirmed_information(double kernel, const Eigen::Vector3d& motion) const;
+
   /// Half the sum of squared residuals under the kernel after a small step as in `closeness` [m^2].
   [[nodiscard]] double cost(double kernel, const Eigen::Vector3d& step) const;
 
