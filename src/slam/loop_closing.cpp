@@ -46,7 +46,7 @@ std::vector<FoundLoop> match_with_earlier(const PlacedScans& keys, std::size_t b
                                           const PathUncertainty& ways, bool may_be_apart,
                                           const LoopOptions& options) {
   // Guesses (benchmark/reports/current/UNSEEN.md).
-  constexpr double kNear = 5.0;       // [m]
+  constexpr double kNear = 3.0;       // [m]
   constexpr std::size_t kApart = 15;  // key scans, of two times that the robot came past
   constexpr std::size_t kMost = 4;    // so that a match that is wrong by a degree is outvoted
   const Eigen::Vector2d here = keys.back().map_from_base.translation();
