@@ -2,6 +2,7 @@
 # Part of the catkin package's CMake configuration, and all of it where the core is built without ROS.
 include(CMakeFindDependencyMacro)
 find_dependency(Eigen3 NO_MODULE)
+find_dependency(fmt)
 find_dependency(PNG)
 find_dependency(Threads)
 find_dependency(yaml-cpp)

@@ -20,7 +20,7 @@ done
   refuse "this system knows no arm64; type: dpkg --add-architecture arm64 && apt-get update"
 
 install_missing crossbuild-essential-arm64 cmake libeigen3-dev nlohmann-json3-dev qemu-user-static \
-  lib{cairo2,ceres,gtest,opencv-imgproc,png,yaml-cpp}-dev:arm64 zlib1g-dev:arm64
+  lib{cairo2,ceres,fmt,gtest,opencv-imgproc,png,yaml-cpp}-dev:arm64 zlib1g-dev:arm64
 folder=$workspace/aarch64
 build_without_ros "$folder" "$@" -- -DCMAKE_BUILD_TYPE=Release -DCMAKE_SYSTEM_NAME=Linux \
   -DCMAKE_SYSTEM_PROCESSOR=aarch64 -DCMAKE_CXX_COMPILER=aarch64-linux-gnu-g++
