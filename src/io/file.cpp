@@ -1,6 +1,7 @@
 #include "matchbox_slam/io/file.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -33,7 +34,7 @@ fs::path folder_of(const std::string& path) {
 
 /// Beside `path`, for its new contents. The process's number tells whether it still writes there.
 std::string name_aside(const std::string& path) {
-  return "." + fs::path(path).filename().string() + ".";
+  return fmt::format(".{}.", fs::path(path).filename().string());
 }
 
 /// Removes what a program left beside `path` that was killed while it wrote; not what may belong to
@@ -68,8 +69,8 @@ class FileAside {
   explicit FileAside(std::string final_path) : final_path_(std::move(final_path)) {
     // Not open() on a fixed name: two programs, or two threads, may write the same file at once.
     for (unsigned attempt = 0; descriptor_ < 0; ++attempt) {
-      path_ = folder_of(final_path_) / (name_aside(final_path_) + std::to_string(::getpid()) + "." +
-                                        std::to_string(attempt));
+      path_ = folder_of(final_path_) /
+              fmt::format("{}{}.{}", name_aside(final_path_), ::getpid(), attempt);
       descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
       if (descriptor_ < 0 && errno != EEXIST) {
         throw_system_error(errno);
@@ -153,7 +154,7 @@ void explain_failure(const std::string& path, Work&& work) {
   try {
     work();
   } catch (const std::system_error& error) {
-    throw FileError("cannot write '" + path + "': " + error.code().message());
+    throw FileError(fmt::format("cannot write '{}': {}", path, error.code().message()));
   }
 }
 
@@ -162,12 +163,12 @@ void explain_failure(const std::string& path, Work&& work) {
 std::string read_file(const std::string& path) {
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) {
-    throw MissingFile("cannot read '" + path + "': " + reason(EISDIR));
+    throw MissingFile(fmt::format("cannot read '{}': {}", path, reason(EISDIR)));
   }
   std::ifstream stream(path, std::ios::binary);
   if (!stream) {
     const int error = errno;
-    const std::string text = "cannot read '" + path + "': " + reason(error);
+    const std::string text = fmt::format("cannot read '{}': {}", path, reason(error));
     if (error == ENOENT || error == ENOTDIR) {
       throw MissingFile(text);
     }
@@ -175,7 +176,7 @@ std::string read_file(const std::string& path) {
   }
   std::string bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
   if (stream.bad()) {
-    throw FileError("cannot read '" + path + "': " + reason(EIO));
+    throw FileError(fmt::format("cannot read '{}': {}", path, reason(EIO)));
   }
   return bytes;
 }
@@ -241,8 +242,7 @@ void keep_as(const std::string& path, const std::string& kept) {
       return;
     }
     // A second name costs no space, which may be scarce; where there are none, it is a copy.
-    const fs::path linked =
-        folder_of(kept) / (name_aside(kept) + std::to_string(::getpid()) + ".0");
+    const fs::path linked = folder_of(kept) / fmt::format("{}{}.0", name_aside(kept), ::getpid());
     fs::remove(linked, ignored);
     std::error_code no_link;
     fs::create_hard_link(path, linked, no_link);
@@ -261,16 +261,17 @@ std::string set_aside(const std::vector<std::string>& files, const std::string& 
     try {
       return work();
     } catch (const std::system_error& error) {
-      throw FileError("cannot move " + what + " to '" + taken + "': " + error.code().message());
+      throw FileError(
+          fmt::format("cannot move {} to '{}': {}", what, taken, error.code().message()));
     }
   };
   explained("files", [&] {
     for (int number = 2; !fs::create_directory(taken); ++number) {
-      taken = folder + "." + std::to_string(number);
+      taken = fmt::format("{}.{}", folder, number);
     }
   });
   for (const std::string& file : files) {
-    explained("'" + file + "'", [&] {
+    explained(fmt::format("'{}'", file), [&] {
       if (fs::exists(fs::symlink_status(file))) {
         fs::rename(file, fs::path(taken) / fs::path(file).filename());
       }
@@ -293,8 +294,8 @@ void require_writable_folder(const std::string& folder) {
     fs::create_directories(folder);
     FileAside((fs::path(folder) / "write_test").string()).flush();
   } catch (const std::system_error& error) {
-    throw FileError("cannot create the folder '" + folder +
-                    "' and write to it: " + error.code().message());
+    throw FileError(fmt::format("cannot create the folder '{}' and write to it: {}", folder,
+                                error.code().message()));
   }
 }
 

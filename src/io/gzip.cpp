@@ -1,5 +1,7 @@
 #include "io/gzip.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <stdexcept>
@@ -77,7 +79,7 @@ std::string decompress(const std::string& compressed, const std::string& path) {
   }
   inflateEnd(&stream);
   if (state != Z_STREAM_END) {
-    throw DamagedFile("'" + path + "' is no saved map, or is cut off or damaged");
+    throw DamagedFile(fmt::format("'{}' is no saved map, or is cut off or damaged", path));
   }
   return result;
 }

@@ -1,5 +1,7 @@
 #include "io/hough_picture.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -121,7 +123,7 @@ Picture draw_hough_domains(const PointScan& reference, const PointScan& scan,
 FileContents hough_picture_file(const std::string& folder, std::size_t number,
                                 const PointScan& reference, const PointScan& scan,
                                 const HoughAlignmentOptions& options) {
-  return {folder + "/hough_" + std::to_string(number) + ".png",
+  return {fmt::format("{}/hough_{}.png", folder, number),
           draw_hough_domains(reference, scan, options).to_png()};
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -103,12 +105,12 @@ class MapReader {
   }
 
   [[noreturn]] void fail(const std::string& text) const {
-    throw DamagedFile("'" + path_ + "' " + text);
+    throw DamagedFile(fmt::format("'{}' {}", path_, text));
   }
 
   /// Of a file that is whole, but not for this program as it is.
   [[noreturn]] void refuse(const std::string& text) const {
-    throw FileError("'" + path_ + "' " + text);
+    throw FileError(fmt::format("'{}' {}", path_, text));
   }
 
   [[nodiscard]] bool begins_with(const std::string& head) {
@@ -139,8 +141,8 @@ class MapReader {
   void number(double& value, double largest = kFarthest) {
     image<std::uint64_t>(value);
     if (!(std::abs(value) <= largest)) {
-      fail("is damaged: it holds the number " + to_string(value) + " where at most " +
-           to_string(largest) + " is allowed");
+      fail(fmt::format("is damaged: it holds the number {} where at most {} is allowed",
+                       to_string(value), to_string(largest)));
     }
   }
 
@@ -167,7 +169,7 @@ class MapReader {
     integer(cell.y);
     // The lowest integer has no absolute value.
     if (std::min(cell.x, cell.y) < -kFarthestCell || std::max(cell.x, cell.y) > kFarthestCell) {
-      fail("is damaged: a cell lies at " + std::to_string(cell.x) + ", " + std::to_string(cell.y));
+      fail(fmt::format("is damaged: a cell lies at {}, {}", cell.x, cell.y));
     }
     include(cell);
   }
@@ -180,8 +182,7 @@ class MapReader {
       fail("is damaged: it announces more than it holds");
     }
     if (number > most) {
-      fail("is damaged: it has " + std::to_string(number) + " " + name + "; allowed: up to " +
-           std::to_string(most));
+      fail(fmt::format("is damaged: it has {} {}; allowed: up to {}", number, name, most));
     }
     return static_cast<std::size_t>(number);
   }
@@ -208,9 +209,10 @@ class MapReader {
     box_.max = {std::max(before.max.x, cell.x + 1), std::max(before.max.y, cell.y + 1)};
     const double cells = (box_.width() + double{kTileMargin}) * (box_.height() + kTileMargin);
     if (cells > max_cells_) {
-      refuse("is damaged, or its map is too large: its cells span " + std::to_string(box_.width()) +
-             " x " + std::to_string(box_.height()) + " or more; allowed: " + to_string(max_cells_) +
-             " in all; if it is as large as that, set map/max_cells higher");
+      refuse(
+          fmt::format("is damaged, or its map is too large: its cells span {} x {} or more; "
+                      "allowed: {} in all; if it is as large as that, set map/max_cells higher",
+                      box_.width(), box_.height(), to_string(max_cells_)));
     }
   }
 
@@ -226,8 +228,8 @@ class MapReader {
 inline void check_limits(double value, const char* name, const Allowed& allowed,
                          const MapReader& reader) {
   if (!(value >= allowed.low && value <= allowed.high)) {
-    reader.fail(std::string("is damaged: its ") + name + " is " + to_string(value) +
-                "; allowed: " + allowed.text());
+    reader.fail(fmt::format("is damaged: its {} is {}; allowed: {}", name, to_string(value),
+                            allowed.text()));
   }
 }
 

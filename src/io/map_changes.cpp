@@ -1,5 +1,6 @@
 #include "io/map_changes.hpp"
 
+#include <fmt/core.h>
 #include <zlib.h>
 
 #include <array>
@@ -248,8 +249,9 @@ std::string with_changes(std::string saved, const std::string& map_path) {
     std::optional<std::string> changed = read_changes(saved, path);
     return changed ? std::move(*changed) : std::move(saved);
   } catch (const DamagedFile& error) {
-    throw DamagedChanges(std::string(error.what()) + "; without it the map is as it was saved " +
-                         "before: to go on with that, rm " + path);
+    throw DamagedChanges(
+        fmt::format("{}; without it the map is as it was saved before: to go on with that, rm {}",
+                    error.what(), path));
   }
 }
 

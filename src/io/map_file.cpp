@@ -1,5 +1,6 @@
 #include "matchbox_slam/io/map_file.hpp"
 
+#include <fmt/core.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -7,7 +8,6 @@
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
-#include <iomanip>
 #include <limits>
 #include <locale>
 #include <optional>
@@ -23,31 +23,21 @@
 namespace matchbox_slam {
 namespace {
 
-/// Numbers as C's "%f" prints them, which is what map_saver uses.
-std::ostringstream fixed_stream(int decimals = 6) {
-  std::ostringstream stream;
-  stream.imbue(std::locale::classic());
-  stream << std::fixed << std::setprecision(decimals);
-  return stream;
-}
-
 std::string pgm_of(const MapImage& map) {
-  std::ostringstream header = fixed_stream(3);
-  header << "P5\n# CREATOR: matchbox_slam " << map.resolution << " m/pix\n"
-         << map.width << ' ' << map.height << "\n255\n";
-  std::string bytes = header.str();
+  std::string bytes = fmt::format("P5\n# CREATOR: matchbox_slam {:.3f} m/pix\n{} {}\n255\n",
+                                  map.resolution, map.width, map.height);
   bytes.append(map.pixels.begin(), map.pixels.end());
   return bytes;
 }
 
+/// Lengths as map_saver prints them.
 std::string yaml_of(const MapImage& map, const std::string& image_name) {
-  std::ostringstream text = fixed_stream();
-  text << "image: " << to_string(ParameterValue(image_name)) << "\nresolution: " << map.resolution
-       << "\norigin: [" << map.origin.x << ", " << map.origin.y << ", " << map.origin.theta
-       << "]\nnegate: " << (map.negate ? 1 : 0)
-       << "\noccupied_thresh: " << to_string(map.occupied_threshold)
-       << "\nfree_thresh: " << to_string(map.free_threshold) << "\n\n";
-  return text.str();
+  return fmt::format(
+      "image: {}\nresolution: {:f}\norigin: [{:f}, {:f}, {:f}]\nnegate: {}\n"
+      "occupied_thresh: {}\nfree_thresh: {}\n\n",
+      to_string(ParameterValue(image_name)), map.resolution, map.origin.x, map.origin.y,
+      map.origin.theta, map.negate ? 1 : 0, to_string(map.occupied_threshold),
+      to_string(map.free_threshold));
 }
 
 /// The pixels of a PGM that are written as numbers.
@@ -59,9 +49,9 @@ void read_text_pixels(const std::string& path, std::istream& stream, MapImage& m
     map.pixels.push_back(static_cast<std::uint8_t>(pixel));
   }
   if (map.pixels.size() < count) {
-    throw FileError("'" + path + "' is cut off or damaged: " + std::to_string(map.width) + " x " +
-                    std::to_string(map.height) + " pixels are announced, " +
-                    std::to_string(map.pixels.size()) + " are there, each 0 to 255");
+    throw FileError(fmt::format(
+        "'{}' is cut off or damaged: {} x {} pixels are announced, {} are there, each 0 to 255",
+        path, map.width, map.height, map.pixels.size()));
   }
 }
 
@@ -71,7 +61,7 @@ void read_pgm(const std::string& path, const std::string& bytes, MapImage& map) 
   stream.imbue(std::locale::classic());
   const auto require = [&path](bool condition, const std::string& text) {
     if (!condition) {
-      throw FileError("'" + path + "' " + text);
+      throw FileError(fmt::format("'{}' {}", path, text));
     }
   };
   const auto read_number = [&](const std::string& name, int highest) {
@@ -81,7 +71,7 @@ void read_pgm(const std::string& path, const std::string& bytes, MapImage& map) 
     int number = 0;
     stream >> number;
     require(number >= 1 && number <= highest,
-            "has no usable " + name + " in its head; allowed: 1 to " + std::to_string(highest));
+            fmt::format("has no usable {} in its head; allowed: 1 to {}", name, highest));
     return number;
   };
   const bool is_text = bytes.compare(0, 2, "P2") == 0;
@@ -93,8 +83,7 @@ void read_pgm(const std::string& path, const std::string& bytes, MapImage& map) 
   map.width = read_number("width", 1 << 20);
   map.height = read_number("height", 1 << 20);
   const int brightest = read_number("brightest value", 65535);
-  require(brightest == 255,
-          "has the brightest value " + std::to_string(brightest) + "; allowed: 255");
+  require(brightest == 255, fmt::format("has the brightest value {}; allowed: 255", brightest));
   if (is_text) {
     read_text_pixels(path, stream, map);
     return;
@@ -102,9 +91,8 @@ void read_pgm(const std::string& path, const std::string& bytes, MapImage& map) 
   stream.ignore();  // the one white space that ends the head
   const std::ptrdiff_t count = std::ptrdiff_t{map.width} * map.height;
   const std::streamsize left = std::max<std::streamsize>(0, stream.rdbuf()->in_avail());
-  require(left >= count, "is cut off: " + std::to_string(map.width) + " x " +
-                             std::to_string(map.height) + " pixels are announced, " +
-                             std::to_string(left) + " are there");
+  require(left >= count, fmt::format("is cut off: {} x {} pixels are announced, {} are there",
+                                     map.width, map.height, left));
   map.pixels.assign(bytes.end() - left, bytes.end() - left + count);
 }
 
@@ -116,10 +104,10 @@ class MapYaml {
     try {
       root_ = YAML::Load(text);
     } catch (const YAML::Exception& error) {
-      throw FileError("'" + path_ + "' is not YAML: " + error.what());
+      throw FileError(fmt::format("'{}' is not YAML: {}", path_, error.what()));
     }
     if (!root_.IsMap()) {
-      throw FileError("'" + path_ + "' is not the YAML of a map");
+      throw FileError(fmt::format("'{}' is not the YAML of a map", path_));
     }
   }
 
@@ -127,12 +115,12 @@ class MapYaml {
   [[nodiscard]] Value get(const char* key) const {
     const YAML::Node node = root_[key];
     if (!node) {
-      throw FileError("'" + path_ + "' has no '" + key + "'");
+      throw FileError(fmt::format("'{}' has no '{}'", path_, key));
     }
     try {
       return node.as<Value>();
     } catch (const YAML::Exception&) {
-      throw FileError("'" + path_ + "' has a '" + key + "' that cannot be read");
+      throw FileError(fmt::format("'{}' has a '{}' that cannot be read", path_, key));
     }
   }
 
@@ -140,7 +128,7 @@ class MapYaml {
 
   void require(bool condition, const std::string& text) const {
     if (!condition) {
-      throw FileError("'" + path_ + "': " + text);
+      throw FileError(fmt::format("'{}': {}", path_, text));
     }
   }
 
@@ -206,7 +194,7 @@ void read_image(const std::string& path, const std::string& mode, MapImage& map)
     try {
       image = read_png(bytes);
     } catch (const std::exception& error) {
-      throw FileError("'" + path + "' " + error.what());
+      throw FileError(fmt::format("'{}' {}", path, error.what()));
     }
     map.width = image.width;
     map.height = image.height;
@@ -259,8 +247,8 @@ MapImage read_map(const std::string& yaml_path) {
   const MapYaml yaml(yaml_path);
   const auto mode = yaml.has("mode") ? yaml.get<std::string>("mode") : std::string(kModes[0]);
   yaml.require(std::count(kModes.begin(), kModes.end(), mode) > 0,
-               "mode '" + mode + "' is not allowed; allowed: " +
-                   join({kModes.begin(), kModes.end()}) + ", or leave it out");
+               fmt::format("mode '{}' is not allowed; allowed: {}, or leave it out", mode,
+                           join({kModes.begin(), kModes.end()})));
   MapImage map;
   map.resolution = yaml.get<double>("resolution");
   yaml.require(std::isfinite(map.resolution) && map.resolution > 0.0,

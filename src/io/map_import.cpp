@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -59,9 +61,9 @@ void require_size_of_pixels(const MapImage& image, const std::string& path) {
   constexpr double kSmallest = 0.001;  // [m]
   constexpr double kLargest = 1.0;     // as of map/resolution
   if (!(image.resolution >= kSmallest && image.resolution <= kLargest)) {
-    throw FileError("the map '" + path + "' has the resolution " + to_string(image.resolution) +
-                    "; allowed: " + to_string(kSmallest) + " to " + to_string(kLargest) +
-                    ", in metres a pixel");
+    throw FileError(
+        fmt::format("the map '{}' has the resolution {}; allowed: {} to {}, in metres a pixel",
+                    path, to_string(image.resolution), to_string(kSmallest), to_string(kLargest)));
   }
 }
 
@@ -69,19 +71,19 @@ void require_room(const MapImage& image, const CellBox& cells, const std::string
                   double max_cells) {
   if (std::min(cells.min.x, cells.min.y) < -kFarthestCell ||
       std::max(cells.max.x, cells.max.y) > kFarthestCell) {
-    throw FileError("the map '" + path + "' lies too far from 0, 0: its origin is " +
-                    to_string(image.origin.x) + ", " + to_string(image.origin.y) +
-                    "; allowed are " + std::to_string(kFarthestCell) +
-                    " cells of map/resolution; give it an origin near the building");
+    throw FileError(
+        fmt::format("the map '{}' lies too far from 0, 0: its origin is {}, {}; allowed are {} "
+                    "cells of map/resolution; give it an origin near the building",
+                    path, to_string(image.origin.x), to_string(image.origin.y), kFarthestCell));
   }
   const double pixels = static_cast<double>(image.width) * image.height;
   const double in_map = static_cast<double>(cells.width()) * cells.height();
   if (std::max(pixels, in_map) > max_cells) {
-    throw FileError("the map '" + path + "' has " + std::to_string(image.width) + " x " +
-                    std::to_string(image.height) + " pixels of " + to_string(image.resolution) +
-                    " m, and would take " + std::to_string(cells.width()) + " x " +
-                    std::to_string(cells.height()) + " cells; allowed: " + to_string(max_cells) +
-                    " in all; if it is as large as that, set map/max_cells higher");
+    throw FileError(
+        fmt::format("the map '{}' has {} x {} pixels of {} m, and would take {} x {} cells; "
+                    "allowed: {} in all; if it is as large as that, set map/max_cells higher",
+                    path, image.width, image.height, to_string(image.resolution), cells.width(),
+                    cells.height(), to_string(max_cells)));
   }
 }
 
@@ -117,12 +119,13 @@ std::string extension_of(const std::string& path) {
 std::string text_of_no_map(const std::string& path) {
   const std::string kind = extension_of(path);
   if (std::filesystem::is_directory(path)) {
-    return "is a folder; give the map in it, as '" +
-           (std::filesystem::path(path) / "map.slam").string() + "'";
+    return fmt::format("is a folder; give the map in it, as '{}'",
+                       (std::filesystem::path(path) / "map.slam").string());
   }
   for (const char* recording : {".bag", ".db3", ".mcap", ".log", ".clf", ".gz"}) {
     if (kind == recording) {
-      return "is a recording; map_bag '" + path + "' --out DIR makes a map of it, DIR/map.slam";
+      return fmt::format("is a recording; map_bag '{}' --out DIR makes a map of it, DIR/map.slam",
+                         path);
     }
   }
   if (kind == ".pgm" || kind == ".png") {
@@ -145,12 +148,12 @@ EngineState map_from_image(const MapImage& image, const std::string& path,
   require_room(image, cells, path, map_options.max_cells);
   const ImageWalls walls(image);
   if (walls.walls().empty()) {
-    throw FileError("the map '" + path +
-                    "' has no occupied pixel, so that nothing tells where a robot is; occupied are "
-                    "those whose darkness (255 - pixel) / 255 is above its occupied_thresh, " +
-                    to_string(image.occupied_threshold) +
-                    (image.negate ? "; negate is 1: of white pixels it is the brightness"
-                                  : "; where white pixels are the walls, set negate: 1"));
+    throw FileError(fmt::format(
+        "the map '{}' has no occupied pixel, so that nothing tells where a robot is; occupied are "
+        "those whose darkness (255 - pixel) / 255 is above its occupied_thresh, {}{}",
+        path, to_string(image.occupied_threshold),
+        image.negate ? "; negate is 1: of white pixels it is the brightness"
+                     : "; where white pixels are the walls, set negate: 1"));
   }
   draw(walls, placed, cells, start.map.occupancy);
   std::vector<SurfaceHit> surfaces;
@@ -177,7 +180,7 @@ EngineState read_engine_state(const std::string& path, const EngineOptions& opti
   if (extension_of(path) == ".slam") {
     return read_saved_map(path, options.map.max_cells);
   }
-  throw ConfigurationError("'" + path + "' " + text_of_no_map(path));
+  throw ConfigurationError(fmt::format("'{}' {}", path, text_of_no_map(path)));
 }
 
 }  // namespace matchbox_slam

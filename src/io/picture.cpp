@@ -1,5 +1,7 @@
 #include "io/picture.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -14,7 +16,7 @@ constexpr double kFarthestPixel = 1e6;  ///< [pixels]
 
 void require_success(cairo_status_t status, const std::string& work) {
   if (status != CAIRO_STATUS_SUCCESS) {
-    throw std::runtime_error("cannot " + work + ": " + cairo_status_to_string(status));
+    throw std::runtime_error(fmt::format("cannot {}: {}", work, cairo_status_to_string(status)));
   }
 }
 
@@ -41,8 +43,8 @@ void Picture::Destroy::operator()(cairo_t* context) const { cairo_destroy(contex
 Picture::Picture(int width, int height, Color background)
     : pixels_(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height)),
       context_(cairo_create(pixels_.get())) {
-  require_success(cairo_status(context_.get()), "draw a picture of " + std::to_string(width) +
-                                                    " x " + std::to_string(height) + " pixels");
+  require_success(cairo_status(context_.get()),
+                  fmt::format("draw a picture of {} x {} pixels", width, height));
   cairo_select_font_face(context_.get(), "@cairo:", CAIRO_FONT_SLANT_NORMAL,
                          CAIRO_FONT_WEIGHT_NORMAL);
   cairo_set_line_cap(context_.get(), CAIRO_LINE_CAP_ROUND);

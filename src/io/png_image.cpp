@@ -1,5 +1,6 @@
 #include "io/png_image.hpp"
 
+#include <fmt/core.h>
 #include <png.h>
 
 #include <algorithm>
@@ -27,7 +28,7 @@ class Image {
 
   void require(int success, const std::string& what) const {
     if (success == 0) {
-      throw std::runtime_error(what + " (" + image_.message + ")");
+      throw std::runtime_error(fmt::format("{} ({})", what, image_.message));
     }
   }
 
@@ -77,8 +78,7 @@ std::string encoded(int width, int height, const std::vector<std::uint8_t>& samp
   const std::unique_ptr<char[]> bytes(new char[size]);  // most of which is never touched
   image.require(
       png_image_write_to_memory(&*image, bytes.get(), &size, 0, samples.data(), 0, nullptr),
-      "cannot encode a PNG of " + std::to_string(width) + " x " + std::to_string(height) +
-          " pixels");
+      fmt::format("cannot encode a PNG of {} x {} pixels", width, height));
   return {bytes.get(), size};
 }
 
@@ -102,10 +102,9 @@ PngImage read_png(const std::string& file) {
   const double samples = static_cast<double>(image->width) * static_cast<double>(image->height) *
                          static_cast<double>(result.channels);
   if (samples > kMostSamples) {
-    throw std::runtime_error("has " + std::to_string(image->width) + " x " +
-                             std::to_string(image->height) + " pixels of " +
-                             std::to_string(result.channels) +
-                             " channels; allowed: 400 million samples in all");
+    throw std::runtime_error(
+        fmt::format("has {} x {} pixels of {} channels; allowed: 400 million samples in all",
+                    image->width, image->height, result.channels));
   }
   result.samples.resize(static_cast<std::size_t>(samples));
   image.require(png_image_finish_read(&*image, nullptr, result.samples.data(), 0, nullptr),

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <limits>
 #include <utility>
 #include <vector>
@@ -69,8 +71,9 @@ SlamMap read_grids(MapReader& reader) {
   check_limits(map_options, reader);
   check_limits(field_options, reader);
   if (field_options.reach / map_options.resolution > kMostReachCells) {
-    reader.fail("is damaged: its reach is " + to_string(field_options.reach) + " m with cells of " +
-                to_string(map_options.resolution) + " m; allowed: at most 120 cells");
+    reader.fail(
+        fmt::format("is damaged: its reach is {} m with cells of {} m; allowed: at most 120 cells",
+                    to_string(field_options.reach), to_string(map_options.resolution)));
   }
   SlamMap map(map_options, field_options);
   Cell cell;

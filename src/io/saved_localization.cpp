@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <utility>
 #include <vector>
 
@@ -42,7 +44,7 @@ void transfer_count(Archive& archive, Count& count, int least = 0) {
   archive.integer(count);
   if constexpr (Archive::kReads) {
     if (count < least || count > kMost) {
-      archive.fail("is damaged: it counts " + std::to_string(count) + " scans");
+      archive.fail(fmt::format("is damaged: it counts {} scans", count));
     }
   }
 }
@@ -141,9 +143,10 @@ void require_sound(const HypothesesState& state, std::size_t key_scans, const Ma
     is_sound = is_sound && other.key_scans.size() == fork.inserted;
   }
   if (!is_sound) {
-    reader.fail("is damaged: of " + std::to_string(key_scans) + " key scans " +
-                std::to_string(fork.key_scans) + " and " + std::to_string(fork.inserted) +
-                " are from before and after it was sure where the robot is");
+    reader.fail(
+        fmt::format("is damaged: of {} key scans {} and {} are from before and after it was sure "
+                    "where the robot is",
+                    key_scans, fork.key_scans, fork.inserted));
   }
 }
 
@@ -175,8 +178,8 @@ void transfer_search(Archive& archive, Search& search, std::size_t parts) {
   transfer_count(archive, search.alike);
   if constexpr (Archive::kReads) {
     if (search.alike > search.sampled) {
-      archive.fail("is damaged: of " + std::to_string(search.sampled) + " places " +
-                   std::to_string(search.alike) + " look like others");
+      archive.fail(fmt::format("is damaged: of {} places {} look like others", search.sampled,
+                               search.alike));
     }
   }
   archive.size(search.explained, 56, kMostPlaces, "key scans of a robot that is lost");
@@ -245,8 +248,8 @@ LocalizationState read_localization(const KeyScans& key_scans, MapReader& reader
   }
   for (const PlaceHypothesis& hypothesis : localization.search.hypotheses) {
     if (hypothesis.part == localization.here) {
-      reader.fail("is damaged: it looks for part " + std::to_string(localization.here) +
-                  " of the map in itself");
+      reader.fail(
+          fmt::format("is damaged: it looks for part {} of the map in itself", localization.here));
     }
   }
   return localization;

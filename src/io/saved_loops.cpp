@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <stdexcept>
 
 #include "io/saved_parts.hpp"
@@ -19,9 +21,9 @@ void transfer_choice(Archive& archive, Value& value, Last last) {
   archive.integer(number);
   if constexpr (Archive::kReads) {
     if (number > static_cast<std::uint8_t>(last)) {
-      archive.fail("is damaged: an edge of its graph is of kind or belief " +
-                   std::to_string(number) + "; allowed: up to " +
-                   std::to_string(static_cast<int>(last)));
+      archive.fail(
+          fmt::format("is damaged: an edge of its graph is of kind or belief {}; allowed: up to {}",
+                      number, static_cast<int>(last)));
     }
     value = static_cast<Last>(number);
   }
@@ -84,8 +86,8 @@ void transfer_pending(Archive& archive, Pending& pending, std::size_t nodes, std
   archive.flag(pending.is_abandoned);
   if constexpr (Archive::kReads) {
     if (pending.edges > edges) {
-      archive.fail("is damaged: it goes on with " + std::to_string(pending.edges) +
-                   " edges of a graph of " + std::to_string(edges));
+      archive.fail(fmt::format("is damaged: it goes on with {} edges of a graph of {}",
+                               pending.edges, edges));
     }
   }
 }
@@ -155,8 +157,8 @@ void read_loops(MapReader& reader, EngineState& map) {
   std::uint64_t nodes = 0;
   reader.integer(nodes);
   if (nodes > keys.size()) {
-    reader.fail("is damaged: its graph has " + std::to_string(nodes) + " key scans; the map has " +
-                std::to_string(keys.size()));
+    reader.fail(
+        fmt::format("is damaged: its graph has {} key scans; the map has {}", nodes, keys.size()));
   }
   for (std::size_t i = 0; i < nodes; ++i) {
     state.graph.poses.push_back(keys[i].map_from_base);

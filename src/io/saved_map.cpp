@@ -1,5 +1,7 @@
 #include "matchbox_slam/io/saved_map.hpp"
 
+#include <fmt/core.h>
+
 #include "io/gzip.hpp"
 #include "io/map_changes.hpp"
 #include "io/saved_parts.hpp"
@@ -8,7 +10,7 @@ namespace matchbox_slam {
 namespace {
 
 const std::string kHead = "matchbox_slam map, version ";
-std::string head_of(int version) { return kHead + std::to_string(version) + "\n"; }
+std::string head_of(int version) { return fmt::format("{}{}\n", kHead, version); }
 constexpr double kMostMissing = 1.0;     // of what odometry tells
 constexpr double kLeastInterval = 1e-9;  // [s] between stamps of messages
 
@@ -34,8 +36,9 @@ void transfer_noise_scale(Archive& archive, Scale& scale) {
     archive.number(*share);
     if constexpr (Archive::kReads) {
       if (!(*share > 0.0 && *share <= 1.0)) {
-        archive.fail("is damaged: the errors of odometry are " + to_string(*share) +
-                     " of what the options say");
+        archive.fail(
+            fmt::format("is damaged: the errors of odometry are {} of what the options say",
+                        to_string(*share)));
       }
     }
   }
@@ -86,7 +89,8 @@ void transfer_motion(Archive& archive, Motion& motion) {
   archive.number(motion.interval);
   if constexpr (Archive::kReads) {
     if (motion.interval != 0.0 && !(motion.interval >= kLeastInterval)) {
-      archive.fail("is damaged: its last motion took " + to_string(motion.interval) + " s");
+      archive.fail(
+          fmt::format("is damaged: its last motion took {} s", to_string(motion.interval)));
     }
   }
   if (archive.version() >= 7) {
@@ -105,8 +109,10 @@ void refuse_newer(const MapReader& reader, const std::string& bytes) {
   const bool is_number = !version.empty() && version.size() < 10 &&
                          version.find_first_not_of("0123456789") == std::string::npos;
   if (is_number && std::stoi(version) > kSavedVersion) {
-    reader.refuse("is a saved map of version " + version + "; this program reads 1 to " +
-                  std::to_string(kSavedVersion) + ": use the newer one that has saved it");
+    reader.refuse(
+        fmt::format("is a saved map of version {}; this program reads 1 to {}: use the newer one "
+                    "that has saved it",
+                    version, kSavedVersion));
   }
 }
 
@@ -147,8 +153,9 @@ EngineState read_saved_map(const std::string& path, double max_cells) {
   }
   if (version == 0) {
     refuse_newer(reader, bytes);
-    reader.fail("is no saved map that this version reads; it should begin with '" + kHead +
-                "' and 1 to " + std::to_string(kSavedVersion));
+    reader.fail(fmt::format(
+        "is no saved map that this version reads; it should begin with '{}' and 1 to {}", kHead,
+        kSavedVersion));
   }
   EngineState start{read_grids(reader), {}, {}, {}, 0};
   start.key_scans = read_key_scans(reader);

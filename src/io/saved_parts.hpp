@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -46,7 +48,7 @@ void transfer_covariance(Archive& archive, const std::string& name, Matrix& matr
   transfer_matrix(archive, matrix);
   if constexpr (Archive::kReads) {
     if (!is_covariance(matrix)) {
-      archive.fail("is damaged: the covariance of " + name + " is none");
+      archive.fail(fmt::format("is damaged: the covariance of {} is none", name));
     }
   }
 }
@@ -59,8 +61,8 @@ void transfer_number(Archive& archive, const std::string& thing, Number& number,
   archive.integer(written);
   if constexpr (Archive::kReads) {
     if (written >= things) {
-      archive.fail("is damaged: it names " + thing + " " + std::to_string(written) + " of a " +
-                   whole + " of " + std::to_string(things));
+      archive.fail(
+          fmt::format("is damaged: it names {} {} of a {} of {}", thing, written, whole, things));
     }
     number = static_cast<std::size_t>(written);
   }

@@ -1,5 +1,7 @@
 #include "io/stata_truth.hpp"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <vector>
 
@@ -18,8 +20,8 @@ const TextFormat kStataFormat{
 StampedPose2 stata_pose(const std::vector<double>& row, const TextPlace& place) {
   constexpr double kMicrosecondsPerSecond = 1e6;
   if (row[0] != std::floor(row[0])) {
-    place.fail("stamp is '" + to_string(row[0]) +
-               "'; ground truth of MIT Stata has whole microseconds");
+    place.fail(fmt::format("stamp is '{}'; ground truth of MIT Stata has whole microseconds",
+                           to_string(row[0])));
   }
   return {row[0] / kMicrosecondsPerSecond, {row[1], row[2], wrap_angle(row[3])}};
 }

@@ -1,5 +1,7 @@
 #include "io/text_columns.hpp"
 
+#include <fmt/core.h>
+
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -35,7 +37,7 @@ std::vector<std::string> cells_of(const std::string& line, char separator) {
 }  // namespace
 
 void TextPlace::fail(const std::string& text) const {
-  throw FileError(source + ":" + std::to_string(line) + ": " + text);
+  throw FileError(fmt::format("{}:{}: {}", source, line, text));
 }
 
 void for_each_row(const std::string& text, const std::string& source, const TextFormat& format,
@@ -52,13 +54,14 @@ void for_each_row(const std::string& text, const std::string& source, const Text
       words = cells_of(line, format.separator);
     }
     if (words.size() != format.columns.size()) {
-      place.fail("has " + std::to_string(words.size()) + " columns" + format.text);
+      place.fail(fmt::format("has {} columns{}", words.size(), format.text));
     }
     std::vector<double> row;
     for (const std::string& word : words) {
       const std::optional<double> number = finite_number(word);
       if (!number) {
-        place.fail(format.columns[row.size()] + " is '" + word + "', not a finite number");
+        place.fail(
+            fmt::format("{} is '{}', not a finite number", format.columns[row.size()], word));
       }
       row.push_back(*number);
     }
@@ -76,7 +79,7 @@ Trajectory read_trajectory(
   try {
     return Trajectory(std::move(poses));
   } catch (const EvaluationError& error) {
-    throw FileError(source + ": " + error.what());
+    throw FileError(fmt::format("{}: {}", source, error.what()));
   }
 }
 

@@ -1,5 +1,7 @@
 #include "io/tum.hpp"
 
+#include <fmt/core.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
@@ -22,9 +24,7 @@ constexpr double kQuaternionTolerance = 0.02;
 StampedPose2 tum_pose(const std::vector<double>& row, const TextPlace& place) {
   const Eigen::Quaterniond q(row[7], row[4], row[5], row[6]);
   if (std::abs(q.norm() - 1.0) > kQuaternionTolerance) {
-    std::ostringstream text;
-    text << "the quaternion (qx qy qz qw) has the length " << q.norm() << ", not 1";
-    place.fail(text.str());
+    place.fail(fmt::format("the quaternion (qx qy qz qw) has the length {:g}, not 1", q.norm()));
   }
   const double yaw = std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()),
                                 q.w() * q.w() + q.x() * q.x() - q.y() * q.y() - q.z() * q.z());
@@ -62,7 +62,7 @@ std::string path_of_part(const std::string& path, std::size_t part, std::size_t 
   }
   const std::filesystem::path whole(path);
   std::filesystem::path named = whole.parent_path() / whole.stem();
-  named += "." + std::to_string(part + 1) + whole.extension().string();
+  named += fmt::format(".{}{}", part + 1, whole.extension().string());
   return named.string();
 }
 
@@ -71,7 +71,7 @@ void add_tum_parts(const std::string& path, const std::vector<std::vector<Stampe
   for (std::size_t part = 0; part < parts.size(); ++part) {
     files.add(path_of_part(path, part, parts.size()), [&](const ByteSink& sink) {
       if (!comment.empty()) {
-        sink("# " + comment + "\n");
+        sink(fmt::format("# {}\n", comment));
       }
       write_tum(Trajectory(parts[part]), sink);
     });

@@ -1,5 +1,6 @@
 #include "matchbox_slam/io/yaml_parameters.hpp"
 
+#include <fmt/core.h>
 #include <yaml-cpp/anchor.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
@@ -29,7 +30,7 @@ class YamlReader {
 
   void read_map(const YAML::Node& map, const std::string& prefix, int depth) {
     if (depth > kDeepest) {
-      fail(map, "maps are nested more than " + std::to_string(kDeepest) + " deep");
+      fail(map, fmt::format("maps are nested more than {} deep", kDeepest));
     }
     for (const auto& entry : map) {
       if (!entry.first.IsScalar() || has_empty_part(entry.first.Scalar())) {
@@ -46,8 +47,8 @@ class YamlReader {
   }
 
   [[noreturn]] void fail(const YAML::Mark& mark, const std::string& text) const {
-    const std::string line = mark.line < 0 ? "" : ":" + std::to_string(mark.line + 1);
-    throw ConfigurationError(source_ + line + ": " + text);
+    const std::string line = mark.line < 0 ? "" : fmt::format(":{}", mark.line + 1);
+    throw ConfigurationError(fmt::format("{}{}: {}", source_, line, text));
   }
 
  private:
@@ -61,13 +62,13 @@ class YamlReader {
       case YAML::NodeType::Scalar:
         return store(name, key, scalar_value(node));
       default:
-        fail(name, "'" + key + "' has no value; give one, or leave the line out");
+        fail(name, fmt::format("'{}' has no value; give one, or leave the line out", key));
     }
   }
 
   void store(const YAML::Node& name, const std::string& key, const ParameterValue& value) {
     if (parameters_.find(key) != nullptr) {
-      fail(name, "'" + key + "' is given twice");
+      fail(name, fmt::format("'{}' is given twice", key));
     }
     parameters_.set(key, value);
   }
@@ -82,7 +83,7 @@ class YamlReader {
     std::vector<std::string> texts;
     for (const auto& element : list) {
       if (!element.IsScalar()) {
-        fail(list, "'" + key + "' is a list of something else than numbers or texts");
+        fail(list, fmt::format("'{}' is a list of something else than numbers or texts", key));
       }
       if (const std::optional<double> number = number_in(scalar_value(element))) {
         numbers.push_back(*number);
@@ -191,13 +192,13 @@ Parameters parse_overrides(const std::vector<std::string>& assignments) {
     const std::size_t equals = assignment.find('=');
     const std::string key = assignment.substr(0, equals);
     if (equals == std::string::npos || has_empty_part(key)) {
-      throw ConfigurationError("'" + assignment + "' is not name=value");
+      throw ConfigurationError(fmt::format("'{}' is not name=value", assignment));
     }
     if (key.find('.') != std::string::npos) {
       std::string with_slashes = key;
       std::replace(with_slashes.begin(), with_slashes.end(), '.', '/');
-      throw ConfigurationError("'" + assignment + "': the parts of a name are joined with '/': '" +
-                               with_slashes + "'");
+      throw ConfigurationError(fmt::format("'{}': the parts of a name are joined with '/': '{}'",
+                                           assignment, with_slashes));
     }
     const std::string value = assignment.substr(equals + 1);
     if (value.empty()) {
@@ -205,11 +206,12 @@ Parameters parse_overrides(const std::vector<std::string>& assignments) {
       continue;
     }
     // The name is not part of the YAML text: it may hold what YAML would read as its own.
-    const Parameters read = parse_yaml_parameters("value: " + value, "'" + assignment + "'");
+    const Parameters read =
+        parse_yaml_parameters("value: " + value, fmt::format("'{}'", assignment));
     for (const auto& [name, given] : read.values()) {
       if (name != "value" && name.rfind("value/", 0) != 0) {  // after a line break in the value
-        throw ConfigurationError("'" + assignment +
-                                 "' holds more than one value; give each name=value by itself");
+        throw ConfigurationError(fmt::format(
+            "'{}' holds more than one value; give each name=value by itself", assignment));
       }
       parameters.set(key + name.substr(std::string("value").size()), given);
     }
@@ -228,12 +230,13 @@ std::string to_yaml(const Parameters& parameters) {
       const std::string name =
           std::string(2 * depth, ' ') + to_string(ParameterValue(parts[depth]));
       if (depth + 1 == parts.size()) {
-        text += name + ": " + to_string(value) + "\n";
+        text += fmt::format("{}: {}\n", name, to_string(value));
         break;
       }
       section += (depth == 0 ? "" : "/") + parts[depth];
       if (parameters.find(section) != nullptr) {
-        throw ConfigurationError("'" + section + "' is both a value and a section of others");
+        throw ConfigurationError(
+            fmt::format("'{}' is both a value and a section of others", section));
       }
       is_open = is_open && depth + 1 < before.size() && parts[depth] == before[depth];
       text += is_open ? "" : name + ":\n";
