@@ -1,5 +1,7 @@
 #include "run/cloud_options.hpp"
 
+#include <fmt/core.h>
+
 #include <string>
 
 namespace matchbox_slam {
@@ -7,9 +9,9 @@ namespace {
 
 void check_order(const char* low_name, double low, const char* high_name, double high) {
   if (!(low < high)) {
-    throw ConfigurationError(std::string("cloud/") + low_name + ": " + to_string(low) +
-                             " is not allowed; allowed: less than cloud/" + high_name + ", " +
-                             to_string(high));
+    throw ConfigurationError(
+        fmt::format("cloud/{}: {} is not allowed; allowed: less than cloud/{}, {}", low_name,
+                    to_string(low), high_name, to_string(high)));
   }
 }
 
@@ -22,9 +24,9 @@ CloudOptions read_cloud_options(const Parameters& parameters) {
   check_order("angle_min", options.angle_min, "angle_max", options.angle_max);
   check_order("range_min", options.range_min, "range_max", options.range_max);
   if (options.angle_max > options.angle_min + 2.0 * kPi + kSlack) {
-    throw ConfigurationError("cloud/angle_max: " + to_string(options.angle_max) +
-                             " is not allowed; allowed: at most a turn after cloud/angle_min, " +
-                             to_string(options.angle_min + 2.0 * kPi));
+    throw ConfigurationError(fmt::format(
+        "cloud/angle_max: {} is not allowed; allowed: at most a turn after cloud/angle_min, {}",
+        to_string(options.angle_max), to_string(options.angle_min + 2.0 * kPi)));
   }
   return options;
 }

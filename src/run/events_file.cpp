@@ -1,5 +1,7 @@
 #include "run/events_file.hpp"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <memory>
 #include <sstream>
@@ -80,7 +82,7 @@ PoseEntry read_pose(const Parameters& entry, const std::string& kind,
   reject_unknown_keys(section, kind, needed);
   for (const std::string& name : needed) {
     if (section.find(name) == nullptr) {
-      throw ConfigurationError(kind + "/" + name + " is missing");
+      throw ConfigurationError(fmt::format("{}/{} is missing", kind, name));
     }
   }
   return read_options<PoseEntry>(section, kind);
@@ -98,8 +100,9 @@ std::string kind_of(const Parameters& names) {
     }
   }
   if (given.size() != 1) {
-    throw ConfigurationError("an entry has to give one of " + join({kKinds.begin(), kKinds.end()}) +
-                             "; it gives " + (given.empty() ? "none" : join(given)));
+    throw ConfigurationError(fmt::format("an entry has to give one of {}; it gives {}",
+                                         join({kKinds.begin(), kKinds.end()}),
+                                         given.empty() ? "none" : join(given)));
   }
   return given.front();
 }
@@ -219,7 +222,7 @@ std::string to_events_file(const std::vector<TimedEvent>& events) {
     std::istringstream lines(to_yaml(entry));
     std::string mark = "- ";
     for (std::string line; std::getline(lines, line); mark = "  ") {
-      text += mark + line + "\n";
+      text += fmt::format("{}{}\n", mark, line);
     }
   }
   return text;
@@ -237,7 +240,7 @@ std::vector<TimedEvent> read_events_file(const std::string& path, LiveConfigurat
         throw ConfigurationError("scan: the entry before comes later; they have to be in order");
       }
     } catch (const std::exception& error) {
-      throw ConfigurationError(path + ":" + std::to_string(entry.line) + ": " + error.what());
+      throw ConfigurationError(fmt::format("{}:{}: {}", path, entry.line, error.what()));
     }
   }
   return events;

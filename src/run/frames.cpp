@@ -1,5 +1,7 @@
 #include "run/frames.hpp"
 
+#include <fmt/core.h>
+
 #include <map>
 
 #include "matchbox_slam/common/options.hpp"
@@ -15,8 +17,8 @@ void check_frames(const RunOptions& options) {
   const auto add = [&](const std::string& frame, const std::string& name) {
     const auto [other, is_new] = names.emplace(frame, name);
     if (!is_new && !frame.empty()) {
-      throw ConfigurationError(name + ": '" + frame +
-                               "' is not allowed; allowed: a frame other than " + other->second);
+      throw ConfigurationError(fmt::format(
+          "{}: '{}' is not allowed; allowed: a frame other than {}", name, frame, other->second));
     }
   };
   add(options.map_frame, "map_frame");
@@ -27,8 +29,8 @@ void check_frames(const RunOptions& options) {
 }
 
 std::string text_of_swapped_frames(const std::string& base_frame, const std::string& odom_frame) {
-  return "odometry frame '" + odom_frame + "' lies below base frame '" + base_frame +
-         "' in tf; are the two swapped?";
+  return fmt::format("odometry frame '{}' lies below base frame '{}' in tf; are the two swapped?",
+                     odom_frame, base_frame);
 }
 
 }  // namespace matchbox_slam

@@ -1,5 +1,7 @@
 #include "run/laser_text.hpp"
 
+#include <fmt/core.h>
+
 #include <cmath>
 
 #include "common/number_text.hpp"
@@ -10,13 +12,15 @@ namespace {
 constexpr const char* kLeads =
     "; of scan_topics the first one leads: if this is the better laser, name it first";
 
-std::string millimetres(double metres) { return fixed_text(1e3 * metres, 0) + " mm"; }
+std::string millimetres(double metres) { return fmt::format("{:.0f} mm", 1e3 * metres); }
 
-std::string degrees(double radians) { return fixed_text(radians_to_degrees(radians), 1) + " deg"; }
+std::string degrees(double radians) {
+  return fmt::format("{:.1f} deg", radians_to_degrees(radians));
+}
 
 std::string agreeing(const SecondaryLaser& laser) {
-  return std::to_string(laser.mount.agreeing()) + " of " +
-         std::to_string(laser.mount.samples().size()) + " matches agree";
+  return fmt::format("{} of {} matches agree", laser.mount.agreeing(),
+                     laser.mount.samples().size());
 }
 
 }  // namespace
@@ -55,10 +59,10 @@ std::string text_of_robot_beams(const std::vector<double>& sectors,
       list += (list.empty() ? "" : ",") + fixed_text(angle, 3);
     }
   }
-  return "beams end on the robot itself: in " + std::to_string(sectors.size() / 2) +
-         (sectors.size() == 2 ? " sector" : " sectors") +
-         " the range stays the same wherever it is; to leave them out of every laser's scans " +
-         set + "scan/masked_angles=[" + list + "]";
+  return fmt::format(
+      "beams end on the robot itself: in {}{} the range stays the same wherever it is; to leave "
+      "them out of every laser's scans {}scan/masked_angles=[{}]",
+      sectors.size() / 2, sectors.size() == 2 ? " sector" : " sectors", set, list);
 }
 
 std::string text_of_few_returns(std::optional<std::size_t> returns) {
@@ -68,10 +72,11 @@ std::string text_of_few_returns(std::optional<std::size_t> returns) {
   if (!returns || *returns >= kEnough) {
     return "";
   }
-  return "scans have " + std::to_string(*returns) + " returns in the median; with fewer than " +
-         std::to_string(kEnough) +
-         " the map is hardly better than odometry, and may be worse. Look whether scan/* or the "
-         "driver leaves readings out, or whether scans are parts of a turn: scan/join_parts";
+  return fmt::format(
+      "scans have {} returns in the median; with fewer than {} the map is hardly better than "
+      "odometry, and may be worse. Look whether scan/* or the driver leaves readings out, or "
+      "whether scans are parts of a turn: scan/join_parts",
+      *returns, kEnough);
 }
 
 std::string text_of(const SecondaryLaser& laser, const std::string& topic) {
@@ -79,28 +84,26 @@ std::string text_of(const SecondaryLaser& laser, const std::string& topic) {
   const Pose2& pose = place.base_from_laser;
   switch (use_of(laser)) {
     case LaserUse::kUsed:
-      return "the laser of " + topic + " is " + millimetres(place.from_tf) + " and " +
-             degrees(std::abs(place.turned)) + " from where tf has it, at x " +
-             fixed_text(pose.x, 3) + " +- " + fixed_text(place.sigma.x(), 3) + " m, y " +
-             fixed_text(pose.y, 3) + " +- " + fixed_text(place.sigma.y(), 3) + " m, yaw " +
-             fixed_text(radians_to_degrees(pose.theta), 2) + " +- " +
-             fixed_text(radians_to_degrees(place.sigma.z()), 2) + " deg on the base, its scans " +
-             fixed_text(1e3 * place.delay, 0) + " +- " + fixed_text(1e3 * place.delay_sigma, 0) +
-             " ms after their stamps; it is used so";
+      return fmt::format(
+          "the laser of {} is {} and {} from where tf has it, at x {:.3f} +- {:.3f} m, y {:.3f} +- "
+          "{:.3f} m, yaw {:.2f} +- {:.2f} deg on the base, its scans {:.0f} +- {:.0f} ms after "
+          "their stamps; it is used so",
+          topic, millimetres(place.from_tf), degrees(std::abs(place.turned)), pose.x,
+          place.sigma.x(), pose.y, place.sigma.y(), radians_to_degrees(pose.theta),
+          radians_to_degrees(place.sigma.z()), 1e3 * place.delay, 1e3 * place.delay_sigma);
     case LaserUse::kContradictory:
-      return "the laser of " + topic +
-             " contradicts the first one, which alone is used: no more than " + agreeing(laser) +
-             " on where it is; do both see the same walls, is tf right to 0.1 m and 5 deg, are the "
-             "stamps?" +
-             std::string(kLeads);
+      return fmt::format(
+          "the laser of {} contradicts the first one, which alone is used: no more than {} on "
+          "where it is; do both see the same walls, is tf right to 0.1 m and 5 deg, are the "
+          "stamps?{}",
+          topic, agreeing(laser), kLeads);
     case LaserUse::kUnsure:
       break;
   }
-  return "the laser of " + topic +
-         " is not used, as it is not sure where it is on the base: " + agreeing(laser) +
-         "; it has to see what the first one has just seen, while the robot "
-         "drives and turns" +
-         kLeads;
+  return fmt::format(
+      "the laser of {} is not used, as it is not sure where it is on the base: {}; it has to see "
+      "what the first one has just seen, while the robot drives and turns{}",
+      topic, agreeing(laser), kLeads);
 }
 
 }  // namespace matchbox_slam

@@ -1,5 +1,7 @@
 #include "run/live_configuration.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <string>
@@ -63,7 +65,7 @@ std::vector<OptionDescription> LiveConfiguration::options() const {
     }
     matcher->configure(parameters_.section(section));
     for (OptionDescription& row : matcher->options()) {
-      row.name = section + "/" + row.name;
+      row.name = fmt::format("{}/{}", section, row.name);
       rows.push_back(std::move(row));
     }
   }

@@ -1,5 +1,7 @@
 #include "run/map_saver.hpp"
 
+#include <fmt/core.h>
+
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -23,8 +25,9 @@ auto as_file_error(const Work& work) {
     return work();
   } catch (const std::filesystem::filesystem_error& error) {
     const std::string path = error.path1().string();
-    throw FileError("the map cannot be saved" + (path.empty() ? "" : " ('" + path + "')") + ": " +
-                    error.code().message());
+    throw FileError(fmt::format("the map cannot be saved{}: {}",
+                                path.empty() ? "" : fmt::format(" ('{}')", path),
+                                error.code().message()));
   }
 }
 
@@ -107,7 +110,8 @@ std::string MapSaver::save_whole(const MapToSave& now) {
   std::filesystem::remove(path_of_changes(file));
   saved_ = now.revision;
   whole_ = WholeMap{std::move(pieces), size, 0, std::filesystem::last_write_time(file)};
-  return path + (format == MapFormat::kPng ? ".occupancy.png" : ".pgm") + ", .yaml, .png and .slam";
+  return fmt::format("{}{}, .yaml, .png and .slam", path,
+                     format == MapFormat::kPng ? ".occupancy.png" : ".pgm");
 }
 
 /// Whether what has changed since the map was written as a whole could be written beside it.

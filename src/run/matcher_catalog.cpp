@@ -1,5 +1,7 @@
 #include "run/matcher_catalog.hpp"
 
+#include <fmt/core.h>
+
 #include <cctype>
 #include <cstddef>
 
@@ -46,12 +48,12 @@ std::string MatcherCatalog::find(const std::string& name) const {
     }
   }
   if (fitting.size() > 1) {
-    throw ConfigurationError("matcher '" + name + "' may be any of " + join(fitting) +
-                             "; give the full name");
+    throw ConfigurationError(
+        fmt::format("matcher '{}' may be any of {}; give the full name", name, join(fitting)));
   }
   if (fitting.empty()) {
-    throw ConfigurationError("there is no matcher '" + name + "'; known: " + join(short_names) +
-                             " (or " + join(declared) + ")");
+    throw ConfigurationError(fmt::format("there is no matcher '{}'; known: {} (or {})", name,
+                                         join(short_names), join(declared)));
   }
   return fitting.front();
 }

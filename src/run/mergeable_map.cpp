@@ -1,5 +1,7 @@
 #include "run/mergeable_map.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -15,17 +17,18 @@ namespace fs = std::filesystem;
 void require_saved_map(const std::string& path) {
   const std::string kind = fs::path(path).extension().string();
   if (fs::is_directory(path)) {
-    throw ConfigurationError(path + " is a folder; give the map in it, as " +
-                             (fs::path(path) / "map.slam").string());
+    throw ConfigurationError(fmt::format("{} is a folder; give the map in it, as {}", path,
+                                         (fs::path(path) / "map.slam").string()));
   }
   if (kind == ".bag") {
-    throw ConfigurationError(path + " is a recording; map_bag " + path +
-                             " --out DIR makes DIR/map.slam of it, which can be merged");
+    throw ConfigurationError(fmt::format(
+        "{} is a recording; map_bag {} --out DIR makes DIR/map.slam of it, which can be merged",
+        path, path));
   }
   if (kind == ".yaml" || kind == ".pgm" || kind == ".png") {
-    throw ConfigurationError(path + " is an image of a map, which has no scans to merge " +
-                             "it by; give the .slam that was saved beside it, or make one with "
-                             "map_bag");
+    throw ConfigurationError(path +
+                             " is an image of a map, which has no scans to merge it by; give the "
+                             ".slam that was saved beside it, or make one with map_bag");
   }
 }
 

@@ -1,5 +1,7 @@
 #include "run/other_maps.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -88,10 +90,10 @@ double spanned_cells(const PlacedScans& keys, double resolution) {
 void require_room(const PlacedScans& keys, const MapOptions& options) {
   const double cells = spanned_cells(keys, options.resolution);
   if (cells > options.max_cells) {
-    throw std::runtime_error("with it this map would span " + to_string(std::ceil(cells)) +
-                             " cells, and map/max_cells allows " + to_string(options.max_cells) +
-                             "; raise map/max_cells, or make both maps with a larger " +
-                             "map/resolution");
+    throw std::runtime_error(
+        fmt::format("with it this map would span {} cells, and map/max_cells allows {}; raise "
+                    "map/max_cells, or make both maps with a larger map/resolution",
+                    to_string(std::ceil(cells)), to_string(options.max_cells)));
   }
 }
 
@@ -140,14 +142,14 @@ void OtherMaps::add(const std::string& name, EngineState map) {
   const OwnMap own = look_();
   const std::string twice = "; a map is given once, and not to the robot that made it";
   if (const std::size_t shared = count_shared(map.key_scans, own.key_scans); shared > 0) {
-    throw std::runtime_error(name + ": " + std::to_string(shared) + " of its " +
-                             std::to_string(map.key_scans.size()) +
-                             " key scans are in this map already" + twice);
+    throw std::runtime_error(fmt::format("{}: {} of its {} key scans are in this map already{}",
+                                         name, shared, map.key_scans.size(), twice));
   }
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const Given& given : given_) {
     if (count_shared(map.key_scans, given.key_scans) > 0) {
-      throw std::runtime_error(name + ": is searched already, as " + given.name + twice);
+      throw std::runtime_error(
+          fmt::format("{}: is searched already, as {}{}", name, given.name, twice));
     }
   }
   KeyScans key_scans = map.key_scans;
@@ -232,7 +234,7 @@ void OtherMaps::search_or_tell(Searched& searched) {
   } catch (const GivenUp&) {
     throw;
   } catch (const std::exception& error) {
-    dialog_.warn(searched.name + ": is searched no more: " + error.what());
+    dialog_.warn(fmt::format("{}: is searched no more: {}", searched.name, error.what()));
     searched.is_taken = true;
   }
 }
@@ -249,11 +251,11 @@ void OtherMaps::search(Searched& searched) {
       break;
     case FoundMap::Fate::kTaken:
       searched.is_taken = true;
-      dialog_.inform(searched.name + ": meets this map; " +
-                     std::to_string(searched.map.part.key_scans.size()) +
-                     " key scans of it are part of this one now, joined by " +
-                     std::to_string(searched.found->both.joints.back().matched) + " matches and " +
-                     std::to_string(searched.found->both.joints.back().closed) + " loops");
+      dialog_.inform(fmt::format(
+          "{}: meets this map; {} key scans of it are part of this one now, joined by {} matches "
+          "and {} loops",
+          searched.name, searched.map.part.key_scans.size(),
+          searched.found->both.joints.back().matched, searched.found->both.joints.back().closed));
       break;
     case FoundMap::Fate::kOutdated:
       if (!join(searched, own)) {

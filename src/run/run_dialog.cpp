@@ -1,9 +1,9 @@
 #include "run/run_dialog.hpp"
 
-#include "common/number_text.hpp"
+#include <fmt/core.h>
 
 namespace matchbox_slam {
 
-std::string seconds_text(double seconds) { return fixed_text(seconds, 1) + " s"; }
+std::string seconds_text(double seconds) { return fmt::format("{:.1f} s", seconds); }
 
 }  // namespace matchbox_slam

@@ -1,5 +1,7 @@
 #include "run/scan_matcher_setup.hpp"
 
+#include <fmt/core.h>
+
 #include "run/frames.hpp"
 #include "run/setup_parts.hpp"
 
@@ -17,7 +19,7 @@ GuessSource guess_source(const std::string& name) {
 void check_frames(const ScanMatcherNodeOptions& options) {
   const auto refuse = [](const std::string& name, const std::string& value,
                          const std::string& text) {
-    throw ConfigurationError(name + ": '" + value + "' is not allowed" + text);
+    throw ConfigurationError(fmt::format("{}: '{}' is not allowed{}", name, value, text));
   };
   if (options.base_frame.empty()) {
     refuse("base_frame", "", "; allowed: the frame of the robot, such as base_link");
@@ -27,8 +29,9 @@ void check_frames(const ScanMatcherNodeOptions& options) {
   }
   if (options.guess != "odometry") {
     if (!options.guess_frame.empty()) {
-      refuse("guess_frame", options.guess_frame,
-             " with guess '" + options.guess + "'; leave it out, or set guess to 'odometry'");
+      refuse(
+          "guess_frame", options.guess_frame,
+          fmt::format(" with guess '{}'; leave it out, or set guess to 'odometry'", options.guess));
     }
     return;
   }

@@ -1,5 +1,7 @@
 #include "run/setup_parts.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -32,7 +34,7 @@ std::vector<std::string> whole_names(const std::string& name,
     try {
       for (const OptionDescription& row : catalog.create(lookup_name)->options()) {
         if (row.name == name) {
-          found.push_back(matcher_short_name(lookup_name) + "/" + name);
+          found.push_back(fmt::format("{}/{}", matcher_short_name(lookup_name), name));
         }
       }
     } catch (const ConfigurationError&) {
@@ -55,22 +57,23 @@ void reject_former(const std::string& key, const std::string& section) {
                              "its place: see doc/parameters.md");
   }
   if (section == "doubt" || section == "tracking") {
-    throw ConfigurationError(key + ": there is no such option since version 2; hypotheses/" +
-                             (key == "doubt/enabled" ? "enabled" : "*") +
-                             " took its place: see doc/parameters.md");
+    throw ConfigurationError(
+        fmt::format("{}: there is no such option since version 2; hypotheses/{} took its place: "
+                    "see doc/parameters.md",
+                    key, key == "doubt/enabled" ? "enabled" : "*"));
   }
   constexpr std::array kOfConfirmations = {"recovery/key_scans", "recovery/confirmations",
                                            "recovery/far_confirmations", "recovery/least_score",
                                            "recovery/distance"};
   if (std::find(kOfConfirmations.begin(), kOfConfirmations.end(), key) != kOfConfirmations.end()) {
-    throw ConfigurationError(key + ": there is no such option since version 2; " +
-                             (key == "recovery/key_scans" ? "recovery/places" : "recovery/sure") +
-                             " took its place: see doc/parameters.md");
+    throw ConfigurationError(fmt::format(
+        "{}: there is no such option since version 2; {} took its place: see doc/parameters.md",
+        key, key == "recovery/key_scans" ? "recovery/places" : "recovery/sure"));
   }
   for (const auto& [former, now] : kRenamed) {
     if (key == former) {
-      throw ConfigurationError(key + ": since version 2 this option is called " + now +
-                               "; write that");
+      throw ConfigurationError(
+          fmt::format("{}: since version 2 this option is called {}; write that", key, now));
     }
   }
 }

@@ -1,5 +1,7 @@
 #include "run/slam_run.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <stdexcept>
@@ -7,7 +9,6 @@
 #include <variant>
 
 #include "common/append.hpp"
-#include "common/number_text.hpp"
 #include "common/thread_time.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "run/start_map.hpp"
@@ -177,13 +178,13 @@ void SlamRun::take_effect(const CorrectPose& event) {
   const auto then = std::find_if(trajectory_.rbegin(), trajectory_.rend(),
                                  [&](const StampedPose2& pose) { return pose.stamp == stamp; });
   if (then == trajectory_.rend()) {
-    throw std::runtime_error("no scan of " + fixed_text(event.stamp, 6) +
-                             " s was used for this map, or too many have come after it");
+    throw std::runtime_error(fmt::format(
+        "no scan of {:.6f} s was used for this map, or too many have come after it", event.stamp));
   }
   // Between a pose that was told and one before it there is no motion.
   if (told_ && stamp <= *told_ && trajectory_.back().stamp > *told_) {
-    throw std::runtime_error("where it was has been told since the scan of " +
-                             fixed_text(event.stamp, 6) + " s");
+    throw std::runtime_error(
+        fmt::format("where it was has been told since the scan of {:.6f} s", event.stamp));
   }
   const Pose2 motion = then->pose.inverse() * trajectory_.back().pose;
   take_effect(SetPose{event.map_from_base * motion, covariance_of(kFoundPosition, kFoundHeading)});
@@ -366,7 +367,7 @@ std::vector<std::vector<StampedPose2>> SlamRun::by_clock(
 std::string SlamRun::scan_topic(int laser) const {
   const std::vector<std::string>& topics = setup().run.scan_topics;
   const auto index = static_cast<std::size_t>(laser);
-  return index < topics.size() ? topics[index] : "number " + std::to_string(laser);
+  return index < topics.size() ? topics[index] : fmt::format("number {}", laser);
 }
 
 void SlamRun::note_lasers() {

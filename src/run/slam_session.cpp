@@ -1,5 +1,7 @@
 #include "run/slam_session.hpp"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <utility>
 #include <variant>
@@ -31,10 +33,10 @@ std::optional<double> limit_of(const KeyScans& keys, const ScanInput& input) {
 std::string text_of_another_drive(double stamp, std::optional<double> saved) {
   std::string why;
   if (saved) {
-    why = ", as its first scan is " + fixed_text(std::abs(stamp - *saved), 3) +
-          (stamp > *saved ? " s newer" : " s older") + " than the last one of the map";
+    why = fmt::format(", as its first scan is {:.3f}{} than the last one of the map",
+                      std::abs(stamp - *saved), stamp > *saved ? " s newer" : " s older");
   }
-  return "; this is another drive" + why + ": the robot is searched for in the map";
+  return fmt::format("; this is another drive{}: the robot is searched for in the map", why);
 }
 
 }  // namespace
@@ -99,13 +101,14 @@ void SlamSession::take_up(const ScanInput& input) {
   if (is_told) {
     run_.apply(configured_start(setup().run));
   }
-  dialog_.inform("going on with " + saved.file +
-                 (same_drive ? ", whose drive goes on after its scan of " +
-                                   fixed_text(last.value_or(0.0), 3) + " s with that of " +
-                                   fixed_text(stamp, 3) + " s"
-                  : has_key_scans && !is_told
-                      ? text_of_another_drive(stamp, last)
-                      : "; the robot is taken to be where start_x, start_y and start_theta say"));
+  dialog_.inform(fmt::format(
+      "going on with {}{}", saved.file,
+      same_drive
+          ? fmt::format(", whose drive goes on after its scan of {:.3f} s with that of {:.3f} s",
+                        last.value_or(0.0), stamp)
+      : has_key_scans && !is_told
+          ? text_of_another_drive(stamp, last)
+          : "; the robot is taken to be where start_x, start_y and start_theta say"));
 }
 
 /// The beams that met nothing in the map meet nothing now: where that was found it took a while.
@@ -118,9 +121,10 @@ void SlamSession::take_up_limit(const ScanInput& input) {
     Parameters changes;
     changes.set("scan/max_range", *limit);
     run_.apply(Reconfigure{std::move(changes)});
-    dialog_.inform("scan/max_range is set to " + fixed_text(*limit, 3) +
-                   " m, as for the scans of the same laser in the map; for another value " +
-                   how_to_set_ + "scan/max_range=VALUE");
+    dialog_.inform(
+        fmt::format("scan/max_range is set to {:.3f} m, as for the scans of the same laser in the "
+                    "map; for another value {}scan/max_range=VALUE",
+                    *limit, how_to_set_));
   }
 }
 
@@ -145,7 +149,8 @@ void SlamSession::apply(const RunEvent& event) {
   if (saved_ && told != nullptr) {
     SavedStart saved = *std::exchange(saved_, std::nullopt);
     run_.take_up_told(std::move(saved.map), *told);
-    dialog_.inform("going on with " + saved.file + "; where the robot is in it has been told");
+    dialog_.inform(
+        fmt::format("going on with {}; where the robot is in it has been told", saved.file));
     return;
   }
   run_.apply(event);
@@ -179,8 +184,8 @@ bool SlamSession::jump_back(const std::string& jumped, bool stopped) {
 }
 
 void SlamSession::begin_drive(double stamp) {
-  dialog_.inform("another drive begins after " + std::to_string(run_.scans()) +
-                 " scans: the robot is searched for in the map");
+  dialog_.inform(fmt::format(
+      "another drive begins after {} scans: the robot is searched for in the map", run_.scans()));
   run_.begin_drive(stamp);
 }
 
@@ -191,8 +196,9 @@ std::vector<RunEvent> SlamSession::cut_no_returns(double from, bool has_begun) {
   const std::string found = "where they meet nothing, beams of a laser read one range plus noise";
   const std::string limit = fixed_text(from, 3);
   if (setup().run.scan_topics.size() > 1) {
-    dialog_.warn(found + ", which draws walls where none are; to cut them " + how_to_set_ +
-                 "scan/max_range=" + limit + (has_begun ? ", and let the map begin anew" : ""));
+    dialog_.warn(
+        fmt::format("{}, which draws walls where none are; to cut them {}scan/max_range={}{}",
+                    found, how_to_set_, limit, has_begun ? ", and let the map begin anew" : ""));
     return {};
   }
   Parameters changes;
@@ -202,9 +208,8 @@ std::vector<RunEvent> SlamSession::cut_no_returns(double from, bool has_begun) {
   if (begins_anew) {
     events.emplace_back(Reset{});
   }
-  dialog_.warn(found + "; scan/max_range is set to " + limit +
-               " m, from which on they are no return" +
-               (begins_anew ? ", and the map begins anew" : ""));
+  dialog_.warn(fmt::format("{}; scan/max_range is set to {} m, from which on they are no return{}",
+                           found, limit, begins_anew ? ", and the map begins anew" : ""));
   return events;
 }
 

@@ -1,5 +1,7 @@
 #include "run/slam_setup.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -36,9 +38,9 @@ Parameters with_laser_pose_as_list(Parameters parameters) {
   for (const std::string& word : bare.empty() ? std::vector<std::string>{} : split(bare, ',')) {
     const std::optional<double> number = finite_number(word);
     if (!number) {
-      throw ConfigurationError("laser_pose: '" + *text +
-                               "' is not allowed; allowed: [x, y, yaw] in m and rad, such as "
-                               "0.2,0,3.14");
+      throw ConfigurationError(fmt::format(
+          "laser_pose: '{}' is not allowed; allowed: [x, y, yaw] in m and rad, such as 0.2,0,3.14",
+          *text));
     }
     numbers.push_back(*number);
   }
@@ -50,22 +52,23 @@ void check_laser_pose(const RunOptions& options) {
   const std::size_t numbers = options.laser_pose.size();
   const std::size_t lasers = std::max<std::size_t>(1, options.scan_topics.size());
   if (numbers % 3 != 0) {
-    throw ConfigurationError("laser_pose: " + std::to_string(numbers) +
-                             " numbers are not allowed; allowed: three for each laser: x, y, yaw");
+    throw ConfigurationError(fmt::format(
+        "laser_pose: {} numbers are not allowed; allowed: three for each laser: x, y, yaw",
+        numbers));
   }
   // Where no topic is named yet, several may be found.
   if (!options.scan_topics.empty() && numbers / 3 > lasers) {
-    throw ConfigurationError("laser_pose: " + std::to_string(numbers / 3) +
-                             " places are not allowed; there are " + std::to_string(lasers) +
-                             " scan_topics");
+    throw ConfigurationError(fmt::format(
+        "laser_pose: {} places are not allowed; there are {} scan_topics", numbers / 3, lasers));
   }
 }
 
 void check_odom_topic(const RunOptions& options) {
   if (!options.odom_topic.empty() && !options.use_odometry) {
-    throw ConfigurationError("odom_topic: '" + options.odom_topic +
-                             "' is not allowed without odometry (use_odometry false, --no-odom); "
-                             "leave out one of the two");
+    throw ConfigurationError(
+        fmt::format("odom_topic: '{}' is not allowed without odometry (use_odometry false, "
+                    "--no-odom); leave out one of the two",
+                    options.odom_topic));
   }
 }
 
@@ -74,9 +77,10 @@ void check_scan_time_offset(const RunOptions& options) {
   const std::optional<double> offset = fixed_scan_time_offset(options);
   const bool is_in_range = offset && std::abs(*offset) <= kLargestOffset;
   if (options.scan_time_offset != "auto" && !is_in_range) {
-    throw ConfigurationError("scan_time_offset: " + options.scan_time_offset +
-                             " is not allowed; allowed: a number of seconds from -1000000 to "
-                             "1000000, auto");
+    throw ConfigurationError(
+        fmt::format("scan_time_offset: {} is not allowed; allowed: a number of seconds from "
+                    "-1000000 to 1000000, auto",
+                    options.scan_time_offset));
   }
 }
 
@@ -143,7 +147,7 @@ std::vector<OptionDescription> describe_setup(const SlamSetup& setup) {
   }
   const std::string section = matcher_short_name(setup.matcher_name);
   for (OptionDescription& row : setup.matcher->options()) {
-    row.name = section + "/" + row.name;
+    row.name = fmt::format("{}/{}", section, row.name);
     rows.push_back(std::move(row));
   }
   return rows;
