@@ -1,5 +1,7 @@
 // Points of a cloud as a scan of one plane.
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <boost/make_shared.hpp>
@@ -101,20 +103,20 @@ PointNumber find_number(const sensor_msgs::PointCloud2& cloud, const std::string
   const auto field = std::find_if(cloud.fields.begin(), cloud.fields.end(),
                                   [&](const PointField& one) { return one.name == name; });
   if (field == cloud.fields.end()) {
-    throw CloudDefect("its points have no field " + name +
-                      "; they have: " + names_of_fields(cloud) + advice);
+    throw CloudDefect(fmt::format("its points have no field {}; they have: {}{}", name,
+                                  names_of_fields(cloud), advice));
   }
   const unsigned datatype = field->datatype;
   if (!is_number_type(datatype) || is_real(datatype) != has_to_be_real) {
-    throw CloudDefect(
-        "its field " + name + " has the datatype " + std::to_string(datatype) +
-        (is_number_type(datatype) ? std::string(" (") + kNumberTypes.at(datatype).name + ")" : "") +
-        "; allowed: " + (has_to_be_real ? "7 (FLOAT32), 8 (FLOAT64)" : "1 to 6, whole numbers"));
+    throw CloudDefect(fmt::format(
+        "its field {} has the datatype {}{}; allowed: {}", name, datatype,
+        is_number_type(datatype) ? fmt::format(" ({})", kNumberTypes.at(datatype).name) : "",
+        has_to_be_real ? "7 (FLOAT32), 8 (FLOAT64)" : "1 to 6, whole numbers"));
   }
   const std::uint64_t end = std::uint64_t{field->offset} + kNumberTypes.at(datatype).bytes;
   if (end > cloud.point_step) {
-    throw CloudDefect("its field " + name + " ends at byte " + std::to_string(end) +
-                      " of a point; its point_step is " + std::to_string(cloud.point_step));
+    throw CloudDefect(fmt::format("its field {} ends at byte {} of a point; its point_step is {}",
+                                  name, end, cloud.point_step));
   }
   return {field->offset, datatype};
 }
@@ -123,21 +125,20 @@ PointNumber find_number(const sensor_msgs::PointCloud2& cloud, const std::string
 void check_size(const sensor_msgs::PointCloud2& cloud) {
   if (cloud.is_bigendian != 0) {
     throw CloudDefect(
-        "it is big-endian (is_bigendian " + std::to_string(unsigned{cloud.is_bigendian}) +
-        "); allowed: 0; let its driver, or a node between, send it little-endian, as this computer "
-        "has it");
+        fmt::format("it is big-endian (is_bigendian {}); allowed: 0; let its driver, or a node "
+                    "between, send it little-endian, as this computer has it",
+                    unsigned{cloud.is_bigendian}));
   }
   const std::uint64_t row = std::uint64_t{cloud.width} * cloud.point_step;
   if (row > cloud.row_step) {
-    throw CloudDefect("its row_step " + std::to_string(cloud.row_step) +
-                      " is too short for its width " + std::to_string(cloud.width) +
-                      " of points of point_step " + std::to_string(cloud.point_step));
+    throw CloudDefect(
+        fmt::format("its row_step {} is too short for its width {} of points of point_step {}",
+                    cloud.row_step, cloud.width, cloud.point_step));
   }
   const std::uint64_t bytes = std::uint64_t{cloud.height} * cloud.row_step;
   if (bytes > cloud.data.size()) {
-    throw CloudDefect("its data has " + std::to_string(cloud.data.size()) +
-                      " bytes; height x row_step, " + std::to_string(cloud.height) + " x " +
-                      std::to_string(cloud.row_step) + ", are " + std::to_string(bytes));
+    throw CloudDefect(fmt::format("its data has {} bytes; height x row_step, {} x {}, are {}",
+                                  cloud.data.size(), cloud.height, cloud.row_step, bytes));
   }
 }
 
@@ -159,9 +160,9 @@ class PointChoice {
   }
 
   [[nodiscard]] std::string text() const {
-    return by_ring_ ? "of cloud/ring " + std::to_string(options_.ring)
-                    : "between cloud/min_height " + to_string(options_.min_height) +
-                          " and cloud/max_height " + to_string(options_.max_height) + " m";
+    return by_ring_ ? fmt::format("of cloud/ring {}", options_.ring)
+                    : fmt::format("between cloud/min_height {} and cloud/max_height {} m",
+                                  to_string(options_.min_height), to_string(options_.max_height));
   }
 
  private:
@@ -273,11 +274,10 @@ PointCount add_points(const sensor_msgs::PointCloud2& cloud, const PointChoice& 
 }
 
 std::string text_of_none_left(const PointCount& count, const PointChoice& choice) {
-  return "none of its " + std::to_string(count.all) +
-         " points is left: " + std::to_string(count.no_numbers) + " are no numbers, " +
-         std::to_string(count.not_chosen) + " not " + choice.text() + ", " +
-         std::to_string(count.out_of_reach) +
-         " outside of cloud/range_min to range_max or of cloud/angle_min to angle_max";
+  return fmt::format(
+      "none of its {} points is left: {} are no numbers, {} not {}, {} outside of cloud/range_min "
+      "to range_max or of cloud/angle_min to angle_max",
+      count.all, count.no_numbers, count.not_chosen, choice.text(), count.out_of_reach);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "ros/imu_heading.hpp"
 
+#include <fmt/core.h>
 #include <tf2_eigen/tf2_eigen.h>
 
 #include <cmath>
@@ -50,7 +51,7 @@ std::string find_defect(const sensor_msgs::Imu& message) {
   constexpr double kNormTolerance = 0.05;
   const double norm = orientation_of(message).norm();
   if (!(std::abs(norm - 1.0) <= kNormTolerance)) {
-    return "its orientation is a quaternion of length " + std::to_string(norm) + " and not 1";
+    return fmt::format("its orientation is a quaternion of length {:f} and not 1", norm);
   }
   return {};
 }

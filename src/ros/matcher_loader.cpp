@@ -1,5 +1,7 @@
 #include "ros/matcher_loader.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <iterator>
 #include <map>
@@ -72,7 +74,8 @@ std::shared_ptr<ScanMatcher> MatcherLoader::create(const std::string& lookup_nam
     return {raw, [loader, deleter = matcher.get_deleter(),
                   owned = matcher.release()](ScanMatcher* /*raw*/) mutable { deleter(owned); }};
   } catch (const pluginlib::PluginlibException& error) {
-    throw ConfigurationError("matcher '" + lookup_name + "' cannot be loaded: " + error.what());
+    throw ConfigurationError(
+        fmt::format("matcher '{}' cannot be loaded: {}", lookup_name, error.what()));
   }
 }
 

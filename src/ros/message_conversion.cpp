@@ -1,5 +1,7 @@
 #include "ros/message_conversion.hpp"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -92,15 +94,14 @@ std::string find_defect(const sensor_msgs::LaserScan& message) {
     return "it has no ranges";
   }
   if (message.ranges.size() > kMostReadings) {
-    return "it has " + std::to_string(message.ranges.size()) + " ranges; allowed: up to " +
-           std::to_string(kMostReadings);
+    return fmt::format("it has {} ranges; allowed: up to {}", message.ranges.size(), kMostReadings);
   }
   if (message.header.stamp.isZero() || !is_usable(message.header.stamp)) {
-    return "its stamp " + std::to_string(message.header.stamp.sec) + " s " +
-           std::to_string(message.header.stamp.nsec) + " ns is none";
+    return fmt::format("its stamp {} s {} ns is none", message.header.stamp.sec,
+                       message.header.stamp.nsec);
   }
   if (!is_frame_id(without_leading_slash(message.header.frame_id))) {
-    return "its frame_id '" + message.header.frame_id + "' is none";
+    return fmt::format("its frame_id '{}' is none", message.header.frame_id);
   }
   if (!std::isfinite(message.angle_min) || !std::isfinite(message.angle_increment)) {
     return "its angle_min or angle_increment is not a number";
@@ -109,14 +110,14 @@ std::string find_defect(const sensor_msgs::LaserScan& message) {
     return "its angle_increment is 0, so all beams point the same way";
   }
   if (!(message.range_min >= 0.0F) || !(message.range_max > message.range_min)) {
-    return "its range_min " + std::to_string(message.range_min) + " and range_max " +
-           std::to_string(message.range_max) + " leave no valid range";
+    return fmt::format("its range_min {:f} and range_max {:f} leave no valid range",
+                       message.range_min, message.range_max);
   }
   const double duration =
       static_cast<double>(message.time_increment) * static_cast<double>(message.ranges.size() - 1);
   if (!(duration >= 0.0 && duration <= kMaxScanDuration)) {
-    return "its time_increment " + std::to_string(message.time_increment) +
-           " s makes no sweep of 0 to 10 s";
+    return fmt::format("its time_increment {:f} s makes no sweep of 0 to 10 s",
+                       message.time_increment);
   }
   return {};
 }

@@ -1,5 +1,7 @@
 #include "ros/odometry_message.hpp"
 
+#include <fmt/core.h>
+
 #include "ros/message_conversion.hpp"
 #include "run/frames.hpp"
 
@@ -49,8 +51,8 @@ std::string find_defect(const nav_msgs::Odometry& message, const std::string& od
     return "its orientation is no quaternion of length 1";
   }
   if (!frame.empty() && frame != odom_frame) {
-    return "its frame is '" + frame + "' and odom_frame is '" + odom_frame +
-           "': they have to be the same";
+    return fmt::format("its frame is '{}' and odom_frame is '{}': they have to be the same", frame,
+                       odom_frame);
   }
   return {};
 }

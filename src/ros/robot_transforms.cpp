@@ -1,5 +1,7 @@
 #include "ros/robot_transforms.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -50,8 +52,8 @@ std::string RobotTransforms::add_gyro(const sensor_msgs::Imu& message) {
       frame == frames_.base_frame ? Eigen::Isometry3d::Identity()
                                   : store_.lookup(frames_.base_frame, frame, ros::Time(0));
   if (!mount) {
-    return "until tf says how it is mounted, which takes a way from '" + frame + "' to '" +
-           frames_.base_frame + "'";
+    return fmt::format("until tf says how it is mounted, which takes a way from '{}' to '{}'",
+                       frame, frames_.base_frame);
   }
   if (const auto link = gyro_.add(message, mount->linear())) {
     add_link(*link);
@@ -64,7 +66,7 @@ std::string RobotTransforms::add_odometry(const nav_msgs::Odometry& message) {
   const std::string named = without_leading_slash(message.child_frame_id);
   const std::string& child = named.empty() ? frames_.base_frame : named;
   if (defect.empty() && !odometry_child_.empty() && child != odometry_child_) {
-    defect = "its child_frame_id is '" + child + "', and '" + odometry_child_ + "' before";
+    defect = fmt::format("its child_frame_id is '{}', and '{}' before", child, odometry_child_);
   }
   if (!defect.empty()) {
     ++invalid_odometry_;

@@ -1,13 +1,12 @@
 #include "ros/scan_queue.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <boost/make_shared.hpp>
-#include <iomanip>
-#include <sstream>
 #include <utility>
 
-#include "common/number_text.hpp"
 #include "ros/message_conversion.hpp"
 #include "run/run_dialog.hpp"
 
@@ -42,7 +41,7 @@ constexpr double kMostReach = 1000.0;  // m
 /// What makes a scan unusable once its transforms are known, for people; empty: nothing.
 std::string find_defect(const ScanInput& input) {
   if (const double away = input.base_from_laser.translation().norm(); !(away <= kMostReach)) {
-    return "its laser is " + std::to_string(away) + " m from the base; allowed: up to 1000 m";
+    return fmt::format("its laser is {:f} m from the base; allowed: up to 1000 m", away);
   }
   if (!input.odometry) {
     return {};
@@ -50,8 +49,9 @@ std::string find_defect(const ScanInput& input) {
   const Pose2 motion =
       input.odometry->odom_from_base.inverse() * input.odometry->odom_from_base_last_beam;
   if (const double moved = motion.translation().norm(); !(moved <= kMostReach)) {
-    return "the base moves by " + std::to_string(moved) +
-           " m while it is taken, says its odometry; allowed: up to 1000 m";
+    return fmt::format(
+        "the base moves by {:f} m while it is taken, says its odometry; allowed: up to 1000 m",
+        moved);
   }
   return {};
 }
@@ -86,19 +86,18 @@ std::size_t ScanAccount::skipped_total() const {
 }
 
 std::string text_of(const TimeJump& jump, std::size_t scans_before) {
-  return "time jumps back by " + seconds_text(jump.seconds) + " after " +
-         std::to_string(scans_before) + " scans: ";
+  return fmt::format("time jumps back by {} after {} scans: ", seconds_text(jump.seconds),
+                     scans_before);
 }
 
 std::string to_string(const ScanAccount& account) {
   std::string reasons;
   for (const auto& [reason, count] : account.skipped) {
-    reasons += (reasons.empty() ? " (" : ", ") + std::string(to_string(reason)) + ": " +
-               std::to_string(count);
+    reasons += fmt::format("{}{}: {}", reasons.empty() ? " (" : ", ", to_string(reason), count);
   }
-  return std::to_string(account.received) + " scans received, " +
-         std::to_string(account.delivered) + " used, " + std::to_string(account.skipped_total()) +
-         " skipped" + (reasons.empty() ? "" : reasons + ")");
+  return fmt::format("{} scans received, {} used, {} skipped{}", account.received,
+                     account.delivered, account.skipped_total(),
+                     reasons.empty() ? "" : reasons + ")");
 }
 
 ScanQueue::ScanQueue(ScanQueueSettings settings)
@@ -113,7 +112,7 @@ void ScanQueue::add_scan(const ScanMessage& message, const ros::Time& now, int l
   std::string defect = message.defect.empty() ? find_defect(scan) : message.defect;
   const double stamp = scan.header.stamp.toSec() + settings_.scan_time_offset.toSec();
   if (defect.empty() && !(stamp > 0.0 && stamp < kLatestStamp)) {
-    defect = "scan_time_offset takes its stamp to " + std::to_string(stamp) + " s";
+    defect = fmt::format("scan_time_offset takes its stamp to {:f} s", stamp);
   }
   advance(now);
   if (!defect.empty()) {
@@ -350,8 +349,8 @@ void ScanQueue::deliver(const Turn& turn, ReadyScan&& scan) {
   }
   if (const double tilt = largest_tilt(scan.input); tilt > settings_.max_tilt) {
     skip(scan.stamp, SkipReason::kTilted,
-         "its plane is tilted by " + fixed_text(tilt, 3) + " rad; scan/max_tilt allows " +
-             fixed_text(settings_.max_tilt, 3));
+         fmt::format("its plane is tilted by {:.3f} rad; scan/max_tilt allows {:.3f}", tilt,
+                     settings_.max_tilt));
     return;
   }
   last_ready_ = turn;
@@ -416,15 +415,16 @@ void ScanQueue::give_up_late() {
     if (lag <= settings_.max_lag) {
       return;
     }
-    leave_out_oldest_ready(SkipReason::kTooLate, "it would be processed " + std::to_string(lag) +
-                                                     " s after it came, and max_lag is " +
-                                                     std::to_string(settings_.max_lag));
+    leave_out_oldest_ready(
+        SkipReason::kTooLate,
+        fmt::format("it would be processed {:f} s after it came, and max_lag is {:f}", lag,
+                    settings_.max_lag));
   }
 }
 
 void ScanQueue::limit_waiting() {
   const std::string text =
-      "more than " + std::to_string(settings_.max_waiting) + " scans wait to be processed";
+      fmt::format("more than {} scans wait to be processed", settings_.max_waiting);
   while (waiting() > settings_.max_waiting && ready_scans_ > 0) {
     leave_out_oldest_ready(SkipReason::kQueueFull, text);
   }
@@ -488,10 +488,9 @@ std::vector<SkippedScan> ScanQueue::take_skipped() { return std::exchange(skippe
 
 void ScanQueue::skip(const ros::Time& stamp, SkipReason reason, const std::string& why) {
   ++account_.skipped[reason];
-  std::ostringstream text;
-  text << "scan of " << std::fixed << std::setprecision(3) << stamp.toSec() << " s skipped ("
-       << to_string(reason) << "): " << why;
-  skipped_.push_back({stamp, reason, text.str()});
+  skipped_.push_back(
+      {stamp, reason,
+       fmt::format("scan of {:.3f} s skipped ({}): {}", stamp.toSec(), to_string(reason), why)});
 }
 
 ReadyScan ScanQueue::make_ready(const Turn& turn, const BeamStamps& beams,

@@ -1,12 +1,11 @@
 #include "ros/transform_store.hpp"
 
+#include <fmt/core.h>
 #include <tf2/exceptions.h>
 #include <tf2_eigen/tf2_eigen.h>
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
-#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -63,8 +62,8 @@ bool touches(const geometry_msgs::TransformStamped& transform, const std::string
 std::string find_map_link(const tf2_msgs::TFMessage& message, const std::string& map_frame) {
   for (const geometry_msgs::TransformStamped& transform : message.transforms) {
     if (touches(transform, map_frame)) {
-      return without_leading_slash(transform.header.frame_id) + " -> " +
-             without_leading_slash(transform.child_frame_id);
+      return fmt::format("{} -> {}", without_leading_slash(transform.header.frame_id),
+                         without_leading_slash(transform.child_frame_id));
     }
   }
   return {};
@@ -183,35 +182,33 @@ std::string TransformStore::why_not(const std::string& target, const std::string
                                     const ros::Time& stamp) const {
   const bool by_imu = source == kImuHeadingFrame || target == kImuHeadingFrame;
   const bool by_odometry = source == kOdometryChildFrame;
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(3);
-  text << (by_imu        ? "no orientation by the IMU"
-           : by_odometry ? "no pose on the topic of odometry"
-                         : "no transform from '" + source + "' to '" + target + "'")
-       << " at " << stamp.toSec() << ": ";
+  const std::string what =
+      fmt::format("{} at {:.3f}: ",
+                  by_imu        ? "no orientation by the IMU"
+                  : by_odometry ? "no pose on the topic of odometry"
+                                : fmt::format("no transform from '{}' to '{}'", source, target),
+                  stamp.toSec());
   for (const std::string& frame : {source, target}) {
     if (!buffer_._frameExists(frame)) {
-      text << (by_imu && frame == kImuHeadingFrame ? "no usable message of the IMU has come yet"
-               : by_odometry                       ? "no usable message of it has come yet"
-                                                   : "tf has no frame '" + frame + "'" + others());
-      return text.str();
+      return what + (by_imu && frame == kImuHeadingFrame
+                         ? "no usable message of the IMU has come yet"
+                     : by_odometry ? "no usable message of it has come yet"
+                                   : fmt::format("tf has no frame '{}'{}", frame, others()));
     }
   }
   try {
     const ros::Time newest = buffer_.lookupTransform(target, source, ros::Time(0)).header.stamp;
     const double lag = seconds_between(newest, stamp);
     if (lag > 0.0) {
-      text << "the newest is " << lag << " s older";
-    } else {
-      text << (by_odometry ? "it" : "tf") << " is there from later on only, up to " << -lag
-           << " s after that";
+      return what + fmt::format("the newest is {:.3f} s older", lag);
     }
+    return what + fmt::format("{} is there from later on only, up to {:.3f} s after that",
+                              by_odometry ? "it" : "tf", -lag);
   } catch (const tf2::ConnectivityException&) {
-    text << (by_imu ? "tf does not say how it is mounted" : "tf does not connect them");
+    return what + (by_imu ? "tf does not say how it is mounted" : "tf does not connect them");
   } catch (const tf2::TransformException&) {
-    text << "the links between them share no time";
+    return what + "the links between them share no time";
   }
-  return text.str();
 }
 
 }  // namespace matchbox_slam
