@@ -1,5 +1,6 @@
 #include "bag/bag_conversion.hpp"
 
+#include <fmt/core.h>
 #include <ros/message_traits.h>
 
 #include <algorithm>
@@ -112,7 +113,7 @@ class BagCopy {
     const double length = std::min(reader_.end_time().toSec() - begin, request_.period.duration);
     const double done = time.toSec() - begin;
     dialog_.show_progress(length > 0.0 ? std::clamp(done / length, 0.0, 1.0) : 1.0,
-                          std::to_string(converted.scans) + " scans");
+                          fmt::format("{} scans", converted.scans));
   }
 
   const BagRequest& request_;
@@ -125,9 +126,10 @@ class BagCopy {
 ConvertedBag convert_bag(const BagRequest& request, const std::string& path,
                          const RunDialog& dialog) {
   if (std::filesystem::exists(std::filesystem::symlink_status(path))) {
-    throw ConfigurationError("--convert: there is '" + path +
-                             "' already, which may be a recording; give the name of a new file, "
-                             "or remove that one");
+    throw ConfigurationError(
+        fmt::format("--convert: there is '{}' already, which may be a recording; give the name of "
+                    "a new file, or remove that one",
+                    path));
   }
   const BagReader reader(request.bags);
   for (const std::string& remark : reader.remarks()) {

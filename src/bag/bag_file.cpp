@@ -1,5 +1,6 @@
 #include "bag/bag_file.hpp"
 
+#include <fmt/core.h>
 #include <rosbag/chunked_file.h>
 
 #include <algorithm>
@@ -24,41 +25,43 @@ constexpr std::size_t kVersionLine = 13;  // bytes, "#ROSBAG V2.0" and the end o
 constexpr std::uint32_t kLargestChunk = 1U << 30U;
 
 std::string repair(const std::string& path) {
-  return "; `rosbag reindex " + path +
-         "` makes it readable, but only up to the first damage: what is behind that is lost to it, "
-         "and stays in the .orig.bag that it leaves beside";
+  return fmt::format(
+      "; `rosbag reindex {}` makes it readable, but only up to the first damage: what is behind "
+      "that is lost to it, and stays in the .orig.bag that it leaves beside",
+      path);
 }
 
 [[noreturn]] void throw_damaged(const std::string& path, std::uint64_t position,
                                 const std::string& what) {
-  throw BagError("bag '" + path + "' is damaged at byte " + std::to_string(position) + " (" + what +
-                 ")" + repair(path));
+  throw BagError(
+      fmt::format("bag '{}' is damaged at byte {} ({}){}", path, position, what, repair(path)));
 }
 
 void require_readable_file(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) {
-    throw ConfigurationError("bag '" + path + "' does not exist");
+    throw ConfigurationError(fmt::format("bag '{}' does not exist", path));
   }
   if (fs::is_directory(status)) {
-    throw ConfigurationError("'" + path +
-                             "' is a folder without a recording: it holds no metadata.yaml, .db3 "
-                             "or .mcap of ROS 2; of ROS 1 and CARMEN give the files themselves");
+    throw ConfigurationError(
+        fmt::format("'{}' is a folder without a recording: it holds no metadata.yaml, .db3 or "
+                    ".mcap of ROS 2; of ROS 1 and CARMEN give the files themselves",
+                    path));
   }
   if (fs::is_regular_file(status) && fs::file_size(path, error) == 0) {
-    throw BagError("bag '" + path + "' is empty (0 bytes)");
+    throw BagError(fmt::format("bag '{}' is empty (0 bytes)", path));
   }
   const std::string version = "#ROSBAG V2.0";
   std::string beginning(version.size(), ' ');
   std::ifstream file(path, std::ios::binary);
   if (!file) {
-    throw BagError("bag '" + path + "' may not be read");
+    throw BagError(fmt::format("bag '{}' may not be read", path));
   }
   if (!file.read(beginning.data(), static_cast<std::streamsize>(beginning.size())) ||
       beginning != version) {
-    throw BagError("'" + path + "' is no bag of version 2.0; it begins with other bytes than '" +
-                   version + "'");
+    throw BagError(fmt::format(
+        "'{}' is no bag of version 2.0; it begins with other bytes than '{}'", path, version));
   }
 }
 
@@ -109,8 +112,7 @@ std::vector<std::uint8_t> unpack(std::vector<std::uint8_t> packed, const std::st
                                  std::uint32_t size) {
   if (compression == "none") {
     if (packed.size() != size) {
-      throw ByteError("a chunk of " + std::to_string(size) + " bytes has " +
-                      std::to_string(packed.size()));
+      throw ByteError(fmt::format("a chunk of {} bytes has {}", size, packed.size()));
     }
     return packed;
   }
@@ -118,7 +120,7 @@ std::vector<std::uint8_t> unpack(std::vector<std::uint8_t> packed, const std::st
     throw ByteError("a chunk's compression is neither none, bz2 nor lz4");
   }
   if (size > kLargestChunk) {
-    throw ByteError("a chunk is said to unpack to " + std::to_string(size) + " bytes");
+    throw ByteError(fmt::format("a chunk is said to unpack to {} bytes", size));
   }
   std::vector<std::uint8_t> unpacked(size);
   try {
@@ -168,8 +170,8 @@ void BagFile::read_all(BagRecordReader& records) {
   const BagRecord header = records.read(kVersionLine, BagOperation::kBagHeader);
   std::uint64_t next = header.fields.number<std::uint64_t>("index_pos");
   if (next == 0) {
-    throw BagError("bag '" + path_ + "' has no index, as its recording did not end properly" +
-                   repair(path_));
+    throw BagError(fmt::format("bag '{}' has no index, as its recording did not end properly{}",
+                               path_, repair(path_)));
   }
   const auto connection_count = header.fields.number<std::uint32_t>("conn_count");
   const auto chunk_count = header.fields.number<std::uint32_t>("chunk_count");
@@ -197,7 +199,7 @@ void BagFile::add_chunk(const BagRecord& info, BagRecordReader& records) {
   chunk.index = record.end();
   const auto require_known = [this](std::uint32_t connection) {
     if (connections_.count(connection) == 0) {
-      throw ByteError("connection " + std::to_string(connection) + " is not known");
+      throw ByteError(fmt::format("connection {} is not known", connection));
     }
     return true;
   };

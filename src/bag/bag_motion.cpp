@@ -1,5 +1,7 @@
 #include "bag/bag_motion.hpp"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -100,10 +102,10 @@ BagFrames frames_of(const OdometryTopic& topic, const BagSurvey& survey, const A
 
 BagMotion by_topic(const OdometryTopic& topic, const BagSurvey& survey, const AskedFrames& asked) {
   BagMotion motion{frames_of(topic, survey, asked), topic.name, {}, {}};
-  motion.told =
-      "; odometry on topic " + topic.name + ", of " +
-      (topic.child.empty() ? motion.frames.base + ", as it names no child_frame_id" : topic.child) +
-      " in " + *motion.frames.odom;
+  motion.told = fmt::format(
+      "; odometry on topic {}, of {} in {}", topic.name,
+      topic.child.empty() ? motion.frames.base + ", as it names no child_frame_id" : topic.child,
+      *motion.frames.odom);
   return motion;
 }
 
@@ -135,17 +137,18 @@ std::optional<BagMotion> by_the_only_topic(const BagReader& reader, const BagSur
   }
   if (moving.size() > 1) {
     throw ConfigurationError(
-        "tf in the bag holds no odometry, and several topics do: " + names_of(moving) +
-        "; choose one with --odom-topic, or give --no-odom");
+        fmt::format("tf in the bag holds no odometry, and several topics do: {}; choose one with "
+                    "--odom-topic, or give --no-odom",
+                    names_of(moving)));
   }
   if (moving.size() == 1) {
     return by_topic(moving.front(), survey, asked);
   }
   if (!all.empty()) {
-    throw ConfigurationError("tf in the bag holds no odometry, and that on " + names_of(all) +
-                             " does not move in the first minute; to use it all the same give "
-                             "--odom-topic " +
-                             all.front().name + ", to map from the laser alone --no-odom");
+    throw ConfigurationError(fmt::format(
+        "tf in the bag holds no odometry, and that on {} does not move in the first minute; to use "
+        "it all the same give --odom-topic {}, to map from the laser alone --no-odom",
+        names_of(all), all.front().name));
   }
   return std::nullopt;
 }
@@ -167,9 +170,9 @@ std::optional<BagMotion> by_the_only_imu(const BagReader& reader, const BagSurve
   return BagMotion{frames,
                    {},
                    topics.front(),
-                   "; there is no odometry, so the turn between scans is by the IMU "
-                   "on " +
-                       topics.front() + "; --no-odom leaves that aside, too"};
+                   fmt::format("; there is no odometry, so the turn between scans is by the IMU on "
+                               "{}; --no-odom leaves that aside, too",
+                               topics.front())};
 }
 
 /// Without odometry, as was asked for.
@@ -183,8 +186,9 @@ BagMotion without_odometry(const BagReader& reader, const BagSurvey& survey,
     motion.imu_topic = find_imu_topic(reader, options.imu_topic);
     motion.told += ", the turn between scans by the IMU on " + motion.imu_topic;
   } else if (const auto topics = reader.topics_of(kImuType); !topics.empty()) {
-    motion.told += "; the IMU on " + join(topics) +
-                   " could tell the turn between scans: --set imu_topic=" + topics.front();
+    motion.told +=
+        fmt::format("; the IMU on {} could tell the turn between scans: --set imu_topic={}",
+                    join(topics), topics.front());
   }
   return motion;
 }

@@ -1,5 +1,6 @@
 #include "bag/bag_reader.hpp"
 
+#include <fmt/core.h>
 #include <ros/message_traits.h>
 
 #include <algorithm>
@@ -28,8 +29,8 @@ template <typename Message>
 const boost::shared_ptr<const Message>& content_of(const RecordedMessage& message) {
   const auto* content = std::get_if<boost::shared_ptr<const Message>>(&message.content);
   if (content == nullptr) {
-    throw BagError("topic " + message.connection->topic + " of the bag holds " +
-                   message.connection->type + ", not " + ros::message_traits::datatype<Message>());
+    throw BagError(fmt::format("topic {} of the bag holds {}, not {}", message.connection->topic,
+                               message.connection->type, ros::message_traits::datatype<Message>()));
   }
   return *content;
 }
@@ -107,8 +108,8 @@ class PeriodStream : public MessageStream {
       throw;
     } catch (const std::exception& error) {
       const std::string place =
-          last_read_ ? std::to_string(last_read_->toSec()) + " s" : "its beginning";
-      throw BagError("the bag is damaged after " + place + " (" + error.what() + ")");
+          last_read_ ? fmt::format("{:f} s", last_read_->toSec()) : "its beginning";
+      throw BagError(fmt::format("the bag is damaged after {} ({})", place, error.what()));
     }
   }
 
@@ -183,7 +184,7 @@ BagReader::BagReader(const std::vector<std::string>& paths) {
   std::set<std::string> seen;
   for (const std::string& path : paths) {
     if (!seen.insert(path).second) {
-      throw ConfigurationError("bag '" + path + "' is named twice");
+      throw ConfigurationError(fmt::format("bag '{}' is named twice", path));
     }
     OpenRecording opened = open_recording(path);
     std::move(opened.files.begin(), opened.files.end(), std::back_inserter(bags_));
@@ -191,7 +192,7 @@ BagReader::BagReader(const std::vector<std::string>& paths) {
   }
   for (const auto& bag : bags_) {
     if (bag->empty()) {
-      throw BagError("bag '" + bag->path() + "' holds no messages");
+      throw BagError(fmt::format("bag '{}' holds no messages", bag->path()));
     }
     for (const auto& [number, connection] : bag->connections()) {
       topics[connection.topic].name = connection.topic;
@@ -229,7 +230,7 @@ std::string BagReader::text_of_overlap(const std::vector<std::string>& scan_topi
         pairs += both > kWorthTelling ? 1 : 0;
         if (both > std::max(longest, kWorthTelling)) {
           longest = both;
-          names = (*a)->path() + " and " + (*b)->path() + " both hold scans of " + topic;
+          names = fmt::format("{} and {} both hold scans of {}", (*a)->path(), (*b)->path(), topic);
         }
       }
     }
@@ -237,11 +238,12 @@ std::string BagReader::text_of_overlap(const std::vector<std::string>& scan_topi
   if (pairs == 0) {
     return "";
   }
-  return names + ", and are of the same time for " + seconds_text(longest) +
-         (pairs > 1 ? ", and so " + std::to_string(pairs) + " pairs of files in all" : "") +
-         ": they are read as one recording, mixed by time. Of two drives or robots map each by "
-         "itself, then join the maps: merge_maps A/map.slam B/map.slam --out DIR; of two "
-         "recordings of one drive give one alone";
+  return fmt::format(
+      "{}, and are of the same time for {}{}: they are read as one recording, mixed by time. Of "
+      "two drives or robots map each by itself, then join the maps: merge_maps A/map.slam "
+      "B/map.slam --out DIR; of two recordings of one drive give one alone",
+      names, seconds_text(longest),
+      pairs > 1 ? fmt::format(", and so {} pairs of files in all", pairs) : "");
 }
 
 std::vector<std::string> BagReader::topics_of(const std::string& type) const {

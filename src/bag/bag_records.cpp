@@ -1,5 +1,7 @@
 #include "bag/bag_records.hpp"
 
+#include <fmt/core.h>
+
 #include <cerrno>
 #include <system_error>
 
@@ -26,7 +28,7 @@ BagFields::BagFields(ByteReader bytes) {
 const std::string& BagFields::text(const std::string& name) const {
   const auto found = values_.find(name);
   if (found == values_.end()) {
-    throw ByteError("a header has no field '" + name + "'");
+    throw ByteError(fmt::format("a header has no field '{}'", name));
   }
   return found->second;
 }
@@ -37,15 +39,15 @@ BagOperation BagFields::operation() const {
 
 void BagFields::require(BagOperation expected) const {
   if (operation() != expected) {
-    throw ByteError("a record has the operation " + std::to_string(static_cast<int>(operation())) +
-                    " where " + std::to_string(static_cast<int>(expected)) + " is expected");
+    throw ByteError(fmt::format("a record has the operation {} where {} is expected",
+                                static_cast<int>(operation()), static_cast<int>(expected)));
   }
 }
 
 BagRecordReader::BagRecordReader(const std::string& path) : stream_(path, std::ios::binary) {
   if (!stream_) {
-    throw BagError("bag '" + path +
-                   "' cannot be opened: " + std::generic_category().message(errno));
+    throw BagError(
+        fmt::format("bag '{}' cannot be opened: {}", path, std::generic_category().message(errno)));
   }
   stream_.seekg(0, std::ios::end);
   size_ = static_cast<std::uint64_t>(stream_.tellg());
@@ -75,7 +77,7 @@ BagRecord BagRecordReader::read(std::uint64_t position, BagOperation operation) 
   position_ = position;
   const std::uint32_t header_size = length(position);
   if (header_size > kLongestHeader) {
-    throw ByteError("a header is said to have " + std::to_string(header_size) + " bytes");
+    throw ByteError(fmt::format("a header is said to have {} bytes", header_size));
   }
   const std::vector<std::uint8_t> header = bytes(position + sizeof(std::uint32_t), header_size);
   const std::uint64_t after_header = position + sizeof(std::uint32_t) + header_size;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <cstdint>
 #include <fstream>
 #include <map>
@@ -32,8 +34,8 @@ class BagFields {
   [[nodiscard]] Number number(const std::string& name) const {
     const std::string& bytes = text(name);
     if (bytes.size() != sizeof(Number)) {
-      throw ByteError("field '" + name + "' of a header has " + std::to_string(bytes.size()) +
-                      " bytes, not " + std::to_string(sizeof(Number)));
+      throw ByteError(fmt::format("field '{}' of a header has {} bytes, not {}", name, bytes.size(),
+                                  sizeof(Number)));
     }
     Number value{};
     std::memcpy(&value, bytes.data(), sizeof(Number));

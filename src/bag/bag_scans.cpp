@@ -1,12 +1,13 @@
 #include "bag/bag_scans.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <utility>
 
 #include "common/interrupted.hpp"
-#include "common/number_text.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/queue_settings.hpp"
 #include "run/frames.hpp"
@@ -66,7 +67,7 @@ BagMotion BagScans::motion_before_damage(const BagSurvey& survey, const AskedFra
     if (survey.damage.empty()) {
       throw;
     }
-    throw BagError(survey.damage + "; of the part before: " + error.what());
+    throw BagError(fmt::format("{}; of the part before: {}", survey.damage, error.what()));
   }
 }
 
@@ -86,9 +87,10 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
                  dialog_.is_interrupted, cloud, !options.laser_pose.empty());
   require_not_interrupted();
   if (survey.scan_frame.empty()) {
-    throw BagError("the bag holds no scan on topic " + join(facts_.scan_topics) +
-                   " in the period asked for; it lasts " +
-                   seconds_text(seconds_between(reader_.begin_time(), reader_.end_time())));
+    throw BagError(
+        fmt::format("the bag holds no scan on topic {} in the period asked for; it lasts {}",
+                    join(facts_.scan_topics),
+                    seconds_text(seconds_between(reader_.begin_time(), reader_.end_time()))));
   }
   const BagMotion motion = motion_before_damage(
       survey,
@@ -101,9 +103,9 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   options.odom_topic = motion.odom_topic;
   options.imu_topic = motion.imu_topic;
   check_frames(options);
-  dialog_.inform((facts_.scan_topics.size() > 1 ? "scan topics " : "scan topic ") +
-                 text_of_topics() + "; scan frame " + survey.scan_frame + "; base frame " +
-                 motion.frames.base + motion.told);
+  dialog_.inform(fmt::format("{}{}; scan frame {}; base frame {}{}",
+                             facts_.scan_topics.size() > 1 ? "scan topics " : "scan topic ",
+                             text_of_topics(), survey.scan_frame, motion.frames.base, motion.told));
   choose_clock(survey, options);
   facts_.no_return_from =
       find_no_returns(reader_, facts_.scan_topics, dialog_.is_interrupted, cloud);
@@ -127,7 +129,7 @@ std::string BagScans::text_of_topics() const {
   std::vector<std::string> texts;
   for (const std::string& topic : facts_.scan_topics) {
     const std::string type = reader_.type_of(topic);
-    texts.push_back(topic + (type == scan_types().front() ? "" : " (" + type + ")"));
+    texts.push_back(topic + (type == scan_types().front() ? "" : fmt::format(" ({})", type)));
   }
   return join(texts);
 }
@@ -139,12 +141,13 @@ void BagScans::choose_clock(const BagSurvey& survey, const RunOptions& options) 
   const std::optional<double> fixed = fixed_scan_time_offset(options);
   facts_.scan_time_offset = fixed.value_or(differs ? estimate : 0.0);
   if (differs && std::abs(estimate - facts_.scan_time_offset) > kClockOffsetWorthTelling) {
-    dialog_.warn("the clocks of scans and tf differ: scans are " +
-                 seconds_text(std::abs(estimate)) + (estimate > 0.0 ? " behind" : " ahead") +
-                 "; to correct that give --set scan_time_offset=auto");
+    dialog_.warn(
+        fmt::format("the clocks of scans and tf differ: scans are {}{}; to correct that give --set "
+                    "scan_time_offset=auto",
+                    seconds_text(std::abs(estimate)), estimate > 0.0 ? " behind" : " ahead"));
   } else if (facts_.scan_time_offset != 0.0) {
-    dialog_.inform("stamps of scans are moved by " + fixed_text(facts_.scan_time_offset, 3) +
-                   " s to the clock of tf");
+    dialog_.inform(fmt::format("stamps of scans are moved by {:.3f} s to the clock of tf",
+                               facts_.scan_time_offset));
   }
 }
 
@@ -283,7 +286,7 @@ void BagScans::warn_of_map_link() {
 
 void BagScans::warn_of_ignored(const std::string& whose, const std::string& defect) {
   if (!defect.empty() && told_of_ignored_.insert(whose).second) {
-    dialog_.warn("messages of " + whose + " are ignored; the first: " + defect);
+    dialog_.warn(fmt::format("messages of {} are ignored; the first: {}", whose, defect));
   }
 }
 
@@ -292,7 +295,7 @@ void BagScans::show_progress(const ros::Time& time) {
   const double length = std::min(reader_.end_time().toSec() - begin, request_.period.duration);
   const double done = time.toSec() - begin;
   dialog_.show_progress(length > 0.0 ? std::min(done / length, 1.0) : 1.0,
-                        std::to_string(queue_->account().received) + " scans");
+                        fmt::format("{} scans", queue_->account().received));
 }
 
 void BagScans::require_not_interrupted() const {
@@ -307,13 +310,13 @@ void BagScans::throw_nothing_used() const {
   const std::string damage = facts_.damage.empty() ? "" : "; " + facts_.damage;
   const std::size_t received = queue_->account().received;
   if (used_before_jump_ > 0) {
-    throw BagError("of " + std::to_string(received) + " scans " +
-                   std::to_string(used_before_jump_) +
-                   " were used before time jumped back and none since, the first: " + first +
-                   "; to map the part before give --set time_jump=stop" + damage);
+    throw BagError(
+        fmt::format("of {} scans {} were used before time jumped back and none since, the first: "
+                    "{}; to map the part before give --set time_jump=stop{}",
+                    received, used_before_jump_, first, damage));
   }
-  throw BagError("none of " + std::to_string(received) +
-                 " scans could be used; the first: " + first + damage);
+  throw BagError(
+      fmt::format("none of {} scans could be used; the first: {}{}", received, first, damage));
 }
 
 }  // namespace matchbox_slam

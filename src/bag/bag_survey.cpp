@@ -1,5 +1,7 @@
 #include "bag/bag_survey.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "matchbox_slam/common/options.hpp"
@@ -71,13 +73,13 @@ std::vector<std::string> way_to_root(const BagSurvey& survey, const std::string&
   for (auto at = survey.parents.find(frame); at != survey.parents.end();
        at = survey.parents.find(way.back())) {
     if (at->second.size() > 1) {
-      throw ConfigurationError("frame '" + way.back() + "' has several parents in tf: " +
-                               list_of({at->second.begin(), at->second.end()}) +
-                               "; say which with --odom-frame and --base-frame");
+      throw ConfigurationError(fmt::format(
+          "frame '{}' has several parents in tf: {}; say which with --odom-frame and --base-frame",
+          way.back(), list_of({at->second.begin(), at->second.end()})));
     }
     const std::string& parent = *at->second.begin();
     if (std::find(way.begin(), way.end(), parent) != way.end()) {
-      throw ConfigurationError("tf goes in a circle at frame '" + parent + "'");
+      throw ConfigurationError(fmt::format("tf goes in a circle at frame '{}'", parent));
     }
     way.push_back(parent);
   }
@@ -89,9 +91,10 @@ std::string base_below(const BagSurvey& survey, const std::string& odom) {
   const std::vector<std::string> way = way_to_root(survey, survey.scan_frame);
   const auto at = std::find(way.begin(), way.end(), odom);
   if (at == way.end() || at == way.begin()) {
-    throw ConfigurationError("odometry frame '" + odom + "' is not above the scan's frame in tf; " +
-                             "above it are: " + list_of({way.begin() + 1, way.end()}) +
-                             "; give another --odom-frame, or --no-odom");
+    throw ConfigurationError(
+        fmt::format("odometry frame '{}' is not above the scan's frame in tf; above it are: {}; "
+                    "give another --odom-frame, or --no-odom",
+                    odom, list_of({way.begin() + 1, way.end()})));
   }
   return *(at - 1);
 }
@@ -179,16 +182,16 @@ BagFrames frames_without_laser(const BagSurvey& survey, const std::optional<std:
   }
   std::vector<std::string> names;
   for (const OdometryLink& link : links) {
-    names.push_back(link.odom + " -> " + link.base);
+    names.push_back(fmt::format("{} -> {}", link.odom, link.base));
   }
   throw ConfigurationError(
       links.empty()
           ? "tf in the bag holds no link that moves, so there is no odometry; to map from "
-            "the laser alone give --no-odom, or name --odom-frame and --base-frame; tf "
-            "has " +
+            "the laser alone give --no-odom, or name --odom-frame and --base-frame; tf has " +
                 text_of_frames(survey)
-          : "tf in the bag has several links that move: " + list_of(names) +
-                "; say which with --odom-frame and --base-frame");
+          : fmt::format("tf in the bag has several links that move: {}; say which with "
+                        "--odom-frame and --base-frame",
+                        list_of(names)));
 }
 
 /// The frame that would be the base with odometry; the root where there is none; the laser's own
@@ -213,7 +216,8 @@ std::vector<std::string> topics_of(const BagReader& reader, const std::vector<st
 /// @param things  what they are, for people.
 std::string find_topic(const BagReader& reader, const std::string& asked,
                        const std::vector<std::string>& types, const std::string& things) {
-  const std::string there = "; topics with " + things + ": " + list_of(topics_of(reader, types));
+  const std::string there =
+      fmt::format("; topics with {}: {}", things, list_of(topics_of(reader, types)));
   for (const BagTopic& topic : reader.topics()) {
     if (without_leading_slash(topic.name) != without_leading_slash(asked)) {
       continue;
@@ -221,10 +225,10 @@ std::string find_topic(const BagReader& reader, const std::string& asked,
     if (std::count(types.begin(), types.end(), topic.type) > 0) {
       return topic.name;
     }
-    throw ConfigurationError("topic '" + asked + "' of the bag holds " + topic.type + ", not " +
-                             join(types) + there);
+    throw ConfigurationError(fmt::format("topic '{}' of the bag holds {}, not {}{}", asked,
+                                         topic.type, join(types), there));
   }
-  throw ConfigurationError("the bag has no topic '" + asked + "'" + there);
+  throw ConfigurationError(fmt::format("the bag has no topic '{}'{}", asked, there));
 }
 
 }  // namespace
@@ -346,7 +350,7 @@ std::vector<std::string> choose_scan_topics(const BagReader& reader,
   for (const std::string& topic : asked) {
     chosen.push_back(find_topic(reader, topic, scan_types(), "laser scans"));
     if (std::count(chosen.begin(), chosen.end(), chosen.back()) > 1) {
-      throw ConfigurationError("topic '" + topic + "' is named twice");
+      throw ConfigurationError(fmt::format("topic '{}' is named twice", topic));
     }
   }
   if (!chosen.empty()) {
@@ -360,8 +364,10 @@ std::vector<std::string> choose_scan_topics(const BagReader& reader,
     throw ConfigurationError("the bag has no topic of type " + join(scan_types()));
   }
   if (candidates.size() > 1) {
-    throw ConfigurationError("the bag has several topics with laser scans: " + list_of(candidates) +
-                             "; choose one with --scan-topic, or several by giving it for each");
+    throw ConfigurationError(
+        fmt::format("the bag has several topics with laser scans: {}; choose one with "
+                    "--scan-topic, or several by giving it for each",
+                    list_of(candidates)));
   }
   return candidates;
 }
@@ -394,21 +400,24 @@ BagFrames choose_frames(const BagSurvey& survey, const std::optional<std::string
     return {base_below(survey, *asked_odom), asked_odom};
   }
   if (!has_tf && !asked_base) {
-    throw ConfigurationError(
-        "tf in the bag says nothing of the scan's frame '" + survey.scan_frame +
-        "', so there is no odometry; to map from the laser alone give --no-odom" +
-        (survey.parents.empty() ? ""
-                                : ", or say where the laser is on the robot with --laser-pose "
-                                  "X,Y,YAW; tf has " +
-                                      text_of_frames(survey)));
+    throw ConfigurationError(fmt::format(
+        "tf in the bag says nothing of the scan's frame '{}', so there is no odometry; to map from "
+        "the laser alone give --no-odom{}",
+        survey.scan_frame,
+        survey.parents.empty() ? ""
+                               : ", or say where the laser is on the robot with --laser-pose "
+                                 "X,Y,YAW; tf has " +
+                                     text_of_frames(survey)));
   }
   const std::vector<std::string> way = way_to_root(survey, asked_base.value_or(survey.scan_frame));
   if (way.size() < 2) {
-    throw ConfigurationError("tf in the bag has no frame above base frame '" + way.front() +
-                             "'; to map without odometry give --no-odom" +
-                             (survey.parents.count(way.front()) == 0
-                                  ? ", or another --base-frame; tf has " + text_of_frames(survey)
-                                  : ""));
+    throw ConfigurationError(
+        fmt::format("tf in the bag has no frame above base frame '{}'; to map without odometry "
+                    "give --no-odom{}",
+                    way.front(),
+                    survey.parents.count(way.front()) == 0
+                        ? ", or another --base-frame; tf has " + text_of_frames(survey)
+                        : ""));
   }
   const std::optional<OdometryLink> odometry = find_odometry(survey, way);
   if (!odometry) {

@@ -1,5 +1,7 @@
 #include "bag/bag_writer.hpp"
 
+#include <fmt/core.h>
+
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -11,7 +13,7 @@ namespace matchbox_slam {
 namespace {
 
 std::string cannot_write(const std::string& path, const std::exception& reason) {
-  return path + ": the bag cannot be written: " + reason.what() + "; is the disk full?";
+  return fmt::format("{}: the bag cannot be written: {}; is the disk full?", path, reason.what());
 }
 
 }  // namespace

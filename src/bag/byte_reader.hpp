@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -28,8 +30,8 @@ class ByteReader {
   /// The next `count` elements of so many bytes each.
   ByteReader take(std::size_t count, std::size_t element_size = 1) {
     if (count > size_ / element_size) {
-      throw ByteError(std::to_string(count) + " elements of " + std::to_string(element_size) +
-                      " bytes are announced where " + std::to_string(size_) + " bytes are left");
+      throw ByteError(fmt::format("{} elements of {} bytes are announced where {} bytes are left",
+                                  count, element_size, size_));
     }
     const ByteReader taken(data_, count * element_size);
     data_ += taken.size_;

@@ -1,5 +1,7 @@
 #include "bag/carmen_line.hpp"
 
+#include <fmt/core.h>
+
 #include <clocale>
 #include <cmath>
 #include <cstdlib>
@@ -101,8 +103,7 @@ class Words {
     require(1, what);
     const std::optional<double> value = number_at(at_++);
     if (!value || !std::isfinite(*value)) {
-      throw CarmenLineError(what + " is '" + std::string(words_[at_ - 1]) +
-                            "', which is no number");
+      throw CarmenLineError(fmt::format("{} is '{}', which is no number", what, words_[at_ - 1]));
     }
     return *value;
   }
@@ -111,8 +112,8 @@ class Words {
   [[nodiscard]] std::size_t count(const std::string& what) {
     const double value = number("the number of " + what);
     if (value < 0.0 || value > static_cast<double>(kMostReadings) || value != std::floor(value)) {
-      throw CarmenLineError("the number of " + what + " is '" + std::string(words_[at_ - 1]) +
-                            "'; allowed: 0 to " + std::to_string(kMostReadings));
+      throw CarmenLineError(fmt::format("the number of {} is '{}'; allowed: 0 to {}", what,
+                                        words_[at_ - 1], kMostReadings));
     }
     return static_cast<std::size_t>(value);
   }
@@ -125,8 +126,8 @@ class Words {
     for (std::size_t k = 0; k < count; ++k, ++at_) {
       const std::optional<double> value = number_at(at_);
       if (!value) {
-        throw CarmenLineError("number " + std::to_string(k + 1) + " of " + what + " is '" +
-                              std::string(words_[at_]) + "', which is no number");
+        throw CarmenLineError(
+            fmt::format("number {} of {} is '{}', which is no number", k + 1, what, words_[at_]));
       }
       constexpr double kLargest = std::numeric_limits<float>::max();
       values.push_back(std::abs(*value) > kLargest ? std::numeric_limits<float>::infinity()
@@ -160,16 +161,15 @@ class Words {
   [[nodiscard]] std::optional<std::size_t> count_ahead() const {
     const bool is_count = at_ < words_.size() && words_[at_].size() < 7 &&
                           words_[at_].find_first_not_of("0123456789") == std::string_view::npos;
-    return is_count ? std::optional<std::size_t>(std::stoul(std::string(words_[at_])))
-                    : std::nullopt;
+    return is_count ? std::optional<std::size_t>(std::stoul(words_[at_])) : std::nullopt;
   }
 
  private:
   void require(std::size_t count, const std::string& what) const {
     if (count > left()) {
-      throw CarmenLineError(std::to_string(count) + (count == 1 ? " word" : " words") + " of " +
-                            what + " should follow where " + std::to_string(left()) +
-                            " are left; it may be cut off");
+      throw CarmenLineError(
+          fmt::format("{}{} of {} should follow where {} are left; it may be cut off", count,
+                      count == 1 ? " word" : " words", what, left()));
     }
   }
 
@@ -332,7 +332,7 @@ CarmenLine parse_carmen_line(const std::string& text) {
                                                               : read_new_scan(words, message);
     read_tail(words, line);
   } else if (!is_left_aside(message)) {
-    throw CarmenLineError("'" + message.substr(0, 20) + "' is no message of CARMEN");
+    throw CarmenLineError(fmt::format("'{}' is no message of CARMEN", message.substr(0, 20)));
   }
   return line;
 }

@@ -1,5 +1,6 @@
 #include "bag/carmen_log.hpp"
 
+#include <fmt/core.h>
 #include <ros/message_traits.h>
 
 #include <algorithm>
@@ -16,7 +17,6 @@
 #include "bag/carmen_line.hpp"
 #include "bag/carmen_stamps.hpp"
 #include "bag/log_lines.hpp"
-#include "common/number_text.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -61,7 +61,7 @@ void add_line(const LogLines& lines, const std::string& text, bool& has_logger_s
   } catch (const CarmenLineError& error) {
     ++log.bad_lines;
     if (log.first_bad.empty()) {
-      log.first_bad = "line " + std::to_string(lines.number()) + ": " + error.what();
+      log.first_bad = fmt::format("line {}: {}", lines.number(), error.what());
     }
   }
 }
@@ -95,7 +95,8 @@ std::vector<std::string> remove_repeated(LogText& log) {
   for (const auto& [message, count] : counts) {
     const std::string raw = "RAW" + message.substr(std::min<std::size_t>(message.size(), 5));
     if (message.rfind("ROBOTLASER", 0) == 0 && counts.count(raw) > 0) {
-      removed.push_back(raw + " is left aside, as " + message + " tells the same and the pose");
+      removed.push_back(
+          fmt::format("{} is left aside, as {} tells the same and the pose", raw, message));
       log.events.erase(std::remove_if(log.events.begin(), log.events.end(),
                                       [&raw = raw](const LogEvent& event) {
                                         const CarmenScan* scan = scan_of(event);
@@ -200,7 +201,7 @@ std::optional<Pose2> mount_by_poses(const LogText& log, const std::string& messa
 /// By the log's parameters; none: it has none of this laser.
 std::optional<Pose2> mount_by_parameters(const LogText& log, const std::string& side) {
   const auto find = [&](const std::string& name) {
-    const auto at = log.parameters.find("robot_" + side + "laser_" + name);
+    const auto at = log.parameters.find(fmt::format("robot_{}laser_{}", side, name));
     return at != log.parameters.end() ? std::optional(at->second) : std::nullopt;
   };
   const std::optional<double> x = find("offset");
@@ -323,7 +324,7 @@ class MessageMaker {
   std::vector<std::string> make(LogText log);
 
  private:
-  void remark(const std::string& text) { remarks_.push_back("'" + path_ + "': " + text); }
+  void remark(const std::string& text) { remarks_.push_back(fmt::format("'{}': {}", path_, text)); }
 
   template <typename Message>
   std::uint32_t connection_of(const std::string& topic) {
@@ -370,9 +371,9 @@ void MessageMaker::add_mounts(const LogText& log, const ros::Time& begin) {
 void MessageMaker::remark_on_steps(const LogText& log, const std::vector<double>& stamps,
                                    const std::vector<std::size_t>& steps) {
   for (const std::size_t step : steps) {
-    remark("at line " + std::to_string(log.events[step].number) + " its clock was set back by " +
-           fixed_text(stamps[step - 1] - stamps[step], 1) +
-           " s; what follows is read after what was before");
+    remark(fmt::format(
+        "at line {} its clock was set back by {:.1f} s; what follows is read after what was before",
+        log.events[step].number, stamps[step - 1] - stamps[step]));
   }
 }
 
@@ -405,9 +406,9 @@ void MessageMaker::add_events(LogText log, const std::vector<double>& stamps,
 
 std::vector<std::string> MessageMaker::make(LogText log) {
   if (log.bad_lines > 0) {
-    remark(std::to_string(log.bad_lines) +
-           (log.bad_lines == 1 ? " line is" : " lines, among them perhaps scans, are") +
-           " left out; " + (log.bad_lines == 1 ? "" : "the first, ") + log.first_bad);
+    remark(fmt::format("{}{} left out; {}{}", log.bad_lines,
+                       log.bad_lines == 1 ? " line is" : " lines, among them perhaps scans, are",
+                       log.bad_lines == 1 ? "" : "the first, ", log.first_bad));
   }
   for (const std::string& removed : remove_repeated(log)) {
     remark(removed);
@@ -472,16 +473,15 @@ class CarmenMessages : public RecordedMessages {
 CarmenLog::CarmenLog(const std::string& path) : RecordingFile(path) {
   LogText log = read_log(path);
   if (!log.damage.empty()) {
-    damage_ = "log '" + path + "' is damaged after line " +
-              std::to_string(log.events.empty() ? 0 : log.events.back().number) + " (" +
-              log.damage + "); copy it again";
+    damage_ = fmt::format("log '{}' is damaged after line {} ({}); copy it again", path,
+                          log.events.empty() ? 0 : log.events.back().number, log.damage);
   }
   const std::string first_bad = log.first_bad;
   remarks_ = MessageMaker(this->path(), connections_, entries_).make(std::move(log));
   if (entries_.empty()) {
     throw BagError(!damage_.empty() ? damage_
-                                    : "log '" + path + "' of CARMEN holds no laser's readings" +
-                                          (first_bad.empty() ? "" : "; " + first_bad));
+                                    : fmt::format("log '{}' of CARMEN holds no laser's readings{}",
+                                                  path, first_bad.empty() ? "" : "; " + first_bad));
   }
 }
 

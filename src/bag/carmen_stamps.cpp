@@ -1,9 +1,8 @@
 #include "bag/carmen_stamps.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
-#include <iomanip>
-#include <locale>
-#include <sstream>
 
 namespace matchbox_slam {
 namespace {
@@ -36,16 +35,12 @@ std::string example_of(const std::vector<CarmenMoment>& moments) {
   std::optional<double> last;
   for (const CarmenMoment& moment : moments) {
     if (moment.is_beat) {
-      std::ostringstream text;
-      text.imbue(std::locale::classic());
       if (!moment.ipc_stamp) {
-        text << "line " << moment.line << " has none";
-        return text.str();
+        return fmt::format("line {} has none", moment.line);
       }
       if (last && *moment.ipc_stamp <= *last) {
-        text << "line " << moment.line << " has " << std::setprecision(16) << *moment.ipc_stamp
-             << " after " << *last;
-        return text.str();
+        return fmt::format("line {} has {:.16g} after {:.16g}", moment.line, *moment.ipc_stamp,
+                           *last);
       }
       last = moment.ipc_stamp;
     }
@@ -92,8 +87,8 @@ CarmenStamps choose_stamps(const std::vector<CarmenMoment>& moments) {
     }
     return chosen;
   }
-  const std::string reason =
-      "the stamps of scans are missing, cut off or not in order (" + example_of(moments) + "); ";
+  const std::string reason = fmt::format(
+      "the stamps of scans are missing, cut off or not in order ({}); ", example_of(moments));
   if (is_usable(moments, &CarmenMoment::logger_stamp)) {
     return {logger_stamps(moments), reason + "those of the logger are used, from 1000000000 on"};
   }

@@ -1,5 +1,6 @@
 #include "bag/cdr_message.hpp"
 
+#include <fmt/core.h>
 #include <ros/message_traits.h>
 
 #include <boost/make_shared.hpp>
@@ -21,8 +22,7 @@ ros::Time read_stamp(CdrReader& bytes) {
   const auto seconds = bytes.number<std::int32_t>();
   const auto nanoseconds = bytes.number<std::uint32_t>();
   if (seconds < 0 || nanoseconds >= kNanoseconds) {
-    throw ByteError("a stamp is " + std::to_string(seconds) + " s and " +
-                    std::to_string(nanoseconds) + " ns");
+    throw ByteError(fmt::format("a stamp is {} s and {} ns", seconds, nanoseconds));
   }
   return {static_cast<std::uint32_t>(seconds), nanoseconds};
 }
@@ -155,8 +155,8 @@ MessageContent read_unpacked(const ByteReader& bytes, const BagConnection& conne
   if (is_of<nav_msgs::Odometry>(connection)) {
     return read_whole<nav_msgs::Odometry>(bytes);
   }
-  throw BagError("topic " + connection.topic + " of the bag holds " + connection.type +
-                 ", which is not read");
+  throw BagError(fmt::format("topic {} of the bag holds {}, which is not read", connection.topic,
+                             connection.type));
 }
 
 }  // namespace
@@ -164,8 +164,9 @@ MessageContent read_unpacked(const ByteReader& bytes, const BagConnection& conne
 std::string ros1_type(const std::string& ros2_type) {
   constexpr const char* kMiddle = "/msg/";
   const std::size_t at = ros2_type.find(kMiddle);
-  return at == std::string::npos ? ros2_type
-                                 : ros2_type.substr(0, at) + "/" + ros2_type.substr(at + 5);
+  return at == std::string::npos
+             ? ros2_type
+             : fmt::format("{}/{}", ros2_type.substr(0, at), ros2_type.substr(at + 5));
 }
 
 MessageContent read_cdr_message(const ByteReader& bytes, const BagConnection& connection) {

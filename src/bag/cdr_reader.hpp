@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -21,9 +23,9 @@ class CdrReader {
     const ByteReader head = bytes.take(4);
     constexpr std::uint8_t kLittleEndian = 1;
     if (head.data()[0] != 0 || head.data()[1] > kLittleEndian) {
-      throw ByteError("it is not in plain CDR: it begins with the bytes " +
-                      std::to_string(head.data()[0]) + " and " + std::to_string(head.data()[1]) +
-                      "; allowed: 0, then 0 or 1");
+      throw ByteError(fmt::format(
+          "it is not in plain CDR: it begins with the bytes {} and {}; allowed: 0, then 0 or 1",
+          head.data()[0], head.data()[1]));
     }
     is_swapped_ = head.data()[1] != kLittleEndian;
     size_ = bytes.size();

@@ -1,5 +1,6 @@
 #include "bag/db3_file.hpp"
 
+#include <fmt/core.h>
 #include <sqlite3.h>
 
 #include <algorithm>
@@ -20,8 +21,9 @@ namespace {
 constexpr std::int64_t kLatest = 4'294'967'295'000'000'000;  // [ns]
 
 std::string text_of_damage(const std::string& path, const std::string& what) {
-  return "bag '" + path + "' is damaged (" + what + "); `sqlite3 '" + path +
-         "' .recover | sqlite3 NEW.db3` may save more";
+  return fmt::format(
+      "bag '{}' is damaged ({}); `sqlite3 '{}' .recover | sqlite3 NEW.db3` may save more", path,
+      what, path);
 }
 
 /// Thrown where the database cannot be read. The text is SQLite's.
@@ -87,7 +89,7 @@ std::string uri_of(const std::string& path, const std::string& options) {
       uri += {'%', kDigits[code >> 4U], kDigits[code & 15U]};
     }
   }
-  return uri + "?mode=ro" + options;
+  return fmt::format("{}?mode=ro{}", uri, options);
 }
 
 Database open_with(const std::string& path, const std::string& options) {
@@ -139,11 +141,12 @@ std::int64_t time_within(std::int64_t nanoseconds) {
 std::string query_of(const BagSelection& selection) {
   std::string topics;
   for (const std::uint32_t topic : selection.connections) {
-    topics += (topics.empty() ? "" : ",") + std::to_string(topic);
+    topics += fmt::format("{}{}", topics.empty() ? "" : ",", topic);
   }
-  return "SELECT timestamp, topic_id, data FROM messages WHERE timestamp BETWEEN ?1 AND ?2 AND "
-         "topic_id IN (" +
-         topics + ") ORDER BY timestamp, id";
+  return fmt::format(
+      "SELECT timestamp, topic_id, data FROM messages WHERE timestamp BETWEEN ?1 AND ?2 AND "
+      "topic_id IN ({}) ORDER BY timestamp, id",
+      topics);
 }
 
 class Db3Messages : public RecordedMessages {
@@ -169,9 +172,9 @@ class Db3Messages : public RecordedMessages {
     try {
       return {time_, &connection, read_cdr_message(query_->bytes(2), connection)};
     } catch (const ByteError& error) {
-      throw BagError("bag '" + file_.path() + "' has a message of topic " + connection.topic +
-                     " at " + std::to_string(time_.toSec()) + " s that is none of " +
-                     connection.type + " (" + error.what() + ")");
+      throw BagError(fmt::format(
+          "bag '{}' has a message of topic {} at {:f} s that is none of {} ({})", file_.path(),
+          connection.topic, time_.toSec(), connection.type, error.what()));
     }
   }
 
@@ -236,14 +239,15 @@ Db3File::Db3File(const std::string& path) : RecordingFile(path) {
 void Db3File::read_topics(sqlite3* database) {
   Query tables(database, "SELECT COUNT(*) FROM sqlite_master WHERE name IN ('topics', 'messages')");
   if (!tables.next() || tables.number(0) != 2) {
-    throw BagError("'" + path() + "' is an SQLite database, but no bag of ROS 2: that has the " +
-                   "tables topics and messages");
+    throw BagError(fmt::format(
+        "'{}' is an SQLite database, but no bag of ROS 2: that has the tables topics and messages",
+        path()));
   }
   Query topics(database, "SELECT id, name, type, serialization_format FROM topics");
   while (topics.next()) {
     const std::int64_t id = topics.number(0);
     if (id < 0 || id > std::numeric_limits<std::uint32_t>::max()) {
-      throw DatabaseError("a topic has the number " + std::to_string(id));
+      throw DatabaseError(fmt::format("a topic has the number {}", id));
     }
     BagConnection& connection = connections_[static_cast<std::uint32_t>(id)];
     connection.topic = topics.text(1);
@@ -251,7 +255,7 @@ void Db3File::read_topics(sqlite3* database) {
     const std::string format = topics.text(3);
     if (format != "cdr") {
       // It may be one that nobody asks for.
-      connection.type += " in the format '" + format + "'";
+      connection.type += fmt::format(" in the format '{}'", format);
     }
   }
 }

@@ -1,5 +1,6 @@
 #include "bag/log_lines.hpp"
 
+#include <fmt/core.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -19,7 +20,8 @@ constexpr std::size_t kLongestLine = std::size_t{1} << 20;
 LogLines::LogLines(const std::string& path)
     : file_(gzopen(path.c_str(), "rb")), buffer_(kBufferSize) {
   if (file_ == nullptr) {
-    throw BagError("'" + path + "' cannot be opened: " + std::generic_category().message(errno));
+    throw BagError(
+        fmt::format("'{}' cannot be opened: {}", path, std::generic_category().message(errno)));
   }
 }
 

@@ -1,5 +1,6 @@
 #include "bag/mcap_file.hpp"
 
+#include <fmt/core.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -34,8 +35,9 @@ void require_time(std::uint64_t nanoseconds) {
 
 std::string text_of_damage(const std::string& path, std::uint64_t position,
                            const std::string& what) {
-  return "bag '" + path + "' is damaged at byte " + std::to_string(position) + " (" + what +
-         "); `mcap recover '" + path + "' -o NEW.mcap` may save more";
+  return fmt::format(
+      "bag '{}' is damaged at byte {} ({}); `mcap recover '{}' -o NEW.mcap` may save more", path,
+      position, what, path);
 }
 
 std::uint32_t checksum_of(const Bytes& bytes) {
@@ -45,8 +47,7 @@ std::uint32_t checksum_of(const Bytes& bytes) {
 /// A chunk's records. Throws ByteError where they are damaged, but for being cut off.
 Bytes records_of(const McapChunk& chunk, McapRecordReader& file) {
   if (chunk.unpacked_size > kLargestChunk) {
-    throw ByteError("a chunk is said to unpack to " + std::to_string(chunk.unpacked_size) +
-                    " bytes");
+    throw ByteError(fmt::format("a chunk is said to unpack to {} bytes", chunk.unpacked_size));
   }
   Bytes packed = file.bytes(chunk.position, chunk.size);
   Unpacked unpacked;
@@ -64,8 +65,8 @@ Bytes records_of(const McapChunk& chunk, McapRecordReader& file) {
     throw ByteError("a chunk cannot be unpacked: " + unpacked.defect);
   }
   if (unpacked.bytes.size() != chunk.unpacked_size) {
-    throw ByteError("a chunk of " + std::to_string(chunk.unpacked_size) + " bytes has " +
-                    std::to_string(unpacked.bytes.size()));
+    throw ByteError(
+        fmt::format("a chunk of {} bytes has {}", chunk.unpacked_size, unpacked.bytes.size()));
   }
   if (chunk.checksum != 0 && chunk.checksum != checksum_of(unpacked.bytes)) {
     throw ByteError("a chunk's checksum is not that of its records");
@@ -179,8 +180,8 @@ void McapFile::Scanner::take_chunk(const McapRecord& record) {
   chunk.compression = bytes.array().text();
   const auto size = bytes.number<std::uint64_t>();
   if (!chunk.compression.empty() && chunk.compression != "zstd" && chunk.compression != "lz4") {
-    throw ByteError("a chunk's compression is '" + chunk.compression +
-                    "'; allowed: none, zstd or lz4");
+    throw ByteError(fmt::format("a chunk's compression is '{}'; allowed: none, zstd or lz4",
+                                chunk.compression));
   }
   require_time(chunk.first);
   require_time(chunk.last);
@@ -307,7 +308,7 @@ void McapFile::Scanner::register_record(McapOperation operation, const ByteReade
 void McapFile::Scanner::count(std::uint32_t channel, std::size_t messages) {
   const auto connection = file_.connections_.find(channel);
   if (connection == file_.connections_.end()) {
-    throw ByteError("channel " + std::to_string(channel) + " is not known");
+    throw ByteError(fmt::format("channel {} is not known", channel));
   }
   connection->second.messages += messages;
 }
@@ -357,17 +358,18 @@ class McapMessages : public RecordedMessages {
     const BagConnection& connection = file_.connections().at(entry.channel);
     const std::string& encoding = file_.encoding_of(entry.channel);
     if (encoding != "cdr" && encoding != "ros1") {
-      throw BagError("topic " + connection.topic + " of bag '" + file_.path() +
-                     "' has messages in the encoding '" + encoding + "'; allowed: cdr or ros1");
+      throw BagError(fmt::format(
+          "topic {} of bag '{}' has messages in the encoding '{}'; allowed: cdr or ros1",
+          connection.topic, file_.path(), encoding));
     }
     try {
       return {to_time(entry.time), &connection,
               encoding == "cdr" ? read_cdr_message(entry.data, connection)
                                 : read_ros1_message(entry.data, connection)};
     } catch (const ByteError& error) {
-      throw BagError("bag '" + file_.path() + "' has a message of topic " + connection.topic +
-                     " at " + std::to_string(to_time(entry.time).toSec()) + " s that is none of " +
-                     connection.type + " (" + error.what() + ")");
+      throw BagError(fmt::format(
+          "bag '{}' has a message of topic {} at {:f} s that is none of {} ({})", file_.path(),
+          connection.topic, to_time(entry.time).toSec(), connection.type, error.what()));
     }
   }
 

@@ -1,5 +1,7 @@
 #include "bag/mcap_records.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <system_error>
@@ -15,8 +17,8 @@ constexpr std::size_t kHead = 1 + sizeof(std::uint64_t);  // of a record: operat
 
 McapRecordReader::McapRecordReader(const std::string& path) : stream_(path, std::ios::binary) {
   if (!stream_) {
-    throw BagError("bag '" + path +
-                   "' cannot be opened: " + std::generic_category().message(errno));
+    throw BagError(
+        fmt::format("bag '{}' cannot be opened: {}", path, std::generic_category().message(errno)));
   }
   stream_.seekg(0, std::ios::end);
   size_ = static_cast<std::uint64_t>(stream_.tellg());

@@ -1,5 +1,7 @@
 #include "bag/open_recording.hpp"
 
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <fstream>
 #include <utility>
@@ -38,8 +40,9 @@ std::unique_ptr<RecordingFile> open_file(const std::string& path) {
     case Format::kMcap:
       return std::make_unique<McapFile>(path);
     default:
-      throw BagError("'" + path + "' " +
-                     (kind.what_to_do.empty()
+      throw BagError(
+          fmt::format("'{}' {}", path,
+                      kind.what_to_do.empty()
                           ? "is no bag of version 2.0, no bag of ROS 2 (.db3, .mcap) and no log of "
                             "CARMEN by what is inside it, whatever its name"
                           : kind.what_to_do));
@@ -56,12 +59,12 @@ OpenRecording open_files(const std::vector<std::string>& paths) {
   OpenRecording opened;
   for (const std::string& path : paths) {
     if (is_without_bytes(path)) {
-      opened.remarks.push_back("'" + path + "' is empty (0 bytes) and left out");
+      opened.remarks.push_back(fmt::format("'{}' is empty (0 bytes) and left out", path));
       continue;
     }
     std::unique_ptr<RecordingFile> file = open_file(path);
     if (file->empty()) {
-      opened.remarks.push_back("'" + path + "' holds no messages and is left out");
+      opened.remarks.push_back(fmt::format("'{}' holds no messages and is left out", path));
     } else {
       opened.files.push_back(std::move(file));
     }
@@ -83,7 +86,7 @@ OpenRecording open_recording(const std::string& path) {
   }
   OpenRecording opened = open_files(paths);
   if (opened.files.empty()) {
-    throw BagError("bag '" + path + "' holds no messages in any of its files");
+    throw BagError(fmt::format("bag '{}' holds no messages in any of its files", path));
   }
   return opened;
 }

@@ -1,5 +1,7 @@
 #include "bag/recording_kind.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
@@ -38,11 +40,12 @@ std::string text_of_old_bag(const std::string& head, const std::string& path) {
   constexpr std::size_t kVersionPlace = 9;
   constexpr std::size_t kVersionSize = 3;
   const std::string version = head.substr(kVersionPlace, kVersionSize);
-  return "is a bag of version " + version + ", which ROS wrote in its first years; " +
-         (version == "1.2"
-              ? "convert it: rosbag filter '" + path +
-                    "' NEW.bag True; where that asks for an index, rosbag reindex it first"
-              : "convert it with the release of ROS that recorded it");
+  return fmt::format("is a bag of version {}, which ROS wrote in its first years; {}", version,
+                     version == "1.2"
+                         ? fmt::format("convert it: rosbag filter '{}' NEW.bag True; where that "
+                                       "asks for an index, rosbag reindex it first",
+                                       path)
+                         : "convert it with the release of ROS that recorded it");
 }
 
 /// MRPT begins with an object: the length of its class's name, whose highest bit is set, and that
@@ -77,7 +80,7 @@ bool is_line_of_numbers(const std::string& line) {
 
 std::string unpack_with(const std::string& program, const std::string& packer,
                         const std::string& path) {
-  return "is packed by " + packer + "; unpack it: " + program + " '" + path + "'";
+  return fmt::format("is packed by {}; unpack it: {} '{}'", packer, program, path);
 }
 
 /// By the magic bytes of what is no text; of kOther without text where there are none.

@@ -1,5 +1,6 @@
 #include "bag/ros1_message.hpp"
 
+#include <fmt/core.h>
 #include <ros/message_traits.h>
 #include <ros/serialization.h>
 
@@ -74,9 +75,9 @@ template <typename Message>
 boost::shared_ptr<const Message> deserialize(ByteReader bytes, const BagConnection& connection) {
   const bool is_told = !connection.md5sum.empty() || connection.type.empty();
   if (is_told && connection.md5sum != ros::message_traits::md5sum<Message>()) {
-    throw BagError("topic " + connection.topic + " of the bag holds " + connection.type +
-                   " in a definition that is not the one of " +
-                   ros::message_traits::datatype<Message>());
+    throw BagError(
+        fmt::format("topic {} of the bag holds {} in a definition that is not the one of {}",
+                    connection.topic, connection.type, ros::message_traits::datatype<Message>()));
   }
   auto message = boost::make_shared<Message>();
   check_bytes(bytes, *message);

@@ -1,5 +1,6 @@
 #include "bag/ros2_folder.hpp"
 
+#include <fmt/core.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -23,8 +24,10 @@ std::vector<std::string> named_files(const fs::path& metadata) {
     }
     return names;
   } catch (const YAML::Exception& error) {
-    throw BagError("'" + metadata.string() + "' is no metadata of a bag of ROS 2 (" + error.what() +
-                   "); give its .db3 or .mcap files instead of the folder");
+    throw BagError(
+        fmt::format("'{}' is no metadata of a bag of ROS 2 ({}); give its .db3 or .mcap files "
+                    "instead of the folder",
+                    metadata.string(), error.what()));
   }
 }
 
@@ -42,8 +45,9 @@ std::string place_of(const fs::path& folder, const std::string& name) {
       return place.string();
     }
   }
-  throw BagError("bag '" + folder.string() + "' has no file '" + name + "', which its " +
-                 kMetadata + " names; give those that there are by themselves");
+  throw BagError(fmt::format(
+      "bag '{}' has no file '{}', which its {} names; give those that there are by themselves",
+      folder.string(), name, kMetadata));
 }
 
 }  // namespace

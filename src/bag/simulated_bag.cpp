@@ -1,5 +1,6 @@
 #include "bag/simulated_bag.hpp"
 
+#include <fmt/core.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/time.h>
 #include <sensor_msgs/Imu.h>
@@ -135,9 +136,9 @@ rosbag::CompressionType compression_type(const std::string& name) {
 void check_stamps(const SimulatedRun& run, double clock_offset) {
   for (const LaserScan& scan : run.scans) {
     if (!(scan.stamp - clock_offset > 0.0)) {
-      throw ConfigurationError("clock_offset: " + std::to_string(clock_offset) +
-                               " s is not allowed; allowed: less than the first stamp, " +
-                               std::to_string(run.scans.front().stamp) + " s");
+      throw ConfigurationError(fmt::format(
+          "clock_offset: {:f} s is not allowed; allowed: less than the first stamp, {:f} s",
+          clock_offset, run.scans.front().stamp));
     }
   }
 }

@@ -1,5 +1,6 @@
 #include "bag/simulation_record.hpp"
 
+#include <fmt/core.h>
 #include <ros/message_traits.h>
 #include <std_msgs/String.h>
 
@@ -18,7 +19,7 @@ std::string text_of(const Parameters& parameters, const std::string& name) {
   const ParameterValue* value = parameters.find(name);
   const auto* text = value != nullptr ? std::get_if<std::string>(value) : nullptr;
   if (text == nullptr) {
-    throw ConfigurationError(std::string(kSimulationTopic) + ": there is no text '" + name + "'");
+    throw ConfigurationError(fmt::format("{}: there is no text '{}'", kSimulationTopic, name));
   }
   return *text;
 }
@@ -35,8 +36,8 @@ std::uint64_t seed_of(const std::string& text) {
   const char* end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(text.data(), end, seed);
   if (error != std::errc() || rest != end) {
-    throw ConfigurationError(std::string(kSimulationTopic) + ": seed: '" + text +
-                             "' is no whole number");
+    throw ConfigurationError(
+        fmt::format("{}: seed: '{}' is no whole number", kSimulationTopic, text));
   }
   return seed;
 }
@@ -104,8 +105,8 @@ std::optional<SimulationRecord> read_simulation_record(const std::vector<std::st
     try {
       return parse_simulation_record(BagMessageReader(bag).read(*entry).array().text());
     } catch (const ByteError& error) {
-      throw BagError("bag '" + path +
-                     "': the record of the simulation cannot be read: " + error.what());
+      throw BagError(fmt::format("bag '{}': the record of the simulation cannot be read: {}", path,
+                                 error.what()));
     }
   }
   return std::nullopt;

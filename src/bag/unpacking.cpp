@@ -1,5 +1,6 @@
 #include "bag/unpacking.hpp"
 
+#include <fmt/core.h>
 #include <lz4frame.h>
 #include <zstd.h>
 
@@ -18,7 +19,7 @@ void make_room(Unpacked& unpacked, std::size_t used, std::size_t packed_bytes,
   constexpr std::size_t kLeast = 1024;  // bytes
   Bytes& bytes = unpacked.bytes;
   if (used > most_bytes) {
-    unpacked.defect = "it unpacks to more than " + std::to_string(most_bytes) + " bytes";
+    unpacked.defect = fmt::format("it unpacks to more than {} bytes", most_bytes);
   } else if (used == bytes.size()) {
     bytes.resize(
         std::min(std::max({kLeast, kUsualRatio * packed_bytes, 2 * bytes.size()}), most_bytes + 1));
