@@ -1,5 +1,7 @@
 #include "tools/bag_mapper.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
@@ -12,7 +14,6 @@
 #include <variant>
 #include <vector>
 
-#include "common/number_text.hpp"
 #include "io/g2o.hpp"
 #include "io/hough_picture.hpp"
 #include "io/map_picture.hpp"
@@ -39,16 +40,16 @@ namespace {
 
 std::string text_of_loops(const SlamRun& run) {
   const std::size_t closed = run.new_loops().closed;
-  return std::to_string(closed) + (closed == 1 ? " loop closed" : " loops closed");
+  return fmt::format("{} {} closed", closed, closed == 1 ? "loop" : "loops");
 }
 
 /// Before the first scan: somebody says where the robot is, as well as one puts it on a mark.
 TimedEvent told_pose(const std::string& text) {
   const std::optional<Pose2> pose = parse_pose(text, 3);
   if (!pose) {
-    throw ConfigurationError("--pose: '" + text +
-                             "' is not allowed; allowed: X,Y,THETA in metres and radians, such as "
-                             "1.5,-2,0.1");
+    throw ConfigurationError(fmt::format(
+        "--pose: '{}' is not allowed; allowed: X,Y,THETA in metres and radians, such as 1.5,-2,0.1",
+        text));
   }
   return {{0, -std::numeric_limits<double>::infinity(), 0}, SetPose{*pose, covariance_on_mark()}};
 }
@@ -156,7 +157,7 @@ class BagMapping {
 RunDialog BagMapping::telling_loops(RunDialog dialog) const {
   dialog.show_progress = [this, show = std::move(dialog.show_progress)](double fraction,
                                                                         const std::string& text) {
-    show(fraction, session_ ? text + ", " + text_of_loops(run()) : text);
+    show(fraction, session_ ? fmt::format("{}, {}", text, text_of_loops(run())) : text);
   };
   return dialog;
 }
@@ -310,45 +311,48 @@ std::vector<FileContents> BagMapping::hough_pictures() const {
 
 void BagMapping::tell(const RunFacts& facts) {
   const ScanAccount& account = scans_.account();
-  dialog_.inform(std::to_string(account.delivered) + " of " + std::to_string(account.received) +
-                 " scans used, " + std::to_string(fit_.matched()) + " matched, " +
-                 text_of_loops(run()) + ", in " + seconds_text(facts.used.wall_seconds) + ", " +
-                 seconds_text(facts.bag.seconds) + " of bag; results in " + out_);
+  dialog_.inform(fmt::format("{} of {} scans used, {} matched, {}, in {}, {} of bag; results in {}",
+                             account.delivered, account.received, fit_.matched(),
+                             text_of_loops(run()), seconds_text(facts.used.wall_seconds),
+                             seconds_text(facts.bag.seconds), out_));
   for (const auto& [number, laser] : run().secondary_lasers()) {
     (laser.is_used ? dialog_.inform : dialog_.warn)(text_of(laser, run().scan_topic(number)));
   }
   if (run().parts_apart() > 0) {
-    dialog_.warn("maps of a lost robot that were found nowhere in the map: " +
-                 std::to_string(run().parts_apart()) + "; map.slam alone holds them");
+    dialog_.warn(fmt::format(
+        "maps of a lost robot that were found nowhere in the map: {}; map.slam alone holds them",
+        run().parts_apart()));
     const std::size_t all = run().trajectory().size();
     const std::size_t apart = all - in_map(run().trajectory()).size();
     if (apart > 0) {
-      dialog_.warn(std::to_string(apart) + " of " + std::to_string(all) +
-                   " poses are in such maps, each in a frame of its own that has nothing to do "
-                   "with the map's: map.png leaves them out, trajectory.tum has them; scans.csv "
-                   "says lost for each. Two drives that never meet are better mapped one by one");
+      dialog_.warn(fmt::format(
+          "{} of {} poses are in such maps, each in a frame of its own that has nothing to do with "
+          "the map's: map.png leaves them out, trajectory.tum has them; scans.csv says lost for "
+          "each. Two drives that never meet are better mapped one by one",
+          apart, all));
     }
   }
   if (const std::size_t steps = run().clock_steps(); steps > 0) {
-    dialog_.warn("the clock has stepped back: poses of before the first step are in " + out_ +
-                 "/trajectory.1.tum" +
-                 (steps > 1 ? ", the next in trajectory.2.tum and so on" : "") +
-                 ", those since the last one in trajectory.tum; likewise the other .tum files but "
-                 "key_scans.tum");
+    dialog_.warn(
+        fmt::format("the clock has stepped back: poses of before the first step are in "
+                    "{}/trajectory.1.tum{}, those since the last one in trajectory.tum; likewise "
+                    "the other .tum files but key_scans.tum",
+                    out_, steps > 1 ? ", the next in trajectory.2.tum and so on" : ""));
   }
   for (const std::string& warning : fit_.warnings()) {
     dialog_.warn(warning);
   }
   session_->advise();
   if (scans_.events_left() > 0) {
-    dialog_.warn(std::to_string(scans_.events_left()) +
-                 " events have no scan after them and took no effect");
+    dialog_.warn(
+        fmt::format("{} events have no scan after them and took no effect", scans_.events_left()));
   }
   if (facts.bag.interrupted) {
     dialog_.warn(
-        "interrupted: the results cover the bag up to there; for the rest of it give the same "
-        "options but another --out, no --pose and no --events, and --start " +
-        fixed_text(scans_.start_of_rest(), 3) + " --map " + out_ + "/map.slam");
+        fmt::format("interrupted: the results cover the bag up to there; for the rest of it give "
+                    "the same options but another --out, no --pose and no --events, and --start "
+                    "{:.3f} --map {}/map.slam",
+                    scans_.start_of_rest(), out_));
   }
 }
 

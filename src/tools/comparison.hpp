@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <CLI/CLI.hpp>
 #include <cstddef>
 #include <iostream>
@@ -45,7 +47,7 @@ template <typename Error, typename Measure>
     try {
       results.push_back({path, measure(trajectory)});
     } catch (const EvaluationError& error) {
-      throw EvaluationError(path + " against " + against + ": " + error.what());
+      throw EvaluationError(fmt::format("{} against {}: {}", path, against, error.what()));
     }
   }
   return results;

@@ -1,5 +1,7 @@
 #include "tools/evaluate_ate.hpp"
 
+#include <fmt/core.h>
+
 #include <cstddef>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -49,11 +51,12 @@ std::string table_of(const std::vector<AteResult>& results) {
 }
 
 std::string heading_of(const AteCommand& command, const Truth& truth) {
-  return "Absolute trajectory error against " + command.truth.path + "\nAlignment: " +
-         (command.alignment == "none"
-              ? "none, the estimates are compared as they are"
-              : "SE(2), each estimate is shifted and rotated onto the truth (Umeyama, no scale)") +
-         "\n" + describe(truth) + "\n";
+  return fmt::format(
+      "Absolute trajectory error against {}\nAlignment: {}\n{}\n", command.truth.path,
+      command.alignment == "none"
+          ? "none, the estimates are compared as they are"
+          : "SE(2), each estimate is shifted and rotated onto the truth (Umeyama, no scale)",
+      describe(truth));
 }
 
 nlohmann::json json_of(const AteCommand& command, const Truth& truth,

@@ -1,5 +1,7 @@
 #include "tools/evaluate_map.hpp"
 
+#include <fmt/core.h>
+
 #include <cstddef>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -35,7 +37,7 @@ std::vector<MeasuredMap> measure(const MapCommand& command) {
       MapQuality quality = measure_map_quality(map);
       results.push_back({path, std::move(map), std::move(quality)});
     } catch (const EvaluationError& error) {
-      throw EvaluationError(path + ": " + error.what());
+      throw EvaluationError(fmt::format("{}: {}", path, error.what()));
     }
   }
   return results;
@@ -50,7 +52,7 @@ std::string table_of(const std::vector<MeasuredMap>& results) {
   for (const auto& [name, map, quality] : results) {
     rows.push_back(
         {name, fixed_text(map.resolution, 3),
-         fixed_text(metres(map.width, map), 1) + " x " + fixed_text(metres(map.height, map), 1),
+         fmt::format("{:.1f} x {:.1f}", metres(map.width, map), metres(map.height, map)),
          std::to_string(quality.known_cells()), fixed_text(quality.occupied_of_known(), 4),
          fixed_text(quality.occupied_of_free(), 4), std::to_string(quality.corners.size()),
          std::to_string(quality.enclosed_areas.size())});

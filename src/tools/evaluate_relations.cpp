@@ -1,5 +1,7 @@
 #include "tools/evaluate_relations.hpp"
 
+#include <fmt/core.h>
+
 #include <cstddef>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -27,8 +29,8 @@ struct RelationsCommand {
 using RelationResult = Measured<RelationError>;
 
 std::string spread_text(const ErrorSpread& spread, double scale, int decimals) {
-  return fixed_text(scale * spread.mean, decimals) + " ± " +
-         fixed_text(scale * spread.deviation, decimals);
+  return fmt::format("{} ± {}", fixed_text(scale * spread.mean, decimals),
+                     fixed_text(scale * spread.deviation, decimals));
 }
 
 std::string table_of(const std::vector<RelationResult>& results) {
@@ -50,15 +52,16 @@ std::string table_of(const std::vector<RelationResult>& results) {
 std::string heading_of(const RelationsCommand& command, std::size_t count) {
   const std::string who = command.odometry.empty() ? "the estimate" : "odometry";
   const double distance = RelationErrorOptions{}.max_distance;
-  return "Error against the " + std::to_string(count) + " relations of " + command.relations +
-         ", mean ± standard deviation\n" +
-         (command.odometry.empty()
-              ? "Between its poses the estimate is interpolated\n"
-              : "Between its poses the estimate is carried by the odometry of " + command.odometry +
-                    "\n") +
-         "Unusable: " + who + " has no pose within " + fixed_text(distance, 1) +
-         " s of one of the stamps. Extrapolated: usable, but more than " + fixed_text(distance, 1) +
-         " s before or after the estimate\n\n";
+  return fmt::format(
+      "Error against the {} relations of {}, mean ± standard deviation\n{}Unusable: {} has no pose "
+      "within {:.1f} s of one of the stamps. Extrapolated: usable, but more than {:.1f} s before "
+      "or after the estimate\n\n",
+      count, command.relations,
+      command.odometry.empty()
+          ? "Between its poses the estimate is interpolated\n"
+          : fmt::format("Between its poses the estimate is carried by the odometry of {}\n",
+                        command.odometry),
+      who, distance, distance);
 }
 
 nlohmann::json json_of(const RelationsCommand& command, std::size_t count,

@@ -1,5 +1,7 @@
 #include "tools/evaluate_rpe.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <memory>
@@ -27,7 +29,7 @@ std::string name_of(const PairRule& rule) {
   const char* unit = rule.unit == PairRule::Unit::kSecond  ? " s"
                      : rule.unit == PairRule::Unit::kMetre ? " m"
                                                            : " rad";
-  return "per " + fixed_text(rule.step, 0) + unit;
+  return fmt::format("per {:.0f}{}", rule.step, unit);
 }
 
 /// Such as "per_scan", "per_5_m".
@@ -69,10 +71,10 @@ std::string tables_of(const std::vector<RpeResult>& results) {
 }
 
 std::string heading_of(const Truth& truth) {
-  return "Relative pose error against " + truth.options.path +
-         "\nPairs of the estimates' poses: consecutive ones, and those that are as far apart in "
-         "time, along the true path or in true turning, within 10 %\n" +
-         describe(truth);
+  return fmt::format(
+      "Relative pose error against {}\nPairs of the estimates' poses: consecutive ones, and those "
+      "that are as far apart in time, along the true path or in true turning, within 10 %\n{}",
+      truth.options.path, describe(truth));
 }
 
 nlohmann::json json_of(const Truth& truth, const std::vector<RpeResult>& results) {

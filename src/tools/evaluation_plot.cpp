@@ -1,5 +1,6 @@
 #include "tools/evaluation_plot.hpp"
 
+#include <fmt/core.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -81,12 +82,13 @@ int run(const std::string& program, std::FILE* input, std::FILE* output, std::FI
       ::posix_spawn(&child, program.c_str(), &actions, nullptr, arguments.data(), environ);
   ::posix_spawn_file_actions_destroy(&actions);
   if (error != 0) {
-    throw FileError("cannot run '" + program + "', which needs /usr/bin/python3: " + reason(error));
+    throw FileError(
+        fmt::format("cannot run '{}', which needs /usr/bin/python3: {}", program, reason(error)));
   }
   int status = 0;
   while (::waitpid(child, &status, 0) < 0) {
     if (errno != EINTR) {
-      throw FileError("lost sight of '" + program + "': " + reason(errno));
+      throw FileError(fmt::format("lost sight of '{}': {}", program, reason(errno)));
     }
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
@@ -97,7 +99,8 @@ void draw(const std::string& path, const nlohmann::json& figure) {
   const File output = temporary_file();
   const File errors = temporary_file();
   if (run(plot_program(), input.get(), output.get(), errors.get()) != 0) {
-    throw FileError("cannot draw '" + path + "': " + last_line(contents_of(errors.get())));
+    throw FileError(
+        fmt::format("cannot draw '{}': {}", path, last_line(contents_of(errors.get()))));
   }
   replace_file(path, contents_of(output.get()));
 }
@@ -114,7 +117,8 @@ void require_plot_file(const std::string& path) {
     return;
   }
   if (fs::path(path).extension() != ".png") {
-    throw ConfigurationError("--plot: '" + path + "' is not allowed; allowed: a name in .png");
+    throw ConfigurationError(
+        fmt::format("--plot: '{}' is not allowed; allowed: a name in .png", path));
   }
   require_writable_file(path);
 }

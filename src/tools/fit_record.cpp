@@ -1,8 +1,9 @@
 #include "tools/fit_record.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
-#include "common/number_text.hpp"
 #include "evaluation/error_statistics.hpp"
 
 namespace matchbox_slam {
@@ -88,11 +89,12 @@ std::string FitRecord::text_of_few_matches() const {
   if (static_cast<double>(matched()) >= kLeastMatched * static_cast<double>(tried)) {
     return "";
   }
-  std::string text = "only " + std::to_string(matched()) + " of " + std::to_string(tried) +
-                     " scans match the map; the others are placed by the prediction alone";
+  std::string text = fmt::format(
+      "only {} of {} scans match the map; the others are placed by the prediction alone", matched(),
+      tried);
   const auto add = [&](std::size_t count, const std::string& reason) {
     if (count > 0) {
-      text += "; " + std::to_string(count) + " " + reason;
+      text += fmt::format("; {} {}", count, reason);
     }
   };
   add(count_of(MatchStatus::kRejectedTooFewPoints),
@@ -108,10 +110,10 @@ std::string FitRecord::text_of_doubt() const {
   if (unsure_ <= kMostUnsure * seconds && longest_ <= kLongUnsure) {
     return "";
   }
-  return "for " + fixed_text(unsure_, 1) + " of " + fixed_text(seconds, 1) +
-         " s it was not sure where the robot is, the longest " + fixed_text(longest_, 1) +
-         " s from the scan of " + fixed_text(longest_since_, 3) +
-         " s on; scans.csv has the state of each scan";
+  return fmt::format(
+      "for {:.1f} of {:.1f} s it was not sure where the robot is, the longest {:.1f} s from the "
+      "scan of {:.3f} s on; scans.csv has the state of each scan",
+      unsure_, seconds, longest_, longest_since_);
 }
 
 std::string FitRecord::text_of_poor_fit() const {
@@ -121,10 +123,11 @@ std::string FitRecord::text_of_poor_fit() const {
   if (!is_matched || (score >= kPoorScore && evidence >= kPoorEvidence)) {
     return "";
   }
-  return "the scans fit the map poorly (in the median a score of " + fixed_text(score, 2) +
-         ", and evidence of " + fixed_text(evidence, 1) +
-         " a beam, where 3 is the most): do the ranges, the lasers' places in tf and the "
-         "clocks agree? --matcher odometry_only shows what odometry alone makes of it";
+  return fmt::format(
+      "the scans fit the map poorly (in the median a score of {:.2f}, and evidence of {:.1f} a "
+      "beam, where 3 is the most): do the ranges, the lasers' places in tf and the clocks agree? "
+      "--matcher odometry_only shows what odometry alone makes of it",
+      score, evidence);
 }
 
 std::string FitRecord::text_of_jumps() const {
@@ -132,12 +135,13 @@ std::string FitRecord::text_of_jumps() const {
   if (!is_typical || static_cast<double>(jumps_) <= kManyJumps * static_cast<double>(steps_)) {
     return "";
   }
-  return "in " + std::to_string(jumps_) + " of " + std::to_string(steps_) +
-         " steps from scan to scan the pose jumps by more than 5 cm against the odometry: " +
-         (has_secondary_lasers_ ? "do the lasers disagree, or their places in tf and the odometry?"
-                                : "is the laser's place in tf right, are the stamps, or is the "
-                                  "odometry so bad?") +
-         " --matcher odometry_only shows what odometry alone makes of it";
+  return fmt::format(
+      "in {} of {} steps from scan to scan the pose jumps by more than 5 cm against the odometry: "
+      "{} --matcher odometry_only shows what odometry alone makes of it",
+      jumps_, steps_,
+      has_secondary_lasers_ ? "do the lasers disagree, or their places in tf and the odometry?"
+                            : "is the laser's place in tf right, are the stamps, or is the "
+                              "odometry so bad?");
 }
 
 }  // namespace matchbox_slam

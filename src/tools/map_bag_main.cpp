@@ -1,5 +1,6 @@
 // rosrun matchbox_slam map_bag: maps a bag without a roscore.
 
+#include <fmt/core.h>
 #include <malloc.h>
 
 #include <CLI/CLI.hpp>
@@ -69,8 +70,9 @@ bool is_conversion(const CLI::App& app) {
       "BAG", "--convert", "--scan-topic", "--start", "--duration", "--threads", "--quiet"};
   for (const CLI::Option* option : app.get_options()) {
     if (option->count() > 0 && kAllowed.count(option->get_name()) == 0) {
-      throw ConfigurationError("--convert: " + option->get_name() +
-                               " is for maps, and none is made; leave one of them out");
+      throw ConfigurationError(
+          fmt::format("--convert: {} is for maps, and none is made; leave one of them out",
+                      option->get_name()));
     }
   }
   return true;
@@ -78,9 +80,9 @@ bool is_conversion(const CLI::App& app) {
 
 void convert(const MapBagRequest& request, const RunDialog& dialog) {
   const ConvertedBag converted = convert_bag(request.recording, request.convert, dialog);
-  dialog.inform(request.convert + ": " + std::to_string(converted.scans) + " scans, " +
-                std::to_string(converted.transforms) + " messages of tf and " +
-                std::to_string(converted.others) + " of odometry and IMU");
+  dialog.inform(fmt::format("{}: {} scans, {} messages of tf and {} of odometry and IMU",
+                            request.convert, converted.scans, converted.transforms,
+                            converted.others));
   if (!converted.damage.empty()) {
     throw BagError(converted.damage + "; the bag holds the part before");
   }

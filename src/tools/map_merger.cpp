@@ -1,5 +1,7 @@
 #include "tools/map_merger.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -35,11 +37,11 @@ using nlohmann::json;
 
 /// Of the n-th map that is written, without its folder.
 std::string map_name(std::size_t number) {
-  return number == 0 ? "map" : "map_" + std::to_string(number + 1);
+  return number == 0 ? "map" : fmt::format("map_{}", number + 1);
 }
 
 std::string trajectory_name(std::size_t input) {
-  return "trajectory_" + std::to_string(input + 1) + ".tum";
+  return fmt::format("trajectory_{}.tum", input + 1);
 }
 
 /// "a, b and c"
@@ -59,7 +61,8 @@ void require_maps(const MergeMapsRequest& request) {
     for (std::size_t j = 0; j < i; ++j) {
       std::error_code unknown;  // of what is not there reading tells
       if (fs::equivalent(request.maps[i], request.maps[j], unknown)) {
-        throw ConfigurationError("MAP: " + request.maps[i] + " is given twice; give each map once");
+        throw ConfigurationError(
+            fmt::format("MAP: {} is given twice; give each map once", request.maps[i]));
       }
     }
   }
@@ -147,9 +150,9 @@ void MapMerger::take_cells_of_first() {
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     const double cell = inputs_[i].map.field.geometry().resolution();
     if (cell != options_.map.resolution) {
-      dialog_.inform(request_.maps[i] + ": is drawn anew in cells of " +
-                     to_string(options_.map.resolution) + " m in place of " + to_string(cell) +
-                     " m");
+      dialog_.inform(fmt::format("{}: is drawn anew in cells of {} m in place of {} m",
+                                 request_.maps[i], to_string(options_.map.resolution),
+                                 to_string(cell)));
     }
   }
 }
@@ -161,10 +164,10 @@ void MapMerger::merge() {
       if (is_out_new_) {
         fs::remove(request_.out, kept);  // it is empty
       }
-      throw std::runtime_error("interrupted while " + std::to_string(maps) +
-                               " maps were searched in each other; nothing was written");
+      throw std::runtime_error(fmt::format(
+          "interrupted while {} maps were searched in each other; nothing was written", maps));
     }
-    dialog_.show_progress(done, std::to_string(maps) + " maps searched in each other");
+    dialog_.show_progress(done, fmt::format("{} maps searched in each other", maps));
   });
 }
 
@@ -194,13 +197,15 @@ Trajectory MapMerger::trajectory_in(const MergedMap& map, std::size_t input) con
 void MapMerger::add_trajectory(std::size_t input, FileReplacement& files) const {
   const std::size_t number = map_of(input);
   add_tum_parts(
-      request_.out + "/" + trajectory_name(input), {trajectory_in(maps_[number], input).poses()},
-      "Of the key scans of " + request_.maps[input] + " in " + map_name(number) + ".slam: ", files);
+      fmt::format("{}/{}", request_.out, trajectory_name(input)),
+      {trajectory_in(maps_[number], input).poses()},
+      fmt::format("Of the key scans of {} in {}.slam: ", request_.maps[input], map_name(number)),
+      files);
 }
 
 void MapMerger::add_map(std::size_t number, FileReplacement& files) const {
   const MergedMap& map = maps_[number];
-  const std::string path = request_.out + "/" + map_name(number);
+  const std::string path = fmt::format("{}/{}", request_.out, map_name(number));
   const OccupancyGrid shown = shown_occupancy(map.part.map, map.part.key_scans.all(), options_.map);
   std::vector<Trajectory> drives;
   for (std::size_t input = 0; input < inputs_.size(); ++input) {
@@ -273,16 +278,16 @@ std::string MapMerger::report() const {
 void MapMerger::tell() const {
   for (std::size_t number = 0; number < maps_.size(); ++number) {
     const MergedMap& map = maps_[number];
-    dialog_.inform(request_.out + "/" + map_name(number) + ".slam: " + listed(names_in(map)) +
-                   "; " + std::to_string(map.part.key_scans.size()) + " key scans, " +
-                   std::to_string(count_closed(map.loops.loops)) + " loops closed");
+    dialog_.inform(fmt::format("{}/{}.slam: {}; {} key scans, {} loops closed", request_.out,
+                               map_name(number), listed(names_in(map)), map.part.key_scans.size(),
+                               count_closed(map.loops.loops)));
   }
   for (std::size_t number = 1; number < maps_.size(); ++number) {
     dialog_.warn(
-        listed(names_in(maps_[number])) + " met " + request_.maps.front() +
-        " nowhere: a map of its own, " + map_name(number) +
-        ".slam; to join them, let one robot drive on through what the other one saw, for 15 "
-        "m or more, and farther where rooms and corridors are alike");
+        fmt::format("{} met {} nowhere: a map of its own, {}.slam; to join them, let one robot "
+                    "drive on through what the other one saw, for 15 m or more, and farther where "
+                    "rooms and corridors are alike",
+                    listed(names_in(maps_[number])), request_.maps.front(), map_name(number)));
   }
 }
 
@@ -298,11 +303,11 @@ std::vector<std::string> MapMerger::leftovers() const {
   };
   for (std::size_t number = maps_.size(); number < count("maps"); ++number) {
     for (const char* end : {".slam", ".pgm", ".yaml", ".png", ".occupancy.png"}) {
-      files.push_back(request_.out + "/" + map_name(number) + end);
+      files.push_back(fmt::format("{}/{}{}", request_.out, map_name(number), end));
     }
   }
   for (std::size_t input = inputs_.size(); input < count("inputs"); ++input) {
-    files.push_back(request_.out + "/" + trajectory_name(input));
+    files.push_back(fmt::format("{}/{}", request_.out, trajectory_name(input)));
   }
   files.erase(std::remove_if(files.begin(), files.end(),
                              [](const auto& file) { return !std::filesystem::exists(file); }),
@@ -322,8 +327,8 @@ void MapMerger::write() const {
   files.add({request_.out + "/report.json", report()});
   files.finish();
   if (!left.empty()) {
-    dialog_.inform("what an earlier merge left in " + request_.out + " is in " +
-                   set_aside(left, request_.out + "/earlier") + " now");
+    dialog_.inform(fmt::format("what an earlier merge left in {} is in {} now", request_.out,
+                               set_aside(left, request_.out + "/earlier")));
   }
   tell();
 }

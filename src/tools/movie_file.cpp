@@ -1,5 +1,7 @@
 #include "tools/movie_file.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -36,9 +38,10 @@ bool is_other_film(const std::string& extension) {
 MovieFile::MovieFile(std::string name)
     : name_(std::move(name)), is_gif_(lower_extension(name_) == ".gif") {
   if (name_.empty() || is_other_film(lower_extension(name_))) {
-    throw ConfigurationError("--movie: '" + name_ +
-                             "' is not allowed; allowed: a name that ends in .gif, or a folder for "
-                             "PNGs, of which ffmpeg makes other films (doc/first_map.md)");
+    throw ConfigurationError(
+        fmt::format("--movie: '{}' is not allowed; allowed: a name that ends in .gif, or a folder "
+                    "for PNGs, of which ffmpeg makes other films (doc/first_map.md)",
+                    name_));
   }
 }
 
@@ -55,9 +58,7 @@ void MovieFile::require_writable() const {
 }
 
 std::string MovieFile::frame_path(std::size_t number) const {
-  const std::string digits = std::to_string(number);
-  return name_ + "/frame_" + std::string(3 - std::min<std::size_t>(3, digits.size()), '0') +
-         digits + ".png";
+  return fmt::format("{}/frame_{:03}.png", name_, number);
 }
 
 void MovieFile::add(const std::vector<MovieFrame>& frames, double finest_resolution,

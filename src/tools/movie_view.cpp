@@ -1,5 +1,7 @@
 #include "tools/movie_view.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -45,14 +47,13 @@ void include_frame(const MovieFrame& frame, int level, const GridGeometry& geome
 int even(int number) { return number + number % 2; }
 
 std::string count_text(std::size_t count, const std::string& what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
 /// Also for those who count in minutes.
 std::string time_text(double seconds) {
   const auto whole = static_cast<long>(seconds);
-  const std::string rest = std::to_string(whole % 60);
-  return std::to_string(whole / 60) + (rest.size() < 2 ? ":0" : ":") + rest;
+  return fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
 
 }  // namespace
@@ -171,10 +172,10 @@ void MovieView::draw_caption(const MovieFrame& frame, Picture& picture) const {
   draw_scale_bar({kMovieMargin, middle, 0.2 * width_, pixels_per_metre, 1, kMovieFont}, picture);
   std::string text = time_text(frame.time);
   if (!frame.loops.empty()) {
-    text = count_text(frame.loops.size(), "loop") + ", " + text;
+    text = fmt::format("{}, {}", count_text(frame.loops.size(), "loop"), text);
   }
   if (frame.state != TrackingState::kTracking) {
-    text = to_string(frame.state) + (", " + text);
+    text = fmt::format("{}, {}", to_string(frame.state), text);
   }
   picture.draw_text(width_ - kMovieMargin - Picture::text_width(text, kMovieFont), middle, text,
                     kMovieFont, kTextColor);

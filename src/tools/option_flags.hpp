@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <string>
@@ -17,9 +19,9 @@ namespace matchbox_slam {
 
 /// What --help says of an option: meaning, unit, what is allowed, and the default.
 [[nodiscard]] inline std::string help_of(const OptionDescription& row) {
-  const std::string unit = row.unit.empty() ? "" : " [" + row.unit + "]";
+  const std::string unit = row.unit.empty() ? "" : fmt::format(" [{}]", row.unit);
   const std::string allowed = row.allowed.empty() ? "" : row.allowed + "; ";
-  return row.meaning + unit + " (" + allowed + "default " + to_string(row.value) + ")";
+  return fmt::format("{}{} ({}default {})", row.meaning, unit, allowed, to_string(row.value));
 }
 
 /// Adds a flag for every option of a struct. What is given goes to `given`, to be read with

@@ -1,5 +1,7 @@
 #include "tools/out_folder.hpp"
 
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <system_error>
 
@@ -15,8 +17,10 @@ bool lies_in(const std::string& file, const std::string& folder) {
 
 void require_other_folder(const std::string& map, const std::string& out) {
   if (lies_in(map, out)) {
-    throw ConfigurationError("--out: '" + out + "' is the folder of " + map +
-                             ", which would be written over; give another --out, or --overwrite");
+    throw ConfigurationError(
+        fmt::format("--out: '{}' is the folder of {}, which would be written over; give another "
+                    "--out, or --overwrite",
+                    out, map));
   }
 }
 

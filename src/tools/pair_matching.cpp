@@ -1,5 +1,7 @@
 #include "tools/pair_matching.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -39,9 +41,10 @@ std::vector<SlamSetup> make_setups(const MatchPairsRequest& request, const Param
     with_matcher.set("matcher", matcher);
     setups.push_back(make_slam_setup(with_matcher, loader, SetupOf::kProgram));
     if (!names.insert(setups.back().matcher_name).second) {
-      throw ConfigurationError("--matcher: '" + matcher +
-                               "' is given twice; to compare configurations of one matcher, run "
-                               "once for each, into two folders");
+      throw ConfigurationError(
+          fmt::format("--matcher: '{}' is given twice; to compare configurations of one matcher, "
+                      "run once for each, into two folders",
+                      matcher));
     }
   }
   return setups;
@@ -131,14 +134,13 @@ LocatedScans read_recording(const MatchPairsRequest& request, const Parameters& 
   require_complete(scans);
   located.facts = {scans.facts(), request.truth, scans.account().received, located.scans.size()};
   if (located.scans.empty()) {
-    throw EvaluationError("none of " + std::to_string(scans.account().delivered) +
-                          " scans has truth: " + request.truth + " is from " +
-                          std::to_string(truth.poses().front().stamp) + " to " +
-                          std::to_string(truth.poses().back().stamp) +
-                          " s; is it in the clock of the scans?");
+    throw EvaluationError(fmt::format(
+        "none of {} scans has truth: {} is from {:f} to {:f} s; is it in the clock of the scans?",
+        scans.account().delivered, request.truth, truth.poses().front().stamp,
+        truth.poses().back().stamp));
   }
-  dialog.inform(std::to_string(located.scans.size()) + " of " +
-                std::to_string(scans.account().received) + " scans can be used and have truth");
+  dialog.inform(fmt::format("{} of {} scans can be used and have truth", located.scans.size(),
+                            scans.account().received));
   return located;
 }
 
@@ -158,8 +160,7 @@ std::optional<Simulation> simulation_of(const MatchPairsRequest& request, const 
     }
     return Simulation{*record, make_world(record->world, record->seed)};
   } catch (const ConfigurationError& error) {
-    dialog.warn("no bound is told, as the bag's simulation is not known: " +
-                std::string(error.what()));
+    dialog.warn("no bound is told, as the bag's simulation is not known: " + error.what());
     return std::nullopt;
   }
 }
@@ -260,7 +261,7 @@ std::vector<std::vector<PairMatch>> match_all(const LocatedScans& located,
   }
   const auto progress = [&](std::size_t done) {
     dialog.show_progress(static_cast<double>(done) / static_cast<double>(pairs.size()),
-                         std::to_string(done) + " pairs");
+                         fmt::format("{} pairs", done));
     return !dialog.is_interrupted();
   };
   return match_pairs(located.scans, pairs, matchers, setups.front().engine, threads, progress);
@@ -307,11 +308,10 @@ void match_pairs(const MatchPairsRequest& request, const RunDialog& dialog) {
   replace_files({{request.out + "/pairs.csv", pairs_csv(located.scans, pairs, results)},
                  {request.out + "/summary.json", pairs_json(task, results)},
                  {request.out + "/summary.md", table}});
-  dialog.inform("\n" + table + "\nresults in " + request.out);
+  dialog.inform(fmt::format("\n{}\nresults in {}", table, request.out));
   if (task.options.pairs < request.pairs.pairs) {
-    throw std::runtime_error("interrupted; the results cover " +
-                             std::to_string(task.options.pairs) + " of " +
-                             std::to_string(request.pairs.pairs) + " pairs");
+    throw std::runtime_error(fmt::format("interrupted; the results cover {} of {} pairs",
+                                         task.options.pairs, request.pairs.pairs));
   }
 }
 

@@ -1,5 +1,7 @@
 #include "tools/pair_report.hpp"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <iomanip>
 #include <locale>
@@ -65,15 +67,15 @@ std::string ratio_of(const std::optional<BoundStatistics>& bound) {
 std::string row_of(const MatcherOnPairs& matcher) {
   const PairStatistics& s = matcher.statistics;
   const auto both = [](const ErrorStatistics& statistics, int decimals) {
-    return fixed_text(statistics.median * kMilli, decimals) + " / " +
-           fixed_text(statistics.p95 * kMilli, decimals);
+    return fmt::format("{} / {}", fixed_text(statistics.median * kMilli, decimals),
+                       fixed_text(statistics.p95 * kMilli, decimals));
   };
-  return "| " + matcher.name + " | " + fixed_text(100.0 * s.success_rate(), 1) + " | " +
-         both(s.translation, 2) + " | " + both(s.heading, 3) + " | " +
-         fixed_text(100.0 * s.search_success_rate(), 1) + " | " + both(s.search.translation, 2) +
-         " | " + both(s.search.heading, 3) + " | " + both(s.seconds, 3) + " | " +
-         (s.covariance ? fixed_text(s.covariance->mean_nees, 2) : "–") + " | " +
-         ratio_of(s.known_world_bound) + " | " + ratio_of(s.unknown_walls_bound) + " |\n";
+  return fmt::format("| {} | {:.1f} | {} | {} | {:.1f} | {} | {} | {} | {} | {} | {} |\n",
+                     matcher.name, 100.0 * s.success_rate(), both(s.translation, 2),
+                     both(s.heading, 3), 100.0 * s.search_success_rate(),
+                     both(s.search.translation, 2), both(s.search.heading, 3), both(s.seconds, 3),
+                     s.covariance ? fixed_text(s.covariance->mean_nees, 2) : "–",
+                     ratio_of(s.known_world_bound), ratio_of(s.unknown_walls_bound));
 }
 
 }  // namespace
@@ -134,17 +136,14 @@ std::string pairs_json(const PairTask& task, const std::vector<MatcherOnPairs>& 
 }
 
 std::string pairs_markdown(const PairTask& task, const std::vector<MatcherOnPairs>& matchers) {
-  std::string text =
-      std::to_string(task.options.pairs) + " pairs of scans " + std::to_string(task.options.gap) +
-      " apart, guess off by up to " + fixed_text(task.options.error_xy, 3) + " m and " +
-      fixed_text(task.options.error_theta, 3) + " rad, seed " + std::to_string(task.seed) +
-      ". Success: within " + fixed_text(task.limits.xy * kMilli, 0) + " mm and " +
-      fixed_text(task.limits.theta * kMilli, 0) +
-      " mrad of the truth. NEES: 3 is an honest covariance. Error / bound: "
-      "1 is the least that the noise of the scan allows (Cramér–Rao) in a world that is known, and "
-      "in one whose straight walls only the other scan tells. Search alone: where the search "
-      "ended, "
-      "before its answer was refined.\n\n";
+  std::string text = fmt::format(
+      "{} pairs of scans {} apart, guess off by up to {:.3f} m and {:.3f} rad, seed {}. Success: "
+      "within {:.0f} mm and {:.0f} mrad of the truth. NEES: 3 is an honest covariance. Error / "
+      "bound: 1 is the least that the noise of the scan allows (Cramér–Rao) in a world that is "
+      "known, and in one whose straight walls only the other scan tells. Search alone: where the "
+      "search ended, before its answer was refined.\n\n",
+      task.options.pairs, task.options.gap, task.options.error_xy, task.options.error_theta,
+      task.seed, task.limits.xy * kMilli, task.limits.theta * kMilli);
   text +=
       "| matcher | success % | error mm, median / 95 % | mrad, median / 95 % | search alone: "
       "success "

@@ -1,5 +1,6 @@
 #include "tools/run_program.hpp"
 
+#include <fmt/core.h>
 #include <poll.h>
 #include <unistd.h>
 
@@ -52,7 +53,7 @@ std::string text_of_unexpected(const CLI::App& app) {
                                   ? nearest_name(argument.substr(0, argument.find('=')), flags)
                                   : "";
     if (!meant.empty()) {
-      return text + "; did you mean " + meant + "? See --help";
+      return fmt::format("{}; did you mean {}? See --help", text, meant);
     }
   }
   return text + "; see --help";
@@ -92,7 +93,7 @@ int run_program(const std::string& name, const std::string& description,
         throw;
       }
       // One of these may be what is missed, with a slip of the pen.
-      throw ConfigurationError(error.what() + std::string("; ") + text_of_unexpected(app));
+      throw ConfigurationError(fmt::format("{}; {}", error.what(), text_of_unexpected(app)));
     } catch (const CLI::ExtrasError&) {
       throw ConfigurationError(text_of_unexpected(app));
     }

@@ -1,6 +1,8 @@
 // rosrun matchbox_slam simulate: drives a simulated robot through a simulated world and records a
 // bag.
 
+#include <fmt/core.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>
@@ -147,8 +149,8 @@ void require_writable_file(const std::string& path) {
 
 void require_two_files(const std::string& bag, const std::string& truth) {
   if (std::filesystem::weakly_canonical(bag) == std::filesystem::weakly_canonical(truth)) {
-    throw ConfigurationError("--bag and --truth name the same file, '" + bag +
-                             "'; allowed: two different files");
+    throw ConfigurationError(fmt::format(
+        "--bag and --truth name the same file, '{}'; allowed: two different files", bag));
   }
 }
 

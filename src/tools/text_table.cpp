@@ -1,5 +1,7 @@
 #include "tools/text_table.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstddef>
 
@@ -27,7 +29,7 @@ std::string format_table(const std::vector<std::vector<std::string>>& rows) {
   for (const std::vector<std::string>& row : rows) {
     for (std::size_t i = 0; i < row.size(); ++i) {
       const std::string padding(widths[i] - width_of(row[i]), ' ');
-      text += i == 0 ? row[i] + padding : "  " + padding + row[i];
+      text += i == 0 ? row[i] + padding : fmt::format("  {}{}", padding, row[i]);
     }
     text += '\n';
   }

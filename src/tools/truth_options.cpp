@@ -1,5 +1,7 @@
 #include "tools/truth_options.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -23,27 +25,29 @@ Pose2 parse_lever_arm(const std::string& text) {
   }
   const std::optional<Pose2> lever_arm = parse_pose(text, 1);
   if (!lever_arm) {
-    throw ConfigurationError("--lever-arm: '" + text +
-                             "' is not allowed; allowed: X, X,Y or X,Y,THETA in metres and "
-                             "radians, such as 0.275");
+    throw ConfigurationError(
+        fmt::format("--lever-arm: '{}' is not allowed; allowed: X, X,Y or X,Y,THETA in metres and "
+                    "radians, such as 0.275",
+                    text));
   }
   return *lever_arm;
 }
 
 void check(const TruthOptions& options) {
   if (!(options.max_gap > 0.0) || !std::isfinite(options.max_gap)) {
-    throw ConfigurationError("--max-gap: " + to_string(options.max_gap) +
-                             " s is not allowed; allowed: more than 0, and finite");
+    throw ConfigurationError(
+        fmt::format("--max-gap: {} s is not allowed; allowed: more than 0, and finite",
+                    to_string(options.max_gap)));
   }
   constexpr double kGreatestOffset = 1e9;  // [s], more than 30 years
   if (!(std::abs(options.time_offset) <= kGreatestOffset)) {
-    throw ConfigurationError("--time-offset: " + to_string(options.time_offset) +
-                             " s is not allowed; allowed: -1e9 to 1e9");
+    throw ConfigurationError(fmt::format("--time-offset: {} s is not allowed; allowed: -1e9 to 1e9",
+                                         to_string(options.time_offset)));
   }
   if (!(options.offset_range >= 1.0 && options.offset_range <= ClockOffsetOptions::kWidestRange)) {
-    throw ConfigurationError("--offset-range: " + to_string(options.offset_range) +
-                             " s is not allowed; allowed: 1 to " +
-                             fixed_text(ClockOffsetOptions::kWidestRange, 0));
+    throw ConfigurationError(
+        fmt::format("--offset-range: {} s is not allowed; allowed: 1 to {:.0f}",
+                    to_string(options.offset_range), ClockOffsetOptions::kWidestRange));
   }
 }
 
@@ -76,7 +80,8 @@ ClockOffset search_offset(const Truth& truth, const Estimate& estimate) {
   try {
     return find_clock_offset(estimate.trajectory, truth.trajectory, options);
   } catch (const EvaluationError& error) {
-    throw EvaluationError(estimate.path + " against " + truth.options.path + ": " + error.what());
+    throw EvaluationError(
+        fmt::format("{} against {}: {}", estimate.path, truth.options.path, error.what()));
   }
 }
 
@@ -105,10 +110,11 @@ std::string describe_search(const Truth& truth) {
     rows.push_back({fixed_text(offset, 2), fixed_text(fit.rmse, 4), std::to_string(fit.poses)});
   }
   const std::vector<ClockOffsetFit>& curve = truth.search->curve;
-  return "Clock offset found with " + truth.searched_with + ", best of " +
-         std::to_string(curve.size()) + " from " + fixed_text(curve.front().offset, 0) + " to " +
-         fixed_text(curve.back().offset, 0) + " s, where enough overlaps; around it:\n" +
-         format_table(rows);
+  return fmt::format(
+      "Clock offset found with {}, best of {} from {:.0f} to {:.0f} s, where enough overlaps; "
+      "around it:\n{}",
+      truth.searched_with, curve.size(), curve.front().offset, curve.back().offset,
+      format_table(rows));
 }
 
 nlohmann::json search_to_json(const Truth& truth) {
@@ -144,11 +150,12 @@ void add_truth_options(CLI::App& command, TruthOptions& options) {
   command
       .add_option(
           "--offset-range", options.offset_range,
-          "Offsets up to this are tried [s] (default: " + fixed_text(options.offset_range, 0) + ")")
+          fmt::format("Offsets up to this are tried [s] (default: {:.0f})", options.offset_range))
       ->needs(find);
-  command.add_option("--max-gap", options.max_gap,
-                     "Truth is not interpolated across more than this [s] (default: " +
-                         fixed_text(options.max_gap, 1) + ")");
+  command.add_option(
+      "--max-gap", options.max_gap,
+      fmt::format("Truth is not interpolated across more than this [s] (default: {:.1f})",
+                  options.max_gap));
 }
 
 std::vector<Estimate> read_estimates(const std::vector<std::string>& paths) {
@@ -183,15 +190,17 @@ std::string text_of_little_overlap(const Truth& truth, const Estimate& estimate,
   if (5 * without_truth <= poses) {
     return "";
   }
-  const std::string few = estimate.path + ": only " + std::to_string(poses - without_truth) +
-                          " of " + std::to_string(poses) + " poses have truth";
+  const std::string few = fmt::format("{}: only {} of {} poses have truth", estimate.path,
+                                      poses - without_truth, poses);
   try {
     const double offset =
         truth.time_offset + (truth.search ? 0.0 : search_offset(truth, estimate).offset);
-    return few + (std::abs(offset - truth.time_offset) < kSameClock
-                      ? "; the clocks seem to agree"
-                      : "; the clocks seem to differ: the two fit best with --time-offset " +
-                            fixed_text(offset, 2));
+    return few +
+           (std::abs(offset - truth.time_offset) < kSameClock
+                ? "; the clocks seem to agree"
+                : fmt::format(
+                      "; the clocks seem to differ: the two fit best with --time-offset {:.2f}",
+                      offset));
   } catch (const EvaluationError&) {
     return few + "; whether the clocks differ cannot be told";
   }
@@ -201,8 +210,10 @@ std::string describe(const Truth& truth) {
   std::string text;
   if (!truth.options.lever_arm.empty()) {
     const Pose2& arm = truth.base_from_truth_body;
-    text += "Truth moved to the estimates' body, on which its own is at x " + fixed_text(arm.x, 3) +
-            " m, y " + fixed_text(arm.y, 3) + " m, theta " + fixed_text(arm.theta, 4) + " rad\n";
+    text += fmt::format(
+        "Truth moved to the estimates' body, on which its own is at x {:.3f} m, y {:.3f} m, theta "
+        "{:.4f} rad\n",
+        arm.x, arm.y, arm.theta);
   }
   if (truth.search) {
     text += describe_search(truth);
@@ -210,10 +221,12 @@ std::string describe(const Truth& truth) {
   if (truth.search || truth.time_offset != 0.0) {
     const std::string seconds = fixed_text(std::abs(truth.time_offset), 3);
     const bool is_earlier = truth.time_offset < 0.0 && seconds != "0.000";
-    text += std::string("Truth's stamps ") + (is_earlier ? "- " : "+ ") + seconds + " s\n";
+    text += fmt::format("Truth's stamps {}{} s\n", is_earlier ? "- " : "+ ", seconds);
   }
-  return text + "Truth interpolated at the stamps of the estimate, across gaps of up to " +
-         fixed_text(truth.options.max_gap, 2) + " s\n";
+  text += fmt::format(
+      "Truth interpolated at the stamps of the estimate, across gaps of up to {:.2f} s\n",
+      truth.options.max_gap);
+  return text;
 }
 
 nlohmann::json to_json(const Truth& truth) {
