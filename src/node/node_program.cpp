@@ -1,5 +1,6 @@
 #include "node/node_program.hpp"
 
+#include <fmt/core.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 
@@ -36,10 +37,11 @@ std::string find_stray(int argc, char** argv) {
     return "";
   }
   const std::string argument = *found;
-  return argument[0] == '-' ? "unknown option '" + argument + "'"
-                            : "'" + argument +
-                                  "' is no argument; allowed: _NAME:=VALUE and "
-                                  "TOPIC:=OTHER_TOPIC, such as _matcher:=olson";
+  return argument[0] == '-' ? fmt::format("unknown option '{}'", argument)
+                            : fmt::format(
+                                  "'{}' is no argument; allowed: _NAME:=VALUE and "
+                                  "TOPIC:=OTHER_TOPIC, such as _matcher:=olson",
+                                  argument);
 }
 
 }  // namespace

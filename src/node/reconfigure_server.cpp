@@ -2,6 +2,7 @@
 
 #include <dynamic_reconfigure/ConfigDescription.h>
 #include <dynamic_reconfigure/config_tools.h>
+#include <fmt/core.h>
 #include <ros/console.h>
 
 #include <algorithm>
@@ -70,12 +71,12 @@ std::string edit_method(const std::vector<std::string>& words) {
   }
   std::string entries;
   for (const std::string& word : words) {
-    entries += std::string(entries.empty() ? "" : ", ") + "{'name': '" + word +
-               "', 'type': 'str', 'value': '" + word +
-               "', 'description': '', 'srcline': 0, 'srcfile': '', 'cconsttype': "
-               "'const char * const', 'ctype': 'std::string'}";
+    entries += fmt::format(
+        "{}{{'name': '{}', 'type': 'str', 'value': '{}', 'description': '', 'srcline': 0, "
+        "'srcfile': '', 'cconsttype': 'const char * const', 'ctype': 'std::string'}}",
+        entries.empty() ? "" : ", ", word, word);
   }
-  return "{'enum_description': '', 'enum': [" + entries + "]}";
+  return fmt::format("{{'enum_description': '', 'enum': [{}]}}", entries);
 }
 
 /// A limit of an option: as wide as its type allows where there is none.
@@ -102,7 +103,8 @@ dynamic_reconfigure::ConfigDescription describe(const std::vector<OptionDescript
     dynamic_reconfigure::ParamDescription row;
     row.name = option.name;
     row.type = type_of(option.value);
-    row.description = option.meaning + (option.unit.empty() ? "" : " [" + option.unit + "]");
+    row.description =
+        option.meaning + (option.unit.empty() ? "" : fmt::format(" [{}]", option.unit));
     row.edit_method = edit_method(option.limits.words);
     group.parameters.push_back(row);
     add_value(option.name, limit_of(option, false), description.min);

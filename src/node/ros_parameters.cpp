@@ -1,5 +1,7 @@
 #include "node/ros_parameters.hpp"
 
+#include <fmt/core.h>
+
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -53,7 +55,7 @@ ParameterValue to_list(const std::string& name, const XmlRpcValue& value) {
 void add_tree(const std::string& prefix, const XmlRpcValue& value, Parameters& parameters) {
   XmlRpcValue tree = value;
   for (auto& [key, member] : tree) {
-    const std::string name = prefix.empty() ? key : prefix + "/" + key;
+    const std::string name = prefix.empty() ? key : fmt::format("{}/{}", prefix, key);
     if (member.getType() == XmlRpcValue::TypeStruct) {
       add_tree(name, member, parameters);
     } else if (member.getType() == XmlRpcValue::TypeArray) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <XmlRpcValue.h>
+#include <fmt/core.h>
 #include <ros/node_handle.h>
 
 #include "matchbox_slam/common/options.hpp"
@@ -42,8 +43,9 @@ template <typename Read>
       if (complaint(name) != error.what()) {
         std::string text = error.what();
         text.erase(text.find_last_not_of('.') + 1);
-        throw ConfigurationError(text + ("; to take it off the parameter server: rosparam delete " +
-                                         private_node.resolveName(name)));
+        throw ConfigurationError(
+            fmt::format("{}; to take it off the parameter server: rosparam delete {}", text,
+                        private_node.resolveName(name)));
       }
     }
     throw;

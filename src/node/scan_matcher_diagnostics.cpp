@@ -1,6 +1,7 @@
 #include "node/scan_matcher_diagnostics.hpp"
 
 #include <diagnostic_msgs/DiagnosticStatus.h>
+#include <fmt/core.h>
 
 #include "evaluation/error_statistics.hpp"
 
@@ -45,10 +46,10 @@ void ScanMatcherDiagnostics::fill(const ScanMatcherHealth& health,
     status.summary(DiagnosticStatus::ERROR, health.tf_conflict);
   } else if (skipped > 0) {
     status.summary(DiagnosticStatus::WARN,
-                   std::to_string(skipped) + " scans skipped; the last: " + health.last_skip);
+                   fmt::format("{} scans skipped; the last: {}", skipped, health.last_skip));
   } else if (failed > 0) {
     status.summary(DiagnosticStatus::WARN,
-                   std::to_string(failed) + " scans did not fit; the guess stands for them");
+                   fmt::format("{} scans did not fit; the guess stands for them", failed));
   } else if (received == 0) {
     status.summary(DiagnosticStatus::WARN, "no scans are coming in");
   } else {

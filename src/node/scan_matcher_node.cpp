@@ -1,5 +1,6 @@
 #include "node/scan_matcher_node.hpp"
 
+#include <fmt/core.h>
 #include <nav_msgs/Odometry.h>
 
 #include "node/ros_parameters.hpp"
@@ -22,7 +23,7 @@ std::string text_of_tf(const ScanMatcherSetup& setup) {
   }
   return setup.tf_child() == setup.node.base_frame
              ? " and in tf"
-             : ", " + setup.node.odom_frame + " -> " + setup.tf_child() + " in tf";
+             : fmt::format(", {} -> {} in tf", setup.node.odom_frame, setup.tf_child());
 }
 
 }  // namespace
@@ -33,7 +34,7 @@ std::string find_rival_link(const tf2_msgs::TFMessage& message, const std::strin
     const std::string parent = without_leading_slash(link.header.frame_id);
     if (without_leading_slash(link.child_frame_id) == child &&
         (parent != own_parent || from_others)) {
-      return parent + " -> " + child;
+      return fmt::format("{} -> {}", parent, child);
     }
   }
   return {};
@@ -112,9 +113,11 @@ void ScanMatcherNode::look_for_rival(const ros::MessageEvent<const tf2_msgs::TFM
       find_rival_link(*event.getConstMessage(), setup_.tf_child(), setup_.node.odom_frame,
                       publisher != ros::this_node::getName());
   if (!link.empty()) {
-    tf_conflict_ = "no tf is published any more, since " + publisher + " publishes " + link +
-                   " and a frame has one parent; set publish_tf to false, or, if that is odometry, "
-                   "give it as guess_frame with guess 'odometry'";
+    tf_conflict_ = fmt::format(
+        "no tf is published any more, since {} publishes {} and a frame has one parent; set "
+        "publish_tf to false, or, if that is odometry, give it as guess_frame with guess "
+        "'odometry'",
+        publisher, link);
     ROS_ERROR_STREAM(tf_conflict_);
   }
 }

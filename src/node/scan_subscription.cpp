@@ -1,5 +1,6 @@
 #include "node/scan_subscription.hpp"
 
+#include <fmt/core.h>
 #include <ros/console.h>
 #include <ros/message_traits.h>
 #include <ros/serialization.h>
@@ -68,12 +69,13 @@ class ScanHelper : public ros::SubscriptionCallbackHelper {
     }
     const std::string type = value_of(header, "type");
     ROS_WARN_STREAM_THROTTLE(
-        10.0, value_of(header, "callerid")
-                  << " publishes " << type << " on " << value_of(header, "topic")
-                  << (is_scan_type(type) ? " in a definition that is not ours (md5sum " +
-                                               value_of(header, "md5sum") + ")"
-                                         : std::string(", which is no scan"))
-                  << "; it is ignored. Allowed: " << join(scan_types()));
+        10.0,
+        value_of(header, "callerid")
+            << " publishes " << type << " on " << value_of(header, "topic")
+            << (is_scan_type(type) ? fmt::format(" in a definition that is not ours (md5sum {})",
+                                                 value_of(header, "md5sum"))
+                                   : std::string(", which is no scan"))
+            << "; it is ignored. Allowed: " << join(scan_types()));
     return {};
   }
 

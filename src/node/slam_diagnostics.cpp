@@ -1,6 +1,7 @@
 #include "node/slam_diagnostics.hpp"
 
 #include <diagnostic_msgs/DiagnosticStatus.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
@@ -90,9 +91,9 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
                    "map is known, or tell where the robot is by initialpose or ~relocalise");
   } else if (match_nowhere(health.recent)) {
     status.summary(DiagnosticStatus::ERROR,
-                   "lost: the last " + std::to_string(kLost) +
-                       " scans match nowhere near; tell where the robot is by initialpose or "
-                       "~relocalise");
+                   fmt::format("lost: the last {} scans match nowhere near; tell where the robot "
+                               "is by initialpose or ~relocalise",
+                               kLost));
   } else if (state_of(health.recent) == TrackingState::kDoubt) {
     status.summary(DiagnosticStatus::WARN,
                    "in doubt: the robot may be elsewhere than it is thought to be; the next scans "
@@ -107,13 +108,13 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
                     health.estimated_clock_offset);
   } else if (skipped > 0) {
     status.summary(DiagnosticStatus::WARN,
-                   std::to_string(skipped) + " scans skipped; the last: " + health.last_skip);
+                   fmt::format("{} scans skipped; the last: {}", skipped, health.last_skip));
   } else if (received == 0) {
     status.summary(DiagnosticStatus::WARN, "no scans are coming in");
   } else if (health.recent.empty()) {
     status.summary(
         DiagnosticStatus::WARN,
-        "no scan was used yet, " + std::to_string(health.waiting) + " wait for their transforms");
+        fmt::format("no scan was used yet, {} wait for their transforms", health.waiting));
   } else if (!health.rivals.empty()) {
     status.summary(DiagnosticStatus::WARN, health.rivals);
   } else if (period > 0.0 && p95 > period) {
@@ -127,9 +128,9 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
                     100.0 * rejected_share(health.recent));
   } else if (!health.set_aside.empty()) {
     status.summary(DiagnosticStatus::WARN,
-                   "mapping anew: the map to go on with could not be read, and is in " +
-                       health.set_aside +
-                       "; ~load_map goes on with another one, ~reset keeps to a new one");
+                   fmt::format("mapping anew: the map to go on with could not be read, and is in "
+                               "{}; ~load_map goes on with another one, ~reset keeps to a new one",
+                               health.set_aside));
   } else if (!health.few_returns.empty()) {
     status.summary(DiagnosticStatus::WARN, health.few_returns);
   } else {
@@ -176,7 +177,7 @@ void SlamDiagnostics::fill(const SlamHealth& health, DiagnosticStatusWrapper& st
   status.add("Maps apart", health.parts_apart);
   status.add("Maps apart given up", health.parts_given_up);
   for (std::size_t i = 0; i < health.secondary_lasers.size(); ++i) {
-    status.add("Secondary laser " + std::to_string(i + 1), health.secondary_lasers[i]);
+    status.add(fmt::format("Secondary laser {}", i + 1), health.secondary_lasers[i]);
   }
   status.add("Beams on the robot", health.robot_beams.empty() ? "none seen" : health.robot_beams);
   add_recent(health.recent, status);

@@ -1,5 +1,6 @@
 #include "node/slam_input.hpp"
 
+#include <fmt/core.h>
 #include <ros/callback_queue.h>
 #include <ros/this_node.h>
 
@@ -192,8 +193,10 @@ void SlamInput::warn_of_map_link(const TransformEvent& event) {
   }
   const std::string link = find_map_link(*event.getConstMessage(), options_.map_frame);
   if (!link.empty()) {
-    rivals_ = "tf that touches the map frame is ignored: " + link + ", published by " + publisher +
-              "; if that is another localiser, set publish_tf to false or stop it";
+    rivals_ = fmt::format(
+        "tf that touches the map frame is ignored: {}, published by {}; if that is another "
+        "localiser, set publish_tf to false or stop it",
+        link, publisher);
     ROS_WARN_STREAM(rivals_);
     told_of_map_link_ = true;
   }
@@ -218,9 +221,10 @@ void SlamInput::warn_of_second_odometry(const TransformEvent& event) {
     const bool in_turn = before != odometry_nodes_.end() && heard >= before->second &&
                          std::abs(seconds_between(heard, now)) < kTurn;
     if (other != publisher && in_turn) {
-      rivals_ = "two nodes publish tf from the odometry frame '" + options_.odom_frame +
-                "': " + other + " and " + publisher +
-                "; if both mean the base, stop one of them, or the pose leaps to and fro";
+      rivals_ = fmt::format(
+          "two nodes publish tf from the odometry frame '{}': {} and {}; if both mean the base, "
+          "stop one of them, or the pose leaps to and fro",
+          options_.odom_frame, other, publisher);
       ROS_WARN_STREAM(rivals_);
       told_of_second_odometry_ = true;
       break;

@@ -1,5 +1,7 @@
 #include "node/slam_node.hpp"
 
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <utility>
 #include <variant>
@@ -64,11 +66,13 @@ void log_failure(const Work& work) {
 /// localised in, somebody has to say what becomes of it: a new one would be no answer.
 std::string no_new_map(const std::exception& error, const std::string& path) {
   const std::string changes = path_of_changes(path);
-  return std::string(error.what()) + "; resume is true, so it goes on with that map or not at " +
-         "all: move the file away to begin without it, mv " + path + " " + path + ".old" +
-         (std::filesystem::exists(changes)
-              ? ", and what has changed since, mv " + changes + " " + path_of_changes(path + ".old")
-              : "");
+  return fmt::format(
+      "{}; resume is true, so it goes on with that map or not at all: move the file away to begin "
+      "without it, mv {} {}.old{}",
+      error.what(), path, path,
+      std::filesystem::exists(changes) ? fmt::format(", and what has changed since, mv {} {}",
+                                                     changes, path_of_changes(path + ".old"))
+                                       : "");
 }
 
 RunDialog log_dialog() {
@@ -214,7 +218,8 @@ void SlamNode::set_map_aside(const std::string& path, const std::string& why) {
   try {
     set_aside_ = set_aside(files, path + ".damaged");
   } catch (const FileError& error) {
-    throw FileError(why + "; to begin a new map it has to be moved away: " + error.what());
+    throw FileError(
+        fmt::format("{}; to begin a new map it has to be moved away: {}", why, error.what()));
   }
   ROS_ERROR_STREAM(why << "; a new map begins. That one and its images are in " << set_aside_
                        << " now; ~load_map goes on with an older copy, if there is one");
@@ -306,10 +311,11 @@ void SlamNode::handle(const TimeJump& jump) {
   }
   if (jump.stopped) {
     const std::string name = private_node_.getNamespace();
-    log_.dialog().warn("no scan is used any more, and the map stays as it is: rosservice call " +
-                       name + "/save_map saves it, rosservice call " + name +
-                       "/reset forgets it and begins anew; with time_jump 'go_on' or 'reset' a "
-                       "node goes on by itself");
+    log_.dialog().warn(
+        fmt::format("no scan is used any more, and the map stays as it is: rosservice call "
+                    "{}/save_map saves it, rosservice call {}/reset forgets it and begins anew; "
+                    "with time_jump 'go_on' or 'reset' a node goes on by itself",
+                    name, name));
   }
 }
 

@@ -1,5 +1,7 @@
 // What the SLAM node answers when it is asked.
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
@@ -137,10 +139,10 @@ bool SlamNode::answer_load_map(LoadMap::Request& request, LoadMap::Response& res
     LoadMapFile load = read_load(request.path);
     const bool has_key_scans = !load.map->key_scans.empty();
     worker_.carry_out(std::move(load));
-    return "going on with '" + request.path +
-           "'; where the robot is in it may be told by initialpose" +
-           (has_key_scans ? ", or by ~relocalise with set_pose"
-                          : "; not by ~relocalise, since it has no key scans");
+    return fmt::format("going on with '{}'; where the robot is in it may be told by initialpose{}",
+                       request.path,
+                       has_key_scans ? ", or by ~relocalise with set_pose"
+                                     : "; not by ~relocalise, since it has no key scans");
   });
 }
 
@@ -157,9 +159,9 @@ void SlamNode::require_mergeable(const EngineState& map) {
   const std::lock_guard<std::mutex> lock(run_mutex_);
   const EngineOptions& options = session_.setup().engine;
   if (!options.slam.update_map || !options.slam.loop_closing) {
-    throw std::runtime_error(std::string("slam/") +
-                             (options.slam.update_map ? "loop_closing" : "update_map") +
-                             " is false, so the map stays as it is; set it to true");
+    throw std::runtime_error(
+        fmt::format("slam/{} is false, so the map stays as it is; set it to true",
+                    options.slam.update_map ? "loop_closing" : "update_map"));
   }
   if (run().graph().poses.size() != run().key_scans().size()) {
     throw std::runtime_error(
@@ -169,9 +171,10 @@ void SlamNode::require_mergeable(const EngineState& map) {
   const std::size_t lasers = input_->topics().size();
   const int last = last_laser(map);
   if (last >= 0 && static_cast<std::size_t>(last) >= lasers) {
-    throw std::runtime_error("it was made with laser number " + std::to_string(last) +
-                             ", and this robot has " + std::to_string(lasers) +
-                             ", counted from 0; merge both with the program merge_maps");
+    throw std::runtime_error(
+        fmt::format("it was made with laser number {}, and this robot has {}, counted from 0; "
+                    "merge both with the program merge_maps",
+                    last, lasers));
   }
 }
 
@@ -181,8 +184,10 @@ bool SlamNode::answer_merge_map(MergeMap::Request& request, MergeMap::Response& 
     require_mergeable(map);
     const std::size_t key_scans = map.key_scans.size();
     other_maps_->add(request.path, std::move(map));
-    return "the " + std::to_string(key_scans) + " key scans of '" + request.path +
-           "' become part of this map where the robot comes to what they saw; the log tells when";
+    return fmt::format(
+        "the {} key scans of '{}' become part of this map where the robot comes to what they saw; "
+        "the log tells when",
+        key_scans, request.path);
   });
 }
 
@@ -237,8 +242,8 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
     response.scores.push_back(pose.score);
   }
   response.ratio = found.ratio;
-  response.message = std::to_string(found.poses.size()) + " poses, from " +
-                     std::to_string(key_scans.size()) + " key scans";
+  response.message =
+      fmt::format("{} poses, from {} key scans", found.poses.size(), key_scans.size());
   if (request.set_pose != 0) {
     const std::string why_not = is_newest ? try_to_correct_pose(found, newest->input.scan.stamp)
                                           : "the scan is not the newest one";
@@ -285,7 +290,7 @@ std::string SlamNode::save_map_files() {
   const std::lock_guard<std::mutex> saving(save_mutex_);
   const MapToSave now = read_map_to_save();
   const std::string where = saver_.save(now);
-  return "map of " + std::to_string(now.revision.scans) + " scans saved as " + where;
+  return fmt::format("map of {} scans saved as {}", now.revision.scans, where);
 }
 
 /// In a thread of its own. Trajectory and events are not written: for these the mapping would wait
@@ -309,11 +314,10 @@ void SlamNode::tell_unsaved() {
   if (is_saved() || !setup().engine.slam.update_map) {
     return;
   }
-  const std::string text = "the map of " + std::to_string(run().scans()) +
-                           " scans is not saved. Before the end, rosservice call " +
-                           private_node_.getNamespace() +
-                           "/save_map saves it; with autosave_period, or slam.launch "
-                           "respawn:=true, it is saved by itself";
+  const std::string text = fmt::format(
+      "the map of {} scans is not saved. Before the end, rosservice call {}/save_map saves it; "
+      "with autosave_period, or slam.launch respawn:=true, it is saved by itself",
+      run().scans(), private_node_.getNamespace());
   if (ros::ok()) {
     ROS_WARN_STREAM(text);
   } else {  // a nodelet outlives its manager's ROS, and with that the log
