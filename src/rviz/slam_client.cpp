@@ -1,6 +1,7 @@
 #include "rviz/slam_client.hpp"
 
 #include <dynamic_reconfigure/Reconfigure.h>
+#include <fmt/core.h>
 #include <ros/names.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
@@ -225,7 +226,7 @@ void SlamClient::run() {
 /// Throws when there is no answer, saying why.
 template <typename Service>
 void SlamClient::call(const std::string& name, Service& service) {
-  const std::string full_name = node_ + "/" + name;
+  const std::string full_name = fmt::format("{}/{}", node_, name);
   // A persistent one can be shut down while it waits.
   ros::ServiceClient client = ros::NodeHandle().serviceClient<Service>(full_name, true);
   {
@@ -240,7 +241,7 @@ void SlamClient::call(const std::string& name, Service& service) {
   const std::lock_guard<std::mutex> lock(mutex_);
   called_ = ros::ServiceClient();
   if (!is_there) {
-    throw std::runtime_error("nobody offers " + full_name + ": is the node running?");
+    throw std::runtime_error(fmt::format("nobody offers {}: is the node running?", full_name));
   }
   if (!has_answered) {
     throw std::runtime_error(full_name +
@@ -255,14 +256,15 @@ void SlamClient::set_parameter(const std::string& name, const std::string& value
   service.request.config.strs[0].value = value;
   call("set_parameters", service);
   if (text_value(service.response.config, name) != value) {
-    throw std::runtime_error(name + " '" + value + "' was refused; the node's log says why");
+    throw std::runtime_error(
+        fmt::format("{} '{}' was refused; the node's log says why", name, value));
   }
 }
 
 void SlamClient::choose_matcher(const std::string& matcher) {
   ask("Choosing " + matcher, [this, matcher] {
     set_parameter("matcher", matcher);
-    return "it goes on with " + matcher + ", map and pose kept";
+    return fmt::format("it goes on with {}, map and pose kept", matcher);
   });
 }
 
@@ -339,7 +341,7 @@ void SlamClient::take_place(std::size_t index) {
     call("take_place", service);
     const std::string answer = answer_of(service.response);
     forget_places();
-    return "place " + std::to_string(index + 1) + " is taken: " + answer;
+    return fmt::format("place {} is taken: {}", index + 1, answer);
   });
 }
 

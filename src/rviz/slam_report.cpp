@@ -1,10 +1,11 @@
 #include "rviz/slam_report.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <filesystem>
 
-#include "common/number_text.hpp"
 #include "matchbox_slam/geometry/angles.hpp"
 
 namespace matchbox_slam {
@@ -44,11 +45,11 @@ Assessment assess_tracking(const SlamReport& report) {
 }
 
 std::string where(const Place& place) {
-  return "x " + fixed_text(place.x, 2) + " m,  y " + fixed_text(place.y, 2) + " m,  " +
-         fixed_text(radians_to_degrees(place.theta), 0) + "\u00b0";
+  return fmt::format("x {:.2f} m,  y {:.2f} m,  {:.0f}\u00b0", place.x, place.y,
+                     radians_to_degrees(place.theta));
 }
 
-std::string percent(double share) { return fixed_text(100.0 * share, 0) + " %"; }
+std::string percent(double share) { return fmt::format("{:.0f} %", 100.0 * share); }
 
 /// By the state after a scan, in the words of doc/how_it_works.md.
 Assessment assess_state(const SlamReport& report) {
@@ -81,9 +82,11 @@ bool is_paused(const SlamReport& report) { return value_of(report, "Paused") == 
 
 Assessment assess(const SlamReport& report, const std::string& node) {
   if (std::min(report.match_age, report.diagnostics_age) > kSilence) {
-    return {"No node",
-            "Nothing is heard from " + node + ". Start it, or write its name into the field above.",
-            kGrey};
+    return {
+        "No node",
+        fmt::format("Nothing is heard from {}. Start it, or write its name into the field above.",
+                    node),
+        kGrey};
   }
   if (is_paused(report)) {
     return {"Paused", "Scans are skipped until Resume.", kBlue};
@@ -97,7 +100,7 @@ Assessment assess(const SlamReport& report, const std::string& node) {
 std::string figures_of(const SlamReport& report) {
   std::string text;
   if (report.match_age < kNever) {
-    text += "Score " + fixed_text(report.score, 2) + ", evidence " + fixed_text(report.evidence, 2);
+    text += fmt::format("Score {:.2f}, evidence {:.2f}", report.score, report.evidence);
   }
   const std::string key_scans = value_of(report, "Key scans");
   const std::string loops = value_of(report, "Loops closed");
@@ -108,7 +111,7 @@ std::string figures_of(const SlamReport& report) {
   }
   const std::string apart = value_of(report, "Maps apart");
   if (!apart.empty() && apart != "0") {
-    text += ", " + apart + (apart == "1" ? " map apart" : " maps apart");
+    text += fmt::format(", {}{}", apart, apart == "1" ? " map apart" : " maps apart");
   }
   return text;
 }
@@ -124,18 +127,18 @@ std::string hypotheses_of(const SlamReport& report) {
   const std::size_t shown = std::min(places.size(), std::size_t{kMostHypothesisLines - 1});
   std::string text;
   for (std::size_t i = 0; i < shown; ++i) {
-    text += percent(places[i].score) + " at " + where(places[i]) + "\n";
+    text += fmt::format("{} at {}\n", percent(places[i].score), where(places[i]));
   }
   text += percent(report.elsewhere) + " elsewhere";
   if (places.size() > shown) {
     const std::size_t more = places.size() - shown;
-    text += ", " + std::to_string(more) + (more == 1 ? " more place" : " more places");
+    text += fmt::format(", {}{}", more, more == 1 ? " more place" : " more places");
   }
   return text;
 }
 
 std::string text_of(const Place& place, std::size_t rank) {
-  return std::to_string(rank) + ":  score " + fixed_text(place.score, 2) + ",  " + where(place);
+  return fmt::format("{}:  score {:.2f},  {}", rank, place.score, where(place));
 }
 
 std::vector<std::string> words_of(const std::string& edit_method) {
