@@ -1,4 +1,4 @@
-# What a program that embeds the core links: matchbox_slam::slam and the rooms below it, matchbox_slam::io.
+# What a program that embeds the core links: matchbox_slam::slam and the modules below it, matchbox_slam::io.
 # Part of the catkin package's CMake configuration, and all of it where the core is built without ROS.
 include(CMakeFindDependencyMacro)
 find_dependency(Eigen3 NO_MODULE)

@@ -1,5 +1,5 @@
-// The rooms of the house lie one above the other (doc/how_it_works.md): a file includes headers of
-// its own room and of those below. The core builds without ROS, so none of its files may know a
+// The modules lie one above the other (doc/how_it_works.md): a file includes headers of
+// its own module and of those below. The core builds without ROS, so none of its files may know a
 // header of ROS or of pluginlib.
 
 #include <gtest/gtest.h>
@@ -19,8 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Room {
-  std::set<std::string> below;      ///< rooms whose headers it may include
+struct Module {
+  std::set<std::string> below;      ///< modules whose headers it may include
   std::set<std::string> libraries;  ///< folders of libraries' headers that it may include
   bool knows_ros = false;           ///< then it may include any library
 };
@@ -33,10 +33,10 @@ std::set<std::string> operator+(std::set<std::string> a, const std::set<std::str
   return a;
 }
 
-const std::map<std::string, Room>& rooms() {
+const std::map<std::string, Module>& modules() {
   static const std::set<std::string> files = kCore + std::set<std::string>{"evaluation", "io"};
   static const std::set<std::string> ros = files + std::set<std::string>{"run", "ros"};
-  static const std::map<std::string, Room> all = {
+  static const std::map<std::string, Module> all = {
       {"geometry", {{}, {"Eigen"}}},
       {"common", {{"geometry"}, {"Eigen"}}},
       {"sensor", {{"geometry", "common"}, {"Eigen"}}},
@@ -61,26 +61,26 @@ const std::map<std::string, Room>& rooms() {
   return all;
 }
 
-/// Of a header, the room that its name begins with; none: it is no header of this package.
-std::optional<std::string> room_of(std::string header) {
+/// Of a header, the module that its name begins with; none: it is no header of this package.
+std::optional<std::string> module_of(std::string header) {
   const std::string ours = "matchbox_slam/";
   const bool is_public = header.rfind(ours, 0) == 0;
   header = is_public ? header.substr(ours.size()) : header;
   const std::string first = header.substr(0, header.find('/'));
   // ROS has headers in a folder `ros`, too: those are its own, all in <>, and end in .h.
-  const bool is_ours = rooms().count(first) != 0 && header.find('/') != std::string::npos &&
+  const bool is_ours = modules().count(first) != 0 && header.find('/') != std::string::npos &&
                        header.substr(header.rfind('.')) == ".hpp";
   return is_ours ? std::optional(first) : std::nullopt;
 }
 
 bool may_include(const std::string& name, const std::string& header) {
-  const Room& room = rooms().at(name);
-  if (const std::optional<std::string> other = room_of(header)) {
-    return *other == name || room.below.count(*other) != 0;
+  const Module& module = modules().at(name);
+  if (const std::optional<std::string> other = module_of(header)) {
+    return *other == name || module.below.count(*other) != 0;
   }
   const std::size_t slash = header.find('/');
-  return room.knows_ros || slash == std::string::npos ||
-         room.libraries.count(header.substr(0, slash)) != 0;
+  return module.knows_ros || slash == std::string::npos ||
+         module.libraries.count(header.substr(0, slash)) != 0;
 }
 
 std::vector<std::string> headers_included_by(const fs::path& file) {
@@ -96,7 +96,7 @@ std::vector<std::string> headers_included_by(const fs::path& file) {
   return headers;
 }
 
-/// Calls `look(room, file)` for every source of the package.
+/// Calls `look(module, file)` for every source of the package.
 template <typename Look>
 void for_each_source(const Look& look) {
   for (const std::string top : {"include/matchbox_slam", "src"}) {
@@ -111,37 +111,37 @@ void for_each_source(const Look& look) {
   }
 }
 
-TEST(Rooms, IncludeOnlyWhatLiesBelow) {
+TEST(Layering, IncludeOnlyWhatLiesBelow) {
   int files = 0;
-  for_each_source([&](const std::string& room, const fs::path& file) {
-    ASSERT_EQ(rooms().count(room), 1U) << file << " lies in no room that this test knows";
+  for_each_source([&](const std::string& module, const fs::path& file) {
+    ASSERT_EQ(modules().count(module), 1U) << file << " lies in no module that this test knows";
     ++files;
     for (const std::string& header : headers_included_by(file)) {
-      EXPECT_TRUE(may_include(room, header)) << file << " includes " << header;
+      EXPECT_TRUE(may_include(module, header)) << file << " includes " << header;
     }
   });
   EXPECT_GE(files, 150) << "the sources are elsewhere";
 }
 
-TEST(Rooms, LieOneAboveTheOther) {
-  for (const auto& [name, room] : rooms()) {
-    for (const std::string& below : room.below) {
-      EXPECT_EQ(rooms().at(below).below.count(name), 0U) << name << " and " << below;
-      for (const std::string& further : rooms().at(below).below) {
-        EXPECT_EQ(room.below.count(further), 1U)
+TEST(Layering, LieOneAboveTheOther) {
+  for (const auto& [name, module] : modules()) {
+    for (const std::string& below : module.below) {
+      EXPECT_EQ(modules().at(below).below.count(name), 0U) << name << " and " << below;
+      for (const std::string& further : modules().at(below).below) {
+        EXPECT_EQ(module.below.count(further), 1U)
             << name << " stands on " << below << " and so on " << further;
       }
     }
   }
 }
 
-TEST(Rooms, PublicHeadersIncludeNoPrivateOnes) {
-  for_each_source([&](const std::string& /*room*/, const fs::path& file) {
+TEST(Layering, PublicHeadersIncludeNoPrivateOnes) {
+  for_each_source([&](const std::string& /*module*/, const fs::path& file) {
     if (file.string().find("include/matchbox_slam") == std::string::npos) {
       return;
     }
     for (const std::string& header : headers_included_by(file)) {
-      EXPECT_FALSE(room_of(header) && header.rfind("matchbox_slam/", 0) != 0)
+      EXPECT_FALSE(module_of(header) && header.rfind("matchbox_slam/", 0) != 0)
           << file << " includes " << header << ", which is not installed";
     }
   });
@@ -164,13 +164,13 @@ bool is_there(const std::string& name) {
           fs::exists(top / "launch" / name));
 }
 
-TEST(Rooms, TestsMirrorThem) {
+TEST(Layering, TestsMirrorThem) {
   const fs::path top = fs::path(MATCHBOX_SOURCE_DIR) / "test";
   int tests = 0;
   for (const auto& entry : fs::recursive_directory_iterator(top)) {
     const fs::path place = fs::relative(entry.path(), top);
     const std::string name = place.stem().string();
-    if (rooms().count(place.begin()->string()) == 0 || place.extension() != ".cpp" ||
+    if (modules().count(place.begin()->string()) == 0 || place.extension() != ".cpp" ||
         name.rfind("test_", 0) != 0) {
       continue;
     }
@@ -183,12 +183,12 @@ TEST(Rooms, TestsMirrorThem) {
         std::count(included.begin(), included.end(), "matchbox_slam/" + header) > 0;
     EXPECT_TRUE(is_named_after_it || is_there(told_subject_of(entry.path())))
         << place << " does not include " << header
-        << ", nor does its first line say what it is for: // Of ROOM/NAME.hpp";
+        << ", nor does its first line say what it is for: // Of MODULE/NAME.hpp";
   }
   EXPECT_GE(tests, 100) << "the tests are elsewhere";
 }
 
-TEST(Rooms, TheCheckKnowsWhatItMayNotInclude) {
+TEST(Layering, TheCheckKnowsWhatItMayNotInclude) {
   for (const char* header :
        {"ros/ros.h", "pluginlib/class_list_macros.hpp", "tf2/buffer_core.h",
         "sensor_msgs/LaserScan.h", "ros/scan_queue.hpp", "matchbox_slam/MatchInfo.h",
