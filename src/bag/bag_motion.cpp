@@ -43,8 +43,8 @@ std::optional<BagMessage> next_of(BagStream& stream) {
 }
 
 OdometryTopic look_at(const BagReader& reader, const std::string& topic, BagPeriod period) {
-  constexpr double kLongest = 60.0;  // [s] that a robot may stand before it moves
-  period.duration = std::min(period.duration, kLongest);
+  constexpr double kMaxStandstill = 60.0;  // [s] that a robot may stand before it moves
+  period.duration = std::min(period.duration, kMaxStandstill);
   OdometryTopic found;
   found.name = topic;
   std::optional<Pose2> first;

@@ -197,9 +197,9 @@ void read_tail(Words& words, CarmenLine& line) {
     words.skip(1, "host");
   }
   if (words.left() > 0) {
-    constexpr double kLongest = 1e9;  // s, 30 years
+    constexpr double kMaxLoggerStamp = 1e9;  // s, 30 years
     line.logger_stamp = words.number("the logger's stamp");
-    if (*line.logger_stamp < 0.0 || *line.logger_stamp > kLongest) {
+    if (*line.logger_stamp < 0.0 || *line.logger_stamp > kMaxLoggerStamp) {
       throw CarmenLineError("the logger's stamp is before its beginning or 30 years after it");
     }
   }

@@ -181,7 +181,7 @@ bool is_near(const Pose2& a, const Pose2& b) {
 
 /// By the poses of laser and robot, where nearly all say the same.
 std::optional<Pose2> mount_by_poses(const LogText& log, const std::string& message) {
-  constexpr double kNearlyAll = 0.9;
+  constexpr double kMinAgreeingShare = 0.9;
   std::optional<Pose2> first;
   std::size_t poses = 0;
   std::size_t near = 0;
@@ -194,8 +194,8 @@ std::optional<Pose2> mount_by_poses(const LogText& log, const std::string& messa
       near += is_near(mount, *first) ? 1 : 0;
     }
   }
-  return static_cast<double>(near) >= kNearlyAll * static_cast<double>(poses) ? first
-                                                                              : std::nullopt;
+  return static_cast<double>(near) >= kMinAgreeingShare * static_cast<double>(poses) ? first
+                                                                                     : std::nullopt;
 }
 
 /// By the log's parameters; none: it has none of this laser.
@@ -254,8 +254,8 @@ Mount mount_of(const LogText& log, const std::string& message) {
 
 /// Whether the poses that come with scans are others than those of ODOM lines around them.
 bool odometry_disagrees(const LogText& log) {
-  constexpr double kFar = 1.0;         // [m]
-  constexpr std::size_t kEnough = 10;  // scans
+  constexpr double kMaxDistance = 1.0;   // [m]
+  constexpr std::size_t kMinScans = 10;  // scans
   std::size_t scans = 0;
   std::size_t far = 0;
   const Pose2* last = nullptr;
@@ -267,11 +267,11 @@ bool odometry_disagrees(const LogText& log) {
     const CarmenScan& scan = *scan_of(event);
     if (last != nullptr && scan.robot) {
       ++scans;
-      far += (scan.robot->translation() - last->translation()).norm() > kFar ? 1 : 0;
+      far += (scan.robot->translation() - last->translation()).norm() > kMaxDistance ? 1 : 0;
       last = nullptr;
     }
   }
-  return scans >= kEnough && 2 * far > scans;
+  return scans >= kMinScans && 2 * far > scans;
 }
 
 std::string in_small_letters(std::string text) {

@@ -16,13 +16,13 @@ namespace {
 void make_room(Unpacked& unpacked, std::size_t used, std::size_t packed_bytes,
                std::size_t most_bytes) {
   constexpr std::size_t kUsualRatio = 4;
-  constexpr std::size_t kLeast = 1024;  // bytes
+  constexpr std::size_t kMinBytes = 1024;  // bytes
   Bytes& bytes = unpacked.bytes;
   if (used > most_bytes) {
     unpacked.defect = fmt::format("it unpacks to more than {} bytes", most_bytes);
   } else if (used == bytes.size()) {
-    bytes.resize(
-        std::min(std::max({kLeast, kUsualRatio * packed_bytes, 2 * bytes.size()}), most_bytes + 1));
+    bytes.resize(std::min(std::max({kMinBytes, kUsualRatio * packed_bytes, 2 * bytes.size()}),
+                          most_bytes + 1));
   }
 }
 

@@ -10,9 +10,9 @@ namespace matchbox_slam {
 /// vector grows by an eighth, and not to twice its size as by push_back.
 template <typename Value>
 void append_sparingly(Value value, std::vector<Value>& values) {
-  constexpr std::size_t kLeast = 16;
+  constexpr std::size_t kMinGrowth = 16;
   if (values.size() == values.capacity()) {
-    values.reserve(values.size() + values.size() / 8 + kLeast);
+    values.reserve(values.size() + values.size() / 8 + kMinGrowth);
   }
   values.push_back(std::move(value));
 }

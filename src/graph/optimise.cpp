@@ -26,8 +26,8 @@ std::size_t number_of_believed(const PoseGraph& graph) {
   return loops_of(graph, true).size() - loops_of(graph, false).size();
 }
 
-constexpr double kRoughly = 1e-3;  // tolerances of the chi-square
-constexpr double kExactly = 1e-9;
+constexpr double kCoarseTolerance = 1e-3;  // tolerances of the chi-square
+constexpr double kFineTolerance = 1e-9;
 
 class Optimiser {
  public:
@@ -66,7 +66,7 @@ class Optimiser {
   void move_by_learned_drift(PoseGraph& graph) {
     const double share = learn_drift(graph);
     if (share < 1.0) {
-      move(graph, kExactly, share);
+      move(graph, kFineTolerance, share);
     }
   }
 
@@ -74,10 +74,10 @@ class Optimiser {
   /// more.
   void settle(PoseGraph& graph) {
     believe_compatible(graph);
-    move(graph, kExactly);
+    move(graph, kFineTolerance);
     while (const auto worst = worst_loop(graph, options_.most_chi_square)) {
       graph.edges[*worst].belief = Belief::kDisbelieved;
-      move(graph, kExactly);
+      move(graph, kFineTolerance);
     }
   }
 
@@ -92,7 +92,7 @@ class Optimiser {
       if (compatible.empty() || compatible.size() == errors.loops.size()) {
         return;
       }
-      move(graph, kRoughly);
+      move(graph, kCoarseTolerance);
     }
   }
 

@@ -23,9 +23,9 @@ constexpr Stroke kLoopStroke{{200, 20, 120}, 3.4, 0.0};
 /// How dark a cell is drawn, 0...1. One that is nearly sure is drawn as if it were: clean white and
 /// dark are easier to read.
 [[nodiscard]] inline double darkness_of(double occupancy) {
-  constexpr double kSurelyFree = 0.2;
-  constexpr double kSurelyOccupied = 0.8;
-  return std::clamp((occupancy - kSurelyFree) / (kSurelyOccupied - kSurelyFree), 0.0, 1.0);
+  constexpr double kWhiteOccupancy = 0.2;
+  constexpr double kBlackOccupancy = 0.8;
+  return std::clamp((occupancy - kWhiteOccupancy) / (kBlackOccupancy - kWhiteOccupancy), 0.0, 1.0);
 }
 
 /// The color of a cell that was seen.

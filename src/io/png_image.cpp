@@ -49,20 +49,20 @@ constexpr std::size_t kSignature = 8;  // bytes of a PNG before its first chunk
 /// The file without what it says of the colours' meaning, which map_server does not look at, and
 /// libpng would bend the pixels by.
 std::string without_colour_space(const std::string& bytes) {
-  constexpr std::size_t kAround = 12;  // bytes of a chunk beside its contents
+  constexpr std::size_t kChunkOverhead = 12;  // bytes of a chunk beside its contents
   constexpr std::array kTypes = {"gAMA", "cHRM", "sRGB", "iCCP"};
   std::string kept = bytes.substr(0, kSignature);
   std::size_t begin = kept.size();
-  while (begin + kAround <= bytes.size()) {
+  while (begin + kChunkOverhead <= bytes.size()) {
     std::size_t size = 0;
     for (std::size_t i = begin; i < begin + 4; ++i) {
       size = (size << 8U) | static_cast<unsigned char>(bytes[i]);
     }
     const std::string type = bytes.substr(begin + 4, 4);
     if (std::find(kTypes.begin(), kTypes.end(), type) == kTypes.end()) {
-      kept += bytes.substr(begin, size + kAround);
+      kept += bytes.substr(begin, size + kChunkOverhead);
     }
-    begin += size + kAround;
+    begin += size + kChunkOverhead;
   }
   return begin >= bytes.size() ? kept : kept + bytes.substr(begin);
 }

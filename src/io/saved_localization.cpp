@@ -35,7 +35,7 @@ std::vector<WaitingScan> read_waiting(std::size_t parts, MapReader& reader) {
   return waiting;
 }
 
-constexpr int kMost = 1 << 30;
+constexpr int kMaxCount = 1 << 30;
 constexpr std::size_t kMostPlaces = 1000;
 
 /// How many scans there were of some kind, or how many more than of another.
@@ -43,7 +43,7 @@ template <typename Archive, typename Count>
 void transfer_count(Archive& archive, Count& count, int least = 0) {
   archive.integer(count);
   if constexpr (Archive::kReads) {
-    if (count < least || count > kMost) {
+    if (count < least || count > kMaxCount) {
       archive.fail(fmt::format("is damaged: it counts {} scans", count));
     }
   }
@@ -64,7 +64,7 @@ void skip_doubt(MapReader& reader) {
   if (reader.version() >= 11) {
     reader.number(number);
   }
-  transfer_count(reader, count, -kMost);
+  transfer_count(reader, count, -kMaxCount);
   transfer_pose(reader, pose);
   reader.number(number);
   if (reader.version() >= 10) {

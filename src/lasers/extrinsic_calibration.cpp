@@ -17,9 +17,9 @@ using Jacobian = Eigen::Matrix<double, 3, 4>;
 // (benchmark/reports/current/CONSTANTS.md), where its ATE is 4.1 mm.
 // How far from tf a laser, and from its stamps a scan, may be: [m], [rad], [s]. 5 degrees, one scan
 // of 20 Hz. Half or double changes the ATE by up to 4 %.
-constexpr double kXy = 0.1;
-constexpr double kTheta = 0.09;
-constexpr double kDelay = 0.05;
+constexpr double kPriorXy = 0.1;
+constexpr double kPriorTheta = 0.09;
+constexpr double kPriorDelay = 0.05;
 // What all matches against the same walls have in common: [m], [rad]. A tenth of a cell. With half
 // the ATE is 2.2 mm, with double 6.1.
 constexpr double kCommonXy = 0.005;
@@ -98,7 +98,7 @@ void ExtrinsicCalibration::add(const ExtrinsicSample& sample) {
 }
 
 void ExtrinsicCalibration::solve() {
-  const Eigen::Vector4d prior_sigma(kXy, kXy, kTheta, kDelay);
+  const Eigen::Vector4d prior_sigma(kPriorXy, kPriorXy, kPriorTheta, kPriorDelay);
   const Eigen::Matrix4d prior = prior_sigma.cwiseAbs2().cwiseInverse().asDiagonal();
   std::vector<Eigen::Matrix3d> information;
   for (const ExtrinsicSample& sample : samples_) {

@@ -120,17 +120,17 @@ void SecondaryLasers::wait(const ScanInput& input, const Eigen::Vector3d& veloci
 
 bool SecondaryLasers::is_sample_due(int laser, const Pose2& newest_from_base) const {
   // Guesses. In CONSTANTS.md the ATE of a drive whose second laser is used is 4.1 mm; with half of
-  // the way, or of kRarely, 2.4 and 1.4, with double 16 and 15: more samples are more exact, and
-  // each takes a search.
-  constexpr double kMoved = 0.1;    // [m]
-  constexpr double kTurned = 0.05;  // [rad]
-  constexpr double kRarely = 5.0;   // once it is used
+  // the way, or of kUsedLaserFactor, 2.4 and 1.4, with double 16 and 15: more samples are more
+  // exact, and each takes a search.
+  constexpr double kMoved = 0.1;            // [m]
+  constexpr double kTurned = 0.05;          // [rad]
+  constexpr double kUsedLaserFactor = 5.0;  // once it is used
   const SecondaryLaser& one = lasers_.at(laser);
   if (!one.newest_from_tried) {
     return true;
   }
   const Pose2 moved = one.newest_from_tried->inverse() * newest_from_base;
-  const double part = one.is_used ? kRarely : 1.0;
+  const double part = one.is_used ? kUsedLaserFactor : 1.0;
   return moved.translation().norm() >= part * kMoved || std::abs(moved.theta) >= part * kTurned;
 }
 

@@ -111,11 +111,11 @@ void take_tile(std::uint16_t* seen, Counts* counts) {
 
 double clearance_of(const ScanPoint& point) {
   constexpr double kBeforeSurface = 0.08;  // [m], perpendicular to it: a cell and the ranges' noise
-  constexpr double kLeast = 0.1;           // [m] along the beam
-  constexpr double kMost = 1.0;
+  constexpr double kMinClearance = 0.1;    // [m] along the beam
+  constexpr double kMaxClearance = 1.0;
   const Eigen::Vector2d way = point.position - point.origin;
   const double facing = std::abs(way.normalized().dot(point.normal));
-  return facing > 0.0 ? std::clamp(kBeforeSurface / facing, kLeast, kMost) : 0.3;
+  return facing > 0.0 ? std::clamp(kBeforeSurface / facing, kMinClearance, kMaxClearance) : 0.3;
 }
 
 /// Beams of one scan by cell.

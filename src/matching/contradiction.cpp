@@ -15,10 +15,10 @@ namespace {
 // (benchmark/reports/current/CONSTANTS.md): half or double of the first three leaves all eight
 // as they are but for one carried robot that is found nowhere either way; half of kReach makes aces
 // 14 % worse, and double that and a carried robot 70 %. kBeams was not tried.
-constexpr double kClearly = 0.4;  // [m] from the wall that is crossed to the end of the beam
-constexpr double kAlong = 0.35;   // cosine between beam and normal; below, it goes along the wall
-constexpr double kLine = 0.5;     // length of the mean double angle from which hits tell a line
-constexpr double kReach = 0.15;   // [m], to each side
+constexpr double kMinOvershoot = 0.4;  // [m] from the wall that is crossed to the end of the beam
+constexpr double kMinCosine = 0.35;    // between beam and normal; below, it goes along the wall
+constexpr double kMinCoherence = 0.5;  // of the double angles of hits that tell a line
+constexpr double kReach = 0.15;        // [m], to each side
 constexpr std::size_t kBeams = 300;
 
 /// On the way along a beam.
@@ -39,7 +39,7 @@ class BeamWalk {
 
   [[nodiscard]] static Walk begin(std::size_t beam, const Eigen::Vector2d& from,
                                   const Eigen::Vector2d& to) {
-    const double length = std::min((to - from).norm() - kClearly, kFarthestPoint);
+    const double length = std::min((to - from).norm() - kMinOvershoot, kFarthestPoint);
     return {beam, from, (to - from).normalized(), length};
   }
 
@@ -73,14 +73,14 @@ class BeamWalk {
   [[nodiscard]] bool is_within_wall(const Eigen::Vector2d& here, const Cell& cell,
                                     const Eigen::Vector2d& direction) const {
     Surface surface;
-    if (!field_.nearest_surface(cell, surface) || surface.double_angle.norm() < kLine) {
+    if (!field_.nearest_surface(cell, surface) || surface.double_angle.norm() < kMinCoherence) {
       return false;
     }
     const Eigen::Vector2d doubled = surface.double_angle.normalized();
     const Eigen::Vector2d normal(
         std::sqrt(std::max(0.0, 0.5 * (1.0 + doubled.x()))),
         std::copysign(std::sqrt(std::max(0.0, 0.5 * (1.0 - doubled.x()))), doubled.y()));
-    if (std::abs(normal.dot(direction)) < kAlong) {
+    if (std::abs(normal.dot(direction)) < kMinCosine) {
       return false;
     }
     const Eigen::Vector2d aside = kReach * Eigen::Vector2d(-normal.y(), normal.x());
@@ -141,7 +141,7 @@ double share_on_other_sides(const PointScan& scan, const Pose2& map_from_base,
   };
   // In front of a hit, where the other side of the wall would be if it was thick. Half or double of
   // it makes a carried robot 35 % worse, and aces 21 % (benchmark/reports/current/CONSTANTS.md).
-  constexpr double kAside = 0.12;  // [m]
+  constexpr double kWallThickness = 0.12;  // [m]
   // Two cells: what is farther off lies on no wall at all.
   constexpr double kOnWall = 0.1;  // [m]
   const Transform2 to_map(map_from_base);
@@ -158,7 +158,7 @@ double share_on_other_sides(const PointScan& scan, const Pose2& map_from_base,
     const Eigen::Vector2d normal = to_map.turned(point.normal);
     Surface surface;
     if (metres * field.distance(cell) <= kOnWall && field.nearest_surface(cell, surface) &&
-        is_other_side(surface, normal) && !is_free(place + kAside * normal)) {
+        is_other_side(surface, normal) && !is_free(place + kWallThickness * normal)) {
       on_other_sides += point.weight;
     }
   }

@@ -20,14 +20,14 @@ constexpr double kSurfaceError = 0.25;
 // Variance, in the same units and on top of the point's, of the distance to a surface without a
 // direction: that of two places anywhere in one cell of 5 cm, 2 (5 cm)^2 / 12, with the default
 // noise of 1 cm. Half or double of it changes the median error of pairs by up to 2 %.
-constexpr double kBluntness = 4.0;
+constexpr double kPointSurfaceVariance = 4.0;
 
 // Variance, likewise, where the scan shows a wall across the one that the map has nearby: the point
 // is not on that one. In corridors a far hit of the side wall lies in the corner where a cupboard
 // or a door stands out; taken for its front it tells, always from the same beam, that the robot
 // stands still. 48 drives through hotels and campuses: mean error 0.085 m, and 0.13 without it; 40
 // is as good.
-constexpr double kAcross = 200.0;
+constexpr double kCrossWallVariance = 200.0;
 
 /// From where a point was measured to where it is [m].
 Eigen::Vector2d moved(const ScanPoint& point) {
@@ -168,7 +168,7 @@ Correspondences::SurfaceNumbers Correspondences::nearest_surface(std::size_t poi
           position.y(),
           direction.x(),
           direction.y(),
-          1.0 + kBluntness * bluntness,
+          1.0 + kPointSurfaceVariance * bluntness,
           1.0 / surface.hits + kSurfaceError};
 }
 
@@ -249,7 +249,7 @@ void Correspondences::find_own(std::size_t point) {
   row(kS)[point] = s + unknown * normal_s;
   const double blunt = row(kBlunt)[point];
   row(kOwn)[point] = blunt + row(kSpacing)[point] * std::max(0.0, blunt - 1.0) +
-                     kAcross * std::max(0.0, -agreement);
+                     kCrossWallVariance * std::max(0.0, -agreement);
 }
 
 /// What hangs on the points' surfaces alone, and not on where the points lie: how many points there
@@ -367,18 +367,18 @@ double Correspondences::closeness(double kernel, const Eigen::Vector3d& step) co
 
 void Correspondences::costs_of_both(double kernel, const std::vector<Eigen::Vector3d>& steps,
                                     std::vector<std::array<double, 2>>& costs) const {
-  constexpr std::size_t kAtOnce = 64;
+  constexpr std::size_t kBatchSize = 64;
   costs.resize(steps.size());
-  for (std::size_t first = 0; first < steps.size(); first += kAtOnce) {
-    const std::size_t count = std::min(kAtOnce, steps.size() - first);
-    std::array<float, 3 * kAtOnce> numbers;
+  for (std::size_t first = 0; first < steps.size(); first += kBatchSize) {
+    const std::size_t count = std::min(kBatchSize, steps.size() - first);
+    std::array<float, 3 * kBatchSize> numbers;
     for (std::size_t i = 0; i < count; ++i) {
       for (int axis = 0; axis < 3; ++axis) {
         numbers[3 * i + static_cast<std::size_t>(axis)] =
             static_cast<float>(steps[first + i](axis));
       }
     }
-    std::array<float, 2 * kFloatLanes * kAtOnce> lanes;
+    std::array<float, 2 * kFloatLanes * kBatchSize> lanes;
     std::fill_n(lanes.begin(), 2 * kFloatLanes * count, 0.0F);
     add_costs_of_both(rows(), static_cast<float>(kernel * kernel), numbers.data(), count,
                       lanes.data());

@@ -22,13 +22,13 @@ Eigen::Matrix3d prior_information(const Eigen::Matrix3d& covariance) {
 double weight_beside(const PointScan& scan, double weight) {
   // [m]. 150 drives of the zoo, error with 1.5, 2.8, 5, 10 and 20: 0.0429, 0.0429, 0.0421, 0.0423
   // and 0.0464 m.
-  constexpr double kMuchWall = 5.0;
+  constexpr double kUnitWeightWall = 5.0;
   constexpr double kLeastWall = 1e-3;
   double wall = 0.0;
   for (const ScanPoint& point : scan.points) {
     wall += known_share(point) * point.weight;
   }
-  return weight * std::max(1.0, kMuchWall / std::max(wall, kLeastWall));
+  return weight * std::max(1.0, kUnitWeightWall / std::max(wall, kLeastWall));
 }
 
 }  // namespace matchbox_slam

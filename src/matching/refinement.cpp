@@ -19,7 +19,7 @@ double shown_information(const Correspondences& pairs, const RefinementOptions& 
   // Least standard deviation, as a share of the configured noise: 2 mm by default, for the error of
   // the map, which even beams without noise have. With these the mean NEES of pairs in clutter is
   // 1.5; with half of it the same, with double 0.7. With 1 cm of noise it has no effect.
-  constexpr double kLeast = 0.2;
+  constexpr double kMinDeviationShare = 0.2;
   // Widths of the last kernel to look through, since a narrow one hides large residuals. The mean
   // NEES of pairs, 3 if honest, is 3.8 and 3.5 (rooms, random) for 1, 3.0 and 2.6 for 2, and 2.7
   // and 1.9 for 4.
@@ -27,7 +27,7 @@ double shown_information(const Correspondences& pairs, const RefinementOptions& 
   const double expected = options.noise * options.noise;
   const ResidualSum seen = pairs.residuals(kKernel * options.last_kernel);
   const double shown = (seen.squares + kBelieved * expected) / (seen.measurements + kBelieved);
-  return 1.0 / std::max(shown, kLeast * kLeast * expected);
+  return 1.0 / std::max(shown, kMinDeviationShare * kMinDeviationShare * expected);
 }
 
 /// The motion (x, y, theta) along a weak direction that changes the residuals least: in a round
@@ -44,9 +44,9 @@ Eigen::Vector3d least_noticed(const Eigen::Matrix3d& information,
 /// shows no such piece, and 1.8 with 3 cm, where up to 0.01 of the information seems to come from
 /// some: hence its square. Without noise cells turn them as well.
 double noise_of_normals(const Correspondences& pairs, const RefinementOptions& options) {
-  constexpr double kLeast = 0.36;
+  constexpr double kMinVarianceRatio = 0.36;
   const double variance = 1.0 / shown_information(pairs, options);
-  const double share = std::max(kLeast, variance / (options.noise * options.noise));
+  const double share = std::max(kMinVarianceRatio, variance / (options.noise * options.noise));
   return share * share;
 }
 

@@ -9,8 +9,8 @@ namespace matchbox_slam {
 
 namespace {
 
-constexpr double kEnough = 2.0;    // [s] of scans and transforms
-constexpr double kPatience = 5.0;  // [s] with scans alone
+constexpr double kWatchTime = 2.0;  // [s] of scans and transforms
+constexpr double kMaxWait = 5.0;    // [s] with scans alone
 
 }  // namespace
 
@@ -39,7 +39,7 @@ std::optional<double> ClockWatch::conclude(const ros::Time& now) {
   }
   const double watched = seconds_between(*first_scan_, now);
   const std::optional<double> offset = clocks_.offset();
-  if (watched < kEnough || (!offset && watched < kPatience)) {
+  if (watched < kWatchTime || (!offset && watched < kMaxWait)) {
     return std::nullopt;
   }
   is_watching_ = false;

@@ -68,15 +68,15 @@ std::string text_of_robot_beams(const std::vector<double>& sectors,
 std::string text_of_few_returns(std::optional<std::size_t> returns) {
   // Measured in simulated rooms and a hotel with a decent odometry: 1.4 and 1.5 times its error
   // with some 30 returns, 5 and 8 times with half of that, 1.0 and 1.3 times with 50 to 60.
-  constexpr std::size_t kEnough = 40;
-  if (!returns || *returns >= kEnough) {
+  constexpr std::size_t kMinReturns = 40;
+  if (!returns || *returns >= kMinReturns) {
     return "";
   }
   return fmt::format(
       "scans have {} returns in the median; with fewer than {} the map is hardly better than "
       "odometry, and may be worse. Look whether scan/* or the driver leaves readings out, or "
       "whether scans are parts of a turn: scan/join_parts",
-      *returns, kEnough);
+      *returns, kMinReturns);
 }
 
 std::string text_of(const SecondaryLaser& laser, const std::string& topic) {

@@ -176,11 +176,11 @@ void OtherMaps::require_going_on() const {
 }
 
 void OtherMaps::run() {
-  constexpr std::chrono::milliseconds kBetween(200);  // a key scan comes about as often
+  constexpr std::chrono::milliseconds kSearchInterval(200);  // a key scan comes about as often
   for (;;) {
     {
       std::unique_lock<std::mutex> lock(mutex_);
-      changed_.wait_for(lock, kBetween, [this] { return stop_; });
+      changed_.wait_for(lock, kSearchInterval, [this] { return stop_; });
       if (stop_) {
         return;
       }

@@ -270,12 +270,12 @@ void SlamRun::note_scan(const ScanInput& input) {
 bool SlamRun::goes_on(const MotionState& before, const ScanInput& input) const {
   // [s] from scan to scan, however slow the laser and however many were needed to tell the step. A
   // guess: half and double were not tried.
-  constexpr double kBetween = 2.0;
+  constexpr double kScanInterval = 2.0;
   if (is_told_ || key_scans().empty()) {
     return true;
   }
   if (before.odom_from_base && odometry_of(input)) {
-    return does_odometry_go_on(before.odom_from_base, odometry_of(input), kBetween);
+    return does_odometry_go_on(before.odom_from_base, odometry_of(input), kScanInterval);
   }
   return before.stamp.value_or(0.0) - clock_offset() - input.scan.stamp <= kLongestPause;
 }
@@ -284,12 +284,12 @@ bool SlamRun::goes_on(const MotionState& before, const ScanInput& input) const {
 void SlamRun::begin_clock(const ScanInput& input) {
   // So many intervals between scans it took until the step was told: a guess, as the next.
   constexpr double kScans = 3.0;
-  constexpr double kLongest = 0.3;  // [s]
+  constexpr double kMaxInterval = 0.3;  // [s]
   const bool does_go_on = goes_on(engine_->motion(), input);
   const double newest = live_trajectory_.back().stamp;
   const double interval =
-      live_trajectory_.size() < 2 ? kLongest : newest - (live_trajectory_.end() - 2)->stamp;
-  const double since = newest + kScans * std::min(interval, kLongest);
+      live_trajectory_.size() < 2 ? kMaxInterval : newest - (live_trajectory_.end() - 2)->stamp;
+  const double since = newest + kScans * std::min(interval, kMaxInterval);
   clocks_.push_back({since, since - input.scan.stamp});
   if (!does_go_on) {
     begin_drive(input.scan.stamp);

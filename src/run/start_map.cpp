@@ -57,15 +57,15 @@ bool does_odometry_go_on(const std::optional<Pose2>& saved, const std::optional<
                          double seconds) {
   // Guesses: half and double were not tried.
   constexpr double kNearOrigin = 1.0;  // [m], where it may have begun anew
-  constexpr double kFastest = 1.5;     // [m/s]
-  constexpr double kLongest = 600.0;   // [s], after which it may have been carried
-  if (!saved || !now || !(seconds > 0.0 && seconds <= kLongest)) {
+  constexpr double kMaxSpeed = 1.5;    // [m/s]
+  constexpr double kMaxPause = 600.0;  // [s], after which it may have been carried
+  if (!saved || !now || !(seconds > 0.0 && seconds <= kMaxPause)) {
     return false;
   }
   const double moved = (now->translation() - saved->translation()).norm();
   const double from_origin = now->translation().norm();
   const bool may_have_begun = from_origin < kNearOrigin && from_origin < moved;
-  return moved <= kFastest * seconds && !may_have_begun;
+  return moved <= kMaxSpeed * seconds && !may_have_begun;
 }
 
 bool is_same_drive(double stamp, std::optional<double> before, double longest_pause) {

@@ -24,7 +24,7 @@ using visualization_msgs::Marker;
 
 double seconds_since(const std::chrono::steady_clock::time_point& then) {
   return then == std::chrono::steady_clock::time_point()
-             ? kNever
+             ? kInfinity
              : std::chrono::duration<double>(std::chrono::steady_clock::now() - then).count();
 }
 

@@ -99,7 +99,7 @@ Assessment assess(const SlamReport& report, const std::string& node) {
 
 std::string figures_of(const SlamReport& report) {
   std::string text;
-  if (report.match_age < kNever) {
+  if (report.match_age < kInfinity) {
     text += fmt::format("Score {:.2f}, evidence {:.2f}", report.score, report.evidence);
   }
   const std::string key_scans = value_of(report, "Key scans");

@@ -8,7 +8,7 @@
 
 namespace matchbox_slam {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Where the robot may be in the map.
 struct Place {
@@ -20,13 +20,13 @@ struct Place {
 
 /// What a SLAM node has told of itself, and how long ago.
 struct SlamReport {
-  double match_age = kNever;  ///< [s] since it told of a scan
-  std::string state;          ///< after that scan, such as "tracking"
+  double match_age = kInfinity;  ///< [s] since it told of a scan
+  std::string state;             ///< after that scan, such as "tracking"
   double score = 0.0;
   double evidence = 0.0;
-  double loop_age = kNever;         ///< [s] since a loop moved the map
-  double diagnostics_age = kNever;  ///< [s] since it told how it is
-  int level = 0;                    ///< then: 0 well, 1 a warning, 2 an error
+  double loop_age = kInfinity;         ///< [s] since a loop moved the map
+  double diagnostics_age = kInfinity;  ///< [s] since it told how it is
+  int level = 0;                       ///< then: 0 well, 1 a warning, 2 an error
   std::string message;
   std::map<std::string, std::string> values;  ///< by their names in /diagnostics
   std::vector<Place> hypotheses;              ///< of the newest scan, the likeliest first

@@ -18,7 +18,7 @@ constexpr std::size_t kFewestScans = 20;  // and after how many more it is looke
 // metre have so many after minutes.
 constexpr double kSeconds = 10.0;
 constexpr std::size_t kScans = 100;
-constexpr double kLongest = 120.0;
+constexpr double kMaxSeconds = 120.0;
 constexpr std::size_t kMostScans = 5000;  // of which stamps may stand still
 constexpr double kFewestInPile = 0.25;    // share of scans that have a reading of the pile
 constexpr double kContrast = 5.0;         // to what lies below, on the same width
@@ -73,7 +73,7 @@ void NoReturnPile::add(const LaserScan& scan) {
   add_readings(scan);
   const double seconds = scan.stamp - begin_;
   const std::size_t scans = median_range_.size();
-  is_complete_ = seconds > kLongest || (scans >= kScans && seconds > kSeconds) ||
+  is_complete_ = seconds > kMaxSeconds || (scans >= kScans && seconds > kSeconds) ||
                  scans >= kMostScans || seconds < 0.0;
   if (is_complete_ || scans % kFewestScans == 0) {
     first_range_ = find_first_range();

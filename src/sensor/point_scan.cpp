@@ -53,7 +53,7 @@ class BeamDirections {
   /// By turning on some from few, since a cosine and a sine take much longer than a product. Off by
   /// less than 1e-15.
   const std::vector<Eigen::Vector2d>& of(const LaserScan& scan) {
-    constexpr std::size_t kFew = 32;
+    constexpr std::size_t kBlockSize = 32;
     const std::size_t count = scan.ranges.size();
     if (count == beams_.size() && scan.angle_min == angle_min_ &&
         scan.angle_increment == angle_increment_) {
@@ -64,15 +64,15 @@ class BeamDirections {
     const auto direction = [](double angle) {
       return Eigen::Vector2d(std::cos(angle), std::sin(angle));
     };
-    std::array<Eigen::Vector2d, kFew> turns;
-    for (std::size_t i = 0; i < kFew; ++i) {
+    std::array<Eigen::Vector2d, kBlockSize> turns;
+    for (std::size_t i = 0; i < kBlockSize; ++i) {
       turns[i] = direction(static_cast<double>(i) * scan.angle_increment);
     }
     beams_.resize(count);
-    for (std::size_t k = 0; k < count; k += kFew) {
+    for (std::size_t k = 0; k < count; k += kBlockSize) {
       const Eigen::Vector2d first =
           direction(scan.angle_min + static_cast<double>(k) * scan.angle_increment);
-      for (std::size_t i = 0; i < std::min(kFew, count - k); ++i) {
+      for (std::size_t i = 0; i < std::min(kBlockSize, count - k); ++i) {
         beams_[k + i] = {first.x() * turns[i].x() - first.y() * turns[i].y(),
                          first.y() * turns[i].x() + first.x() * turns[i].y()};
       }
@@ -89,13 +89,13 @@ class BeamDirections {
 /// Straightens walls where there is noise, but not so much that it may be shape.
 void take_noise_out(const ProjectionOptions& options, HitRows& hits, WallMemory& memory,
                     std::vector<ScanPoint>& points) {
-  constexpr double kLeast = 5e-4;  // [m]; ranges rounded to 1 mm alone have 0.3 mm
+  constexpr double kMinNoise = 5e-4;  // [m]; ranges rounded to 1 mm alone have 0.3 mm
   // [m], a cell by default. With a range noise of 3 cm half of it makes the median error of pairs
   // in rooms 3.5 mm instead of 2.4.
-  constexpr double kMost = 0.05;
+  constexpr double kMaxNoise = 0.05;
   hits.assign(points, options.max_wall_gap);
   const double noise = range_noise(hits, memory);
-  if (noise >= kLeast && noise <= kMost) {
+  if (noise >= kMinNoise && noise <= kMaxNoise) {
     straighten_walls(hits, noise, memory, points);
   }
 }

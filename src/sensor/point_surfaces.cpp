@@ -84,12 +84,12 @@ Eigen::Vector2d surface_normal(const RunningSums& sums, std::size_t index,
 /// any limit changes the hough matcher's errors of pairs by up to 1 %, its mean relation in intel
 /// by 3 to 10 %.
 bool on_one_wall(const ScanPoint& a, const ScanPoint& b, double gap) {
-  constexpr double kAcross = 0.05;  // sine of the angle between step and surface, 3 degrees
-  constexpr double kAgree = 0.95;   // cosine of the angle between the normals, 18 degrees
-  constexpr double kNoise = 0.02;   // [m], two deviations of a usual noise of 1 cm
+  constexpr double kMaxStepSine = 0.05;  // sine of the angle between step and surface, 3 degrees
+  constexpr double kMinNormalCosine = 0.95;  // cosine of the angle between the normals, 18 degrees
+  constexpr double kNoise = 0.02;            // [m], two deviations of a usual noise of 1 cm
   const Eigen::Vector2d step = b.position - a.position;
-  const double limit = kAcross * gap + kNoise;
-  return a.normal.dot(b.normal) >= kAgree && std::abs(a.normal.dot(step)) <= limit &&
+  const double limit = kMaxStepSine * gap + kNoise;
+  return a.normal.dot(b.normal) >= kMinNormalCosine && std::abs(a.normal.dot(step)) <= limit &&
          std::abs(b.normal.dot(step)) <= limit;
 }
 
@@ -124,18 +124,18 @@ bool lies_on_wall_beside(const std::vector<ScanPoint>& points, std::size_t index
 
 /// The normal of a piece of wall between two points that faces the beams, else zero.
 Eigen::Vector2d facing_normal(const ScanPoint& a, const ScanPoint& b) {
-  constexpr double kShortest = 0.04;  // [m]: a usual noise of 1 cm turns such a piece by 20 degrees
-  constexpr double kLongest = 0.3;    // [m], of neighbours on one wall; 0.6 is as good
+  constexpr double kMinGap = 0.04;  // [m]: a usual noise of 1 cm turns such a piece by 20 degrees
+  constexpr double kMaxGap = 0.3;   // [m], of neighbours on one wall; 0.6 is as good
   // [rad] between the beams: where they are half a degree apart or more, two of them meet
   // different things. Without this limit aces and infinite_corridor, of such lasers, end with 0.096
   // and 0.56 m in place of 0.094 and 0.52, and drives of 360 beams through corridors get no better.
-  constexpr double kWidest = 0.008;
-  constexpr double kOblique = 0.4;  // cosine of the angle between the piece and the beam
+  constexpr double kMaxBeamAngle = 0.008;
+  constexpr double kMaxBeamCosine = 0.4;  // cosine of the angle between the piece and the beam
   const Eigen::Vector2d step = b.position - a.position;
   const double gap = step.norm();
   const Eigen::Vector2d beam = (a.position - a.origin).normalized();
-  if (gap < kShortest || gap > kLongest || gap > kWidest * (a.position - a.origin).norm() ||
-      std::abs(step.dot(beam)) > kOblique * gap) {
+  if (gap < kMinGap || gap > kMaxGap || gap > kMaxBeamAngle * (a.position - a.origin).norm() ||
+      std::abs(step.dot(beam)) > kMaxBeamCosine * gap) {
     return Eigen::Vector2d::Zero();
   }
   const Eigen::Vector2d normal(-step.y() / gap, step.x() / gap);

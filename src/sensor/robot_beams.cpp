@@ -39,8 +39,8 @@ void RobotBeams::add(const LaserScan& scan, const Pose2& map_from_base,
   const auto direction = static_cast<std::size_t>(turned * static_cast<double>(kDirections));
   ++looked_.at(std::min(direction, kDirections - 1));
   take(scan, options);
-  constexpr std::size_t kEvery = 8;
-  if (taken_ % kEvery == 0 && has_looked_around()) {
+  constexpr std::size_t kSearchInterval = 8;
+  if (taken_ % kSearchInterval == 0 && has_looked_around()) {
     sectors_ = find();
   }
 }

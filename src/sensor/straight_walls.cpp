@@ -372,9 +372,9 @@ void HitRows::assign(const std::vector<ScanPoint>& points, double max_wall_gap) 
 }
 
 double range_noise(const HitRows& hits, WallMemory& memory) {
-  constexpr std::size_t kFewest = 20;  // whose standard deviation is known to 1 / sqrt(40), 16 %
-  constexpr double kFar = 3.0;  // standard deviations; with 1.5 the median error of pairs is 8 to
-                                // 13 % larger, with 6 up to 3 %
+  constexpr std::size_t kFewest = 20;     // whose standard deviation is known to 1 / sqrt(40), 16 %
+  constexpr double kOutlierSigmas = 3.0;  // standard deviations; with 1.5 the median error of pairs
+                                          // is 8 to 13 % larger, with 6 up to 3 %
   std::vector<double>& all = memory.squares_of_all;
   all.resize(hits.size);
   find_squares_off_neighbours(hits.x.data(), hits.y.data(), hits.beam_x.data(), hits.beam_y.data(),
@@ -399,7 +399,8 @@ double range_noise(const HitRows& hits, WallMemory& memory) {
   squares.resize(whole_lanes(squares.size()), std::numeric_limits<double>::infinity());
   for (int i = 0; i < 3; ++i) {
     std::array<double, 2 * kLanes> sums{};
-    add_up_to(squares.data(), squares.size(), kFar * kFar * variance, sums.data());
+    add_up_to(squares.data(), squares.size(), kOutlierSigmas * kOutlierSigmas * variance,
+              sums.data());
     variance = sum_of(sums.data()) / sum_of(&sums[kLanes]);
   }
   return std::sqrt(variance);
@@ -409,7 +410,7 @@ void straighten_walls(const HitRows& hits, double noise, WallMemory& memory,
                       std::vector<ScanPoint>& points) {
   // Standard deviations; farther off is something in front of the wall, or once in 2000 noise.
   // With 1.75 the median error of pairs in clutter is 12 % larger, with 7 in rooms 3 %.
-  constexpr double kFar = 3.5;
+  constexpr double kOutlierSigmas = 3.5;
   // Largest standard deviation of a wall's direction [rad]; from less certain ones the normals of
   // single points are as good. With 0.1 the median error of pairs in clutter is 10 % larger, with
   // 0.4 4 % smaller.
@@ -428,13 +429,13 @@ void straighten_walls(const HitRows& hits, double noise, WallMemory& memory,
         continue;
       }
       Line line{sums.laser() + fit.q / fit.q.squaredNorm(), fit.q.normalized(), 0.0};
-      line = improved(hits, part, line, kFar * noise);
-      line = improved(hits, part, line, kFar * noise);
+      line = improved(hits, part, line, kOutlierSigmas * noise);
+      line = improved(hits, part, line, kOutlierSigmas * noise);
       if (!(line.spread * kKnown * kKnown >= noise * noise)) {
         continue;
       }
       for (std::size_t i = part.first; i <= part.last; ++i) {
-        move_onto(line, {hits.beam_x[i], hits.beam_y[i]}, kFar * noise, points[i]);
+        move_onto(line, {hits.beam_x[i], hits.beam_y[i]}, kOutlierSigmas * noise, points[i]);
       }
     }
   }

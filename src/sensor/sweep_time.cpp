@@ -21,7 +21,7 @@ constexpr double kOtherTurnRate = 0.07;    // rad/s, by which that of the refere
 constexpr double kOtherSpeed = 0.05;       // m/s, likewise of all that moves a hit
 constexpr double kArm = 3.0;               // m, at which turning moves one
 constexpr std::size_t kMostStraight = 40;  // scans of a robot that does not turn
-constexpr double kNear = 0.5;              // m, to the reference: farther off other things are seen
+constexpr double kMaxDistance = 0.5;       // m, to the reference: farther off other things are seen
 constexpr double kRecent = 10.0;           // s
 constexpr std::size_t kMostRecent = 40;
 
@@ -189,7 +189,7 @@ const SweepTimeEstimator::Hits* SweepTimeEstimator::reference_for(const Hits& sc
         kArm * std::abs(other.turn_rate - scan.turn_rate) + (other.velocity - scan.velocity).norm();
     const double away =
         (other.odom_from_base.translation() - scan.odom_from_base.translation()).norm();
-    if (away < kNear && scan.stamp - other.stamp < kRecent && differs > most) {
+    if (away < kMaxDistance && scan.stamp - other.stamp < kRecent && differs > most) {
       most = differs;
       reference = &other;
     }

@@ -17,12 +17,12 @@ constexpr double kTurn = degrees_to_radians(330.0);  // a laser that sees so muc
 constexpr std::size_t kMostGaps = 9;
 constexpr double kSlowestTurn = 0.5;  // s: rarer scans are not all that the laser took
 // What a sweep that can be lasts, of the time from scan to scan.
-constexpr double kShortest = 0.5;
-constexpr double kLongestShare = 1.1;
+constexpr double kMinSweepShare = 0.5;
+constexpr double kMaxSweepShare = 1.1;
 
 constexpr double kMotionTime = 0.2;    // s at most, over which odometry tells how fast the robot is
 constexpr std::size_t kMostScans = 9;  // of the turning robot that are asked
-constexpr double kNearEnough = 0.25;   // of the period: so near to what is likely, it is that
+constexpr double kLikelyTolerance = 0.25;  // of the period: so near to what is likely, it is that
 
 // What scans tell is off by more than their noise (measured: twice, and 0.02 s), and now and then
 // all wrong, so that none counts for more than so much.
@@ -65,7 +65,7 @@ bool SweepTimeChoice::may_be_looked_at(const LaserScan& scan) const {
 bool SweepTimeChoice::can_be(const LaserScan& as_sent, double sent_scan_time) const {
   const double sweep = as_sent.time_increment * beams_of(as_sent);
   const auto fits = [&](double period) {
-    return sweep >= kShortest * period && sweep <= kLongestShare * period;
+    return sweep >= kMinSweepShare * period && sweep <= kMaxSweepShare * period;
   };
   return (sent_scan_time > 0.0 && fits(sent_scan_time)) || (period() && fits(*period()));
 }
@@ -146,7 +146,7 @@ void SweepTimeChoice::weigh(const ToldSweepTime& told, double whole) {
 /// others say otherwise. It takes more to believe anything else.
 void SweepTimeChoice::decide(double whole) {
   const double told = estimator_.sweep_time();
-  const double near = kNearEnough * std::min(*period(), kMotionTime);
+  const double near = kLikelyTolerance * std::min(*period(), kMotionTime);
   // Driving straight on may look like no sweep whatever there is, never like a sweep that is not.
   const double for_whole = evidence_of_turning_ + std::max(0.0, evidence_of_driving_);
   is_final_ = estimator_.scans() >= kMostScans;

@@ -12,7 +12,7 @@ constexpr int kColumns = 3;  // of buildings
 constexpr int kRows = 2;
 constexpr double kLength = 64.0;  // of a building, between the middles of its outer corridors
 constexpr double kDepth = 44.0;
-constexpr double kBetween = 20.0;  // from one to the next
+constexpr double kSpacing = 20.0;  // from one to the next
 constexpr double kMargin = 8.0;    // around them all
 constexpr double kTour = 2900.0;   // and the way home
 
@@ -63,8 +63,8 @@ World make_campus_world(std::uint64_t seed) {
   EqualRooms rooms;
   rooms.open = 0.25;
   rooms.cabinets = 0.15;
-  SolidPlan plan({kColumns * (kLength + kBetween) - kBetween + 2.0 * kMargin,
-                  kRows * (kDepth + kBetween) - kBetween + 2.0 * kMargin});
+  SolidPlan plan({kColumns * (kLength + kSpacing) - kSpacing + 2.0 * kMargin,
+                  kRows * (kDepth + kSpacing) - kSpacing + 2.0 * kMargin});
   CorridorNet net;
   const auto link = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
     net.add(from, to);
@@ -76,8 +76,8 @@ World make_campus_world(std::uint64_t seed) {
   };
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
-      const Eigen::Vector2d corner(kMargin + column * (kLength + kBetween),
-                                   kMargin + row * (kDepth + kBetween));
+      const Eigen::Vector2d corner(kMargin + column * (kLength + kSpacing),
+                                   kMargin + row * (kDepth + kSpacing));
       if (row == 0 && column == 1) {
         cut_courtyard(corner, random, plan);
         add_cross(corner, link);
@@ -88,10 +88,10 @@ World make_campus_world(std::uint64_t seed) {
       const Eigen::Vector2d right = corner + Eigen::Vector2d(kLength, 0.5 * kDepth);
       const Eigen::Vector2d top = corner + Eigen::Vector2d(0.5 * kLength, kDepth);
       if (column + 1 < kColumns) {
-        link(right, right + Eigen::Vector2d(kBetween, 0.0));
+        link(right, right + Eigen::Vector2d(kSpacing, 0.0));
       }
       if (row + 1 < kRows) {
-        link(top, top + Eigen::Vector2d(0.0, kBetween));
+        link(top, top + Eigen::Vector2d(0.0, kSpacing));
       }
     }
   }

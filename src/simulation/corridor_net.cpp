@@ -40,7 +40,7 @@ std::vector<double> CorridorNet::ways_home() const {
 }
 
 std::vector<std::size_t> CorridorNet::tour(double length, Random& random) const {
-  constexpr double kBack = 1e6;  // worse than any other corridor
+  constexpr double kTurnBackCost = 1e6;  // worse than any other corridor
   const std::vector<double> home = ways_home();
   std::vector<double> driven(corridors_.size(), 0.0);
   std::vector<std::size_t> tour = {0};
@@ -55,8 +55,9 @@ std::vector<std::size_t> CorridorNet::tour(double length, Random& random) const 
         continue;
       }
       const std::size_t there = corridor.from == tour.back() ? corridor.to : corridor.from;
-      const double cost = is_going_home ? corridor.length + home[there]
-                                        : driven[i] + random.uniform() + (i == last ? kBack : 0.0);
+      const double cost = is_going_home
+                              ? corridor.length + home[there]
+                              : driven[i] + random.uniform() + (i == last ? kTurnBackCost : 0.0);
       if (cost < least) {
         least = cost;
         next = i;

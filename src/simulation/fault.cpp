@@ -14,7 +14,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kLongest = 1e4;  // [s], of a run too
+constexpr double kMaxDuration = 1e4;  // [s], of a run too
 
 /// What a kind is called, and what its duration and amount may be. Without duration and without
 /// amount both limits are 0.
@@ -32,27 +32,28 @@ struct FaultKindRow {
 constexpr std::array<FaultKindRow, 10> kKinds = {{
     {FaultKind::kFreeze, "freeze",
      "odometry stands still for DURATION s, and afterwards is where it would have been", 1.0,
-     kLongest, 0.0, 0.0, 0.0},
+     kMaxDuration, 0.0, 0.0, 0.0},
     {FaultKind::kEncoders, "encoders",
      "odometry stands still for DURATION s, and what was driven meanwhile is never told", 1.0,
-     kLongest, 0.0, 0.0, 0.0},
+     kMaxDuration, 0.0, 0.0, 0.0},
     {FaultKind::kHeadingSlip, "heading_slip",
      "for DURATION s turns are told too large by the share AMOUNT of them; negative: too small",
-     1.0, kLongest, -0.5, -1.0, 10.0},
-    {FaultKind::kWaySlip, "way_slip", "likewise distances", 1.0, kLongest, 0.5, -1.0, 10.0},
+     1.0, kMaxDuration, -0.5, -1.0, 10.0},
+    {FaultKind::kWaySlip, "way_slip", "likewise distances", 1.0, kMaxDuration, 0.5, -1.0, 10.0},
     {FaultKind::kJump, "jump", "odometry jumps by AMOUNT m, in a random direction", 0.0, 0.0, 0.5,
      0.0, 1e3},
     {FaultKind::kTurnJump, "turn_jump", "odometry jumps by AMOUNT rad", 0.0, 0.0, 0.5, -3.2, 3.2},
     {FaultKind::kKidnap, "kidnap",
      "the robot is carried for DURATION s, to a place of its way at least AMOUNT m away", 3.0,
-     kLongest, 3.0, 0.0, 1e3},
-    {FaultKind::kDropout, "dropout", "no scan comes for DURATION s", 1.0, kLongest, 0.0, 0.0, 0.0},
+     kMaxDuration, 3.0, 0.0, 1e3},
+    {FaultKind::kDropout, "dropout", "no scan comes for DURATION s", 1.0, kMaxDuration, 0.0, 0.0,
+     0.0},
     {FaultKind::kCovered, "covered",
      "for DURATION s the share AMOUNT of the beams, side by side, ends 5 cm from the laser", 1.0,
-     kLongest, 1.0, 0.0, 1.0},
+     kMaxDuration, 1.0, 0.0, 1.0},
     {FaultKind::kPeople, "people",
      "for DURATION s the share AMOUNT of the beams ends early, on people and doors that move", 10.0,
-     kLongest, 0.3, 0.0, 1.0},
+     kMaxDuration, 0.3, 0.0, 1.0},
 }};
 
 const FaultKindRow& row_of(FaultKind kind) {
@@ -110,7 +111,7 @@ Fault parse_fault(const std::string& text) {
   Fault fault;
   fault.kind = row.kind;
   if (parts[1] != "random") {
-    fault.time = number_of(parts[1], 0.0, 0.0, kLongest, "time", text);
+    fault.time = number_of(parts[1], 0.0, 0.0, kMaxDuration, "time", text);
   }
   fault.duration = number_of(parts[2], row.duration, 0.0, row.longest, "duration", text);
   fault.amount = number_of(parts[3], row.amount, row.least, row.most, "amount", text);

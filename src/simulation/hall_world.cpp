@@ -64,11 +64,11 @@ Corners draw_walls(Random& random) {
 
 void add_pillars(Random& random, FloorPlan& plan) {
   constexpr int kCorners = 12;
-  constexpr double kOff = 0.4;
+  constexpr double kMaxShift = 0.4;
   for (double x = 0.5 * kPillarSpacing; x < kLength; x += kPillarSpacing) {
     for (double y = 0.5 * kPillarSpacing; y < kWidth; y += kPillarSpacing) {
-      const double off_x = random.uniform(-kOff, kOff);
-      const Eigen::Vector2d centre(x + off_x, y + random.uniform(-kOff, kOff));
+      const double off_x = random.uniform(-kMaxShift, kMaxShift);
+      const Eigen::Vector2d centre(x + off_x, y + random.uniform(-kMaxShift, kMaxShift));
       plan.add_if_clear(outline(regular_polygon(centre, random.uniform(0.08, 0.15), kCorners, 0.0)),
                         kClearance, kGap);
     }
@@ -120,12 +120,12 @@ Corners draw_way(Random& random) {
 /// People who walk for ever, clear of the route and of all things, but not of each other.
 void add_people(Random& random, FloorPlan& plan) {
   constexpr int kCorners = 12;
-  constexpr double kFarOff = kPersonRadius + kPersonClearance;
+  constexpr double kPersonMargin = kPersonRadius + kPersonClearance;
   for (int people = 0; people < kPeople;) {
     const Corners way = draw_way(random);
     const double speed = random.uniform(0.6, 1.5);
     const Walk walk(way, speed, random.uniform(0.0, 10.0));
-    if (plan.is_clear(outline(way), kFarOff, kFarOff)) {
+    if (plan.is_clear(outline(way), kPersonMargin, kPersonMargin)) {
       plan.add_walking(outline(regular_polygon(walk.at(0.0), kPersonRadius, kCorners, 0.0)), walk);
       ++people;
     }

@@ -9,7 +9,7 @@ namespace {
 
 // On the way to what lies apart, so that the map is made in time: with half aces is 10 % worse,
 // with double seattle 6 % better (benchmark/reports/current/CONSTANTS.md).
-constexpr double kSoon = 10.0;  // [m]
+constexpr double kLookahead = 10.0;  // [m]
 
 /// In their order; of those that are equally near, the newest.
 PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
@@ -51,7 +51,7 @@ std::vector<std::size_t> keys_within(const PlacedScans& keys, const Eigen::Vecto
 
 LocalScans local_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart) {
   const Eigen::Vector2d here = keys.back().map_from_base.translation();
-  const std::vector<std::size_t> soon = keys_within(keys, here, kLocalReach + kSoon);
+  const std::vector<std::size_t> soon = keys_within(keys, here, kLocalReach + kLookahead);
   const std::vector<bool> is_apart = are_apart(soon);
   LocalScans near;
   near.center = here;

@@ -12,16 +12,16 @@ namespace {
 // Good runs, on all recordings that were tried and with every matcher: 98 % and more of the scans
 // match, less than 1 % are in doubt and for up to 24 s, scores are 0.7 and more in the median, and
 // the evidence of a beam 2 and more where what it sees is mapped.
-constexpr double kLeastMatched = 0.9;
-constexpr double kMostUnsure = 0.05;
-constexpr double kLongUnsure = 30.0;  // s
+constexpr double kMinMatchedShare = 0.9;
+constexpr double kMaxUnsureShare = 0.05;
+constexpr double kMaxUnsureTime = 30.0;  // s
 constexpr float kPoorScore = 0.5F;
 constexpr float kPoorEvidence = 1.0F;
 // Both lasers of a robot whose tf is a little off: 60 % of the steps; one alone, and all others: 0.
-constexpr double kManyJumps = 0.1;
-constexpr double kJump = 0.05;      // m
-constexpr double kSoonAfter = 0.3;  // s, in which no odometry errs by that
-constexpr double kNear = 0.3;       // m likewise: where stamps are made up more may lie between
+constexpr double kMaxJumpShare = 0.1;
+constexpr double kJump = 0.05;        // m
+constexpr double kMaxStepTime = 0.3;  // s, in which no odometry errs by that
+constexpr double kMaxStep = 0.3;      // m likewise: where stamps are made up more may lie between
 
 bool is_sure(TrackingState state) {
   return state == TrackingState::kTracking || state == TrackingState::kRecovered;
@@ -52,7 +52,7 @@ void FitRecord::add(const ScanOutcome& outcome) {
     const Pose2 map_from_odom = outcome.map_from_base * outcome.odom_from_base->inverse();
     const double way = (last_odometry_.inverse() * *outcome.odom_from_base).translation().norm();
     last_odometry_ = *outcome.odom_from_base;
-    if (map_from_odom_ && outcome.stamp - last_stamp_ < kSoonAfter && way < kNear) {
+    if (map_from_odom_ && outcome.stamp - last_stamp_ < kMaxStepTime && way < kMaxStep) {
       const Pose2 expected = *map_from_odom_ * *outcome.odom_from_base;
       const double off = (expected.translation() - outcome.map_from_base.translation()).norm();
       ++steps_;
@@ -86,7 +86,7 @@ std::string FitRecord::text_of_few_matches() const {
   const std::size_t without_map = count_of(MatchStatus::kRejectedNoReference);
   const std::size_t starting = std::min<std::size_t>(1, without_map);  // the first starts the map
   const std::size_t tried = scans_ - starting;
-  if (static_cast<double>(matched()) >= kLeastMatched * static_cast<double>(tried)) {
+  if (static_cast<double>(matched()) >= kMinMatchedShare * static_cast<double>(tried)) {
     return "";
   }
   std::string text = fmt::format(
@@ -107,7 +107,7 @@ std::string FitRecord::text_of_few_matches() const {
 
 std::string FitRecord::text_of_doubt() const {
   const double seconds = last_stamp_ - first_stamp_.value_or(0.0);
-  if (unsure_ <= kMostUnsure * seconds && longest_ <= kLongUnsure) {
+  if (unsure_ <= kMaxUnsureShare * seconds && longest_ <= kMaxUnsureTime) {
     return "";
   }
   return fmt::format(
@@ -132,7 +132,7 @@ std::string FitRecord::text_of_poor_fit() const {
 
 std::string FitRecord::text_of_jumps() const {
   const bool is_typical = 2 * steps_ >= scans_;  // else most scans are too far apart to tell
-  if (!is_typical || static_cast<double>(jumps_) <= kManyJumps * static_cast<double>(steps_)) {
+  if (!is_typical || static_cast<double>(jumps_) <= kMaxJumpShare * static_cast<double>(steps_)) {
     return "";
   }
   return fmt::format(

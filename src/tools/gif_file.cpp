@@ -111,12 +111,12 @@ void GifFile::begin() {
   const std::unique_ptr<ColorMapObject, void (*)(ColorMapObject*)> map(
       GifMakeMapObject(kPaletteSize, colors.data()), GifFreeMapObject);
   constexpr int kBitsPerColor = 8;
-  constexpr std::array<GifByteType, 3> kForEver = {1, 0, 0};
+  constexpr std::array<GifByteType, 3> kEndlessLoop = {1, 0, 0};
   EGifSetGifVersion(gif_, true);
   require(EGifPutScreenDesc(gif_, width_, height_, kBitsPerColor, kUnchanged, map.get()));
   require(EGifPutExtensionLeader(gif_, APPLICATION_EXT_FUNC_CODE));
   require(EGifPutExtensionBlock(gif_, 11, "NETSCAPE2.0"));
-  require(EGifPutExtensionBlock(gif_, kForEver.size(), kForEver.data()));
+  require(EGifPutExtensionBlock(gif_, kEndlessLoop.size(), kEndlessLoop.data()));
   require(EGifPutExtensionTrailer(gif_));
 }
 

@@ -153,11 +153,11 @@ KeyScanSearch search_key_scan(const SearchedScan& scan, const PlacedScan& key,
 bool is_near_any(const RankedPose& pose, const std::vector<RankedPose>& others) {
   // Two cells, and the angle that moves a point 2 m away as far: refinement makes one of such
   // poses.
-  constexpr double kNear = 0.1;        // [m]
-  constexpr double kNearTheta = 0.05;  // [rad]
+  constexpr double kSameXy = 0.1;      // [m]
+  constexpr double kSameTheta = 0.05;  // [rad]
   return std::any_of(others.begin(), others.end(), [&](const RankedPose& other) {
     const Eigen::Vector3d apart = difference(pose.map_from_base, other.map_from_base);
-    return apart.head<2>().norm() <= kNear && std::abs(apart.z()) <= kNearTheta;
+    return apart.head<2>().norm() <= kSameXy && std::abs(apart.z()) <= kSameTheta;
   });
 }
 

@@ -63,13 +63,13 @@ KeyScanSearch search_anywhere(const SearchedScan& scan, const PlacedScan& key,
 PlacedScans spread_out(const PlacedScans& key_scans) {
   // Guesses. With half or double of both a carried robot is found 3 to 4 s later, with the same
   // error (benchmark/reports/current/CONSTANTS.md).
-  constexpr double kNear = 1.0;           // [m]
-  constexpr double kTurned = 0.25 * kPi;  // [rad]
+  constexpr double kMinSpacing = 1.0;      // [m]
+  constexpr double kMinTurn = 0.25 * kPi;  // [rad]
   PlacedScans chosen;
   for (auto key = key_scans.rbegin(); key != key_scans.rend(); ++key) {
     const bool is_new = std::none_of(chosen.begin(), chosen.end(), [&](const PlacedScan& other) {
       const Eigen::Vector3d apart = difference(key->map_from_base, other.map_from_base);
-      return apart.head<2>().norm() < kNear && std::abs(apart.z()) < kTurned;
+      return apart.head<2>().norm() < kMinSpacing && std::abs(apart.z()) < kMinTurn;
     });
     if (is_new) {
       chosen.push_back(*key);

@@ -110,15 +110,15 @@ class TilesAround {
 
 /// Cells that the points can fall into while the pose stays within a few standard deviations.
 CellBox cells_in_reach(const MatchProblem& problem, const std::vector<Eigen::Vector2f>& points) {
-  constexpr double kSigmas = 4.0;  // what falls outside counts as far from every wall
-  constexpr double kMost = 200.0;  // [m], for any width of the prior; twice what lasers reach
+  constexpr double kSigmas = 4.0;      // what falls outside counts as far from every wall
+  constexpr double kMaxReach = 200.0;  // [m], for any width of the prior; twice what lasers reach
   float farthest = 0.0F;
   for (const Eigen::Vector2f& point : points) {
     farthest = std::max(farthest, point.squaredNorm());
   }
   const Eigen::Vector3d sigmas = problem.searched_covariance().diagonal().cwiseMax(0.0).cwiseSqrt();
-  const double reach = std::min(
-      kMost, std::sqrt(static_cast<double>(farthest)) + kSigmas * std::max(sigmas.x(), sigmas.y()));
+  const double reach = std::min(kMaxReach, std::sqrt(static_cast<double>(farthest)) +
+                                               kSigmas * std::max(sigmas.x(), sigmas.y()));
   const Eigen::Vector2d center = problem.predicted_map_from_base.translation();
   const Eigen::Vector2d margin(reach, reach);
   const GridGeometry& geometry = problem.field.geometry();

@@ -115,8 +115,8 @@ void SearchTables::assign(const PointArrays& points, const LatticeBlocks& blocks
 
 /// @param farthest  from a point's cell to any that it may meet.
 void SearchTables::need_around(const PointArrays& points, const Reach& reach, int farthest) {
-  constexpr int kNear = 4;  // cells: so near to the one before a point asks for hardly more
-  const double near = kNear * blocks_->resolution();
+  constexpr int kCoveredCells = 4;  // cells: so near to the one before a point asks for hardly more
+  const double near = kCoveredCells * blocks_->resolution();
   std::size_t asked = 0;
   for (std::size_t i = 0; i < points.x.size(); ++i) {
     const double x = points.x[i] - points.x[asked];
@@ -124,18 +124,18 @@ void SearchTables::need_around(const PointArrays& points, const Reach& reach, in
     if (i == 0 || x * x + y * y > near * near) {
       asked = i;
       likelihoods_.need(
-          grown(reach.cells(reach.turned(points.x[i], points.y[i])), farthest + kNear + 1));
+          grown(reach.cells(reach.turned(points.x[i], points.y[i])), farthest + kCoveredCells + 1));
     }
   }
 }
 
 /// Whether steps from the map's origin are counted in 32 bits without overflow.
 bool SearchTables::is_in_range() const {
-  constexpr double kMost = 1 << 30;
+  constexpr double kMaxSteps = 1 << 30;
   const double farthest_point = 1e5;  // [m], see SearchPoint
   const SearchLattice& lattice = blocks_->lattice();
   const double farthest = lattice.center.translation().cwiseAbs().maxCoeff() + farthest_point;
-  return farthest / lattice.step_xy(blocks_->resolution()) < kMost;
+  return farthest / lattice.step_xy(blocks_->resolution()) < kMaxSteps;
 }
 
 /// @param theta  [steps]
