@@ -8,7 +8,7 @@
 #include "ros/clock_comparison.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/transform_store.hpp"
-#include "sensor/no_return_pile.hpp"
+#include "sensor/max_range_detector.hpp"
 
 namespace matchbox_slam {
 
@@ -319,7 +319,7 @@ std::optional<double> find_no_returns(const BagReader& reader,
                                       const std::function<bool()>& is_interrupted,
                                       const CloudOptions& cloud) {
   const std::unique_ptr<BagStream> stream = reader.stream(scan_topics, {}, {}, cloud);
-  std::map<int, NoReturnPile> piles;
+  std::map<int, MaxRangeDetector> detectors;
   std::optional<ros::Time> begin;
   while (const std::optional<BagMessage> message = next_scan(*stream)) {
     begin = begin ? begin : message->time;
@@ -328,15 +328,15 @@ std::optional<double> find_no_returns(const BagReader& reader,
       break;
     }
     const auto& scan = std::get<ScanMessage>(message->content).scan;
-    NoReturnPile& pile = piles[message->laser];
-    if (!pile.is_complete() && find_defect(*scan).empty()) {
-      pile.add(to_laser_scan(*scan));
-      if (pile.first_range()) {
-        return pile.first_range();
+    MaxRangeDetector& detector = detectors[message->laser];
+    if (!detector.is_complete() && find_defect(*scan).empty()) {
+      detector.add(to_laser_scan(*scan));
+      if (detector.first_range()) {
+        return detector.first_range();
       }
     }
-    if (piles.size() == scan_topics.size() &&
-        std::all_of(piles.begin(), piles.end(),
+    if (detectors.size() == scan_topics.size() &&
+        std::all_of(detectors.begin(), detectors.end(),
                     [](const auto& one) { return one.second.is_complete(); })) {
       break;
     }

@@ -37,9 +37,9 @@ struct BagSurvey {
                                    const std::function<bool()>& is_interrupted = {},
                                    const CloudOptions& cloud = {}, bool is_laser_placed = false);
 
-/// The range [m] from which on readings of a laser are no return, as NoReturnPile finds it first:
-/// from the beginning of the recording, whatever part of it is asked for, so that who maps it in
-/// pieces, each going on with the map of the one before, has the same for all of them.
+/// The range [m] from which on readings of a laser are no return, as MaxRangeDetector finds it
+/// first: from the beginning of the recording, whatever part of it is asked for, so that who maps
+/// it in pieces, each going on with the map of the one before, has the same for all of them.
 [[nodiscard]] std::optional<double> find_no_returns(const BagReader& reader,
                                                     const std::vector<std::string>& scan_topics,
                                                     const std::function<bool()>& is_interrupted,

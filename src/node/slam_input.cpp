@@ -178,10 +178,10 @@ std::optional<double> SlamInput::look_for_no_returns(const ScanMessage& message,
   if (!on_no_returns_) {
     return std::nullopt;
   }
-  NoReturnPile& pile = no_returns_[laser];
-  if (!pile.is_complete() && find_defect(scan).empty()) {
-    pile.add(to_laser_scan(scan));
-    return pile.first_range();
+  MaxRangeDetector& detector = no_returns_[laser];
+  if (!detector.is_complete() && find_defect(scan).empty()) {
+    detector.add(to_laser_scan(scan));
+    return detector.first_range();
   }
   return std::nullopt;
 }

@@ -21,7 +21,7 @@
 #include "node/silence_watch.hpp"
 #include "ros/clock_watch.hpp"
 #include "run/slam_setup.hpp"
-#include "sensor/no_return_pile.hpp"
+#include "sensor/max_range_detector.hpp"
 
 namespace matchbox_slam {
 
@@ -78,7 +78,7 @@ class SlamInput {
   std::string rivals_;                               ///< for people
   std::map<std::string, ros::Time> odometry_nodes_;  ///< when each has told where the base is last
   bool told_of_second_odometry_ = false;
-  std::map<int, NoReturnPile> no_returns_;  ///< by laser
+  std::map<int, MaxRangeDetector> no_returns_;  ///< by laser
 
   std::vector<ros::Subscriber> scan_subscribers_;
   ros::Subscriber imu_subscriber_;

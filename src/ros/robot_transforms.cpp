@@ -16,13 +16,14 @@ namespace {
 constexpr double kLevel = 1e-3;
 
 /// The rotation of a frame but for its heading; exactly none where its z axis is upright.
-Eigen::Isometry3d lean_of(const Eigen::Isometry3d& odom_from_base) {
-  Eigen::Isometry3d lean = Eigen::Isometry3d::Identity();
+Eigen::Isometry3d attitude_of(const Eigen::Isometry3d& odom_from_base) {
+  Eigen::Isometry3d attitude = Eigen::Isometry3d::Identity();
   if (odom_from_base.linear()(2, 2) != 1.0) {
     const double heading = project_to_plane(odom_from_base).theta;
-    lean.linear() = Eigen::AngleAxisd(-heading, Eigen::Vector3d::UnitZ()) * odom_from_base.linear();
+    attitude.linear() =
+        Eigen::AngleAxisd(-heading, Eigen::Vector3d::UnitZ()) * odom_from_base.linear();
   }
-  return lean;
+  return attitude;
 }
 
 }  // namespace
@@ -212,11 +213,11 @@ Eigen::Isometry3d RobotTransforms::known_odom_from_base(const ros::Time& stamp) 
 }
 
 /// How the base leans by its odometry or, where that shows nothing, by the IMU.
-Eigen::Isometry3d RobotTransforms::lean(const Eigen::Isometry3d& odom_from_base,
-                                        const ros::Time& stamp) const {
-  const Eigen::Isometry3d by_odometry = lean_of(odom_from_base);
+Eigen::Isometry3d RobotTransforms::attitude(const Eigen::Isometry3d& odom_from_base,
+                                            const ros::Time& stamp) const {
+  const Eigen::Isometry3d by_odometry = attitude_of(odom_from_base);
   return frames_.use_imu && tilt_of(by_odometry) < kLevel
-             ? lean_of(*store_.lookup(kImuHeadingFrame, frames_.base_frame, stamp))
+             ? attitude_of(*store_.lookup(kImuHeadingFrame, frames_.base_frame, stamp))
              : by_odometry;
 }
 
@@ -243,8 +244,8 @@ PlacedLaser RobotTransforms::place(int laser, const std::string& frame,
   } else if (frames_.heading_by_imu) {
     placed.odometry = ScanOdometry{heading_by_imu(beams.first), heading_by_imu(beams.last), true};
   }
-  at_first = lean(first_base, beams.first) * at_first;
-  at_last = lean(last_base, beams.last) * at_last;
+  at_first = attitude(first_base, beams.first) * at_first;
+  at_last = attitude(last_base, beams.last) * at_last;
   placed.base_from_laser = at_first;
   if (at_last.matrix() != at_first.matrix()) {
     placed.laser_motion = at_first.inverse() * at_last;

@@ -108,8 +108,8 @@ class RobotTransforms {
   [[nodiscard]] Eigen::Isometry3d base_from_laser(int laser, const std::string& frame,
                                                   const ros::Time& stamp) const;
   [[nodiscard]] Eigen::Isometry3d known_odom_from_base(const ros::Time& stamp) const;
-  [[nodiscard]] Eigen::Isometry3d lean(const Eigen::Isometry3d& odom_from_base,
-                                       const ros::Time& stamp) const;
+  [[nodiscard]] Eigen::Isometry3d attitude(const Eigen::Isometry3d& odom_from_base,
+                                           const ros::Time& stamp) const;
   [[nodiscard]] Pose2 heading_by_imu(const ros::Time& stamp) const;
 
   RobotFrames frames_;

@@ -108,7 +108,7 @@ bool SlamRun::take_up(EngineState saved, double stamp, double longest_pause,
                                               stamp - saved.motion.stamp.value_or(stamp));
   const bool has_key_scans = !saved.key_scans.empty();
   if (!same_drive) {
-    put_on_mark(setup().run, saved);
+    set_initial_pose(setup().run, saved);
   }
   // Of a map whose clock has stepped back they may be ahead.
   if (const auto newest = newest_stamp_of(saved.key_scans)) {
@@ -125,8 +125,8 @@ bool SlamRun::take_up(EngineState saved, double stamp, double longest_pause,
   return same_drive;
 }
 
-void SlamRun::take_up_told(EngineState saved, const SetPose& told) {
-  put_on_mark(setup().run, saved);
+void SlamRun::take_up_at(EngineState saved, const SetPose& told) {
+  set_initial_pose(setup().run, saved);
   start_from(std::move(saved));
   apply(told);
 }

@@ -69,7 +69,7 @@ class SlamRun {
 
   /// Before the first scan: goes on from a saved map, in which somebody says where the robot is.
   /// Odometry and stamps of the drive before say nothing then.
-  void take_up_told(EngineState saved, const SetPose& told);
+  void take_up_at(EngineState saved, const SetPose& told);
 
   /// The next scan, of this stamp [s], is of another drive: where the robot is has to be found.
   void begin_drive(double stamp);

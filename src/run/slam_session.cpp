@@ -148,7 +148,7 @@ void SlamSession::apply(const RunEvent& event) {
   const auto* told = std::get_if<SetPose>(&event);
   if (saved_ && told != nullptr) {
     SavedStart saved = *std::exchange(saved_, std::nullopt);
-    run_.take_up_told(std::move(saved.map), *told);
+    run_.take_up_at(std::move(saved.map), *told);
     dialog_.inform(
         fmt::format("going on with {}; where the robot is in it has been told", saved.file));
     return;

@@ -19,11 +19,11 @@ bool is_known_where(const EngineState& map) {
 
 EngineState read_start_map(const std::string& path, const SlamSetup& setup) {
   EngineState start = read_engine_state(path, setup.engine);
-  put_on_mark(setup.run, start);
+  set_initial_pose(setup.run, start);
   return start;
 }
 
-Eigen::Matrix3d covariance_on_mark() {
+Eigen::Matrix3d initial_pose_covariance() {
   // As well as somebody puts a robot on a mark: guesses, half and double were not tried.
   constexpr double kPosition = 0.3;  // [m]
   constexpr double kHeading = 0.2;   // [rad]
@@ -32,15 +32,15 @@ Eigen::Matrix3d covariance_on_mark() {
 
 SetPose configured_start(const RunOptions& options) {
   return {{options.start_x, options.start_y, wrap_angle(options.start_theta)},
-          covariance_on_mark()};
+          initial_pose_covariance()};
 }
 
-void put_on_mark(const RunOptions& options, EngineState& start) {
+void set_initial_pose(const RunOptions& options, EngineState& start) {
   const Pose2 configured = configured_start(options).map_from_base;
   // A map that was saved by a lost robot: its pose is of the part that it is in, and lost it stays.
   const std::size_t here = start.localization.here;
   start.begin_anew(is_known_where(start) || here > 0 ? start.motion.fixed_from_base : configured,
-                   start.motion.covariance + covariance_on_mark());
+                   start.motion.covariance + initial_pose_covariance());
   start.localization.here = here;
   if (here > 0) {
     start.localization.apart[here - 1].last_inserted.clear();

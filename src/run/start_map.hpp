@@ -18,13 +18,13 @@ namespace matchbox_slam {
 [[nodiscard]] EngineState read_start_map(const std::string& path, const SlamSetup& setup);
 
 /// How well it is known where a robot is that somebody puts on a mark: over (x, y, theta).
-[[nodiscard]] Eigen::Matrix3d covariance_on_mark();
+[[nodiscard]] Eigen::Matrix3d initial_pose_covariance();
 
 /// The configured start, as well as one puts a robot on a mark.
 [[nodiscard]] SetPose configured_start(const RunOptions& options);
 
 /// The same of a map that was read.
-void put_on_mark(const RunOptions& options, EngineState& start);
+void set_initial_pose(const RunOptions& options, EngineState& start);
 
 /// A scan that comes so long [s] after one of another recording is of the same drive.
 constexpr double kLongestPause = 10.0;

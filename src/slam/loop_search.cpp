@@ -7,7 +7,7 @@
 #include "map/scan_surfaces.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
-#include "matchbox_slam/matching/contradiction.hpp"
+#include "matchbox_slam/matching/free_space_violation.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matching/rendered_map.hpp"
 #include "slam/match_validation.hpp"
@@ -223,7 +223,7 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
     return std::nullopt;
   }
   // Laid on the other side of a wall, the scan is off by its thickness.
-  if (contradiction(scan, match.map_from_base, field) +
+  if (free_space_violation(scan, match.map_from_base, field) +
           share_on_other_sides(scan, match.map_from_base, field, nullptr) >
       kMostViolation) {
     return std::nullopt;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "matchbox_slam/matching/contradiction.hpp"
+#include "matchbox_slam/matching/free_space_violation.hpp"
 #include "matching/wide_search.hpp"
 
 namespace matchbox_slam {
@@ -19,7 +19,7 @@ CheckedMatch search_and_check(const MatchProblem& problem, const OccupancyGrid& 
   const Pose2& pose = checked.match.map_from_base;
   const double on_other_sides = share_on_other_sides(scan, pose, problem.field, &occupancy);
   checked.violation =
-      std::min(1.0, contradiction(scan, pose, problem.field) + 2.0 * on_other_sides);
+      std::min(1.0, free_space_violation(scan, pose, problem.field) + 2.0 * on_other_sides);
   return checked;
 }
 

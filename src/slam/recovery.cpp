@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "matchbox_slam/matching/contradiction.hpp"
+#include "matchbox_slam/matching/free_space_violation.hpp"
 #include "matching/wide_search.hpp"
 #include "slam/match_validation.hpp"
 #include "slam/scan_evidence.hpp"
@@ -345,7 +345,7 @@ void weigh(const PlacedScan& key, const Lost& lost, const PlaceIndex& index, Pla
 /// Whether a scan would rather be elsewhere, as its beams go through walls there: not through a
 /// railing, which stops half of them, and not for what is new or only noisy.
 bool speaks_against(const PointScan& scan, const Pose2& map_from_base, const MapPart& part) {
-  return contradiction(scan, map_from_base, part.map.field) > kMostViolation &&
+  return free_space_violation(scan, map_from_base, part.map.field) > kMostViolation &&
          odds_of_elsewhere(evidence_of(scan, map_from_base, part.map)) >= 0.0;
 }
 

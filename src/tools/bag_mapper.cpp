@@ -44,14 +44,15 @@ std::string text_of_loops(const SlamRun& run) {
 }
 
 /// Before the first scan: somebody says where the robot is, as well as one puts it on a mark.
-TimedEvent told_pose(const std::string& text) {
+TimedEvent given_pose(const std::string& text) {
   const std::optional<Pose2> pose = parse_pose(text, 3);
   if (!pose) {
     throw ConfigurationError(fmt::format(
         "--pose: '{}' is not allowed; allowed: X,Y,THETA in metres and radians, such as 1.5,-2,0.1",
         text));
   }
-  return {{0, -std::numeric_limits<double>::infinity(), 0}, SetPose{*pose, covariance_on_mark()}};
+  return {{0, -std::numeric_limits<double>::infinity(), 0},
+          SetPose{*pose, initial_pose_covariance()}};
 }
 
 std::vector<TimedEvent> events_of(const MapBagRequest& request,
@@ -61,7 +62,7 @@ std::vector<TimedEvent> events_of(const MapBagRequest& request,
     events = read_events_file(request.events, configuration);
   }
   if (request.pose) {
-    events.insert(events.begin(), told_pose(*request.pose));
+    events.insert(events.begin(), given_pose(*request.pose));
   }
   return events;
 }

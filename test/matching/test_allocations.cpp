@@ -12,7 +12,7 @@
 #include <new>
 #include <vector>
 
-#include "matchbox_slam/matching/contradiction.hpp"
+#include "matchbox_slam/matching/free_space_violation.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matchbox_slam/matching/refinement.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
@@ -120,8 +120,9 @@ TEST(Allocations, NoneOfAMatchOfOlsonButAtFirst) {
 
 TEST(Allocations, NoneToFindAContradiction) {
   const MatchScene scene = make_match_scene(make_rooms_world(1), LaserOptions{}, 30.0, 1);
-  EXPECT_EQ(allocations_of(
-                [&] { return contradiction(scene.scan, scene.map_from_base, scene.map.field); }),
+  EXPECT_EQ(allocations_of([&] {
+              return free_space_violation(scene.scan, scene.map_from_base, scene.map.field);
+            }),
             0U);
 }
 

@@ -9,7 +9,7 @@ namespace matchbox_slam {
 namespace {
 
 TEST(PriorPenalty, IsThatOfAGaussianNearThePrior) {
-  for (double square = 0.0; square <= kPriorsWord; square += 0.01) {
+  for (double square = 0.0; square <= kPriorKernelThreshold; square += 0.01) {
     EXPECT_EQ(prior_penalty(square), square);
     EXPECT_EQ(prior_weight_at(square), 1.0);
   }
@@ -21,9 +21,9 @@ TEST(PriorPenalty, NeverFallsAndSaturates) {
     EXPECT_GE(prior_penalty(square), last) << square;
     last = prior_penalty(square);
   }
-  EXPECT_NEAR(last, 3.0 * kPriorsWord, 1e-9);
+  EXPECT_NEAR(last, 3.0 * kPriorKernelThreshold, 1e-9);
   const double infinite = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(prior_penalty(infinite), 3.0 * kPriorsWord);
+  EXPECT_EQ(prior_penalty(infinite), 3.0 * kPriorKernelThreshold);
   EXPECT_EQ(prior_weight_at(infinite), 0.0);
 }
 

@@ -257,8 +257,8 @@ TEST_F(Run, APoseThatIsToldBeforeTheFirstScanOfASavedMapIsWhereTheRobotIs) {
     }
     saved.motion.stamp = drive.scans[middle].stamp - 0.1;  // as if its drive went on
     SlamRun run{LiveConfiguration(parse_yaml_parameters("matcher: olson", "test"), loader_)};
-    run.take_up_told(saved, {drive.world_from_base[middle] * Pose2{0.1, -0.05, 0.02},
-                             0.01 * Eigen::Matrix3d::Identity()});
+    run.take_up_at(saved, {drive.world_from_base[middle] * Pose2{0.1, -0.05, 0.02},
+                           0.01 * Eigen::Matrix3d::Identity()});
     const std::optional<ScanOutcome> outcome = run.process(scan_input(drive, middle));
     EXPECT_EQ(outcome->state, TrackingState::kTracking);
     EXPECT_LT(difference(outcome->map_from_base, drive.world_from_base[middle]).norm(), 0.01);

@@ -46,7 +46,7 @@ class Session : public testing::Test {
 
   [[nodiscard]] LoadMapFile loaded() {
     EngineState state = saved({1.0, 2.0});
-    state.begin_anew(state.motion.fixed_from_base, covariance_on_mark());
+    state.begin_anew(state.motion.fixed_from_base, initial_pose_covariance());
     return {"office.slam", std::make_shared<const EngineState>(std::move(state))};
   }
 
@@ -102,7 +102,7 @@ TEST_F(Session, APoseToldBeforeTheFirstScanIsInTheSavedMap) {
   SlamSession now = session();
   now.go_on_with({saved({1.0, 2.0}), "old.slam"});
   now.apply(Pause{false});  // neither settles where it is
-  now.apply(SetPose{{7.0, 2.0, 0.0}, covariance_on_mark()});
+  now.apply(SetPose{{7.0, 2.0, 0.0}, initial_pose_covariance()});
   const std::optional<ScanOutcome> outcome = now.process(scan(102.0));
   EXPECT_EQ(outcome->state, TrackingState::kTracking);
   EXPECT_EQ(outcome->map_from_base.x, 7.0);

@@ -14,7 +14,7 @@ TEST(PutOnMark, ALostRobotStaysLostAndIsFound) {
   EngineState start = lost_in(map_of(run), run.world_from_base.front() * Pose2{0.4, -0.2, 0.1});
   start.localization.apart.front().last_inserted = {{0, {}}};
   const Pose2 apart_from_base = start.motion.fixed_from_base;
-  put_on_mark({}, start);
+  set_initial_pose({}, start);
   EXPECT_EQ(start.localization.here, 1U);
   EXPECT_EQ(start.motion.fixed_from_base, apart_from_base);
   EXPECT_TRUE(start.localization.apart.front().last_inserted.empty()) << "the robot was moved";
@@ -35,10 +35,10 @@ TEST(PutOnMark, AnImageSaysNothingOfWhereTheRobotIs) {
   RunOptions options;
   options.start_x = 3.0;
   EngineState start{SlamMap({}, {}), {}, {}, {}, 0};
-  put_on_mark(options, start);
+  set_initial_pose(options, start);
   EXPECT_EQ(start.motion.fixed_from_base, (Pose2{3.0, 0.0, 0.0}));
   EngineState lost = lost_in(start, {1.0, 2.0, 0.0});
-  put_on_mark(options, lost);
+  set_initial_pose(options, lost);
   EXPECT_EQ(lost.motion.fixed_from_base, (Pose2{1.0, 2.0, 0.0})) << "in the map apart";
 }
 

@@ -21,11 +21,11 @@ struct PosePrior {
 /// a right one is closer in 19 of 20 cases (chi squared of three degrees of freedom). With half of
 /// it, the mean relation of monte_carlo in intel is 0.0677 m instead of 0.0675, and belgioioso's
 /// error 0.202 m instead of 0.193; double changes nothing.
-constexpr double kPriorsWord = 7.8;
+constexpr double kPriorKernelThreshold = 7.8;
 
 /// What a prior says against a pose, twice the negative logarithm of a probability: up to
-/// kPriorsWord the squared distance itself, as of a Gaussian; beyond it rises ever less, to three
-/// times kPriorsWord at most.
+/// kPriorKernelThreshold the squared distance itself, as of a Gaussian; beyond it rises ever less,
+/// to three times kPriorKernelThreshold at most.
 ///
 /// A prior can be wrong: wheels slip, odometry hangs. A Gaussian then rules out the truth, however
 /// well it fits: five standard deviations away it costs more than a perfect fit is worth. With this
@@ -36,16 +36,17 @@ constexpr double kPriorsWord = 7.8;
 /// distance, so that the bounds of a search stay valid.
 /// @param square  squared Mahalanobis distance, 0...infinity.
 [[nodiscard]] inline double prior_penalty(double square) {
-  return square <= kPriorsWord
+  return square <= kPriorKernelThreshold
              ? square
-             : 3.0 * kPriorsWord - 4.0 * kPriorsWord * kPriorsWord / (kPriorsWord + square);
+             : 3.0 * kPriorKernelThreshold - 4.0 * kPriorKernelThreshold * kPriorKernelThreshold /
+                                                 (kPriorKernelThreshold + square);
 }
 
 /// The share of its information that a prior keeps at a pose: the slope of prior_penalty, the
 /// weight of iteratively reweighted least squares.
 [[nodiscard]] inline double prior_weight_at(double square) {
-  const double root = 2.0 * kPriorsWord / (kPriorsWord + square);
-  return square <= kPriorsWord ? 1.0 : root * root;
+  const double root = 2.0 * kPriorKernelThreshold / (kPriorKernelThreshold + square);
+  return square <= kPriorKernelThreshold ? 1.0 : root * root;
 }
 
 /// What a standard deviation of the prior costs beside the mean likelihood of a scan. The mean says

@@ -94,7 +94,7 @@ void add_peaks(const std::vector<RankedPose>& row, std::vector<RankedPose>& pose
 
 }  // namespace
 
-double contradiction(const SearchedScan& a, const SearchedScan& b, const Pose2& a_from_b) {
+double mutual_violation(const SearchedScan& a, const SearchedScan& b, const Pose2& a_from_b) {
   return 0.5 * (a.view.contradicted(b.points, a_from_b) +
                 b.view.contradicted(a.points, a_from_b.inverse()));
 }
@@ -144,7 +144,8 @@ KeyScanSearch search_key_scan(const SearchedScan& scan, const PlacedScan& key,
   }
   sort_and_thin(poses, most);
   for (RankedPose& pose : poses) {
-    pose.score -= contradiction(reference, scan, key.map_from_base.inverse() * pose.map_from_base);
+    pose.score -=
+        mutual_violation(reference, scan, key.map_from_base.inverse() * pose.map_from_base);
   }
   sort_and_thin(poses);
   return {std::move(poses), ranked};

@@ -34,11 +34,11 @@ struct SearchedScan {
 };
 
 /// The share of what two scans saw that the other one saw to be free space, 0...1.
-[[nodiscard]] double contradiction(const SearchedScan& a, const SearchedScan& b,
-                                   const Pose2& a_from_b);
+[[nodiscard]] double mutual_violation(const SearchedScan& a, const SearchedScan& b,
+                                      const Pose2& a_from_b);
 
-/// Poses of a key scan that are checked for contradiction when there is a prior. With half or
-/// double, pairs and intel are matched as well.
+/// Poses of a key scan that are checked for violations of free space when there is a prior. With
+/// half or double, pairs and intel are matched as well.
 constexpr std::size_t kRankedPoses = 32;
 
 /// The poses from which the scan may have been taken, judged by one key scan: the alignments of the

@@ -107,8 +107,8 @@ Relocalisation relocalise(const PointScan& scan, const PlacedScans& key_scans,
       continue;
     }
     const double against =
-        contradiction(SearchedScan(*key.scan->points(), options.alignment.point_spacing), searched,
-                      key.map_from_base.inverse() * refined.map_from_base);
+        mutual_violation(SearchedScan(*key.scan->points(), options.alignment.point_spacing),
+                         searched, key.map_from_base.inverse() * refined.map_from_base);
     result.poses.push_back({refined.map_from_base, std::clamp(refined.score - against, 0.0, 1.0)});
   }
   sort_and_thin(result.poses);

@@ -7,7 +7,7 @@
 #include <initializer_list>
 #include <vector>
 
-#include "common/rough_array.hpp"
+#include "common/scratch_buffer.hpp"
 #include "matchbox_slam/map/likelihood_field.hpp"
 
 namespace matchbox_slam {
@@ -136,7 +136,7 @@ class FieldWindow {
   std::int32_t columns_ = 0;  ///< of entries, in all planes together
   std::int32_t rows_ = 0;
   NeededCells needed_;  ///< of the likelihoods
-  RoughArray<std::uint8_t> table_;
+  ScratchBuffer<std::uint8_t> table_;
   std::vector<std::uint8_t> raised_;  ///< a row on the way
 };
 

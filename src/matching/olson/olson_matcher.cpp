@@ -79,7 +79,7 @@ MatchResult OlsonMatcher::match(const MatchProblem& problem) const {
   if (const std::optional<MatchResult> rejection = reject_unmatchable(problem)) {
     return *rejection;
   }
-  const Lender<Memory>::Loan memory = memory_.lend();
+  const ObjectPool<Memory>::Handle memory = memory_.acquire();
   const FoundInWindow found = find_in_window(problem, options_, memory->search);
   MatchResult result = rejected(problem, MatchStatus::kRejectedLowScore);
   result.candidates = found.candidates;

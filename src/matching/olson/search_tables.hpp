@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/rough_array.hpp"
+#include "common/scratch_buffer.hpp"
 #include "matching/olson/field_window.hpp"
 #include "matching/olson/lattice_blocks.hpp"
 #include "matching/olson/rotated_points.hpp"
@@ -40,10 +40,10 @@ class SearchTables {
  private:
   /// Where the points of a level lie in its table, by groups of rotations.
   struct LocatedPoints {
-    std::vector<int> groups;            ///< of each slot
-    RoughArray<std::int32_t> offsets;   // most slots are never used
-    RoughArray<std::uint16_t> weights;  ///< of the points that can meet anything, else 0
-    RoughArray<std::int32_t> classes;   ///< of the finest level: steps within the cell, row by row
+    std::vector<int> groups;               ///< of each slot
+    ScratchBuffer<std::int32_t> offsets;   // most slots are never used
+    ScratchBuffer<std::uint16_t> weights;  ///< of the points that can meet anything, else 0
+    ScratchBuffer<std::int32_t> classes;   ///< of the finest level: steps in the cell, row by row
 
     void clear(std::size_t slots, std::size_t points);
   };

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "matchbox_slam/common/lender.hpp"
+#include "matchbox_slam/common/object_pool.hpp"
 #include "matchbox_slam/matching/refinement.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 
@@ -100,7 +100,7 @@ class OlsonMatcher : public ScanMatcher {
 
  private:
   OlsonOptions options_;
-  mutable Lender<Memory> memory_;
+  mutable ObjectPool<Memory> memory_;
 };
 
 }  // namespace matchbox_slam

@@ -1,13 +1,13 @@
 #include <gtest/gtest.h>
 
-#include "common/rough_array.hpp"
+#include "common/scratch_buffer.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-using Array = RoughArray<int>;
+using Array = ScratchBuffer<int>;
 
-TEST(RoughArray, KeepsItsMemoryForFewer) {
+TEST(ScratchBuffer, KeepsItsMemoryForFewer) {
   Array array;
   const int* const large = array.make(1000);
   EXPECT_EQ(array.make(10), large);
@@ -16,7 +16,7 @@ TEST(RoughArray, KeepsItsMemoryForFewer) {
   EXPECT_EQ(array.data(), large);
 }
 
-TEST(RoughArray, LetsGoOfWhatALargeUseNeeded) {
+TEST(ScratchBuffer, LetsGoOfWhatALargeUseNeeded) {
   constexpr std::size_t kLarge = 2 * Array::kKept / sizeof(int);
   Array array;
   EXPECT_EQ(array.capacity(), 0U);

@@ -18,7 +18,7 @@ namespace matchbox_slam {
 /// It is looked for after each 20 scans, among those of the first ten seconds, or the first
 /// hundred, whichever is more, and of two minutes at most. By the stamps and number of the scans
 /// alone, so that the same scans always tell the same.
-class NoReturnPile {
+class MaxRangeDetector {
  public:
   /// Scans of one laser; those of another range_max than the first are left out, and all that come
   /// once it is complete.

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "matchbox_slam/matching/contradiction.hpp"
+#include "matchbox_slam/matching/free_space_violation.hpp"
 #include "matching/match_scene.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/robot.hpp"
@@ -35,46 +35,47 @@ PointScan beam(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
   return scan;
 }
 
-TEST(Contradiction, ABeamThroughAWallContradictsTheMap) {
+TEST(FreeSpaceViolation, ABeamThroughAWallContradictsTheMap) {
   const LikelihoodField field = wall();
-  EXPECT_EQ(contradiction(beam({-2.0, 0.3}, {2.0, 0.5}), {}, field), 1.0);
-  EXPECT_EQ(contradiction(beam({2.0, 0.3}, {-2.0, 1.5}), {}, field), 1.0);
+  EXPECT_EQ(free_space_violation(beam({-2.0, 0.3}, {2.0, 0.5}), {}, field), 1.0);
+  EXPECT_EQ(free_space_violation(beam({2.0, 0.3}, {-2.0, 1.5}), {}, field), 1.0);
   // Where it is counts by the pose.
-  EXPECT_EQ(contradiction(beam({0.0, 0.0}, {4.0, 0.0}), {0.0, -2.0, 0.5 * kPi}, field), 0.0);
-  EXPECT_EQ(contradiction(beam({0.0, 0.0}, {4.0, 0.0}), {-2.0, 0.0, 0.3}, field), 1.0);
+  EXPECT_EQ(free_space_violation(beam({0.0, 0.0}, {4.0, 0.0}), {0.0, -2.0, 0.5 * kPi}, field), 0.0);
+  EXPECT_EQ(free_space_violation(beam({0.0, 0.0}, {4.0, 0.0}), {-2.0, 0.0, 0.3}, field), 1.0);
 }
 
-TEST(Contradiction, ABeamThatEndsAtOrALittleBehindAWallDoesNot) {
+TEST(FreeSpaceViolation, ABeamThatEndsAtOrALittleBehindAWallDoesNot) {
   const LikelihoodField field = wall();
-  EXPECT_EQ(contradiction(beam({-2.0, 0.0}, {0.0, 0.0}), {}, field), 0.0);
-  EXPECT_EQ(contradiction(beam({-2.0, 0.0}, {0.35, 0.0}), {}, field), 0.0);
-  EXPECT_EQ(contradiction(beam({-2.0, 0.0}, {0.55, 0.0}), {}, field), 1.0);
+  EXPECT_EQ(free_space_violation(beam({-2.0, 0.0}, {0.0, 0.0}), {}, field), 0.0);
+  EXPECT_EQ(free_space_violation(beam({-2.0, 0.0}, {0.35, 0.0}), {}, field), 0.0);
+  EXPECT_EQ(free_space_violation(beam({-2.0, 0.0}, {0.55, 0.0}), {}, field), 1.0);
 }
 
-TEST(Contradiction, ABeamAlongAWallOrPastItDoesNot) {
+TEST(FreeSpaceViolation, ABeamAlongAWallOrPastItDoesNot) {
   const LikelihoodField field = wall();
-  EXPECT_EQ(contradiction(beam({0.02, -2.0}, {0.02, 2.0}), {}, field), 0.0);
-  EXPECT_EQ(contradiction(beam({-0.2, -2.5}, {0.3, 2.5}), {}, field), 0.0);
-  EXPECT_EQ(contradiction(beam({-2.0, 3.2}, {2.0, 3.2}), {}, field), 0.0);
+  EXPECT_EQ(free_space_violation(beam({0.02, -2.0}, {0.02, 2.0}), {}, field), 0.0);
+  EXPECT_EQ(free_space_violation(beam({-0.2, -2.5}, {0.3, 2.5}), {}, field), 0.0);
+  EXPECT_EQ(free_space_violation(beam({-2.0, 3.2}, {2.0, 3.2}), {}, field), 0.0);
 }
 
-TEST(Contradiction, PointsCountByTheirWeight) {
+TEST(FreeSpaceViolation, PointsCountByTheirWeight) {
   PointScan scan = beam({-2.0, 0.0}, {2.0, 0.0});
   scan.points.push_back(beam({-2.0, 0.0}, {-1.0, 0.0}).points.front());
   scan.points.back().weight = 3.0;
-  EXPECT_DOUBLE_EQ(contradiction(scan, {}, wall()), 0.25);
+  EXPECT_DOUBLE_EQ(free_space_violation(scan, {}, wall()), 0.25);
 }
 
-TEST(Contradiction, WhatIsNoBeamCountsForNothing) {
+TEST(FreeSpaceViolation, WhatIsNoBeamCountsForNothing) {
   const LikelihoodField field = wall();
-  EXPECT_EQ(contradiction(PointScan{}, {}, field), 0.0);
-  EXPECT_EQ(contradiction(beam({-2.0, 0.0}, {2.0, 0.0}), {}, LikelihoodField(0.05, {})), 0.0);
+  EXPECT_EQ(free_space_violation(PointScan{}, {}, field), 0.0);
+  EXPECT_EQ(free_space_violation(beam({-2.0, 0.0}, {2.0, 0.0}), {}, LikelihoodField(0.05, {})),
+            0.0);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(contradiction(beam({-2.0, 0.0}, {nan, 0.0}), {}, field), 0.0);
-  EXPECT_EQ(contradiction(beam({-2.0, 0.0}, {-1e12, 0.0}), {}, field), 0.0);
+  EXPECT_EQ(free_space_violation(beam({-2.0, 0.0}, {nan, 0.0}), {}, field), 0.0);
+  EXPECT_EQ(free_space_violation(beam({-2.0, 0.0}, {-1e12, 0.0}), {}, field), 0.0);
 }
 
-TEST(Contradiction, TellsWrongPlacesFromTheRightOne) {
+TEST(FreeSpaceViolation, TellsWrongPlacesFromTheRightOne) {
   // In a map of one place: at the true pose nearly nothing; turned or in the next room much.
   const World world = make_rooms_world(4);
   const RobotMotion motion = drive(world.route(), DriveOptions{});
@@ -83,11 +84,11 @@ TEST(Contradiction, TellsWrongPlacesFromTheRightOne) {
   int scenes = 0;
   for (double time = 20.0; time < 200.0; time += 9.0) {
     const MatchScene scene = make_match_scene(world, LaserOptions{}, time, 3);
-    most_at_truth =
-        std::max(most_at_truth, contradiction(scene.scan, scene.map_from_base, scene.map.field));
+    most_at_truth = std::max(
+        most_at_truth, free_space_violation(scene.scan, scene.map_from_base, scene.map.field));
     for (const double turn : {1.0, -2.0}) {
-      sum_elsewhere += contradiction(scene.scan, shifted(scene.map_from_base, {0.6, -0.4, turn}),
-                                     scene.map.field);
+      sum_elsewhere += free_space_violation(
+          scene.scan, shifted(scene.map_from_base, {0.6, -0.4, turn}), scene.map.field);
       ++scenes;
     }
   }

@@ -1,4 +1,4 @@
-#include "sensor/no_return_pile.hpp"
+#include "sensor/max_range_detector.hpp"
 
 #include <algorithm>
 #include <array>
@@ -59,7 +59,7 @@ Value median_of(std::vector<Value>& values) {
 
 }  // namespace
 
-void NoReturnPile::add(const LaserScan& scan) {
+void MaxRangeDetector::add(const LaserScan& scan) {
   if (is_complete_) {
     return;
   }
@@ -85,7 +85,7 @@ void NoReturnPile::add(const LaserScan& scan) {
   }
 }
 
-void NoReturnPile::add_readings(const LaserScan& scan) {
+void MaxRangeDetector::add_readings(const LaserScan& scan) {
   beams_ = std::max(beams_, scan.ranges.size());
   const float largest_before = largest_;
   std::vector<float> shorter;
@@ -108,7 +108,7 @@ void NoReturnPile::add_readings(const LaserScan& scan) {
   }
 }
 
-void NoReturnPile::drop_short_ones() {
+void MaxRangeDetector::drop_short_ones() {
   const double least = static_cast<double>(largest_) - 2.0 * kWidth;
   readings_.erase(std::remove_if(readings_.begin(), readings_.end(),
                                  [least](const Reading& reading) {
@@ -117,7 +117,7 @@ void NoReturnPile::drop_short_ones() {
                   readings_.end());
 }
 
-std::optional<double> NoReturnPile::find_first_range() const {
+std::optional<double> MaxRangeDetector::find_first_range() const {
   const double least = static_cast<double>(largest_) - kWidth;
   std::vector<Reading> pile;
   std::vector<Reading> below;
@@ -135,7 +135,7 @@ std::optional<double> NoReturnPile::find_first_range() const {
 
 /// How many there are but for those of the beam that has most: some logs have one that reads the
 /// same all the time.
-std::size_t NoReturnPile::without_stuck_beam(const std::vector<Reading>& readings) const {
+std::size_t MaxRangeDetector::without_stuck_beam(const std::vector<Reading>& readings) const {
   std::vector<std::size_t> of_beam(beams_ + 1, 0);
   for (const Reading& reading : readings) {
     ++of_beam[reading.beam];
@@ -144,7 +144,7 @@ std::size_t NoReturnPile::without_stuck_beam(const std::vector<Reading>& reading
 }
 
 /// Whether the scans that have the pile differ in what else they show.
-bool NoReturnPile::has_moved(const std::vector<Reading>& pile) const {
+bool MaxRangeDetector::has_moved(const std::vector<Reading>& pile) const {
   float nearest = std::numeric_limits<float>::infinity();
   float farthest = 0.0F;
   for (const Reading& reading : pile) {
@@ -157,7 +157,7 @@ bool NoReturnPile::has_moved(const std::vector<Reading>& pile) const {
 }
 
 /// Whether enough scans have the pile in several directions at once, with something else between.
-bool NoReturnPile::is_scattered(const std::vector<Reading>& pile) const {
+bool MaxRangeDetector::is_scattered(const std::vector<Reading>& pile) const {
   std::vector<FineSectors> sectors(median_range_.size());
   for (const Reading& reading : pile) {
     sectors[reading.scan].set(reading.beam * kFineSectors / beams_);
@@ -169,7 +169,7 @@ bool NoReturnPile::is_scattered(const std::vector<Reading>& pile) const {
 }
 
 /// What is range_max or more is no return by itself: the others have to be many.
-std::optional<double> NoReturnPile::first_of(const std::vector<Reading>& pile) const {
+std::optional<double> MaxRangeDetector::first_of(const std::vector<Reading>& pile) const {
   std::array<std::size_t, kSectors> in_sector{};
   std::vector<bool> is_in_scan(median_range_.size(), false);
   std::vector<double> values;

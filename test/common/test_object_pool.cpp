@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-#include "matchbox_slam/common/lender.hpp"
+#include "matchbox_slam/common/object_pool.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -17,52 +17,52 @@ struct Counted {
   int uses = 0;
 };
 
-TEST(Lender, LendsAgainWhatIsGivenBack) {
+TEST(ObjectPool, LendsAgainWhatIsGivenBack) {
   made = 0;
-  Lender<Counted> lender;
+  ObjectPool<Counted> pool;
   for (int i = 0; i < 5; ++i) {
-    EXPECT_EQ(lender.lend()->uses++, i);
+    EXPECT_EQ(pool.acquire()->uses++, i);
   }
   EXPECT_EQ(made, 1);
 }
 
-TEST(Lender, LendsEachToOneAtATime) {
+TEST(ObjectPool, LendsEachToOneAtATime) {
   made = 0;
-  Lender<Counted> lender;
+  ObjectPool<Counted> pool;
   for (int round = 0; round < 2; ++round) {
-    std::vector<Lender<Counted>::Loan> loans;
+    std::vector<ObjectPool<Counted>::Handle> handles;
     std::set<Counted*> lent;
     for (int i = 0; i < 3; ++i) {
-      loans.push_back(lender.lend());
-      lent.insert(&*loans.back());
+      handles.push_back(pool.acquire());
+      lent.insert(&*handles.back());
     }
     EXPECT_EQ(lent.size(), 3U);
   }
   EXPECT_EQ(made, 3);
 }
 
-TEST(Lender, LendsToManyThreads) {
+TEST(ObjectPool, LendsToManyThreads) {
   constexpr int kThreads = 4;
   constexpr int kRounds = 1000;
   made = 0;
   std::atomic<int> uses{0};
   {
-    Lender<Counted> lender;
+    ObjectPool<Counted> pool;
     std::vector<std::thread> threads;
     for (int i = 0; i < kThreads; ++i) {
       threads.emplace_back([&] {
         for (int k = 0; k < kRounds; ++k) {
-          const Lender<Counted>::Loan loan = lender.lend();
-          ++loan->uses;  // nobody else has it
+          const ObjectPool<Counted>::Handle handle = pool.acquire();
+          ++handle->uses;  // nobody else has it
         }
       });
     }
     for (std::thread& thread : threads) {
       thread.join();
     }
-    std::vector<Lender<Counted>::Loan> all;
+    std::vector<ObjectPool<Counted>::Handle> all;
     for (int i = 0; i < made; ++i) {
-      all.push_back(lender.lend());
+      all.push_back(pool.acquire());
       uses += all.back()->uses;
     }
   }

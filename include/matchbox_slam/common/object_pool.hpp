@@ -9,19 +9,19 @@ namespace matchbox_slam {
 
 /// Lends what a pure function works in, such as buffers: each call gets one for itself, from any
 /// thread, and what is given back is lent again, so that memory is asked for once and not with each
-/// call. What an object holds when it is lent must not matter. The lender outlives its loans.
+/// call. What an object holds when it is lent must not matter. The pool outlives its handles.
 template <typename T>
-class Lender {
+class ObjectPool {
  public:
-  class Loan {
+  class Handle {
    public:
-    Loan(Lender& lender, std::unique_ptr<T> object)
-        : lender_(&lender), object_(std::move(object)) {}
-    Loan(Loan&&) noexcept = default;
-    Loan& operator=(Loan&&) = delete;
-    ~Loan() {
+    Handle(ObjectPool& pool, std::unique_ptr<T> object)
+        : pool_(&pool), object_(std::move(object)) {}
+    Handle(Handle&&) noexcept = default;
+    Handle& operator=(Handle&&) = delete;
+    ~Handle() {
       if (object_ != nullptr) {
-        lender_->take_back(std::move(object_));
+        pool_->take_back(std::move(object_));
       }
     }
 
@@ -29,21 +29,21 @@ class Lender {
     [[nodiscard]] T* operator->() const { return object_.get(); }
 
    private:
-    Lender* lender_;
+    ObjectPool* pool_;
     std::unique_ptr<T> object_;
   };
 
   /// One that nobody has, a new one where there is none.
-  [[nodiscard]] Loan lend() {
+  [[nodiscard]] Handle acquire() {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (!idle_.empty()) {
         std::unique_ptr<T> object = std::move(idle_.back());
         idle_.pop_back();
-        return Loan(*this, std::move(object));
+        return Handle(*this, std::move(object));
       }
     }
-    return Loan(*this, std::make_unique<T>());
+    return Handle(*this, std::make_unique<T>());
   }
 
  private:

@@ -6,7 +6,7 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/angles.hpp"
-#include "sensor/no_return_pile.hpp"
+#include "sensor/max_range_detector.hpp"
 #include "simulation/make_world.hpp"
 
 namespace matchbox_slam {
@@ -42,17 +42,17 @@ class Drive {
                                                      ? far(random)
                                                      : range + 0.01 * random.gaussian()));
       }
-      pile_.add(scan);
+      detector_.add(scan);
     }
   }
 
-  [[nodiscard]] std::optional<double> first_range() const { return pile_.first_range(); }
+  [[nodiscard]] std::optional<double> first_range() const { return detector_.first_range(); }
 
  private:
-  NoReturnPile pile_;
+  MaxRangeDetector detector_;
 };
 
-TEST(NoReturnPile, IsFoundAboutTheLargestRange) {
+TEST(MaxRangeDetector, IsFoundAboutTheLargestRange) {
   for (const double noise : {0.005, 0.02, 0.04}) {
     for (const double speed : {0.0, 0.1}) {
       const Drive drive(100.0, 30.0, speed,
@@ -63,7 +63,7 @@ TEST(NoReturnPile, IsFoundAboutTheLargestRange) {
   }
 }
 
-TEST(NoReturnPile, MayLieABitOff) {
+TEST(MaxRangeDetector, MayLieABitOff) {
   const Drive drive(100.0, 30.0, 0.1,
                     [](Random& random) { return kMaximum - 0.05 + 0.01 * random.gaussian(); });
   ASSERT_TRUE(drive.first_range());
@@ -71,7 +71,7 @@ TEST(NoReturnPile, MayLieABitOff) {
 }
 
 /// One in twenty lies a centimetre lower.
-TEST(NoReturnPile, IsCutWholeWhereRangesAreRounded) {
+TEST(MaxRangeDetector, IsCutWholeWhereRangesAreRounded) {
   const auto far = [](Random& random) { return random.uniform() < 0.05 ? 9.99 : 10.0; };
   const Drive drive(20.0, 30.0, 0.1, far, 8.0 * kMaximum, true);
   ASSERT_TRUE(drive.first_range());
@@ -79,7 +79,7 @@ TEST(NoReturnPile, IsCutWholeWhereRangesAreRounded) {
   EXPECT_GT(*drive.first_range(), 9.97);
 }
 
-TEST(NoReturnPile, MayLieFarBelowWhatMessagesTell) {
+TEST(MaxRangeDetector, MayLieFarBelowWhatMessagesTell) {
   const auto far = [](Random& random) { return kMaximum + 0.01 * random.gaussian(); };
   const Drive drive(20.0, 30.0, 0.1, far, 8.0 * kMaximum, true);
   ASSERT_TRUE(drive.first_range());
@@ -89,9 +89,9 @@ TEST(NoReturnPile, MayLieFarBelowWhatMessagesTell) {
 }
 
 /// Five of 120 beams meet nothing, in other directions each time; one reads the same all the time.
-TEST(NoReturnPile, IsFoundBesideABeamThatIsStuck) {
+TEST(MaxRangeDetector, IsFoundBesideABeamThatIsStuck) {
   for (const int stuck : {0, 1, 3}) {
-    NoReturnPile pile;
+    MaxRangeDetector detector;
     Random random(1);
     for (int i = 0; i < 60; ++i) {
       LaserScan scan;
@@ -103,23 +103,23 @@ TEST(NoReturnPile, IsFoundBesideABeamThatIsStuck) {
                                                  : is_far  ? kMaximum + 0.01 * random.gaussian()
                                                            : random.uniform(1.0, 5.0)));
       }
-      pile.add(scan);
+      detector.add(scan);
     }
-    EXPECT_EQ(pile.first_range().has_value(), stuck < 2) << stuck;
+    EXPECT_EQ(detector.first_range().has_value(), stuck < 2) << stuck;
   }
 }
 
 /// By stamps and their number, so that who reads faster or later finds the same.
-TEST(NoReturnPile, IsNotLookedForWithoutEnd) {
+TEST(MaxRangeDetector, IsNotLookedForWithoutEnd) {
   const auto scans_until_complete = [](double period) {
-    NoReturnPile pile;
+    MaxRangeDetector detector;
     int scans = 0;
-    for (; !pile.is_complete() && scans < 1000; ++scans) {
+    for (; !detector.is_complete() && scans < 1000; ++scans) {
       LaserScan scan;
       scan.stamp = 100.0 + period * scans;
       scan.range_max = kMaximum;
       scan.ranges.assign(120, 3.0F);
-      pile.add(scan);
+      detector.add(scan);
     }
     return scans;
   };
@@ -129,7 +129,7 @@ TEST(NoReturnPile, IsNotLookedForWithoutEnd) {
 }
 
 /// What is there: nothing, as all walls are within reach.
-TEST(NoReturnPile, IsNotSeenByWhoTurnsInARoom) {
+TEST(MaxRangeDetector, IsNotSeenByWhoTurnsInARoom) {
   std::size_t turns = 0;
   for (const char* name : {"loop", "rooms", "corridor", "hotel", "atrium"}) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
@@ -139,7 +139,7 @@ TEST(NoReturnPile, IsNotSeenByWhoTurnsInARoom) {
       const Eigen::Vector2d at =
           places[static_cast<std::size_t>(random.uniform() * static_cast<double>(places.size()))];
       for (const double field : {120.0, 180.0, 270.0, 360.0}) {
-        NoReturnPile pile;
+        MaxRangeDetector detector;
         for (int i = 0; i < 60; ++i) {
           LaserScan scan;
           scan.stamp = 0.1 * i;
@@ -151,9 +151,9 @@ TEST(NoReturnPile, IsNotSeenByWhoTurnsInARoom) {
             scan.ranges.push_back(hit ? static_cast<float>(hit->range + 0.01 * random.gaussian())
                                       : 80.0F);
           }
-          pile.add(scan);
+          detector.add(scan);
         }
-        EXPECT_FALSE(pile.first_range()) << name << " " << seed << ", " << field << " degrees";
+        EXPECT_FALSE(detector.first_range()) << name << " " << seed << ", " << field << " degrees";
         ++turns;
       }
     }
@@ -162,8 +162,8 @@ TEST(NoReturnPile, IsNotSeenByWhoTurnsInARoom) {
 }
 
 /// A robot that turns on the spot sees the end of a corridor in all directions, one by one.
-TEST(NoReturnPile, IsNotTheEndOfACorridor) {
-  NoReturnPile pile;
+TEST(MaxRangeDetector, IsNotTheEndOfACorridor) {
+  MaxRangeDetector detector;
   for (int i = 0; i < 60; ++i) {
     LaserScan scan;
     scan.range_max = 80.0;
@@ -172,12 +172,12 @@ TEST(NoReturnPile, IsNotTheEndOfACorridor) {
       const double ahead = (std::cos(angle) > 0.0 ? 20.0 : 12.0) / std::abs(std::cos(angle));
       scan.ranges.push_back(static_cast<float>(std::min(ahead, 1.0 / std::abs(std::sin(angle)))));
     }
-    pile.add(scan);
+    detector.add(scan);
   }
-  EXPECT_FALSE(pile.first_range());
+  EXPECT_FALSE(detector.first_range());
 }
 
-TEST(NoReturnPile, IsNotSeenInWallsOrInWhatIsNoReturnAnyway) {
+TEST(MaxRangeDetector, IsNotSeenInWallsOrInWhatIsNoReturnAnyway) {
   const auto infinite = [](Random& /*random*/) { return kInfinity; };
   const auto maximum = [](Random& /*random*/) { return kMaximum; };
   for (const double speed : {0.0, 0.1}) {

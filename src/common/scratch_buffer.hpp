@@ -9,7 +9,7 @@ namespace matchbox_slam {
 /// An array for what is written before it is read: nothing is filled or copied when it grows, and
 /// its memory is kept from one use to the next, but for what only a large use needs.
 template <typename T>
-class RoughArray {
+class ScratchBuffer {
  public:
   static_assert(std::is_trivial_v<T>);
 

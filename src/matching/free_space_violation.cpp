@@ -1,4 +1,4 @@
-#include "matchbox_slam/matching/contradiction.hpp"
+#include "matchbox_slam/matching/free_space_violation.hpp"
 
 #include <algorithm>
 #include <array>
@@ -94,8 +94,8 @@ class BeamWalk {
 
 }  // namespace
 
-double contradiction(const PointScan& scan, const Pose2& map_from_base,
-                     const LikelihoodField& field) {
+double free_space_violation(const PointScan& scan, const Pose2& map_from_base,
+                            const LikelihoodField& field) {
   const BeamWalk walk(field);
   const Transform2 to_map(map_from_base);
   const std::size_t stride = (scan.points.size() + kBeams - 1) / kBeams;
