@@ -161,7 +161,8 @@ class Words {
   [[nodiscard]] std::optional<std::size_t> count_ahead() const {
     const bool is_count = at_ < words_.size() && words_[at_].size() < 7 &&
                           words_[at_].find_first_not_of("0123456789") == std::string_view::npos;
-    return is_count ? std::optional<std::size_t>(std::stoul(words_[at_])) : std::nullopt;
+    return is_count ? std::optional<std::size_t>(std::stoul(std::string(words_[at_])))
+                    : std::nullopt;
   }
 
  private:
