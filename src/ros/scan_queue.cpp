@@ -31,7 +31,8 @@ constexpr int kScansOfATimeJump = 3;  // a guess: half and double were not tried
 // For so long after a time jump slow lasers send scans from before it [s].
 constexpr double kStraggling = 2.0;  // a guess: half and double were not tried
 
-// A scan waits this long for those of other lasers [s]; a laser that is silent for as long is off.
+// A scan waits this long for those of other lasers [s], and the first of a laser for the next,
+// which tells whether it is a part of a turn; a laser that is silent for as long is off.
 constexpr double kPatienceWithLasers = 0.5;  // of lasers from 4 Hz on two scans or more
 
 // Farther from the base no laser is, and no robot gets while one scan is taken. Beyond, a scan
@@ -130,13 +131,15 @@ void ScanQueue::add_scan(const ScanMessage& message, const ros::Time& now, int l
 /// The scan, or the turn that is whole with this part of it; nothing where more parts are to come.
 void ScanQueue::add_joined(const ScanMessage& message, int laser) {
   const sensor_msgs::LaserScan& scan = *message.scan;
-  Parts& parts = parts_.try_emplace(laser, Parts{ScanJoiner(settings_.timing.join_parts), {}, {}})
-                     .first->second;
+  Parts& parts =
+      parts_.try_emplace(laser, Parts{ScanJoiner(settings_.timing.join_parts)}).first->second;
   parts.stamp = scan.header.stamp;
   parts.frame = without_leading_slash(scan.header.frame_id);
   parts.scan_time = static_cast<double>(scan.scan_time);
   parts.has_times = message.has_times;
-  parts.joiner.add(to_laser_scan(scan));
+  if (parts.joiner.add(to_laser_scan(scan))) {
+    account_.received -= waiting_.erase(parts.latest);
+  }
   take_joined(parts, laser);
   if (std::string news = parts.joiner.take_news(); !news.empty()) {
     news_.push_back(std::move(news));
@@ -149,9 +152,10 @@ void ScanQueue::take_joined(Parts& parts, int laser) {
     const ros::Time stamp = is_latest ? parts.stamp : ros::Time(scan.stamp);
     const double sent_increment = scan.time_increment;
     ++account_.received;
+    parts.latest = {stamp + settings_.scan_time_offset, laser};
     add_valid_scan(
         {*now_, parts.frame, std::move(scan), sent_increment, parts.scan_time, parts.has_times},
-        {stamp + settings_.scan_time_offset, laser});
+        parts.latest);
   }
 }
 
@@ -293,6 +297,10 @@ void ScanQueue::collect_ready(bool wait_for_more) {
       skip(turn.stamp, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
     } else if (const auto missing = transforms_.missing(turn.laser, oldest->second.frame, beams);
                !missing) {
+      if (wait_for_more && may_be_part(turn, oldest->second)) {
+        place(turn, beams, oldest->second);
+        return;
+      }
       const double sent_increment = oldest->second.sent_increment;
       ReadyScan ready = make_ready(turn, beams, std::move(oldest->second));
       if (!has_times) {
@@ -375,6 +383,12 @@ bool ScanQueue::is_its_turn(const Turn& turn, const WaitingScan& scan) const {
   return std::all_of(newest_.begin(), newest_.end(), [&](const ros::Time& newest) {
     return newest >= turn.stamp || seconds_between(newest, turn.stamp) > kPatienceWithLasers;
   });
+}
+
+/// Whether the next scan of its laser may yet tell that it is a part of a turn.
+bool ScanQueue::may_be_part(const Turn& turn, const WaitingScan& scan) const {
+  return parts_.at(turn.laser).joiner.is_undecided() &&
+         seconds_between(scan.arrival, *now_) <= kPatienceWithLasers;
 }
 
 std::deque<ScanQueue::Item>::const_iterator ScanQueue::oldest_ready_scan() const {
@@ -493,9 +507,18 @@ void ScanQueue::skip(const ros::Time& stamp, SkipReason reason, const std::strin
        fmt::format("scan of {:.3f} s skipped ({}): {}", stamp.toSec(), to_string(reason), why)});
 }
 
+/// Once, as soon as that can be told: what tf says of a moment changes by a rounding when more
+/// comes.
+void ScanQueue::place(const Turn& turn, const BeamStamps& beams, WaitingScan& scan) const {
+  if (!scan.placed) {
+    scan.placed = transforms_.place(turn.laser, scan.frame, beams);
+  }
+}
+
 ReadyScan ScanQueue::make_ready(const Turn& turn, const BeamStamps& beams,
                                 WaitingScan&& scan) const {
-  PlacedLaser placed = transforms_.place(turn.laser, scan.frame, beams);
+  place(turn, beams, scan);
+  PlacedLaser& placed = *scan.placed;
   ReadyScan ready;
   ready.stamp = turn.stamp;
   ready.arrival = scan.arrival;

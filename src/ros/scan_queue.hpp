@@ -185,17 +185,10 @@ class ScanQueue {
     ros::Time arrival;
     std::string frame;
     LaserScan scan;
-    double sent_increment = 0.0;  ///< [s] between beams, by the message
-    double sent_scan_time = 0.0;  ///< [s]
-    bool has_times = false;       ///< as of ScanMessage
-  };
-  /// Of the turns of one laser, where they come in parts.
-  struct Parts {
-    ScanJoiner joiner;
-    ros::Time stamp;  ///< of the latest message, as the next
-    std::string frame;
-    double scan_time = 0.0;  ///< [s]
-    bool has_times = false;
+    double sent_increment = 0.0;             ///< [s] between beams, by the message
+    double sent_scan_time = 0.0;             ///< [s]
+    bool has_times = false;                  ///< as of ScanMessage
+    std::optional<PlacedLaser> placed = {};  ///< when it is known
   };
   /// The order in which scans come out: by stamp; of one stamp, the first laser's last, so that it
   /// is matched with the others'.
@@ -208,6 +201,15 @@ class ScanQueue {
     }
   };
   using Waiting = std::map<Turn, WaitingScan>;
+  /// Of the turns of one laser, where they come in parts.
+  struct Parts {
+    ScanJoiner joiner;
+    ros::Time stamp = {};  ///< of the latest message, as the next
+    std::string frame = {};
+    double scan_time = 0.0;  ///< [s]
+    bool has_times = false;
+    Turn latest = {};  ///< of those that were whole
+  };
   /// Scans of one laser in a row that are older than time can be.
   struct OldScans {
     ros::Time last;
@@ -239,8 +241,10 @@ class ScanQueue {
   void leave_out_oldest_ready(SkipReason reason, const std::string& why);
   void drop_all_ready(SkipReason reason, const std::string& why);
   [[nodiscard]] bool is_its_turn(const Turn& turn, const WaitingScan& scan) const;
+  [[nodiscard]] bool may_be_part(const Turn& turn, const WaitingScan& scan) const;
   void skip(const ros::Time& stamp, SkipReason reason, const std::string& why);
 
+  void place(const Turn& turn, const BeamStamps& beams, WaitingScan& scan) const;
   [[nodiscard]] ReadyScan make_ready(const Turn& turn, const BeamStamps& beams,
                                      WaitingScan&& scan) const;
 

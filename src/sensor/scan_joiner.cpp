@@ -76,20 +76,22 @@ void ScanJoiner::watch(const LaserScan& scan) {
   }
   is_watching_ = false;
   joins_ = first_ && place_after(*first_, scan);
-  first_.reset();
   if (joins_) {
+    begin(std::move(*first_));
     news_ = "each turn of the laser comes in parts, here of " + std::to_string(scan.ranges.size()) +
             " beams: they are joined; scan/join_parts sets how many are one turn, 1: each is";
   }
+  first_.reset();
 }
 
-void ScanJoiner::add(LaserScan scan) {
+bool ScanJoiner::add(LaserScan scan) {
+  const bool joined_before = joins_;
   if (is_watching_ && !parts_) {
     watch(scan);
   }
   if (parts_ ? *parts_ == 1 : !joins_) {
     ready_.push_back(std::move(scan));
-    return;
+    return false;
   }
   if (joined_ > 0) {
     if (const std::optional<std::size_t> beam = place_after(whole_, scan)) {
@@ -104,6 +106,7 @@ void ScanJoiner::add(LaserScan scan) {
   if (is_whole()) {
     finish();
   }
+  return joins_ != joined_before;
 }
 
 std::vector<LaserScan> ScanJoiner::take() { return std::exchange(ready_, {}); }

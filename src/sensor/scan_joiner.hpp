@@ -20,8 +20,12 @@ class ScanJoiner {
   explicit ScanJoiner(std::optional<int> parts) : parts_(parts) {}
 
   /// Scans of one laser in the order of their stamps. Those that are whole now are taken by `take`.
-  /// With 'auto' what comes first is whole until the next goes on where it has ended.
-  void add(LaserScan scan);
+  /// With 'auto' the first one is whole until the second goes on where it has ended. Returns
+  /// whether that is now: the first one comes again with its turn, and is not to be used alone.
+  [[nodiscard]] bool add(LaserScan scan);
+
+  /// Whether the first scan, which is whole so far, may be a part.
+  [[nodiscard]] bool is_undecided() const { return first_.has_value(); }
 
   /// The parts that wait for the rest of their turn are whole.
   void finish();

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <vector>
 
 #include "ros/messages.hpp"
@@ -9,8 +10,10 @@
 
 namespace matchbox_slam {
 
-inline ScanQueueSettings settings() {
+/// @param join_parts  none, as by default: the first scan of a laser waits for its next, too.
+inline ScanQueueSettings settings(std::optional<int> join_parts = 1) {
   ScanQueueSettings settings;
+  settings.timing.join_parts = join_parts;
   settings.base_frame = "base";
   settings.odom_frame = "odom";
   settings.map_frame = "map";

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <vector>
 
 #include "common/error_text.hpp"
@@ -42,8 +43,8 @@ TEST(ScanQueue, WaitsForTheLastBeam) {
 }
 
 TEST(ScanQueue, TheResultDoesNotDependOnHowMessagesInterleave) {
-  Feed late_scans(settings());
-  Feed late_transforms(settings());
+  Feed late_scans(settings(std::nullopt));
+  Feed late_transforms(settings(std::nullopt));
   for (Feed* feed : {&late_scans, &late_transforms}) {
     feed->laser();
   }
@@ -283,44 +284,129 @@ std::vector<sensor_msgs::LaserScan> parts_from(double first, int count) {
 }
 
 TEST(ScanQueue, CountsPartsOfATurnAsOneScan) {
-  Feed feed(settings());
+  Feed feed(settings(std::nullopt));
   feed.laser();
   feed.odometry(100.0);
   feed.odometry_at(102.0, 100.4);
   for (const sensor_msgs::LaserScan& part : parts_from(100.5, 11)) {
     feed.queue.add_scan(part, part.header.stamp);
   }
-  EXPECT_EQ(feed.ready(), (Stamps{100.5, 100.525, 100.625}));
-  EXPECT_EQ(feed.queue.account().received, 3U);
+  EXPECT_EQ(feed.ready(), (Stamps{100.5, 100.6}));
+  EXPECT_EQ(feed.queue.account().received, 2U);
   EXPECT_EQ(feed.queue.take_news().size(), 1U);
   feed.queue.finish();
-  EXPECT_EQ(feed.ready(), Stamps{100.725});
-  EXPECT_EQ(feed.queue.account().received, 4U);
+  EXPECT_EQ(feed.ready(), Stamps{100.7});
+  EXPECT_EQ(feed.queue.account().received, 3U);
+  feed.expect_all_accounted_for();
+}
+
+TEST(ScanQueue, TheFirstScanWaitsForTheNextToTellWhetherItIsAPart) {
+  Feed feed(settings(std::nullopt));
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry_at(102.0, 100.4);
+  feed.scan(100.5);
+  EXPECT_EQ(feed.ready(), Stamps{});
+  feed.expect_all_accounted_for();
+  feed.scan(100.6);
+  EXPECT_EQ(feed.ready(), (Stamps{100.5, 100.6}));
+  feed.scan(100.7);
+  EXPECT_EQ(feed.ready(), Stamps{100.7});
+  feed.expect_all_accounted_for();
+}
+
+/// Where odometry has the first scan of a robot that turns by so much from scan to scan.
+Pose2 first_pose(std::optional<int> join_parts, double turn) {
+  Feed feed(settings(join_parts));
+  feed.laser();
+  for (int k = 0; k < 4; ++k) {
+    const double stamp = 100.0 + 0.1 * k;
+    feed.queue.add_transforms(make_link(stamp, "odom", "base", 0.3 * k, 0.2 + turn * k), false,
+                              ros::Time(stamp));
+    if (k >= 2) {
+      feed.scan(stamp);
+    }
+  }
+  const auto first = feed.queue.next();
+  return first ? input_of(*first).odometry->odom_from_base : Pose2();
+}
+
+TEST(ScanQueue, TheFirstScanIsPlacedToTheBitAsIfItDidNotWait) {
+  for (int k = 1; k <= 50; ++k) {
+    const Pose2 pose = first_pose(std::nullopt, 0.02 * k);
+    EXPECT_EQ(pose.x, 0.6);
+    EXPECT_EQ(pose.theta, first_pose(1, 0.02 * k).theta) << k;
+  }
+}
+
+TEST(ScanQueue, AFullCircleIsNoPartAndWaitsForNothing) {
+  Feed feed(settings(std::nullopt));
+  feed.laser();
+  feed.odometry(100.0);
+  feed.odometry_at(102.0, 100.4);
+  sensor_msgs::LaserScan scan = make_scan(100.5, "laser", 360);
+  scan.angle_increment = static_cast<float>(2.0 * kPi / 360.0);
+  feed.queue.add_scan(scan, ros::Time(100.5));
+  EXPECT_EQ(feed.ready(), Stamps{100.5});
+}
+
+TEST(ScanQueue, AFirstScanThatStaysAloneIsUsed) {
+  for (const bool is_end : {false, true}) {
+    SCOPED_TRACE(is_end ? "at the end" : "after a while");
+    Feed feed(settings(std::nullopt));
+    feed.laser();
+    feed.odometry(100.0);
+    feed.scan(100.5);
+    feed.odometry(100.6);
+    EXPECT_EQ(feed.ready(), Stamps{});
+    if (is_end) {
+      feed.queue.finish();
+    } else {
+      feed.odometry(101.1);
+    }
+    EXPECT_EQ(feed.ready(), Stamps{100.5});
+    feed.expect_all_accounted_for();
+  }
+}
+
+TEST(ScanQueue, AFirstPartThatWasUsedAloneIsNotUsedAgain) {
+  Feed feed(settings(std::nullopt));
+  feed.laser();
+  feed.odometry(100.0);
+  const std::vector<sensor_msgs::LaserScan> parts = parts_from(100.5, 8);
+  feed.queue.add_scan(parts.front(), ros::Time(100.5));
+  feed.odometry_at(102.0, 101.1);
+  EXPECT_EQ(feed.ready(), Stamps{100.5});
+  for (std::size_t k = 1; k < parts.size(); ++k) {
+    feed.queue.add_scan(parts[k], ros::Time(101.1));
+  }
+  EXPECT_EQ(feed.ready(), Stamps{100.6});
+  EXPECT_EQ(feed.skipped(SkipReason::kDuplicateStamp), 1U);
   feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, SkipsPartsWhoseTurnWasCutOffByATimeJump) {
-  Feed feed(settings());
+  Feed feed(settings(std::nullopt));
   feed.laser();
   feed.odometry(100.0);
   feed.odometry_at(102.0, 100.4);
   for (const sensor_msgs::LaserScan& part : parts_from(100.5, 7)) {
     feed.queue.add_scan(part, part.header.stamp);
   }
-  EXPECT_EQ(feed.ready().size(), 2U);
+  EXPECT_EQ(feed.ready().size(), 1U);
   feed.queue.add_transforms(make_link(50.0, "odom", "base", 1.0), false, ros::Time(50.0));
   EXPECT_EQ(feed.skipped(SkipReason::kTimeJump), 1U);
-  EXPECT_EQ(feed.queue.account().received, 3U);
+  EXPECT_EQ(feed.queue.account().received, 2U);
   feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, SkipsPartsThatWaitWhenTheRunIsEnded) {
-  Feed feed(settings());
+  Feed feed(settings(std::nullopt));
   for (const sensor_msgs::LaserScan& part : parts_from(100.5, 3)) {
     feed.queue.add_scan(part, part.header.stamp);
   }
   feed.queue.interrupt();
-  EXPECT_EQ(feed.skipped(SkipReason::kInterrupted), 2U);
+  EXPECT_EQ(feed.skipped(SkipReason::kInterrupted), 1U);
   feed.expect_all_accounted_for();
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,8 @@
 namespace matchbox_slam {
 namespace {
 
-ScanQueueSettings two_lasers() {
-  ScanQueueSettings result = settings();
+ScanQueueSettings two_lasers(std::optional<int> join_parts = 1) {
+  ScanQueueSettings result = settings(join_parts);
   result.lasers = 2;
   return result;
 }
@@ -67,7 +68,7 @@ void feed_time_jump(double slow, bool arrivals_jump, Feed& feed) {
 TEST(ScanQueue, ATimeJumpIsOneWithASlowLaserToo) {
   for (const bool arrivals_jump : {false, true}) {
     for (const double slow : {0.02, 0.15, 0.35}) {
-      Feed feed(two_lasers());
+      Feed feed(two_lasers(std::nullopt));
       feed.laser();
       feed_time_jump(slow, arrivals_jump, feed);
       const Stamps ready = feed.ready();
@@ -81,7 +82,7 @@ TEST(ScanQueue, ATimeJumpIsOneWithASlowLaserToo) {
 }
 
 TEST(ScanQueue, LasersMayHaveTheSameStamps) {
-  Feed feed(two_lasers());
+  Feed feed(two_lasers(std::nullopt));
   feed.laser();
   feed.odometry(100.0);
   feed.odometry_at(110.0, 100.5);

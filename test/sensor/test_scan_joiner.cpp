@@ -41,10 +41,25 @@ std::vector<LaserScan> parts_of(const LaserScan& turn, std::size_t count) {
   return parts;
 }
 
+/// `count` turns in parts, one after the other.
+std::vector<LaserScan> parts_of_turns(int turns, double field, std::size_t count,
+                                      double direction = 1.0) {
+  std::vector<LaserScan> parts;
+  for (int turn = 0; turn < turns; ++turn) {
+    for (const LaserScan& part :
+         parts_of(turn_of(360, field, 10.0 + kPeriod * turn, direction), count)) {
+      parts.push_back(part);
+    }
+  }
+  return parts;
+}
+
 std::vector<LaserScan> joined(ScanJoiner& joiner, const std::vector<LaserScan>& scans) {
   std::vector<LaserScan> whole;
   for (const LaserScan& scan : scans) {
-    joiner.add(scan);
+    if (joiner.add(scan)) {
+      whole.pop_back();
+    }
     for (LaserScan& one : joiner.take()) {
       whole.push_back(one);
     }
@@ -60,18 +75,17 @@ void expect_same(const LaserScan& scan, const LaserScan& turn) {
   EXPECT_EQ(scan.ranges, turn.ranges);
 }
 
-/// With 'auto' the first part is whole, as nothing is known yet; turns begin with the second.
 void expect_turns(double field, std::size_t count, double direction) {
   ScanJoiner joiner(std::nullopt);
-  const LaserScan first = turn_of(360, field, 10.0, direction);
-  const LaserScan second = turn_of(360, field, 10.0 + kPeriod, direction);
-  const std::vector<LaserScan> one = joined(joiner, parts_of(first, count));
-  ASSERT_EQ(one.size(), 1U);
-  EXPECT_EQ(one.front().ranges.size(), 360U / count);
+  std::vector<LaserScan> parts = parts_of_turns(2, field, count, direction);
+  parts.push_back(turn_of(360, field, 10.0 + 2.0 * kPeriod, direction));  // which ends the second
+  parts.back().ranges.resize(360U / count);
+  const std::vector<LaserScan> whole = joined(joiner, parts);
   EXPECT_NE(joiner.take_news(), "");
-  const std::vector<LaserScan> whole = joined(joiner, parts_of(second, count));
-  ASSERT_EQ(whole.size(), 1U);
-  EXPECT_NEAR(static_cast<double>(whole.front().ranges.size()), 2.0 * kPi * 360.0 / field, 1.0);
+  ASSERT_EQ(whole.size(), 2U);
+  expect_same(whole[0], turn_of(360, field, 10.0, direction));
+  expect_same(whole[1], turn_of(360, field, 10.0 + kPeriod, direction));
+  joined(joiner, parts_of(turn_of(360, field, 10.0 + 3.0 * kPeriod, direction), count));
   EXPECT_EQ(joiner.take_news(), "") << "once";
 }
 
@@ -94,31 +108,28 @@ TEST(ScanJoiner, SeesThatTurnsComeInParts) {
 
 TEST(ScanJoiner, TakesWholeTurnsFromAnyPartOn) {
   ScanJoiner joiner(std::nullopt);
-  std::vector<LaserScan> parts = parts_of(turn_of(360, 2.0 * kPi, 10.0), 10);
-  for (const LaserScan& part : parts_of(turn_of(360, 2.0 * kPi, 10.1), 10)) {
-    parts.push_back(part);
-  }
+  std::vector<LaserScan> parts = parts_of_turns(2, 2.0 * kPi, 10);
+  parts.erase(parts.begin());
   const std::vector<LaserScan> whole = joined(joiner, parts);
-  ASSERT_EQ(whole.size(), 2U);
-  EXPECT_EQ(whole[1].stamp, parts[1].stamp);
-  ASSERT_EQ(whole[1].ranges.size(), 360U);
-  EXPECT_EQ(whole[1].ranges.front(), 36.0F);
-  EXPECT_EQ(whole[1].ranges.back(), 35.0F);
+  ASSERT_EQ(whole.size(), 1U);
+  EXPECT_EQ(whole[0].stamp, parts[0].stamp);
+  ASSERT_EQ(whole[0].ranges.size(), 360U);
+  EXPECT_EQ(whole[0].ranges.front(), 36.0F);
+  EXPECT_EQ(whole[0].ranges.back(), 35.0F);
 }
 
 TEST(ScanJoiner, LeavesBeamsOfAPartThatIsMissingUnknown) {
   ScanJoiner joiner(std::nullopt);
-  std::vector<LaserScan> parts = parts_of(turn_of(360, 2.0 * kPi, 10.0), 10);
+  std::vector<LaserScan> parts = parts_of_turns(2, 2.0 * kPi, 10);
   parts.erase(parts.begin() + 4);
-  for (const LaserScan& part : parts_of(turn_of(360, 2.0 * kPi, 10.1), 10)) {
-    parts.push_back(part);
-  }
   const std::vector<LaserScan> whole = joined(joiner, parts);
   ASSERT_EQ(whole.size(), 2U);
-  ASSERT_EQ(whole[1].ranges.size(), 360U);
-  for (std::size_t k = 0; k < 360; ++k) {
-    const std::size_t beam = (k + 36) % 360;
-    EXPECT_EQ(std::isnan(whole[1].ranges[k]), beam >= 144 && beam < 180) << beam;
+  for (const std::size_t turn : {0U, 1U}) {
+    ASSERT_EQ(whole[turn].ranges.size(), 360U);
+    for (std::size_t beam = 0; beam < 360; ++beam) {
+      EXPECT_EQ(std::isnan(whole[turn].ranges[beam]), turn == 0 && beam >= 144 && beam < 180)
+          << beam;
+    }
   }
 }
 
@@ -143,9 +154,27 @@ TEST(ScanJoiner, LeavesWholeScansAlone) {
                                           turn_of(360, field, 10.2)};
     const std::vector<LaserScan> whole = joined(joiner, scans);
     ASSERT_EQ(whole.size(), 3U);
-    expect_same(whole[1], scans[1]);
+    for (const std::size_t k : {0U, 1U, 2U}) {
+      expect_same(whole[k], scans[k]);
+    }
     EXPECT_EQ(joiner.take_news(), "");
   }
+}
+
+TEST(ScanJoiner, IsUndecidedBetweenTheFirstAndTheSecond) {
+  const LaserScan scan = turn_of(360, degrees_to_radians(270.0), 10.0);
+  ScanJoiner joiner(std::nullopt);
+  EXPECT_FALSE(joiner.is_undecided());
+  EXPECT_EQ(joined(joiner, {scan}).size(), 1U);
+  EXPECT_TRUE(joiner.is_undecided());
+  EXPECT_EQ(joined(joiner, {turn_of(360, degrees_to_radians(270.0), 10.1)}).size(), 1U);
+  EXPECT_FALSE(joiner.is_undecided());
+  ScanJoiner of_turns(std::nullopt);
+  EXPECT_EQ(joined(of_turns, {turn_of(360, 2.0 * kPi, 10.0)}).size(), 1U);
+  EXPECT_FALSE(of_turns.is_undecided()) << "a full circle is no part";
+  ScanJoiner told(1);
+  EXPECT_EQ(joined(told, {scan}).size(), 1U);
+  EXPECT_FALSE(told.is_undecided());
 }
 
 TEST(ScanJoiner, JoinsNoneOfOne) {

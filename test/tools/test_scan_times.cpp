@@ -72,10 +72,9 @@ TEST_F(ScanTimes, OfATurnInPartsAreThoseOfAWholeTurn) {
   simulate("--sensor in_parts");
   const double joined = error();
   EXPECT_TRUE(contains(told_, "each turn of the laser comes in parts, here of 36 beams")) << told_;
-  EXPECT_LT(joined, 1.5 * whole);
+  EXPECT_LT(joined, 1.05 * whole);  // 1.000 in eleven worlds and seeds
   const auto report = nlohmann::json::parse(read_file(out_ + "/report.json"));
-  EXPECT_EQ(report["scans"]["received"], 302)
-      << "301 turns: the first part, turns from the second on, and what is left of the last";
+  EXPECT_EQ(report["scans"]["received"], 301);
   EXPECT_EQ(report["scans"]["skipped_total"], 0);
   error("--set scan/join_parts=1");
   EXPECT_FALSE(contains(told_, "in parts")) << told_;
