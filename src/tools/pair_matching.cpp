@@ -160,7 +160,8 @@ std::optional<Simulation> simulation_of(const MatchPairsRequest& request, const 
     }
     return Simulation{*record, make_world(record->world, record->seed)};
   } catch (const ConfigurationError& error) {
-    dialog.warn("no bound is told, as the bag's simulation is not known: " + error.what());
+    dialog.warn(
+        fmt::format("no bound is told, as the bag's simulation is not known: {}", error.what()));
     return std::nullopt;
   }
 }

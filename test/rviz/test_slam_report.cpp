@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <set>
 #include <string>
 
@@ -93,7 +94,7 @@ TEST(SlamReport, FiguresAreThoseThatAreKnown) {
   first.values["Key scans"] = first.values["Loops closed"] = "1";
   EXPECT_TRUE(contains(figures_of(first), "\n1 key scan, 1 loop closed")) << figures_of(first);
   SlamReport no_match = report_of("tracking");
-  no_match.match_age = kNever;
+  no_match.match_age = std::numeric_limits<double>::infinity();
   EXPECT_EQ(figures_of(no_match), "120 key scans, 3 loops closed");
 }
 

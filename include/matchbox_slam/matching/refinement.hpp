@@ -18,7 +18,7 @@ struct RefinementOptions {
   double first_kernel = 0.15;
   double last_kernel = 0.03;
   double noise = 0.01;
-  double weakest_direction = 0.01;
+  double weakest_direction = 0.004;
   double weakest_facing = 0.001;
 
   template <typename Self, typename Visitor>
@@ -34,8 +34,9 @@ struct RefinementOptions {
     option(self.noise, "refine_noise", between(1e-4, 1.0), "m",
            "Standard deviation of a point's distance to its wall, before the scan shows its own.");
     option(self.weakest_direction, "weakest_direction", between(0.0, 1.0), "",
-           "A direction of translation with less than this share of the strongest direction's "
-           "information counts as unconstrained, unless walls clearly face it.");
+           "A direction of translation of which scan and map confirm each other less than this "
+           "share of the strongest direction's information counts as unconstrained, unless walls "
+           "clearly face it.");
     option(self.weakest_facing, "weakest_facing", between(0.0, 1.0), "",
            "Share of the strongest direction's information that walls which clearly face a "
            "direction have to tell, so that it counts as constrained, where points are as noisy as "
