@@ -327,25 +327,20 @@ double Correspondences::facing_information(double kernel, const Eigen::Vector3d&
 
 double Correspondences::confirmed_information(double kernel, const Eigen::Vector3d& motion) const {
   const PointRows view = rows();
-  const double* normal_c = row(kNormalC);
-  const double* normal_s = row(kNormalS);
-  const double* map_c = row(kSurfaceC);
-  const double* map_s = row(kSurfaceS);
   double sum = 0.0;
   for (std::size_t j = 0; j < view.size; ++j) {
     const double x = motion.x() - motion.z() * view.rotated_y[j];
     const double y = motion.y() + motion.z() * view.rotated_x[j];
     const double square = square_of(view, j, view.offset_x[j], view.offset_y[j]);
     const double closeness = kernel * kernel / (kernel * kernel + square);
-    double seen = square_of(view, j, x, y);
-    if (normal_c[j] != 0.0 || normal_s[j] != 0.0) {
-      const double c = double_turn_.x() * normal_c[j] - double_turn_.y() * normal_s[j];
-      const double s = double_turn_.y() * normal_c[j] + double_turn_.x() * normal_s[j];
-      const double both = 1.0 + map_c[j] * c + map_s[j] * s;
-      seen = 0.25 * (both * (x * x + y * y) + (map_c[j] + c) * (x * x - y * y) +
-                     2.0 * (map_s[j] + s) * x * y);
-    }
-    sum += view.information[j] * closeness * closeness * seen;
+    const double map_c = row(kSurfaceC)[j];
+    const double map_s = row(kSurfaceS)[j];
+    const double own_c = double_turn_.x() * row(kNormalC)[j] - double_turn_.y() * row(kNormalS)[j];
+    const double own_s = double_turn_.y() * row(kNormalC)[j] + double_turn_.x() * row(kNormalS)[j];
+    const double both = 1.0 + map_c * own_c + map_s * own_s;
+    sum += view.information[j] * closeness * closeness * 0.25 *
+           (both * (x * x + y * y) + (map_c + own_c) * (x * x - y * y) +
+            2.0 * (map_s + own_s) * x * y);
   }
   return sum;
 }

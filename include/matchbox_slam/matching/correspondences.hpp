@@ -96,8 +96,8 @@ class Correspondences {
   /// The information about a motion, in the units of `linearise`, that map and scan confirm each
   /// other: by the product of what a surface's direction in the map says and what the point's own
   /// says. The errors of both are independent, so that in the mean they add nothing, while in the
-  /// square of one they add up (instrumental variables; Wald 1940). It may be negative. Points
-  /// without a direction of their own count as in `linearise`.
+  /// square of one they add up (instrumental variables; Wald 1940). It may be negative. Where one
+  /// of them knows no direction, half of what the other says counts.
   /// @param motion  (x, y, theta) in the map frame.
   [[nodiscard]] double confirmed_information(double kernel, const Eigen::Vector3d& motion) const;
 

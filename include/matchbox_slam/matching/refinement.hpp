@@ -18,7 +18,7 @@ struct RefinementOptions {
   double first_kernel = 0.15;
   double last_kernel = 0.03;
   double noise = 0.01;
-  double weakest_direction = 0.004;
+  double weakest_direction = 0.005;
   double weakest_facing = 0.001;
 
   template <typename Self, typename Visitor>
