@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "matchbox_slam/common/random.hpp"
@@ -263,6 +264,67 @@ TEST(Correspondences, ThePointsOwnNormalTellsWhatTheMapDoesNotKnow) {
         Correspondences({point}, field, {0.0, 0.0, heading}).linearise(0.05);
     EXPECT_GT(pair.information(0, 0), 0.1) << heading;
     EXPECT_LT(pair.information(1, 1), 1e-3 * pair.information(0, 0)) << heading;
+  }
+}
+
+/// A wall along x, one hit a cell, with a point on each; normals are off by as much in the map and
+/// in the scan [rad], or there are none.
+class WallOfNormals {
+ public:
+  WallOfNormals(std::optional<double> in_map, std::optional<double> in_scan) {
+    Random random(7);
+    const auto normal = [&random](const std::optional<double>& noise) {
+      return noise ? Eigen::Vector2d(Eigen::Rotation2Dd(*noise * random.gaussian()) *
+                                     Eigen::Vector2d::UnitY())
+                   : Eigen::Vector2d(Eigen::Vector2d::Zero());
+    };
+    std::vector<SurfaceHit> hits;
+    for (int i = 0; i < 1000; ++i) {
+      const Eigen::Vector2d position(0.05 * i + 0.025, 0.025);
+      hits.push_back({position, normal(in_map)});
+      ScanPoint point = point_at(position, 0.05);
+      point.normal = normal(in_scan);
+      points_.push_back(point);
+    }
+    field_.update(hits, {});
+    pairs_ = Correspondences(points_, field_, Pose2{});
+  }
+
+  [[nodiscard]] double told(const Eigen::Vector3d& motion) const {
+    return motion.dot(pairs_.linearise(kKernel).information * motion);
+  }
+  [[nodiscard]] double confirmed(const Eigen::Vector3d& motion) const {
+    return pairs_.confirmed_information(kKernel, motion);
+  }
+
+ private:
+  static constexpr double kKernel = 0.03;
+  LikelihoodField field_{0.05, LikelihoodFieldOptions{}};
+  std::vector<ScanPoint> points_;
+  Correspondences pairs_;
+};
+
+const Eigen::Vector3d kAlong = Eigen::Vector3d::UnitX();
+const Eigen::Vector3d kAcross(0.3, 0.8, 0.001);  // and along, and with a turn
+
+TEST(Correspondences, MapAndScanConfirmWhatBothSay) {
+  const WallOfNormals wall(0.0, 0.0);
+  EXPECT_NEAR(wall.confirmed(kAcross), wall.told(kAcross), 1e-5 * wall.told(kAcross));
+  EXPECT_NEAR(wall.confirmed(kAlong), 0.0, 1e-5 * wall.told(kAcross));
+}
+
+TEST(Correspondences, NoiseOfNormalsIsNotConfirmed) {
+  constexpr double kNoise = 0.2;
+  const WallOfNormals wall(kNoise, kNoise);
+  const double of_noise = wall.told(kAlong);
+  EXPECT_GT(of_noise, 0.02 * wall.told(kAcross)) << "the test shows nothing";
+  EXPECT_LT(std::abs(wall.confirmed(kAlong)), 0.1 * of_noise);
+  EXPECT_NEAR(wall.confirmed(kAcross), wall.told(kAcross), 0.1 * wall.told(kAcross));
+}
+
+TEST(Correspondences, WhereOneKnowsNoDirectionHalfIsConfirmed) {
+  for (const WallOfNormals& wall : {WallOfNormals(0.0, {}), WallOfNormals({}, 0.0)}) {
+    EXPECT_NEAR(wall.confirmed(kAcross), 0.5 * wall.told(kAcross), 1e-5 * wall.told(kAcross));
   }
 }
 

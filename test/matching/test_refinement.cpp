@@ -207,6 +207,33 @@ TEST(Refine, IsNotHeldByAFewBeamsAmongManyNoisyOnes) {
   EXPECT_EQ(Corridor(5, 0.04).refined().unconstrained_directions.size(), 1U);
 }
 
+/// As a depth camera's in a bare corridor: what noise makes of the normals told that it was moved.
+TEST(Refine, IsNotHeldByTheNoiseOfNormals) {
+  Random random(3);
+  const auto noisy = [&random](const Eigen::Vector2d& normal) -> Eigen::Vector2d {
+    constexpr double kNoise = 0.15;  // [rad]
+    return Eigen::Rotation2Dd(kNoise * random.gaussian()) * normal;
+  };
+  LikelihoodField field(0.05, LikelihoodFieldOptions{});
+  std::vector<SurfaceHit> hits;
+  std::vector<ScanPoint> points;
+  for (int i = 0; i < 120; ++i) {
+    for (const double side : {-1.0, 1.0}) {
+      const Eigen::Vector2d wall(0.05 * i + 0.025, side);
+      const Eigen::Vector2d normal(0.0, -side);
+      hits.push_back({wall, noisy(normal)});
+      points.push_back({wall + Eigen::Vector2d(0.0, 0.01 * random.gaussian()),
+                        Eigen::Vector2d::Zero(), noisy(normal), 0.05, true});
+    }
+  }
+  field.update(hits, {});
+  const RefinedPose refined = refine(points, field, Pose2{0.1, 0.0, 0.0},
+                                     {Pose2{}, prior_of(0.1, 0.05)}, RefinementOptions{});
+  EXPECT_EQ(refined.unconstrained_directions.size(), 1U);
+  EXPECT_NEAR(refined.map_from_base.x, 0.0, 0.01);
+  EXPECT_GT(refined.covariance(0, 0), 0.9 * 0.1 * 0.1) << "the prior's";
+}
+
 /// Off the middle of a round room nobody can tell going round from turning: the scan holds the
 /// robot on a circle about the room's middle, and the prior decides where on it.
 TEST(Refine, StaysOnTheCircleOfARoundRoom) {

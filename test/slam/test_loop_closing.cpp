@@ -505,6 +505,29 @@ std::optional<MapCorrection> search_at_end(const std::vector<Sight>& sights, Dri
   return drive.search(options);
 }
 
+/// A match that is wrong by a degree is outvoted.
+TEST(LoopClosing, AKeyScanIsJoinedToEachTimeThatTheRobotCamePast) {
+  Drive drive(three_rooms());
+  for (int i = 0; i < 141; ++i) {  // round in the room, 20 key scans a time
+    const double angle = 2.0 * kPi * i / 20.0;
+    const Pose2 pose{1.0 + 0.3 * std::cos(angle), 1.2 + 0.3 * std::sin(angle), 0.2};
+    drive.take({pose, pose}, kOptions);
+  }
+  const auto joined_to = [&drive](std::size_t key) {
+    std::vector<std::size_t> others;
+    for (const PoseEdge& edge : drive.closer().graph().edges) {
+      if (edge.to == key) {
+        others.push_back(edge.from);
+      }
+    }
+    std::sort(others.begin(), others.end());
+    return others;
+  };
+  EXPECT_EQ(joined_to(20), (std::vector<std::size_t>{19})) << "just now is no time before";
+  EXPECT_EQ(joined_to(60), (std::vector<std::size_t>{0, 20, 59}));
+  EXPECT_EQ(joined_to(140).size(), 1U + 4U) << "of six times, the nearest four";
+}
+
 TEST(LoopClosing, ARoomIsFoundAgain) {
   Drive drive(three_rooms());
   EXPECT_TRUE(search_at_end(from_room_to_room(0.0, {0.3, -0.2, 0.03}), drive));
