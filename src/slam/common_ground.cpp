@@ -140,7 +140,7 @@ bool is_same(const Pose2& a, const Pose2& b) {
 /// but for the unexpected, for which the wide prior of the search holds.
 double prior_log_odds(const MatchProblem& problem, const Pose2& pose) {
   // As hypotheses/unexpected. From 2 to 10 no recording changes.
-  constexpr double kUnexpected = 5.0;
+  constexpr double kUnexpected = 7.0;
   const Eigen::Vector3d off = difference(pose, problem.predicted_map_from_base);
   const auto square = [&off](const Eigen::Matrix3d& covariance) {
     return off.dot(prior_information(covariance) * off);

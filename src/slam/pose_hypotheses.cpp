@@ -24,6 +24,15 @@ constexpr std::size_t kMostOthers = 4;
 
 double limited(double log_odds) { return std::clamp(log_odds, -kMostOfScan, kMostOfScan); }
 
+/// What a scan says for a pose and against the leading one, by the evidence of each. Walls that
+/// beams would have gone through are another witness than walls that they end on: a wrong pose
+/// often explains a scan, as rooms are alike, and a right one is hardly ever contradicted. Each is
+/// limited.
+double relative_log_odds(double there, double leading) {
+  return limited(std::max(there, 0.0) - std::max(leading, 0.0)) + limited(std::min(there, 0.0)) -
+         limited(std::min(leading, 0.0));
+}
+
 /// How much of an independent scan it is: from one place scans repeat their errors.
 double independence_of(const PoseHypotheses::Step& step) {
   constexpr double kDistance = 0.3;  // [m]
@@ -119,7 +128,7 @@ void PoseHypotheses::move_others(const Step& step, double leading, double share)
     other.map_from_base =
         search_exactly(problem_at(step, predicted, covariance_around(motion))).map_from_base;
     const ScanEvidence there = evidence_of(step.scan, other.map_from_base, step.map);
-    other.log_odds += share * limited(there.log_odds - leading);
+    other.log_odds += share * relative_log_odds(there.log_odds, leading);
   }
 }
 
@@ -150,7 +159,7 @@ void PoseHypotheses::search(const Step& step, const Outcome& outcome, double sha
     }
     const ScanEvidence there = evidence_of(step.scan, match.map_from_base, step.map);
     if (there.log_odds > leading) {
-      add(match, log_odds + share * limited(there.log_odds - leading));
+      add(match, log_odds + share * relative_log_odds(there.log_odds, leading));
     }
   };
   if (step.by_velocity != nullptr) {

@@ -14,7 +14,7 @@ namespace matchbox_slam {
 struct HypothesisOptions {
   bool enabled = true;
   double decisive = 4.6;
-  double unexpected = 5.0;
+  double unexpected = 7.0;
   double carried = 9.2;
   double search_xy = 0.5;
   double search_theta = 1.0;
