@@ -177,6 +177,41 @@ TEST(SlamEvents, MapBagRepeatsThemToTheByte) {
   EXPECT_GE(kinds.size(), std::variant_size_v<RunEvent> - 1) << "but for scans left out";
 }
 
+TEST(SlamEvents, MapBagLeavesOutTheScansThatTheNodeHadNoTimeFor) {
+  const TemporaryFolder folder;
+  const std::string bag = folder / "run.bag";
+  SimulationOptions options;
+  options.time.duration = 20.0;
+  simulate(bag, "rooms", 4, options);
+  set_parameters("/hurried", folder);
+  ros::param::set("/hurried/events_file", folder / "events.yaml");
+  ros::param::set("/hurried/max_lag", 0.01);
+  ros::AsyncSpinner spinner(2);
+  spinner.start();
+  Player player(bag);
+  {
+    const SlamNode slam(ros::NodeHandle(), ros::NodeHandle("/hurried"));
+    ASSERT_TRUE(wait_until([&] { return player.is_heard(); }));
+    ASSERT_TRUE(player.drive(10));
+    player.play(200);  // faster than any matcher
+    ASSERT_TRUE(player.drive(50));
+  }
+  const std::vector<TimedEvent> events =
+      read_events_file(folder / "events.yaml", LiveConfiguration({}, MatcherLoader()));
+  EXPECT_GT(std::count_if(events.begin(), events.end(),
+                          [](const TimedEvent& event) {
+                            return std::holds_alternative<LeaveOut>(event.event);
+                          }),
+            20);
+  const Outcome mapped =
+      run_command(MATCHBOX_MAP_BAG, bag + " --quiet --out " + (folder / "map_bag") + " --events " +
+                                        (folder / "events.yaml"));
+  ASSERT_EQ(mapped.exit_code, 0) << mapped.output;
+  const std::string node = read_file(folder / "node.tum");
+  ASSERT_GT(node.size(), 3000U);
+  EXPECT_TRUE(node == read_file(folder / "map_bag/trajectory.tum").substr(0, node.size()));
+}
+
 TEST(SlamEvents, APoseToldBeforeTheFirstScanOfAResumedMapIsTakenAsByMapBag) {
   const TemporaryFolder folder;
   const std::string bag = folder / "run.bag";
@@ -248,6 +283,9 @@ TEST(SlamEvents, AMapThatIsNotSavedAtTheEndIsTold) {
       const SlamNode slam(ros::NodeHandle(), ros::NodeHandle{name});
       ASSERT_TRUE(wait_until([&] { return player.is_heard() && lines.getNumPublishers() > 0; }));
       ASSERT_TRUE(player.drive(20));
+      std_srvs::SetBool pause;  // else scans that are still on their way are used after saving
+      pause.request.data = 1;
+      ASSERT_TRUE(ros::service::call(name + "/pause", pause));
       std_srvs::Trigger save;
       ASSERT_TRUE(!saves || ros::service::call(name + "/save_map", save));
     }
