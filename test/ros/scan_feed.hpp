@@ -40,6 +40,13 @@ class Feed {
     queue.add_transforms(make_link(0.0, "base", "laser", 0.2), true, ros::Time(100.0));
   }
 
+  /// The laser's place, and odometry from 100 s to a stamp, which is there by `now`.
+  void robot_until(double stamp, double now) {
+    laser();
+    odometry(100.0);
+    odometry_at(stamp, now);
+  }
+
   std::vector<double> ready() {
     std::vector<double> stamps;
     while (const auto item = queue.next()) {

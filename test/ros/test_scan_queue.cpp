@@ -218,9 +218,7 @@ TEST(ScanQueue, GivesUpScansThatWaitedTooLongButNeverTheNewest) {
   ScanQueueSettings slow = settings();
   slow.max_lag = 0.25;
   Feed feed(slow);
-  feed.laser();
-  feed.odometry(100.0);
-  feed.odometry_at(110.0, 100.5);
+  feed.robot_until(110.0, 100.5);
   for (const double stamp : {101.0, 101.1, 101.2, 101.3, 101.4}) {
     feed.scan(stamp);
   }
@@ -236,9 +234,7 @@ TEST(ScanQueue, InThePlaceOfAScanThatItHadNoTimeForItSaysThat) {
   ScanQueueSettings slow = settings();
   slow.max_lag = 0.25;
   Feed feed(slow);
-  feed.laser();
-  feed.odometry(100.0);
-  feed.odometry_at(110.0, 100.5);
+  feed.robot_until(110.0, 100.5);
   for (const double stamp : {101.0, 101.1, 101.4}) {
     feed.scan(stamp);
   }
@@ -285,9 +281,7 @@ std::vector<sensor_msgs::LaserScan> parts_from(double first, int count) {
 
 TEST(ScanQueue, CountsPartsOfATurnAsOneScan) {
   Feed feed(settings(std::nullopt));
-  feed.laser();
-  feed.odometry(100.0);
-  feed.odometry_at(102.0, 100.4);
+  feed.robot_until(102.0, 100.4);
   for (const sensor_msgs::LaserScan& part : parts_from(100.5, 11)) {
     feed.queue.add_scan(part, part.header.stamp);
   }
@@ -302,9 +296,7 @@ TEST(ScanQueue, CountsPartsOfATurnAsOneScan) {
 
 TEST(ScanQueue, TheFirstScanWaitsForTheNextToTellWhetherItIsAPart) {
   Feed feed(settings(std::nullopt));
-  feed.laser();
-  feed.odometry(100.0);
-  feed.odometry_at(102.0, 100.4);
+  feed.robot_until(102.0, 100.4);
   feed.scan(100.5);
   EXPECT_EQ(feed.ready(), Stamps{});
   feed.expect_all_accounted_for();
@@ -341,9 +333,7 @@ TEST(ScanQueue, TheFirstScanIsPlacedToTheBitAsIfItDidNotWait) {
 
 TEST(ScanQueue, AFullCircleIsNoPartAndWaitsForNothing) {
   Feed feed(settings(std::nullopt));
-  feed.laser();
-  feed.odometry(100.0);
-  feed.odometry_at(102.0, 100.4);
+  feed.robot_until(102.0, 100.4);
   sensor_msgs::LaserScan scan = make_scan(100.5, "laser", 360);
   scan.angle_increment = static_cast<float>(2.0 * kPi / 360.0);
   feed.queue.add_scan(scan, ros::Time(100.5));
@@ -387,9 +377,7 @@ TEST(ScanQueue, AFirstPartThatWasUsedAloneIsNotUsedAgain) {
 
 TEST(ScanQueue, SkipsPartsWhoseTurnWasCutOffByATimeJump) {
   Feed feed(settings(std::nullopt));
-  feed.laser();
-  feed.odometry(100.0);
-  feed.odometry_at(102.0, 100.4);
+  feed.robot_until(102.0, 100.4);
   for (const sensor_msgs::LaserScan& part : parts_from(100.5, 7)) {
     feed.queue.add_scan(part, part.header.stamp);
   }

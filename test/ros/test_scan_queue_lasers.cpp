@@ -21,9 +21,7 @@ ScanQueueSettings two_lasers(std::optional<int> join_parts = 1) {
 
 TEST(ScanQueue, MergesScansOfSeveralLasersByTheirStamps) {
   Feed feed(two_lasers());
-  feed.laser();
-  feed.odometry(100.0);
-  feed.odometry_at(110.0, 100.5);
+  feed.robot_until(110.0, 100.5);
   feed.scan_of(0, 101.0, 101.0);
   EXPECT_EQ(feed.ready(), Stamps{}) << "the other laser may have an earlier one";
   feed.scan_of(1, 100.9, 101.1);  // slower to arrive
@@ -83,9 +81,7 @@ TEST(ScanQueue, ATimeJumpIsOneWithASlowLaserToo) {
 
 TEST(ScanQueue, LasersMayHaveTheSameStamps) {
   Feed feed(two_lasers(std::nullopt));
-  feed.laser();
-  feed.odometry(100.0);
-  feed.odometry_at(110.0, 100.5);
+  feed.robot_until(110.0, 100.5);
   for (const double stamp : {101.0, 101.1}) {
     feed.scan_of(1, stamp, stamp);
     feed.scan_of(0, stamp, stamp);
@@ -97,9 +93,7 @@ TEST(ScanQueue, LasersMayHaveTheSameStamps) {
 
 TEST(ScanQueue, ALaserThatFallsSilentHoldsTheOthersUpForAMoment) {
   Feed feed(two_lasers());
-  feed.laser();
-  feed.odometry(100.0);
-  feed.odometry_at(110.0, 100.5);
+  feed.robot_until(110.0, 100.5);
   feed.scan_of(0, 101.0, 101.0);
   feed.scan_of(1, 101.0, 101.0);
   feed.scan_of(0, 101.1, 101.1);
