@@ -299,6 +299,7 @@ void ScanQueue::collect_ready(bool wait_for_more) {
                !missing) {
       if (wait_for_more && may_be_part(turn, oldest->second)) {
         place(turn, beams, oldest->second);
+        oldest->second.may_be_part = true;
         return;
       }
       const double sent_increment = oldest->second.sent_increment;
@@ -521,7 +522,8 @@ ReadyScan ScanQueue::make_ready(const Turn& turn, const BeamStamps& beams,
   PlacedLaser& placed = *scan.placed;
   ReadyScan ready;
   ready.stamp = turn.stamp;
-  ready.arrival = scan.arrival;
+  // It was kept back, and is not too late for that.
+  ready.arrival = scan.may_be_part ? *now_ : scan.arrival;
   ready.frame = std::move(scan.frame);
   ready.is_odometry_in_tf = placed.is_odometry_in_tf;
   ready.input = {std::move(scan.scan), placed.base_from_laser, placed.odometry, turn.laser,

@@ -106,6 +106,9 @@ struct ScanQueueSettings : RobotFrames {
 /// looked up at that moment. What comes out depends on the messages and not on how scans and
 /// transforms interleave, so a replayed bag gives what reading it gives. No scan is lost uncounted.
 ///
+/// The first scan of a laser waits for the next one, but not for long, since that tells whether they
+/// are parts of a turn.
+///
 /// Scans of several lasers come out merged by their stamps: a scan waits until every other laser
 /// that is alive has sent one as late, but not for long.
 ///
@@ -162,7 +165,8 @@ class ScanQueue {
   void leave_out(const ReadyScan& scan, SkipReason reason = SkipReason::kPaused,
                  const std::string& why = "the mapping is paused");
 
-  /// No more messages come: scans that are not ready are skipped, ready ones stay for `next`.
+  /// No more messages come: scans whose transforms did not come are skipped, the others stay for
+  /// `next`.
   void finish();
 
   /// The user has ended the run: all that waits is skipped, and nothing is left for `next`.
@@ -189,6 +193,7 @@ class ScanQueue {
     double sent_scan_time = 0.0;             ///< [s]
     bool has_times = false;                  ///< as of ScanMessage
     std::optional<PlacedLaser> placed = {};  ///< when it is known
+    bool may_be_part = false;                ///< has waited for the next scan to tell
   };
   /// The order in which scans come out: by stamp; of one stamp, the first laser's last, so that it
   /// is matched with the others'.

@@ -294,6 +294,17 @@ TEST(ScanQueue, CountsPartsOfATurnAsOneScan) {
   feed.expect_all_accounted_for();
 }
 
+TEST(ScanQueue, AScanThatWaitedForTheNextIsNotTooLateForThat) {
+  ScanQueueSettings hurried = settings(std::nullopt);
+  hurried.max_lag = 0.02;
+  Feed feed(hurried);
+  feed.robot_until(102.0, 100.4);
+  feed.scan(100.5);
+  feed.scan(100.55);
+  EXPECT_EQ(feed.ready(), (Stamps{100.5, 100.55}));
+  feed.expect_all_accounted_for();
+}
+
 TEST(ScanQueue, TheFirstScanWaitsForTheNextToTellWhetherItIsAPart) {
   Feed feed(settings(std::nullopt));
   feed.robot_until(102.0, 100.4);
