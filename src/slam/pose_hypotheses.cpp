@@ -24,13 +24,13 @@ constexpr std::size_t kMostOthers = 4;
 
 double limited(double log_odds) { return std::clamp(log_odds, -kMostOfScan, kMostOfScan); }
 
-/// What a scan says for a pose and against the leading one, by the evidence of each. Walls that
-/// beams would have gone through are another witness than walls that they end on: a wrong pose
-/// often explains a scan, as rooms are alike, and a right one is hardly ever contradicted. Each is
-/// limited.
+/// What a scan says for a pose and against the leading one, by the evidence of each. How much
+/// better it is explained and how much less it is contradicted are limited by themselves: a wrong
+/// pose often explains a scan, as rooms are alike, and a right one is hardly ever contradicted.
 double relative_log_odds(double there, double leading) {
-  return limited(std::max(there, 0.0) - std::max(leading, 0.0)) + limited(std::min(there, 0.0)) -
-         limited(std::min(leading, 0.0));
+  const double explained = std::max(there, 0.0) - std::max(leading, 0.0);
+  const double contradicted = std::min(leading, 0.0) - std::min(there, 0.0);
+  return limited(explained) - limited(contradicted);
 }
 
 /// How much of an independent scan it is: from one place scans repeat their errors.
