@@ -50,9 +50,9 @@ double noise_of_normals(const Correspondences& pairs, const RefinementOptions& o
   return share * share;
 }
 
-/// Directions of translation that the scan hardly constrains once the heading is marginalised out,
-/// but for those that some surfaces clearly face: a few beams on the end of a corridor tell more
-/// than what noise makes of all that are on its sides.
+/// Directions of translation of which map and scan hardly confirm anything to each other, the
+/// heading turned along, but for those that some surfaces clearly face: a few beams on the end of a
+/// corridor tell more than what noise makes of all that are on its sides.
 /// @param information  of the pairs under the last kernel.
 std::vector<Eigen::Vector2d> weak_directions(const Correspondences& pairs,
                                              const Eigen::Matrix3d& information,

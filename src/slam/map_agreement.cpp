@@ -19,7 +19,7 @@ constexpr double kMostAgainst = 0.05;
 
 Agreement agreement_of(const PlacedScans& keys, const PlacedScans& others,
                        const EngineOptions& options) {
-  constexpr double kNear = 2.0;  // [m], as what is matched with lies: a guess
+  constexpr double kNear = 2.0;  // [m], a guess
   const SlamMap map = rendered(others, options.map, options.field);
   Agreement agreement;
   for (const PlacedScan& key : keys) {

@@ -181,7 +181,7 @@ TEST(SlamEvents, MapBagLeavesOutTheScansThatTheNodeHadNoTimeFor) {
   const TemporaryFolder folder;
   const std::string bag = folder / "run.bag";
   SimulationOptions options;
-  options.time.duration = 20.0;
+  options.time.duration = 40.0;
   simulate(bag, "rooms", 4, options);
   set_parameters("/hurried", folder);
   ros::param::set("/hurried/events_file", folder / "events.yaml");

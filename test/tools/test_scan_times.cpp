@@ -72,7 +72,7 @@ TEST_F(ScanTimes, OfATurnInPartsAreThoseOfAWholeTurn) {
   simulate("--sensor in_parts");
   const double joined = error();
   EXPECT_TRUE(contains(told_, "each turn of the laser comes in parts, here of 36 beams")) << told_;
-  EXPECT_LT(joined, 1.05 * whole);  // 1.000 in eleven worlds and seeds
+  EXPECT_LT(joined, 1.05 * whole);  // 1.000 in twelve worlds and seeds
   const auto report = nlohmann::json::parse(read_file(out_ + "/report.json"));
   EXPECT_EQ(report["scans"]["received"], 301);
   EXPECT_EQ(report["scans"]["skipped_total"], 0);

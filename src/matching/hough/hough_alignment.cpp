@@ -284,7 +284,7 @@ class ShiftCombinations {
   /// Weighted least squares for the translation. Where the columns hold it in one direction only,
   /// the other one is the guess's.
   void solve() {
-    constexpr double kWeakest = 0.01;  // eigenvalue over the largest one, as weakest_direction
+    constexpr double kWeakest = 0.01;  // eigenvalue over the largest one
     HoughAlignment alignment;
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     for (const Chosen& one : chosen_) {
