@@ -39,9 +39,9 @@ class EdgeCost : public ceres::SizedCostFunction<3, 3, 3> {
   double drift_share_;
 };
 
-ceres::Solver::Options solver_options(int max_iterations, double tolerance) {
+ceres::Solver::Options solver_options(double tolerance) {
   ceres::Solver::Options options;
-  options.max_num_iterations = max_iterations;
+  options.max_num_iterations = 50;
   options.max_solver_time_in_seconds = 1e9;  // never by the clock: the same bits each time
   options.num_threads = 1;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -56,8 +56,7 @@ ceres::Solver::Options solver_options(int max_iterations, double tolerance) {
 
 }  // namespace
 
-BestPoses move_to_best_poses(PoseGraph& graph, double drift_share, int max_iterations,
-                             double tolerance) {
+bool move_to_best_poses(PoseGraph& graph, double drift_share, double tolerance) {
   std::vector<Parameters> poses;
   poses.reserve(graph.poses.size());
   for (const Pose2& pose : graph.poses) {
@@ -74,16 +73,15 @@ BestPoses move_to_best_poses(PoseGraph& graph, double drift_share, int max_itera
     }
   }
   if (problem.NumResiduals() == 0) {
-    return {0, true};
+    return true;
   }
   problem.SetParameterBlockConstant(poses.front().data());
   ceres::Solver::Summary summary;
-  ceres::Solve(solver_options(max_iterations, tolerance), &problem, &summary);
+  ceres::Solve(solver_options(tolerance), &problem, &summary);
   for (std::size_t node = 1; node < poses.size(); ++node) {
     graph.poses[node] = {poses[node][0], poses[node][1], wrap_angle(poses[node][2])};
   }
-  return {static_cast<int>(summary.iterations.size()) - 1,
-          summary.termination_type == ceres::CONVERGENCE};
+  return summary.termination_type == ceres::CONVERGENCE;
 }
 
 }  // namespace matchbox_slam

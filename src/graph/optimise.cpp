@@ -31,9 +31,7 @@ constexpr double kFineTolerance = 1e-9;
 
 class Optimiser {
  public:
-  Optimiser(PoseGraph graph, const GraphOptions& options) : options_(options) {
-    result_.graph = std::move(graph);
-  }
+  explicit Optimiser(PoseGraph graph) { result_.graph = std::move(graph); }
 
   OptimisedGraph run() {
     PoseGraph& graph = result_.graph;
@@ -55,10 +53,7 @@ class Optimiser {
 
  private:
   void move(PoseGraph& graph, double tolerance, double drift_share = 1.0) {
-    const BestPoses best =
-        move_to_best_poses(graph, drift_share, options_.max_iterations, tolerance);
-    result_.iterations += best.iterations;
-    result_.converged = best.converged;
+    result_.converged = move_to_best_poses(graph, drift_share, tolerance);
   }
 
   /// What is believed is decided with all the drift that is assumed, so that one that comes late is
@@ -75,7 +70,7 @@ class Optimiser {
   void settle(PoseGraph& graph) {
     believe_compatible(graph);
     move(graph, kFineTolerance);
-    while (const auto worst = worst_loop(graph, options_.most_chi_square)) {
+    while (const auto worst = worst_loop(graph, kMostChiSquare)) {
       graph.edges[*worst].belief = Belief::kDisbelieved;
       move(graph, kFineTolerance);
     }
@@ -85,7 +80,7 @@ class Optimiser {
   void believe_compatible(PoseGraph& graph) {
     while (true) {
       const LoopErrors errors = expect_errors(graph, loops_of(graph, false));
-      const auto compatible = compatible_loops(errors, options_.most_chi_square);
+      const auto compatible = compatible_loops(errors, kMostChiSquare);
       for (const std::size_t i : compatible) {
         graph.edges[errors.loops[i]].belief = Belief::kBelieved;
       }
@@ -106,11 +101,11 @@ class Optimiser {
       const auto at = 3 * static_cast<Eigen::Index>(i);
       const Eigen::Vector3d error = errors.error.segment<3>(at);
       if (is_used(graph.edges[errors.loops[i]]) ||
-          chi_square(error, errors.covariance.block<3, 3>(at, at)) > options_.most_chi_square) {
+          chi_square(error, errors.covariance.block<3, 3>(at, at)) > kMostChiSquare) {
         continue;
       }
       ++tried;
-      std::vector<std::size_t> set = compatible_loops(errors, options_.most_chi_square, i);
+      std::vector<std::size_t> set = compatible_loops(errors, kMostChiSquare, i);
       if (set.size() > best.size()) {
         best = std::move(set);
       }
@@ -134,15 +129,14 @@ class Optimiser {
     }
   }
 
-  GraphOptions options_;
   OptimisedGraph result_;
 };
 
 }  // namespace
 
-OptimisedGraph optimise(PoseGraph graph, const GraphOptions& options) {
+OptimisedGraph optimise(PoseGraph graph) {
   require_sound(graph);
-  return Optimiser(std::move(graph), options).run();
+  return Optimiser(std::move(graph)).run();
 }
 
 }  // namespace matchbox_slam

@@ -27,7 +27,7 @@ std_msgs::ColorRGBA color_of(const PoseGraph& graph, const PoseEdge& edge) {
     return color(0.6, 0.2, 0.8);
   }
   const double residual = chi_square(edge_error(graph, edge).error, edge.covariance);
-  const double share = std::min(1.0, residual / GraphOptions{}.most_chi_square);
+  const double share = std::min(1.0, residual / kMostChiSquare);
   return color(std::min(1.0, 2.0 * share), std::min(1.0, 2.0 - 2.0 * share), 0.0);
 }
 
