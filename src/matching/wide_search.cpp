@@ -1,6 +1,6 @@
 #include "matching/wide_search.hpp"
 
-#include <algorithm>
+#include <utility>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
@@ -30,14 +30,15 @@ MatchResult search_exactly(const MatchProblem& problem) {
   return OlsonMatcher(search_options()).match(problem);
 }
 
-std::vector<MatchResult> search_widely(const MatchProblem& problem,
-                                       const WideSearchOptions& options) {
+std::vector<MatchResult> search_widely(const MatchProblem& problem) {
+  // Standard deviations that are added to the prior's.
+  constexpr double kXy = 0.5;           // [m]
   constexpr double kNarrowTheta = 0.2;  // [rad], its window twice that, below a quarter of a turn
+  constexpr double kTheta = 1.0;        // [rad]
   std::vector<MatchResult> found;
-  for (const double sigma_theta :
-       {std::min(kNarrowTheta, options.sigma_theta), options.sigma_theta}) {
+  for (const double sigma_theta : {kNarrowTheta, kTheta}) {
     MatchProblem wide = problem;
-    wide.prior_covariance += covariance_of(options.sigma_xy, sigma_theta);
+    wide.prior_covariance += covariance_of(kXy, sigma_theta);
     MatchResult match = search_exactly(wide);
     if (match.accepted()) {
       found.push_back(std::move(match));

@@ -6,12 +6,6 @@
 
 namespace matchbox_slam {
 
-/// How far from a prediction a scan is searched that fits badly where it was expected.
-struct WideSearchOptions {
-  double sigma_xy = 0.5;
-  double sigma_theta = 1.0;
-};
-
 /// By exact search in the window of the prior (Olson 2009), whatever the matcher of the run. It
 /// ends after so many look-ups as take some 10 ms.
 [[nodiscard]] MatchResult search_exactly(const MatchProblem& problem);
@@ -19,7 +13,6 @@ struct WideSearchOptions {
 /// Where else the scan fits than where the prior has it: the best poses of a window that is wide in
 /// position and in heading, and of one that is wide in position alone, since corridors that cross
 /// are alike after a quarter of a turn. Up to two, which differ.
-[[nodiscard]] std::vector<MatchResult> search_widely(const MatchProblem& problem,
-                                                     const WideSearchOptions& options);
+[[nodiscard]] std::vector<MatchResult> search_widely(const MatchProblem& problem);
 
 }  // namespace matchbox_slam

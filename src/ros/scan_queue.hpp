@@ -106,8 +106,8 @@ struct ScanQueueSettings : RobotFrames {
 /// looked up at that moment. What comes out depends on the messages and not on how scans and
 /// transforms interleave, so a replayed bag gives what reading it gives. No scan is lost uncounted.
 ///
-/// The first scan of a laser waits for the next one, but not for long, since that tells whether they
-/// are parts of a turn.
+/// The first scan of a laser waits for the next one, but not for long, since that tells whether
+/// they are parts of a turn.
 ///
 /// Scans of several lasers come out merged by their stamps: a scan waits until every other laser
 /// that is alive has sent one as late, but not for long.

@@ -49,6 +49,14 @@ constexpr std::array<std::pair<const char*, const char*>, 2> kRenamed = {
     {{"loops/apart", "loops/max_relative_sigma"},
      {"motion/least_share", "motion/min_noise_scale"}}};
 
+/// Options that were the same for everybody, and what they are.
+constexpr std::array<std::pair<const char*, const char*>, 5> kSettled = {
+    {{"hypotheses/carried", "9.2"},
+     {"hypotheses/search_theta", "1 rad"},
+     {"hypotheses/search_xy", "0.5 m"},
+     {"hypotheses/unexpected", "7"},
+     {"loops/search_way", "1 m"}}};
+
 /// Options of version 1 whose place others have taken.
 void reject_former(const std::string& key, const std::string& section) {
   if (key == "loops/most_contradiction" || key == "loops/least_mutual_fit") {
@@ -69,6 +77,12 @@ void reject_former(const std::string& key, const std::string& section) {
     throw ConfigurationError(fmt::format(
         "{}: there is no such option since version 2; {} took its place: see doc/parameters.md",
         key, key == "recovery/key_scans" ? "recovery/places" : "recovery/sure"));
+  }
+  for (const auto& [former, value] : kSettled) {
+    if (key == former) {
+      throw ConfigurationError(
+          fmt::format("{}: this is no option, it is {} for everybody; leave it out", key, value));
+    }
   }
   for (const auto& [former, now] : kRenamed) {
     if (key == former) {

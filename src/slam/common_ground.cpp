@@ -8,6 +8,7 @@
 
 #include "matchbox_slam/geometry/transform2.hpp"
 #include "matchbox_slam/matching/pose_prior.hpp"
+#include "slam/pose_hypotheses.hpp"
 #include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {
@@ -139,8 +140,6 @@ bool is_same(const Pose2& a, const Pose2& b) {
 /// Log density of the prior at a pose, against that of its mean. What earlier matches taught holds
 /// but for the unexpected, for which the wide prior of the search holds.
 double prior_log_odds(const MatchProblem& problem, const Pose2& pose) {
-  // As rare as hypotheses/unexpected is by default. From 2 to 10 no recording changes.
-  constexpr double kUnexpected = 7.0;
   const Eigen::Vector3d off = difference(pose, problem.predicted_map_from_base);
   const auto square = [&off](const Eigen::Matrix3d& covariance) {
     return off.dot(prior_information(covariance) * off);

@@ -301,7 +301,7 @@ std::vector<WeightedPose> SlamEngine::Parts::likely_poses() const {
             {place.part_from_apart * here, std::exp(std::min(place.log_odds, kSurest))});
       }
     }
-    sum = std::exp(options_.hypotheses.carried);
+    sum = std::exp(kCarried);
   } else {
     const PoseHypotheses::State& state = hypotheses_.state();
     poses.push_back({here, 1.0});

@@ -45,7 +45,7 @@ Eigen::Matrix3d covariance_where_found() {
 std::vector<FoundLoop> match_with_earlier(const PlacedScans& keys, std::size_t before,
                                           const PathUncertainty& ways, bool may_be_apart,
                                           const LoopOptions& options) {
-  // Guesses (benchmark/reports/current/UNSEEN.md).
+  // Guesses, with what they gain (benchmark/reports/current/WEAK_DIRECTIONS.md).
   constexpr double kNear = 3.0;       // [m]
   constexpr std::size_t kApart = 15;  // key scans, of two times that the robot came past
   constexpr std::size_t kMost = 4;    // so that a match that is wrong by a degree is outvoted
@@ -207,7 +207,7 @@ void LoopCloser::begin(const KeyScans& keys, LocalMapRequest near, const LoopOpt
     return;
   }
   const bool is_search_due =
-      way_ >= options.search_way && !loop_candidates(keys.all(), ways(), options).empty();
+      way_ >= kBetweenLoopSearches && !loop_candidates(keys.all(), ways(), options).empty();
   if (!is_search_due && !near.scans) {
     return;
   }

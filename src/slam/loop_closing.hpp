@@ -28,6 +28,9 @@ struct LocalMapRequest {
 /// matched lies better than that, and the map and the robot in it stay together.
 constexpr double kLeastMoved = 0.1;
 
+/// [m] of way between two searches for a loop.
+constexpr double kBetweenLoopSearches = 1.0;
+
 /// [m] that count between two poses, for drift and for when to search: with the turn.
 [[nodiscard]] double way_between(const Pose2& before, const Pose2& after);
 

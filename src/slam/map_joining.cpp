@@ -140,7 +140,7 @@ void Joining::join_at(std::size_t key) {
     add_edge({one.key, key, one.key_from_newest, one.covariance}, graph());
   }
   joint_.matched += near.empty() ? 0 : 1;
-  if (way_ >= options_.loops.search_way) {
+  if (way_ >= kBetweenLoopSearches) {
     way_ = 0.0;
     search_loop();
   }

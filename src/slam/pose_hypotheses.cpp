@@ -89,9 +89,9 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
       state_.fork = Fork{step.key_scans.size()};
     }
     state_.fork->searched = 0.0;
-    search(step, outcome, share, options);
+    search(step, outcome, share);
   }
-  weigh_elsewhere(step, share * odds_of_elsewhere(outcome.evidence), options, outcome);
+  weigh_elsewhere(step, share * odds_of_elsewhere(outcome.evidence), outcome);
   drop_refuted(outcome.match.map_from_base, options);
   decide(step, options, outcome);
   return outcome;
@@ -109,11 +109,10 @@ double PoseHypotheses::note_change(const Step& step) {
 
 /// A jump makes it possible that the robot was carried, and not more: where it is now the scan
 /// tells.
-void PoseHypotheses::weigh_elsewhere(const Step& step, double odds,
-                                     const HypothesisOptions& options, Outcome& outcome) {
+void PoseHypotheses::weigh_elsewhere(const Step& step, double odds, const Outcome& outcome) {
   double& elsewhere = state_.elsewhere;
-  elsewhere = std::max(-options.carried, elsewhere);
-  elsewhere = std::max(-options.carried, elsewhere + odds);
+  elsewhere = std::max(-kCarried, elsewhere);
+  elsewhere = std::max(-kCarried, elsewhere + odds);
   if (outcome.is_jump) {
     const double raised =
         elsewhere + 0.5 * squared_distance(outcome.match.map_from_base, step.predicted);
@@ -150,8 +149,7 @@ bool PoseHypotheses::is_search_due(const Outcome& outcome, bool is_odometry_impr
                                     (!state_.fork || state_.fork->searched >= kBetweenSearches));
 }
 
-void PoseHypotheses::search(const Step& step, const Outcome& outcome, double share,
-                            const HypothesisOptions& options) {
+void PoseHypotheses::search(const Step& step, const Outcome& outcome, double share) {
   const double leading = outcome.evidence.log_odds;
   const auto consider = [&](const MatchResult& match, double log_odds) {
     if (!match.accepted() || is_same(match.map_from_base, outcome.match.map_from_base)) {
@@ -165,12 +163,11 @@ void PoseHypotheses::search(const Step& step, const Outcome& outcome, double sha
   if (step.by_velocity != nullptr) {
     consider(search_exactly(problem_at(step, step.by_velocity->fixed_from_base,
                                        step.by_velocity->search_covariance)),
-             0.5 * kMostOfMotion - options.unexpected);
+             0.5 * kMostOfMotion - kUnexpected);
   }
   for (const MatchResult& match :
-       search_widely(problem_at(step, step.predicted.fixed_from_base, step.predicted.covariance),
-                     {options.search_xy, options.search_theta})) {
-    consider(match, -options.unexpected);
+       search_widely(problem_at(step, step.predicted.fixed_from_base, step.predicted.covariance))) {
+    consider(match, -kUnexpected);
   }
   std::vector<Hypothesis>& others = state_.others;
   std::stable_sort(others.begin(), others.end(),
@@ -192,7 +189,7 @@ void PoseHypotheses::add(const MatchResult& match, double log_odds) {
 
 void PoseHypotheses::drop_refuted(const Pose2& leading, const HypothesisOptions& options) {
   const auto is_refuted = [&](const Hypothesis& other) {
-    return other.log_odds < -options.unexpected - options.decisive ||
+    return other.log_odds < -kUnexpected - options.decisive ||
            is_same(other.map_from_base, leading);
   };
   std::vector<Hypothesis>& others = state_.others;
@@ -205,10 +202,10 @@ void PoseHypotheses::decide(const Step& step, const HypothesisOptions& options, 
                        [](const auto& a, const auto& b) { return a.log_odds < b.log_odds; });
   const double better = best == state_.others.end() ? 0.0 : std::max(0.0, best->log_odds);
   if (better > options.decisive) {
-    lead(best, step, options, outcome);
+    lead(best, step, outcome);
   } else if (state_.elsewhere - better >= options.decisive) {
     outcome.verdict = Verdict::kUnknown;
-  } else if (state_.fork && ((state_.others.empty() && state_.elsewhere <= -options.carried) ||
+  } else if (state_.fork && ((state_.others.empty() && state_.elsewhere <= -kCarried) ||
                              state_.fork->undecided > kUndecided)) {
     believe();
   }
@@ -216,7 +213,7 @@ void PoseHypotheses::decide(const Step& step, const HypothesisOptions& options, 
 
 /// The one that led before goes on as another one.
 void PoseHypotheses::lead(std::vector<Hypothesis>::iterator overtaking, const Step& step,
-                          const HypothesisOptions& options, Outcome& outcome) {
+                          Outcome& outcome) {
   const Hypothesis leading = std::move(*overtaking);
   state_.others.erase(overtaking);
   for (Hypothesis& other : state_.others) {
@@ -227,7 +224,7 @@ void PoseHypotheses::lead(std::vector<Hypothesis>::iterator overtaking, const St
     before.key_scans.emplace_back(step.key_scans[state_.fork->key_scans + i].map_from_base);
   }
   state_.others.push_back(std::move(before));
-  state_.elsewhere = std::max(-options.carried, state_.elsewhere - leading.log_odds);
+  state_.elsewhere = std::max(-kCarried, state_.elsewhere - leading.log_odds);
   constexpr double kXy = 0.05;     // [m], how well it is known before it is refined
   constexpr double kTheta = 0.03;  // [rad]
   outcome.verdict = Verdict::kOvertaken;

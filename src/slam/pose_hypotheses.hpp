@@ -15,6 +15,12 @@
 
 namespace matchbox_slam {
 
+/// Log odds, before any scan, against a pose that the motion does not lead to. From 2 to 10 no
+/// recording changes by what common ground makes of it.
+constexpr double kUnexpected = 7.0;
+/// The same against the robot being somewhere unknown, as when it was carried there.
+constexpr double kCarried = 9.2;
+
 /// Where the robot may be other than where it is thought to be: on by another motion than odometry
 /// tells, at other maxima of the search, or somewhere unknown. The hypotheses compete by what the
 /// scans say for each, added up from scan to scan (a sequential test; Wald 1945). The one that
@@ -88,18 +94,15 @@ class PoseHypotheses {
 
  private:
   double note_change(const Step& step);
-  void weigh_elsewhere(const Step& step, double odds, const HypothesisOptions& options,
-                       Outcome& outcome);
+  void weigh_elsewhere(const Step& step, double odds, const Outcome& outcome);
   void move_others(const Step& step, double leading, double share);
   void note_motion(const Step& step, double leading);
   [[nodiscard]] bool is_search_due(const Outcome& outcome, bool is_odometry_improbable) const;
-  void search(const Step& step, const Outcome& outcome, double share,
-              const HypothesisOptions& options);
+  void search(const Step& step, const Outcome& outcome, double share);
   void add(const MatchResult& match, double log_odds);
   void drop_refuted(const Pose2& leading, const HypothesisOptions& options);
   void decide(const Step& step, const HypothesisOptions& options, Outcome& outcome);
-  void lead(std::vector<Hypothesis>::iterator overtaking, const Step& step,
-            const HypothesisOptions& options, Outcome& outcome);
+  void lead(std::vector<Hypothesis>::iterator overtaking, const Step& step, Outcome& outcome);
 
   State state_;
 };

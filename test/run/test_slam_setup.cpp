@@ -197,6 +197,12 @@ TEST(SlamSetup, SaysHowARenamedOptionIsCalledNow) {
   EXPECT_TRUE(contains(refusal_of("loops: {apart: 1}"), "called loops/max_relative_sigma"));
 }
 
+TEST(SlamSetup, SaysWhatAnOptionIsThatIsNoneAnyMore) {
+  EXPECT_EQ(refusal_of("hypotheses: {search_xy: 1}"),
+            "hypotheses/search_xy: this is no option, it is 0.5 m for everybody; leave it out");
+  EXPECT_TRUE(contains(refusal_of("loops: {search_way: 2}"), "it is 1 m for everybody"));
+}
+
 TEST(SlamSetup, SaysInWhichSectionAnOptionIs) {
   EXPECT_TRUE(contains(refusal_of("insert_distance: 1"),
                        "unknown parameter 'insert_distance'; did you mean 'slam/insert_distance'? "

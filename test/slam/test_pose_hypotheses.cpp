@@ -185,11 +185,10 @@ TEST(PoseHypotheses, TakeTwoScansToLeadWhereNothingContradictsTheOneThatLeads) {
   drive.seconds = 2.0;
   const Pose2 right = drive.truth();
   drive.leading = {500.0, 0.0, 0.0};  // where nothing is known
-  drive.hypotheses = PoseHypotheses({Fork{50, 0, 0.0, 0.0}, {{right, -drive.options.unexpected}}});
+  drive.hypotheses = PoseHypotheses({Fork{50, 0, 0.0, 0.0}, {{right, -kUnexpected}}});
   Outcome outcome = drive.go_on();
   EXPECT_EQ(outcome.verdict, Verdict::kLeads) << "rooms are alike";
-  EXPECT_NEAR(drive.hypotheses.state().others.front().log_odds, 6.0 - drive.options.unexpected,
-              1e-9);
+  EXPECT_NEAR(drive.hypotheses.state().others.front().log_odds, 6.0 - kUnexpected, 1e-9);
   outcome = drive.go_on();
   ASSERT_EQ(outcome.verdict, Verdict::kOvertaken);
   expect_at(outcome.match.map_from_base, drive.truth());
@@ -197,7 +196,7 @@ TEST(PoseHypotheses, TakeTwoScansToLeadWhereNothingContradictsTheOneThatLeads) {
 
 TEST(PoseHypotheses, AreInDoubtUntilTheOddsDecide) {
   Drive drive;
-  drive.options.unexpected = 10.0;  // so that one scan does not decide
+  drive.options.decisive = 6.0;  // so that one scan does not decide
   drive.leading = off_by_much(drive.leading);
   Outcome outcome = drive.go_on();
   EXPECT_TRUE(drive.hypotheses.is_forked());
@@ -258,7 +257,7 @@ TEST(PoseHypotheses, FollowTheLastMotionWhereOdometryIsImprobable) {
 
 TEST(PoseHypotheses, HaveOneScanOfARestingRobotSayLessThanOneOfAMovingOne) {
   HypothesisOptions options;
-  options.unexpected = 20.0;  // so that none decides
+  options.decisive = 20.0;  // so that none decides
   const auto log_odds_after = [&options](double seconds) {
     Drive drive;
     drive.options = options;
@@ -270,10 +269,10 @@ TEST(PoseHypotheses, HaveOneScanOfARestingRobotSayLessThanOneOfAMovingOne) {
     EXPECT_FALSE(others.empty()) << seconds;
     return others.empty() ? 0.0 : others.front().log_odds;
   };
-  const double most = log_odds_after(2.0) + options.unexpected;
+  const double most = log_odds_after(2.0) + kUnexpected;
   EXPECT_NEAR(most, 12.0, 1e-9) << "of any scan: 6 for one, 6 against the other";
-  EXPECT_NEAR(log_odds_after(0.2) + options.unexpected, 0.1 * most, 1e-6);
-  EXPECT_NEAR(log_odds_after(100.0) + options.unexpected, most, 1e-9);
+  EXPECT_NEAR(log_odds_after(0.2) + kUnexpected, 0.1 * most, 1e-6);
+  EXPECT_NEAR(log_odds_after(100.0) + kUnexpected, most, 1e-9);
 }
 
 TEST(PoseHypotheses, LeadNowhereWhereScansFitNowhere) {
@@ -415,12 +414,11 @@ TEST(PoseHypotheses, DisabledTheyLeaveAllAlone) {
 
 TEST(PoseHypotheses, AreTheLikeliestFew) {
   Drive drive;
-  drive.options.unexpected = 30.0;
   drive.options.decisive = 50.0;
   drive.leading = off_by_much(drive.leading);
   State state{Fork{50, 0, 0.0, 1.0}, {}, -9.2};
   for (int i = 0; i < 6; ++i) {  // where nothing is known
-    state.others.push_back({{500.0 + 10.0 * i, 0.0, 0.0}, -0.5 * (5 - i)});
+    state.others.push_back({{500.0 + 10.0 * i, 0.0, 0.0}, 10.0 - 0.5 * (5 - i)});
   }
   drive.hypotheses = PoseHypotheses(state);
   drive.go_on();
@@ -451,7 +449,7 @@ TEST(PoseHypotheses, AreSearchedAgainAfterSomeWayOrWhereOdometryIsImprobable) {
 
 TEST(PoseHypotheses, GoOnFromTheirStateAsIfNothingHadBeen) {
   Drive drive;
-  drive.options.unexpected = 10.0;  // so that one scan does not decide
+  drive.options.decisive = 6.0;  // so that one scan does not decide
   drive.leading = off_by_much(drive.leading);
   drive.go_on();
   Drive restored = drive;
@@ -548,7 +546,7 @@ TEST(PoseHypotheses, ForgetTheKeyScansSinceTheForkAndNothingElse) {
 
 TEST(PoseHypotheses, ShareTheKeyScansFromBeforeTheyCameUp) {
   Drive drive;
-  drive.options.unexpected = 10.0;  // so that one scan does not decide
+  drive.options.decisive = 6.0;  // so that one scan does not decide
   drive.leading = off_by_much(drive.leading);
   const std::size_t mapped = drive.keys.size();
   drive.hypotheses = PoseHypotheses({Fork{mapped, 0, 0.0, 1.0}, {}, -9.2});

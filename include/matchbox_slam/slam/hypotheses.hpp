@@ -14,10 +14,6 @@ namespace matchbox_slam {
 struct HypothesisOptions {
   bool enabled = true;
   double decisive = 4.6;
-  double unexpected = 7.0;
-  double carried = 9.2;
-  double search_xy = 0.5;
-  double search_theta = 1.0;
 
   template <typename Self, typename Visitor>
   static void visit(Self& self, Visitor&& option) {
@@ -26,16 +22,6 @@ struct HypothesisOptions {
            "believed.");
     option(self.decisive, "decisive", between(0.5, 50.0), "",
            "Log odds from which on one hypothesis takes the place of another; 4.6 is 99 to 1.");
-    option(self.unexpected, "unexpected", between(0.0, 50.0), "",
-           "Log odds, before any scan, against a pose that the motion does not lead to.");
-    option(self.carried, "carried", between(0.0, 100.0), "",
-           "Log odds, before any scan, against the robot being somewhere unknown, as when it was "
-           "carried there.");
-    option(self.search_xy, "search_xy", between(0.01, 2.0), "m",
-           "Where a scan fits badly other poses are searched: standard deviation of the position "
-           "that this adds to the prior's.");
-    option(self.search_theta, "search_theta", between(0.01, 3.2), "rad",
-           "Likewise of the heading.");
   }
 };
 
@@ -64,7 +50,7 @@ using ScanProfile = std::array<float, 72>;
 struct HypothesesState {
   std::optional<HypothesesFork> fork;
   std::vector<PoseHypothesis> others;  ///< than the leading one
-  /// Log odds of somewhere unknown; as low as the options say where nothing speaks for it.
+  /// Log odds of somewhere unknown; hardly less than -kCarried.
   double elsewhere = -std::numeric_limits<double>::infinity();
   ScanProfile profile = {};  ///< of the newest scan
 };

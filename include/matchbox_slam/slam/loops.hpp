@@ -15,7 +15,6 @@ struct LoopOptions {
   double drift_xy = 0.02;
   double drift_theta = 0.01;
   double max_relative_sigma = 0.25;
-  double search_way = 1.0;
   double max_window = 10.0;
   double least_score = 0.55;
   double most_rival = 0.9;
@@ -33,8 +32,6 @@ struct LoopOptions {
     option(self.max_relative_sigma, "max_relative_sigma", between(0.01, 10.0), "m",
            "Key scans whose places are known less well than this from where the robot is, by "
            "standard deviation, are not matched against; they are searched for loops.");
-    option(self.search_way, "search_way", between(0.0, 100.0), "m",
-           "Way between two searches for a loop.");
     option(self.max_window, "max_window", between(0.5, 30.0), "m",
            "Half width of the search for a loop, at most.");
     option(self.least_score, "least_score", between(0.0, 1.0), "",
