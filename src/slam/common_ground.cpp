@@ -8,6 +8,7 @@
 
 #include "matchbox_slam/geometry/transform2.hpp"
 #include "matchbox_slam/matching/pose_prior.hpp"
+#include "slam/pose_gate.hpp"
 #include "slam/pose_hypotheses.hpp"
 #include "slam/scan_evidence.hpp"
 
@@ -130,13 +131,6 @@ MatchResult let_go(const MatchResult& match, const MatchProblem& problem) {
   return free;
 }
 
-bool is_same(const Pose2& a, const Pose2& b) {
-  constexpr double kDistance = 0.01;  // [m]
-  constexpr double kAngle = 0.005;    // [rad]
-  const Eigen::Vector3d apart = difference(a, b);
-  return apart.head<2>().norm() < kDistance && std::abs(apart.z()) < kAngle;
-}
-
 /// Log density of the prior at a pose, against that of its mean. What earlier matches taught holds
 /// but for the unexpected, for which the wide prior of the search holds.
 double prior_log_odds(const MatchProblem& problem, const Pose2& pose) {
@@ -175,7 +169,7 @@ MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProb
   if (!second.accepted()) {
     second = free;  // the rest tells nothing
   }
-  if (is_same(second.map_from_base, first.map_from_base)) {
+  if (are_near(second.map_from_base, first.map_from_base, 0.01, 0.005)) {
     return first;  // which all points have told
   }
   const double for_first = evidence_of(common_, first.map_from_base, map).log_odds -

@@ -11,6 +11,7 @@
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matching/rendered_map.hpp"
 #include "slam/match_validation.hpp"
+#include "slam/pose_gate.hpp"
 #include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {
@@ -248,9 +249,8 @@ std::optional<FoundLoop> find_near(const PlacedScans& keys, std::size_t candidat
   // A guess. With half aces is 9 % worse and seattle 8 % better; with double, where none is joined,
   // aces is 5 % better and seattle 5 % worse (CONSTANTS.md).
   constexpr double kLeastScore = 0.5;
-  const Eigen::Vector3d moved = difference(pose.map_from_base, guess);
   if (!(pose.score >= kLeastScore) || !pose.unconstrained_directions.empty() ||
-      moved.head<2>().norm() > 0.1 || std::abs(moved.z()) > 0.05) {
+      !are_near(pose.map_from_base, guess, 0.1, 0.05)) {
     return std::nullopt;
   }
   return FoundLoop{

@@ -1,12 +1,11 @@
 #include "slam/map_meeting.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <vector>
 
-#include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "slam/pose_gate.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -15,10 +14,8 @@ constexpr std::size_t kWalked = 1;  // the part that the robot makes; it has lef
 
 /// Whether two meetings are the same one, by where they have a key scan.
 bool is_same(const Pose2& there_from_map, const Pose2& other, const Pose2& map_from_base) {
-  constexpr double kDistance = 1.0;  // [m], more than maps drift where they meet: a guess
-  constexpr double kAngle = 0.3;     // [rad], likewise
-  const Eigen::Vector3d off = difference(there_from_map * map_from_base, other * map_from_base);
-  return off.head<2>().norm() < kDistance && std::abs(off.z()) < kAngle;
+  // More than maps drift where they meet: a guess.
+  return are_near(there_from_map * map_from_base, other * map_from_base, 1.0, 0.3);
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 #include <tuple>
 #include <utility>
 
-#include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "slam/loop_closing.hpp"
+#include "slam/mapping.hpp"
 #include "slam/meeting_search.hpp"
 
 namespace matchbox_slam {
@@ -30,10 +30,8 @@ void finish_loops(const EngineOptions& options, KeyScans& keys, LoopState& state
 /// @param is_continued  whether it was seen next after the one before.
 void join_in_graph(const PlacedScan& key, bool is_continued, const EngineOptions& options,
                    KeyScans& keys, LoopCloser& loops) {
-  constexpr double kXy = 0.05;     // [m], as Mapping::insert_pending has it
-  constexpr double kTheta = 0.02;  // [rad], likewise
   keys.add(key);
-  loops.add(keys, covariance_of(kXy, kTheta), is_continued, options.loops);
+  loops.add(keys, covariance_of_waiting(), is_continued, options.loops);
 }
 
 /// One of the maps that a state holds: 0 the map, n the n-th one apart.

@@ -20,12 +20,6 @@ class MapParts {
   [[nodiscard]] const std::vector<WaitingScan>& waiting() const { return waiting_; }
   [[nodiscard]] std::size_t here_number() const { return here_; }
   [[nodiscard]] bool is_lost() const { return here_ > 0; }
-  /// Whether what is mapped apart is one scan of each laser yet, so that nothing confirms the way
-  /// since.
-  [[nodiscard]] bool is_of_one_scan() const {
-    return is_lost() && !here().key_scans.empty() &&
-           here().key_scans.size() == here().last_inserted.size();
-  }
 
   [[nodiscard]] MapPart& map() { return parts_.front(); }
   [[nodiscard]] const MapPart& map() const { return parts_.front(); }

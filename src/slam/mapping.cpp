@@ -46,6 +46,14 @@ std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_ba
 
 }  // namespace
 
+Eigen::Matrix3d covariance_of_waiting() {
+  // A cell, and a point 2.5 m away by one: guesses; half or double changes errors by up to 0.2 %
+  // (CONSTANTS.md).
+  constexpr double kXy = 0.05;     // [m]
+  constexpr double kTheta = 0.02;  // [rad]
+  return covariance_of(kXy, kTheta);
+}
+
 Mapping::Mapping(const EngineOptions& options) : parts_({empty_part(options, 0.0)}) {}
 
 Mapping::Mapping(MapParts parts, LoopCloser loops, MapRenderer drawing, bool is_continued,
@@ -96,23 +104,13 @@ bool Mapping::add(const PointScan& points, const PlacedScan& placed,
       loops_.add(part.key_scans, covariance, is_continued, options.loops);
     }
   }
-  expect(placed.scan->laser(), placed.map_from_base);
+  part.last_inserted[placed.scan->laser()] = placed.map_from_base;
   return true;
 }
-
-void Mapping::expect(int laser, const Pose2& map_from_base) {
-  parts_.here().last_inserted[laser] = map_from_base;
-}
-
-void Mapping::expect_no_more() { parts_.here().last_inserted.clear(); }
 
 /// What waits is no surer than where the robot is.
 std::size_t Mapping::insert_pending(const EngineOptions& options) {
   constexpr int kAtATime = 2;  // so that no scan waits for all of them
-  // A cell, and a point 2.5 m away by one: guesses; half or double changes errors by up to 0.2 %
-  // (CONSTANTS.md).
-  constexpr double kXy = 0.05;     // [m]
-  constexpr double kTheta = 0.02;  // [rad]
   std::size_t left_out = 0;
   for (int i = 0; i < kAtATime && has_pending(options); ++i) {
     const PlacedScan waiting = parts_.next_waiting()->scan;
@@ -125,7 +123,7 @@ std::size_t Mapping::insert_pending(const EngineOptions& options) {
     }
     const std::map<int, Pose2> last_inserted = parts_.here().last_inserted;
     const bool is_inserted =
-        add(*points, {waiting.scan, *map_from_base}, covariance_of(kXy, kTheta), false, options);
+        add(*points, {waiting.scan, *map_from_base}, covariance_of_waiting(), false, options);
     left_out += is_inserted ? 0 : 1;
     catch_up(options);
     break_off();

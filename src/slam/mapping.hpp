@@ -21,6 +21,9 @@ namespace matchbox_slam {
 
 struct FoundMap;
 
+/// How well it is known where a scan was taken that has waited to be inserted, over (x, y, theta).
+[[nodiscard]] Eigen::Matrix3d covariance_of_waiting();
+
 /// What scans are mapped into: the map and the maps apart, their key scans, and for the map the
 /// graph of its key scans and how much of it is drawn. Takes scans in, and moves what it took when
 /// a loop is closed. Where the robot is, it is told. A value, but for work under way that copies
@@ -69,10 +72,6 @@ class Mapping {
               const EngineOptions& options);
   /// The robot is elsewhere than where the newest key scan and the motion since say.
   void break_off() { is_continued_ = false; }
-  /// The scan of this laser counts as inserted, though it may come later.
-  void expect(int laser, const Pose2& map_from_base);
-  /// What was expected is dropped.
-  void expect_no_more();
   /// Scans are to be inserted, a few with each of the next ones.
   void wait(const std::vector<WaitingScan>& scans) { parts_.wait(scans); }
   /// Draws the key scans that have come since, where only what lies near is matched against. To be

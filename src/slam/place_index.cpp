@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "matchbox_slam/geometry/angles.hpp"
+#include "slam/pose_gate.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -175,11 +176,8 @@ std::vector<std::size_t> worth_a_look(const std::vector<HalfLook>& places,
 }
 
 bool is_near(const LikelyPlace& a, const LikelyPlace& b) {
-  constexpr double kNear = 1.0;     // [m], as far as a search from there reaches
-  constexpr double kTurned = 0.35;  // [rad]
-  return a.part == b.part &&
-         (a.part_from_base.translation() - b.part_from_base.translation()).norm() < kNear &&
-         std::abs(wrap_angle(a.part_from_base.theta - b.part_from_base.theta)) < kTurned;
+  // As far as a search from there reaches.
+  return a.part == b.part && are_near(a.part_from_base, b.part_from_base, 1.0, 0.35);
 }
 
 /// Places on a lattice where a robot has room, near a key scan and in its sight.

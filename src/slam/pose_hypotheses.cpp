@@ -7,6 +7,7 @@
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matching/wide_search.hpp"
+#include "slam/pose_gate.hpp"
 #include "slam/scan_evidence.hpp"
 #include "slam/scan_profile.hpp"
 
@@ -43,12 +44,7 @@ double independence_of(const PoseHypotheses::Step& step) {
                            step.seconds / kTime);
 }
 
-bool is_same(const Pose2& a, const Pose2& b) {
-  constexpr double kDistance = 0.1;  // [m]
-  constexpr double kAngle = 0.05;    // [rad]
-  const Eigen::Vector3d apart = difference(a, b);
-  return apart.head<2>().norm() <= kDistance && std::abs(apart.z()) <= kAngle;
-}
+bool is_same(const Pose2& a, const Pose2& b) { return are_near(a, b, 0.1, 0.05); }
 
 /// Where a hypothesis goes on: [m], [rad] that it may be off besides its motion.
 Eigen::Matrix3d covariance_around(const MotionEstimate& motion) {

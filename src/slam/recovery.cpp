@@ -8,6 +8,7 @@
 #include "matchbox_slam/matching/free_space_violation.hpp"
 #include "matching/wide_search.hpp"
 #include "slam/match_validation.hpp"
+#include "slam/pose_gate.hpp"
 #include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {
@@ -46,11 +47,7 @@ struct Explanation {
 };
 
 bool is_near(std::size_t part_a, const Pose2& a, std::size_t part_b, const Pose2& b) {
-  // Twice as far as a place is known to.
-  constexpr double kDistance = 0.3;  // [m]
-  constexpr double kAngle = 0.15;    // [rad]
-  const Eigen::Vector3d apart = difference(a, b);
-  return part_a == part_b && apart.head<2>().norm() < kDistance && std::abs(apart.z()) < kAngle;
+  return part_a == part_b && are_near(a, b, 0.3, 0.15);  // twice as far as a place is known to
 }
 
 Explanation explained_at(const PointScan& scan, std::size_t part, const Pose2& part_from_base,
@@ -96,12 +93,8 @@ double odds_of(const Explanation& here, double rival, double most) {
 /// says nothing of parts other than the one that the robot left.
 bool is_where_odometry_says(const PlaceHypothesis& place, const Pose2& apart_from_base,
                             const MapPart& apart) {
-  constexpr double kDistance = 2.0;  // [m]
-  constexpr double kAngle = 0.6;     // [rad]
-  const Eigen::Vector3d off =
-      difference(place.part_from_apart * apart_from_base, apart.left_from_here * apart_from_base);
-  return place.part == apart.left && off.head<2>().norm() <= kDistance &&
-         std::abs(off.z()) <= kAngle;
+  return place.part == apart.left && are_near(place.part_from_apart * apart_from_base,
+                                              apart.left_from_here * apart_from_base, 2.0, 0.6);
 }
 
 /// The newest key scan that was not searched yet, of those that say something new; of one laser, as

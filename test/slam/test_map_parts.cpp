@@ -43,21 +43,6 @@ TEST(MapParts, APartThatHoldsHardlyAnythingIsBegunAnew) {
   EXPECT_EQ(parts.waiting().front().part, 0U);
 }
 
-/// However many lasers took it.
-TEST(MapParts, KnowsAPartOfOneScan) {
-  MapParts parts({part(1)});
-  EXPECT_FALSE(parts.is_of_one_scan()) << "it is not apart";
-  static_cast<void>(parts.begin_apart(part(0)));
-  EXPECT_FALSE(parts.is_of_one_scan());
-  for (const int laser : {0, 1, 2}) {
-    parts.here().key_scans.add(keys()[0]);
-    parts.here().last_inserted[laser] = {};
-    EXPECT_TRUE(parts.is_of_one_scan()) << laser;
-  }
-  parts.here().key_scans.add(keys()[1]);
-  EXPECT_FALSE(parts.is_of_one_scan());
-}
-
 TEST(MapParts, JoinedKeyScansWaitWhereTheyBelong) {
   MapParts parts({part(1)});
   static_cast<void>(parts.begin_apart(part(2)));

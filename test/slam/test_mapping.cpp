@@ -138,13 +138,5 @@ TEST_F(MappingTest, MatchesTheWholeMapWhereItIsGoneOnWithWithoutLoops) {
                        rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field)));
 }
 
-TEST_F(MappingTest, ExpectsAScanOnlyUntilItIsDropped) {
-  insert_first(1);
-  mapping_.expect(1, keys_[1].map_from_base);
-  EXPECT_EQ(mapping_.parts().here().last_inserted.count(1), 1U);
-  mapping_.expect_no_more();
-  EXPECT_TRUE(mapping_.parts().here().last_inserted.empty());
-}
-
 }  // namespace
 }  // namespace matchbox_slam
