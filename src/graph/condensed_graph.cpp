@@ -204,7 +204,7 @@ class Condenser {
         PoseEdge edge = graph_.edges[i];
         edge.from = result.numbers[edge.from];
         edge.to = result.numbers[edge.to];
-        add_edge(edge, result.graph);
+        add_edge(edge, result.graph.edges);
       }
     }
     // The newest last, as they are where none was taken out.

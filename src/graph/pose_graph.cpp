@@ -49,7 +49,7 @@ void require_sound(const PoseEdge& edge, std::size_t nodes) {
 
 }  // namespace
 
-void add_edge(const PoseEdge& edge, PoseGraph& graph) { append_sparingly(edge, graph.edges); }
+void add_edge(const PoseEdge& edge, std::vector<PoseEdge>& edges) { append_sparingly(edge, edges); }
 
 GraphState state_of(const PoseGraph& graph) {
   GraphState state{graph.poses, {}};

@@ -65,8 +65,8 @@ void transfer_loop(Archive& archive, Loop& loop, std::size_t nodes) {
 
 template <typename Archive, typename State>
 void transfer_state(Archive& archive, State& state, std::size_t nodes) {
-  archive.size(state.graph.edges, 114, kMostEdges, "edges in its graph");
-  for (auto& edge : state.graph.edges) {
+  archive.size(state.edges, 114, kMostEdges, "edges in its graph");
+  for (auto& edge : state.edges) {
     transfer_edge(archive, edge, nodes);
   }
   archive.size(state.loops, 153, kMostEdges, "loops");
@@ -129,7 +129,7 @@ void transfer_are_others(Archive& archive, Flags& are_others, std::size_t nodes)
 
 void write_loops(const EngineState& map, MapWriter& writer) {
   const LoopState& state = map.loops;
-  writer.integer(std::uint64_t{state.graph.poses.size()});
+  writer.integer(std::uint64_t{state.nodes});
   transfer_state(writer, state, 0);
   transfer_are_others(writer, state.are_others, 0);
   const SlamMap* near = map.local_map.map();
@@ -160,13 +160,11 @@ void read_loops(MapReader& reader, EngineState& map) {
     reader.fail(
         fmt::format("is damaged: its graph has {} key scans; the map has {}", nodes, keys.size()));
   }
-  for (std::size_t i = 0; i < nodes; ++i) {
-    state.graph.poses.push_back(keys[i].map_from_base);
-  }
+  state.nodes = nodes;
   transfer_state(reader, state, nodes);
   transfer_are_others(reader, state.are_others, nodes);
   if (nodes > 0) {
-    require_sound_graph(state.graph, reader);
+    require_sound_graph(graph_of(map.key_scans, state), reader);
   }
   bool has_local_map = false;
   reader.flag(has_local_map);
@@ -198,7 +196,7 @@ void read_loops(MapReader& reader, EngineState& map) {
     reader.flag(has_pending);
     if (has_pending) {
       state.pending = PendingLoopWork{};  // GCC 10 cannot emplace() what has initialisers
-      transfer_pending(reader, *state.pending, nodes, state.graph.edges.size());
+      transfer_pending(reader, *state.pending, nodes, state.edges.size());
     }
     reader.flag(map.is_of_key_scans);
   }

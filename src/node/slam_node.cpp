@@ -361,8 +361,9 @@ SlamSetup SlamNode::setup() {
 
 OwnMap SlamNode::own_map() {
   const std::lock_guard<std::mutex> lock(run_mutex_);
+  PoseGraph graph = run().graph();
   return {run().key_scans(),
-          {run().graph(), run().loops(), 0.0, run().loop_tries()},
+          {std::move(graph.edges), graph.poses.size(), run().loops(), 0.0, run().loop_tries()},
           session_.setup().engine};
 }
 

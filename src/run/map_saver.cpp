@@ -90,9 +90,11 @@ std::string MapSaver::save_whole(const MapToSave& now) {
   FileReplacement files;
   const OccupancyGrid shown =
       shown_occupancy(now.map.map, now.map.key_scans.all(), now.setup.engine.map);
-  add_images(path, shown,
-             draw_map(shown, now.trajectory, now.odometry, now.map.loops.graph).to_png(), format,
-             files);
+  add_images(
+      path, shown,
+      draw_map(shown, now.trajectory, now.odometry, graph_of(now.map.key_scans, now.map.loops))
+          .to_png(),
+      format, files);
   std::uintmax_t size = 0;
   MapPieces pieces;
   files.add(file, [&](const ByteSink& sink) {

@@ -117,6 +117,7 @@ struct OtherMaps::Searched {
   ScanName met = {};  ///< the one that was found
   Pose2 other_from_met = {};
   std::shared_ptr<const FoundMap> found = nullptr;
+  MergedJoint joint = {};  ///< of both, when it is found
   bool is_taken = false;
 };
 
@@ -254,8 +255,8 @@ void OtherMaps::search(Searched& searched) {
       dialog_.inform(fmt::format(
           "{}: meets this map; {} key scans of it are part of this one now, joined by {} matches "
           "and {} loops",
-          searched.name, searched.map.part.key_scans.size(),
-          searched.found->both.joints.back().matched, searched.found->both.joints.back().closed));
+          searched.name, searched.map.part.key_scans.size(), searched.joint.matched,
+          searched.joint.closed));
       break;
     case FoundMap::Fate::kOutdated:
       if (!join(searched, own)) {
@@ -309,7 +310,9 @@ bool OtherMaps::join(Searched& searched, const OwnMap& own) {
     return false;
   }
   require_room(both->part.key_scans.all(), own.options.map);
-  searched.found = std::make_shared<const FoundMap>(keys, own.loops, std::move(*both));
+  searched.joint = both->joints.back();
+  searched.found = std::make_shared<const FoundMap>(
+      keys, own.loops, std::move(both->part.key_scans), std::move(both->loops));
   give_(searched.found);
   return true;
 }

@@ -106,7 +106,7 @@ class SlamRun {
   }
   [[nodiscard]] std::size_t map_bytes() const { return engine_->map_bytes(); }
   [[nodiscard]] const KeyScans& key_scans() const { return engine_->key_scans(); }
-  [[nodiscard]] const PoseGraph& graph() const { return engine_->graph(); }
+  [[nodiscard]] PoseGraph graph() const { return engine_->graph(); }
   [[nodiscard]] std::size_t loop_tries() const { return engine_->loop_tries(); }
   /// Those of a map that it went on with, too.
   [[nodiscard]] const std::vector<ClosedLoop>& loops() const { return engine_->loops(); }

@@ -4,7 +4,6 @@
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
-#include "slam/image_views.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -12,7 +11,7 @@ namespace {
 /// Whether somebody drove where the map was made: an image says nothing of a robot.
 bool is_known_where(const EngineState& map) {
   const PlacedScans& keys = map.key_scans.all();
-  return !keys.empty() && (map.motion.stamp || !is_image_view(*keys.back().scan));
+  return !keys.empty() && (map.motion.stamp || !keys.back().scan->is_of_image());
 }
 
 }  // namespace

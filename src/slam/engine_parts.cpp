@@ -7,7 +7,6 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "slam/image_views.hpp"
 #include "slam/insertion.hpp"
 #include "slam/pose_uncertainty.hpp"
 
@@ -39,7 +38,7 @@ void count_reflections(MapPart& part, bool is_of_key_scans) {
   // What is no part of the drawn map a damaged file may have put anywhere.
   const CellBox known = part.map.occupancy.known_bounds();
   for (const PlacedScan& key : part.key_scans.all()) {
-    if (!is_image_view(*key.scan) &&
+    if (!key.scan->is_of_image() &&
         known.contains(reflection.geometry().cell_at(key.map_from_base.translation()))) {
       reflection.count(*key.scan->points(), key.map_from_base);
     }

@@ -20,38 +20,21 @@ bool is_up_to_date(const FoundMap& found, const PlacedScans& keys) {
          std::equal(found.own.begin(), found.own.end(), keys.begin(), is_same);
 }
 
-std::vector<Pose2> poses_with(const FoundMap& found, const PlacedScans& keys) {
-  const std::vector<Pose2>& both = found.both.loops.graph.poses;
-  const std::size_t then = found.own.size();
-  std::vector<Pose2> poses(both.begin(), both.begin() + static_cast<std::ptrdiff_t>(then));
-  const Pose2 new_from_old = poses.back() * keys[then - 1].map_from_base.inverse();
-  for (std::size_t i = then; i < keys.size(); ++i) {
-    poses.push_back(new_from_old * keys[i].map_from_base);
-  }
-  return poses;
-}
-
-PoseGraph graph_with(const FoundMap& found, const PoseGraph& own,
-                     const std::vector<Pose2>& own_poses) {
-  const PoseGraph& both = found.both.loops.graph;
-  PoseGraph graph;
-  graph.poses = own_poses;
-  graph.poses.insert(graph.poses.begin() + 1,
-                     both.poses.begin() + static_cast<std::ptrdiff_t>(found.own.size()),
-                     both.poses.end());
-  for (PoseEdge edge : both.edges) {
+std::vector<PoseEdge> edges_with(const FoundMap& found, const std::vector<PoseEdge>& own) {
+  std::vector<PoseEdge> edges;
+  for (PoseEdge edge : found.both_loops.edges) {
     edge.from = number_in_map(found, edge.from);
     edge.to = number_in_map(found, edge.to);
-    add_edge(edge, graph);
+    add_edge(edge, edges);
   }
-  for (PoseEdge edge : own.edges) {
+  for (PoseEdge edge : own) {
     if (std::max(edge.from, edge.to) >= found.own.size()) {  // it has come since
       edge.from = found.number_of(edge.from);
       edge.to = found.number_of(edge.to);
-      add_edge(edge, graph);
+      add_edge(edge, edges);
     }
   }
-  return graph;
+  return edges;
 }
 
 std::vector<ClosedLoop> loops_with(const FoundMap& found, std::vector<ClosedLoop> own) {
@@ -59,7 +42,7 @@ std::vector<ClosedLoop> loops_with(const FoundMap& found, std::vector<ClosedLoop
     loop.found.key = found.number_of(loop.found.key);
     loop.newest = found.number_of(loop.newest);
   }
-  const std::vector<ClosedLoop>& both = found.both.loops.loops;
+  const std::vector<ClosedLoop>& both = found.both_loops.loops;
   for (auto loop = both.begin() + static_cast<std::ptrdiff_t>(found.loops); loop != both.end();
        ++loop) {
     own.push_back(*loop);
@@ -70,7 +53,7 @@ std::vector<ClosedLoop> loops_with(const FoundMap& found, std::vector<ClosedLoop
 }
 
 PlacedScans others_of(const FoundMap& found) {
-  const PlacedScans& all = found.both.part.key_scans.all();
+  const PlacedScans& all = found.both.all();
   return {all.begin() + static_cast<std::ptrdiff_t>(found.own.size()), all.end()};
 }
 

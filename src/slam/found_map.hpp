@@ -7,8 +7,8 @@
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/graph/pose_graph.hpp"
+#include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/loops.hpp"
-#include "slam/map_joining.hpp"
 
 namespace matchbox_slam {
 
@@ -18,20 +18,27 @@ struct FoundMap {
   enum class Fate { kWaiting, kTaken, kOutdated };
 
   /// @param own_loops  of this robot's map as it was then.
-  FoundMap(PlacedScans own_then, const LoopState& own_loops, MergedMap as_one)
+  /// @param as_one     of both maps, this robot's first.
+  FoundMap(PlacedScans own_then, const LoopState& own_loops, KeyScans as_one,
+           LoopState loops_as_one)
       : own(std::move(own_then)),
         loops(own_loops.loops.size()),
         tries(own_loops.tries),
-        both(std::move(as_one)) {}
+        both(std::move(as_one)),
+        both_loops(std::move(loops_as_one)) {}
 
   PlacedScans own;        ///< this robot's, as they were when both were joined; the first ones
   std::size_t loops = 0;  ///< that this robot's map had then
   std::size_t tries = 0;  ///< likewise
-  MergedMap both;         ///< this robot's key scans first
+  KeyScans both;          ///< this robot's first
+  LoopState both_loops;   ///< of these
   mutable std::atomic<Fate> fate{Fate::kWaiting};
 
   /// Key scans that the other one has.
-  [[nodiscard]] std::size_t others() const { return both.part.key_scans.size() - own.size(); }
+  [[nodiscard]] std::size_t others() const { return both.size() - own.size(); }
+
+  /// Where this robot's key scans are with the other's map.
+  [[nodiscard]] std::vector<Pose2> own_moved() const { return both.poses(own.size()); }
 
   /// The number that a key scan has when the other robot's have come in, right behind the first:
   /// so the newest one is this robot's, and follows the one that it came from.
@@ -43,14 +50,9 @@ struct FoundMap {
 /// Whether this robot's key scans still are where they were when both were joined.
 [[nodiscard]] bool is_up_to_date(const FoundMap& found, const PlacedScans& keys);
 
-/// Where this robot's key scans are with the other's map. What has come since moves with the key
-/// scan that it came after.
-[[nodiscard]] std::vector<Pose2> poses_with(const FoundMap& found, const PlacedScans& keys);
-
-/// The graph of both, of this robot's as it is now.
-/// @param own_poses  as of `poses_with`.
-[[nodiscard]] PoseGraph graph_with(const FoundMap& found, const PoseGraph& own,
-                                   const std::vector<Pose2>& own_poses);
+/// The edges of both graphs, of this robot's as it is now.
+[[nodiscard]] std::vector<PoseEdge> edges_with(const FoundMap& found,
+                                               const std::vector<PoseEdge>& own);
 
 /// The loops of both likewise.
 [[nodiscard]] std::vector<ClosedLoop> loops_with(const FoundMap& found,

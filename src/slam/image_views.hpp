@@ -24,7 +24,4 @@ namespace matchbox_slam {
 /// Whether a stamp [s] is one of those: no clock of a robot is before the beginning of time.
 [[nodiscard]] inline bool is_image_stamp(double stamp) { return stamp < 0.0; }
 
-/// Whether a key scan is one of those.
-[[nodiscard]] inline bool is_image_view(const KeyScan& key) { return key.is_of_image(); }
-
 }  // namespace matchbox_slam

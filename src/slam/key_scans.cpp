@@ -43,6 +43,12 @@ void KeyScans::move(std::uint64_t id, const Pose2& map_from_base) {
   scans_.at(id).map_from_base = map_from_base;
 }
 
+void KeyScans::move(const std::vector<Pose2>& map_from_base) {
+  for (std::size_t i = 0; i < scans_.size(); ++i) {
+    move(i, map_from_base.at(i));
+  }
+}
+
 void KeyScans::take_out(const std::vector<bool>& is_taken) {
   PlacedScans kept;
   for (const PlacedScan& placed : scans_) {
@@ -54,6 +60,15 @@ void KeyScans::take_out(const std::vector<bool>& is_taken) {
     }
   }
   scans_ = std::move(kept);
+}
+
+std::vector<Pose2> KeyScans::poses(std::size_t count) const {
+  std::vector<Pose2> poses;
+  poses.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    poses.push_back(scans_.at(i).map_from_base);
+  }
+  return poses;
 }
 
 void KeyScans::copy_newest(std::size_t most, PlacedScans& newest) const {

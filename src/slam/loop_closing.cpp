@@ -68,16 +68,19 @@ std::vector<FoundLoop> match_with_earlier(const PlacedScans& keys, std::size_t b
   return found;
 }
 
-LoopCloser::LoopCloser(State state)
-    : graph_(std::move(state.graph)),
-      loops_(std::move(state.loops)),
-      way_(state.way),
-      tries_(state.tries),
-      are_others_(std::move(state.are_others)),
-      pending_(state.pending) {
-  if (!empty()) {
-    links_.take_new(graph_);
+std::vector<Pose2> moved_with(std::vector<Pose2> first, const PlacedScans& keys) {
+  const std::size_t then = first.size();
+  const Pose2 new_from_old = first.back() * keys[then - 1].map_from_base.inverse();
+  for (std::size_t i = then; i < keys.size(); ++i) {
+    first.push_back(new_from_old * keys[i].map_from_base);
   }
+  return first;
+}
+
+LoopCloser::LoopCloser(State state) : state_(std::move(state)) { index_edges(); }
+
+PoseGraph graph_of(const KeyScans& keys, const LoopState& state) {
+  return {keys.poses(state.nodes), state.edges};
 }
 
 std::size_t count_closed(const std::vector<ClosedLoop>& loops) {
@@ -93,7 +96,7 @@ void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance
   constexpr double kWayHeading = 0.2;  // [rad]
   const PlacedScans& all = keys.all();
   const std::size_t newest = all.size() - 1;
-  while (graph_.poses.size() < newest) {
+  while (state_.nodes < newest) {
     join_rigidly(all);
   }
   Eigen::Matrix3d covariance = map_covariance;
@@ -101,14 +104,14 @@ void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance
     covariance += covariance_where_found();
   }
   join_to_before(all, covariance, options);
-  const std::size_t way = graph_.edges.size() - 1;
-  links_.take_new(graph_);
-  if (newest > 0 && !pending_) {
-    inflate_for_slip(all, newest - 1, graph_);
+  const std::size_t way = state_.edges.size() - 1;
+  links_.take_new(state_.nodes, state_.edges);
+  if (newest > 0 && !is_pending()) {
+    inflate_for_slip(all, newest - 1, state_.edges);
   }
   if (join_to_earlier(keys, is_continued, options) && !is_continued) {
     // What is wrong about the place goes to the way there, and not to all ways before it.
-    graph_.edges[way].covariance += covariance_of(kWay, kWayHeading);
+    state_.edges[way].covariance += covariance_of(kWay, kWayHeading);
   }
 }
 
@@ -116,36 +119,33 @@ void LoopCloser::move_since(std::size_t first, const KeyScans& keys) {
   constexpr double kXy = 0.3;     // [m], how well it is known how the robot came there: a guess
   constexpr double kTheta = 0.1;  // [rad], likewise
   const PlacedScans& all = keys.all();
-  for (std::size_t i = first; i < graph_.poses.size(); ++i) {
-    graph_.poses[i] = all[i].map_from_base;
-  }
+  std::vector<PoseEdge>& edges = state_.edges;
   const auto is_refuted = [first](const PoseEdge& edge) {
     return edge.to >= first && (edge.kind == EdgeKind::kLoop || edge.from + 1 != edge.to);
   };
-  graph_.edges.erase(std::remove_if(graph_.edges.begin(), graph_.edges.end(), is_refuted),
-                     graph_.edges.end());
-  for (PoseEdge& edge : graph_.edges) {
+  edges.erase(std::remove_if(edges.begin(), edges.end(), is_refuted), edges.end());
+  for (PoseEdge& edge : edges) {
     if (edge.to >= first) {
-      edge.from_to = graph_.poses[edge.from].inverse() * graph_.poses[edge.to];
+      edge.from_to = all[edge.from].map_from_base.inverse() * all[edge.to].map_from_base;
     }
     if (edge.to == first) {
       edge.covariance += covariance_of(kXy, kTheta);
     }
   }
-  links_ = AdjacencyList(graph_);
+  index_edges();
 }
 
 void LoopCloser::forget_since(std::size_t first) {
-  if (first >= graph_.poses.size()) {
+  if (first >= state_.nodes) {
     return;
   }
-  graph_.poses.resize(first);
-  graph_.edges.erase(std::remove_if(graph_.edges.begin(), graph_.edges.end(),
-                                    [first](const PoseEdge& edge) {
-                                      return std::max(edge.from, edge.to) >= first;
-                                    }),
-                     graph_.edges.end());
-  links_ = AdjacencyList(graph_);
+  const auto is_gone = [first](const PoseEdge& edge) {
+    return std::max(edge.from, edge.to) >= first;
+  };
+  std::vector<PoseEdge>& edges = state_.edges;
+  edges.erase(std::remove_if(edges.begin(), edges.end(), is_gone), edges.end());
+  state_.nodes = first;
+  index_edges();
 }
 
 /// Of a map that comes without its graph nobody knows how it drifted: it stays as it is.
@@ -153,23 +153,22 @@ void LoopCloser::join_rigidly(const PlacedScans& keys) {
   // So little that no loop bends it, and not nothing, as information is its inverse.
   constexpr double kXy = 1e-3;     // [m]
   constexpr double kTheta = 1e-4;  // [rad]
-  const std::size_t node = graph_.poses.size();
-  graph_.poses.push_back(keys[node].map_from_base);
+  const std::size_t node = state_.nodes++;
   if (node > 0) {
     const Pose2 moved = keys[node - 1].map_from_base.inverse() * keys[node].map_from_base;
-    add_edge({node - 1, node, moved, covariance_of(kXy, kTheta)}, graph_);
+    add_edge({node - 1, node, moved, covariance_of(kXy, kTheta)}, state_.edges);
   }
 }
 
-std::vector<bool> LoopCloser::weakly_connected(const std::vector<std::size_t>& keys,
+std::vector<bool> LoopCloser::weakly_connected(const KeyScans& keys,
+                                               const std::vector<std::size_t>& some,
                                                const LoopOptions& options) const {
-  return ways().weakly_connected(keys, options.max_relative_sigma);
+  return ways(keys).weakly_connected(some, options.max_relative_sigma);
 }
 
 void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& map_covariance,
                                 const LoopOptions& options) {
-  const std::size_t node = graph_.poses.size();
-  graph_.poses.push_back(keys[node].map_from_base);
+  const std::size_t node = state_.nodes++;
   if (node == 0) {
     return;
   }
@@ -177,11 +176,11 @@ void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& 
   const Pose2& before = keys[node - 1].map_from_base;
   const Pose2 moved = before.inverse() * keys[node].map_from_base;
   const double way = std::max(kLeastWay, way_between(before, keys[node].map_from_base));
-  way_ += way;
+  state_.way += way;
   const Eigen::Matrix3d drift = way * covariance_of(options.drift_xy, options.drift_theta);
   PoseEdge edge{node - 1, node, moved, drift + in_turned_frame(map_covariance, before.theta)};
   edge.drift = drift.diagonal();
-  add_edge(edge, graph_);
+  add_edge(edge, state_.edges);
 }
 
 /// What is matched with belongs together from now on, too; and what lies where the robot was found.
@@ -194,54 +193,55 @@ bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
   const std::size_t newest = keys.size() - 1;
   const std::size_t since = is_continued ? kEarlier : 0;
   const std::vector<FoundLoop> found = match_with_earlier(
-      keys.all(), newest - std::min(newest, since), ways(), !is_continued, options);
+      keys.all(), newest - std::min(newest, since), ways(keys), !is_continued, options);
   for (const FoundLoop& one : found) {
-    add_edge({one.key, newest, one.key_from_newest, one.covariance}, graph_);
+    add_edge({one.key, newest, one.key_from_newest, one.covariance}, state_.edges);
   }
-  links_.take_new(graph_);
+  links_.take_new(state_.nodes, state_.edges);
   return !found.empty();
 }
 
 void LoopCloser::begin(const KeyScans& keys, LocalMapRequest near, const LoopOptions& options) {
-  if (pending_) {
+  if (is_pending()) {
     return;
   }
-  const bool is_search_due =
-      way_ >= kBetweenLoopSearches && !loop_candidates(keys.all(), ways(), options).empty();
+  const bool is_search_due = state_.way >= kBetweenLoopSearches &&
+                             !loop_candidates(keys.all(), ways(keys), options).empty();
   if (!is_search_due && !near.scans) {
     return;
   }
-  const Pending begun{keys.size() - 1, graph_.edges.size(), is_search_due, near.scans.has_value()};
+  const Pending begun{keys.size() - 1, state_.edges.size(), is_search_due, near.scans.has_value()};
   LoopTask task{std::nullopt, std::move(near)};
   if (is_search_due) {
-    task.search = LoopSearch{keys.all(), graph_, options};
+    task.search = LoopSearch{keys.all(), graph_of(keys, state_), options};
   }
   work_ = begin_work(std::move(task));
-  pending_ = begun;
-  way_ = is_search_due ? 0.0 : way_;
+  state_.pending = begun;
+  state_.way = is_search_due ? 0.0 : state_.way;
 }
 
 void LoopCloser::begin_again(const KeyScans& keys, LocalMapRequest near,
                              const LoopOptions& options) {
-  if (!pending_ || work_ != nullptr) {
+  if (!is_pending() || work_ != nullptr) {
     return;
   }
-  if (pending_->newest >= keys.size()) {
-    pending_.reset();  // of a map that is gone on with without its key scans
+  const Pending& pending = *state_.pending;
+  if (pending.newest >= keys.size()) {
+    state_.pending.reset();  // of a map that is gone on with without its key scans
     return;
   }
-  const auto nodes = static_cast<std::ptrdiff_t>(pending_->newest + 1);
-  const auto edges = static_cast<std::ptrdiff_t>(pending_->edges);
-  LoopSearch then{{keys.all().begin(), keys.all().begin() + nodes},
-                  {{graph_.poses.begin(), graph_.poses.begin() + nodes},
-                   {graph_.edges.begin(), graph_.edges.begin() + edges}},
-                  options};
+  const std::size_t nodes = pending.newest + 1;
+  LoopSearch then{
+      {keys.all().begin(), keys.all().begin() + static_cast<std::ptrdiff_t>(nodes)},
+      {keys.poses(nodes),
+       {state_.edges.begin(), state_.edges.begin() + static_cast<std::ptrdiff_t>(pending.edges)}},
+      options};
   near.scans.reset();
-  if (pending_->is_near_due) {
+  if (pending.is_near_due) {
     near.scans = local_scans_of(then);
   }
   LoopTask task{std::nullopt, std::move(near)};
-  if (pending_->is_search_due) {
+  if (pending.is_search_due) {
     task.search = std::move(then);
   }
   work_ = begin_work(std::move(task));
@@ -249,14 +249,14 @@ void LoopCloser::begin_again(const KeyScans& keys, LocalMapRequest near,
 
 bool LoopCloser::is_due(const KeyScans& keys) const {
   const PlacedScans& all = keys.all();
-  return pending_ && (all.size() > pending_->newest + kMostDelay ||
-                      (all.back().map_from_base.translation() -
-                       all[pending_->newest].map_from_base.translation())
-                              .norm() >= kDelayWay);
+  const std::optional<Pending>& pending = state_.pending;
+  return pending &&
+         (all.size() > pending->newest + kMostDelay ||
+          distance(all[pending->newest], all.back().map_from_base.translation()) >= kDelayWay);
 }
 
-LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
-  const Pending pending = *std::exchange(pending_, std::nullopt);
+LoopCloser::Result LoopCloser::finish(KeyScans& keys) {
+  const Pending pending = *std::exchange(state_.pending, std::nullopt);
   LoopTaskDone done = result_of(work_);
   work_.reset();
   if (pending.is_abandoned) {
@@ -264,38 +264,35 @@ LoopCloser::Result LoopCloser::finish(const KeyScans& keys) {
     return {};
   }
   Result result{std::nullopt, std::move(done.near), std::move(done.superfluous)};
-  tries_ += done.tries;
-  const bool has_moved = done.has_moved;
+  state_.tries += done.tries;
+  const std::vector<Pose2> moved =
+      done.has_moved ? moved_with(std::move(done.graph.poses), keys.all()) : keys.poses(0);
   if (!done.loops.empty()) {
     take_loops(std::move(done), pending);
   }
   inflate_for_slips(keys.all(), pending.newest);
-  if (has_moved) {
-    result.correction = correction_of(keys.all(), graph_.poses);
+  if (!moved.empty()) {
+    result.correction = correction_of(keys.all(), moved);
+    keys.move(moved);
   }
   return result;
 }
 
-/// What has come since moves with the key scan that it came after.
 void LoopCloser::take_loops(LoopTaskDone done, const Pending& pending) {
-  const Pose2 new_from_old =
-      done.has_moved ? done.graph.poses.back() * graph_.poses[pending.newest].inverse() : Pose2{};
-  for (std::size_t i = pending.newest + 1; i < graph_.poses.size(); ++i) {
-    done.graph.poses.push_back(new_from_old * graph_.poses[i]);
+  std::vector<PoseEdge> since = std::move(state_.edges);
+  state_.edges = std::move(done.graph.edges);
+  for (std::size_t i = pending.edges; i < since.size(); ++i) {
+    add_edge(since[i], state_.edges);
   }
-  for (std::size_t i = pending.edges; i < graph_.edges.size(); ++i) {
-    add_edge(graph_.edges[i], done.graph);
-  }
-  graph_ = std::move(done.graph);
-  links_ = AdjacencyList(graph_);
-  loops_.insert(loops_.end(), done.loops.begin(), done.loops.end());
+  index_edges();
+  state_.loops.insert(state_.loops.end(), done.loops.begin(), done.loops.end());
 }
 
 /// That end at this key scan or later: while work was under way, which has a copy of the graph, the
 /// graph that it was begun with stayed as it was.
 void LoopCloser::inflate_for_slips(const PlacedScans& keys, std::size_t since) {
   for (std::size_t key = since; key + 1 < keys.size(); ++key) {
-    inflate_for_slip(keys, key, graph_);
+    inflate_for_slip(keys, key, state_.edges);
   }
 }
 
@@ -303,7 +300,7 @@ MapCorrection LoopCloser::correction_of(const PlacedScans& keys,
                                         const std::vector<Pose2>& new_map_from_base) const {
   MapCorrection correction;
   for (std::size_t i = 0; i < keys.size(); ++i) {
-    if (i < are_others_.size() && are_others_[i]) {
+    if (i < state_.are_others.size() && state_.are_others[i]) {
       continue;
     }
     const Pose2 new_from_old = new_map_from_base[i] * keys[i].map_from_base.inverse();
@@ -316,30 +313,36 @@ MapCorrection LoopCloser::correction_of(const PlacedScans& keys,
   return correction;
 }
 
-MapCorrection LoopCloser::take_in(const FoundMap& found, const PlacedScans& before) {
-  const std::vector<Pose2> moved = poses_with(found, before);
-  const MapCorrection correction = correction_of(before, moved);
-  graph_ = graph_with(found, graph_, moved);
-  links_ = AdjacencyList(graph_);
-  loops_ = loops_with(found, std::move(loops_));
-  tries_ += found.both.loops.tries - found.tries;
-  are_others_.resize(std::max<std::size_t>(are_others_.size(), 1), false);
-  are_others_.insert(are_others_.begin() + 1, found.others(), true);
+MapCorrection LoopCloser::take_in(const FoundMap& found, KeyScans& keys) {
+  const std::vector<Pose2> moved = moved_with(found.own_moved(), keys.all());
+  const MapCorrection correction = correction_of(keys.all(), moved);
+  keys.move(moved);
+  keys.insert(1, others_of(found));
+  state_.nodes = keys.size();
+  state_.edges = edges_with(found, state_.edges);
+  index_edges();
+  state_.loops = loops_with(found, std::move(state_.loops));
+  state_.tries += found.both_loops.tries - found.tries;
+  std::vector<bool>& are_others = state_.are_others;
+  are_others.resize(std::max<std::size_t>(are_others.size(), 1), false);
+  are_others.insert(are_others.begin() + 1, found.others(), true);
   return correction;
 }
 
-std::vector<std::size_t> LoopCloser::take_out(const std::vector<bool>& is_taken) {
+std::vector<std::size_t> LoopCloser::take_out(const std::vector<bool>& is_taken, KeyScans& keys) {
   std::vector<bool> are_others;
-  for (std::size_t i = 0; i < are_others_.size(); ++i) {
+  for (std::size_t i = 0; i < state_.are_others.size(); ++i) {
     if (!is_taken[i]) {
-      are_others.push_back(are_others_[i]);
+      are_others.push_back(state_.are_others[i]);
     }
   }
-  are_others_ = std::move(are_others);
-  CondensedGraph left = condensed(std::move(graph_), is_taken);
-  graph_ = std::move(left.graph);
-  links_ = AdjacencyList(graph_);
-  for (ClosedLoop& loop : loops_) {
+  state_.are_others = std::move(are_others);
+  CondensedGraph left = condensed({keys.poses(), std::move(state_.edges)}, is_taken);
+  keys.take_out(is_taken);
+  state_.nodes = keys.size();
+  state_.edges = std::move(left.graph.edges);
+  index_edges();
+  for (ClosedLoop& loop : state_.loops) {
     loop.found.key = left.numbers[loop.found.key];
     loop.newest = left.numbers[loop.newest];
   }
@@ -347,8 +350,8 @@ std::vector<std::size_t> LoopCloser::take_out(const std::vector<bool>& is_taken)
 }
 
 void LoopCloser::abandon() {
-  if (pending_) {
-    pending_->is_abandoned = true;
+  if (state_.pending) {
+    state_.pending->is_abandoned = true;
   }
 }
 

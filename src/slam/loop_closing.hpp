@@ -46,15 +46,20 @@ constexpr double kBetweenLoopSearches = 1.0;
                                                         bool may_be_apart,
                                                         const LoopOptions& options);
 
+/// Where key scans are when the first ones have moved: what has come since moves with the one that
+/// it came after.
+/// @param first  where the first ones are now.
+[[nodiscard]] std::vector<Pose2> moved_with(std::vector<Pose2> first, const PlacedScans& keys);
+
 struct FoundMap;
 struct LoopTaskDone;
 struct LoopWork;
 
-/// Keeps the graph of the key scans of a map, and closes loops in it: a value, to be copied and
-/// saved. Copies share the work under way, and are finished in one thread. Key scans are joined to
-/// the one before, and to one seen earlier that they are matched with; where the way between two
-/// says little of where one is from the other, a search has to find it (several scans at once,
-/// against the key scans there; exact, Olson 2009).
+/// Keeps the edges of the graph whose nodes are the key scans of a map, and closes loops in it: a
+/// value, to be copied and saved. Copies share the work under way, and are finished in one thread.
+/// Key scans are joined to the one before, and to one seen earlier that they are matched with;
+/// where the way between two says little of where one is from the other, a search has to find it
+/// (several scans at once, against the key scans there; exact, Olson 2009).
 ///
 /// What takes long is begun with one key scan, done in a thread of its own, and takes effect with a
 /// later one that does not depend on how long it took: the same drive gives the same bits.
@@ -72,9 +77,7 @@ class LoopCloser {
 
   LoopCloser() = default;
   explicit LoopCloser(State state);
-  [[nodiscard]] State state() const {
-    return {graph_, loops_, way_, tries_, pending_, are_others_};
-  }
+  [[nodiscard]] const State& state() const { return state_; }
 
   /// Takes the newest key scan.
   /// @param map_covariance  of its pose by its match, in the map frame.
@@ -83,7 +86,7 @@ class LoopCloser {
   void add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance, bool is_continued,
            const LoopOptions& options);
 
-  /// The key scans from this one on have moved: where they are from those before is hardly known.
+  /// The key scans from this one on were moved: where they are from those before is hardly known.
   void move_since(std::size_t first, const KeyScans& keys);
 
   /// The key scans from this one on are no more.
@@ -97,41 +100,38 @@ class LoopCloser {
   void begin_again(const KeyScans& keys, LocalMapRequest near, const LoopOptions& options);
 
   /// Whether something was begun that has not taken effect.
-  [[nodiscard]] bool is_pending() const { return pending_.has_value(); }
+  [[nodiscard]] bool is_pending() const { return state_.pending.has_value(); }
 
   /// Whether what was begun is to take effect now.
   [[nodiscard]] bool is_due(const KeyScans& keys) const;
 
-  /// Waits for what was begun, and lets it take effect.
-  [[nodiscard]] Result finish(const KeyScans& keys);
+  /// Waits for what was begun, and lets it take effect: a loop moves the key scans.
+  [[nodiscard]] Result finish(KeyScans& keys);
 
   /// Key scans are no more; the graph keeps what they said of others. Nothing is pending.
   /// @param is_taken  by number; not the first and not the newest.
   /// @return          by number: what it is now; of those that are no more, that of the one that
   ///                  stands for it.
-  std::vector<std::size_t> take_out(const std::vector<bool>& is_taken);
+  std::vector<std::size_t> take_out(const std::vector<bool>& is_taken, KeyScans& keys);
 
   /// Key scans of another robot come in behind the first one; see `slam/found_map.hpp`. Nothing is
   /// pending. Returns how those of this robot have moved.
-  /// @param before  key scans before they came in.
-  MapCorrection take_in(const FoundMap& found, const PlacedScans& before);
+  MapCorrection take_in(const FoundMap& found, KeyScans& keys);
 
   /// What is under way will not take effect: the robot is elsewhere than it was thought to be.
   void abandon();
 
   /// Whether each of some key scans, by their numbers, lies apart from the newest: hardly known
   /// where, and far in the graph.
-  [[nodiscard]] std::vector<bool> weakly_connected(const std::vector<std::size_t>& keys,
+  [[nodiscard]] std::vector<bool> weakly_connected(const KeyScans& keys,
+                                                   const std::vector<std::size_t>& some,
                                                    const LoopOptions& options) const;
 
-  [[nodiscard]] const PoseGraph& graph() const { return graph_; }
-  [[nodiscard]] const std::vector<ClosedLoop>& loops() const { return loops_; }
-  /// Places where a loop was searched for.
-  [[nodiscard]] std::size_t tries() const { return tries_; }
-  [[nodiscard]] bool empty() const { return graph_.poses.empty(); }
-
  private:
-  [[nodiscard]] PathUncertainty ways() const { return {graph_, links_, graph_.poses.size() - 1}; }
+  /// From the newest key scan of the graph.
+  [[nodiscard]] PathUncertainty ways(const KeyScans& keys) const {
+    return {keys.poses(state_.nodes), state_.edges, links_, state_.nodes - 1};
+  }
   void join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& map_covariance,
                       const LoopOptions& options);
   bool join_to_earlier(const KeyScans& keys, bool is_continued, const LoopOptions& options);
@@ -140,14 +140,10 @@ class LoopCloser {
   void take_loops(LoopTaskDone done, const Pending& pending);
   [[nodiscard]] MapCorrection correction_of(const PlacedScans& keys,
                                             const std::vector<Pose2>& new_map_from_base) const;
+  void index_edges() { links_ = AdjacencyList(state_.nodes, state_.edges); }
 
-  PoseGraph graph_;
-  AdjacencyList links_;  ///< of the graph
-  std::vector<ClosedLoop> loops_;
-  double way_ = 0.0;  ///< [m] since the last search
-  std::size_t tries_ = 0;
-  std::vector<bool> are_others_;  ///< see LoopState
-  std::optional<Pending> pending_;
+  State state_;
+  AdjacencyList links_;             ///< of the edges
   std::shared_ptr<LoopWork> work_;  ///< of what is pending; copies share it
 };
 

@@ -44,7 +44,8 @@ std::vector<Candidate> candidates_of(const LoopSearch& search) {
 ClosedLoop take_loop(const FoundLoop& found, double least_moved, LoopSearch& search) {
   PoseGraph& graph = search.graph;
   const std::size_t newest = search.keys.size() - 1;
-  add_edge({found.key, newest, found.key_from_newest, found.covariance, EdgeKind::kLoop}, graph);
+  add_edge({found.key, newest, found.key_from_newest, found.covariance, EdgeKind::kLoop},
+           graph.edges);
   GraphState before = state_of(graph);
   OptimisedGraph best = optimise(std::move(graph));
   graph = std::move(best.graph);

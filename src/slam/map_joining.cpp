@@ -29,7 +29,8 @@ class Joining {
   void search_loop();
   void optimise_poses();
   void take_keys_up_to(std::size_t key);
-  PoseGraph& graph() { return map_.loops.graph; }
+  std::vector<PoseEdge>& edges() { return map_.loops.edges; }
+  void index_edges() { links_.take_new(map_.loops.nodes, edges()); }
 
   MergedMap& map_;
   const EngineOptions& options_;
@@ -56,13 +57,11 @@ void Joining::append(const MergedMap& other, const Pose2& map_from_other) {
   for (const PlacedScan& key : other.part.key_scans.all()) {
     map_.part.key_scans.add({key.scan, map_from_other * key.map_from_base});
   }
-  for (const Pose2& pose : other.loops.graph.poses) {
-    graph().poses.push_back(map_from_other * pose);
-  }
-  for (PoseEdge edge : other.loops.graph.edges) {
+  map_.loops.nodes += other.loops.nodes;
+  for (PoseEdge edge : other.loops.edges) {
     edge.from += first_;
     edge.to += first_;
-    add_edge(edge, graph());
+    add_edge(edge, edges());
   }
   for (ClosedLoop loop : other.loops.loops) {
     loop.found.key += first_;
@@ -105,14 +104,14 @@ void Joining::join_where_found() {
                        });
   const auto there = static_cast<std::size_t>(nearest - keys_.begin());
   const Pose2 there_from_here = nearest->map_from_base.inverse() * keys_.back().map_from_base;
-  add_edge({there, found_, there_from_here, covariance_where_found()}, graph());
+  add_edge({there, found_, there_from_here, covariance_where_found()}, edges());
   joint_.stamp = keys_.back().scan->stamp();
   joint_.stamp_there = nearest->scan->stamp();
 }
 
 void Joining::join_on() {
   join_where_found();
-  links_.take_new(graph());
+  index_edges();
   const std::size_t end = map_.part.key_scans.size();
   for (std::size_t key = found_; key < end; ++key) {
     join_at(key);
@@ -134,49 +133,46 @@ void Joining::join_at(std::size_t key) {
     way_ += way_between(all[key - 1].map_from_base, all[key].map_from_base);
   }
   take_keys_up_to(key);
-  const std::vector<FoundLoop> near =
-      match_with_earlier(keys_, first_, {graph(), links_, key}, false, options_.loops);
+  const std::vector<FoundLoop> near = match_with_earlier(
+      keys_, first_, {map_.part.key_scans.poses(), edges(), links_, key}, false, options_.loops);
   for (const FoundLoop& one : near) {
-    add_edge({one.key, key, one.key_from_newest, one.covariance}, graph());
+    add_edge({one.key, key, one.key_from_newest, one.covariance}, edges());
   }
   joint_.matched += near.empty() ? 0 : 1;
   if (way_ >= kBetweenLoopSearches) {
     way_ = 0.0;
     search_loop();
   }
-  links_.take_new(graph());
+  index_edges();
 }
 
 void Joining::search_loop() {
-  LoopSearch search{keys_, std::move(graph()), options_.loops};
+  KeyScans& all = map_.part.key_scans;
+  LoopSearch search{keys_, {all.poses(), std::move(edges())}, options_.loops};
   LoopTaskDone done;
   close_a_loop(search, kLeastMoved * options_.map.resolution, done);
-  graph() = std::move(search.graph);
+  edges() = std::move(search.graph.edges);
   joint_.tried += done.tries;
   joint_.closed += count_closed(done.loops);
   map_.loops.tries += done.tries;
   map_.loops.loops.insert(map_.loops.loops.end(), done.loops.begin(), done.loops.end());
   if (done.has_moved) {
-    move_key_scans(graph().poses, map_.part.key_scans);
+    all.move(search.graph.poses);
     keys_.clear();  // to be taken anew
   }
 }
 
 void Joining::optimise_poses() {
-  graph() = optimise(std::move(graph())).graph;
-  move_key_scans(graph().poses, map_.part.key_scans);
+  KeyScans& all = map_.part.key_scans;
+  PoseGraph graph = optimise({all.poses(), std::move(edges())}).graph;
+  edges() = std::move(graph.edges);
+  all.move(graph.poses);
 }
 
 }  // namespace
 
 void draw(const EngineOptions& options, MapPart& part) {
   part.map = rendered(part.key_scans.all(), options.map, options.field);
-}
-
-void move_key_scans(const std::vector<Pose2>& poses, KeyScans& keys) {
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    keys.move(i, poses[i]);
-  }
 }
 
 std::optional<MergedMap> joined(const MergedMap& map, const MergedMap& there,

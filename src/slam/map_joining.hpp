@@ -42,9 +42,6 @@ struct MergedMap {
 /// Draws a map by its key scans.
 void draw(const EngineOptions& options, MapPart& part);
 
-/// Moves key scans to where a graph has them.
-void move_key_scans(const std::vector<Pose2>& poses, KeyScans& keys);
-
 /// Two maps that meet as one: both graphs become one, with all that they say of loops; from where
 /// they meet on what lies near is matched, and loops are searched for, as while mapping. None where
 /// what they saw contradicts that (`do_agree`).

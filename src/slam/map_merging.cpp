@@ -21,7 +21,6 @@ void finish_loops(const EngineOptions& options, KeyScans& keys, LoopState& state
   loops.begin_again(keys, {std::nullopt, options.map, options.field, 0}, options.loops);
   if (loops.is_pending()) {
     static_cast<void>(loops.finish(keys));
-    move_key_scans(loops.graph().poses, keys);
   }
   state = loops.state();
 }
@@ -44,7 +43,7 @@ MergedMap map_of(const EngineState& state, std::size_t input, std::size_t number
   if (is_map) {
     map.loops = state.loops;
   }
-  const std::size_t in_graph = std::min(all.size(), map.loops.graph.poses.size());
+  const std::size_t in_graph = std::min(all.size(), map.loops.nodes);
   for (std::size_t i = 0; i < in_graph; ++i) {
     keys.add(all.all()[i]);
   }
@@ -167,12 +166,13 @@ class Merging {
 /// Where the first key scan of the first input is as it was.
 void go_to_first_frame(const EngineOptions& options, MergedMap& map) {
   const MergedStretch& first = first_stretch(map);
-  std::vector<Pose2>& poses = map.loops.graph.poses;
+  KeyScans& keys = map.part.key_scans;
+  std::vector<Pose2> poses = keys.poses();
   const Pose2 new_from_old = first.first * poses[first.begin].inverse();
   for (Pose2& pose : poses) {
     pose = new_from_old * pose;
   }
-  move_key_scans(poses, map.part.key_scans);
+  keys.move(poses);
   draw(options, map.part);
 }
 

@@ -224,6 +224,13 @@ void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
 
 // --- loops ---
 
+LocalScans Mapping::scans_around(const EngineOptions& options) const {
+  const KeyScans& key_scans = parts_.map().key_scans;
+  return local_scans(key_scans.all(), [&](const auto& some) {
+    return loops_.weakly_connected(key_scans, some, options.loops);
+  });
+}
+
 std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) {
   const KeyScans& key_scans = parts_.map().key_scans;
   std::optional<MapCorrection> correction;
@@ -234,10 +241,7 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
     correction = take_found_map(options);
   }
   LocalMapRequest near = near_request(options);
-  const auto are_apart = [&](const auto& some) {
-    return loops_.weakly_connected(some, options.loops);
-  };
-  LocalScans scans = local_scans(key_scans.all(), are_apart);
+  LocalScans scans = scans_around(options);
   if (is_crowded(key_scans.all(), near.enough)) {
     renderer_.expect_local_map();  // with which what is superfluous is found
   }
@@ -262,18 +266,15 @@ std::optional<MapCorrection> Mapping::take_found_map(const EngineOptions& option
     return std::nullopt;
   }
   // A loop that moves nothing adds an edge all the same.
-  if (loops_.graph().poses.size() != key_scans.size() || loops_.loops().size() != found->loops ||
+  const LoopState& state = loops_.state();
+  if (state.nodes != key_scans.size() || state.loops.size() != found->loops ||
       !is_up_to_date(*found, key_scans.all())) {
     found->fate = FoundMap::Fate::kOutdated;
     return std::nullopt;
   }
-  MapCorrection correction = loops_.take_in(*found, key_scans.all());
-  key_scans.insert(1, others_of(*found));
-  move_map(correction);
-  const LocalScans near = local_scans(key_scans.all(), [&](const auto& some) {
-    return loops_.weakly_connected(some, options.loops);
-  });
-  renderer_.match_locally(LocalMap(near, options.map, options.field));
+  MapCorrection correction = loops_.take_in(*found, key_scans);
+  move_with_map(correction.newest);
+  renderer_.match_locally(LocalMap(scans_around(options), options.map, options.field));
   found->fate = FoundMap::Fate::kTaken;
   return correction;
 }
@@ -287,7 +288,7 @@ std::optional<MapCorrection> Mapping::finish_loops() {
     renderer_.match_locally(std::move(*result.near));
   }
   if (result.correction) {
-    move_map(*result.correction);
+    move_with_map(result.correction->newest);
   }
   if (!fork_) {
     take_out(result.superfluous);
@@ -297,26 +298,21 @@ std::optional<MapCorrection> Mapping::finish_loops() {
 
 void Mapping::take_out(const std::vector<std::uint64_t>& ids) {
   KeyScans& key_scans = parts_.map().key_scans;
-  if (ids.empty() || loops_.graph().poses.size() != key_scans.size()) {
+  if (ids.empty() || loops_.state().nodes != key_scans.size()) {
     return;
   }
   std::vector<bool> is_taken(key_scans.size(), false);
   for (const std::uint64_t id : ids) {
     is_taken.at(id) = true;
   }
-  key_scans.take_out(is_taken);
-  renderer_.renumber(loops_.take_out(is_taken), ids.size());
+  renderer_.renumber(loops_.take_out(is_taken, key_scans), ids.size());
 }
 
-void Mapping::move_map(const MapCorrection& correction) {
-  MapPart& part = parts_.map();
+void Mapping::move_with_map(const Pose2& new_from_old) {
   renderer_.expect_move();
-  for (std::size_t i = 0; i < part.key_scans.size(); ++i) {
-    part.key_scans.move(i, loops_.graph().poses[i]);
-  }
-  parts_.move_waiting_for_map(correction.newest);
-  for (auto& [laser, map_from_base] : part.last_inserted) {
-    map_from_base = correction.newest * map_from_base;
+  parts_.move_waiting_for_map(new_from_old);
+  for (auto& [laser, map_from_base] : parts_.map().last_inserted) {
+    map_from_base = new_from_old * map_from_base;
   }
 }
 

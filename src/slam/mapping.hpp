@@ -140,7 +140,10 @@ class Mapping {
   void match_whole_map(const EngineOptions& options) {
     renderer_.match_whole(parts_.map(), options);
   }
-  void move_map(const MapCorrection& correction);
+  /// The key scans have moved, and what goes with the newest follows.
+  void move_with_map(const Pose2& new_from_old);
+  /// Those around the newest.
+  [[nodiscard]] LocalScans scans_around(const EngineOptions& options) const;
   void take_out(const std::vector<std::uint64_t>& ids);
   std::optional<MapCorrection> take_found_map(const EngineOptions& options);
 

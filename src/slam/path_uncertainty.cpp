@@ -23,22 +23,36 @@ double length_of(const PoseEdge& edge) {
              : length;
 }
 
-/// [m] from a node to each one by the way of the fewest edges, where that is short enough for them
-/// to lie together; else infinite.
-std::vector<double> lengths_within_reach(const PoseGraph& graph, const AdjacencyList& links,
-                                         std::size_t node) {
+}  // namespace
+
+void AdjacencyList::take_new(std::size_t nodes, const std::vector<PoseEdge>& edges) {
+  first_.resize(nodes, kNone);
+  last_.resize(nodes, kNone);
+  for (std::size_t edge = ends_.size() / 2; edge < edges.size(); ++edge) {
+    for (const std::size_t node : {edges[edge].from, edges[edge].to}) {
+      const auto end = static_cast<Number>(ends_.size());
+      (first_[node] == kNone ? first_[node] : ends_[last_[node]].next) = end;
+      last_[node] = end;
+      append_sparingly({static_cast<Number>(node), kNone}, ends_);
+    }
+  }
+}
+
+/// [m] from the node to each one by the way of the fewest edges, where that is short enough for
+/// them to lie together; else infinite.
+std::vector<double> PathUncertainty::lengths_within_reach() const {
   constexpr std::size_t kTogether = 40;   // edges of the graph
   constexpr double kLongTogether = 60.0;  // [m], where key scans are far from one another
-  std::vector<double> lengths(graph.poses.size(), kInfinity);
-  std::vector<std::size_t> reached{node};
-  lengths[node] = 0.0;
+  std::vector<double> lengths(poses_.size(), kInfinity);
+  std::vector<std::size_t> reached{node_};
+  lengths[node_] = 0.0;
   std::size_t begin = 0;
   for (std::size_t edges = 1; edges <= kTogether; ++edges) {
     for (const std::size_t end = reached.size(); begin < end; ++begin) {
       const std::size_t from = reached[begin];
-      links.for_each(from, [&](std::size_t edge, std::size_t to) {
-        if (is_used(graph.edges[edge]) && lengths[to] == kInfinity) {
-          lengths[to] = lengths[from] + length_of(graph.edges[edge]);
+      links_->for_each(from, [&](std::size_t edge, std::size_t to) {
+        if (is_used((*edges_)[edge]) && lengths[to] == kInfinity) {
+          lengths[to] = lengths[from] + length_of((*edges_)[edge]);
           reached.push_back(to);
         }
       });
@@ -53,32 +67,17 @@ std::vector<double> lengths_within_reach(const PoseGraph& graph, const Adjacency
 }
 
 /// [m^2]
-double variance_of(const PoseEdge& edge, const PoseGraph& graph, const Eigen::Vector2d& here) {
-  const double squared_distance = (graph.poses[edge.from].translation() - here).squaredNorm();
+double PathUncertainty::variance_of(const PoseEdge& edge, const Eigen::Vector2d& here) const {
+  const double squared_distance = (poses_[edge.from].translation() - here).squaredNorm();
   return 0.5 * edge.covariance.topLeftCorner<2, 2>().trace() +
          edge.covariance(2, 2) * squared_distance;
 }
 
-}  // namespace
-
-void AdjacencyList::take_new(const PoseGraph& graph) {
-  first_.resize(graph.poses.size(), kNone);
-  last_.resize(graph.poses.size(), kNone);
-  for (std::size_t edge = ends_.size() / 2; edge < graph.edges.size(); ++edge) {
-    for (const std::size_t node : {graph.edges[edge].from, graph.edges[edge].to}) {
-      const auto end = static_cast<Number>(ends_.size());
-      (first_[node] == kNone ? first_[node] : ends_[last_[node]].next) = end;
-      last_[node] = end;
-      append_sparingly({static_cast<Number>(node), kNone}, ends_);
-    }
-  }
-}
-
 std::vector<double> PathUncertainty::variances(const std::vector<std::size_t>& nodes,
                                                double enough) const {
-  const Eigen::Vector2d here = graph_->poses[node_].translation();
-  std::vector<double> least(graph_->poses.size(), kInfinity);
-  std::vector<bool> is_open(graph_->poses.size(), false);
+  const Eigen::Vector2d here = poses_[node_].translation();
+  std::vector<double> least(poses_.size(), kInfinity);
+  std::vector<bool> is_open(poses_.size(), false);
   std::size_t open = 0;
   for (const std::size_t node : nodes) {
     open += is_open[node] ? 0 : 1;
@@ -97,11 +96,11 @@ std::vector<double> PathUncertainty::variances(const std::vector<std::size_t>& n
     open -= is_open[from] ? 1 : 0;
     is_open[from] = false;
     links_->for_each(from, [&, variance = variance](std::size_t number, std::size_t to) {
-      const PoseEdge& edge = graph_->edges[number];
+      const PoseEdge& edge = (*edges_)[number];
       if (!is_used(edge)) {
         return;
       }
-      const double there = variance + variance_of(edge, *graph_, here);
+      const double there = variance + variance_of(edge, here);
       if (there < least[to] && there <= enough) {
         least[to] = there;
         next.push({there, to});
@@ -118,7 +117,7 @@ std::vector<double> PathUncertainty::variances(const std::vector<std::size_t>& n
 
 std::vector<bool> PathUncertainty::weakly_connected(const std::vector<std::size_t>& nodes,
                                                     double sigma) const {
-  const std::vector<double> lengths = lengths_within_reach(*graph_, *links_, node_);
+  const std::vector<double> lengths = lengths_within_reach();
   std::vector<std::size_t> far;
   for (const std::size_t node : nodes) {
     if (lengths[node] == kInfinity) {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "matchbox_slam/graph/pose_graph.hpp"
@@ -14,10 +15,11 @@ namespace matchbox_slam {
 class AdjacencyList {
  public:
   AdjacencyList() = default;
-  explicit AdjacencyList(const PoseGraph& graph) { take_new(graph); }
+  explicit AdjacencyList(const PoseGraph& graph) : AdjacencyList(graph.poses.size(), graph.edges) {}
+  AdjacencyList(std::size_t nodes, const std::vector<PoseEdge>& edges) { take_new(nodes, edges); }
 
   /// Takes in the nodes and edges that the graph has had since.
-  void take_new(const PoseGraph& graph);
+  void take_new(std::size_t nodes, const std::vector<PoseEdge>& edges);
 
   /// Calls `visit(edge, to)` with the number of each edge of a node and of the node at its other
   /// end, in the order of edges.
@@ -41,12 +43,16 @@ class AdjacencyList {
   std::vector<End> ends_;  ///< two of each edge
 };
 
-/// How near nodes are to one of them in the graph, along edges that are used. Looks at graph and
+/// How near nodes are to one of them in the graph, along edges that are used. Looks at edges and
 /// links as long as it lives, and follows no more edges than it takes to answer.
 class PathUncertainty {
  public:
+  /// @param poses  of the graph's nodes.
+  PathUncertainty(std::vector<Pose2> poses, const std::vector<PoseEdge>& edges,
+                  const AdjacencyList& links, std::size_t node)
+      : poses_(std::move(poses)), edges_(&edges), links_(&links), node_(node) {}
   PathUncertainty(const PoseGraph& graph, const AdjacencyList& links, std::size_t node)
-      : graph_(&graph), links_(&links), node_(node) {}
+      : PathUncertainty(graph.poses, graph.edges, links, node) {}
 
   /// Variance [m^2] of where each of some nodes is, by the surest way: each edge adds the variance
   /// of its translation, and that of its heading times the square of its distance (Dijkstra 1959).
@@ -62,7 +68,11 @@ class PathUncertainty {
                                                    double sigma) const;
 
  private:
-  const PoseGraph* graph_;
+  [[nodiscard]] std::vector<double> lengths_within_reach() const;
+  [[nodiscard]] double variance_of(const PoseEdge& edge, const Eigen::Vector2d& here) const;
+
+  std::vector<Pose2> poses_;
+  const std::vector<PoseEdge>* edges_;
   const AdjacencyList* links_;
   std::size_t node_;
 };

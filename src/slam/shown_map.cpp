@@ -3,7 +3,6 @@
 #include <set>
 
 #include "map/scan_drawing.hpp"
-#include "slam/image_views.hpp"
 
 namespace matchbox_slam {
 
@@ -11,7 +10,7 @@ OccupancyGrid shown_occupancy(const SlamMap& map, const PlacedScans& keys,
                               const MapOptions& options) {
   std::set<int> lasers;
   for (const PlacedScan& key : keys) {
-    if (!lasers.insert(key.scan->laser()).second || is_image_view(*key.scan)) {
+    if (!lasers.insert(key.scan->laser()).second || key.scan->is_of_image()) {
       return map.occupancy;
     }
   }

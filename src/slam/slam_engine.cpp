@@ -33,13 +33,15 @@ std::size_t SlamEngine::map_bytes() const {
 
 const KeyScans& SlamEngine::key_scans() const { return parts_->key_scans(); }
 
-const PoseGraph& SlamEngine::graph() const { return parts_->mapping().loops().graph(); }
-
-const std::vector<ClosedLoop>& SlamEngine::loops() const {
-  return parts_->mapping().loops().loops();
+PoseGraph SlamEngine::graph() const {
+  return graph_of(parts_->key_scans(), parts_->mapping().loops().state());
 }
 
-std::size_t SlamEngine::loop_tries() const { return parts_->mapping().loops().tries(); }
+const std::vector<ClosedLoop>& SlamEngine::loops() const {
+  return parts_->mapping().loops().state().loops;
+}
+
+std::size_t SlamEngine::loop_tries() const { return parts_->mapping().loops().state().tries; }
 
 std::size_t SlamEngine::parts_apart() const { return parts_->mapping().parts().all().size() - 1; }
 

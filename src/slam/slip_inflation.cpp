@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "matchbox_slam/geometry/angles.hpp"
 
@@ -81,11 +80,11 @@ SlowStretch slow_stretch(const PlacedScans& keys, std::size_t end) {
 /// Widens the edge of motion of a leg along a direction of the map, unless scans tell how far it
 /// was.
 void widen(const Leg& leg, const Eigen::Vector2d& along_in_map, double variance,
-           const PlacedScans& keys, PoseGraph& graph) {
-  const auto edge = std::find_if(graph.edges.rbegin(), graph.edges.rend(), [&](const auto& one) {
+           const PlacedScans& keys, std::vector<PoseEdge>& edges) {
+  const auto edge = std::find_if(edges.rbegin(), edges.rend(), [&](const auto& one) {
     return one.from + 1 == leg.to && one.to == leg.to && one.kind == EdgeKind::kMotion;
   });
-  if (edge == graph.edges.rend()) {
+  if (edge == edges.rend()) {
     return;
   }
   const Eigen::Vector2d along =
@@ -99,7 +98,7 @@ void widen(const Leg& leg, const Eigen::Vector2d& along_in_map, double variance,
 
 }  // namespace
 
-void inflate_for_slip(const PlacedScans& keys, std::size_t key, PoseGraph& graph) {
+void inflate_for_slip(const PlacedScans& keys, std::size_t key, std::vector<PoseEdge>& edges) {
   if (key + 1 >= keys.size()) {
     return;
   }
@@ -116,7 +115,7 @@ void inflate_for_slip(const PlacedScans& keys, std::size_t key, PoseGraph& graph
   }
   for (const Leg& leg : stretch.legs) {  // all at once: what is hidden in one is in the others
     const double variance = kShare * kShare * hidden * stretch.hidden(leg);
-    widen(leg, stretch.before.way.normalized(), variance, keys, graph);
+    widen(leg, stretch.before.way.normalized(), variance, keys, edges);
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "matchbox_slam/graph/pose_graph.hpp"
 #include "matchbox_slam/matching/key_scan.hpp"
@@ -14,6 +15,6 @@ namespace matchbox_slam {
 /// is wrong there and not all ways. One that stood there for a moment cannot be told from it.
 /// @param key  where the slow stretch ends: it and the one after are in the order of their stamps,
 ///             or nothing is done. To be called once for each.
-void inflate_for_slip(const PlacedScans& keys, std::size_t key, PoseGraph& graph);
+void inflate_for_slip(const PlacedScans& keys, std::size_t key, std::vector<PoseEdge>& edges);
 
 }  // namespace matchbox_slam

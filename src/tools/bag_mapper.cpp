@@ -283,8 +283,8 @@ void BagMapping::add_map_and_trajectories() {
   add_poses("/odometry.tum", run().odometry(), "");
   add_tum_parts(out_ + "/key_scans.tum", {key_scan_trajectory(run().key_scans()).poses()},
                 comment("Of the whole map, the one that it went on with, too: "), *files_);
-  const PoseGraph& graph = run().graph();
-  files_->add(out_ + "/graph.g2o", [&graph](const ByteSink& sink) { write_g2o(graph, sink); });
+  files_->add(out_ + "/graph.g2o",
+              [this](const ByteSink& sink) { write_g2o(run().graph(), sink); });
   add_images(run().shown_map());
   files_->add(out_ + "/map.slam",
               [this](const ByteSink& sink) { write_saved_map(run().snapshot(), sink); });

@@ -211,7 +211,8 @@ void MapMerger::add_map(std::size_t number, FileReplacement& files) const {
   for (std::size_t input = 0; input < inputs_.size(); ++input) {
     drives.push_back(trajectory_in(map, input));
   }
-  add_images(path, shown, draw_drives(shown, drives, map.loops.graph).to_png(),
+  add_images(path, shown,
+             draw_drives(shown, drives, graph_of(map.part.key_scans, map.loops)).to_png(),
              map_format(configuration_.setup().run), files);
   files.add(path + ".slam", [&](const ByteSink& sink) { write_saved_map(state_of(map), sink); });
 }

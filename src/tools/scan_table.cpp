@@ -6,8 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "slam/image_views.hpp"
-
 namespace matchbox_slam {
 namespace {
 
@@ -48,7 +46,7 @@ void ScanTable::add(const ScanOutcome& outcome) {
 Trajectory key_scan_trajectory(const KeyScans& key_scans) {
   std::vector<StampedPose2> poses;
   for (const PlacedScan& key : key_scans.all()) {
-    if (!is_image_view(*key.scan)) {
+    if (!key.scan->is_of_image()) {
       poses.push_back({key.scan->stamp(), key.map_from_base});
     }
   }

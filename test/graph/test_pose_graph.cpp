@@ -52,7 +52,7 @@ TEST(PoseGraph, EdgesAreAddedWithLittleMemoryToSpare) {
   for (std::size_t i = 0; i < 1000; ++i) {
     PoseEdge edge = graph.edges[0];
     edge.from_to.x = static_cast<double>(i);
-    add_edge(edge, graph);
+    add_edge(edge, graph.edges);
     ASSERT_LE(graph.edges.capacity(), graph.edges.size() + graph.edges.size() / 8 + 16);
   }
   ASSERT_EQ(graph.edges.size(), 1002U);

@@ -19,12 +19,12 @@ namespace {
 /// Three key scans, and a loop from the last to the first.
 LoopState sound_loops() {
   LoopState loops;
-  loops.graph.poses.assign(3, {});
+  loops.nodes = 3;
   const Eigen::Matrix3d covariance = 0.01 * Eigen::Matrix3d::Identity();
-  loops.graph.edges = {{0, 1, {1.0, 2.0, 3.0}, covariance},
-                       {1, 2, {}, covariance},
-                       {0, 2, {}, covariance, EdgeKind::kLoop, Belief::kDisbelieved}};
-  loops.graph.edges[1].drift = {0.001, 0.002, 0.003};
+  loops.edges = {{0, 1, {1.0, 2.0, 3.0}, covariance},
+                 {1, 2, {}, covariance},
+                 {0, 2, {}, covariance, EdgeKind::kLoop, Belief::kDisbelieved}};
+  loops.edges[1].drift = {0.001, 0.002, 0.003};
   loops.loops = {{{0, {0.1, 0.2, 0.3}, covariance, 0.9, 0.5, 7.5}, 2, true, 1.5, 0.25}};
   loops.way = 0.75;
   loops.tries = 7;
@@ -55,15 +55,15 @@ std::string error_after(const std::function<void(LoopState&)>& change) {
 TEST(SavedLoops, ComeBack) {
   const LoopState sound = sound_loops();
   const LoopState again = saved_with(sound).loops;
-  ASSERT_EQ(again.graph.poses.size(), 3U);
-  ASSERT_EQ(again.graph.edges.size(), 3U);
-  EXPECT_EQ(again.graph.edges[0].from_to, sound.graph.edges[0].from_to);
-  EXPECT_EQ(again.graph.edges[2].from, 0U);
-  EXPECT_EQ(again.graph.edges[2].to, 2U);
-  EXPECT_EQ(again.graph.edges[2].covariance, sound.graph.edges[2].covariance);
-  EXPECT_EQ(again.graph.edges[2].kind, EdgeKind::kLoop);
-  EXPECT_EQ(again.graph.edges[2].belief, Belief::kDisbelieved);
-  EXPECT_EQ(again.graph.edges[1].drift, sound.graph.edges[1].drift);
+  ASSERT_EQ(again.nodes, 3U);
+  ASSERT_EQ(again.edges.size(), 3U);
+  EXPECT_EQ(again.edges[0].from_to, sound.edges[0].from_to);
+  EXPECT_EQ(again.edges[2].from, 0U);
+  EXPECT_EQ(again.edges[2].to, 2U);
+  EXPECT_EQ(again.edges[2].covariance, sound.edges[2].covariance);
+  EXPECT_EQ(again.edges[2].kind, EdgeKind::kLoop);
+  EXPECT_EQ(again.edges[2].belief, Belief::kDisbelieved);
+  EXPECT_EQ(again.edges[1].drift, sound.edges[1].drift);
   ASSERT_EQ(again.loops.size(), 1U);
   const ClosedLoop& loop = again.loops.front();
   EXPECT_EQ(loop.newest, 2U);
@@ -90,11 +90,11 @@ TEST(SavedLoops, NameNoKeyScanThatThereIsNot) {
   EXPECT_TRUE(contains(error_after([](auto& lie) { lie.loops[0].found.key = 3; }), text));
   EXPECT_TRUE(contains(error_after([](auto& lie) { lie.loops[0].newest = 3; }), text));
   EXPECT_TRUE(contains(error_after([](auto& lie) {
-                         lie.graph.poses.resize(4);
-                         lie.graph.edges.push_back({2, 3, {}, Eigen::Matrix3d::Identity()});
+                         lie.nodes = 4;
+                         lie.edges.push_back({2, 3, {}, Eigen::Matrix3d::Identity()});
                        }),
                        "is damaged: its graph has 4 key scans; the map has 3"));
-  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.graph.poses.clear(); }),
+  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.nodes = 0; }),
                        "is damaged: it names key scan 0 of a graph of 0"));
 }
 
@@ -106,21 +106,19 @@ TEST(SavedLoops, GoOnWithKeyScansAndEdgesThatThereAre) {
 }
 
 TEST(SavedLoops, HoldAGraphThatIsOne) {
-  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.graph.edges[1].covariance(0, 1) = 0.02; }),
+  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.edges[1].covariance(0, 1) = 0.02; }),
                        "is damaged: pose graph: the edge from node 1 to node 2 has a covariance"));
   EXPECT_TRUE(contains(error_after([](auto& lie) {
-                         lie.graph.edges[1].covariance(0, 0) =
-                             std::numeric_limits<double>::quiet_NaN();
+                         lie.edges[1].covariance(0, 0) = std::numeric_limits<double>::quiet_NaN();
                        }),
                        "is damaged: it holds the number"));
+  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.edges.erase(lie.edges.begin()); }),
+                       "is damaged: pose graph: no edges of motion join node"));
   EXPECT_TRUE(
-      contains(error_after([](auto& lie) { lie.graph.edges.erase(lie.graph.edges.begin()); }),
-               "is damaged: pose graph: no edges of motion join node"));
-  EXPECT_TRUE(
-      contains(error_after([](auto& lie) { lie.graph.edges[1].kind = static_cast<EdgeKind>(3); }),
+      contains(error_after([](auto& lie) { lie.edges[1].kind = static_cast<EdgeKind>(3); }),
                "is damaged: an edge of its graph is of kind or belief 3; allowed: up to 2"));
   EXPECT_TRUE(
-      contains(error_after([](auto& lie) { lie.graph.edges[1].belief = static_cast<Belief>(3); }),
+      contains(error_after([](auto& lie) { lie.edges[1].belief = static_cast<Belief>(3); }),
                "is damaged: an edge of its graph is of kind or belief 3; allowed: up to 2"));
   EXPECT_TRUE(contains(error_after([](auto& lie) { lie.loops[0].found.covariance *= -1.0; }),
                        "is damaged: the covariance of a loop is none"));

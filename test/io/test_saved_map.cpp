@@ -224,9 +224,9 @@ TEST_F(SavedMap, ReadsVersion4OfTheFormat) {
   const EngineState start =
       read_saved_map(std::string(MATCHBOX_SOURCE_DIR) + "/test/io/version_4.slam");
   ASSERT_GT(start.key_scans.size(), 1U);
-  EXPECT_EQ(start.loops.graph.poses.size(), start.key_scans.size());
-  ASSERT_FALSE(start.loops.graph.edges.empty());
-  EXPECT_TRUE(start.loops.graph.edges.front().drift.isZero()) << "version 9 tells it apart";
+  EXPECT_EQ(start.loops.nodes, start.key_scans.size());
+  ASSERT_FALSE(start.loops.edges.empty());
+  EXPECT_TRUE(start.loops.edges.front().drift.isZero()) << "version 9 tells it apart";
   for (const PlacedScan& key : start.key_scans.all()) {
     const std::optional<MeasuredScan> measured = key.scan->measured();
     ASSERT_TRUE(measured);

@@ -35,7 +35,7 @@ TEST(ImageViews, SeeTheWallsWhereTheyAreInTheMap) {
   std::set<double> stamps;
   for (const PlacedScan& view : views.all()) {
     stamps.insert(view.scan->stamp());
-    EXPECT_TRUE(is_image_view(*view.scan));
+    EXPECT_TRUE(view.scan->is_of_image());
     const Transform2 to_map(view.map_from_base);
     EXPECT_GT(view.scan->points()->points.size(), 700U);
     for (const ScanPoint& point : view.scan->points()->points) {
@@ -56,9 +56,9 @@ TEST(ImageViews, AreToldByWhatTheyAreAndNotByTheirStamps) {
   keys.add(scan, 0, {});
   scan.is_of_image = true;
   keys.add(scan, 0, {});
-  EXPECT_FALSE(is_image_view(*keys.all()[0].scan));
-  EXPECT_TRUE(is_image_view(*keys.all()[1].scan)) << "though all else is alike";
-  EXPECT_TRUE(is_image_view(KeyScan(*keys.all()[1].scan, 7))) << "by another number, too";
+  EXPECT_FALSE(keys.all()[0].scan->is_of_image());
+  EXPECT_TRUE(keys.all()[1].scan->is_of_image()) << "though all else is alike";
+  EXPECT_TRUE(KeyScan(*keys.all()[1].scan, 7).is_of_image()) << "by another number, too";
 }
 
 /// Else a search takes one of them alone.

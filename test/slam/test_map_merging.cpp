@@ -35,7 +35,7 @@ TEST(MergeMaps, TwoDrivesOfTheSameRoomsBecomeOneMapInTheFrameOfTheFirst) {
       merged_maps({map_of_way(3, 0, 60, kFirst), map_of_way(3, 30, 100, kSecond)}, {}, kNobody);
   ASSERT_EQ(maps.size(), 1U);
   EXPECT_EQ(maps[0].part.key_scans.size(), 130U);
-  EXPECT_EQ(maps[0].loops.graph.poses.size(), 130U);
+  EXPECT_EQ(maps[0].loops.nodes, 130U);
   ASSERT_EQ(maps[0].joints.size(), 1U);
   EXPECT_LE(largest_error(maps[0], kFirst, 3, {0, 30}), 0.02);
 }
@@ -97,7 +97,7 @@ TEST(MergeMaps, AMapApartIsAMapLikeOthersAndScansThatWaitAreKept) {
   EXPECT_EQ(maps[0].part.key_scans.size(), 75U);
   const EngineState saved = state_of(maps[0]);
   EXPECT_EQ(saved.key_scans.size(), 75U);
-  EXPECT_EQ(saved.loops.graph.poses.size(), 75U);
+  EXPECT_EQ(saved.loops.nodes, 75U);
   EXPECT_TRUE(saved.localization.apart.empty());
 }
 

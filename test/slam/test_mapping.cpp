@@ -46,7 +46,7 @@ class MappingTest : public testing::Test {
 TEST_F(MappingTest, MakesScansKeyScansOfMapAndGraph) {
   insert_first(3);
   EXPECT_EQ(mapped(), 3U);
-  EXPECT_EQ(mapping_.loops().graph().poses.size(), 3U);
+  EXPECT_EQ(mapping_.loops().state().nodes, 3U);
   EXPECT_EQ(mapping_.parts().map().last_inserted.at(0), keys_[2].map_from_base);
   EXPECT_TRUE(same_map(mapping_.matched(),
                        rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field)));
@@ -68,7 +68,7 @@ TEST_F(MappingTest, MapsALostRobotApartAndPutsThatWhereItBelongs) {
   ASSERT_TRUE(insert({keys_[3].scan, apart_from_map * keys_[3].map_from_base}));
   EXPECT_EQ(mapped(), 3U);
   EXPECT_EQ(mapping_.parts().here().key_scans.size(), 1U);
-  EXPECT_EQ(mapping_.loops().graph().poses.size(), 3U);
+  EXPECT_EQ(mapping_.loops().state().nodes, 3U);
 
   mapping_.join(0, apart_from_map.inverse(), options_);
   EXPECT_FALSE(mapping_.is_lost());

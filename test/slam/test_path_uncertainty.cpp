@@ -179,7 +179,7 @@ TEST(GraphDistance, IsThatOfBruteForce) {
         graph.edges.push_back(edge(i - 1, i, any_covariance()));
       }
       if (pick(2) == 0) {
-        links.take_new(graph);  // as the edges come
+        links.take_new(graph.poses.size(), graph.edges);  // as the edges come
       }
     }
     for (std::size_t loops = pick(4); loops > 0; --loops) {
@@ -188,7 +188,7 @@ TEST(GraphDistance, IsThatOfBruteForce) {
       graph.edges.push_back(edge(from, to, any_covariance(), EdgeKind::kLoop,
                                  pick(2) == 0 ? Belief::kBelieved : Belief::kDisbelieved));
     }
-    links.take_new(graph);
+    links.take_new(graph.poses.size(), graph.edges);
     const std::size_t node = pick(nodes);
     const PathUncertainty ways(graph, links, node);
     const Ways expected = by_force(graph, node);

@@ -30,16 +30,16 @@ struct PoseEdge {
   Eigen::Vector3d drift = Eigen::Vector3d::Zero();
 };
 
-/// Where all key scans were taken, and what says so. The first pose is where the map begins and
-/// does not move. Edges that are no loops join all nodes; where nothing is known of a motion, as
-/// between two drives, its covariance is wide.
+/// Where all key scans were taken, and what says so, to be looked at or optimised. The first pose
+/// is where the map begins and does not move. Edges that are no loops join all nodes; where nothing
+/// is known of a motion, as between two drives, its covariance is wide.
 struct PoseGraph {
   std::vector<Pose2> poses;  ///< `map_from_base` by number of key scan
   std::vector<PoseEdge> edges;
 };
 
 /// Appends an edge. Memory grows by an eighth: doubled, it would hold a long drive's edges twice.
-void add_edge(const PoseEdge& edge, PoseGraph& graph);
+void add_edge(const PoseEdge& edge, std::vector<PoseEdge>& edges);
 
 /// What optimising changes of a graph. Kept to take it back, it is a tenth of the graph.
 struct GraphState {

@@ -11,8 +11,9 @@
 
 namespace matchbox_slam {
 
-/// All key scans of a map, oldest first, each with its number as id, and where they were taken.
-/// Copies share the scans, and not where they were taken.
+/// All key scans of a map, oldest first, each with its number as id, and where they were taken: the
+/// one home of these poses, which the graph's edges are about (LoopState). Copies share the scans,
+/// and not where they were taken.
 class KeyScans {
  public:
   void add(MeasuredScan measured, int laser, const Pose2& map_from_base);
@@ -28,6 +29,8 @@ class KeyScans {
 
   /// Says anew where a key scan was taken. Throws std::out_of_range for an id that there is not.
   void move(std::uint64_t id, const Pose2& map_from_base);
+  /// The same of all, in their order.
+  void move(const std::vector<Pose2>& map_from_base);
 
   /// Those from this id on are no more.
   void forget_since(std::uint64_t id) { scans_.resize(id); }
@@ -39,6 +42,10 @@ class KeyScans {
   [[nodiscard]] const PlacedScans& all() const { return scans_; }
   [[nodiscard]] bool empty() const { return scans_.empty(); }
   [[nodiscard]] std::size_t size() const { return scans_.size(); }
+
+  /// Where the first ones were taken, so many. Throws std::out_of_range when there are fewer.
+  [[nodiscard]] std::vector<Pose2> poses(std::size_t count) const;
+  [[nodiscard]] std::vector<Pose2> poses() const { return poses(size()); }
 
   /// The last ones, up to so many, oldest first.
   void copy_newest(std::size_t most, PlacedScans& newest) const;

@@ -8,6 +8,7 @@
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/graph/pose_graph.hpp"
+#include "matchbox_slam/slam/key_scans.hpp"
 
 namespace matchbox_slam {
 
@@ -84,9 +85,11 @@ struct PendingLoopWork {
   bool is_abandoned = false;   ///< its result is not to be used
 };
 
-/// What it takes to go on closing loops: a value, to be copied and saved.
+/// What it takes to go on closing loops: a value, to be copied and saved. With the key scans, which
+/// are its nodes, this is the map's graph.
 struct LoopState {
-  PoseGraph graph;
+  std::vector<PoseEdge> edges;  ///< of the graph
+  std::size_t nodes = 0;        ///< key scans that it has: the first ones
   std::vector<ClosedLoop> loops;
   double way = 0.0;  ///< [m] since the last search
   std::size_t tries = 0;
@@ -95,6 +98,9 @@ struct LoopState {
   /// those behind the last none is.
   std::vector<bool> are_others = {};
 };
+
+/// The graph as it is now.
+[[nodiscard]] PoseGraph graph_of(const KeyScans& keys, const LoopState& state);
 
 /// Of loops that were tried, those that were believed.
 [[nodiscard]] std::size_t count_closed(const std::vector<ClosedLoop>& loops);

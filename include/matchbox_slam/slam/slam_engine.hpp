@@ -62,8 +62,8 @@ class SlamEngine {
   /// Of the map as it is, rendered or not.
   [[nodiscard]] std::size_t map_bytes() const;
   [[nodiscard]] const KeyScans& key_scans() const;
-  /// How the key scans are joined: its poses are theirs.
-  [[nodiscard]] const PoseGraph& graph() const;
+  /// Of the key scans, as it is now: how they are joined.
+  [[nodiscard]] PoseGraph graph() const;
 
   /// Loops that were tried, believed or not.
   [[nodiscard]] const std::vector<ClosedLoop>& loops() const;
