@@ -35,7 +35,8 @@ std::set<std::string> operator+(std::set<std::string> a, const std::set<std::str
 
 const std::map<std::string, Module>& modules() {
   static const std::set<std::string> files = kCore + std::set<std::string>{"evaluation", "io"};
-  static const std::set<std::string> ros = files + std::set<std::string>{"run", "ros"};
+  static const std::set<std::string> run = files + std::set<std::string>{"odometry", "merging"};
+  static const std::set<std::string> ros = run + std::set<std::string>{"run", "ros"};
   static const std::map<std::string, Module> all = {
       {"geometry", {{}, {"Eigen"}}},
       {"common", {{"geometry"}, {"Eigen"}}},
@@ -48,11 +49,13 @@ const std::map<std::string, Module>& modules() {
       {"slam",
        {{"geometry", "common", "sensor", "map", "matching", "motion", "lasers", "graph"},
         {"Eigen"}}},
+      {"odometry", {kCore, {"Eigen"}}},
+      {"merging", {kCore, {"Eigen"}}},
       {"simulation", {{"geometry", "common", "sensor"}, {"Eigen"}}},
       {"evaluation", {kCore, {"Eigen", "opencv2"}}},
       {"io", {kCore + std::set<std::string>{"evaluation"}, {"Eigen", "fmt", "yaml-cpp", "sys"}}},
-      {"run", {files, {"Eigen", "fmt", "sys"}}},
-      {"ros", {files + std::set<std::string>{"run"}, {}, true}},
+      {"run", {run, {"Eigen", "fmt", "sys"}}},
+      {"ros", {run + std::set<std::string>{"run"}, {}, true}},
       {"bag", {ros + std::set<std::string>{"simulation"}, {}, true}},
       {"node", {ros, {}, true}},
       {"rviz", {{"geometry", "common"}, {}, true}},

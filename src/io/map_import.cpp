@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "io/image_views.hpp"
 #include "io/map_archive.hpp"
 #include "map/image_walls.hpp"
 #include "matchbox_slam/geometry/transform2.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
-#include "slam/image_views.hpp"
 
 namespace matchbox_slam {
 namespace {

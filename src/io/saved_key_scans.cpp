@@ -3,8 +3,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "io/image_views.hpp"
 #include "io/saved_parts.hpp"
-#include "slam/image_views.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "matchbox_slam/slam/laser_odometry.hpp"
+#include "matchbox_slam/odometry/laser_odometry.hpp"
 #include "ros/scan_queue.hpp"
 
 namespace matchbox_slam {

@@ -11,7 +11,7 @@
 #include <mutex>
 #include <string>
 
-#include "matchbox_slam/slam/laser_odometry.hpp"
+#include "matchbox_slam/odometry/laser_odometry.hpp"
 #include "node/scan_matcher_diagnostics.hpp"
 #include "node/scan_worker.hpp"
 #include "node/silence_watch.hpp"

@@ -15,7 +15,7 @@
 #include "ros/queue_settings.hpp"
 #include "run/events_file.hpp"
 #include "run/frames.hpp"
-#include "slam/shown_map.hpp"
+#include "run/shown_map.hpp"
 
 namespace matchbox_slam {
 

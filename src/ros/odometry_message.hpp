@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "matchbox_slam/slam/laser_odometry.hpp"
+#include "matchbox_slam/odometry/laser_odometry.hpp"
 
 namespace matchbox_slam {
 

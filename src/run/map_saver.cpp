@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "io/map_picture.hpp"
-#include "slam/shown_map.hpp"
+#include "run/shown_map.hpp"
 
 namespace matchbox_slam {
 

@@ -11,9 +11,9 @@
 #include <tuple>
 #include <utility>
 
+#include "merging/map_joining.hpp"
+#include "merging/map_merging.hpp"
 #include "slam/local_scans.hpp"
-#include "slam/map_joining.hpp"
-#include "slam/map_merging.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "matchbox_slam/slam/engine_state.hpp"
+#include "merging/map_meeting.hpp"
 #include "run/run_dialog.hpp"
 #include "slam/found_map.hpp"
-#include "slam/map_meeting.hpp"
 
 namespace matchbox_slam {
 

@@ -6,7 +6,7 @@
 #include "matchbox_slam/common/options.hpp"
 #include "matchbox_slam/common/parameters.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
-#include "matchbox_slam/slam/laser_odometry.hpp"
+#include "matchbox_slam/odometry/laser_odometry.hpp"
 #include "run/cloud_options.hpp"
 #include "run/matcher_catalog.hpp"
 #include "run/shared_run_options.hpp"

@@ -16,10 +16,10 @@
 #include "run/laser_text.hpp"
 #include "run/live_configuration.hpp"
 #include "run/run_event.hpp"
+#include "run/shown_map.hpp"
 #include "run/timed_matcher.hpp"
 #include "sensor/return_count.hpp"
 #include "sensor/robot_beams.hpp"
-#include "slam/shown_map.hpp"
 
 namespace matchbox_slam {
 
@@ -96,7 +96,7 @@ class SlamRun {
 
   /// These as of SlamEngine.
   [[nodiscard]] const SlamMap& drawn_map() const { return engine_->drawn_map(); }
-  /// As `shown_occupancy` of slam/shown_map.hpp.
+  /// As `shown_occupancy` of run/shown_map.hpp.
   [[nodiscard]] OccupancyGrid shown_map() const {
     return shown_occupancy(drawn_map(), key_scans().all(), setup().engine.map);
   }

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "common/error_text.hpp"
+#include "merging/map_merging.hpp"
 #include "run/other_maps.hpp"
 #include "slam/loop_closing.hpp"
-#include "slam/map_merging.hpp"
 #include "slam/maps_of_rooms.hpp"
 
 namespace matchbox_slam {

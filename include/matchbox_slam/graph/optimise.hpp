@@ -6,8 +6,8 @@
 
 namespace matchbox_slam {
 
-/// A loop is believed when it differs from what the graph without it says by at most this chi-square
-/// of 3 degrees of freedom; of right ones 0.1 % exceed it.
+/// A loop is believed when it differs from what the graph without it says by at most this
+/// chi-square of 3 degrees of freedom; of right ones 0.1 % exceed it.
 constexpr double kMostChiSquare = 16.27;
 
 /// A graph whose poses fit its edges best, with as much of the drift as was learned.

@@ -1,4 +1,4 @@
-#include "slam/map_merging.hpp"
+#include "merging/map_merging.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -6,9 +6,9 @@
 #include <tuple>
 #include <utility>
 
+#include "merging/meeting_search.hpp"
 #include "slam/loop_closing.hpp"
 #include "slam/mapping.hpp"
-#include "slam/meeting_search.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "matchbox_slam/slam/engine_state.hpp"
-#include "slam/map_joining.hpp"
+#include "merging/map_joining.hpp"
 
 namespace matchbox_slam {
 

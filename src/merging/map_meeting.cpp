@@ -1,4 +1,4 @@
-#include "slam/map_meeting.hpp"
+#include "merging/map_meeting.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "matchbox_slam/geometry/pose_covariance.hpp"
-#include "slam/map_merging.hpp"
+#include "merging/map_merging.hpp"
 #include "slam/maps_of_rooms.hpp"
 
 namespace matchbox_slam {

@@ -9,7 +9,7 @@
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/loops.hpp"
 #include "matchbox_slam/slam/map_part.hpp"
-#include "slam/map_meeting.hpp"
+#include "merging/map_meeting.hpp"
 
 namespace matchbox_slam {
 

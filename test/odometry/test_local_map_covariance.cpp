@@ -6,7 +6,7 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/angles.hpp"
-#include "slam/local_map_covariance.hpp"
+#include "odometry/local_map_covariance.hpp"
 
 namespace matchbox_slam {
 namespace {

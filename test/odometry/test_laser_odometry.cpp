@@ -19,7 +19,7 @@
 #include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
-#include "matchbox_slam/slam/laser_odometry.hpp"
+#include "matchbox_slam/odometry/laser_odometry.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
 #include "simulation/simulation_support.hpp"

@@ -1,4 +1,4 @@
-#include "slam/shown_map.hpp"
+#include "run/shown_map.hpp"
 
 #include <set>
 

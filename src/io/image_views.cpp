@@ -1,4 +1,4 @@
-#include "slam/image_views.hpp"
+#include "io/image_views.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
+#include "merging/map_agreement.hpp"
 #include "simulation/make_world.hpp"
-#include "slam/map_agreement.hpp"
 #include "slam/maps_of_rooms.hpp"
 
 namespace matchbox_slam {

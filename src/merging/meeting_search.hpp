@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "slam/map_joining.hpp"
+#include "merging/map_joining.hpp"
 
 namespace matchbox_slam {
 

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <set>
 
+#include "io/image_views.hpp"
 #include "matchbox_slam/geometry/angles.hpp"
 #include "matchbox_slam/geometry/transform2.hpp"
-#include "slam/image_views.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -1,4 +1,4 @@
-#include "slam/meeting_search.hpp"
+#include "merging/meeting_search.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/laser_odometry.hpp"
+#include "matchbox_slam/odometry/laser_odometry.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "motion/motion_tracker.hpp"
-#include "slam/local_map_covariance.hpp"
+#include "odometry/local_map_covariance.hpp"
 
 namespace matchbox_slam {
 namespace {

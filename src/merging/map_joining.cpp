@@ -1,13 +1,13 @@
-#include "slam/map_joining.hpp"
+#include "merging/map_joining.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include "matchbox_slam/graph/optimise.hpp"
 #include "matching/rendered_map.hpp"
+#include "merging/map_agreement.hpp"
 #include "slam/loop_closing.hpp"
 #include "slam/loop_work.hpp"
-#include "slam/map_agreement.hpp"
 #include "slam/path_uncertainty.hpp"
 
 namespace matchbox_slam {

@@ -1,4 +1,4 @@
-#include "slam/local_map_covariance.hpp"
+#include "odometry/local_map_covariance.hpp"
 
 #include <algorithm>
 #include <cmath>

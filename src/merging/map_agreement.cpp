@@ -1,4 +1,4 @@
-#include "slam/map_agreement.hpp"
+#include "merging/map_agreement.hpp"
 
 #include <algorithm>
 
