@@ -25,8 +25,27 @@
 namespace matchbox_slam {
 namespace {
 
+/// What /diagnostics says of the mapping last.
+class DiagnosticsWatch {
+ public:
+  [[nodiscard]] const diagnostic_msgs::DiagnosticStatus& status() const { return status_; }
+
+ private:
+  void on_diagnostics(const diagnostic_msgs::DiagnosticArray& message) {
+    for (const diagnostic_msgs::DiagnosticStatus& status : message.status) {
+      status_ = status;
+    }
+  }
+
+  ros::NodeHandle node_;
+  diagnostic_msgs::DiagnosticStatus status_;
+  ros::Subscriber diagnostics_ =
+      node_.subscribe("/diagnostics", 100, &DiagnosticsWatch::on_diagnostics, this);
+};
+
 TEST(SlamFaults, AnotherLocaliserIsNamedAndOurselvesAreNot) {
   Robot robot;
+  const DiagnosticsWatch diagnostics;
   LogWatch log("tf that touches the map frame is ignored: ");
   ros::NodeHandle node;
   const ros::Publisher transforms = node.advertise<tf2_msgs::TFMessage>("/tf", 10);
@@ -43,6 +62,11 @@ TEST(SlamFaults, AnotherLocaliserIsNamedAndOurselvesAreNot) {
   EXPECT_EQ(log.line(), "tf that touches the map frame is ignored: map -> odom, published by " +
                             ros::this_node::getName() +
                             "; if that is another localiser, set publish_tf to false or stop it");
+  EXPECT_TRUE(wait_until([&] {
+    return diagnostics.status().message == log.line() || !robot.drive(1);
+  })) << "it says nothing";
+  EXPECT_EQ(diagnostics.status().message, log.line());
+  EXPECT_EQ(diagnostics.status().level, diagnostic_msgs::DiagnosticStatus::WARN);
   EXPECT_EQ(process.exit_code_after(SIGINT), 0);
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
 }
@@ -68,24 +92,6 @@ TEST(SlamFaults, AStopAtAJumpOfTimeSaysHowToGoOn) {
   EXPECT_EQ(process.exit_code_after(SIGINT), 0);
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
 }
-
-/// What /diagnostics says of the mapping last.
-class DiagnosticsWatch {
- public:
-  [[nodiscard]] const diagnostic_msgs::DiagnosticStatus& status() const { return status_; }
-
- private:
-  void on_diagnostics(const diagnostic_msgs::DiagnosticArray& message) {
-    for (const diagnostic_msgs::DiagnosticStatus& status : message.status) {
-      status_ = status;
-    }
-  }
-
-  ros::NodeHandle node_;
-  diagnostic_msgs::DiagnosticStatus status_;
-  ros::Subscriber diagnostics_ =
-      node_.subscribe("/diagnostics", 100, &DiagnosticsWatch::on_diagnostics, this);
-};
 
 TEST(SlamFaults, ASecondOdometryIsToldInTheLogAndByDiagnostics) {
   Robot robot;
