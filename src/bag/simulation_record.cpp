@@ -11,6 +11,7 @@
 #include "bag/bag_file.hpp"
 #include "bag/recording_kind.hpp"
 #include "matchbox_slam/io/yaml_parameters.hpp"
+#include "simulation/make_world.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -44,6 +45,10 @@ std::uint64_t seed_of(const std::string& text) {
 
 }  // namespace
 
+World world_of(const SimulationRecord& record) {
+  return changed(make_world(record.world, record.seed), record.changes).world;
+}
+
 std::string to_yaml(const SimulationRecord& record) {
   Parameters parameters;
   parameters.set("world", record.world);
@@ -63,6 +68,11 @@ std::string to_yaml(const SimulationRecord& record) {
   if (!faults.empty()) {
     parameters.set("faults", faults);
   }
+  if (record.changes.any()) {
+    for (const OptionDescription& row : describe_options(record.changes)) {
+      parameters.set("changes/" + row.name, row.value);
+    }
+  }
   return to_yaml(parameters);
 }
 
@@ -72,6 +82,8 @@ SimulationRecord parse_simulation_record(const std::string& yaml) {
   record.world = text_of(parameters, "world");
   record.seed = seed_of(text_of(parameters, "seed"));
   record.laser = read_options<LaserOptions>(parameters.section("laser"), kSimulationTopic);
+  record.changes =
+      read_options<WorldChangeOptions>(parameters.section("changes"), kSimulationTopic);
   if (const ParameterValue* faults = parameters.find("faults")) {
     const auto* texts = std::get_if<std::vector<std::string>>(faults);
     if (texts == nullptr) {

@@ -7,6 +7,7 @@
 
 #include "simulation/fault.hpp"
 #include "simulation/laser.hpp"
+#include "simulation/world_changes.hpp"
 
 namespace matchbox_slam {
 
@@ -16,10 +17,14 @@ struct SimulationRecord {
   std::uint64_t seed = 1;
   LaserOptions laser;
   std::vector<Fault> faults;  ///< with their times
+  WorldChangeOptions changes = {};
 };
 
 /// The topic of a simulated bag that carries its record, as a std_msgs/String.
 constexpr const char* kSimulationTopic = "/simulation";
+
+/// The world that was driven through. Throws ConfigurationError for one that there is not.
+[[nodiscard]] World world_of(const SimulationRecord& record);
 
 /// The record as YAML.
 [[nodiscard]] std::string to_yaml(const SimulationRecord& record);

@@ -82,7 +82,7 @@ void FloorPlan::add_wall(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
 
 bool FloorPlan::is_clear(const std::vector<WallSegment>& lines, double clearance,
                          double gap) const {
-  return !is_any_nearer(lines, route_lines_, clearance) && !is_any_nearer(lines, things_, gap);
+  return !is_any_nearer(lines, route_lines_, clearance) && !is_any_nearer(lines, thing_lines_, gap);
 }
 
 void FloorPlan::add_walking(const std::vector<WallSegment>& lines, const Walk& walk) {
@@ -92,12 +92,14 @@ void FloorPlan::add_walking(const std::vector<WallSegment>& lines, const Walk& w
   walks_.push_back(walk);
 }
 
-bool FloorPlan::add_if_clear(const std::vector<WallSegment>& lines, double clearance, double gap) {
+bool FloorPlan::add_if_clear(const std::vector<WallSegment>& lines, double clearance, double gap,
+                             const std::optional<Eigen::Vector2d>& hinge) {
   if (!is_clear(lines, clearance, gap)) {
     return false;
   }
+  things_.push_back({segments_.size(), segments_.size() + lines.size(), hinge});
   add(lines);
-  things_.insert(things_.end(), lines.begin(), lines.end());
+  thing_lines_.insert(thing_lines_.end(), lines.begin(), lines.end());
   return true;
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "simulation/wall_segment.hpp"
@@ -44,7 +45,9 @@ class FloorPlan {
 
   /// Adds a thing of several outlines unless it comes nearer than `clearance` to the route or than
   /// `gap` to a thing added before. Returns whether it was added.
-  bool add_if_clear(const std::vector<WallSegment>& lines, double clearance, double gap);
+  /// @param hinge  [m] of a door's leaf.
+  bool add_if_clear(const std::vector<WallSegment>& lines, double clearance, double gap,
+                    const std::optional<Eigen::Vector2d>& hinge = {});
 
   /// Whether lines come nowhere nearer than `clearance` to the route and than `gap` to a thing.
   [[nodiscard]] bool is_clear(const std::vector<WallSegment>& lines, double clearance,
@@ -55,14 +58,15 @@ class FloorPlan {
 
   /// @param seed  of what surfaces leave to chance.
   [[nodiscard]] World world(std::uint64_t seed = 0) const {
-    return {segments_, route_, walks_, seed};
+    return {segments_, route_, walks_, seed, things_};
   }
 
  private:
   Route route_;
   std::vector<WallSegment> route_lines_;
   std::vector<WallSegment> segments_;
-  std::vector<WallSegment> things_;
+  std::vector<WallSegment> thing_lines_;
+  std::vector<Thing> things_;
   std::vector<Walk> walks_;
 };
 

@@ -41,7 +41,7 @@ void add_door_leaf(const Room& room, double door_width, Random& random, FloorPla
   const double length = door_width - 0.1;
   plan.add_if_clear(outline(box(hinge + 0.5 * length * along, {length, kThickness},
                                 std::atan2(along.y(), along.x()))),
-                    kLeafClearance, 0.0);
+                    kLeafClearance, 0.0, hinge);
 }
 
 /// A cabinet, bed or desk with its back to the left, right or far wall.

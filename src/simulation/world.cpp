@@ -31,11 +31,12 @@ std::vector<WallSegment> checked(std::vector<WallSegment> segments, std::size_t 
 }  // namespace
 
 World::World(std::vector<WallSegment> segments, Route route, std::vector<Walk> walks,
-             std::uint64_t seed)
+             std::uint64_t seed, std::vector<Thing> things)
     : segments_(checked(std::move(segments), walks.size())),
       route_(std::move(route)),
       walks_(std::move(walks)),
       seed_(seed),
+      things_(std::move(things)),
       grid_(segments_),
       walkers_(walkers()) {}
 

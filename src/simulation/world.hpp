@@ -31,6 +31,13 @@ struct RayHit {
   Eigen::Vector2d normal;   ///< unit normal of the surface, towards the ray's origin
 };
 
+/// Segments of a world that are one thing, which may stand elsewhere another day.
+struct Thing {
+  std::size_t begin = 0;                      ///< the first of the segments
+  std::size_t end = 0;                        ///< behind the last one
+  std::optional<Eigen::Vector2d> hinge = {};  ///< [m] that a door's leaf turns about
+};
+
 /// A flat world of straight walls that reflect on both sides, with a route that a robot can drive
 /// in it. A value: two worlds of the same segments, walks and seed answer the same.
 class World {
@@ -38,15 +45,17 @@ class World {
   /// @param segments  those that move where they are at time 0.
   /// @param walks     the ways that segments go.
   /// @param seed      of what surfaces leave to chance.
+  /// @param things    which segments are no walls; what moves is none of them.
   /// Throws std::invalid_argument for a segment that is not finite, has no length, or goes a way
   /// that there is not.
   World(std::vector<WallSegment> segments, Route route, std::vector<Walk> walks = {},
-        std::uint64_t seed = 0);
+        std::uint64_t seed = 0, std::vector<Thing> things = {});
 
   [[nodiscard]] const std::vector<WallSegment>& segments() const { return segments_; }
   [[nodiscard]] const Route& route() const { return route_; }
   [[nodiscard]] const std::vector<Walk>& walks() const { return walks_; }
   [[nodiscard]] std::uint64_t seed() const { return seed_; }
+  [[nodiscard]] const std::vector<Thing>& things() const { return things_; }
 
   /// The nearest intersection of the ray with a segment, computed exactly, or none up to
   /// `max_range` that does not let it pass. Of two segments met at the same range the one with the
@@ -77,6 +86,7 @@ class World {
   Route route_;
   std::vector<Walk> walks_;
   std::uint64_t seed_;
+  std::vector<Thing> things_;
   SegmentGrid grid_;
   std::vector<Walkers> walkers_;  ///< one a walk
 };

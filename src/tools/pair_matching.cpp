@@ -22,7 +22,6 @@
 #include "ros/matcher_loader.hpp"
 #include "run/slam_setup.hpp"
 #include "simulation/cramer_rao_bound.hpp"
-#include "simulation/make_world.hpp"
 #include "tools/pair_report.hpp"
 
 namespace matchbox_slam {
@@ -158,7 +157,7 @@ std::optional<Simulation> simulation_of(const MatchPairsRequest& request, const 
         record->laser.outliers > 0.0 || record->laser.parts > 1) {
       return std::nullopt;
     }
-    return Simulation{*record, make_world(record->world, record->seed)};
+    return Simulation{*record, world_of(*record)};
   } catch (const ConfigurationError& error) {
     dialog.warn(
         fmt::format("no bound is told, as the bag's simulation is not known: {}", error.what()));

@@ -44,6 +44,7 @@ struct Request {
   Parameters drive;
   Parameters odometry;
   Parameters time;
+  Parameters changes;
   Parameters recording;
   std::vector<std::string> faults;
 };
@@ -90,6 +91,7 @@ void declare_options(CLI::App& app, Request& request) {
   add_option_flags<DriveOptions>(app, "Path", request.drive);
   add_option_flags<OdometryOptions>(app, "Odometry", request.odometry);
   add_option_flags<RunTimeOptions>(app, "Time", request.time);
+  add_option_flags<WorldChangeOptions>(app, "Changes of the world", request.changes);
   add_option_flags<SimulatedBagOptions>(app, "Recording", request.recording);
   app.add_option(
          "--fault", request.faults,
@@ -170,17 +172,24 @@ void simulate(const Request& request, const InterruptGuard& interrupt) {
   recording.no_odometry = recording.no_odometry || request.odometry_kind == kNoOdometry;
   const auto seed = static_cast<std::uint64_t>(request.seed);
   const auto noise_seed = static_cast<std::uint64_t>(request.noise_seed.value_or(request.seed));
-  const World world = make_world(request.world, seed);
+  const auto changes = read_options<WorldChangeOptions>(request.changes, "");
+  const World before = make_world(request.world, seed);
+  const auto [world, moved, taken, built] = changed(before, changes);
   require_writable_file(request.truth);
   require_writable_file(request.bag);
   const auto is_interrupted = [&] { return interrupt.is_interrupted(); };
   SimulatedBagWriter bag(request.bag, recording);
   const SimulatedRun run = simulate_run(world, world.route(), options, noise_seed, is_interrupted);
-  bag.write(run, {request.world, seed, options.laser, run.faults}, is_interrupted);
+  bag.write(run, {request.world, seed, options.laser, run.faults, changes}, is_interrupted);
   write_tum(request.truth, truth_of(run, recording.clock_offset));
   std::cout << request.bag << ": " << run.scans.size() << " scans in "
             << run.scans.back().stamp - run.scans.front().stamp << " s\n"
-            << request.truth << ": the truth" << std::endl;
+            << request.truth << ": the truth\n";
+  if (changes.any()) {
+    std::cout << "changed: " << moved << " of " << before.things().size() << " things moved, "
+              << taken << " taken, " << built << " walls built\n";
+  }
+  std::cout.flush();
 }
 
 }  // namespace

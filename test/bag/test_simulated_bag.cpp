@@ -125,6 +125,20 @@ TEST(SimulationRecord, NamesTheFaultsWithTheirTimes) {
                ConfigurationError);
 }
 
+TEST(SimulationRecord, TellsOfTheDaysChanges) {
+  SimulationRecord record{"rooms", 1, {}, {}};
+  EXPECT_EQ(to_yaml(record).find("changes"), std::string::npos);
+  record.changes.moved = 0.5;
+  record.changes.walls = 2;
+  record.changes.change_seed = 7;
+  const SimulationRecord read = parse_simulation_record(to_yaml(record));
+  EXPECT_EQ(read.changes.moved, 0.5);
+  EXPECT_EQ(read.changes.walls, 2);
+  EXPECT_EQ(read.changes.change_seed, 7);
+  const World day = world_of(read);
+  EXPECT_EQ(day.segments().size(), make_world("rooms", 1).segments().size() + 8U);
+}
+
 TEST(SimulationRecord, IsInNoRecordingOfAnotherFormat) {
   const TemporaryFolder folder;
   const std::string log = folder / "drive.log";

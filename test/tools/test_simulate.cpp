@@ -71,6 +71,17 @@ TEST_F(Simulate, TheSameSeedWritesTheSameBytes) {
   EXPECT_NE(read_file(folder_ / "a.bag"), read_file(folder_ / "c.bag"));
 }
 
+TEST_F(Simulate, ChangesTheWorldFromOneDayToAnother) {
+  const Outcome outcome = run_simulate(arguments("day") + " --moved 0.5 --walls 1");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "81 things moved, 0 taken, 1 walls built"))
+      << outcome.output;
+  ASSERT_EQ(run_simulate(arguments("before")).exit_code, 0);
+  EXPECT_EQ(read_file(folder_ / "day.tum"), read_file(folder_ / "before.tum"));
+  EXPECT_NE(read_file(folder_ / "day.bag"), read_file(folder_ / "before.bag"));
+  expect_one_line(2, arguments("b") + " --moved 1.5", "moved");
+}
+
 TEST_F(Simulate, TakesTheOptionsOfTheSimulation) {
   const Outcome outcome = run_simulate(
       arguments("run") +
