@@ -75,7 +75,8 @@ def one_sensor(seed, sensor, map_folder, to_map, arguments):
     true = {stamp: composed(to_map, pose) for stamp, pose in read_tum(truth_file).items()}
     stamps = sorted(true)
     rows = []
-    for name, map_file in MAPS.items():
+    for name in arguments.maps:
+        map_file = MAPS[name]
         kind = {"seed": seed, "sensor": sensor, "map": name}
         pose = ",".join(f"{value:.6f}" for value in true[stamps[0]])
         out = folder / name
@@ -130,7 +131,8 @@ def table(rows):
     for sensor in dict.fromkeys(row["sensor"] for row in rows):
         for name in MAPS:
             some = [row for row in rows if (row["sensor"], row["map"]) == (sensor, name)]
-            lines.append(f"| {sensor} | {name} | {line_of(some)} |")
+            if some:
+                lines.append(f"| {sensor} | {name} | {line_of(some)} |")
     return "\n".join(lines) + "\n"
 
 
@@ -140,7 +142,9 @@ def main():
     parser.add_argument("--map-sensor", default="utm30")
     parser.add_argument("--sensors", nargs="+", default=["utm30", "lds01", "narrow120", "depth_camera"])
     parser.add_argument("--starts", type=int, default=20)
-    parser.add_argument("--simulate", default="", help="further options of simulate for the localised drives")
+    parser.add_argument("--maps", nargs="+", default=list(MAPS), choices=list(MAPS))
+    parser.add_argument("--simulate", default="",
+                        help="further options of simulate for the localised drives, such as '--moved 0.5'")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
