@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # check_style.sh [--tidy [FILE.cpp]...]
-# Checks formatting (clang-format), the package (catkin_lint) and the scripts (shellcheck). With --tidy
+# Checks formatting (clang-format), the package (catkin_lint), the scripts (shellcheck) and that each test is built. With --tidy
 # also runs clang-tidy, over the given sources or all; this takes minutes and needs a built workspace.
 # Installs missing tools first, clang-tidy apart.
 set -euo pipefail
@@ -92,7 +92,18 @@ END
       clang-tidy -p "$workspace/tidy" --quiet --extra-arg=-std=c++17  # which is GCC's default
 }
 
+# A test that no list names is never run.
+all_tests_are_built() {
+  local file name unbuilt=()
+  while read -r file; do
+    name=$(basename "$file" .cpp)
+    grep -Eqw "$name|${name#test_}" "$clone/test/CMakeLists.txt" || unbuilt+=("$file")
+  done < <(find "$clone/test" -name 'test_*.cpp' | sort)
+  ((${#unbuilt[@]} == 0)) || { printf 'not in test/CMakeLists.txt: %s\n' "${unbuilt[@]}" && false; }
+}
+
 mapfile -t files < <(sources)
+check "all tests are built" all_tests_are_built
 check "clang-format" clang-format --dry-run -Werror "${files[@]}"
 check "catkin_lint" lint_package
 check "shellcheck" shellcheck --external-sources --source-path="$clone" \

@@ -124,7 +124,7 @@ void Joining::join_on() {
   map_.joints.push_back(joint_);
 }
 
-/// What mapping does with a new key scan: it is joined to one that lies there already, and now and
+/// What mapping does with a new key scan: it is joined to those that lie there already, and now and
 /// then a loop is searched for.
 void Joining::join_at(std::size_t key) {
   go_on_();

@@ -46,11 +46,11 @@ std::vector<FoundLoop> match_with_earlier(const PlacedScans& keys, std::size_t b
                                           const PathUncertainty& ways, bool may_be_apart,
                                           const LoopOptions& options) {
   // Guesses, with what they gain (benchmark/reports/current/WEAK_DIRECTIONS.md).
-  constexpr double kNear = 3.0;       // [m]
-  constexpr std::size_t kApart = 15;  // key scans, of two times that the robot came past
-  constexpr std::size_t kMost = 4;    // so that a match that is wrong by a degree is outvoted
+  constexpr double kMaxDistance = 3.0;      // [m]
+  constexpr std::size_t kMinVisitGap = 15;  // key scans
+  constexpr std::size_t kMaxVisits = 4;
   const Eigen::Vector2d here = keys.back().map_from_base.translation();
-  std::vector<std::size_t> within = keys_within(keys, here, kNear);
+  std::vector<std::size_t> within = keys_within(keys, here, kMaxDistance);
   within.erase(std::lower_bound(within.begin(), within.end(), before), within.end());
   const std::vector<bool> is_apart = ways.weakly_connected(within, options.max_relative_sigma);
   std::vector<std::pair<double, std::size_t>> near;
@@ -60,10 +60,13 @@ std::vector<FoundLoop> match_with_earlier(const PlacedScans& keys, std::size_t b
     }
   }
   std::vector<FoundLoop> found;
-  for (const std::size_t key : nearest_of_each_time(std::move(near), kApart, kMost)) {
+  for (const std::size_t key : nearest_of_each_visit(std::move(near), kMinVisitGap, kMaxVisits)) {
     if (const std::optional<FoundLoop> one = find_near(keys, key)) {
       found.push_back(*one);
     }
+  }
+  for (FoundLoop& one : found) {  // they share the errors of the newest scan, and weigh as one
+    one.covariance *= static_cast<double>(found.size());
   }
   return found;
 }
@@ -184,7 +187,7 @@ void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& 
 }
 
 /// What is matched with belongs together from now on, too; and what lies where the robot was found.
-/// Whether there is such a key scan.
+/// Whether there are such key scans.
 bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
                                  const LoopOptions& options) {
   // A guess; half or double changes five drives with loops by up to 5 %, most by less than 1

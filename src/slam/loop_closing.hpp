@@ -37,8 +37,8 @@ constexpr double kBetweenLoopSearches = 1.0;
 /// How well a place is known that was found anew, over (x, y, theta).
 [[nodiscard]] Eigen::Matrix3d covariance_where_found();
 
-/// The newest key scan matched with the nearest ones near by that are known to lie there, one of
-/// each time that the robot came past, of those before a number.
+/// The newest key scan matched with the nearest ones that are known to lie near by, one of each of
+/// at most four visits, of those before a number.
 /// @param ways         from the newest.
 /// @param may_be_apart  also with one that is hardly known to.
 [[nodiscard]] std::vector<FoundLoop> match_with_earlier(const PlacedScans& keys, std::size_t before,
@@ -57,7 +57,7 @@ struct LoopWork;
 
 /// Keeps the edges of the graph whose nodes are the key scans of a map, and closes loops in it: a
 /// value, to be copied and saved. Copies share the work under way, and are finished in one thread.
-/// Key scans are joined to the one before, and to one seen earlier that they are matched with;
+/// Key scans are joined to the one before, and to some seen earlier that they are matched with;
 /// where the way between two says little of where one is from the other, a search has to find it
 /// (several scans at once, against the key scans there; exact, Olson 2009).
 ///

@@ -145,14 +145,14 @@ double log_odds_of(const PlacedScans& keys, const Pose2& place_from_newest, cons
 
 }  // namespace
 
-std::vector<std::size_t> nearest_of_each_time(std::vector<std::pair<double, std::size_t>> near,
-                                              std::size_t apart, std::size_t most) {
+std::vector<std::size_t> nearest_of_each_visit(std::vector<std::pair<double, std::size_t>> near,
+                                               std::size_t gap, std::size_t most) {
   std::sort(near.begin(), near.end());
   std::vector<std::size_t> chosen;
   for (const auto& [distance, key] : near) {
     const bool is_new =
         std::none_of(chosen.begin(), chosen.end(), [&, key = key](std::size_t other) {
-          return std::max(key, other) - std::min(key, other) < apart;
+          return std::max(key, other) - std::min(key, other) < gap;
         });
     if (is_new && chosen.size() < most) {
       chosen.push_back(key);
@@ -187,7 +187,7 @@ std::vector<std::size_t> loop_candidates(const PlacedScans& keys,
       near.emplace_back(distance, apart[i]);
     }
   }
-  return nearest_of_each_time(std::move(near), kSpread, kMaxCandidates);
+  return nearest_of_each_visit(std::move(near), kSpread, kMaxCandidates);
 }
 
 std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const PathUncertainty& ways,

@@ -13,11 +13,11 @@ namespace matchbox_slam {
 
 using VariancesOf = std::function<std::vector<double>(const std::vector<std::size_t>& keys)>;
 
-/// Of some key scans, distances first, the nearest of each time that the robot came past, nearest
-/// first.
-/// @param apart  by so many in number two are of two such times.
-[[nodiscard]] std::vector<std::size_t> nearest_of_each_time(
-    std::vector<std::pair<double, std::size_t>> near, std::size_t apart, std::size_t most);
+/// Of some key scans, distances first, the nearest of each visit of the robot, nearest first.
+/// @param gap   by so many in number two are of different visits.
+/// @param most  visits that count.
+[[nodiscard]] std::vector<std::size_t> nearest_of_each_visit(
+    std::vector<std::pair<double, std::size_t>> near, std::size_t gap, std::size_t most);
 
 /// Key scans where the newest may have been taken too, though hardly known where from it: nearest
 /// first, none near another.

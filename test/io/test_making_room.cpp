@@ -88,18 +88,18 @@ TEST_F(MakingRoom, ThePlacesNotTheTimeSayHowMuchIsKept) {
     worst = std::max(worst, off.head<2>().norm());
     if (i <= of_round(kRounds / 2)) {
       after_half = std::max(after_half, engine.key_scans().size());
-      edges_after_half = std::max(edges_after_half, engine.loops().graph().edges.size());
+      edges_after_half = std::max(edges_after_half, engine.graph().edges.size());
     }
   }
   static_cast<void>(engine.finish_loops());
   RecordProperty("after_half", static_cast<int>(after_half));
   RecordProperty("key_scans", static_cast<int>(engine.key_scans().size()));
-  RecordProperty("edges", static_cast<int>(engine.loops().graph().edges.size()));
+  RecordProperty("edges", static_cast<int>(engine.graph().edges.size()));
   RecordProperty("worst", std::to_string(worst));
   EXPECT_LE(engine.key_scans().size(), after_half);
-  EXPECT_LE(engine.loops().graph().edges.size(), edges_after_half);
-  EXPECT_EQ(engine.key_scans().size(), engine.loops().graph().poses.size());
-  require_sound(engine.loops().graph());
+  EXPECT_LE(engine.graph().edges.size(), edges_after_half);
+  EXPECT_EQ(engine.key_scans().size(), engine.graph().poses.size());
+  require_sound(engine.graph());
   EXPECT_LT(worst, 0.02);
 }
 

@@ -16,6 +16,7 @@
 #include "slam/local_scans.hpp"
 #include "slam/loop_closing.hpp"
 #include "slam/map_equality.hpp"
+#include "slam/path_uncertainty.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -509,14 +510,19 @@ std::optional<MapCorrection> search_at_end(const std::vector<Sight>& sights, Dri
   return drive.search(options);
 }
 
-/// A match that is wrong by a degree is outvoted.
-TEST(LoopClosing, AKeyScanIsJoinedToEachTimeThatTheRobotCamePast) {
+/// Round in a room, 20 key scans each.
+Drive seven_rounds() {
   Drive drive(three_rooms());
-  for (int i = 0; i < 141; ++i) {  // round in the room, 20 key scans a time
+  for (int i = 0; i < 141; ++i) {
     const double angle = 2.0 * kPi * i / 20.0;
     const Pose2 pose{1.0 + 0.3 * std::cos(angle), 1.2 + 0.3 * std::sin(angle), 0.2};
     drive.take({pose, pose}, kOptions);
   }
+  return drive;
+}
+
+TEST(LoopClosing, AKeyScanIsJoinedToEachVisit) {
+  const Drive drive = seven_rounds();
   const auto joined_to = [&drive](std::size_t key) {
     std::vector<std::size_t> others;
     for (const PoseEdge& edge : drive.closer().state().edges) {
@@ -530,6 +536,24 @@ TEST(LoopClosing, AKeyScanIsJoinedToEachTimeThatTheRobotCamePast) {
   EXPECT_EQ(joined_to(20), (std::vector<std::size_t>{19})) << "just now is no time before";
   EXPECT_EQ(joined_to(60), (std::vector<std::size_t>{0, 20, 59}));
   EXPECT_EQ(joined_to(140).size(), 1U + 4U) << "of six times, the nearest four";
+}
+
+TEST(LoopClosing, ToFourVisitsAKeyScanIsJoinedWithTheWeightOfOne) {
+  const Drive drive = seven_rounds();
+  const PoseGraph graph = graph_of(drive.keys(), drive.closer().state());
+  const AdjacencyList links(graph);
+  const PathUncertainty ways(graph, links, graph.poses.size() - 1);
+  const auto joins_before = [&](std::size_t before) {
+    return match_with_earlier(drive.keys().all(), before, ways, true, kOptions);
+  };
+  const std::vector<FoundLoop> one = joins_before(1);
+  const std::vector<FoundLoop> four = joins_before(100);
+  ASSERT_EQ(one.size(), 1U);
+  ASSERT_EQ(four.size(), 4U);
+  const auto same =
+      std::find_if(four.begin(), four.end(), [](const FoundLoop& join) { return join.key == 0; });
+  ASSERT_NE(same, four.end());
+  EXPECT_TRUE(same->covariance.isApprox(4.0 * one.front().covariance, 1e-9));
 }
 
 TEST(LoopClosing, ARoomIsFoundAgain) {

@@ -55,10 +55,10 @@ Numbers candidates(const PlacedScans& keys, const std::vector<bool>& is_apart,
 TEST(NearestOfEachTime, AreTheNearestAndSoManyAtMost) {
   const std::vector<std::pair<double, std::size_t>> near{
       {0.4, 10}, {0.3, 14}, {0.9, 19}, {0.2, 40}, {0.8, 60}};
-  EXPECT_EQ(nearest_of_each_time(near, 5, 9), (std::vector<std::size_t>{40, 14, 60, 19}));
-  EXPECT_EQ(nearest_of_each_time(near, 6, 9), (std::vector<std::size_t>{40, 14, 60}));
-  EXPECT_EQ(nearest_of_each_time(near, 5, 2), (std::vector<std::size_t>{40, 14}));
-  EXPECT_TRUE(nearest_of_each_time({}, 5, 2).empty());
+  EXPECT_EQ(nearest_of_each_visit(near, 5, 9), (std::vector<std::size_t>{40, 14, 60, 19}));
+  EXPECT_EQ(nearest_of_each_visit(near, 6, 9), (std::vector<std::size_t>{40, 14, 60}));
+  EXPECT_EQ(nearest_of_each_visit(near, 5, 2), (std::vector<std::size_t>{40, 14}));
+  EXPECT_TRUE(nearest_of_each_visit({}, 5, 2).empty());
 }
 
 TEST(LoopCandidates, AreTheNearestOfThoseThatAreApart) {

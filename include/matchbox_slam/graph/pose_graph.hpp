@@ -9,7 +9,7 @@
 namespace matchbox_slam {
 
 enum class EdgeKind {
-  kMotion,     ///< from one key scan to the next; always believed
+  kMotion,     ///< to the next key scan, or one that is known to lie near; always believed
   kLoop,       ///< a place seen again; may be wrong
   kCondensed,  ///< what key scans that were taken out said of others; always believed
 };
