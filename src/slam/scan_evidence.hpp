@@ -20,8 +20,8 @@ namespace matchbox_slam {
 [[nodiscard]] ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base,
                                        const SlamMap& map);
 
-/// What one scan says at most, in log odds, of whatever is weighed: where map or model is wrong it is
-/// wrong for all beams.
+/// What one scan says at most, in log odds, of whatever is weighed: where map or model is wrong it
+/// is wrong for all beams.
 constexpr double kMostOfScan = 6.0;
 
 /// Log odds of somewhere unknown against a pose, by one scan; 0 where too little of it tells of
