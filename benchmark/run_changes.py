@@ -8,7 +8,6 @@ run_changes.py --out DIR [--seeds 5] [--changes='--moved 0.1 --taken 0.05 --wall
 Writes DIR/changes.json (a row a seed) and DIR/CHANGES.md. What is gone or has come is a cluster of cells of 5 cm; it is
 shown wrongly where more than a fifth of them are.
 """
-import concurrent.futures
 import json
 import math
 import re
@@ -17,7 +16,8 @@ import numpy as np
 from scipy.ndimage import label
 from scipy.spatial import cKDTree
 
-from run_faults import aligned, composed, error, inverse, is_wrong, output_of, read_scans, read_tum, study_parser, write_study
+from run_faults import (aligned, composed, error, inverse, is_wrong, output_of, read_scans, read_tum, rows_of_seeds, study_parser,
+                        write_study)
 
 NEAR = 0.1  # [m] as walls are drawn in one map and another
 LEAST = 4  # cells that are something
@@ -130,7 +130,7 @@ def one_seed(seed, arguments):
     row = {"seed": seed, "changed": (re.findall(r"changed: (.*)", said) or ["nothing"])[0],
            **compared(before, Map(after, true), seen), **localised(after, true, before.world_from_map)}
     print(json.dumps(row), flush=True)
-    return row
+    return [row]
 
 
 def table(rows):
@@ -152,9 +152,7 @@ def main():
     parser.add_argument("--beams", type=int, default=361)
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
-        rows = list(pool.map(lambda seed: one_seed(seed, arguments), seeds))
+    rows = rows_of_seeds(one_seed, arguments)
     write_study("changes", rows, table(rows), arguments)
 
 

@@ -257,6 +257,13 @@ def write_study(name, results, page, arguments):
     print(page, end="")
 
 
+def rows_of_seeds(rows_of, arguments):
+    """The rows that `rows_of(seed, arguments)` gives for each seed, some seeds at a time."""
+    seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        return [row for rows in pool.map(lambda seed: rows_of(seed, arguments), seeds) for row in rows]
+
+
 def study_parser(description, seeds, rate=None):
     """Arguments that studies over simulated drives share."""
     parser = argparse.ArgumentParser(description=description,

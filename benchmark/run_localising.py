@@ -7,12 +7,12 @@ run_localising.py --out DIR [--seeds 5] [--starts 20] [--sensors utm30 ...] [--s
 Of each seed, sensor and map: one drive that is told where it begins, and --starts pieces of it that are not.
 Writes DIR/localising.json and DIR/LOCALISING.md.
 """
-import concurrent.futures
 import json
 import math
 import statistics
 
-from run_faults import aligned, composed, error, inverse, is_wrong, output_of, read_scans, read_tum, study_parser, write_study
+from run_faults import (aligned, composed, error, inverse, is_wrong, output_of, read_scans, read_tum, rows_of_seeds, study_parser,
+                        write_study)
 from zoo_drives import SWEEPS
 
 SURE = ("tracking", "recovered")
@@ -147,9 +147,7 @@ def main():
                         help="further options of simulate for the localised drives, such as '--moved 0.5'")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
-    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        rows = [row for some in pool.map(lambda seed: one_seed(seed, arguments), seeds) for row in some]
+    rows = rows_of_seeds(one_seed, arguments)
     write_study("localising", rows, table(rows), arguments)
 
 

@@ -5,12 +5,11 @@ One drive a seed; it is mapped up to each of --hours, with and without making ro
 run_years.py --out DIR [--seeds 1] [--hours 1 2 6] [--beams 361] [--set section/option=value ...]
 Writes DIR/years.json (a row a run) and DIR/YEARS.md.
 """
-import concurrent.futures
 import json
 import math
 import statistics
 
-from run_faults import error, in_map, output_of, read_tum, study_parser, write_study
+from run_faults import error, in_map, output_of, read_tum, rows_of_seeds, study_parser, write_study
 
 LAP = 222.0  # [s] of the way through the rooms
 KEPT = {"room is made": [], "all are kept": ["--set", "slam/enough_views=0"]}
@@ -66,9 +65,7 @@ def main():
     parser.add_argument("--beams", type=int, default=361)
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
-        rows = [row for some in pool.map(lambda seed: drive(seed, arguments), seeds) for row in some]
+    rows = rows_of_seeds(drive, arguments)
     write_study("years", rows, table(rows), arguments)
 
 

@@ -58,6 +58,22 @@ void set_parameters(const std::string& node, const TemporaryFolder& folder) {
   ros::param::set(node + "/odom_frame", "odom_combined");
   ros::param::set(node + "/trajectory_file", folder / "node.tum");
   ros::param::set(node + "/map_file", folder / "map");
+  ros::param::set(node + "/events_file", folder / "events.yaml");
+}
+
+/// The trajectory that map_bag makes of a bag.
+std::string mapped(const std::string& bag, const TemporaryFolder& folder,
+                   const std::string& options = "") {
+  const Outcome outcome =
+      run_command(MATCHBOX_MAP_BAG, bag + " --quiet --out " + (folder / "map_bag") + options);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  return read_file(folder / "map_bag/trajectory.tum");
+}
+
+/// The same with the events of the node, where set_parameters says.
+std::string repeated(const std::string& bag, const TemporaryFolder& folder,
+                     const std::string& options = "") {
+  return mapped(bag, folder, options + " --events " + (folder / "events.yaml"));
 }
 
 void pause(bool paused) {
@@ -148,7 +164,6 @@ TEST(SlamEvents, MapBagRepeatsThemToTheByte) {
   options.time.duration = 20.0;
   simulate(bag, "rooms", 4, options);
   set_parameters("/repeated", folder);
-  ros::param::set("/repeated/events_file", folder / "events.yaml");
   ros::AsyncSpinner spinner(2);
   spinner.start();
   Player player(bag);
@@ -158,15 +173,11 @@ TEST(SlamEvents, MapBagRepeatsThemToTheByte) {
     drive_with_events(player, folder / "map");
   }
   ASSERT_FALSE(HasFatalFailure());
-  const Outcome mapped =
-      run_command(MATCHBOX_MAP_BAG, bag + " --quiet --out " + (folder / "map_bag") + " --events " +
-                                        (folder / "events.yaml"));
-  ASSERT_EQ(mapped.exit_code, 0) << mapped.output;
   const std::string node = read_file(folder / "node.tum");
-  const std::string repeated = read_file(folder / "map_bag/trajectory.tum");
   ASSERT_GT(node.size(), 10000U);
   // The node has ended before the bag does.
-  EXPECT_TRUE(node == repeated.substr(0, node.size())) << read_file(folder / "events.yaml");
+  EXPECT_TRUE(node == repeated(bag, folder).substr(0, node.size()))
+      << read_file(folder / "events.yaml");
 
   const MatcherLoader loader;
   std::set<std::size_t> kinds;
@@ -184,7 +195,6 @@ TEST(SlamEvents, MapBagLeavesOutTheScansThatTheNodeHadNoTimeFor) {
   options.time.duration = 40.0;
   simulate(bag, "rooms", 4, options);
   set_parameters("/hurried", folder);
-  ros::param::set("/hurried/events_file", folder / "events.yaml");
   ros::param::set("/hurried/max_lag", 0.01);
   ros::AsyncSpinner spinner(2);
   spinner.start();
@@ -203,13 +213,9 @@ TEST(SlamEvents, MapBagLeavesOutTheScansThatTheNodeHadNoTimeFor) {
                             return std::holds_alternative<LeaveOut>(event.event);
                           }),
             20);
-  const Outcome mapped =
-      run_command(MATCHBOX_MAP_BAG, bag + " --quiet --out " + (folder / "map_bag") + " --events " +
-                                        (folder / "events.yaml"));
-  ASSERT_EQ(mapped.exit_code, 0) << mapped.output;
   const std::string node = read_file(folder / "node.tum");
   ASSERT_GT(node.size(), 3000U);
-  EXPECT_TRUE(node == read_file(folder / "map_bag/trajectory.tum").substr(0, node.size()));
+  EXPECT_TRUE(node == repeated(bag, folder).substr(0, node.size()));
 }
 
 TEST(SlamEvents, APoseToldBeforeTheFirstScanOfAResumedMapIsTakenAsByMapBag) {
@@ -222,7 +228,6 @@ TEST(SlamEvents, APoseToldBeforeTheFirstScanOfAResumedMapIsTakenAsByMapBag) {
   options.time.start_stamp += 3600.0;
   simulate(bag, "rooms", 4, options);  // another drive, from the same start
   set_parameters("/resumed", folder);
-  ros::param::set("/resumed/events_file", folder / "events.yaml");
   ros::param::set("/resumed/resume", true);
   ros::AsyncSpinner spinner(2);
   spinner.start();
@@ -233,15 +238,11 @@ TEST(SlamEvents, APoseToldBeforeTheFirstScanOfAResumedMapIsTakenAsByMapBag) {
     tell_pose({0.05, -0.05, 0.02});
     ASSERT_TRUE(player.drive(30));
   }
-  const Outcome mapped = run_command(
-      MATCHBOX_MAP_BAG, bag + " --quiet --out " + (folder / "map_bag") + " --map " +
-                            (folder / "map.slam") + " --events " + (folder / "events.yaml"));
-  ASSERT_EQ(mapped.exit_code, 0) << mapped.output;
+  const std::string by_map_bag = repeated(bag, folder, " --map " + (folder / "map.slam"));
   const std::string node = read_file(folder / "node.tum");
   ASSERT_GT(node.size(), 1000U);
-  const std::string repeated = read_file(folder / "map_bag/trajectory.tum");
-  const std::size_t poses = repeated.find('\n') + 1;  // behind a comment on the map
-  EXPECT_TRUE(node == repeated.substr(poses, node.size()));
+  const std::size_t poses = by_map_bag.find('\n') + 1;  // behind a comment on the map
+  EXPECT_TRUE(node == by_map_bag.substr(poses, node.size()));
   EXPECT_LT(read_tum(folder / "node.tum").poses().front().pose.translation().norm(), 0.02);
 }
 
@@ -317,13 +318,10 @@ TEST(SlamEvents, MapBagTakesRollAndPitchFromAnImuAsTheNodeDoes) {
     ASSERT_TRUE(wait_until([&] { return player.is_heard(); }));
     ASSERT_TRUE(player.drive(150));
   }
-  const std::string map_bag = bag + " --quiet --out " + (folder / "map_bag");
   const std::string node = read_file(folder / "node.tum");
   ASSERT_GT(node.size(), 5000U);
-  ASSERT_EQ(run_command(MATCHBOX_MAP_BAG, map_bag).exit_code, 0);
-  EXPECT_NE(node, read_file(folder / "map_bag/trajectory.tum").substr(0, node.size()));
-  ASSERT_EQ(run_command(MATCHBOX_MAP_BAG, map_bag + " --set imu_topic=imu").exit_code, 0);
-  EXPECT_TRUE(node == read_file(folder / "map_bag/trajectory.tum").substr(0, node.size()));
+  EXPECT_NE(node, mapped(bag, folder).substr(0, node.size()));
+  EXPECT_TRUE(node == mapped(bag, folder, " --set imu_topic=imu").substr(0, node.size()));
 }
 
 /// What the node makes of a bag's first scans, from this topic.
@@ -353,19 +351,13 @@ TEST(SlamEvents, MapBagReadsEchoesAndCloudsAsTheNodeDoes) {
   convert_bag(bag, clouds, "/base_scan", "/points", to_cloud);
   ros::AsyncSpinner spinner(2);
   spinner.start();
-  const auto mapped_by_map_bag = [&](const std::string& one) {
-    const Outcome mapped =
-        run_command(MATCHBOX_MAP_BAG, one + " --quiet --out " + (folder / "map_bag"));
-    EXPECT_EQ(mapped.exit_code, 0) << mapped.output;
-    return read_file(folder / "map_bag/trajectory.tum");
-  };
   const std::string by_echoes = mapped_by_node(echoes, "/echoes", folder);
   ASSERT_GT(by_echoes.size(), 3000U);
-  EXPECT_TRUE(by_echoes == mapped_by_map_bag(echoes).substr(0, by_echoes.size()));
-  EXPECT_TRUE(by_echoes == mapped_by_map_bag(bag).substr(0, by_echoes.size())) << "a laser scan";
+  EXPECT_TRUE(by_echoes == mapped(echoes, folder).substr(0, by_echoes.size()));
+  EXPECT_TRUE(by_echoes == mapped(bag, folder).substr(0, by_echoes.size())) << "a laser scan";
   const std::string by_clouds = mapped_by_node(clouds, "/points", folder);
   ASSERT_GT(by_clouds.size(), 3000U);
-  EXPECT_TRUE(by_clouds == mapped_by_map_bag(clouds).substr(0, by_clouds.size()));
+  EXPECT_TRUE(by_clouds == mapped(clouds, folder).substr(0, by_clouds.size()));
 }
 
 /// A lap round a block by odometry alone, which is metres off when it comes home.
