@@ -97,14 +97,15 @@ Lines ways_of(const Lines& lines, const Lines& there, const std::optional<Eigen:
 }
 
 /// Where a thing may stand as well, on the same side of all walls.
+/// @param others  that are not in the plan.
 std::optional<Lines> elsewhere(const Lines& lines, const std::optional<Eigen::Vector2d>& hinge,
-                               const Lines& walls, const FloorPlan& plan, Random& random) {
+                               const Lines& walls, const Lines& others, const FloorPlan& plan,
+                               Random& random) {
   for (int i = 0; i < kTries; ++i) {
     Lines there = draw_displaced(lines, hinge, random);
-    // A leaf hangs on a wall.
-    if (plan.is_clear(there, hinge ? kLeafClearance : kClearance, hinge ? 0.0 : kGap) &&
-        keep_off(ways_of(lines, there, hinge), walls, 1e-9) &&
-        (hinge || keep_off(there, walls, kFromWall))) {
+    if (plan.is_clear(there, hinge ? kLeafClearance : kClearance, kGap) &&
+        keep_off(there, others, kGap) && keep_off(ways_of(lines, there, hinge), walls, 1e-9) &&
+        (hinge || keep_off(there, walls, kFromWall))) {  // a leaf hangs on a wall
       return there;
     }
   }
@@ -122,6 +123,9 @@ bool is_seen_from(const Route& route, const Eigen::Vector2d& place, const Lines&
 /// A wall from another one into the open, which ends before the next one.
 std::optional<Lines> draw_wall(const World& world, const Lines& walls, const FloorPlan& plan,
                                Random& random) {
+  if (walls.empty()) {  // as in a street
+    return std::nullopt;
+  }
   constexpr double kThickness = 0.12;
   constexpr double kFoot = 0.35;  // so near it is to the wall that it is built from
   constexpr double kFree = 0.3;   // to all other walls
@@ -182,11 +186,16 @@ ChangedWorld changed(const World& world, const WorldChangeOptions& options) {
     }
   }
   std::size_t moved = 0;
-  for (const std::size_t i : to_move) {
-    Random random(mix_seed(~seed, i));
-    const Thing& thing = world.things()[i];
+  for (auto at = to_move.begin(); at != to_move.end(); ++at) {
+    Random random(mix_seed(~seed, *at));
+    const Thing& thing = world.things()[*at];
     const Lines lines = lines_of(world, thing);
-    const std::optional<Lines> there = elsewhere(lines, thing.hinge, walls, plan, random);
+    Lines others;  // which stay where they stand if they find no other place
+    std::for_each(at + 1, to_move.end(), [&](std::size_t other) {
+      const Lines standing = lines_of(world, world.things()[other]);
+      others.insert(others.end(), standing.begin(), standing.end());
+    });
+    const std::optional<Lines> there = elsewhere(lines, thing.hinge, walls, others, plan, random);
     moved += there ? 1 : 0;
     plan.add_if_clear(there.value_or(lines), kAnywhere, kAnywhere, thing.hinge);
   }

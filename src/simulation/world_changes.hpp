@@ -40,7 +40,8 @@ struct ChangedWorld {
   std::size_t built = 0;  ///< walls
 };
 
-/// The same world and options give the same bits. The route stays as it is.
+/// The same world and options give the same bits. The route stays as it is; people walk on where
+/// they walked, through what stands there now.
 [[nodiscard]] ChangedWorld changed(const World& world, const WorldChangeOptions& options);
 
 }  // namespace matchbox_slam

@@ -156,6 +156,16 @@ void require_two_files(const std::string& bag, const std::string& truth) {
   }
 }
 
+WorldChangeOptions read_changes(const Parameters& parameters) {
+  const auto changes = read_options<WorldChangeOptions>(parameters, "");
+  if (changes.moved + changes.taken > 1.0) {
+    throw ConfigurationError(
+        fmt::format("--moved {} and --taken {} are shares of the same things; allowed: 1 together",
+                    changes.moved, changes.taken));
+  }
+  return changes;
+}
+
 /// By the clock of the laser, as all that is derived from scans is.
 Trajectory truth_of(const SimulatedRun& run, double clock_offset) {
   std::vector<StampedPose2> poses;
@@ -172,7 +182,7 @@ void simulate(const Request& request, const InterruptGuard& interrupt) {
   recording.no_odometry = recording.no_odometry || request.odometry_kind == kNoOdometry;
   const auto seed = static_cast<std::uint64_t>(request.seed);
   const auto noise_seed = static_cast<std::uint64_t>(request.noise_seed.value_or(request.seed));
-  const auto changes = read_options<WorldChangeOptions>(request.changes, "");
+  const WorldChangeOptions changes = read_changes(request.changes);
   const World before = make_world(request.world, seed);
   const auto [world, moved, taken, built] = changed(before, changes);
   require_writable_file(request.truth);

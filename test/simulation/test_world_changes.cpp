@@ -134,6 +134,40 @@ TEST(WorldChanges, WallsAreBuiltFromWallsOffTheRoute) {
   }
 }
 
+TEST(WorldChanges, WhereThereAreNoWallsNoneAreBuilt) {
+  for (const char* const name : {"random", "street"}) {
+    const World world = make_world(name, 1);
+    WorldChangeOptions options;
+    options.walls = 2;
+    const ChangedWorld other = changed(world, options);
+    EXPECT_EQ(other.built, 0U) << name;
+    EXPECT_TRUE(only_in(other.world, world).empty()) << name;
+  }
+}
+
+/// How near things come to each other [m].
+double least_gap(const World& world) {
+  double least = 1e9;
+  for (const Thing& a : world.things()) {
+    for (const Thing& b : world.things()) {
+      for (std::size_t i = a.begin; &a != &b && i < a.end; ++i) {
+        for (std::size_t j = b.begin; j < b.end; ++j) {
+          least = std::min(least, distance(world.segments()[i], world.segments()[j]));
+        }
+      }
+    }
+  }
+  return least;
+}
+
+TEST(WorldChanges, NothingIsPutWhereAnotherThingStands) {
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
+    const World world = make_world("rooms", seed);
+    const double before = least_gap(world);
+    EXPECT_GE(least_gap(changed(world, moving(0.8)).world), std::min(before, 0.1)) << seed;
+  }
+}
+
 TEST(WorldChanges, PeopleWalkOn) {
   const World world = make_world("hall", 1);
   const World other = changed(world, moving(0.5)).world;

@@ -168,6 +168,7 @@ TEST_F(Simulate, WrongUsageIsOneLineAndTwo) {
                   "--bag and --truth name the same file");
   expect_one_line(2, arguments("run") + " --compression zip", "one of none, bz2, lz4");
   expect_one_line(2, arguments("run") + " --colour red", "--colour");
+  expect_one_line(2, arguments("run") + " --moved 0.7 --taken 0.5", "allowed: 1 together");
   expect_one_line(2, arguments("run") + " --time-increment 0.5", "time_increment");
   expect_one_line(2, arguments("run") + " --inverted-laser --mount-roll 1", "--mount-roll");
 }
