@@ -16,8 +16,8 @@ import numpy as np
 from scipy.ndimage import label
 from scipy.spatial import cKDTree
 
-from run_faults import (aligned, composed, error, inverse, is_wrong, output_of, read_scans, read_tum, rows_of_seeds, study_parser,
-                        write_study)
+from run_faults import (SURE, aligned, composed, error, inverse, is_wrong, output_of, read_scans, read_tum, rows_of_seeds,
+                        sets_of, share, study_parser, text, write_study)
 
 NEAR = 0.1  # [m] as walls are drawn in one map and another
 LEAST = 4  # cells that are something
@@ -96,17 +96,17 @@ def compared(before, after, seen):
 def localised(folder, truth, world_from_map):
     rows, stamps = read_scans(folder)
     live = read_tum(folder / "trajectory_live.tum")
-    sure = [stamp for row, stamp in zip(rows, stamps) if row["state"] in ("tracking", "recovered")]
+    sure = [stamp for row, stamp in zip(rows, stamps) if row["state"] in SURE]
     errors = [error(composed(world_from_map, live[stamp]), truth[stamp]) for stamp in sure]
-    ways = sorted(way for way, _ in errors)
+    ways = [way for way, _ in errors]
     return {"scans": len(rows), "lost": sum(row["state"] == "lost" for row in rows), "sure": len(sure),
-            "wrong": sum(is_wrong(*one) for one in errors), "p95_m": ways[int(0.95 * len(ways))], "worst_m": ways[-1]}
+            "wrong": sum(is_wrong(*one) for one in errors), "p95_m": share(ways, 0.95), "worst_m": share(ways, 1.0)}
 
 
 def one_seed(seed, arguments):
     folder = arguments.out / str(seed)
     folder.mkdir(parents=True, exist_ok=True)
-    sets = [part for text in arguments.overrides for part in ("--set", text)]
+    sets = sets_of(arguments.overrides)
 
     def driven(name, *options):
         bag, truth = folder / f"{name}.bag", folder / f"{name}.tum"
@@ -140,7 +140,7 @@ def table(rows):
         pairs = [", ".join(map(str, row[key])) for key in ("gone", "come")]
         lines.append(f"| {row['seed']} | {row['changed']} | {pairs[0]} | {pairs[1]} | {row['ghosts']} | {row['holes']} | "
                      f"{row['walls']} | {row['kept']}, {row['forgotten']} | {row['scans']} | {row['lost']} | {row['wrong']} | "
-                     f"{row['p95_m']:.4f} | {row['worst_m']:.3f} |")
+                     f"{text(row['p95_m'], 4)} | {text(row['worst_m'], 3)} |")
     return "\n".join(lines) + "\n"
 
 

@@ -11,7 +11,7 @@ import json
 import math
 import statistics
 
-from run_faults import error, in_map, output_of, read_tum, study_parser, write_study
+from run_faults import error, in_map, output_of, read_tum, sets_of, study_parser, write_study
 
 # world, beams, reach [m], scans a second, speed [m/s], field of view [rad]
 DRIVES = [
@@ -32,7 +32,7 @@ def one_run(number, seed, arguments):
     output_of("simulate", "--world", world, "--seed", 100 * seed + number, "--beams", beams, "--range-max", reach,
               "--scan-rate", rate, "--speed", speed, "--field-of-view", view, "--duration", 240, "--bag", bag,
               "--truth", truth)
-    sets = [part for text in arguments.overrides for part in ("--set", text)]
+    sets = sets_of(arguments.overrides)
     results = []
     for matcher in arguments.matchers:
         output_of("map_bag", bag, "--matcher", matcher, "--out", folder / matcher, "--quiet", *sets)

@@ -44,6 +44,7 @@ KIDNAPPED = [part for i in range(PER_DRIVE)
              for part in ("--fault", f"kidnap:{MAPPED + i * BETWEEN}:{CARRIED}:2")]
 # So many laps that it does not come to where the route ends, and stands.
 KIDNAPPED += ["--laps", 200, "--duration", MAPPED + PER_DRIVE * BETWEEN]
+SURE = ("tracking", "recovered")  # states
 ELLIPSE = 16.27  # of 99.9 %, three degrees of freedom
 
 
@@ -148,7 +149,7 @@ def weigh_kidnappings(folder, truth):
     for i in range(PER_DRIVE):
         begin = stamps[0] + MAPPED + i * BETWEEN
         scans = [(row, stamp) for row, stamp in zip(rows, stamps) if begin <= stamp < begin + BETWEEN]
-        unsure = [stamp for row, stamp in scans if row["state"] not in ("tracking", "recovered")]
+        unsure = [stamp for row, stamp in scans if row["state"] not in SURE]
         last, end = scans[-1]
         results.append({
             "end_error_m": error(live[end], true[end])[0], "final_state": last["state"],
@@ -171,7 +172,7 @@ def weigh(folder, truth):
     in_place = aligned(truth, keys)
     inside = sum(squared_distance(r, final[s], in_place[s]) <= ELLIPSE for r, s in accepted[1:])
     states = [r["state"] for r in rows]
-    unsure = [b - a for a, b, state in zip(stamps, stamps[1:], states) if state not in ("tracking", "recovered")]
+    unsure = [b - a for a, b, state in zip(stamps, stamps[1:], states) if state not in SURE]
     way = sum(math.hypot(true[a][0] - true[b][0], true[a][1] - true[b][1])
               for a, b in zip(stamps, stamps[1:]))
     entered = collections.Counter(b for a, b in zip(["tracking"] + states, states) if a != b)
@@ -201,7 +202,7 @@ def one_run(world, fault, seed, faults, weigh_run, arguments):
         "--truth", truth, *faults, *shlex.split(arguments.simulate))
     results = []
     for matcher in matchers:
-        sets = [part for text in arguments.overrides for part in ("--set", text)]
+        sets = sets_of(arguments.overrides)
         output_of("map_bag", bag, "--matcher", matcher, "--out", folder / matcher, "--quiet", *sets)
         results += [{"world": world, "fault": fault, "seed": seed, "matcher": matcher, **row}
                     for row in weigh_run(folder / matcher, read_tum(truth))]
@@ -255,6 +256,22 @@ def write_study(name, results, page, arguments):
     (arguments.out / f"{name}.json").write_text(json.dumps(results, indent=1))
     (arguments.out / f"{name.upper()}.md").write_text(page)
     print(page, end="")
+
+
+def sets_of(overrides):
+    """Options of map_bag, as KEY=VALUE, as its arguments."""
+    return [part for text in overrides for part in ("--set", text)]
+
+
+def share(values, fraction):
+    """The value that this fraction of them are less than; None of no values."""
+    values = sorted(values)
+    return values[min(len(values) - 1, int(fraction * len(values)))] if values else None
+
+
+def text(value, decimals):
+    """Of a number, for a table."""
+    return "–" if value is None else f"{value:.{decimals}f}"
 
 
 def rows_of_seeds(rows_of, arguments):

@@ -11,24 +11,17 @@ import json
 import math
 import statistics
 
-from run_faults import (aligned, composed, error, inverse, is_wrong, output_of, read_scans, read_tum, rows_of_seeds, study_parser,
-                        write_study)
+from run_faults import (SURE, aligned, composed, error, inverse, is_wrong, output_of, read_scans, read_tum, rows_of_seeds,
+                        sets_of, share, study_parser, text, write_study)
 from zoo_drives import SWEEPS
 
-SURE = ("tracking", "recovered")
 PIECE = 40.0  # [s] of a drive that nobody says where it begins
 JUMP = 0.02  # [m] of map -> odom, at the base, from scan to scan
 MAPS = {"slam": "map.slam", "image": "map.yaml"}
 
 
-def share(values, fraction):
-    """None of no values."""
-    values = sorted(values)
-    return values[min(len(values) - 1, int(fraction * len(values)))] if values else None
-
-
 def localise(bag, out, map_file, overrides, *options):
-    sets = [part for text in ["slam/update_map=false", *overrides] for part in ("--set", text)]
+    sets = sets_of(["slam/update_map=false", *overrides])
     output_of("map_bag", bag, "--map", map_file, "--out", out, "--quiet", *sets, *options)
     rows, stamps = read_scans(out)
     return rows, stamps, read_tum(out / "trajectory_live.tum")
@@ -103,10 +96,6 @@ def one_seed(seed, arguments):
     stamp, pose = next(iter(aligned(truth, read_tum(folder / "map" / "key_scans.tum")).items()))
     to_map = composed(pose, inverse(truth[stamp]))
     return [row for sensor in arguments.sensors for row in one_sensor(seed, sensor, folder / "map", to_map, arguments)]
-
-
-def text(value, decimals):
-    return "–" if value is None else f"{value:.{decimals}f}"
 
 
 def line_of(rows):

@@ -11,7 +11,7 @@ import concurrent.futures
 import json
 import math
 
-from run_faults import composed, error, inverse, output_of, read_tum, study_parser, write_study
+from run_faults import composed, error, inverse, output_of, read_tum, sets_of, study_parser, write_study
 
 DRIVES = {
     "default": [],
@@ -62,7 +62,7 @@ def one_run(world, drive, seed, arguments):
     output_of("simulate", "--world", world, "--seed", seed, "--scan-rate", arguments.rate, "--beams",
               arguments.beams, "--speed", arguments.speed, "--bag", bag, "--truth", truth,
               *DRIVES[drive])
-    sets = [part for text in arguments.overrides for part in ("--set", text)]
+    sets = sets_of(arguments.overrides)
     output_of("map_bag", bag, "--matcher", arguments.matcher, "--out", folder, "--quiet", *sets)
     bag.unlink()
     report = json.loads((folder / "report.json").read_text())

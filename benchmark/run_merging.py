@@ -11,14 +11,14 @@ Writes DIR/merging.json (a row a merged map) and DIR/MERGING.md.
 import json
 import pathlib
 
-from run_faults import error, output_of, read_tum, study_parser, write_study
+from run_faults import error, output_of, read_tum, sets_of, study_parser, write_study
 
 INTEL = 2680.0  # [s] that the log takes
 SHARING = {"csail": (270.0, 136.0), "aces": (910.0, 455.0), "belgioioso": (3.6, 1.8)}  # [s] the first ends, the second begins
 
 
 def map_part(bag, start, duration, out, arguments):
-    sets = [part for text in arguments.overrides for part in ("--set", text)]
+    sets = sets_of(arguments.overrides)
     output_of("map_bag", bag, "--start", max(0.0, start), "--duration", duration, "--out", out, "--quiet", *sets)
     return out / "map.slam"
 

@@ -13,9 +13,8 @@ import math
 import pathlib
 import statistics
 
-from run_faults import error, output_of, read_scans, read_tum, write_study
+from run_faults import SURE, error, output_of, read_scans, read_tum, sets_of, share, write_study
 
-SURE = ("tracking", "recovered")
 MOST_OFF = 1.0  # [m]
 MOST_TURNED = math.radians(10.0)
 
@@ -48,7 +47,7 @@ def one_start(bag, folder, begin, first, true, arguments):
         if way > arguments.way:
             break
     out = folder / f"from_{begin:.3f}"
-    sets = [part for text in ["slam/update_map=false", *arguments.overrides] for part in ("--set", text)]
+    sets = sets_of(["slam/update_map=false", *arguments.overrides])
     half = 0.001  # [s] so that rounding leaves no scan out
     output_of("map_bag", bag, "--map", folder / "map" / "map.slam", "--out", out, "--quiet", *sets,
               "--start", max(0.0, begin - first - half), "--duration", last - begin + 2 * half)
@@ -71,11 +70,6 @@ def starts_of(bag, arguments):
     first = stamps[0] - float(arguments.lead)
     begins = stamps[int(arguments.begin * len(stamps))::arguments.step]
     return [(bag, folder, begin, first, true, arguments) for begin in begins]
-
-
-def share(values, fraction):
-    values = sorted(values)
-    return values[min(len(values) - 1, int(fraction * len(values)))] if values else math.nan
 
 
 def table(rows):

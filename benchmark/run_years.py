@@ -9,7 +9,7 @@ import json
 import math
 import statistics
 
-from run_faults import error, in_map, output_of, read_tum, rows_of_seeds, study_parser, write_study
+from run_faults import error, in_map, output_of, read_tum, rows_of_seeds, sets_of, study_parser, write_study
 
 LAP = 222.0  # [s] of the way through the rooms
 KEPT = {"room is made": [], "all are kept": ["--set", "slam/enough_views=0"]}
@@ -17,7 +17,7 @@ KEPT = {"room is made": [], "all are kept": ["--set", "slam/enough_views=0"]}
 
 def one_run(folder, bag, truth, hours, kept, overrides):
     out = folder / f"{hours:g}h-{kept.replace(' ', '_')}"
-    sets = [part for text in overrides for part in ("--set", text)]
+    sets = sets_of(overrides)
     output_of("map_bag", bag, "--duration", hours * 3600, "--out", out, "--quiet", *KEPT[kept], *sets)
     report = json.loads((out / "report.json").read_text())
     final = read_tum(out / "trajectory.tum")

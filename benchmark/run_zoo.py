@@ -33,7 +33,7 @@ import time
 import report
 import zoo_report
 from run_bags import RECORDINGS
-from run_faults import output_of, path_of, read_scans
+from run_faults import SURE, output_of, path_of, read_scans, sets_of
 from zoo_drives import FACTORS, all_drives, quick_drives
 
 # What switches each off, by options of map_bag. Those that it does not know are told and left out of the run.
@@ -64,7 +64,6 @@ NEVER_ALONE = ("every 2nd scan", "every 2nd beam")  # for the time: mechanisms a
 FLOORS = {"jarvis_circular": 0.004, "intel": 0.05, "aces": 0.1, "belgioioso": 0.08, "csail": 0.1, "seattle": 0.05, "acapulco": 0.2,
           "infinite_corridor": 0.4}
 LONGEST = 600  # [s] of one program; a run that takes longer has failed
-SURE = ("tracking", "recovered")
 HERE = os.path.dirname(os.path.abspath(__file__))
 PYTHON = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable  # pyenv's and conda's have no rosbag
 FOLDED = re.compile(r"\s+")
@@ -103,7 +102,7 @@ def configurations(mechanisms):
         sets["-" + name] = off
     for name in mechanisms:
         sets["+" + name] = [one for other, off in mechanisms.items() if other != name for one in off]
-    return {name: [part for one in ones for part in ("--set", one)] for name, ones in sets.items()}
+    return {name: sets_of(ones) for name, ones in sets.items()}
 
 
 class Simulated:
@@ -184,7 +183,7 @@ class Space:
         self.out, self.data, self.bags = arguments.out, arguments.data, arguments.out / "bags"
         self.bags.mkdir(parents=True, exist_ok=True)
         self.simulator, self.mapper = digest_of("simulate", plugins=False), digest_of("map_bag", plugins=True)
-        self.extra = [part for one in arguments.overrides for part in ("--set", one)]
+        self.extra = sets_of(arguments.overrides)
         self.file = self.out / "runs.jsonl"
         self.done = {}
         self.lock = threading.Lock()
@@ -242,7 +241,7 @@ def known_mechanisms(mechanisms, space):
     output_of("simulate", "--world", "rooms", "--seed", 1, "--duration", 1, "--bag", bag, "--truth", truth)
     known = {}
     for name, off in mechanisms.items():
-        sets = [part for one in off for part in ("--set", one)]
+        sets = sets_of(off)
         try:
             output_of("map_bag", bag, "--out", space.out / "probe", "--quiet", *sets, timeout=LONGEST)
             known[name] = off
