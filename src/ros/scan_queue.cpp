@@ -299,7 +299,7 @@ void ScanQueue::collect_ready(bool wait_for_more) {
                !missing) {
       if (wait_for_more && may_be_part(turn, oldest->second)) {
         place(turn, beams, oldest->second);
-        oldest->second.may_be_part = true;
+        oldest->second.was_kept_back = true;
         return;
       }
       const double sent_increment = oldest->second.sent_increment;
@@ -522,8 +522,7 @@ ReadyScan ScanQueue::make_ready(const Turn& turn, const BeamStamps& beams,
   PlacedLaser& placed = *scan.placed;
   ReadyScan ready;
   ready.stamp = turn.stamp;
-  // It was kept back, and is not too late for that.
-  ready.arrival = scan.may_be_part ? *now_ : scan.arrival;
+  ready.arrival = scan.was_kept_back ? *now_ : scan.arrival;  // it is not late for that
   ready.frame = std::move(scan.frame);
   ready.is_odometry_in_tf = placed.is_odometry_in_tf;
   ready.input = {std::move(scan.scan), placed.base_from_laser, placed.odometry, turn.laser,

@@ -67,7 +67,7 @@ struct ScanAccount {
 /// A scan with all that the engine needs.
 struct ReadyScan {
   ros::Time stamp;    ///< of the first beam, by the clock of tf
-  ros::Time arrival;  ///< by the clock of messages
+  ros::Time arrival;  ///< by the clock of messages; later of a scan that was kept back
   std::string frame;
   ScanInput input;
   bool is_odometry_in_tf = true;  ///< where it has odometry
@@ -193,7 +193,7 @@ class ScanQueue {
     double sent_scan_time = 0.0;             ///< [s]
     bool has_times = false;                  ///< as of ScanMessage
     std::optional<PlacedLaser> placed = {};  ///< when it is known
-    bool may_be_part = false;                ///< has waited for the next scan to tell
+    bool was_kept_back = false;              ///< until it was told whether one is a part of a turn
   };
   /// The order in which scans come out: by stamp; of one stamp, the first laser's last, so that it
   /// is matched with the others'.

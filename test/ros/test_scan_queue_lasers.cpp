@@ -79,6 +79,20 @@ TEST(ScanQueue, ATimeJumpIsOneWithASlowLaserToo) {
   }
 }
 
+TEST(ScanQueue, AScanBehindOneThatWaitedForTheNextIsNotTooLateForThat) {
+  ScanQueueSettings hurried = two_lasers(std::nullopt);
+  hurried.max_lag = 0.02;
+  Feed feed(hurried);
+  feed.robot_until(110.0, 100.5);
+  for (const double stamp : {101.0, 101.1}) {
+    feed.scan_of(0, stamp, stamp);
+    feed.scan_of(1, stamp + 0.01, stamp + 0.01);
+  }
+  feed.queue.finish();
+  EXPECT_EQ(feed.ready(), (Stamps{101.0, 101.01, 101.1, 101.11}));
+  feed.expect_all_accounted_for();
+}
+
 TEST(ScanQueue, LasersMayHaveTheSameStamps) {
   Feed feed(two_lasers(std::nullopt));
   feed.robot_until(110.0, 100.5);
