@@ -124,16 +124,15 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
   start_services();
   initial_pose_subscriber_ = node_.subscribe("initialpose", 10, &SlamNode::on_initial_pose, this,
                                              ros::TransportHints().tcpNoDelay());
-  ROS_INFO_STREAM("mapping with " << setup.matcher_name << ": scans from " << join(input_->topics())
-                                  << ", frames " << options_.map_frame << ", "
-                                  << (options_.use_odometry ? options_.odom_frame + ", " : "")
-                                  << options_.base_frame
-                                  << (options_.odom_topic.empty()
-                                          ? ""
-                                          : ", odometry from " + options_.odom_topic)
-                                  << (options_.use_odometry || options_.imu_topic.empty()
-                                          ? ""
-                                          : ", turns from " + options_.imu_topic));
+  ROS_INFO_STREAM((setup.engine.slam.update_map ? "mapping with " : "localising with ")
+                  << setup.matcher_name << ": scans from " << join(input_->topics()) << ", frames "
+                  << options_.map_frame << ", "
+                  << (options_.use_odometry ? options_.odom_frame + ", " : "")
+                  << options_.base_frame
+                  << (options_.odom_topic.empty() ? "" : ", odometry from " + options_.odom_topic)
+                  << (options_.use_odometry || options_.imu_topic.empty()
+                          ? ""
+                          : ", turns from " + options_.imu_topic));
   if (setup.node.autosave_period > 0.0) {
     autosave_ = std::make_unique<Autosave>(setup.node.autosave_period, [this] { autosave(); });
   }
@@ -361,9 +360,9 @@ SlamSetup SlamNode::setup() {
 
 OwnMap SlamNode::own_map() {
   const std::lock_guard<std::mutex> lock(run_mutex_);
-  PoseGraph graph = run().graph();
+  const LoopState& loops = run().loop_state();
   return {run().key_scans(),
-          {std::move(graph.edges), graph.poses.size(), run().loops(), 0.0, run().loop_tries()},
+          {loops.edges, loops.nodes, loops.loops, 0.0, loops.tries},
           session_.setup().engine};
 }
 

@@ -96,6 +96,7 @@ class SlamNode {
   [[nodiscard]] MapToSave read_map_to_save();
   std::string save_map_files();
   [[nodiscard]] bool is_saved();
+  [[nodiscard]] std::size_t unsaved_scans();
   void tell_unsaved();
   void autosave();
   void finish_loops();

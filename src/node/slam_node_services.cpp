@@ -163,7 +163,7 @@ void SlamNode::require_mergeable(const EngineState& map) {
         fmt::format("slam/{} is false, so the map stays as it is; set it to true",
                     options.slam.update_map ? "loop_closing" : "update_map"));
   }
-  if (run().graph().poses.size() != run().key_scans().size()) {
+  if (run().loop_state().nodes != run().key_scans().size()) {
     throw std::runtime_error(
         "the map that this node went on with is an image, which cannot be merged; begin one with "
         "~reset, or go on with a .slam file of key scans");
@@ -309,15 +309,21 @@ bool SlamNode::is_saved() {
   return saver_.is_saved(now);
 }
 
+std::size_t SlamNode::unsaved_scans() {
+  const MapRevision now = map_revision();
+  const std::lock_guard<std::mutex> saving(save_mutex_);
+  return saver_.unsaved(now);
+}
+
 /// At the end.
 void SlamNode::tell_unsaved() {
   if (is_saved() || !setup().engine.slam.update_map) {
     return;
   }
   const std::string text = fmt::format(
-      "the map of {} scans is not saved. Before the end, rosservice call {}/save_map saves it; "
-      "with autosave_period, or slam.launch respawn:=true, it is saved by itself",
-      run().scans(), private_node_.getNamespace());
+      "of the map of {} scans {} are not saved. Before the end, rosservice call {}/save_map saves "
+      "it; with autosave_period, or slam.launch respawn:=true, it is saved by itself",
+      run().scans(), unsaved_scans(), private_node_.getNamespace());
   if (ros::ok()) {
     ROS_WARN_STREAM(text);
   } else {  // a nodelet outlives its manager's ROS, and with that the log

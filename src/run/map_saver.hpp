@@ -64,6 +64,11 @@ class MapSaver {
   /// twice the least there is at most. Throws FileError.
   void save_changes(const MapToSave& now);
 
+  /// Scans that no saved file has.
+  [[nodiscard]] std::size_t unsaved(const MapRevision& now) const {
+    return saved_ && now.is_same_beginning(*saved_) ? now.scans - saved_->scans : now.scans;
+  }
+
   /// Whether nothing would be lost now; so it is where there is nothing.
   [[nodiscard]] bool is_saved(const MapRevision& now) const {
     return now.scans == 0 || now == saved_;

@@ -107,6 +107,7 @@ class SlamRun {
   [[nodiscard]] std::size_t map_bytes() const { return engine_->map_bytes(); }
   [[nodiscard]] const KeyScans& key_scans() const { return engine_->key_scans(); }
   [[nodiscard]] PoseGraph graph() const { return engine_->graph(); }
+  [[nodiscard]] const LoopState& loop_state() const { return engine_->loop_state(); }
   [[nodiscard]] std::size_t loop_tries() const { return engine_->loop_tries(); }
   /// Those of a map that it went on with, too.
   [[nodiscard]] const std::vector<ClosedLoop>& loops() const { return engine_->loops(); }

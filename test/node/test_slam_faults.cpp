@@ -126,7 +126,7 @@ TEST(SlamFaults, ANodeletThatIsEndedSaysThatItsMapIsNotSaved) {
   EXPECT_EQ(manager.exit_code_after(SIGINT), 0);
   const std::string said = read_file(folder / "said");
   EXPECT_TRUE(contains(said,
-                       " scans is not saved. Before the end, rosservice call "
+                       " are not saved. Before the end, rosservice call "
                        "/lone_nodelet/save_map saves it"))
       << said;
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
