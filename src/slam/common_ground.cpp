@@ -9,7 +9,6 @@
 #include "matchbox_slam/geometry/transform2.hpp"
 #include "matchbox_slam/matching/pose_prior.hpp"
 #include "slam/pose_gate.hpp"
-#include "slam/pose_hypotheses.hpp"
 #include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {

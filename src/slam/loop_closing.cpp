@@ -268,15 +268,17 @@ LoopCloser::Result LoopCloser::finish(KeyScans& keys) {
   }
   Result result{std::nullopt, std::move(done.near), std::move(done.superfluous)};
   state_.tries += done.tries;
-  const std::vector<Pose2> moved =
-      done.has_moved ? moved_with(std::move(done.graph.poses), keys.all()) : keys.poses(0);
+  std::optional<std::vector<Pose2>> moved;
+  if (done.has_moved) {
+    moved = moved_with(std::move(done.graph.poses), keys.all());
+  }
   if (!done.loops.empty()) {
     take_loops(std::move(done), pending);
   }
   inflate_for_slips(keys.all(), pending.newest);
-  if (!moved.empty()) {
-    result.correction = correction_of(keys.all(), moved);
-    keys.move(moved);
+  if (moved) {
+    result.correction = correction_of(keys.all(), *moved);
+    keys.move(*moved);
   }
   return result;
 }

@@ -15,9 +15,6 @@
 
 namespace matchbox_slam {
 
-/// Log odds, before any scan, against a pose that the motion does not lead to. From 2 to 10 no
-/// recording changes by what common ground makes of it.
-constexpr double kUnexpected = 7.0;
 /// The same against the robot being somewhere unknown, as when it was carried there.
 constexpr double kCarried = 9.2;
 

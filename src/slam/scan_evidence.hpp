@@ -20,9 +20,13 @@ namespace matchbox_slam {
 [[nodiscard]] ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base,
                                        const SlamMap& map);
 
-/// What one scan says at most, in log odds, of whatever is weighed: where map or model is wrong it
-/// is wrong for all beams.
+/// What one scan says at most for a pose, in log odds, and at most against one: where map or model
+/// is wrong it is wrong for all beams.
 constexpr double kMostOfScan = 6.0;
+
+/// Log odds, before any scan, against a pose that the motion does not lead to. From 2 to 10 no
+/// recording changes by what common ground makes of it.
+constexpr double kUnexpected = 7.0;
 
 /// Log odds of somewhere unknown against a pose, by one scan; 0 where too little of it tells of
 /// walls. Of scans at right poses 0.1 % say less than 1 a beam and 0.3 % less than 2 (150 drives of

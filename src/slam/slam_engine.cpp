@@ -33,15 +33,13 @@ std::size_t SlamEngine::map_bytes() const {
 
 const KeyScans& SlamEngine::key_scans() const { return parts_->key_scans(); }
 
-PoseGraph SlamEngine::graph() const {
-  return graph_of(parts_->key_scans(), parts_->mapping().loops().state());
-}
+PoseGraph SlamEngine::graph() const { return graph_of(key_scans(), loop_state()); }
 
-const std::vector<ClosedLoop>& SlamEngine::loops() const {
-  return parts_->mapping().loops().state().loops;
-}
+const LoopState& SlamEngine::loop_state() const { return parts_->mapping().loops().state(); }
 
-std::size_t SlamEngine::loop_tries() const { return parts_->mapping().loops().state().tries; }
+const std::vector<ClosedLoop>& SlamEngine::loops() const { return loop_state().loops; }
+
+std::size_t SlamEngine::loop_tries() const { return loop_state().tries; }
 
 std::size_t SlamEngine::parts_apart() const { return parts_->mapping().parts().all().size() - 1; }
 

@@ -16,6 +16,7 @@
 #include "simulation/robot.hpp"
 #include "slam/pose_distance.hpp"
 #include "slam/pose_hypotheses.hpp"
+#include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {
 namespace {

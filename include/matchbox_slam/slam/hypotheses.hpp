@@ -50,7 +50,8 @@ using ScanProfile = std::array<float, 72>;
 struct HypothesesState {
   std::optional<HypothesesFork> fork;
   std::vector<PoseHypothesis> others;  ///< than the leading one
-  /// Log odds of somewhere unknown; hardly less than -kCarried.
+  /// Log odds of somewhere unknown: -9.2 at least, but where no scan was weighed since it was
+  /// decided.
   double elsewhere = -std::numeric_limits<double>::infinity();
   ScanProfile profile = {};  ///< of the newest scan
 };

@@ -64,6 +64,8 @@ class SlamEngine {
   [[nodiscard]] const KeyScans& key_scans() const;
   /// Of the key scans, as it is now: how they are joined.
   [[nodiscard]] PoseGraph graph() const;
+  /// The same without poses.
+  [[nodiscard]] const LoopState& loop_state() const;
 
   /// Loops that were tried, believed or not.
   [[nodiscard]] const std::vector<ClosedLoop>& loops() const;
