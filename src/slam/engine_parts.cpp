@@ -74,8 +74,9 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
   const MatchedMotion matched = tracker_.after_match(input, predicted, outcome.match);
   outcome.map_from_base = matched.fixed_from_base;
   outcome.covariance = outcome.match.covariance;
-  if (verdict != Verdict::kUnknown && is_to_be_inserted(input, outcome, mapping_.parts(),
-                                                        tracker_.state().matched, options_.slam)) {
+  if (verdict != Verdict::kUnknown && may_draw() &&
+      is_to_be_inserted(input, outcome, mapping_.parts(), tracker_.state().matched,
+                        options_.slam)) {
     bundle_.correct_motion(matched.during_scan, projector_);
     insert(bundle_, input.laser, options_, mapping_, outcome);
     hypotheses_.note_key_scans(key_scans_here(), outcome.map_from_base);
@@ -99,6 +100,11 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
   outcome.covariance = reported_covariance(outcome, mapping_.parts(), options_.slam.update_map);
   outcome.state = state();
   return outcome;
+}
+
+/// What is drawn temporarily is not moved when the robot turns out to be elsewhere.
+bool SlamEngine::Parts::may_draw() const {
+  return options_.slam.update_map || mapping_.is_lost() || !hypotheses_.is_forked();
 }
 
 /// Whether a map apart has just begun, and the scan does not match it where its motion leads to, as

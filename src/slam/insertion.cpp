@@ -66,6 +66,10 @@ void insert_one(const PointScan& scan, const MeasuredScan& measured, int laser,
                 const EngineOptions& options, Mapping& mapping, ScanOutcome& outcome) {
   const PlacedScan placed{std::make_shared<const KeyScan>(measured, 0, laser),
                           outcome.map_from_base};
+  if (!options.slam.update_map && !mapping.is_lost()) {
+    mapping.draw_temporarily(scan, placed, options);
+    return;
+  }
   outcome.inserted = mapping.insert(scan, placed, outcome.covariance, options);
   outcome.left_out = outcome.inserted ? 0 : 1;
 }
@@ -76,8 +80,8 @@ bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome, const
                        bool was_matched, const SlamOptions& options) {
   const MatchResult& match = outcome.match;
   const MapPart& here = parts.here();
-  if (!options.update_map && !parts.is_lost()) {
-    return false;
+  if (!options.update_map && !parts.is_lost() && here.map.field.empty()) {
+    return false;  // what is drawn temporarily is drawn over a map
   }
   if (outcome.certainty == Certainty::kNewGround || (match.accepted() && is_heading_known(match))) {
     return is_worth_inserting(input, outcome, here, options);

@@ -74,6 +74,9 @@ bool Mapping::has_pending(const EngineOptions& options) const {
 }
 
 const SlamMap& Mapping::matched() const {
+  if (!is_lost() && temporary_.map() != nullptr) {
+    return *temporary_.map();
+  }
   return is_lost() ? parts_.here().map : renderer_.matched(parts_.map());
 }
 
@@ -86,6 +89,15 @@ void Mapping::take_rendered(SlamMap map, const PlacedScans& keys) {
 bool Mapping::insert(const PointScan& points, const PlacedScan& placed,
                      const Eigen::Matrix3d& covariance, const EngineOptions& options) {
   return add(points, placed, covariance, std::exchange(is_continued_, true), options);
+}
+
+void Mapping::draw_temporarily(const PointScan& points, const PlacedScan& placed,
+                               const EngineOptions& options) {
+  if (!has_room(points, placed.map_from_base, options.map, parts_.map().map)) {
+    return;
+  }
+  temporary_.add(placed, points, renderer_.matched(parts_.map()), options.map);
+  parts_.map().last_inserted[placed.scan->laser()] = placed.map_from_base;
 }
 
 bool Mapping::add(const PointScan& points, const PlacedScan& placed,
@@ -136,12 +148,15 @@ std::size_t Mapping::insert_pending(const EngineOptions& options) {
 
 void Mapping::fork() {
   const MapPart& part = parts_.here();
-  fork_ = Fork{part.key_scans.size(), part.last_inserted, part.map, renderer_};
+  fork_ = Fork{part.key_scans.size(), part.last_inserted, part.map, renderer_, temporary_};
 }
 
 const SlamMap& Mapping::compared() const {
   if (!fork_) {
     return matched();
+  }
+  if (!is_lost() && fork_->temporary.map() != nullptr) {
+    return *fork_->temporary.map();
   }
   const SlamMap* near = fork_->drawing.local_map().map();
   return is_lost() || near == nullptr ? fork_->map : *near;
@@ -210,7 +225,7 @@ std::optional<ForkStart> Mapping::fork_start() const {
 void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
   const MapPart& part = parts_.here();
   const PlacedScans& keys = part.key_scans.all();
-  fork_ = Fork{start.key_scans, start.last_inserted, part.map, renderer_};
+  fork_ = Fork{start.key_scans, start.last_inserted, part.map, renderer_, temporary_};
   if (!is_lost() && renderer_.local_map().map() != nullptr) {
     fork_->drawing.match_locally(
         renderer_.local_map().as_of(start.key_scans, keys, options.map, options.field));
@@ -317,6 +332,9 @@ void Mapping::move_with_map(const Pose2& new_from_old) {
 }
 
 void Mapping::set_options(const EngineOptions& options) {
+  if (options.slam.update_map) {
+    temporary_.clear();
+  }
   loops_.abandon();
   if (!options.slam.loop_closing) {
     match_whole_map(options);
@@ -326,6 +344,7 @@ void Mapping::set_options(const EngineOptions& options) {
 // --- where the robot is ---
 
 void Mapping::go_to_map(const EngineOptions& options) {
+  temporary_.clear();
   parts_.go_to_map();
   break_off();
   loops_.abandon();
@@ -334,6 +353,7 @@ void Mapping::go_to_map(const EngineOptions& options) {
 
 Mapping::BegunApart Mapping::begin_apart(double stamp, const EngineOptions& options) {
   loops_.abandon();
+  temporary_.clear();
   BegunApart begun;
   begun.is_drawn_beside = renderer_.begin_whole(parts_.map(), options);
   begun.gave_up_part = parts_.begin_apart(empty_part(options, stamp));

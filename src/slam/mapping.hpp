@@ -16,6 +16,7 @@
 #include "slam/loop_closing.hpp"
 #include "slam/map_parts.hpp"
 #include "slam/map_renderer.hpp"
+#include "slam/temporary_map.hpp"
 
 namespace matchbox_slam {
 
@@ -70,6 +71,9 @@ class Mapping {
   /// @param covariance  of its pose, in the map frame.
   bool insert(const PointScan& points, const PlacedScan& placed, const Eigen::Matrix3d& covariance,
               const EngineOptions& options);
+  /// Draws a scan into the temporary map: the map itself stays as it is.
+  void draw_temporarily(const PointScan& points, const PlacedScan& placed,
+                        const EngineOptions& options);
   /// The robot is elsewhere than where the newest key scan and the motion since say.
   void break_off() { is_continued_ = false; }
   /// Scans are to be inserted, a few with each of the next ones.
@@ -153,6 +157,7 @@ class Mapping {
     std::map<int, Pose2> last_inserted;
     SlamMap map;  ///< of the part that the robot is in
     MapRenderer drawing;
+    TemporaryMap temporary;
   };
 
   void draw_since(std::size_t key_scan, const EngineOptions& options);
@@ -160,6 +165,7 @@ class Mapping {
   MapParts parts_;
   LoopCloser loops_;
   MapRenderer renderer_;
+  TemporaryMap temporary_;  ///< while the map is not to change
   std::optional<Fork> fork_;
   std::shared_ptr<const FoundMap> found_;  ///< null: none is expected
   bool is_continued_ = false;              ///< see EngineState

@@ -138,9 +138,13 @@ TEST_F(InsertionTest, ASecondaryLaserShowsWhatNoOtherHasSeen) {
   EXPECT_FALSE(is_inserted(nowhere, 1)) << "no other put the base anywhere";
 }
 
-TEST_F(InsertionTest, AMapThatIsKeptTakesNothingButFromALostRobot) {
+TEST_F(InsertionTest, AMapThatIsKeptIsDrawnOverIfThereIsOne) {
   options_.update_map = false;
+  EXPECT_TRUE(is_inserted_after({1.0, 0.0, 0.0}));
+  const LikelihoodField walls = parts_.map().map.field;
+  parts_.map().map.field = SlamMap(MapOptions{}, LikelihoodFieldOptions{}).field;
   EXPECT_FALSE(is_inserted_after({1.0, 0.0, 0.0}));
+  parts_.map().map.field = walls;
   EXPECT_FALSE(parts_.begin_apart(map_with_a_wall()));
   ASSERT_TRUE(parts_.is_lost());
   EXPECT_TRUE(is_inserted_after({1.0, 0.0, 0.0})) << "which goes into a map of its own";

@@ -116,6 +116,33 @@ TEST_F(MappingTest, KeepsWhatWaitsWhileTheMapIsNotToGrow) {
   EXPECT_EQ(mapped(), 3U);
 }
 
+TEST_F(MappingTest, IsDrawnOverWhileItIsNotToChangeAndStaysAsItIs) {
+  insert_first(2);
+  const SlamMap before = mapping_.parts().map().map;
+  options_.slam.update_map = false;
+  const auto draw_over = [this] {
+    mapping_.draw_temporarily(*keys_[2].scan->points(), keys_[2], options_);
+    return same_map(mapping_.matched(),
+                    rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field));
+  };
+  EXPECT_TRUE(draw_over());
+  EXPECT_EQ(mapping_.parts().map().last_inserted.at(0), keys_[2].map_from_base);
+  EXPECT_EQ(mapped(), 2U);
+  EXPECT_TRUE(same_map(mapping_.parts().map().map, before));
+  EXPECT_TRUE(same_map(mapping_.drawn(options_), before));
+  // Scans are compared in what was known when the robot came into doubt.
+  mapping_.fork();
+  EXPECT_TRUE(same_map(mapping_.compared(), mapping_.matched()));
+  mapping_.unfork();
+  static_cast<void>(mapping_.begin_apart(3.0, options_));
+  mapping_.go_to_map(options_);
+  EXPECT_TRUE(same_map(mapping_.matched(), before)) << "a lost robot has forgotten";
+  EXPECT_TRUE(draw_over());
+  options_.slam.update_map = true;
+  mapping_.set_options(options_);
+  EXPECT_TRUE(same_map(mapping_.matched(), before)) << "the map is to change";
+}
+
 TEST_F(MappingTest, DrawsWhatWaitedIntoWhatLiesNearAtOnce) {
   insert_first(2);
   Mapping near_by = gone_on_with_local_map();

@@ -9,6 +9,7 @@
 #include "matchbox_slam/slam/slam_engine.hpp"
 #include "simulation/simulated_run.hpp"
 #include "simulation/simulation_support.hpp"
+#include "simulation/world_changes.hpp"
 #include "slam/engine_runs.hpp"
 #include "slam/map_equality.hpp"
 
@@ -123,6 +124,36 @@ TEST(SlamEngine, WithoutUpdatesTheMapOnlyTellsWhereTheRobotIs) {
   SlamEngine empty = make_engine(run, monte_carlo(), options);
   EXPECT_EQ(process(run, empty).back().match.status, MatchStatus::kRejectedNoReference);
   EXPECT_TRUE(empty.map().field.empty());
+}
+
+// The robot knows each thing that stands elsewhere once it has seen it.
+TEST(SlamEngine, WithoutUpdatesItKeepsItsPlaceWhereAllOfTheFurnitureStandsElsewhere) {
+  const World before = make_world("rooms", 31);
+  SimulationOptions drive;
+  drive.laser.beams = 180;
+  drive.time.duration = 60.0;
+  const SimulatedRun first = simulate_run(before, before.route(), drive, 31);
+  SlamEngine mapped = make_engine(first);
+  process(first, mapped);
+  WorldChangeOptions changes;
+  changes.moved = 1.0;
+  const ChangedWorld now = changed(before, changes);
+  ASSERT_GT(now.moved, 40U);
+  const SimulatedRun second = simulate_run(now.world, before.route(), drive, 32);
+  EngineOptions options;
+  options.slam.update_map = false;
+  SlamEngine engine = make_engine(second, monte_carlo(), options);
+  EngineState start = mapped.snapshot();
+  start.begin_anew(second.world_from_base.front(), start.motion.covariance);
+  engine.start_from(start);
+  const std::vector<ScanOutcome> outcomes = process(second, engine);
+  for (const ScanOutcome& outcome : outcomes) {
+    ASSERT_EQ(outcome.state, TrackingState::kTracking) << outcome.stamp;
+    ASSERT_FALSE(outcome.inserted);
+  }
+  EXPECT_LT(rms_error(second, outcomes), 0.006);
+  EXPECT_TRUE(same_map(engine.map(), mapped.map()));
+  EXPECT_EQ(engine.key_scans().size(), mapped.key_scans().size());
 }
 
 }  // namespace
