@@ -97,6 +97,7 @@ OlsonOptions coarse_options(double sigma, const LoopOptions& options) {
   coarse.point_spacing = 0.1;
   coarse.search_floor = kCoarseShare * options.least_score;
   coarse.rival_distance = 0.5;
+  coarse.least_rival = options.most_rival;
   coarse.prior_weight = 0.01;
   coarse.refinement.first_kernel = 0.3;
   coarse.refinement.last_kernel = 0.1;
