@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <iterator>
+#include <set>
 
 #include "matching/rendered_map.hpp"
 #include "slam/local_scans.hpp"
 
 namespace matchbox_slam {
 namespace {
+
+// What a robot adds that stays in one room; two and a half times what it is made of. A guess.
+constexpr std::size_t kFull = 250;  // key scans
 
 /// In their order.
 std::vector<std::uint64_t> ids_of(const PlacedScans& keys) {
@@ -30,8 +34,6 @@ bool LocalMap::is_due(const PlacedScans& keys) const {
   // A guess, a third of what it reaches. With half loop is 7 % worse, with double 20 %, and aces 7
   // % (CONSTANTS.md).
   constexpr double kMoved = 5.0;  // [m]
-  // What a robot adds that stays in one room; two and a half times what it is made of. A guess.
-  constexpr std::size_t kFull = 250;  // key scans
   return !map_ || distance(keys.back(), center_) >= kMoved || drawn_.size() >= kFull;
 }
 
@@ -40,8 +42,33 @@ LocalMap::LocalMap(const LocalScans& near, const MapOptions& map_options,
     : LocalMap(rendered(near.belonging, map_options, field_options), near.center, near.newest + 1,
                ids_of(near.belonging)) {}
 
+std::optional<LocalMap> LocalMap::with(const LocalScans& near,
+                                       const MapOptions& map_options) const {
+  if (!map_ || near.is_any_shown_apart || drawn_.size() >= kFull) {
+    return std::nullopt;
+  }
+  const std::set<std::uint64_t> shown(drawn_.begin(), drawn_.end());
+  LocalMap more = *this;
+  more.center_ = near.center;
+  more.taken_ = near.newest + 1;
+  for (const PlacedScan& key : near.belonging) {
+    if (shown.count(key.scan->id()) > 0) {
+      continue;
+    }
+    if (more.drawn_.size() == kFull) {
+      return std::nullopt;
+    }
+    more.draw(key, map_options);
+  }
+  more.map_->field.render();
+  return more;
+}
+
 LocalMap LocalMap::as_of(std::size_t taken, const PlacedScans& keys, const MapOptions& map_options,
                          const LikelihoodFieldOptions& field_options) const {
+  if (!map_) {
+    return {};
+  }
   PlacedScans then;
   for (const std::uint64_t id : drawn_) {
     if (id < taken) {
@@ -51,6 +78,11 @@ LocalMap LocalMap::as_of(std::size_t taken, const PlacedScans& keys, const MapOp
   return {rendered(then, map_options, field_options), center_, taken, ids_of(then)};
 }
 
+void LocalMap::draw(const PlacedScan& key, const MapOptions& map_options) {
+  insert_unrendered(*key.scan->points(), key.map_from_base, map_options, *map_);
+  drawn_.push_back(key.scan->id());
+}
+
 void LocalMap::take_new(const PlacedScans& keys, const MapOptions& map_options) {
   if (taken_ == keys.size()) {
     return;
@@ -58,8 +90,7 @@ void LocalMap::take_new(const PlacedScans& keys, const MapOptions& map_options) 
   for (; taken_ < keys.size(); ++taken_) {
     const PlacedScan& key = keys[taken_];
     if (map_ && distance(key, center_) < kLocalReach) {
-      insert_unrendered(*key.scan->points(), key.map_from_base, map_options, *map_);
-      drawn_.push_back(key.scan->id());
+      draw(key, map_options);
     }
   }
   if (map_) {

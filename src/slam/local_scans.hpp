@@ -27,7 +27,9 @@ constexpr double kLocalReach = 15.0;
 using AreWeaklyConnected = std::function<std::vector<bool>(const std::vector<std::size_t>& keys)>;
 
 /// @param are_apart  is asked of those alone that are near, or will be soon.
-[[nodiscard]] LocalScans local_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart);
+/// @param shown      by a map before, by id.
+[[nodiscard]] LocalScans local_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart,
+                                     const std::vector<std::uint64_t>& shown = {});
 
 /// The same without some of them.
 /// @param ids  in their order.

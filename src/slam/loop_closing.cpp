@@ -241,7 +241,8 @@ void LoopCloser::begin_again(const KeyScans& keys, LocalMapRequest near,
       options};
   near.scans.reset();
   if (pending.is_near_due) {
-    near.scans = local_scans_of(then);
+    near.before = near.before.as_of(nodes, keys.all(), near.map, near.field);
+    near.scans = local_scans_of(then, near.before.drawn());
   }
   LoopTask task{std::nullopt, std::move(near)};
   if (pending.is_search_due) {

@@ -22,6 +22,7 @@ struct LocalMapRequest {
   MapOptions map;
   LikelihoodFieldOptions field;
   std::size_t enough = 0;  ///< see superfluous_scans; 0: all are kept
+  LocalMap before = {};    ///< what it may go on from while nothing moves
 };
 
 /// A loop moves nothing unless it would move a key scan by more than this share of a cell: what is

@@ -73,6 +73,18 @@ void leave_out_superfluous(LocalMapRequest& near, LoopTaskDone& done) {
   }
 }
 
+void draw_near(const LoopTask& task, LoopTaskDone& done) {
+  const LocalMapRequest& near = task.near;
+  const LocalScans scans =
+      done.loops.empty() ? *near.scans : local_scans_of(*task.search, near.before.drawn());
+  if (!done.has_moved && done.superfluous.empty()) {
+    done.near = near.before.with(scans, near.map);
+  }
+  if (!done.near) {
+    done.near = LocalMap(scans, near.map, near.field);
+  }
+}
+
 LoopTaskDone do_loop_task(LoopTask task) {
   LoopTaskDone done;
   if (task.search) {
@@ -82,8 +94,7 @@ LoopTaskDone do_loop_task(LoopTask task) {
     leave_out_superfluous(task.near, done);
   }
   if (done.has_moved || task.near.scans) {
-    const LocalScans scans = done.loops.empty() ? *task.near.scans : local_scans_of(*task.search);
-    done.near = LocalMap(scans, task.near.map, task.near.field);
+    draw_near(task, done);
   }
   if (task.search) {
     done.graph = std::move(task.search->graph);
@@ -93,16 +104,19 @@ LoopTaskDone do_loop_task(LoopTask task) {
 
 }  // namespace
 
-LocalScans local_scans_of(const LoopSearch& search) {
+LocalScans local_scans_of(const LoopSearch& search, const std::vector<std::uint64_t>& shown) {
   PlacedScans keys = search.keys;
   for (std::size_t i = 0; i < keys.size(); ++i) {
     keys[i].map_from_base = search.graph.poses[i];
   }
   const AdjacencyList links(search.graph);
   const PathUncertainty ways(search.graph, links, keys.size() - 1);
-  return local_scans(keys, [&](const auto& some) {
-    return ways.weakly_connected(some, search.options.max_relative_sigma);
-  });
+  return local_scans(
+      keys,
+      [&](const auto& some) {
+        return ways.weakly_connected(some, search.options.max_relative_sigma);
+      },
+      shown);
 }
 
 void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done) {

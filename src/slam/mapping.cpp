@@ -20,9 +20,9 @@ MapPart empty_part(const EngineOptions& options, double begin) {
   return {SlamMap(options.map, options.field), {}, {}, begin};
 }
 
-LocalMapRequest near_request(const EngineOptions& options) {
+LocalMapRequest near_request(const EngineOptions& options, const LocalMap& before) {
   return {std::nullopt, options.map, options.field,
-          static_cast<std::size_t>(options.slam.enough_views)};
+          static_cast<std::size_t>(options.slam.enough_views), before};
 }
 
 /// map_from_base of a scan that has waited: about where it is said to be; where the map holds it,
@@ -63,7 +63,8 @@ Mapping::Mapping(MapParts parts, LoopCloser loops, MapRenderer drawing, bool is_
       renderer_(std::move(drawing)),
       is_continued_(is_continued),
       is_of_key_scans_(is_of_key_scans) {
-  loops_.begin_again(parts_.map().key_scans, near_request(options), options.loops);
+  loops_.begin_again(parts_.map().key_scans, near_request(options, renderer_.local_map()),
+                     options.loops);
   if (!closes_loops(options)) {
     match_whole_map(options);
   }
@@ -239,11 +240,14 @@ void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
 
 // --- loops ---
 
-LocalScans Mapping::scans_around(const EngineOptions& options) const {
+/// @param shown  by a map before, by id.
+LocalScans Mapping::scans_around(const std::vector<std::uint64_t>& shown,
+                                 const EngineOptions& options) const {
   const KeyScans& key_scans = parts_.map().key_scans;
-  return local_scans(key_scans.all(), [&](const auto& some) {
-    return loops_.weakly_connected(key_scans, some, options.loops);
-  });
+  return local_scans(
+      key_scans.all(),
+      [&](const auto& some) { return loops_.weakly_connected(key_scans, some, options.loops); },
+      shown);
 }
 
 std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) {
@@ -255,13 +259,17 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
   if (!correction && found_ != nullptr && !loops_.is_pending() && !has_pending(options)) {
     correction = take_found_map(options);
   }
-  LocalMapRequest near = near_request(options);
-  LocalScans scans = scans_around(options);
+  const bool is_near_due = !loops_.is_pending() && renderer_.local_map().is_due(key_scans.all());
+  if (is_near_due) {
+    catch_up(options);  // so that what is begun goes on from a map of all key scans
+  }
+  LocalMapRequest near = near_request(options, is_near_due ? renderer_.local_map() : LocalMap());
+  LocalScans scans = scans_around(near.before.drawn(), options);
   if (is_crowded(key_scans.all(), near.enough)) {
     renderer_.expect_local_map();  // with which what is superfluous is found
   }
   if (scans.is_any_apart || renderer_.is_moved()) {
-    if (renderer_.local_map().is_due(key_scans.all())) {
+    if (is_near_due) {
       near.scans = std::move(scans);
     }
   } else if (renderer_.local_map().map() != nullptr) {
@@ -289,7 +297,7 @@ std::optional<MapCorrection> Mapping::take_found_map(const EngineOptions& option
   }
   MapCorrection correction = loops_.take_in(*found, key_scans);
   move_with_map(correction.newest);
-  renderer_.match_locally(LocalMap(scans_around(options), options.map, options.field));
+  renderer_.match_locally(LocalMap(scans_around({}, options), options.map, options.field));
   found->fate = FoundMap::Fate::kTaken;
   return correction;
 }

@@ -147,7 +147,8 @@ class Mapping {
   /// The key scans have moved, and what goes with the newest follows.
   void move_with_map(const Pose2& new_from_old);
   /// Those around the newest.
-  [[nodiscard]] LocalScans scans_around(const EngineOptions& options) const;
+  [[nodiscard]] LocalScans scans_around(const std::vector<std::uint64_t>& shown,
+                                        const EngineOptions& options) const;
   void take_out(const std::vector<std::uint64_t>& ids);
   std::optional<MapCorrection> take_found_map(const EngineOptions& options);
 

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "matchbox_slam/slam/local_map.hpp"
@@ -108,6 +110,61 @@ TEST(LocalMap, TakesInWhatCameSince) {
   EXPECT_TRUE(same_map(*near.map(), inserted({keys[1], keys[2], keys[3], keys[5]})));
   near.clear();
   EXPECT_EQ(near.map(), nullptr);
+}
+
+TEST(LocalMap, IsGoneOnWithByWhatHasComeNear) {
+  KeyScans all;
+  for (const PlacedScan& key : drive_through_rooms(6)) {
+    all.add(key);
+  }
+  const PlacedScans& keys = all.all();
+  const PlacedScans first(keys.begin(), keys.begin() + 4);
+  LocalMap before(local_scans(first, of({true, true, false, false})), kMap, kField);
+  before.take_new({keys.begin(), keys.begin() + 5}, kMap);
+  const LocalScans near =
+      local_scans(keys, of({true, false, false, false, false, false}), before.drawn());
+  const std::optional<LocalMap> more = before.with(near, kMap);
+  ASSERT_TRUE(more);
+  EXPECT_EQ(more->drawn(), (std::vector<std::uint64_t>{2, 3, 4, 1, 5}));
+  EXPECT_EQ(more->center(), keys.back().map_from_base.translation());
+  EXPECT_TRUE(same_map(*more->map(), inserted({keys[2], keys[3], keys[4], keys[1], keys[5]})));
+  EXPECT_TRUE(same_map(*before.map(), inserted({keys[2], keys[3], keys[4]}))) << "a copy";
+  EXPECT_TRUE(same_map(*more->as_of(5, keys, kMap, kField).map(),
+                       inserted({keys[2], keys[3], keys[4], keys[1]})));
+}
+
+TEST(LocalMap, IsMadeAnewWhereItShowsWhatLiesApart) {
+  KeyScans all;
+  for (const PlacedScan& key : drive_through_rooms(3)) {
+    all.add(key);
+  }
+  const PlacedScans& keys = all.all();
+  const LocalMap before(local_scans({keys[0], keys[1]}, of({false, false})), kMap, kField);
+  const auto near = [&](const std::vector<bool>& is_apart) {
+    return local_scans(keys, of(is_apart), before.drawn());
+  };
+  EXPECT_TRUE(before.with(near({false, false, false}), kMap));
+  EXPECT_FALSE(before.with(near({false, true, false}), kMap));
+  EXPECT_FALSE(LocalMap().with(near({false, false, false}), kMap)) << "there is none";
+  EXPECT_FALSE(LocalMap().as_of(2, keys, kMap, kField).map());
+}
+
+TEST(LocalMap, IsMadeAnewWhenItShowsTooMany) {
+  PlacedScans keys(260, drive_through_rooms(1).front());
+  KeyScans all;
+  for (const PlacedScan& key : keys) {
+    all.add(key);
+  }
+  keys = all.all();
+  const auto near_with = [&](std::size_t shown) {
+    const PlacedScans first(keys.begin(), keys.begin() + 1);
+    LocalMap map(local_scans(first, of({false})), kMap, kField);
+    map.take_new({keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(shown)}, kMap);
+    const LocalScans near = local_scans(keys, of(std::vector<bool>(260, false)), map.drawn());
+    return map.with(near, kMap).has_value();
+  };
+  EXPECT_TRUE(near_with(150)) << "with the 100 nearest";
+  EXPECT_FALSE(near_with(250));
 }
 
 TEST(LocalMap, GoesOnWhereKeyScansThatItDoesNotShowAreTakenOut) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -323,6 +324,27 @@ TEST_F(HiddenBesideTest, AMapThatIsGoneOnWithIsTheSame) {
   for (std::size_t i = 0; i < again.state().edges.size(); ++i) {
     EXPECT_EQ(again.state().edges[i].covariance, drive_.closer().state().edges[i].covariance) << i;
   }
+}
+
+TEST_F(HiddenBesideTest, AMapOfWhatLiesNearIsGoneOnWith) {
+  static_cast<void>(drive_.closer().finish(drive_.keys()));
+  LocalMapRequest request = near();
+  LocalScans fewer = *request.scans;
+  ASSERT_GT(fewer.belonging.size(), 5U);
+  fewer.belonging.erase(fewer.belonging.begin(), fewer.belonging.begin() + 5);
+  request.before = LocalMap(fewer, {}, {});
+  drive_.closer().begin(drive_.keys(), request, kOptions);
+  LoopCloser again(drive_.closer().state());
+  KeyScans keys = drive_.keys();
+  again.begin_again(keys, {std::nullopt, {}, {}, 0, request.before}, kOptions);
+  const LoopCloser::Result gone_on = again.finish(keys);
+  const LoopCloser::Result never_stopped = drive_.closer().finish(drive_.keys());
+  ASSERT_TRUE(gone_on.near && never_stopped.near);
+  const std::vector<std::uint64_t>& drawn = never_stopped.near->drawn();
+  EXPECT_TRUE(std::equal(request.before.drawn().begin(), request.before.drawn().end(),
+                         drawn.begin(), drawn.end() - 5));
+  EXPECT_EQ(gone_on.near->drawn(), drawn);
+  EXPECT_TRUE(same_map(*gone_on.near->map(), *never_stopped.near->map()));
 }
 
 TEST_F(HiddenBesideTest, CopiesShareWhatIsUnderWay) {

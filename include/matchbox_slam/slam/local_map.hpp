@@ -19,6 +19,7 @@ struct LocalScans {
   PlacedScans belonging;      ///< with the newest, the nearest ones: many of one place say the same
   bool is_any_apart = false;  ///< of those that are near, or will be soon
   PlacedScans all_belonging;  ///< with the newest, all that are near
+  bool is_any_shown_apart = false;  ///< of those, which a map before this one shows
 };
 
 /// A map of the key scans around the robot that are known to lie well to each other, for scans to
@@ -28,7 +29,7 @@ class LocalMap {
   LocalMap() = default;
   /// @param center  where the newest key scan of its making was taken.
   /// @param taken   how many key scans there were then.
-  /// @param drawn   those that it shows, by id, in their order.
+  /// @param drawn   those that it shows, by id, in the order of drawing.
   // Two numbers are copied either way. NOLINTNEXTLINE(modernize-pass-by-value)
   LocalMap(SlamMap map, const Eigen::Vector2d& center, std::size_t taken,
            std::vector<std::uint64_t> drawn)
@@ -42,7 +43,7 @@ class LocalMap {
   [[nodiscard]] const SlamMap* map() const { return map_ ? &*map_ : nullptr; }
 
   [[nodiscard]] const Eigen::Vector2d& center() const { return center_; }
-  /// Key scans that it shows, by id, in their order.
+  /// Key scans that it shows, by id, in the order of drawing.
   [[nodiscard]] const std::vector<std::uint64_t>& drawn() const { return drawn_; }
 
   /// As it was when there were so many key scans.
@@ -54,6 +55,11 @@ class LocalMap {
   /// Whether it is to be made anew for the newest key scan: others have come near since, have
   /// drifted apart, or are many.
   [[nodiscard]] bool is_due(const PlacedScans& keys) const;
+
+  /// The same map with those of the near ones that it does not show: where nothing has moved, most
+  /// were shown before. Nothing where it would show what lies apart by now, or too many.
+  [[nodiscard]] std::optional<LocalMap> with(const LocalScans& near,
+                                             const MapOptions& map_options) const;
 
   /// Takes the key scans in that have come since it was made.
   void take_new(const PlacedScans& keys, const MapOptions& map_options);
@@ -67,6 +73,8 @@ class LocalMap {
   void clear() { map_.reset(); }
 
  private:
+  void draw(const PlacedScan& key, const MapOptions& map_options);
+
   std::optional<SlamMap> map_;
   Eigen::Vector2d center_ = Eigen::Vector2d::Zero();
   std::size_t taken_ = 0;  ///< key scans that it knows of
