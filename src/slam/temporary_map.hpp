@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 
 #include "matchbox_slam/map/scan_inserter.hpp"
