@@ -100,7 +100,8 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
         return SlamSession(std::move(configuration), records, log_.dialog(),
                            "set in its configuration ");
       }()),
-      worker_("mapping", node_queue_settings(session_.setup()),
+      worker_(session_.setup().engine.slam.update_map ? "mapping" : "localising",
+              node_queue_settings(session_.setup()),
               [this](const ScanQueue::Item& item) {
                 std::visit([this](const auto& one) { handle(one); }, item);
               }),
