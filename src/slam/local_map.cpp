@@ -55,7 +55,8 @@ std::optional<LocalMap> LocalMap::with(const LocalScans& near,
     if (shown.count(key.scan->id()) > 0) {
       continue;
     }
-    if (more.drawn_.size() == kFull) {
+    const bool is_older = !more.drawn_.empty() && key.scan->id() < more.drawn_.back();
+    if (is_older || more.drawn_.size() == kFull) {
       return std::nullopt;
     }
     more.draw(key, map_options);

@@ -331,7 +331,7 @@ TEST_F(HiddenBesideTest, AMapOfWhatLiesNearIsGoneOnWith) {
   LocalMapRequest request = near();
   LocalScans fewer = *request.scans;
   ASSERT_GT(fewer.belonging.size(), 5U);
-  fewer.belonging.erase(fewer.belonging.begin(), fewer.belonging.begin() + 5);
+  fewer.belonging.erase(fewer.belonging.end() - 5, fewer.belonging.end());
   request.before = LocalMap(fewer, {}, {});
   drive_.closer().begin(drive_.keys(), request, kOptions);
   LoopCloser again(drive_.closer().state());

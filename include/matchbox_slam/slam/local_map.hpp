@@ -29,7 +29,7 @@ class LocalMap {
   LocalMap() = default;
   /// @param center  where the newest key scan of its making was taken.
   /// @param taken   how many key scans there were then.
-  /// @param drawn   those that it shows, by id, in the order of drawing.
+  /// @param drawn   those that it shows, by id, in their order.
   // Two numbers are copied either way. NOLINTNEXTLINE(modernize-pass-by-value)
   LocalMap(SlamMap map, const Eigen::Vector2d& center, std::size_t taken,
            std::vector<std::uint64_t> drawn)
@@ -43,7 +43,7 @@ class LocalMap {
   [[nodiscard]] const SlamMap* map() const { return map_ ? &*map_ : nullptr; }
 
   [[nodiscard]] const Eigen::Vector2d& center() const { return center_; }
-  /// Key scans that it shows, by id, in the order of drawing.
+  /// Key scans that it shows, by id, in their order.
   [[nodiscard]] const std::vector<std::uint64_t>& drawn() const { return drawn_; }
 
   /// As it was when there were so many key scans.
@@ -57,7 +57,8 @@ class LocalMap {
   [[nodiscard]] bool is_due(const PlacedScans& keys) const;
 
   /// The same map with those of the near ones that it does not show: where nothing has moved, most
-  /// were shown before. Nothing where it would show what lies apart by now, or too many.
+  /// were shown before. Nothing where it would show what lies apart by now, too many,
+  /// or what is older than others after these: where they differ the newer ones count.
   [[nodiscard]] std::optional<LocalMap> with(const LocalScans& near,
                                              const MapOptions& map_options) const;
 
