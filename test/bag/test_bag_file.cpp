@@ -16,7 +16,7 @@
 namespace matchbox_slam {
 namespace {
 
-struct Said {
+struct Written {
   std::string topic;
   std::string text;
   ros::Time time;
@@ -24,13 +24,13 @@ struct Said {
 
 /// Said in whole seconds up to `spread` around ever later times, many of them at once, in chunks of
 /// a few messages.
-std::vector<Said> write_bag(const std::string& path, std::uint64_t seed, double spread) {
+std::vector<Written> write_bag(const std::string& path, std::uint64_t seed, double spread) {
   Random random(seed);
   rosbag::Bag bag(path, rosbag::bagmode::Write);
   bag.setChunkThreshold(400);
-  std::vector<Said> all;
+  std::vector<Written> all;
   for (int i = 0; i < 200; ++i) {
-    Said said;
+    Written said;
     said.topic = "/topic" + std::to_string(i % 3);
     said.text = "message " + std::to_string(i);
     said.time.sec = static_cast<std::uint32_t>(100.0 + 0.1 * i + spread * random.uniform());
@@ -43,12 +43,12 @@ std::vector<Said> write_bag(const std::string& path, std::uint64_t seed, double 
 }
 
 /// By the oracle: all of it sorted.
-std::vector<std::string> texts_of(std::vector<Said> all, const std::string& topic,
+std::vector<std::string> texts_of(std::vector<Written> all, const std::string& topic,
                                   const BagSelection& selection) {
   std::stable_sort(all.begin(), all.end(),
-                   [](const Said& a, const Said& b) { return a.time < b.time; });
+                   [](const Written& a, const Written& b) { return a.time < b.time; });
   std::vector<std::string> texts;
-  for (const Said& said : all) {
+  for (const Written& said : all) {
     if ((topic.empty() || said.topic == topic) && said.time >= selection.first &&
         said.time <= selection.last) {
       texts.push_back(said.text);
@@ -80,7 +80,7 @@ TEST(BagFile, EntriesComeInTheOrderOfTimeHoweverTheyWereRecorded) {
   const std::string path = folder / "said.bag";
   for (const double spread : {0.0, 2.0, 30.0}) {
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-      const std::vector<Said> all = write_bag(path, seed, spread);
+      const std::vector<Written> all = write_bag(path, seed, spread);
       const BagFile bag(path);
       EXPECT_GT(bag.chunks().size(), 10U);
       BagSelection some;
@@ -151,9 +151,9 @@ TEST(BagFile, ThatIsGoneCannotBeOpened) {
 TEST(BagFile, TellsWhatIsInIt) {
   const TemporaryFolder folder;
   const std::string path = folder / "said.bag";
-  const std::vector<Said> all = write_bag(path, 1, 30.0);
+  const std::vector<Written> all = write_bag(path, 1, 30.0);
   const BagFile bag(path);
-  const auto by_time = [](const Said& a, const Said& b) { return a.time < b.time; };
+  const auto by_time = [](const Written& a, const Written& b) { return a.time < b.time; };
   EXPECT_EQ(bag.begin_time(), std::min_element(all.begin(), all.end(), by_time)->time);
   EXPECT_EQ(bag.end_time(), std::max_element(all.begin(), all.end(), by_time)->time);
   ASSERT_EQ(bag.connections().size(), 3U);

@@ -10,24 +10,24 @@
 namespace matchbox_slam {
 namespace {
 
-std::atomic<int> made{0};
+std::atomic<int> constructed{0};
 
 struct Counted {
-  Counted() { ++made; }
+  Counted() { ++constructed; }
   int uses = 0;
 };
 
 TEST(ObjectPool, LendsAgainWhatIsGivenBack) {
-  made = 0;
+  constructed = 0;
   ObjectPool<Counted> pool;
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(pool.acquire()->uses++, i);
   }
-  EXPECT_EQ(made, 1);
+  EXPECT_EQ(constructed, 1);
 }
 
 TEST(ObjectPool, LendsEachToOneAtATime) {
-  made = 0;
+  constructed = 0;
   ObjectPool<Counted> pool;
   for (int round = 0; round < 2; ++round) {
     std::vector<ObjectPool<Counted>::Handle> handles;
@@ -38,13 +38,13 @@ TEST(ObjectPool, LendsEachToOneAtATime) {
     }
     EXPECT_EQ(lent.size(), 3U);
   }
-  EXPECT_EQ(made, 3);
+  EXPECT_EQ(constructed, 3);
 }
 
 TEST(ObjectPool, LendsToManyThreads) {
   constexpr int kThreads = 4;
   constexpr int kRounds = 1000;
-  made = 0;
+  constructed = 0;
   std::atomic<int> uses{0};
   {
     ObjectPool<Counted> pool;
@@ -61,12 +61,12 @@ TEST(ObjectPool, LendsToManyThreads) {
       thread.join();
     }
     std::vector<ObjectPool<Counted>::Handle> all;
-    for (int i = 0; i < made; ++i) {
+    for (int i = 0; i < constructed; ++i) {
       all.push_back(pool.acquire());
       uses += all.back()->uses;
     }
   }
-  EXPECT_LE(made, kThreads);
+  EXPECT_LE(constructed, kThreads);
   EXPECT_EQ(uses, kThreads * kRounds);
 }
 

@@ -25,7 +25,7 @@ RelativePoseErrorMeasure measured(const Trajectory& estimate, const Trajectory& 
 }
 
 /// A pose every 0.25 s, 0.4 m/s, through curves.
-Trajectory bent_path(int count = 200, double start = 100.0) {
+Trajectory winding_path(int count = 200, double start = 100.0) {
   std::vector<StampedPose2> poses;
   Pose2 pose{2.0, -1.0, 0.4};
   for (int i = 0; i < count; ++i) {
@@ -155,7 +155,7 @@ TEST(RelativePoseError, PerMetreFindsThePartnerBeforeAGapThoughOneBeyondItIsNear
 }
 
 TEST(RelativePoseError, AMeasureWithoutPairsIsEmptyAndNoError) {
-  const auto error = relative_pose_error(bent_path(30), bent_path(30));
+  const auto error = relative_pose_error(winding_path(30), winding_path(30));
   ASSERT_EQ(error.measures.size(), 6U);
   for (const RelativePoseErrorMeasure& measure : error.measures) {
     const bool is_beyond = measure.rule.unit == Unit::kMetre && measure.rule.step > 2.0;
@@ -166,7 +166,7 @@ TEST(RelativePoseError, AMeasureWithoutPairsIsEmptyAndNoError) {
 }
 
 TEST(RelativePoseError, GrowsWithTheStep) {
-  const Trajectory truth = bent_path();
+  const Trajectory truth = winding_path();
   const auto error = relative_pose_error(drifting(truth), truth);
   EXPECT_NEAR(error.measures[0].rotation->max, 0.01, 1e-9);
   // Not the means: the last pairs are up to 10 % shorter.
@@ -202,7 +202,7 @@ TEST(RelativePoseError, PerRadianDoesNotSpanAGapOfTheTruth) {
 }
 
 TEST(RelativePoseError, ARigidMotionOfEitherChangesNothing) {
-  const Trajectory truth = bent_path();
+  const Trajectory truth = winding_path();
   const Trajectory estimate = drifting(truth);
   const auto reference = relative_pose_error(estimate, truth);
   for (const Pose2& motion : {Pose2{100, -50, 0}, Pose2{0, 0, 3.0}, Pose2{-7, 3, -2.0}}) {
@@ -219,7 +219,7 @@ TEST(RelativePoseError, ARigidMotionOfEitherChangesNothing) {
 }
 
 TEST(RelativePoseError, SwappedEstimateAndTruthAreEquallyFarApartPerScan) {
-  const Trajectory truth = bent_path();
+  const Trajectory truth = winding_path();
   const auto there = measured(drifting(truth), truth, Unit::kScan);
   const auto back = measured(truth, drifting(truth), Unit::kScan);
   EXPECT_NEAR(there.translation->rmse, back.translation->rmse, 1e-12);
@@ -227,7 +227,7 @@ TEST(RelativePoseError, SwappedEstimateAndTruthAreEquallyFarApartPerScan) {
 }
 
 TEST(RelativePoseError, OrderOfThePosesDoesNotMatter) {
-  const Trajectory truth = bent_path();
+  const Trajectory truth = winding_path();
   std::vector<StampedPose2> poses = drifting(truth).poses();
   std::reverse(poses.begin(), poses.end());
   std::swap(poses[3], poses[17]);
@@ -236,24 +236,25 @@ TEST(RelativePoseError, OrderOfThePosesDoesNotMatter) {
 }
 
 TEST(RelativePoseError, UsesThePartOfTheEstimateThatHasTruth) {
-  const auto error = relative_pose_error(bent_path(50, 100.0), bent_path(50, 105.0));
+  const auto error = relative_pose_error(winding_path(50, 100.0), winding_path(50, 105.0));
   EXPECT_EQ(error.without_truth, 20U);
   EXPECT_EQ(error.measures[0].differences.size(), 29U);
 }
 
 TEST(RelativePoseError, SaysWhatIsMissing) {
-  EXPECT_EQ(error_text<EvaluationError>([] { (void)relative_pose_error({}, bent_path()); }),
+  EXPECT_EQ(error_text<EvaluationError>([] { (void)relative_pose_error({}, winding_path()); }),
             "the estimate holds no poses");
-  EXPECT_EQ(error_text<EvaluationError>([] { (void)relative_pose_error(bent_path(), {}); }),
+  EXPECT_EQ(error_text<EvaluationError>([] { (void)relative_pose_error(winding_path(), {}); }),
             "the truth holds no poses");
   const std::string never_meet = error_text<EvaluationError>(
-      [] { (void)relative_pose_error(bent_path(5, 100.0), bent_path(5, 200.0)); });
+      [] { (void)relative_pose_error(winding_path(5, 100.0), winding_path(5, 200.0)); });
   EXPECT_TRUE(contains(never_meet, "100.000 to 101.000 s")) << never_meet;
   EXPECT_TRUE(contains(never_meet, "200.000 to 201.000 s")) << never_meet;
-  EXPECT_EQ(
-      error_text<EvaluationError>([] { (void)relative_pose_error(bent_path(1), bent_path(9)); }),
-      "no two poses of the estimate make a pair: 1 of 1 poses have truth");
-  EXPECT_THROW((void)measured(bent_path(), bent_path(), Unit::kMetre, 0.0), std::invalid_argument);
+  EXPECT_EQ(error_text<EvaluationError>(
+                [] { (void)relative_pose_error(winding_path(1), winding_path(9)); }),
+            "no two poses of the estimate make a pair: 1 of 1 poses have truth");
+  EXPECT_THROW((void)measured(winding_path(), winding_path(), Unit::kMetre, 0.0),
+               std::invalid_argument);
 }
 
 }  // namespace

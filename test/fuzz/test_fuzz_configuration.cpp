@@ -37,7 +37,7 @@ bool accepts(const std::string& input, Work&& work) {
   return false;
 }
 
-const std::vector<std::string>& words() {
+const std::vector<std::string>& yaml_words() {
   static const std::vector<std::string> kWords = {"matcher: ",
                                                   "olson",
                                                   "hough",
@@ -133,7 +133,7 @@ TEST(FuzzConfiguration, MutatedYamlIsRefusedOrWorks) {
   for (std::uint64_t number = first; number < first + count && !HasFailure(); ++number) {
     SCOPED_TRACE("MATCHBOX_FUZZ_FIRST=" + std::to_string(number));
     Random random(mix_seed(22, number));
-    const std::string text = mutated(one_of(sound, random), words(), random);
+    const std::string text = mutated(one_of(sound, random), yaml_words(), random);
     accepted += accepts(text, [&] {
       const Parameters parameters = parse_yaml_parameters(text, "fuzz");
       const LiveConfiguration configuration(parameters, loader);
@@ -157,7 +157,7 @@ TEST(FuzzConfiguration, MutatedOptionsOfTheCommandLineAreRefusedOrWork) {
   for (std::uint64_t number = first; number < first + count && !HasFailure(); ++number) {
     SCOPED_TRACE("MATCHBOX_FUZZ_FIRST=" + std::to_string(number));
     Random random(mix_seed(23, number));
-    std::string text = mutated(one_of(sound, random), words(), random);
+    std::string text = mutated(one_of(sound, random), yaml_words(), random);
     if (happens(0.5, random)) {
       const std::string& option = one_of(sound, random);
       text = option.substr(0, option.find('=') + 1) + to_string(odd_number(random));

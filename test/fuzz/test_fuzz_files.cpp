@@ -140,8 +140,8 @@ TEST(FuzzFiles, MutatedRelationsAreReadOrRefused) {
       });
 }
 
-constexpr double kMostCells = 1e6;                         // of a saved map, so that it stays quick
-constexpr std::size_t kMostBytes = std::size_t{1} << 29U;  // that such a map takes
+constexpr double kMostCells = 1e6;  // of a saved map, so that it stays quick
+constexpr std::size_t kMostImageBytes = std::size_t{1} << 29U;  // that such a map takes
 
 TEST(FuzzFiles, MutatedMapsAreReadOrRefused) {
   const TemporaryFolder folder;
@@ -166,7 +166,7 @@ TEST(FuzzFiles, MutatedMapsAreReadOrRefused) {
     options.max_cells = kMostCells;
     try {
       const EngineState start = map_from_image(map, "fuzz", options, {});
-      ASSERT_LE(start.map.occupancy.bytes() + start.map.field.bytes(), kMostBytes);
+      ASSERT_LE(start.map.occupancy.bytes() + start.map.field.bytes(), kMostImageBytes);
     } catch (const FileError& error) {
       EXPECT_NE(std::string(error.what()), "");
     }
@@ -354,7 +354,7 @@ std::string damaged_map(const std::string& sound, const SavedFields& fields, Ran
 
 /// What map_bag does with a map that it was told to go on with.
 void go_on_with(EngineState start, bool hough) {
-  ASSERT_LE(start.map.occupancy.bytes() + start.map.field.bytes(), kMostBytes);
+  ASSERT_LE(start.map.occupancy.bytes() + start.map.field.bytes(), kMostImageBytes);
   ASSERT_LE(make_map_image(start.map.occupancy).pixels.size(), kMostCells);
   std::shared_ptr<const ScanMatcher> matcher = std::make_shared<OlsonMatcher>();
   if (hough) {

@@ -12,7 +12,7 @@
 namespace matchbox_slam {
 namespace {
 
-RandomGraph small_graph() {
+RandomGraph optimised_graph() {
   RandomGraphOptions options;
   options.nodes = 60;
   options.loops = 8;
@@ -33,7 +33,7 @@ std::vector<std::size_t> all_nodes(const PoseGraph& graph) {
 /// Through the dense inverse with the first node fixed, and the derivatives of the pose as seen
 /// from the reference.
 TEST(RelativeCovariances, AreThoseOfTheDenseInverse) {
-  const PoseGraph graph = small_graph().graph;
+  const PoseGraph graph = optimised_graph().graph;
   const auto size = 3 * static_cast<Eigen::Index>(graph.poses.size());
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
   const auto derivatives = [&](const PoseEdge& edge) {
@@ -71,7 +71,7 @@ TEST(RelativeCovariances, AreThoseOfTheDenseInverse) {
 
 /// Of what the same drive would have given again and again.
 TEST(RelativeCovariances, AreThoseOfSamples) {
-  const RandomGraph made = small_graph();
+  const RandomGraph made = optimised_graph();
   PoseGraph graph = made.graph;
   graph.poses = made.truth;
   const std::vector<std::size_t> nodes = {5, 30, 59};
@@ -106,7 +106,7 @@ TEST(RelativeCovariances, AreThoseOfSamples) {
 }
 
 TEST(RelativeCovariances, DisbelievedLoopsSayNothing) {
-  PoseGraph graph = small_graph().graph;
+  PoseGraph graph = optimised_graph().graph;
   PoseGraph without = graph;
   without.edges.pop_back();
   graph.edges.back().belief = Belief::kDisbelieved;

@@ -11,7 +11,7 @@ namespace matchbox_slam {
 namespace {
 
 /// A room of 12 m x 8 m whose walls are one pixel thick.
-MapImage room() {
+MapImage image_of_room() {
   MapImage image;
   image.width = 240;
   image.height = 160;
@@ -27,7 +27,7 @@ MapImage room() {
 }
 
 TEST(ImageViews, SeeTheWallsWhereTheyAreInTheMap) {
-  const MapImage image = room();
+  const MapImage image = image_of_room();
   const Pose2 map_from_image{-3.0, 20.0, 0.7};
   const KeyScans views = image_views(ImageWalls(image), image.resolution, map_from_image);
   ASSERT_GT(views.size(), 4U);
@@ -63,7 +63,7 @@ TEST(ImageViews, AreToldByWhatTheyAreAndNotByTheirStamps) {
 
 /// Else a search takes one of them alone.
 TEST(ImageViews, ThoseNearEachOtherLookDifferentWays) {
-  MapImage image = room();
+  MapImage image = image_of_room();
   for (int y = 0; y < 160; ++y) {  // rooms of 0.8 m side by side
     for (int x = 0; x < 240; x += 16) {
       image.pixels[static_cast<std::size_t>(240 * y + x)] = MapImage::kOccupiedPixel;

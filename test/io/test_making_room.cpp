@@ -56,7 +56,7 @@ SimulatedRun drive_round(const Box& furniture, int rounds, double start_stamp) {
   return simulate_run(world, world.route(), options, 7);
 }
 
-const SimulatedRun& drive() {
+const SimulatedRun& rounds() {
   static const SimulatedRun run = drive_round(kShelf, kRounds, 1000.0);
   return run;
 }
@@ -64,11 +64,11 @@ const SimulatedRun& drive() {
 SlamEngine make_engine(int enough_views) {
   EngineOptions options;
   options.slam.enough_views = enough_views;
-  return {options, std::make_shared<OlsonMatcher>(), 1, drive().world_from_base.front()};
+  return {options, std::make_shared<OlsonMatcher>(), 1, rounds().world_from_base.front()};
 }
 
 std::size_t of_round(int round) {
-  return drive().scans.size() * static_cast<std::size_t>(round) / kRounds;
+  return rounds().scans.size() * static_cast<std::size_t>(round) / kRounds;
 }
 
 class MakingRoom : public testing::Test {
@@ -82,9 +82,9 @@ TEST_F(MakingRoom, ThePlacesNotTheTimeSayHowMuchIsKept) {
   std::size_t after_half = 0;
   std::size_t edges_after_half = 0;
   double worst = 0.0;
-  for (std::size_t i = 0; i < drive().scans.size(); ++i) {
-    const ScanOutcome outcome = engine.process(scan_input(drive(), i));
-    const Eigen::Vector3d off = difference(outcome.map_from_base, drive().world_from_base[i]);
+  for (std::size_t i = 0; i < rounds().scans.size(); ++i) {
+    const ScanOutcome outcome = engine.process(scan_input(rounds(), i));
+    const Eigen::Vector3d off = difference(outcome.map_from_base, rounds().world_from_base[i]);
     worst = std::max(worst, off.head<2>().norm());
     if (i <= of_round(kRounds / 2)) {
       after_half = std::max(after_half, engine.key_scans().size());
@@ -109,8 +109,8 @@ TEST_F(MakingRoom, ADriveThatSeesAPlaceOnceOrTwiceIsMappedAsIfAllWereKept) {
   SlamEngine making_room = make_engine(9);
   SlamEngine keeping_all = make_engine(0);
   for (std::size_t i = 0; i < of_round(2); ++i) {
-    making_room.process(scan_input(drive(), i));
-    keeping_all.process(scan_input(drive(), i));
+    making_room.process(scan_input(rounds(), i));
+    keeping_all.process(scan_input(rounds(), i));
   }
   EXPECT_TRUE(to_saved_map(making_room.snapshot()) == to_saved_map(keeping_all.snapshot()));
 }
@@ -137,10 +137,10 @@ TEST_F(MakingRoom, TheMapFollowsTheBuilding) {
   constexpr int kBefore = 8;
   SlamEngine engine = make_engine(9);
   for (std::size_t i = 0; i < of_round(kBefore); ++i) {
-    engine.process(scan_input(drive(), i));
+    engine.process(scan_input(rounds(), i));
   }
   EXPECT_GT(share_drawn(kShelf, engine.drawn_map().occupancy), 0.9);
-  const SimulatedRun later = drive_round(kDesk, 4, drive().scans[of_round(kBefore)].stamp + 1.0);
+  const SimulatedRun later = drive_round(kDesk, 4, rounds().scans[of_round(kBefore)].stamp + 1.0);
   engine.set_pose(later.world_from_base.front(), covariance_of(0.05, 0.02));
   std::size_t wrong = 0;
   for (std::size_t i = 0; i < later.scans.size(); ++i) {
@@ -166,8 +166,8 @@ TEST_F(MakingRoom, GoesOnToTheBitAsIfItHadNeverStopped) {
       again = make_engine(9);
       again.start_from(read_saved_map(path_));
     }
-    const ScanOutcome a = uninterrupted.process(scan_input(drive(), i));
-    const ScanOutcome b = again.process(scan_input(drive(), i));
+    const ScanOutcome a = uninterrupted.process(scan_input(rounds(), i));
+    const ScanOutcome b = again.process(scan_input(rounds(), i));
     ASSERT_EQ(a.map_from_base, b.map_from_base) << i;
     ASSERT_EQ(a.covariance, b.covariance) << i;
     ASSERT_EQ(uninterrupted.key_scans().size(), again.key_scans().size()) << i;

@@ -104,15 +104,15 @@ TEST(Picture, DiscHasItsArea) {
 }
 
 /// Where there is ink.
-struct Extent {
+struct DarkPart {
   int left = 1000;
   int right = -1;
   int top = 1000;
   int bottom = -1;
 };
 
-Extent extent_of(const Picture& picture) {
-  Extent extent;
+DarkPart dark_part_of(const Picture& picture) {
+  DarkPart extent;
   for (int y = 0; y < picture.height(); ++y) {
     for (int x = 0; x < picture.width(); ++x) {
       if (darkness(picture, x, y) > 0) {
@@ -128,7 +128,7 @@ TEST(Picture, TextIsCentredOnItsSmallLettersAndAsWideAsItSays) {
   const std::string text = "xoxnx";
   Picture picture(200, 60, kWhite);
   picture.draw_text(20.0, 30.0, text, 30.0, kBlack);
-  const Extent extent = extent_of(picture);
+  const DarkPart extent = dark_part_of(picture);
   EXPECT_NEAR(0.5 * (extent.top + extent.bottom + 1), 30.0, 1.0);
   EXPECT_NEAR(extent.bottom - extent.top, 14.0, 1.0);
   EXPECT_NEAR(extent.left, 20.0, 4.0);

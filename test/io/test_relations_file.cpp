@@ -8,7 +8,7 @@
 namespace matchbox_slam {
 namespace {
 
-std::string refusal(const std::string& text) {
+std::string relations_refusal(const std::string& text) {
   return error_text<FileError>([&] { (void)parse_relations(text, "my.relations"); });
 }
 
@@ -34,11 +34,12 @@ TEST(ParseRelations, NoLinesMakeNoRelations) {
 
 TEST(ParseRelations, RefusalNamesFileAndLine) {
   const std::string good = "1 2 0 0 0 0 0 0\n";
-  EXPECT_EQ(refusal(good + "1 2 0 0 0 0 0\n"),
+  EXPECT_EQ(relations_refusal(good + "1 2 0 0 0 0 0\n"),
             "my.relations:2: has 7 columns; a relation has 8: stamp1 stamp2 x y z roll pitch yaw");
-  EXPECT_EQ(refusal(good + good + "1 2 0 0 0 0 0 nan\n"),
+  EXPECT_EQ(relations_refusal(good + good + "1 2 0 0 0 0 0 nan\n"),
             "my.relations:3: yaw is 'nan', not a finite number");
-  EXPECT_EQ(refusal("1 two 0 0 0 0 0 0\n"), "my.relations:1: stamp2 is 'two', not a finite number");
+  EXPECT_EQ(relations_refusal("1 two 0 0 0 0 0 0\n"),
+            "my.relations:1: stamp2 is 'two', not a finite number");
 }
 
 TEST(ReadRelations, ReadsAFile) {

@@ -7,7 +7,7 @@
 namespace matchbox_slam {
 namespace {
 
-std::string refusal(const std::string& text) {
+std::string truth_refusal(const std::string& text) {
   return error_text<FileError>([&] { (void)parse_stata_truth(text, "my.poses"); });
 }
 
@@ -35,18 +35,20 @@ TEST(ParseStataTruth, NoPosesMakeAnEmptyTrajectory) {
 
 TEST(ParseStataTruth, RefusalNamesFileAndLine) {
   const std::string good = "1000000,1,2,3\n";
-  EXPECT_EQ(refusal(good + "\n2000000,1,2\n"),
+  EXPECT_EQ(truth_refusal(good + "\n2000000,1,2\n"),
             "my.poses:3: has 3 columns between commas; ground truth of MIT Stata has 4: "
             "stamp,x,y,theta (a TUM trajectory has 8, between blanks)");
-  EXPECT_TRUE(contains(refusal(good + "2000000,1,2,3,\n"), "my.poses:2: has 5 columns"));
-  EXPECT_TRUE(contains(refusal("1 0 0 0 0 0 0 1\n"), "my.poses:1: has 1 columns"));
-  EXPECT_EQ(refusal(good + "2000000,one,2,3\n"), "my.poses:2: x is 'one', not a finite number");
-  EXPECT_EQ(refusal(good + "2000000,1,nan,3\n"), "my.poses:2: y is 'nan', not a finite number");
-  EXPECT_EQ(refusal(good + "2000000,1,2,\n"), "my.poses:2: theta is '', not a finite number");
-  EXPECT_EQ(refusal("1327523528.01,1,2,3\n"),
+  EXPECT_TRUE(contains(truth_refusal(good + "2000000,1,2,3,\n"), "my.poses:2: has 5 columns"));
+  EXPECT_TRUE(contains(truth_refusal("1 0 0 0 0 0 0 1\n"), "my.poses:1: has 1 columns"));
+  EXPECT_EQ(truth_refusal(good + "2000000,one,2,3\n"),
+            "my.poses:2: x is 'one', not a finite number");
+  EXPECT_EQ(truth_refusal(good + "2000000,1,nan,3\n"),
+            "my.poses:2: y is 'nan', not a finite number");
+  EXPECT_EQ(truth_refusal(good + "2000000,1,2,\n"), "my.poses:2: theta is '', not a finite number");
+  EXPECT_EQ(truth_refusal("1327523528.01,1,2,3\n"),
             "my.poses:1: stamp is '1327523528.01'; ground truth of MIT Stata has whole "
             "microseconds");
-  EXPECT_EQ(refusal(good + good),
+  EXPECT_EQ(truth_refusal(good + good),
             "my.poses: two poses have the stamp 1.000000; remove one of them");
 }
 

@@ -12,7 +12,7 @@
 namespace matchbox_slam {
 namespace {
 
-std::string refusal(const std::string& text) {
+std::string tum_refusal(const std::string& text) {
   return error_text<FileError>([&] { (void)parse_tum(text, "my.tum"); });
 }
 
@@ -52,17 +52,21 @@ TEST(ParseTum, NoPosesMakeAnEmptyTrajectory) {
 
 TEST(ParseTum, RefusalNamesFileAndLine) {
   const std::string good = "1 0 0 0 0 0 0 1\n";
-  EXPECT_EQ(refusal(good + "\n2 0 0 0 0 0 1\n"),
+  EXPECT_EQ(tum_refusal(good + "\n2 0 0 0 0 0 1\n"),
             "my.tum:3: has 7 columns; a TUM trajectory has 8: stamp x y z qx qy qz qw");
-  EXPECT_EQ(refusal(good + "2 0 0 0 0 0 0 1 9\n"),
+  EXPECT_EQ(tum_refusal(good + "2 0 0 0 0 0 0 1 9\n"),
             "my.tum:2: has 9 columns; a TUM trajectory has 8: stamp x y z qx qy qz qw");
-  EXPECT_EQ(refusal(good + "2 zero 0 0 0 0 0 1\n"), "my.tum:2: x is 'zero', not a finite number");
-  EXPECT_EQ(refusal(good + "2 0 nan 0 0 0 0 1\n"), "my.tum:2: y is 'nan', not a finite number");
-  EXPECT_EQ(refusal(good + "2 0 0 0 0 0 inf 1\n"), "my.tum:2: qz is 'inf', not a finite number");
-  EXPECT_EQ(refusal(good + "1,5 0 0 0 0 0 0 1\n"), "my.tum:2: stamp is '1,5', not a finite number");
-  EXPECT_EQ(refusal("1 0 0 0 0 0 0 0\n"),
+  EXPECT_EQ(tum_refusal(good + "2 zero 0 0 0 0 0 1\n"),
+            "my.tum:2: x is 'zero', not a finite number");
+  EXPECT_EQ(tum_refusal(good + "2 0 nan 0 0 0 0 1\n"), "my.tum:2: y is 'nan', not a finite number");
+  EXPECT_EQ(tum_refusal(good + "2 0 0 0 0 0 inf 1\n"),
+            "my.tum:2: qz is 'inf', not a finite number");
+  EXPECT_EQ(tum_refusal(good + "1,5 0 0 0 0 0 0 1\n"),
+            "my.tum:2: stamp is '1,5', not a finite number");
+  EXPECT_EQ(tum_refusal("1 0 0 0 0 0 0 0\n"),
             "my.tum:1: the quaternion (qx qy qz qw) has the length 0, not 1");
-  EXPECT_EQ(refusal(good + good), "my.tum: two poses have the stamp 1.000000; remove one of them");
+  EXPECT_EQ(tum_refusal(good + good),
+            "my.tum: two poses have the stamp 1.000000; remove one of them");
 }
 
 TEST(ToTum, WritesSixDecimalsOfStampsAndNineOfTheRest) {

@@ -18,7 +18,7 @@ Type value_of(const Parameters& parameters, const std::string& key) {
   return std::get<Type>(*value);
 }
 
-std::string refusal(const std::string& text) {
+std::string yaml_refusal(const std::string& text) {
   return error_text<ConfigurationError>([&] { (void)parse_yaml_parameters(text, "my.yaml"); });
 }
 
@@ -64,19 +64,21 @@ TEST(ParseYamlParameters, TakesEmptyTextForNoParameters) {
 }
 
 TEST(ParseYamlParameters, RefusalNamesSourceAndLine) {
-  EXPECT_TRUE(contains(refusal("a: 1\nb: [1, 2\n"), "my.yaml:3: not YAML: ")) << refusal("b: [1");
-  EXPECT_EQ(refusal("a: 1\nb:\n"), "my.yaml:2: 'b' has no value; give one, or leave the line out");
-  EXPECT_EQ(refusal("a:\n  b: 1\na/b: 2\n"), "my.yaml:3: 'a/b' is given twice");
-  EXPECT_EQ(refusal("a: 1\na: 2\n"), "my.yaml:2: 'a' is given twice");
-  EXPECT_EQ(refusal("a: 1\nb: [[1], [2]]\n"),
+  EXPECT_TRUE(contains(yaml_refusal("a: 1\nb: [1, 2\n"), "my.yaml:3: not YAML: "))
+      << yaml_refusal("b: [1");
+  EXPECT_EQ(yaml_refusal("a: 1\nb:\n"),
+            "my.yaml:2: 'b' has no value; give one, or leave the line out");
+  EXPECT_EQ(yaml_refusal("a:\n  b: 1\na/b: 2\n"), "my.yaml:3: 'a/b' is given twice");
+  EXPECT_EQ(yaml_refusal("a: 1\na: 2\n"), "my.yaml:2: 'a' is given twice");
+  EXPECT_EQ(yaml_refusal("a: 1\nb: [[1], [2]]\n"),
             "my.yaml:2: 'b' is a list of something else than numbers or texts");
-  EXPECT_EQ(refusal("- 1\n- 2\n"),
+  EXPECT_EQ(yaml_refusal("- 1\n- 2\n"),
             "my.yaml:1: has to be a map of names to values, such as 'matcher: monte_carlo'");
   for (const std::string text : {"a: 1\n---\nb: 2\n", "a: 1\n...\nb: 2\n", "{a: 1}\nb: 2\n"}) {
-    EXPECT_TRUE(contains(refusal(text), "my.yaml: a second YAML document")) << text;
+    EXPECT_TRUE(contains(yaml_refusal(text), "my.yaml: a second YAML document")) << text;
   }
   for (const std::string text : {"a//b: 1", "/a: 1", "a/: 1", "[1]: 2", "'': 1"}) {
-    EXPECT_TRUE(contains(refusal(text), "my.yaml:1: a name has to be text")) << text;
+    EXPECT_TRUE(contains(yaml_refusal(text), "my.yaml:1: a name has to be text")) << text;
   }
 }
 
@@ -87,7 +89,7 @@ TEST(ParseYamlParameters, ADocumentMayHaveAHeadAndAnEnd) {
 }
 
 TEST(ParseYamlParameters, RefusesAMapThatHoldsItself) {
-  EXPECT_TRUE(contains(refusal("a: &x\n  b: *x\n"), "nested more than 32 deep"));
+  EXPECT_TRUE(contains(yaml_refusal("a: &x\n  b: *x\n"), "nested more than 32 deep"));
 }
 
 TEST(ReadYamlParameters, LaterFilesReplaceEarlierOnes) {

@@ -15,9 +15,9 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kResolution = 0.05;
+constexpr double kFieldResolution = 0.05;
 
-LikelihoodFieldOptions tidy_options() {
+LikelihoodFieldOptions field_options() {
   LikelihoodFieldOptions options;
   options.sigma = 0.06;
   options.reach = 0.4;
@@ -135,7 +135,7 @@ class SingleHits {
 };
 
 TEST(LikelihoodField, IsFarFromEverythingAtFirst) {
-  const LikelihoodField field(kResolution, tidy_options());
+  const LikelihoodField field(kFieldResolution, field_options());
   Surface surface;
   EXPECT_TRUE(field.empty());
   EXPECT_TRUE(field.surface_cells().empty());
@@ -147,7 +147,7 @@ TEST(LikelihoodField, IsFarFromEverythingAtFirst) {
 TEST(LikelihoodField, EveryCellKnowsItsNearestSurface) {
   Random random(11);
   for (const int count : {1, 5, 40, 300}) {
-    LikelihoodField field(kResolution, tidy_options());
+    LikelihoodField field(kFieldResolution, field_options());
     SingleHits single(field.geometry());
     for (int i = 0; i < count; ++i) {
       single.add(random_hit(random));
@@ -160,7 +160,7 @@ TEST(LikelihoodField, EveryCellKnowsItsNearestSurface) {
 
 TEST(LikelihoodField, UpdatesEqualAFieldMadeAnew) {
   Random random(12);
-  LikelihoodField field(kResolution, tidy_options());
+  LikelihoodField field(kFieldResolution, field_options());
   SingleHits single(field.geometry());
   for (int round = 0; round < 40; ++round) {
     std::vector<Cell> cleared;
@@ -178,7 +178,7 @@ TEST(LikelihoodField, UpdatesEqualAFieldMadeAnew) {
     }
     field.update(added, cleared);
     ASSERT_EQ(field.surface_cells().size(), single.size());
-    LikelihoodField anew(kResolution, tidy_options());
+    LikelihoodField anew(kFieldResolution, field_options());
     anew.update(single.hits(), {});
     expect_same_field(field, anew);
     expect_brute_force_answers(field, single.positions());
@@ -187,8 +187,8 @@ TEST(LikelihoodField, UpdatesEqualAFieldMadeAnew) {
 
 TEST(LikelihoodField, RenderedOnceAfterManyUpdatesItIsTheSame) {
   Random random(14);
-  LikelihoodField each_time(kResolution, tidy_options());
-  LikelihoodField once(kResolution, tidy_options());
+  LikelihoodField each_time(kFieldResolution, field_options());
+  LikelihoodField once(kFieldResolution, field_options());
   std::vector<LikelihoodField> copies;
   for (int round = 0; round < 40; ++round) {
     std::vector<SurfaceHit> hits;
@@ -212,7 +212,7 @@ TEST(LikelihoodField, RenderedOnceAfterManyUpdatesItIsTheSame) {
 
 TEST(LikelihoodField, NothingIsLeftAfterEverySurfaceIsRemoved) {
   Random random(13);
-  LikelihoodField field(kResolution, tidy_options());
+  LikelihoodField field(kFieldResolution, field_options());
   std::vector<SurfaceHit> hits;
   for (int i = 0; i < 200; ++i) {
     hits.push_back(random_hit(random));
@@ -221,11 +221,11 @@ TEST(LikelihoodField, NothingIsLeftAfterEverySurfaceIsRemoved) {
   EXPECT_FALSE(field.empty());
   field.update({}, field.surface_cells());
   EXPECT_TRUE(field.empty());
-  expect_same_field(field, LikelihoodField(kResolution, tidy_options()));
+  expect_same_field(field, LikelihoodField(kFieldResolution, field_options()));
 }
 
 TEST(LikelihoodField, ASurfaceIsTheMeanOfItsHits) {
-  LikelihoodField field(kResolution, tidy_options());
+  LikelihoodField field(kFieldResolution, field_options());
   field.update({{{0.01, 0.02}, {1.0, 0.0}}, {{0.03, 0.03}, {1.0, 0.0}}}, {});
   field.update({{{0.02, 0.04}, {1.0, 0.0}}}, {});
   Surface surface;
@@ -236,7 +236,7 @@ TEST(LikelihoodField, ASurfaceIsTheMeanOfItsHits) {
 }
 
 TEST(LikelihoodField, ASurfaceCanStillMoveAfterAnyNumberOfHits) {
-  LikelihoodField field(kResolution, tidy_options());
+  LikelihoodField field(kFieldResolution, field_options());
   const std::vector<SurfaceHit> here(500, {{0.005, 0.025}, {1.0, 0.0}});
   const std::vector<SurfaceHit> there(300, {{0.045, 0.025}, {1.0, 0.0}});
   field.update(here, {});
@@ -250,7 +250,7 @@ TEST(LikelihoodField, ASurfaceCanStillMoveAfterAnyNumberOfHits) {
 TEST(LikelihoodField, ANormalAndItsOppositeAreTheSameWall) {
   const double angle = 0.4;
   const Eigen::Vector2d normal(std::cos(angle), std::sin(angle));
-  LikelihoodField field(kResolution, tidy_options());
+  LikelihoodField field(kFieldResolution, field_options());
   field.update({{{0.02, 0.02}, normal}, {{0.03, 0.03}, Eigen::Vector2d(-normal)}}, {});
   Surface surface;
   ASSERT_TRUE(field.nearest_surface({0, 0}, surface));
@@ -259,7 +259,7 @@ TEST(LikelihoodField, ANormalAndItsOppositeAreTheSameWall) {
 
 TEST(LikelihoodField, AWallKnowsWhichSideOfItWasSeen) {
   const Eigen::Vector2d normal(std::cos(0.4), std::sin(0.4));
-  LikelihoodField field(kResolution, tidy_options());
+  LikelihoodField field(kFieldResolution, field_options());
   const auto surface_after = [&](const Eigen::Vector2d& of_hit) {
     for (int i = 0; i < 20; ++i) {
       field.update({{{0.02, 0.02}, of_hit}}, {});
@@ -281,7 +281,7 @@ TEST(LikelihoodField, AWallKnowsWhichSideOfItWasSeen) {
 }
 
 TEST(LikelihoodField, HitsThatDisagreeTellNoDirection) {
-  LikelihoodField field(kResolution, tidy_options());
+  LikelihoodField field(kFieldResolution, field_options());
   field.update({{{0.02, 0.02}, {1.0, 0.0}}, {{0.03, 0.03}, {0.0, 1.0}}}, {});
   field.update({{{1.02, 0.02}, {0.0, 0.0}}}, {});
   Surface surface;
@@ -293,14 +293,14 @@ TEST(LikelihoodField, HitsThatDisagreeTellNoDirection) {
 
 TEST(LikelihoodField, CopiesAreSnapshotsBothWays) {
   Random random(14);
-  LikelihoodField field(kResolution, tidy_options());
+  LikelihoodField field(kFieldResolution, field_options());
   std::vector<SurfaceHit> hits;
   for (int i = 0; i < 50; ++i) {
     hits.push_back(random_hit(random));
   }
   field.update(hits, {});
   LikelihoodField snapshot = field;
-  LikelihoodField reference(kResolution, tidy_options());
+  LikelihoodField reference(kFieldResolution, field_options());
   reference.update(hits, {});
   field.update({random_hit(random), random_hit(random)}, {field.surface_cells().front()});
   expect_same_field(snapshot, reference);
@@ -310,7 +310,7 @@ TEST(LikelihoodField, CopiesAreSnapshotsBothWays) {
 }
 
 TEST(LikelihoodField, SurfaceCellsAreThoseThatHaveOne) {
-  LikelihoodField field(kResolution, tidy_options());
+  LikelihoodField field(kFieldResolution, field_options());
   field.update({{{-0.01, -0.01}, {1.0, 0.0}}, {{3.01, -7.01}, {1.0, 0.0}}}, {});
   std::vector<Cell> cells = field.surface_cells();
   ASSERT_EQ(cells.size(), 2U);
@@ -323,7 +323,7 @@ TEST(LikelihoodField, SurfaceCellsAreThoseThatHaveOne) {
 }
 
 TEST(LikelihoodField, RefusesAReachOfTooManyCells) {
-  LikelihoodFieldOptions options = tidy_options();
+  LikelihoodFieldOptions options = field_options();
   options.reach = 5.0;
   const std::string text =
       error_text<ConfigurationError>([&] { LikelihoodField field(0.01, options); });

@@ -32,15 +32,15 @@ ScanPoint beam_to(double x, double y) {
   return point;
 }
 
-PointScan scan_of(std::vector<ScanPoint> points) {
+PointScan scan_of_beams(std::vector<ScanPoint> points) {
   PointScan scan;
   scan.points = std::move(points);
   return scan;
 }
 
 /// Of what is in cell (40, 0), and in cell (60, 0) behind it.
-PointScan wall() { return scan_of({beam_to(2.025, 0.025)}); }
-PointScan beyond() { return scan_of({beam_to(3.025, 0.025)}); }
+PointScan wall() { return scan_of_beams({beam_to(2.025, 0.025)}); }
+PointScan beyond() { return scan_of_beams({beam_to(3.025, 0.025)}); }
 
 /// The scan some times, from the origin.
 void count(const PointScan& scan, int times, ReflectionGrid& grid) {
@@ -70,7 +70,7 @@ PointScan random_scan(Random& random, int beams) {
   for (int i = 0; i < beams; ++i) {
     points.push_back(beam_to(random.uniform(-5.0, 5.0), random.uniform(-5.0, 5.0)));
   }
-  return scan_of(points);
+  return scan_of_beams(points);
 }
 
 TEST(ReflectionGrid, KnowsNothingAtFirst) {
@@ -103,7 +103,7 @@ TEST(ReflectionGrid, ABeamPassesAllCellsUpToItsClearanceAndHitsItsLast) {
 
 TEST(ReflectionGrid, PoseOfTheBaseIsApplied) {
   ReflectionGrid grid(kResolution);
-  grid.count(scan_of({beam_to(2.025, 0.025)}), {1.0, -0.5, 0.5 * kPi});
+  grid.count(scan_of_beams({beam_to(2.025, 0.025)}), {1.0, -0.5, 0.5 * kPi});
   EXPECT_TRUE(grid.counts({19, 30}) == (Counts{4, 0}));  // (-0.025, 2.025) from (1, -0.5)
   EXPECT_TRUE(grid.counts({19, 27}) == (Counts{0, 4}));
   EXPECT_TRUE(grid.counts({19, -10}) == (Counts{0, 4}));
@@ -113,8 +113,9 @@ TEST(ReflectionGrid, PoseOfTheBaseIsApplied) {
 TEST(ReflectionGrid, AScanCountsOnceHoweverManyBeamsEndInACell) {
   for (const int beams : {1, 3, 100, 256, 359, 2000}) {
     ReflectionGrid grid(kResolution);
-    grid.count(scan_of(std::vector<ScanPoint>(static_cast<std::size_t>(beams), beam_to(2.025, 0))),
-               {});
+    grid.count(
+        scan_of_beams(std::vector<ScanPoint>(static_cast<std::size_t>(beams), beam_to(2.025, 0))),
+        {});
     EXPECT_TRUE(grid.counts({40, 0}) == (Counts{4, 0})) << beams;
     EXPECT_TRUE(grid.counts({0, 0}) == (Counts{0, 4})) << beams;
   }
@@ -125,7 +126,7 @@ TEST(ReflectionGrid, AScanCountsForBothByTheShareOfItsBeams) {
   const ScanPoint pass = beam_to(3.025, 0.025);
   const auto counted = [](const std::vector<ScanPoint>& points) {
     ReflectionGrid grid(kResolution);
-    grid.count(scan_of(points), {});
+    grid.count(scan_of_beams(points), {});
     return grid.counts({40, 0});
   };
   EXPECT_TRUE(counted({hit, pass}) == (Counts{2, 2}));
@@ -149,7 +150,7 @@ TEST(ReflectionGrid, BeamsThatGrazeAWallDoNotPassIt) {
     points.push_back(beam_to(x, 0.625));
     points.back().normal = {0.0, -1.0};
   }
-  count(scan_of(points), 10, grid);
+  count(scan_of_beams(points), 10, grid);
   // As far as the clearance is less than its most: 0.08 m perpendicular to the wall.
   for (int x = 8; x < 140; ++x) {
     const Counts counts = grid.counts({x, 12});
@@ -168,7 +169,7 @@ TEST(ReflectionGrid, ARailingStaysHalfHoweverOftenItIsSeen) {
       points.back().origin.y() = y;
       points.back().normal = {-1.0, 0.0};
     }
-    grid.count(scan_of(points), {});
+    grid.count(scan_of_beams(points), {});
   }
   for (int i = 0; i < 50; ++i) {
     const Counts counts = grid.counts({40, 2 * (i - 25)});
@@ -214,7 +215,7 @@ TEST(ReflectionGrid, HitsAndPassesTogetherAreNeverMoreThanTheirMost) {
       points.push_back(beam_to(random.uniform(0.5, 3.0), 0.025));
     }
     const auto before = grid;
-    grid.count(scan_of(points), {});
+    grid.count(scan_of_beams(points), {});
     for (int x = 0; x < 61; ++x) {
       const Counts counts = grid.counts({x, 0});
       const Counts old = before.counts({x, 0});

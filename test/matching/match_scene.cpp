@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 
 #include "matchbox_slam/common/random.hpp"
+#include "simulation/make_world.hpp"
 #include "simulation/robot.hpp"
 
 namespace matchbox_slam {
@@ -31,6 +32,11 @@ MatchScene make_match_scene(const World& world, const LaserOptions& laser, doubl
   scene.scan = look(time, 0);
   scene.map_from_base = motion.pose(time);
   return scene;
+}
+
+const MatchScene& rooms_scene() {
+  static const MatchScene kRooms = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  return kRooms;
 }
 
 Pose2 shifted(const Pose2& pose, const Eigen::Vector3d& by) {

@@ -44,6 +44,9 @@ struct MatchScene {
 [[nodiscard]] MatchScene make_match_scene(const World& world, const LaserOptions& laser,
                                           double time, std::uint64_t seed);
 
+/// One of the rooms world, made once.
+[[nodiscard]] const MatchScene& rooms_scene();
+
 /// The pose moved by (x, y, theta) along the axes of the map.
 [[nodiscard]] Pose2 shifted(const Pose2& pose, const Eigen::Vector3d& by);
 

@@ -95,7 +95,7 @@ TEST(KeyScan, WhatScansShareIsToldOfEachAsItWas) {
 }
 
 TEST(KeyScan, SharesItsCacheWithOthersButNotWhatIsInIt) {
-  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  const MatchScene& scene = rooms_scene();
   const std::shared_ptr<KeyScanCache> cache = make_key_scan_cache();
   PointScan half = scene.scan;
   half.points.resize(half.points.size() / 2);
@@ -105,7 +105,7 @@ TEST(KeyScan, SharesItsCacheWithOthersButNotWhatIsInIt) {
 }
 
 TEST(KeyScan, LeavesOutWhatNoLaserMeasures) {
-  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  const MatchScene& scene = rooms_scene();
   const KeyScan key(scene.scan);
   for (const double bad : {std::nan(""), 1e6, 1e30, 1e308}) {
     PointScan scan = scene.scan;

@@ -12,12 +12,12 @@ namespace {
 constexpr double kLeast = 0.2;
 const Pose2 kStep{0.1, 0.0, 0.0};
 
-Eigen::Matrix3d diagonal(double x, double y, double theta) {
+Eigen::Matrix3d diagonal_covariance(double x, double y, double theta) {
   return Eigen::Vector3d(x, y, theta).asDiagonal();
 }
 
 /// What the options say of a step: 3 cm and 0.02 rad.
-const Eigen::Matrix3d kPrior = diagonal(9e-4, 9e-4, 4e-4);
+const Eigen::Matrix3d kPrior = diagonal_covariance(9e-4, 9e-4, 4e-4);
 
 /// After steps whose errors are this share of what the options say, each matched well.
 OdometryNoiseScale after(int steps, double share, OdometryNoiseScale scale, std::uint64_t seed,
@@ -28,7 +28,7 @@ OdometryNoiseScale after(int steps, double share, OdometryNoiseScale scale, std:
                     share * 0.02 * random.gaussian()};
     const double way = scale.translation * scale.translation;
     const double turn = scale.rotation * scale.rotation;
-    const Eigen::Matrix3d prior = diagonal(9e-4 * way, 9e-4 * way, 4e-4 * turn);
+    const Eigen::Matrix3d prior = diagonal_covariance(9e-4 * way, 9e-4 * way, 4e-4 * turn);
     scale = updated_noise_scale(scale, step, {}, prior, off, 0.01 * prior, kLeast);
   }
   return scale;
@@ -76,7 +76,8 @@ TEST(OdometryNoiseScale, WhatTheMatchCouldNotTellTeachesNothing) {
   for (const double heading : {0.0, 0.5, 2.0}) {
     Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
     turned.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(heading).toRotationMatrix();
-    const Eigen::Matrix3d posterior = turned * diagonal(8e-4, 1e-5, 1e-5) * turned.transpose();
+    const Eigen::Matrix3d posterior =
+        turned * diagonal_covariance(8e-4, 1e-5, 1e-5) * turned.transpose();
     const auto scale_with = [&](double off_x, double off_y) {
       const Eigen::Vector2d off = Eigen::Rotation2Dd(heading) * Eigen::Vector2d(off_x, off_y);
       return updated_noise_scale({0.5, 0.5}, kStep, {}, kPrior, {off.x(), off.y(), 0.0}, posterior,
@@ -108,7 +109,7 @@ TEST(OdometryNoiseScale, WithoutAPriorThereIsNothingToLearn) {
 
 TEST(OdometryNoiseScale, ScalesStandardDeviations) {
   MotionEstimate estimate;
-  estimate.covariance = diagonal(4.0, 4.0, 1.0);
+  estimate.covariance = diagonal_covariance(4.0, 4.0, 1.0);
   estimate.covariance(1, 2) = estimate.covariance(2, 1) = 0.5;
   estimate.floor = kPrior;
   const MotionEstimate scaled = scaled_by({0.5, 0.1}, estimate);

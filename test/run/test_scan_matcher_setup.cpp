@@ -11,17 +11,17 @@
 namespace matchbox_slam {
 namespace {
 
-ScanMatcherSetup setup_of(const std::string& yaml) {
+ScanMatcherSetup matcher_setup_of(const std::string& yaml) {
   const MatcherLoader loader;
   return make_scan_matcher_setup(parse_yaml_parameters(yaml, "test"), loader);
 }
 
-std::string refusal_of(const std::string& yaml) {
-  return error_text<ConfigurationError>([&] { (void)setup_of(yaml); });
+std::string matcher_refusal_of(const std::string& yaml) {
+  return error_text<ConfigurationError>([&] { (void)matcher_setup_of(yaml); });
 }
 
 TEST(ScanMatcherSetup, HasDefaultsThatFitTogether) {
-  const ScanMatcherSetup setup = setup_of("{}");
+  const ScanMatcherSetup setup = matcher_setup_of("{}");
   EXPECT_EQ(setup.matcher_name, "matchbox_slam/Olson");
   EXPECT_EQ(setup.guess, GuessSource::kVelocity);
   EXPECT_EQ(setup.tf_child(), "base_link");
@@ -42,7 +42,7 @@ TEST(ScanMatcherSetup, TakesTheFilesOfTheSlamNode) {
 
 TEST(ScanMatcherSetup, AGuessByOdometryPutsTfAboveThat) {
   const ScanMatcherSetup setup =
-      setup_of("{guess: odometry, guess_frame: /odom, odom_frame: scan_odom}");
+      matcher_setup_of("{guess: odometry, guess_frame: /odom, odom_frame: scan_odom}");
   EXPECT_EQ(setup.guess, GuessSource::kOdometry);
   EXPECT_EQ(setup.tf_child(), "odom");
   const ScanQueueSettings settings = queue_settings(setup);
@@ -52,18 +52,18 @@ TEST(ScanMatcherSetup, AGuessByOdometryPutsTfAboveThat) {
 
 TEST(ScanMatcherSetup, TheFrameOfTheGuessMayBeOursWithoutTf) {
   const std::string shared = "guess: odometry, guess_frame: odom, odom_frame: odom";
-  const std::string text = refusal_of("{" + shared + "}");
+  const std::string text = matcher_refusal_of("{" + shared + "}");
   EXPECT_TRUE(contains(text, "odom_frame: 'odom' is not allowed with publish_tf")) << text;
   EXPECT_TRUE(contains(text, "such as scan_odom, or publish_tf: false")) << text;
   const ScanQueueSettings settings =
-      queue_settings(setup_of("{" + shared + ", publish_tf: false}"));
+      queue_settings(matcher_setup_of("{" + shared + ", publish_tf: false}"));
   EXPECT_EQ(settings.odom_frame, "odom");
   EXPECT_EQ(settings.map_frame, "") << "else the guess would be ignored";
 }
 
 TEST(ScanMatcherSetup, RefusesWhatDoesNotFitTogether) {
   const auto refused = [](const std::string& yaml, const std::string& words) {
-    const std::string text = refusal_of(yaml);
+    const std::string text = matcher_refusal_of(yaml);
     EXPECT_TRUE(contains(text, words)) << yaml << ": " << text;
   };
   refused("{base_frame: odom}", "odom_frame: 'odom' is not allowed; allowed: a frame other than");

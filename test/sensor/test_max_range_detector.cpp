@@ -13,7 +13,6 @@ namespace matchbox_slam {
 namespace {
 
 constexpr double kMaximum = 10.0;  // m
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A laser of 360 beams all around.
 class Drive {
@@ -178,7 +177,7 @@ TEST(MaxRangeDetector, IsNotTheEndOfACorridor) {
 }
 
 TEST(MaxRangeDetector, IsNotSeenInWallsOrInWhatIsNoReturnAnyway) {
-  const auto infinite = [](Random& /*random*/) { return kInfinity; };
+  const auto infinite = [](Random& /*random*/) { return std::numeric_limits<double>::infinity(); };
   const auto maximum = [](Random& /*random*/) { return kMaximum; };
   for (const double speed : {0.0, 0.1}) {
     for (const double width : {3.0, 19.0, 19.9, 30.0}) {

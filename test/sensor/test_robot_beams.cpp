@@ -10,9 +10,9 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr int kBeams = 360;
+constexpr int kBeamCount = 360;
 
-double angle_of(int beam) { return -kPi + 2.0 * kPi * beam / kBeams; }
+double angle_of(int beam) { return -kPi + 2.0 * kPi * beam / kBeamCount; }
 
 /// The range in a corridor along x that is open at both ends.
 double range_in_corridor(const Pose2& pose, double angle, double width) {
@@ -21,7 +21,7 @@ double range_in_corridor(const Pose2& pose, double angle, double width) {
   return std::min(20.0, wall / std::max(1e-6, std::abs(across)));
 }
 
-struct Drive {
+struct CorridorDrive {
   double width = 3.0;   ///< [m] of the corridor
   bool turns = true;    ///< also all around; else it looks straight on
   double noise = 0.01;  ///< [m]
@@ -36,12 +36,12 @@ struct Drive {
     for (int i = 0; i < 400; ++i) {
       const Pose2 pose{0.1 * i, 0.2 * std::sin(0.1 * i), turns ? wrap_angle(0.12 * i) : 0.0};
       LaserScan scan;
-      scan.angle_min = is_clockwise ? angle_of(kBeams - 1) : angle_of(0);
-      scan.angle_increment = (is_clockwise ? -2.0 : 2.0) * kPi / kBeams;
+      scan.angle_min = is_clockwise ? angle_of(kBeamCount - 1) : angle_of(0);
+      scan.angle_increment = (is_clockwise ? -2.0 : 2.0) * kPi / kBeamCount;
       scan.range_min = 0.05;
       scan.range_max = 30.0;
-      for (int k = 0; k < kBeams; ++k) {
-        const int beam = is_clockwise ? kBeams - 1 - k : k;
+      for (int k = 0; k < kBeamCount; ++k) {
+        const int beam = is_clockwise ? kBeamCount - 1 - k : k;
         const double range = read(beam, range_in_corridor(pose, angle_of(beam), width));
         scan.ranges.push_back(static_cast<float>(range + noise * random.gaussian()));
       }
@@ -56,13 +56,13 @@ double with_mast(int beam, double range) { return beam < 10 ? 0.4 : beam == 270 
 
 TEST(RobotBeams, AreFoundWithTheSectorsToMask) {
   for (const bool is_clockwise : {false, true}) {
-    Drive drive;
+    CorridorDrive drive;
     drive.read = with_mast;
     drive.is_clockwise = is_clockwise;
     std::vector<double> sectors = drive.sectors();
     ASSERT_EQ(sectors.size(), 4U);
     const std::size_t mast = is_clockwise ? 2 : 0;
-    const double step = 2.0 * kPi / kBeams;
+    const double step = 2.0 * kPi / kBeamCount;
     EXPECT_NEAR(sectors[mast], angle_of(0) - 1.5 * step, 1e-9);
     EXPECT_NEAR(sectors[mast + 1], angle_of(9) + 1.5 * step, 1e-9);
     EXPECT_NEAR(sectors[2 - mast], angle_of(270) - 1.5 * step, 1e-9);
@@ -72,7 +72,7 @@ TEST(RobotBeams, AreFoundWithTheSectorsToMask) {
 
 TEST(RobotBeams, OfTheNoiseAndTheLostReadingsOfCheapLasers) {
   Random random(2);
-  Drive drive;
+  CorridorDrive drive;
   drive.noise = 0.015;
   drive.read = [&](int beam, double range) {
     return random.uniform() < 0.2 ? NAN : with_mast(beam, range);
@@ -82,11 +82,11 @@ TEST(RobotBeams, OfTheNoiseAndTheLostReadingsOfCheapLasers) {
 
 TEST(RobotBeams, AreNoneWhereTheRangeChangesOrIsFar) {
   for (const double width : {1.0, 2.0, 3.0}) {
-    Drive drive;
+    CorridorDrive drive;
     drive.width = width;
     EXPECT_TRUE(drive.sectors().empty()) << width;
   }
-  Drive drive;
+  CorridorDrive drive;
   drive.read = [](int beam, double range) { return beam < 10 ? 1.7 : range; };
   EXPECT_TRUE(drive.sectors().empty()) << "no robot is as long";
   drive.read = [](int beam, double range) { return beam < 10 ? INFINITY : range; };
@@ -94,7 +94,7 @@ TEST(RobotBeams, AreNoneWhereTheRangeChangesOrIsFar) {
 }
 
 TEST(RobotBeams, AWallThatIsFollowedIsNoRobot) {
-  Drive drive;
+  CorridorDrive drive;
   drive.width = 1.0;
   drive.turns = false;
   drive.read = with_mast;
@@ -102,7 +102,7 @@ TEST(RobotBeams, AWallThatIsFollowedIsNoRobot) {
 }
 
 TEST(RobotBeams, ThatAreLeftOutAlreadyAreNotTold) {
-  Drive drive;
+  CorridorDrive drive;
   drive.read = with_mast;
   drive.options.masked_angles = {angle_of(270) - 0.1, angle_of(270) + 0.1};
   EXPECT_EQ(drive.sectors().size(), 2U);

@@ -10,7 +10,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kPeriod = 0.1;  // s, of a turn
+constexpr double kTurnPeriod = 0.1;  // s, of a turn
 
 /// A scan that reads the number of each beam.
 LaserScan turn_of(std::size_t beams, double field, double stamp, double direction = 1.0) {
@@ -18,7 +18,7 @@ LaserScan turn_of(std::size_t beams, double field, double stamp, double directio
   scan.stamp = stamp;
   scan.angle_min = -direction * field / 2.0;
   scan.angle_increment = direction * field / static_cast<double>(beams);
-  scan.time_increment = kPeriod * (field / (2.0 * kPi)) / static_cast<double>(beams);
+  scan.time_increment = kTurnPeriod * (field / (2.0 * kPi)) / static_cast<double>(beams);
   scan.range_max = 1e6;
   for (std::size_t k = 0; k < beams; ++k) {
     scan.ranges.push_back(static_cast<float>(k));
@@ -47,7 +47,7 @@ std::vector<LaserScan> parts_of_turns(int turns, double field, std::size_t count
   std::vector<LaserScan> parts;
   for (int turn = 0; turn < turns; ++turn) {
     for (const LaserScan& part :
-         parts_of(turn_of(360, field, 10.0 + kPeriod * turn, direction), count)) {
+         parts_of(turn_of(360, field, 10.0 + kTurnPeriod * turn, direction), count)) {
       parts.push_back(part);
     }
   }
@@ -78,14 +78,15 @@ void expect_same(const LaserScan& scan, const LaserScan& turn) {
 void expect_turns(double field, std::size_t count, double direction) {
   ScanJoiner joiner(std::nullopt);
   std::vector<LaserScan> parts = parts_of_turns(2, field, count, direction);
-  parts.push_back(turn_of(360, field, 10.0 + 2.0 * kPeriod, direction));  // which ends the second
+  parts.push_back(
+      turn_of(360, field, 10.0 + 2.0 * kTurnPeriod, direction));  // which ends the second
   parts.back().ranges.resize(360U / count);
   const std::vector<LaserScan> whole = joined(joiner, parts);
   EXPECT_NE(joiner.take_news(), "");
   ASSERT_EQ(whole.size(), 2U);
   expect_same(whole[0], turn_of(360, field, 10.0, direction));
-  expect_same(whole[1], turn_of(360, field, 10.0 + kPeriod, direction));
-  joined(joiner, parts_of(turn_of(360, field, 10.0 + 3.0 * kPeriod, direction), count));
+  expect_same(whole[1], turn_of(360, field, 10.0 + kTurnPeriod, direction));
+  joined(joiner, parts_of(turn_of(360, field, 10.0 + 3.0 * kTurnPeriod, direction), count));
   EXPECT_EQ(joiner.take_news(), "") << "once";
 }
 

@@ -36,7 +36,7 @@ Statistics statistics(const std::vector<double>& values) {
   return {sum / count, std::sqrt(sum_of_squares / count - sum / count * (sum / count))};
 }
 
-constexpr int kRuns = 4000;
+constexpr int kDrives = 4000;
 // A deviation estimated from that many runs is right to 1.1 %; four times that is no accident.
 constexpr double kTolerance = 0.045;
 
@@ -60,13 +60,13 @@ TEST(Odometry, DistanceDriftsAsTheOptionsSay) {
   const auto straight = [](double time) { return Pose2{0.5 * time, 0.0, 0.0}; };
   const std::vector<double> stamps = stamps_until(8.0, 0.1);  // 4 m
   std::vector<double> errors;
-  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+  for (std::uint64_t seed = 0; seed < kDrives; ++seed) {
     const Pose2 end = simulate_odometry(straight, stamps, options, seed).back().odom_from_base;
     EXPECT_EQ(end.y, 0.0);
     errors.push_back(end.x - 4.0);
   }
   const double deviation = 0.02 * std::sqrt(4.0);
-  EXPECT_NEAR(statistics(errors).mean, 0.01 * 4.0, 4.0 * deviation / std::sqrt(kRuns));
+  EXPECT_NEAR(statistics(errors).mean, 0.01 * 4.0, 4.0 * deviation / std::sqrt(kDrives));
   EXPECT_NEAR(statistics(errors).deviation, deviation, kTolerance * deviation);
 }
 
@@ -77,12 +77,12 @@ TEST(Odometry, HeadingDriftsWithTheDistance) {
   const auto straight = [](double time) { return Pose2{0.5 * time, 0.0, 0.0}; };
   const std::vector<double> stamps = stamps_until(8.0, 0.1);
   std::vector<double> errors;
-  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+  for (std::uint64_t seed = 0; seed < kDrives; ++seed) {
     errors.push_back(
         simulate_odometry(straight, stamps, options, seed).back().odom_from_base.theta);
   }
   const double deviation = 0.008 * std::sqrt(4.0);
-  EXPECT_NEAR(statistics(errors).mean, 0.003 * 4.0, 4.0 * deviation / std::sqrt(kRuns));
+  EXPECT_NEAR(statistics(errors).mean, 0.003 * 4.0, 4.0 * deviation / std::sqrt(kDrives));
   EXPECT_NEAR(statistics(errors).deviation, deviation, kTolerance * deviation);
 }
 
@@ -93,13 +93,13 @@ TEST(Odometry, HeadingDriftsWithTheTurn) {
   const auto on_the_spot = [](double time) { return Pose2{0.0, 0.0, wrap_angle(-0.5 * time)}; };
   const std::vector<double> stamps = stamps_until(4.0, 0.1);  // 2 rad to the right
   std::vector<double> errors;
-  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+  for (std::uint64_t seed = 0; seed < kDrives; ++seed) {
     const Pose2 end = simulate_odometry(on_the_spot, stamps, options, seed).back().odom_from_base;
     EXPECT_EQ(end.translation().norm(), 0.0);
     errors.push_back(wrap_angle(end.theta + 2.0));
   }
   const double deviation = 0.03 * std::sqrt(2.0);
-  EXPECT_NEAR(statistics(errors).mean, -0.01 * 2.0, 4.0 * deviation / std::sqrt(kRuns));
+  EXPECT_NEAR(statistics(errors).mean, -0.01 * 2.0, 4.0 * deviation / std::sqrt(kDrives));
   EXPECT_NEAR(statistics(errors).deviation, deviation, kTolerance * deviation);
 }
 
@@ -110,14 +110,14 @@ TEST(Odometry, AShareThatWandersStaysForAMetre) {
   const std::vector<double> stamps = stamps_until(4.0, 0.1);  // 2 m
   std::vector<double> first_metre;
   std::vector<double> both;
-  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+  for (std::uint64_t seed = 0; seed < kDrives; ++seed) {
     const auto readings = simulate_odometry(straight, stamps, options, seed);
     const double half = readings[10].odom_from_base.x - 0.5;
     first_metre.push_back(readings[20].odom_from_base.x - 1.0);
     both.push_back(readings[40].odom_from_base.x - 2.0);
     ASSERT_NEAR(half, 0.5 * first_metre.back(), 1e-9);
   }
-  EXPECT_NEAR(statistics(first_metre).mean, 0.0, 4.0 * 0.2 / std::sqrt(kRuns));
+  EXPECT_NEAR(statistics(first_metre).mean, 0.0, 4.0 * 0.2 / std::sqrt(kDrives));
   EXPECT_NEAR(statistics(first_metre).deviation, 0.2, kTolerance * 0.2);
   // The next metre has another.
   EXPECT_NEAR(statistics(both).deviation, 0.2 * std::sqrt(2.0), kTolerance * 0.2 * std::sqrt(2.0));
@@ -129,7 +129,7 @@ TEST(Odometry, TurnsWanderLikewise) {
   const auto on_the_spot = [](double time) { return Pose2{0.0, 0.0, wrap_angle(0.5 * time)}; };
   const std::vector<double> stamps = stamps_until(2.0, 0.1);  // 1 rad
   std::vector<double> errors;
-  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+  for (std::uint64_t seed = 0; seed < kDrives; ++seed) {
     errors.push_back(
         simulate_odometry(on_the_spot, stamps, options, seed).back().odom_from_base.theta - 1.0);
   }

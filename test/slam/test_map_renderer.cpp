@@ -10,17 +10,17 @@
 namespace matchbox_slam {
 namespace {
 
-const EngineOptions kOptions;
+const EngineOptions kDefaults;
 
-MapPart empty_part() { return {SlamMap(kOptions.map, kOptions.field), {}, {}}; }
+MapPart empty_part() { return {SlamMap(kDefaults.map, kDefaults.field), {}, {}}; }
 
 void add(const PlacedScan& key, MapPart& part, MapRenderer& drawing) {
-  drawing.add(key, *key.scan->points(), part, kOptions);
-  drawing.catch_up(part, kOptions);
+  drawing.add(key, *key.scan->points(), part, kDefaults);
+  drawing.catch_up(part, kDefaults);
 }
 
 SlamMap rendered_all(const MapPart& part) {
-  return rendered(part.key_scans.all(), kOptions.map, kOptions.field);
+  return rendered(part.key_scans.all(), kDefaults.map, kDefaults.field);
 }
 
 /// Moves a key scan by a metre.
@@ -57,14 +57,14 @@ TEST_F(MapRendererTest, DrawsTheWholeWhenAskedWhileWhatLiesNearIsMatchedAgainst)
     }
     return is_apart;
   };
-  renderer_.match_locally({local_scans(all, are_apart), kOptions.map, kOptions.field});
+  renderer_.match_locally({local_scans(all, are_apart), kDefaults.map, kDefaults.field});
   const SlamMap before = part_.map;
   add(keys_[4], part_, renderer_);
   EXPECT_TRUE(same_map(part_.map, before));
   EXPECT_TRUE(same_map(renderer_.matched(part_),
-                       rendered({keys_[2], keys_[3], keys_[4]}, kOptions.map, kOptions.field)));
-  EXPECT_TRUE(same_map(renderer_.whole(part_, kOptions), rendered_all(part_)));
-  renderer_.match_whole(part_, kOptions);
+                       rendered({keys_[2], keys_[3], keys_[4]}, kDefaults.map, kDefaults.field)));
+  EXPECT_TRUE(same_map(renderer_.whole(part_, kDefaults), rendered_all(part_)));
+  renderer_.match_whole(part_, kDefaults);
   add(keys_[5], part_, renderer_);
   EXPECT_TRUE(same_map(renderer_.matched(part_), rendered_all(part_)));
 }
@@ -73,28 +73,28 @@ TEST_F(MapRendererTest, DrawsAnewWhatHasMoved) {
   move_first(part_, renderer_);
   EXPECT_TRUE(renderer_.is_outdated());
   EXPECT_TRUE(renderer_.is_moved());
-  EXPECT_TRUE(same_map(renderer_.whole(part_, kOptions), rendered_all(part_)));
+  EXPECT_TRUE(same_map(renderer_.whole(part_, kDefaults), rendered_all(part_)));
   EXPECT_FALSE(renderer_.is_outdated());
 }
 
 TEST_F(MapRendererTest, DrawsBesideWhatNobodyAsksForAtOnce) {
-  EXPECT_FALSE(renderer_.begin_whole(part_, kOptions)) << "it is all drawn";
+  EXPECT_FALSE(renderer_.begin_whole(part_, kDefaults)) << "it is all drawn";
   move_first(part_, renderer_);
-  EXPECT_TRUE(renderer_.begin_whole(part_, kOptions));
+  EXPECT_TRUE(renderer_.begin_whole(part_, kDefaults));
   EXPECT_FALSE(renderer_.is_moved());
-  EXPECT_TRUE(same_map(renderer_.whole(part_, kOptions), rendered_all(part_)));
+  EXPECT_TRUE(same_map(renderer_.whole(part_, kDefaults), rendered_all(part_)));
   EXPECT_FALSE(renderer_.is_outdated());
 
   move_first(part_, renderer_);
-  renderer_.begin_whole(part_, kOptions);
+  renderer_.begin_whole(part_, kDefaults);
   move_first(part_, renderer_);  // meanwhile
-  EXPECT_TRUE(same_map(renderer_.whole(part_, kOptions), rendered_all(part_)));
+  EXPECT_TRUE(same_map(renderer_.whole(part_, kDefaults), rendered_all(part_)));
 }
 
 TEST_F(MapRendererTest, WhatIsDrawnToBeLookedAtIsRenderedBeforeItIsMatchedAgainst) {
   const auto draw = [this] {
     move_first(part_, renderer_);
-    const SlamMap& drawn = renderer_.drawn(part_, kOptions);
+    const SlamMap& drawn = renderer_.drawn(part_, kDefaults);
     const SlamMap expected = rendered_all(part_);
     EXPECT_FALSE(renderer_.is_outdated());
     EXPECT_FALSE(drawn.field.is_rendered());
@@ -108,20 +108,20 @@ TEST_F(MapRendererTest, WhatIsDrawnToBeLookedAtIsRenderedBeforeItIsMatchedAgains
     }
   };
   draw();
-  renderer_.match_whole(part_, kOptions);
+  renderer_.match_whole(part_, kDefaults);
   EXPECT_TRUE(same_map(renderer_.matched(part_), rendered_all(part_)));
 
   draw();
-  renderer_.begin_whole(part_, kOptions);
+  renderer_.begin_whole(part_, kDefaults);
   EXPECT_TRUE(renderer_.is_outdated()) << "another thread renders it";
-  renderer_.match_whole(part_, kOptions);
+  renderer_.match_whole(part_, kDefaults);
   EXPECT_TRUE(same_map(renderer_.matched(part_), rendered_all(part_)));
 }
 
 TEST_F(MapRendererTest, SaysThatAMapMayTakeLongWhoeverHasAskedForItBefore) {
   move_first(part_, renderer_);
-  static_cast<void>(renderer_.whole(part_, kOptions));
-  EXPECT_TRUE(renderer_.begin_whole(part_, kOptions));
+  static_cast<void>(renderer_.whole(part_, kDefaults));
+  EXPECT_TRUE(renderer_.begin_whole(part_, kDefaults));
 }
 
 TEST_F(MapRendererTest, TakesWhatAnotherRenderedUnlessItHasMovedSince) {
@@ -138,7 +138,7 @@ TEST_F(MapRendererTest, TakesWhatAnotherRenderedUnlessItHasMovedSince) {
   renderer_.take_rendered(of_now, now, part_);
   EXPECT_FALSE(renderer_.is_outdated());
   EXPECT_TRUE(same_map(part_.map, of_now));
-  EXPECT_TRUE(same_map(renderer_.whole(part_, kOptions), rendered_all(part_)));
+  EXPECT_TRUE(same_map(renderer_.whole(part_, kDefaults), rendered_all(part_)));
 }
 
 }  // namespace

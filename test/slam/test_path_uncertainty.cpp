@@ -14,7 +14,7 @@
 namespace matchbox_slam {
 namespace {
 
-Eigen::Matrix3d covariance_of(double x, double y, double theta) {
+Eigen::Matrix3d diagonal_covariance(double x, double y, double theta) {
   return Eigen::Vector3d(x * x, y * y, theta * theta).asDiagonal();
 }
 
@@ -53,20 +53,21 @@ std::vector<bool> apart_from(std::size_t node, const PoseGraph& graph, double si
 
 /// An edge that stands for many is no short way between both its ends.
 TEST(GraphDistance, OfWhatWasCondensedIsThatOfItsDrift) {
-  PoseGraph graph = chain(3, covariance_of(1.0, 1.0, 0.1));  // 1 m^2: 2.5 km of drift
+  PoseGraph graph = chain(3, diagonal_covariance(1.0, 1.0, 0.1));  // 1 m^2: 2.5 km of drift
   EXPECT_EQ(apart_from(2, graph, 0.25), (std::vector<bool>{false, false, false}));
   for (PoseEdge& one : graph.edges) {
     one.kind = EdgeKind::kCondensed;
   }
   EXPECT_EQ(apart_from(2, graph, 0.25), (std::vector<bool>{true, true, false}));
   for (PoseEdge& one : graph.edges) {
-    one.covariance = covariance_of(0.02, 0.02, 0.001);  // a metre
+    one.covariance = diagonal_covariance(0.02, 0.02, 0.001);  // a metre
   }
   EXPECT_EQ(apart_from(2, graph, 1e-6), (std::vector<bool>{false, false, false}));
 }
 
 TEST(GraphDistance, AddsUpAlongAChain) {
-  const std::vector<double> variances = variances_from(4, chain(6, covariance_of(0.3, 0.1, 1e-9)));
+  const std::vector<double> variances =
+      variances_from(4, chain(6, diagonal_covariance(0.3, 0.1, 1e-9)));
   const std::vector<double> edges = {4, 3, 2, 1, 0, 1};
   for (std::size_t i = 0; i < edges.size(); ++i) {  // a place is as unsure as x and y on average
     EXPECT_NEAR(variances[i], 0.05 * edges[i], 1e-12);
@@ -74,14 +75,15 @@ TEST(GraphDistance, AddsUpAlongAChain) {
 }
 
 TEST(GraphDistance, HeadingCountsByTheLever) {
-  const std::vector<double> variances = variances_from(3, chain(4, covariance_of(1e-9, 1e-9, 0.1)));
+  const std::vector<double> variances =
+      variances_from(3, chain(4, diagonal_covariance(1e-9, 1e-9, 0.1)));
   EXPECT_NEAR(variances[2], 0.01 * 1.0, 1e-12);
   EXPECT_NEAR(variances[1], 0.01 * (1.0 + 4.0), 1e-12);
   EXPECT_NEAR(variances[0], 0.01 * (1.0 + 4.0 + 9.0), 1e-12);
 }
 
 TEST(GraphDistance, OnlyLoopsThatAreBelievedShorten) {
-  const Eigen::Matrix3d covariance = covariance_of(0.1, 0.1, 1e-9);
+  const Eigen::Matrix3d covariance = diagonal_covariance(0.1, 0.1, 1e-9);
   for (const Belief belief : {Belief::kUndecided, Belief::kBelieved, Belief::kDisbelieved}) {
     PoseGraph graph = chain(60, covariance);
     graph.edges.push_back(edge(1, 59, covariance, EdgeKind::kLoop, belief));
@@ -92,7 +94,7 @@ TEST(GraphDistance, OnlyLoopsThatAreBelievedShorten) {
 }
 
 TEST(GraphDistance, WhatIsKnownWorseThanEnoughIsNotLookedFor) {
-  const PoseGraph graph = chain(10, covariance_of(0.1, 0.1, 1e-9));
+  const PoseGraph graph = chain(10, diagonal_covariance(0.1, 0.1, 1e-9));
   const AdjacencyList links(graph);
   const std::vector<double> variances =
       PathUncertainty(graph, links, 9).variances({2, 7, 0, 7}, 0.025);
@@ -104,7 +106,7 @@ TEST(GraphDistance, WhatIsKnownWorseThanEnoughIsNotLookedFor) {
 
 /// How many nodes of a chain lie together with its last one, though their places are hardly known.
 std::size_t together(std::size_t nodes, double spacing) {
-  PoseGraph graph = chain(nodes, covariance_of(10.0, 10.0, 1.0));
+  PoseGraph graph = chain(nodes, diagonal_covariance(10.0, 10.0, 1.0));
   for (PoseEdge& edge : graph.edges) {
     edge.from_to = {spacing, 0.0, 0.0};
   }
@@ -120,8 +122,8 @@ TEST(GraphDistance, ALongWayIsFarHoweverFewItsKeyScans) {
 }
 
 TEST(GraphDistance, TheSurestWayMayHaveMoreEdges) {
-  PoseGraph graph = chain(60, covariance_of(0.1, 0.1, 1e-9));
-  graph.edges.push_back(edge(0, 59, covariance_of(5.0, 5.0, 1e-9)));
+  PoseGraph graph = chain(60, diagonal_covariance(0.1, 0.1, 1e-9));
+  graph.edges.push_back(edge(0, 59, diagonal_covariance(5.0, 5.0, 1e-9)));
   EXPECT_NEAR(variances_from(59, graph)[0], 59.0 * 0.01, 1e-12);
   EXPECT_FALSE(apart_from(59, graph, 0.1)[0]) << "by one edge it is near";
 }
@@ -167,8 +169,8 @@ TEST(GraphDistance, IsThatOfBruteForce) {
                       static_cast<std::size_t>(random.uniform() * static_cast<double>(below)));
     };
     const auto any_covariance = [&] {
-      return covariance_of(random.uniform(0.01, 0.5), random.uniform(0.01, 0.5),
-                           random.uniform(0.001, 0.02));
+      return diagonal_covariance(random.uniform(0.01, 0.5), random.uniform(0.01, 0.5),
+                                 random.uniform(0.001, 0.02));
     };
     PoseGraph graph;
     AdjacencyList links;

@@ -89,7 +89,7 @@ MatchResult match_at(const Pose2& there, MatchStatus status = MatchStatus::kAcce
 }
 
 /// A drive through the rooms, told to be where the leading hypothesis is.
-struct Drive {
+struct LedDrive {
   PoseHypotheses hypotheses;
   HypothesisOptions options;
   double time = 5.0;
@@ -157,7 +157,7 @@ TEST(PoseHypotheses, AreNoneAtFirst) {
 }
 
 TEST(PoseHypotheses, KeepNothingWhileScansFit) {
-  Drive drive;
+  LedDrive drive;
   for (int i = 0; i < 20; ++i) {
     const Outcome outcome = drive.go_on();
     ASSERT_EQ(outcome.verdict, Verdict::kLeads) << i;
@@ -171,7 +171,7 @@ TEST(PoseHypotheses, KeepNothingWhileScansFit) {
 }
 
 TEST(PoseHypotheses, OvertakeALeadingPoseThatIsWrong) {
-  Drive drive;
+  LedDrive drive;
   drive.leading = off_by_much(drive.leading);
   const Outcome outcome = drive.go_on();
   ASSERT_EQ(outcome.verdict, Verdict::kOvertaken)
@@ -182,7 +182,7 @@ TEST(PoseHypotheses, OvertakeALeadingPoseThatIsWrong) {
 }
 
 TEST(PoseHypotheses, TakeTwoScansToLeadWhereNothingContradictsTheOneThatLeads) {
-  Drive drive;
+  LedDrive drive;
   drive.seconds = 2.0;
   const Pose2 right = drive.truth();
   drive.leading = {500.0, 0.0, 0.0};  // where nothing is known
@@ -196,7 +196,7 @@ TEST(PoseHypotheses, TakeTwoScansToLeadWhereNothingContradictsTheOneThatLeads) {
 }
 
 TEST(PoseHypotheses, AreInDoubtUntilTheOddsDecide) {
-  Drive drive;
+  LedDrive drive;
   drive.options.decisive = 6.0;  // so that one scan does not decide
   drive.leading = off_by_much(drive.leading);
   Outcome outcome = drive.go_on();
@@ -213,7 +213,7 @@ TEST(PoseHypotheses, AreInDoubtUntilTheOddsDecide) {
 }
 
 TEST(PoseHypotheses, TheOneThatLedBeforeGoesOnAndIsSoonRefuted) {
-  Drive drive;
+  LedDrive drive;
   drive.leading = off_by_much(drive.leading);
   Pose2 wrong = drive.leading;
   Outcome outcome;
@@ -236,7 +236,7 @@ TEST(PoseHypotheses, TheOneThatLedBeforeGoesOnAndIsSoonRefuted) {
 }
 
 TEST(PoseHypotheses, OvertakeARejectedMatchWhenThatIsClear) {
-  Drive drive;
+  LedDrive drive;
   drive.seconds = 2.0;
   drive.leading = off_by_much(drive.leading);
   const Outcome outcome = drive.go_on(MatchStatus::kRejectedLowScore);
@@ -246,7 +246,7 @@ TEST(PoseHypotheses, OvertakeARejectedMatchWhenThatIsClear) {
 }
 
 TEST(PoseHypotheses, FollowTheLastMotionWhereOdometryIsImprobable) {
-  Drive drive;
+  LedDrive drive;
   drive.seconds = 2.0;
   drive.leading = off_by_much(drive.leading);
   const Pose2 by_velocity = shifted(rooms().truth(drive.time + kInterval), {0.02, -0.02, 0.01});
@@ -260,7 +260,7 @@ TEST(PoseHypotheses, HaveOneScanOfARestingRobotSayLessThanOneOfAMovingOne) {
   HypothesisOptions options;
   options.decisive = 20.0;  // so that none decides
   const auto log_odds_after = [&options](double seconds) {
-    Drive drive;
+    LedDrive drive;
     drive.options = options;
     drive.time = 0.5;  // at rest
     drive.leading = off_by_much(rooms().truth(0.5));
@@ -279,7 +279,7 @@ TEST(PoseHypotheses, HaveOneScanOfARestingRobotSayLessThanOneOfAMovingOne) {
 TEST(PoseHypotheses, LeadNowhereWhereScansFitNowhere) {
   // What is seen there is of another building, so nothing in this one explains it.
   const World other_world = make_random_world(8);
-  Drive drive;
+  LedDrive drive;
   Outcome outcome;
   int scans = 0;
   for (; outcome.verdict != Verdict::kUnknown && scans < 20; ++scans) {
@@ -293,7 +293,7 @@ TEST(PoseHypotheses, LeadNowhereWhereScansFitNowhere) {
 
 /// Scans of a robot that odometry has at rest, until it is said to be somewhere unknown.
 int scans_until_unknown(const std::function<PointScan(int)>& look, double seconds, int most) {
-  Drive drive;
+  LedDrive drive;
   drive.seconds = seconds;
   drive.time = 0.5;
   drive.leading = rooms().truth(0.5);
@@ -333,7 +333,7 @@ TEST(PoseHypotheses, WhatStandsInTheWayDoesNotCarryTheRobotAway) {
 }
 
 TEST(PoseHypotheses, DoNotDoubtAnythingInUnknownGround) {
-  Drive drive;
+  LedDrive drive;
   drive.leading = {500.0, 300.0, 0.0};
   for (int i = 0; i < 40; ++i) {
     const Outcome outcome =
@@ -345,7 +345,7 @@ TEST(PoseHypotheses, DoNotDoubtAnythingInUnknownGround) {
 }
 
 TEST(PoseHypotheses, AreBelievedWhereNothingTellsThemApartForLong) {
-  Drive drive;
+  LedDrive drive;
   drive.leading = {500.0, 300.0, 0.0};
   drive.hypotheses = PoseHypotheses({Fork{50}, {{{600.0, 300.0, 0.0}, 0.0}}, -9.2});
   double way = 0.0;
@@ -378,7 +378,7 @@ TEST(PoseHypotheses, AJumpThatFitsStandsAndIsWatched) {
 }
 
 TEST(PoseHypotheses, ARejectedMatchIsNoJump) {
-  Drive drive;
+  LedDrive drive;
   const Pose2 far = off_by_much(rooms().truth(8.0));
   const PointScan scan = rooms().look(8.0);
   const MotionPrediction predicted = prediction(rooms().truth(8.0), {0.2, 0.0, 0.0});
@@ -389,7 +389,7 @@ TEST(PoseHypotheses, ARejectedMatchIsNoJump) {
 }
 
 TEST(PoseHypotheses, AnEmptyScanChangesNothing) {
-  Drive drive;
+  LedDrive drive;
   drive.hypotheses = PoseHypotheses({Fork{50}, {{{1.0, 2.0, 0.0}, 100.0}}, 100.0});
   const State before = drive.hypotheses.state();
   const Outcome outcome = drive.follow({}, MatchStatus::kRejectedTooFewPoints);
@@ -399,7 +399,7 @@ TEST(PoseHypotheses, AnEmptyScanChangesNothing) {
 }
 
 TEST(PoseHypotheses, DisabledTheyLeaveAllAlone) {
-  Drive drive;
+  LedDrive drive;
   drive.options.enabled = false;
   drive.leading = off_by_much(drive.leading);
   for (int i = 0; i < 10; ++i) {
@@ -414,7 +414,7 @@ TEST(PoseHypotheses, DisabledTheyLeaveAllAlone) {
 }
 
 TEST(PoseHypotheses, AreTheLikeliestFew) {
-  Drive drive;
+  LedDrive drive;
   drive.options.decisive = 50.0;
   drive.leading = off_by_much(drive.leading);
   State state{Fork{50, 0, 0.0, 1.0}, {}, -9.2};
@@ -433,7 +433,7 @@ TEST(PoseHypotheses, AreTheLikeliestFew) {
 
 TEST(PoseHypotheses, AreSearchedAgainAfterSomeWayOrWhereOdometryIsImprobable) {
   const auto found_with = [](double searched, bool is_improbable) {
-    Drive drive;
+    LedDrive drive;
     drive.time = 0.5;  // at rest
     drive.leading = off_by_much(rooms().truth(0.5));
     drive.hypotheses = PoseHypotheses({Fork{50, 0, 0.0, searched}, {}, -5.0});
@@ -449,11 +449,11 @@ TEST(PoseHypotheses, AreSearchedAgainAfterSomeWayOrWhereOdometryIsImprobable) {
 }
 
 TEST(PoseHypotheses, GoOnFromTheirStateAsIfNothingHadBeen) {
-  Drive drive;
+  LedDrive drive;
   drive.options.decisive = 6.0;  // so that one scan does not decide
   drive.leading = off_by_much(drive.leading);
   drive.go_on();
-  Drive restored = drive;
+  LedDrive restored = drive;
   restored.hypotheses = PoseHypotheses(drive.hypotheses.state());
   expect_same(restored.hypotheses.state(), drive.hypotheses.state());
   bool is_overtaken = false;
@@ -546,7 +546,7 @@ TEST(PoseHypotheses, ForgetTheKeyScansSinceTheForkAndNothingElse) {
 }
 
 TEST(PoseHypotheses, ShareTheKeyScansFromBeforeTheyCameUp) {
-  Drive drive;
+  LedDrive drive;
   drive.options.decisive = 6.0;  // so that one scan does not decide
   drive.leading = off_by_much(drive.leading);
   const std::size_t mapped = drive.keys.size();

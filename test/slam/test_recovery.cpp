@@ -10,13 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
-#include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
 #include "simulation/fault.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
 #include "simulation/simulation_support.hpp"
+#include "slam/matchers.hpp"
 #include "slam/place_index.hpp"
 #include "slam/pose_distance.hpp"
 #include "slam/recovery.hpp"
@@ -25,7 +24,7 @@ namespace matchbox_slam {
 namespace {
 
 /// What became of a drive.
-struct Drive {
+struct DriveResult {
   double end_error = 0.0;       ///< [m]
   double worst_error = 0.0;     ///< [m] of all scans
   double worst_sigma = 0.0;     ///< [m], largest standard deviation of a scan's position
@@ -52,10 +51,10 @@ SimulatedRun drive_with(const std::string& fault, std::uint64_t seed = 3, int be
   return simulate_in("rooms", options, seed);
 }
 
-Drive drive(const SimulatedRun& run, const std::shared_ptr<const ScanMatcher>& matcher,
-            const EngineOptions& options = {}) {
+DriveResult drive(const SimulatedRun& run, const std::shared_ptr<const ScanMatcher>& matcher,
+                  const EngineOptions& options = {}) {
   SlamEngine engine(options, matcher, 1, run.world_from_base.front());
-  Drive result;
+  DriveResult result;
   std::map<double, Pose2> truth;
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     result.last = engine.process(scan_input(run, i));
@@ -77,22 +76,19 @@ Drive drive(const SimulatedRun& run, const std::shared_ptr<const ScanMatcher>& m
   return result;
 }
 
-Drive drive(const std::string& fault, const std::shared_ptr<const ScanMatcher>& matcher) {
+DriveResult drive(const std::string& fault, const std::shared_ptr<const ScanMatcher>& matcher) {
   return drive(drive_with(fault), matcher);
 }
 
-const std::shared_ptr<const ScanMatcher> kOlson = std::make_shared<OlsonMatcher>();
-const std::shared_ptr<const ScanMatcher> kMonteCarlo = std::make_shared<MonteCarloMatcher>();
-
 /// Ends where it should, with a right map.
-void expect_unharmed(const Drive& drive) {
+void expect_unharmed(const DriveResult& drive) {
   EXPECT_LT(drive.end_error, 0.0065);  // 0.0051
   EXPECT_LT(drive.worst_key_scan, 0.01);
   EXPECT_EQ(drive.parts_apart, 0U);
   EXPECT_EQ(drive.last.state, TrackingState::kTracking);
 }
 
-void expect_never_in_doubt(const Drive& drive) {
+void expect_never_in_doubt(const DriveResult& drive) {
   expect_unharmed(drive);
   EXPECT_EQ(drive.states.at(TrackingState::kTracking), drive.scans);
 }
@@ -137,7 +133,7 @@ TEST(Recovery, InACorridorThatHoldsNothingTheWaySinceTheLastKeyScanCounts) {
   SimulationOptions options;
   options.laser.range_max = 6.0;
   options.time.duration = 60.0;
-  const Drive driven = drive(simulate_in("corridor", options, 1), kOlson);
+  const DriveResult driven = drive(simulate_in("corridor", options, 1), kOlson);
   EXPECT_LT(driven.worst_sigma, 0.6);  // [m], 0.40; 2.4 if all of the way counts
   EXPECT_LT(driven.worst_error, 0.5);  // [m], 0.33, as odometry is
 }
@@ -152,13 +148,13 @@ TEST(Recovery, ACorridorDoesNotHoldARobotThatDrives) {
   options.laser.scan_rate = 20.0;
   options.drive.speed = 0.5;
   options.time.duration = 60.0;
-  const Drive driven = drive(simulate_in("campus", options, 150), kOlson);
+  const DriveResult driven = drive(simulate_in("campus", options, 150), kOlson);
   EXPECT_LT(driven.worst_error, 0.11);  // [m], 0.100; 0.66 where it is held, 2.9 after four minutes
 }
 
 /// At 8 m/s: one scan on the way fits somewhere, with half of the usual score.
 TEST(Recovery, ARobotThatIsCarriedFastDrawsNothingOnItsWay) {
-  const Drive carried = drive(drive_with("kidnap:random:2:2", 118, 1040), kOlson);
+  const DriveResult carried = drive(drive_with("kidnap:random:2:2", 118, 1040), kOlson);
   EXPECT_LT(carried.worst_key_scan, 0.04);  // [m], 0.027; 0.77 where such a match is believed
   EXPECT_LT(carried.end_error, 0.005);      // [m], 0.003
 }
@@ -188,7 +184,7 @@ TEST(Recovery, OdometryThatMissesATurnDoesNoHarm) {
 
 TEST(Recovery, ARobotThatIsCarriedAwayIsFound) {
   for (const auto& matcher : {kOlson, kMonteCarlo}) {
-    const Drive carried = drive("kidnap:60:2:2", matcher);
+    const DriveResult carried = drive("kidnap:60:2:2", matcher);
     EXPECT_GT(carried.states.count(TrackingState::kLost), 0U);
     EXPECT_EQ(carried.last.state, TrackingState::kTracking);
     EXPECT_EQ(carried.parts_apart, 0U);
@@ -198,7 +194,7 @@ TEST(Recovery, ARobotThatIsCarriedAwayIsFound) {
 }
 
 TEST(Recovery, ALaserThatIsCoveredWhileItEntersARoomDoesNoHarm) {
-  const Drive covered = drive(drive_with("covered:random:5:0.8", 8, 1040), kOlson);
+  const DriveResult covered = drive(drive_with("covered:random:5:0.8", 8, 1040), kOlson);
   EXPECT_LT(covered.end_error, 0.0065);
   EXPECT_LT(covered.worst_key_scan, 0.06);  // 0.052
 }
@@ -362,7 +358,7 @@ TEST(Recovery, APlaceWhoseDoorIsShutByNowMayBeTheRightOne) {
 
 /// It sees nothing within a wall, and is carried on when it counts as lost.
 TEST(Recovery, AScanThatNothingConfirmedDoesNotBeginAMap) {
-  const Drive carried = drive(drive_with("kidnap:random:2:2", 2133, 1040), kOlson);
+  const DriveResult carried = drive(drive_with("kidnap:random:2:2", 2133, 1040), kOlson);
   EXPECT_EQ(carried.last.state, TrackingState::kTracking);
   EXPECT_LT(carried.end_error, 0.005);
   EXPECT_LT(carried.worst_key_scan, 0.01);  // 1.1 where walls are taken for their other side
@@ -370,7 +366,7 @@ TEST(Recovery, AScanThatNothingConfirmedDoesNotBeginAMap) {
 
 /// It is carried on at 8 m/s when it counts as lost, so that what it maps apart first is torn.
 TEST(Recovery, WhatWasSeenWhileItWasCarriedIsNotJoined) {
-  const Drive carried = drive(drive_with("kidnap:random:2:2", 47, 1040), kOlson);
+  const DriveResult carried = drive(drive_with("kidnap:random:2:2", 47, 1040), kOlson);
   EXPECT_EQ(carried.last.state, TrackingState::kTracking);
   EXPECT_EQ(carried.parts_apart, 0U);
   EXPECT_LT(carried.end_error, 0.005);

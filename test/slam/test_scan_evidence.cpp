@@ -66,7 +66,7 @@ SlamMap map_of_railing() {
   return map;
 }
 
-MatchScene rooms(std::uint64_t seed = 3) {
+MatchScene look_at_rooms(std::uint64_t seed = 3) {
   LaserOptions laser;
   laser.beams = 520;
   return make_match_scene(make_rooms_world(seed), laser, 12.0, seed);
@@ -82,7 +82,7 @@ void expect_nothing(const ScanEvidence& evidence) {
 
 TEST(ScanEvidence, SpeaksForTheTruePoseAndLessForPosesThatAreOff) {
   for (const std::uint64_t seed : {3U, 4U, 5U}) {
-    const MatchScene scene = rooms(seed);
+    const MatchScene scene = look_at_rooms(seed);
     const ScanEvidence there = evidence_of(scene.scan, scene.map_from_base, scene.map);
     EXPECT_GT(there.mean, 2.0) << seed;
     EXPECT_GT(there.log_odds, 50.0) << seed;
@@ -103,7 +103,7 @@ TEST(ScanEvidence, SpeaksForTheTruePoseAndLessForPosesThatAreOff) {
 }
 
 TEST(ScanEvidence, HardlyMindsAnErrorOfHalfACell) {
-  const MatchScene scene = rooms();
+  const MatchScene scene = look_at_rooms();
   const double there = evidence_of(scene.scan, scene.map_from_base, scene.map).mean;
   for (const double x : {-0.025, 0.025}) {
     for (const double y : {-0.025, 0.025}) {
@@ -114,13 +114,13 @@ TEST(ScanEvidence, HardlyMindsAnErrorOfHalfACell) {
 }
 
 TEST(ScanEvidence, SaysNothingOnUnknownGround) {
-  const MatchScene scene = rooms();
+  const MatchScene scene = look_at_rooms();
   expect_nothing(evidence_of(scene.scan, {500.0, 0.0, 0.3}, scene.map));
   expect_nothing(evidence_of(scene.scan, scene.map_from_base, empty_map()));
 }
 
 TEST(ScanEvidence, SaysNothingWithoutPoints) {
-  const MatchScene scene = rooms();
+  const MatchScene scene = look_at_rooms();
   PointScan scan;
   expect_nothing(evidence_of(scan, scene.map_from_base, scene.map));
   scan.free_rays = {{{0.0, 0.0}, {5.0, 0.0}}};
@@ -175,7 +175,7 @@ TEST(ScanEvidence, SpeaksAgainstBeamsThatEndWhereOthersWentOn) {
 }
 
 TEST(ScanEvidence, OfABeamIsLimited) {
-  const MatchScene scene = rooms();
+  const MatchScene scene = look_at_rooms();
   Random random(17);
   double least = 0.0;
   double most = 0.0;
@@ -295,7 +295,7 @@ TEST(ScanEvidence, OfABeamWithoutLengthIsANumber) {
 }
 
 TEST(ScanEvidence, IsTheSameWhereverTheMapLies) {
-  const MatchScene scene = rooms();
+  const MatchScene scene = look_at_rooms();
   MapOptions options;
   options.resolution = 0.0625;  // of which whole numbers have no rounding
   const Eigen::Vector3d by(-77 * options.resolution, 1234 * options.resolution, 0.0);
@@ -319,7 +319,7 @@ TEST(ScanEvidence, IsTheSameWhereverTheMapLies) {
 }
 
 TEST(ScanEvidence, TheSameQuestionHasTheSameAnswer) {
-  const MatchScene scene = rooms();
+  const MatchScene scene = look_at_rooms();
   const SlamMap copy = scene.map;
   const Pose2 pose = shifted(scene.map_from_base, {0.1, 0.0, 0.05});
   const ScanEvidence a = evidence_of(scene.scan, pose, scene.map);
@@ -330,7 +330,7 @@ TEST(ScanEvidence, TheSameQuestionHasTheSameAnswer) {
 }
 
 TEST(ScanEvidence, SpeaksForElsewhereWhereItContradicts) {
-  const MatchScene scene = rooms();
+  const MatchScene scene = look_at_rooms();
   const ScanEvidence right = evidence_of(scene.scan, scene.map_from_base, scene.map);
   EXPECT_EQ(odds_of_elsewhere(right), -1.0);
   EXPECT_FALSE(is_badly_explained(right));

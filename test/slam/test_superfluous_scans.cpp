@@ -45,7 +45,7 @@ World hall(bool is_open, const std::vector<WallSegment>& more = {}) {
 }
 
 /// Drives through the hall, from the one end to the other.
-void drive_through(const World& world, KeyScans& keys) {
+void map_through(const World& world, KeyScans& keys) {
   LaserOptions laser;
   laser.beams = 360;
   laser.field_of_view = 2.0 * kPi;
@@ -77,7 +77,7 @@ std::size_t tidy(KeyScans& keys) {
 TEST(SuperfluousScans, AreNoneOfWhatWasSeenOnceOrTwice) {
   KeyScans keys;
   for (int pass = 0; pass < 2; ++pass) {
-    drive_through(hall(true), keys);
+    map_through(hall(true), keys);
     EXPECT_TRUE(superfluous(keys).empty());
   }
   EXPECT_FALSE(is_crowded(keys.all(), kEnough));
@@ -99,7 +99,7 @@ TEST(SuperfluousScans, LeaveAsManyHoweverOftenAPlaceIsSeen) {
   KeyScans keys;
   std::vector<std::size_t> sizes;
   for (int pass = 0; pass < 30; ++pass) {
-    drive_through(hall(true), keys);
+    map_through(hall(true), keys);
     static_cast<void>(tidy(keys));
     sizes.push_back(keys.size());
   }
@@ -114,13 +114,13 @@ TEST(SuperfluousScans, LeaveAsManyHoweverOftenAPlaceIsSeen) {
 /// So that a map that is renewed over and over does not wander.
 TEST(SuperfluousScans, LeaveTheOldestOfEachPlaceAsLongAsItIsRight) {
   KeyScans keys;
-  drive_through(hall(true), keys);
+  map_through(hall(true), keys);
   std::vector<Pose2> before;
   for (const PlacedScan& key : keys.all()) {
     before.push_back(key.map_from_base);
   }
   for (int pass = 0; pass < 12; ++pass) {
-    drive_through(hall(true), keys);
+    map_through(hall(true), keys);
     static_cast<void>(tidy(keys));
   }
   std::vector<double> left;
@@ -141,11 +141,11 @@ TEST(SuperfluousScans, AreTheOldestToo_WhereTheyAreWrongByNow) {
   add_wall(-1.0, -0.8, 9.0, -0.8, shelf);
   KeyScans keys;
   for (int pass = 0; pass < 3; ++pass) {
-    drive_through(hall(true, shelf), keys);
+    map_through(hall(true, shelf), keys);
   }
   const std::size_t before = keys.size();
   for (int pass = 0; pass < 8; ++pass) {
-    drive_through(hall(true), keys);
+    map_through(hall(true), keys);
   }
   const std::vector<std::uint64_t> ids = superfluous(keys);
   std::size_t old = 0;
@@ -158,9 +158,9 @@ TEST(SuperfluousScans, AreTheOldestToo_WhereTheyAreWrongByNow) {
 /// What is behind a door that is shut by now only the old key scans have seen.
 TEST(SuperfluousScans, KeepWhatNobodyElseSaw) {
   KeyScans keys;
-  drive_through(hall(true), keys);
+  map_through(hall(true), keys);
   for (int pass = 0; pass < 12; ++pass) {
-    drive_through(hall(false), keys);
+    map_through(hall(false), keys);
     static_cast<void>(tidy(keys));
   }
   EXPECT_LE(keys.size(), 7 * kOfPass);
@@ -176,7 +176,7 @@ TEST(SuperfluousScans, KeepWhatNobodyElseSaw) {
 TEST(SuperfluousScans, AreLookedForWhereThereAreMany) {
   KeyScans keys;
   for (int pass = 0; pass < 6; ++pass) {
-    drive_through(hall(true), keys);
+    map_through(hall(true), keys);
   }
   PlacedScans all = keys.all();
   all.resize(all.size() - kOfPass / 2);

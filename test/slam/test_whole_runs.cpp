@@ -12,12 +12,11 @@
 
 #include "evaluation/absolute_trajectory_error.hpp"
 #include "matchbox_slam/matching/hough/hough_matcher.hpp"
-#include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
-#include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
 #include "simulation/simulation_support.hpp"
+#include "slam/matchers.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -72,9 +71,6 @@ double error_of_rings(const Matcher& matcher) {
   }
   return std::sqrt(squares / 3.0);
 }
-
-const Matcher kMonteCarlo = std::make_shared<MonteCarloMatcher>();
-const Matcher kOlson = std::make_shared<OlsonMatcher>();
 
 // Odometry alone is 342 mm off over 92 m, in chaos 403 mm, on the ring more than 2 m. The measured
 // errors are beside the bounds, on the ring with different seeds of the matcher.

@@ -25,13 +25,8 @@ TwoScans two_scans(const World& world, const Pose2& first, const Pose2& motion) 
           motion};
 }
 
-const MatchScene& rooms() {
-  static const MatchScene kRooms = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
-  return kRooms;
-}
-
 TwoScans in_rooms(const Pose2& motion) {
-  return two_scans(make_rooms_world(7), rooms().map_from_base, motion);
+  return two_scans(make_rooms_world(7), rooms_scene().map_from_base, motion);
 }
 
 HoughAlignment best_of(const std::vector<HoughAlignment>& alignments) {

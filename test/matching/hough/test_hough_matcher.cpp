@@ -50,19 +50,19 @@ Eigen::Vector3d random_error(Random& random) {
 
 const Eigen::Matrix3d kPrior = prior_of(0.2 / std::sqrt(3.0), 0.2 / std::sqrt(3.0));
 
-struct Statistics {
+struct ErrorsOverPairs {
   double median_xy;
   double median_theta;
   double mean_nees;
   int found;
 };
 
-Statistics over_pairs(const World& world, const LaserOptions& laser, int pairs,
-                      const HoughOptions& options = {}) {
+ErrorsOverPairs over_pairs(const World& world, const LaserOptions& laser, int pairs,
+                           const HoughOptions& options = {}) {
   Random random(11);
   std::vector<double> xy;
   std::vector<double> theta;
-  Statistics statistics{0.0, 0.0, 0.0, 0};
+  ErrorsOverPairs statistics{0.0, 0.0, 0.0, 0};
   for (int i = 0; i < pairs; ++i) {
     const Pair pair =
         along_route(world, laser, random.uniform(2.0, 60.0), static_cast<std::uint64_t>(i));
@@ -82,7 +82,7 @@ Statistics over_pairs(const World& world, const LaserOptions& laser, int pairs,
 }
 
 TEST(Hough, FindsRotationAndTranslationInRooms) {
-  const Statistics noisy = over_pairs(make_rooms_world(7), {}, 100);
+  const ErrorsOverPairs noisy = over_pairs(make_rooms_world(7), {}, 100);
   EXPECT_LE(noisy.median_xy, 0.0015);
   EXPECT_LE(noisy.median_theta, 0.0002);
   EXPECT_EQ(noisy.found, 100);
@@ -90,7 +90,7 @@ TEST(Hough, FindsRotationAndTranslationInRooms) {
   EXPECT_LE(noisy.mean_nees, 4.5);
   LaserOptions laser;
   laser.range_noise = 0.0;
-  const Statistics clean = over_pairs(make_rooms_world(7), laser, 100);
+  const ErrorsOverPairs clean = over_pairs(make_rooms_world(7), laser, 100);
   EXPECT_LE(clean.median_xy, 0.0002);
   EXPECT_LE(clean.median_theta, 0.00005);
 }
@@ -104,7 +104,7 @@ TEST(Hough, TheCovarianceHoldsTheCellsWhereNothingRefines) {
 }
 
 TEST(Hough, TellsWhereItsSearchEnded) {
-  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  const MatchScene& scene = rooms_scene();
   const Pose2 predicted = shifted(scene.map_from_base, {0.1, -0.1, 0.1});
   HoughOptions search_only;
   search_only.refinement.iterations = 0;
@@ -137,7 +137,7 @@ TEST(Hough, KeepsThePriorAlongACorridor) {
 }
 
 TEST(Hough, SearchesKeyScansAndRefinesOnTheMap) {
-  MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  MatchScene scene = rooms_scene();
   const Pose2 predicted = shifted(scene.map_from_base, {0.1, -0.1, 0.1});
   const auto match = [&] { return HoughMatcher().match(scene.problem(predicted, kPrior)); };
   const Pose2 on_map = match().map_from_base;
@@ -173,7 +173,7 @@ TEST(Hough, SwappingTheScansInvertsTheAnswer) {
 }
 
 TEST(Hough, SearchesTheWholeCircleWithoutAPrior) {
-  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  const MatchScene& scene = rooms_scene();
   for (const double turn : {-3.0, -1.5, 0.7, 1.6, 2.4}) {
     const Pose2 predicted = shifted(scene.map_from_base, {0.3, -0.4, turn});
     const MatchResult result = HoughMatcher().match(scene.problem(predicted, prior_of(1.0, 1e3)));
@@ -185,7 +185,7 @@ TEST(Hough, SearchesTheWholeCircleWithoutAPrior) {
 }
 
 TEST(Hough, AsksFurtherKeyScansWhenTheNearestSaysTooLittle) {
-  MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  MatchScene scene = rooms_scene();
   // At the very place, but it saw only a bit of wall.
   PointScan little = scene.scan;
   little.points.resize(6);
@@ -234,7 +234,7 @@ TEST(Hough, ThePriorDecidesBetweenPosesThatFitAlike) {
 }
 
 TEST(Hough, CanBeAskedAnythingWithoutHarm) {
-  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  const MatchScene& scene = rooms_scene();
   const Pose2 predicted = shifted(scene.map_from_base, {0.1, -0.1, 0.1});
   const Eigen::Vector3d line(1.0, 0.5, 0.3);
   for (const Eigen::Matrix3d& prior :
@@ -254,7 +254,7 @@ TEST(Hough, CanBeAskedAnythingWithoutHarm) {
 }
 
 TEST(Hough, TellsOfARival) {
-  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  const MatchScene& scene = rooms_scene();
   const MatchResult wide =
       HoughMatcher().match(scene.problem(scene.map_from_base, prior_of(1.0, 1e3)));
   EXPECT_GT(wide.candidates, 5U);

@@ -8,7 +8,6 @@
 #include "matchbox_slam/geometry/angles.hpp"
 #include "matchbox_slam/matching/hough/hough_transform.hpp"
 #include "matching/match_scene.hpp"
-#include "simulation/make_world.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -16,11 +15,7 @@ namespace {
 constexpr HoughGrid kGrid{180, 0.03};
 constexpr double kSpacing = 0.03;
 
-const std::vector<ScanPoint>& rooms_points() {
-  static const std::vector<ScanPoint> kPoints =
-      make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1).scan.points;
-  return kPoints;
-}
+const std::vector<ScanPoint>& rooms_points() { return rooms_scene().scan.points; }
 
 /// The votes as they lie in another frame.
 HoughPoints moved(const HoughPoints& points, const Pose2& to_from_points) {

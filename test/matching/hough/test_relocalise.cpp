@@ -59,7 +59,7 @@ TEST(Relocalise, FindsTheRightPoseWithoutAPrior) {
 }
 
 TEST(Relocalise, RanksPosesAndTellsHowClearTheBestIs) {
-  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  const MatchScene& scene = rooms_scene();
   const Relocalisation found = relocalise(scene.scan, scene.key_scans, {});
   ASSERT_GE(found.poses.size(), 2U);
   EXPECT_LE(found.poses.size(), 8U);
@@ -103,7 +103,7 @@ TEST(Relocalise, FindsAFewPosesByAShareOfThePoints) {
 }
 
 TEST(Relocalise, SearchesAmongKeyScansThatSeeTheSameOnlyTheNewest) {
-  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  const MatchScene& scene = rooms_scene();
   PlacedScans many;
   for (int i = 0; i < 40; ++i) {  // two laps of 10 m with 0.5 m between scans
     many.push_back(scene.key_scans.front());
@@ -122,7 +122,7 @@ TEST(Relocalise, SearchesAmongKeyScansThatSeeTheSameOnlyTheNewest) {
 }
 
 TEST(Relocalise, EndsWhenItIsInterrupted) {
-  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  const MatchScene& scene = rooms_scene();
   PlacedScans far_apart = scene.key_scans;
   for (std::size_t i = 0; i < far_apart.size(); ++i) {
     far_apart[i].map_from_base.x += 10.0 * static_cast<double>(i);
@@ -136,7 +136,7 @@ TEST(Relocalise, EndsWhenItIsInterrupted) {
 }
 
 TEST(Relocalise, FindsNothingInNothing) {
-  const MatchScene scene = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
+  const MatchScene& scene = rooms_scene();
   EXPECT_TRUE(relocalise(scene.scan, {}, {}).poses.empty());
   EXPECT_TRUE(relocalise({}, scene.key_scans, {}).poses.empty());
   EXPECT_EQ(relocalise({}, scene.key_scans, {}).ratio, 0.0);

@@ -17,24 +17,20 @@
 namespace matchbox_slam {
 namespace {
 
-const MatchScene& scene() {
-  static const MatchScene kRooms = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
-  return kRooms;
-}
-
 /// The same map, and a scan of another place.
 MatchScene elsewhere() {
   const World other = make_random_world(1);
   const Eigen::Vector2d start = other.route().waypoints.front();
-  MatchScene there = scene();
+  MatchScene there = rooms_scene();
   there.scan = look_around(other, LaserOptions{}, {start.x(), start.y(), 0.0}, 1);
   return there;
 }
 
-Pose2 prediction() { return shifted(scene().map_from_base, {0.1, -0.08, 0.05}); }
+Pose2 prediction() { return shifted(rooms_scene().map_from_base, {0.1, -0.08, 0.05}); }
 
 MatchResult match(const MonteCarloOptions& options, std::uint64_t seed = 1) {
-  return MonteCarloMatcher(options).match(scene().problem(prediction(), prior_of(0.1, 0.06), seed));
+  return MonteCarloMatcher(options).match(
+      rooms_scene().problem(prediction(), prior_of(0.1, 0.06), seed));
 }
 
 std::size_t candidates(const MonteCarloOptions& options) { return match(options).candidates; }
@@ -196,7 +192,7 @@ TEST(MonteCarlo, MoreTriesFindMore) {
   many.max_tries = 20000;
   many.max_failed_tries = 1000;
   const auto error = [](const MatchResult& result) {
-    return shift_between(scene().map_from_base, result.map_from_base).norm();
+    return shift_between(rooms_scene().map_from_base, result.map_from_base).norm();
   };
   EXPECT_LT(error(match(many)), 0.03);
   EXPECT_GT(error(match(few)), error(match(many)));
@@ -217,22 +213,23 @@ TEST(MonteCarlo, RejectsWhatDoesNotFit) {
   anything.min_score = 0.0;
   EXPECT_TRUE(MonteCarloMatcher(anything).match(problem).accepted());
   EXPECT_TRUE(MonteCarloMatcher(strict)
-                  .match(scene().problem(prediction(), prior_of(0.1, 0.06)))
+                  .match(rooms_scene().problem(prediction(), prior_of(0.1, 0.06)))
                   .accepted());
 }
 
 TEST(MonteCarlo, SaysWhyThereIsNoMatch) {
   const MonteCarloMatcher matcher;
-  MatchScene changed = scene();
+  MatchScene changed = rooms_scene();
   changed.map = SlamMap(MapOptions{}, LikelihoodFieldOptions{});
   EXPECT_EQ(matcher.match(changed.problem(prediction(), prior_of(0.1, 0.06))).status,
             MatchStatus::kRejectedNoReference);
-  changed = scene();
+  changed = rooms_scene();
   changed.scan.points.clear();
   EXPECT_EQ(matcher.match(changed.problem(prediction(), prior_of(0.1, 0.06))).status,
             MatchStatus::kRejectedTooFewPoints);
-  EXPECT_EQ(matcher.match(scene().problem({std::nan(""), 0.0, 0.0}, prior_of(0.1, 0.06))).status,
-            MatchStatus::kRejectedInvalidPrior);
+  EXPECT_EQ(
+      matcher.match(rooms_scene().problem({std::nan(""), 0.0, 0.0}, prior_of(0.1, 0.06))).status,
+      MatchStatus::kRejectedInvalidPrior);
 }
 
 TEST(MonteCarlo, ConfigurationErrorsNameTheOption) {

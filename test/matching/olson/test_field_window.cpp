@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "matchbox_slam/common/random.hpp"
+#include "matching/olson/field_values.hpp"
 #include "matching/olson/field_window.hpp"
 
 namespace matchbox_slam {
@@ -19,12 +19,6 @@ LikelihoodField random_field(Random& random) {
   return field;
 }
 
-FieldWindow::Values unchanged() {
-  FieldWindow::Values values;
-  std::iota(values.begin(), values.end(), std::uint8_t{0});
-  return values;
-}
-
 FieldWindow window_of(const LikelihoodField& field, const CellBox& box,
                       const FieldWindow::Values& values) {
   FieldWindow window;
@@ -36,7 +30,7 @@ using Bounds = std::array<FieldWindow, FieldWindow::kLevels>;
 
 Bounds bounds_of(const LikelihoodField& field, const CellBox& box) {
   Bounds bounds;
-  window_of(field, box, unchanged()).make_bounds(FieldWindow::kLevels - 1, bounds);
+  window_of(field, box, unchanged_values()).make_bounds(FieldWindow::kLevels - 1, bounds);
   return bounds;
 }
 
@@ -63,7 +57,7 @@ std::uint8_t maximum(const LikelihoodField& field, const Cell& first, int width)
 TEST(FieldWindow, HoldsTheValuesOfLikelihoods) {
   Random random(3);
   const LikelihoodField field = random_field(random);
-  FieldWindow::Values values = unchanged();
+  FieldWindow::Values values = unchanged_values();
   std::reverse(values.begin() + 1, values.end());
   const CellBox box{{-75, -9}, {81, 77}};
   const FieldWindow window = window_of(field, box, values);
@@ -109,7 +103,7 @@ TEST(FieldWindow, BoundsTheSameWhereOnlyAPartIsNeeded) {
     window.frame(box);
     window.need({{-10, -10}, {2, 2}});
     window.need(part);
-    window.read(field, unchanged());
+    window.read(field, unchanged_values());
     window.make_bounds(FieldWindow::kLevels - 1, some);
     const CellBox inside = intersection(part, box);
     for (std::size_t level = 0; level < some.size(); ++level) {

@@ -8,7 +8,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kResolution = 0.05;
+constexpr double kBlockResolution = 0.05;
 
 SearchLattice lattice_of(int steps_per_cell, int half_xy, int half_theta) {
   SearchLattice lattice;
@@ -35,7 +35,7 @@ TEST(LatticeBlocks, CoverEachStepOnce) {
   for (const int steps_per_cell : {1, 2, 5, 16}) {
     for (const int half : {0, 1, 7, 16, 100, 801}) {
       LatticeBlocks blocks;
-      blocks.assign(points, lattice_of(steps_per_cell, half, 0), kResolution);
+      blocks.assign(points, lattice_of(steps_per_cell, half, 0), kBlockResolution);
       for (int level = 0; level <= blocks.top(); ++level) {
         const StepRange all = blocks.blocks_of(level);
         int next = -half;
@@ -58,7 +58,7 @@ TEST(LatticeBlocks, GroupEachRotationOnce) {
   const PointArrays points = points_around(20);
   for (const int half_theta : {0, 1, 30, 785}) {
     LatticeBlocks blocks;
-    blocks.assign(points, lattice_of(2, 100, half_theta), kResolution);
+    blocks.assign(points, lattice_of(2, 100, half_theta), kBlockResolution);
     for (int level = 0; level <= blocks.top(); ++level) {
       int next = -half_theta;
       for (int group = 0; group <= blocks.last_group(level); ++group) {
@@ -78,7 +78,7 @@ TEST(LatticeBlocks, UseCoarserLevelsForWiderWindowsAlone) {
   const PointArrays points = points_around(20);
   LatticeBlocks blocks;
   const auto top_of = [&](int half_cells) {
-    blocks.assign(points, lattice_of(2, 2 * half_cells, 10), kResolution);
+    blocks.assign(points, lattice_of(2, 2 * half_cells, 10), kBlockResolution);
     return blocks.top();
   };
   EXPECT_EQ(top_of(0), 1);

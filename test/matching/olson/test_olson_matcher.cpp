@@ -14,18 +14,14 @@
 namespace matchbox_slam {
 namespace {
 
-const MatchScene& scene() {
-  static const MatchScene kRooms = make_match_scene(make_rooms_world(7), LaserOptions{}, 15.0, 1);
-  return kRooms;
-}
-
 MatchResult match(const OlsonOptions& options, const Eigen::Vector3d& off,
                   const Eigen::Matrix3d& prior) {
-  return OlsonMatcher(options).match(scene().problem(shifted(scene().map_from_base, off), prior));
+  return OlsonMatcher(options).match(
+      rooms_scene().problem(shifted(rooms_scene().map_from_base, off), prior));
 }
 
 Eigen::Vector3d error_of(const MatchResult& result) {
-  return shift_between(scene().map_from_base, result.map_from_base);
+  return shift_between(rooms_scene().map_from_base, result.map_from_base);
 }
 
 /// The search's own answer, which no refinement hides.
@@ -237,22 +233,23 @@ TEST(Olson, EndsAfterSoManyLookUpsTheSameEachTime) {
 }
 
 TEST(Olson, CanBeAskedAnythingWithoutHarm) {
-  const Pose2 predicted = shifted(scene().map_from_base, {0.05, 0.0, 0.0});
+  const Pose2 predicted = shifted(rooms_scene().map_from_base, {0.05, 0.0, 0.0});
   const OlsonMatcher matcher;
   const Eigen::Vector3d line(1.0, 0.5, 0.3);
   for (const Eigen::Matrix3d& prior :
        {Eigen::Matrix3d(0.01 * line * line.transpose()), Eigen::Matrix3d(prior_of(1e100, 1e100)),
         Eigen::Matrix3d(Eigen::Matrix3d::Zero())}) {
-    const MatchResult result = matcher.match(scene().problem(predicted, prior));
+    const MatchResult result = matcher.match(rooms_scene().problem(predicted, prior));
     EXPECT_TRUE(result.covariance.allFinite());
     EXPECT_GE(result.covariance.diagonal().minCoeff(), 0.0) << prior;
     EXPECT_GE(result.proof->best_score, 0.0);
   }
   for (const double far : {1e7, 1e10}) {
-    const MatchResult result = matcher.match(scene().problem({far, far, 0.0}, prior_of(0.1, 0.06)));
+    const MatchResult result =
+        matcher.match(rooms_scene().problem({far, far, 0.0}, prior_of(0.1, 0.06)));
     EXPECT_FALSE(result.accepted());
   }
-  MatchScene heavy = scene();
+  MatchScene heavy = rooms_scene();
   for (ScanPoint& point : heavy.scan.points) {
     point.weight = 1e308;
   }
@@ -344,8 +341,8 @@ TEST(Olson, LooksForRivalsOnlyAboveTheLeastShare) {
   const MatchProblem problem = twice.problem({0.01, 0.01, 0.0}, prior_of(0.4, 0.05));
   EXPECT_EQ(OlsonMatcher(options).match(problem).rival_share, 0.0);
   options.least_rival = 0.3;
-  const MatchProblem alone =
-      scene().problem(shifted(scene().map_from_base, {0.1, 0.1, 0.0}), prior_of(0.4, 0.05));
+  const MatchProblem alone = rooms_scene().problem(
+      shifted(rooms_scene().map_from_base, {0.1, 0.1, 0.0}), prior_of(0.4, 0.05));
   const double share = OlsonMatcher(options).match(alone).rival_share;
   EXPECT_GT(share, 0.3);
   EXPECT_LT(share, 0.8);
@@ -467,9 +464,9 @@ TEST(Olson, KeepsTheOdometryAlongACorridor) {
 TEST(Olson, RejectsWhatDoesNotFit) {
   OlsonOptions strict;
   strict.min_score = 1.0;
-  const Pose2 predicted = shifted(scene().map_from_base, {0.1, 0.1, 0.0});
+  const Pose2 predicted = shifted(rooms_scene().map_from_base, {0.1, 0.1, 0.0});
   const MatchResult result =
-      OlsonMatcher(strict).match(scene().problem(predicted, prior_of(0.1, 0.06)));
+      OlsonMatcher(strict).match(rooms_scene().problem(predicted, prior_of(0.1, 0.06)));
   EXPECT_EQ(result.status, MatchStatus::kRejectedLowScore);
   EXPECT_EQ(result.map_from_base, predicted);
   EXPECT_EQ(result.covariance, prior_of(0.1, 0.06));

@@ -11,7 +11,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kResolution = 0.05;
+constexpr double kLevelResolution = 0.05;
 
 /// A wall around the base, seen from its inside, and one far piece.
 PointArrays scan_of_a_room(int count) {
@@ -27,7 +27,7 @@ PointArrays scan_of_a_room(int count) {
   return points;
 }
 
-SearchLattice lattice_of(int steps_per_cell, int half_theta, double step_theta) {
+SearchLattice lattice_of_turns(int steps_per_cell, int half_theta, double step_theta) {
   SearchLattice lattice;
   lattice.steps_per_cell = steps_per_cell;
   lattice.half_theta = half_theta;
@@ -59,7 +59,7 @@ void expect_stands_for(const PointArrays& points, const ScanLevel& level, double
         farthest = std::max(
             {farthest, std::abs(x - level.points.x[one]), std::abs(y - level.points.y[one])});
       }
-      return farthest <= 0.5 * slack * kResolution;
+      return farthest <= 0.5 * slack * kLevelResolution;
     };
     if (weight > 0 && weight + points.weights[i] <= level.points.weights[next] && is_near(next)) {
       weight += points.weights[i];
@@ -82,9 +82,9 @@ TEST(ScanLevel, StandsForAllPointsAtAllRotationsOfAGroup) {
   const PointArrays points = scan_of_a_room(1000);
   for (const int steps_per_cell : {1, 2, 5, 16}) {
     SCOPED_TRACE("steps per cell " + std::to_string(steps_per_cell));
-    const double step_theta = kResolution / steps_per_cell / 5.0;
+    const double step_theta = kLevelResolution / steps_per_cell / 5.0;
     ScanLevels levels;
-    levels.assign(points, lattice_of(steps_per_cell, 500, step_theta), kResolution,
+    levels.assign(points, lattice_of_turns(steps_per_cell, 500, step_theta), kLevelResolution,
                   FieldWindow::kLevels - 1);
     EXPECT_EQ(levels[0].turns, 1);
     EXPECT_EQ(levels[0].points.x, points.x);
@@ -107,8 +107,9 @@ TEST(ScanLevel, StandsForAllPointsAtAllRotationsOfAGroup) {
 TEST(ScanLevel, HasOneGroupForOneRotation) {
   const PointArrays points = scan_of_a_room(50);
   ScanLevels levels;
-  levels.assign(scan_of_a_room(1000), lattice_of(2, 500, 0.005), kResolution, 3);
-  levels.assign(points, lattice_of(2, 0, 0.0), kResolution, 3);  // nothing of before is left
+  levels.assign(scan_of_a_room(1000), lattice_of_turns(2, 500, 0.005), kLevelResolution, 3);
+  levels.assign(points, lattice_of_turns(2, 0, 0.0), kLevelResolution,
+                3);  // nothing of before is left
   for (int i = 0; i < FieldWindow::kLevels; ++i) {
     EXPECT_EQ(levels[i].turns, 1);
     EXPECT_EQ(levels[i].unbounded, 0);

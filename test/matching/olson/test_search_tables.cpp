@@ -2,32 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "matchbox_slam/common/random.hpp"
+#include "matching/olson/field_values.hpp"
 #include "matching/olson/search_tables.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-constexpr double kResolution = 0.05;
+constexpr double kTableResolution = 0.05;
 
-FieldWindow::Values unchanged() {
-  FieldWindow::Values values;
-  std::iota(values.begin(), values.end(), std::uint8_t{0});
-  return values;
-}
-
-struct Scene {
-  LikelihoodField field{kResolution, {}};
+struct ScatteredScene {
+  LikelihoodField field{kTableResolution, {}};
   PointArrays points;
   SearchLattice lattice;
 };
 
 /// Points all over and beyond a field of hits.
-Scene make_scene() {
+ScatteredScene make_scattered_scene() {
   Random random(11);
-  Scene scene;
+  ScatteredScene scene;
   std::vector<SurfaceHit> hits;
   for (int i = 0; i < 200; ++i) {
     hits.push_back({{random.uniform(-4.0, 4.0), random.uniform(-4.0, 4.0)}, {0.0, 0.0}});
@@ -47,23 +41,24 @@ Scene make_scene() {
   return scene;
 }
 
-std::uint8_t likelihood_at(const Scene& scene, std::size_t point, const LatticePose& pose) {
-  const Pose2 there = pose_at(scene.lattice, pose, kResolution);
+std::uint8_t likelihood_at(const ScatteredScene& scene, std::size_t point,
+                           const LatticePose& pose) {
+  const Pose2 there = pose_at(scene.lattice, pose, kTableResolution);
   const Eigen::Vector2d at = there * Eigen::Vector2d(scene.points.x[point], scene.points.y[point]);
   return scene.field.likelihood(scene.field.geometry().cell_at(at));
 }
 
-LatticeBlocks blocks_of(const Scene& scene) {
+LatticeBlocks blocks_of(const ScatteredScene& scene) {
   LatticeBlocks blocks;
-  blocks.assign(scene.points, scene.lattice, kResolution);
+  blocks.assign(scene.points, scene.lattice, kTableResolution);
   return blocks;
 }
 
 TEST(SearchTables, HaveTheCellsOfPointsAndTheirSteps) {
-  const Scene scene = make_scene();
+  const ScatteredScene scene = make_scattered_scene();
   const LatticeBlocks blocks = blocks_of(scene);
   SearchTables tables;
-  tables.assign(scene.points, blocks, scene.field, unchanged());
+  tables.assign(scene.points, blocks, scene.field, unchanged_values());
   ASSERT_FALSE(tables.empty());
   const int n = scene.lattice.steps_per_cell;
   for (const int theta : {-20, 0, 7, 20}) {
@@ -87,10 +82,10 @@ TEST(SearchTables, HaveTheCellsOfPointsAndTheirSteps) {
 }
 
 TEST(SearchTables, BoundWhatTheScanMeetsInABlockAtAGroupOfRotations) {
-  const Scene scene = make_scene();
+  const ScatteredScene scene = make_scattered_scene();
   const LatticeBlocks blocks = blocks_of(scene);
   SearchTables tables;
-  tables.assign(scene.points, blocks, scene.field, unchanged());
+  tables.assign(scene.points, blocks, scene.field, unchanged_values());
   Random random(3);
   for (int level = 0; level <= blocks.top(); ++level) {
     const StepRange all = blocks.blocks_of(level);
@@ -120,15 +115,15 @@ TEST(SearchTables, BoundWhatTheScanMeetsInABlockAtAGroupOfRotations) {
 }
 
 TEST(SearchTables, AreEmptyWhereNothingIsInReach) {
-  Scene scene = make_scene();
+  ScatteredScene scene = make_scattered_scene();
   scene.lattice.center.x = 500.0;
   LatticeBlocks blocks;
-  blocks.assign(scene.points, scene.lattice, kResolution);
+  blocks.assign(scene.points, scene.lattice, kTableResolution);
   SearchTables tables;
-  tables.assign(scene.points, blocks, scene.field, unchanged());
+  tables.assign(scene.points, blocks, scene.field, unchanged_values());
   EXPECT_TRUE(tables.empty());
-  const LikelihoodField none(kResolution, {});
-  tables.assign(scene.points, blocks, none, unchanged());
+  const LikelihoodField none(kTableResolution, {});
+  tables.assign(scene.points, blocks, none, unchanged_values());
   EXPECT_TRUE(tables.empty());
 }
 
