@@ -334,10 +334,3 @@ TEST_F(ScanMatcherNodelet, StartsAnewWhenTimeJumpsBack) {  // the last test: it 
 
 }  // namespace
 }  // namespace matchbox_slam
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_scan_matcher_nodelet");
-  const ros::NodeHandle keeps_ros_alive;
-  return RUN_ALL_TESTS();
-}

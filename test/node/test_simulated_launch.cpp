@@ -22,10 +22,3 @@ TEST(SimulatedLaunch, SimulatesAndMaps) {
 
 }  // namespace
 }  // namespace matchbox_slam
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_simulated_launch");
-  const ros::NodeHandle keeps_ros_alive;
-  return RUN_ALL_TESTS();
-}

@@ -43,10 +43,3 @@ TEST(SimulatedScanMatcherLaunch, SimulatesAndFollowsTheRobot) {
 
 }  // namespace
 }  // namespace matchbox_slam
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_simulated_scan_matcher_launch");
-  const ros::NodeHandle keeps_ros_alive;
-  return RUN_ALL_TESTS();
-}

@@ -32,7 +32,7 @@
 namespace matchbox_slam {
 namespace {
 
-dynamic_reconfigure::Reconfigure choose(const std::string& matcher, double tolerance) {
+dynamic_reconfigure::Reconfigure choice_of(const std::string& matcher, double tolerance) {
   dynamic_reconfigure::Reconfigure service;
   service.request.config.strs.resize(1);
   service.request.config.strs[0].name = "matcher";
@@ -59,8 +59,8 @@ class Crowd {
     Relocalise relocalise;
     relocalise.request.scan = make_scan(1.0);
     call_again_and_again("/" + node + "/relocalise", relocalise);
-    call_again_and_again("/" + node + "/set_parameters", choose("hough", 0.0));
-    call_again_and_again("/" + node + "/set_parameters", choose("olson", 0.1));
+    call_again_and_again("/" + node + "/set_parameters", choice_of("hough", 0.0));
+    call_again_and_again("/" + node + "/set_parameters", choice_of("olson", 0.1));
     LoadMap load;
     load.request.path = map + ".slam";
     call_again_and_again("/" + node + "/load_map", load);
@@ -132,7 +132,7 @@ int stress_rounds() {
   return text != nullptr ? std::atoi(text) : 10;
 }
 
-TEST(SlamFaults, ServesACrowdAndMapsOn) {
+TEST(SlamCrowd, ServesACrowdAndMapsOn) {
   const TemporaryFolder folder;
   ros::param::set("/crowded/base_frame", "base");
   ros::param::set("/crowded/map_file", folder / "map");
@@ -170,10 +170,3 @@ TEST(SlamFaults, ServesACrowdAndMapsOn) {
 
 }  // namespace
 }  // namespace matchbox_slam
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_slam_crowd");
-  const ros::NodeHandle keeps_ros_alive;
-  return RUN_ALL_TESTS();
-}

@@ -372,10 +372,3 @@ TEST(SlamFaults, AMapThatIsNotGoneOnWithIsKept) {
 
 }  // namespace
 }  // namespace matchbox_slam
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_slam_faults");
-  const ros::NodeHandle keeps_ros_alive;
-  return RUN_ALL_TESTS();
-}

@@ -691,10 +691,3 @@ TEST_F(SlamNodelet, ResetForgetsTheMap) {  // the last test: nothing is left aft
 
 }  // namespace
 }  // namespace matchbox_slam
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_slam_nodelet");
-  const ros::NodeHandle keeps_ros_alive;
-  return RUN_ALL_TESTS();
-}

@@ -43,7 +43,7 @@ class DiagnosticsWatch {
       node_.subscribe("/diagnostics", 100, &DiagnosticsWatch::on_diagnostics, this);
 };
 
-TEST(SlamFaults, AnotherLocaliserIsNamedAndOurselvesAreNot) {
+TEST(SlamNotices, AnotherLocaliserIsNamedAndOurselvesAreNot) {
   Robot robot;
   const DiagnosticsWatch diagnostics;
   LogWatch log("tf that touches the map frame is ignored: ");
@@ -71,7 +71,7 @@ TEST(SlamFaults, AnotherLocaliserIsNamedAndOurselvesAreNot) {
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
 }
 
-TEST(SlamFaults, AStopAtAJumpOfTimeSaysHowToGoOn) {
+TEST(SlamNotices, AStopAtAJumpOfTimeSaysHowToGoOn) {
   Robot robot;
   LogWatch log("no scan is used any more");
   const TemporaryFolder folder;
@@ -93,7 +93,7 @@ TEST(SlamFaults, AStopAtAJumpOfTimeSaysHowToGoOn) {
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
 }
 
-TEST(SlamFaults, ASecondOdometryIsToldInTheLogAndByDiagnostics) {
+TEST(SlamNotices, ASecondOdometryIsToldInTheLogAndByDiagnostics) {
   Robot robot;
   LogWatch log("two nodes publish tf from the odometry frame 'odom': ");
   const DiagnosticsWatch diagnostics;
@@ -136,7 +136,7 @@ class MapLinks {
   ros::Subscriber transforms_ = node_.subscribe("/tf", 1000, &MapLinks::on_transforms, this);
 };
 
-TEST(SlamFaults, EachScanSendsTheTransform) {
+TEST(SlamNotices, EachScanSendsTheTransform) {
   Robot robot;
   MapLinks links;
   const TemporaryFolder folder;
@@ -148,7 +148,7 @@ TEST(SlamFaults, EachScanSendsTheTransform) {
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
 }
 
-TEST(SlamFaults, TheTransformIsRepeatedWhileNoScanComes) {
+TEST(SlamNotices, TheTransformIsRepeatedWhileNoScanComes) {
   Robot robot;
   MapLinks links;
   const TemporaryFolder folder;
@@ -161,7 +161,7 @@ TEST(SlamFaults, TheTransformIsRepeatedWhileNoScanComes) {
   ASSERT_TRUE(wait_until([&] { return !robot.is_heard(); }));
 }
 
-TEST(SlamFaults, NamesWhatIsNoScan) {
+TEST(SlamNotices, NamesWhatIsNoScan) {
   LogWatch log(", which is no scan; it is ignored");
   const TemporaryFolder folder;
   NodeProcess process("hears_words", folder, {"scan:=/words"});
@@ -177,7 +177,7 @@ TEST(SlamFaults, NamesWhatIsNoScan) {
   EXPECT_EQ(process.exit_code_after(SIGINT), 0);
 }
 
-TEST(SlamFaults, CutsBeamsThatReadTheLargestRangePlusNoise) {
+TEST(SlamNotices, CutsBeamsThatReadTheLargestRangePlusNoise) {
   LogWatch log("plus noise");
   ros::NodeHandle node;
   const ros::Publisher scans = node.advertise<sensor_msgs::LaserScan>("/far_scan", 100);
@@ -213,10 +213,3 @@ TEST(SlamFaults, CutsBeamsThatReadTheLargestRangePlusNoise) {
 
 }  // namespace
 }  // namespace matchbox_slam
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_slam_notices");
-  const ros::NodeHandle keeps_ros_alive;
-  return RUN_ALL_TESTS();
-}

@@ -159,7 +159,7 @@ bool is_log_heard(const std::string& node) {
   return false;
 }
 
-SimulatedRun simulate(const std::string& bag) {
+SimulatedRun simulate_drive(const std::string& bag) {
   SimulationOptions options;
   options.time.duration = 30.0;
   options.laser.beams = 360;
@@ -209,7 +209,7 @@ TEST(SlamRespawn, KilledInTheMiddleOfADriveItGoesOnWithTheMapSavedLast) {
   const auto folder = ros::param::param<std::string>("~folder", "");
   ASSERT_NE(folder, "");
   require_writable_folder(folder);
-  const SimulatedRun run = simulate(folder + "/run.bag");
+  const SimulatedRun run = simulate_drive(folder + "/run.bag");
   Drive drive(folder + "/run.bag");
   ASSERT_TRUE(Drive::wait_until([&] { return drive.is_heard(); }));
 
@@ -274,10 +274,3 @@ TEST(SlamRespawn, KilledInTheMiddleOfADriveItGoesOnWithTheMapSavedLast) {
 
 }  // namespace
 }  // namespace matchbox_slam
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "test_slam_respawn");
-  const ros::NodeHandle keeps_ros_alive;
-  return RUN_ALL_TESTS();
-}

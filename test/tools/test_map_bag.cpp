@@ -348,7 +348,7 @@ TEST_F(MapBag, RefusesEventsThatMakeNoSense) {
 
 TEST_F(MapBag, AnInterruptEndsItInGoodOrder) {
   SmallBag recipe;
-  recipe.scans = 100000;  // which take some five seconds
+  recipe.scans = 50000;  // which take some seconds
   write_small_bag(bag_, recipe);
   for (const char* signal : {"INT", "TERM"}) {
     const Outcome outcome = run_command(
@@ -364,7 +364,7 @@ TEST_F(MapBag, AnInterruptEndsItInGoodOrder) {
 /// As its last line says.
 TEST_F(MapBag, AnInterruptedRunIsGoneOnWithWhereItEnded) {
   SmallBag recipe;
-  recipe.scans = 100000;  // which take some five seconds
+  recipe.scans = 50000;  // which take some seconds
   write_small_bag(bag_, recipe);
   const Outcome outcome = run_command(
       "/bin/sh", std::string("-c '\"$@\" & pid=$!; sleep 1; kill -INT $pid; wait $pid' sh ") +
