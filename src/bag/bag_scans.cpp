@@ -212,10 +212,12 @@ bool BagScans::is_event_due(const ScanQueue::Item& next) const {
            events_.front().scan);
 }
 
-double BagScans::start_of_rest() const {
+BagPeriod BagScans::rest() const {
   constexpr double kStep = 1e-3;  // [s], so that it is short to type
   const double delivered = seconds_between(reader_.begin_time(), delivered_time_);
-  return std::floor(delivered / kStep + 1.5) * kStep;
+  const double start = std::floor(delivered / kStep + 1.5) * kStep;
+  const BagPeriod& asked = request_.period;
+  return {start, std::max(0.0, asked.start + asked.duration - start)};
 }
 
 void BagScans::read_message() {

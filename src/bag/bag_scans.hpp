@@ -75,8 +75,8 @@ class BagScans {
   /// bag is at its end, damaged from here on, or the user has interrupted it, as the facts tell.
   [[nodiscard]] std::optional<ScanQueue::Item> next();
 
-  /// The `BagPeriod::start` [s] of what has not been delivered yet.
-  [[nodiscard]] double start_of_rest() const;
+  /// What was asked for and has not been delivered yet.
+  [[nodiscard]] BagPeriod rest() const;
 
   /// Whether a bag begins between scans of these stamps [s].
   [[nodiscard]] bool begins_bag(double before, double stamp) const {

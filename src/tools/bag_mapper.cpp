@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <limits>
@@ -349,11 +350,14 @@ void BagMapping::tell(const RunFacts& facts) {
         fmt::format("{} events have no scan after them and took no effect", scans_.events_left()));
   }
   if (facts.bag.interrupted) {
-    dialog_.warn(
-        fmt::format("interrupted: the results cover the bag up to there; for the rest of it give "
-                    "the same options but another --out, no --pose and no --events, and --start "
-                    "{:.3f} --map {}/map.slam",
-                    scans_.start_of_rest(), out_));
+    const BagPeriod rest = scans_.rest();
+    dialog_.warn(fmt::format(
+        "interrupted: the results cover the bag up to there; for the rest of it give the same "
+        "options but another --out, no --pose and no --events, and --start {:.3f}{} --map "
+        "{}/map.slam",
+        rest.start,
+        std::isfinite(rest.duration) ? fmt::format(" --duration {:.3f}", rest.duration) : "",
+        out_));
   }
 }
 

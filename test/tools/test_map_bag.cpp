@@ -42,6 +42,33 @@ TEST_F(MapBag, WritesEveryFile) {
   EXPECT_EQ(read_file(out_ + "/map.png").substr(1, 3), "PNG");
 }
 
+TEST_F(MapBag, TellsWhatIsLeftOfWhatWasAskedForAfterAnInterruption) {
+  ASSERT_EQ(run_small({}, "--start 1 --duration 3").exit_code, 0);
+  const std::size_t all = poses();
+  MapBagRequest request;
+  request.recording.bags = {bag_};
+  request.recording.period = {1.0, 3.0};
+  request.out = out_;
+  std::string told;
+  bool is_interrupted = false;
+  map_bag(request, {[](const std::string& /*line*/) {},
+                    [&](const std::string& line) { told += line + "\n"; },
+                    [&](double fraction, const std::string& /*text*/) {
+                      is_interrupted = is_interrupted || fraction > 0.3;
+                    },
+                    [&] { return is_interrupted; }});
+  const std::size_t first = poses();
+  ASSERT_LT(first, all);
+  const std::size_t rest = told.find("--start ");
+  ASSERT_NE(rest, std::string::npos) << told;
+  const std::string first_map = out_ + "/map.slam";
+  out_ = folder_ / "rest";
+  const Outcome outcome =
+      run(told.substr(rest, told.find(" --map ") - rest) + " --map " + first_map);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(first + poses(), all) << told;
+}
+
 TEST_F(MapBag, TellsOfTheLoopsThatItCloses) {
   const Outcome simulated =
       run_command(MATCHBOX_SIMULATE, "--world loop --seed 3 --scan-rate 2.5 --beams 260 --bag " +
