@@ -74,12 +74,8 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
   const MatchedMotion matched = tracker_.after_match(input, predicted, outcome.match);
   outcome.map_from_base = matched.fixed_from_base;
   outcome.covariance = outcome.match.covariance;
-  if (verdict != Verdict::kUnknown && may_draw() &&
-      is_to_be_inserted(input, outcome, mapping_.parts(), tracker_.state().matched,
-                        options_.slam)) {
-    bundle_.correct_motion(matched.during_scan, projector_);
-    insert(bundle_, input.laser, options_, mapping_, outcome);
-    hypotheses_.note_key_scans(key_scans_here(), outcome.map_from_base);
+  if (verdict != Verdict::kUnknown) {
+    draw(input, matched.during_scan, outcome);
   }
   remember(input, predicted, outcome);
   secondary_lasers_.move_on(before.inverse() * outcome.map_from_base);
@@ -102,9 +98,18 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
   return outcome;
 }
 
-/// What is drawn temporarily is not moved when the robot turns out to be elsewhere.
-bool SlamEngine::Parts::may_draw() const {
-  return options_.slam.update_map || mapping_.is_lost() || !hypotheses_.is_forked();
+void SlamEngine::Parts::draw(const ScanInput& input, const Pose2& during_scan,
+                             ScanOutcome& outcome) {
+  if (is_to_be_inserted(input, outcome, mapping_.parts(), tracker_.state().matched,
+                        options_.slam)) {
+    bundle_.correct_motion(during_scan, projector_);
+    insert(bundle_, input.laser, options_, mapping_, outcome);
+    hypotheses_.note_key_scans(key_scans_here(), outcome.map_from_base);
+  } else if (!hypotheses_.is_forked() &&  // what is drawn over the map is not moved afterwards
+             is_to_be_drawn_over(bundle_.all(), input.laser, outcome, mapping_, options_.slam)) {
+    bundle_.correct_motion(during_scan, projector_);
+    draw_over(bundle_, input.laser, options_, mapping_, outcome);
+  }
 }
 
 /// Whether a map apart has just begun, and the scan does not match it where its motion leads to, as

@@ -68,7 +68,7 @@ class SlamEngine::Parts {
   void search_anew_if_lost();
   void follow(const PoseHypotheses::Outcome& overtaken, MotionPrediction& predicted,
               ScanOutcome& outcome);
-  [[nodiscard]] bool may_draw() const;
+  void draw(const ScanInput& input, const Pose2& during_scan, ScanOutcome& outcome);
   [[nodiscard]] bool is_component_unmatched(const ScanOutcome& outcome,
                                             const MotionPrediction& predicted) const;
   void begin_component_anew(double stamp);

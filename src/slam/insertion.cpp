@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
+
+#include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -47,10 +50,12 @@ bool is_to_wait(const ScanOutcome& outcome, const Pose2& moved, const SlamOption
          std::abs(moved.theta) < kLongest * options.insert_angle;
 }
 
-bool is_worth_inserting(const ScanInput& input, const ScanOutcome& outcome, const MapPart& here,
-                        const SlamOptions& options) {
-  const auto before = here.last_inserted.find(input.laser);
-  if (before == here.last_inserted.end()) {
+/// @param last          map_from_base of what was drawn, by laser.
+/// @param sees_farther  the laser, than with that.
+bool is_worth_drawing(const ScanOutcome& outcome, int laser, const std::map<int, Pose2>& last,
+                      bool sees_farther, const SlamOptions& options) {
+  const auto before = last.find(laser);
+  if (before == last.end()) {
     return true;
   }
   const Pose2 moved = before->second.inverse() * outcome.map_from_base;
@@ -59,17 +64,13 @@ bool is_worth_inserting(const ScanInput& input, const ScanOutcome& outcome, cons
   }
   return moved.translation().norm() >= options.insert_distance ||
          std::abs(moved.theta) >= options.insert_angle ||
-         outcome.match.score < options.insert_overlap || sees_farther(input, here.key_scans);
+         outcome.match.score < options.insert_overlap || sees_farther;
 }
 
 void insert_one(const PointScan& scan, const MeasuredScan& measured, int laser,
                 const EngineOptions& options, Mapping& mapping, ScanOutcome& outcome) {
   const PlacedScan placed{std::make_shared<const KeyScan>(measured, 0, laser),
                           outcome.map_from_base};
-  if (!options.slam.update_map && !mapping.is_lost()) {
-    mapping.draw_temporarily(scan, placed, options);
-    return;
-  }
   outcome.inserted = mapping.insert(scan, placed, outcome.covariance, options);
   outcome.left_out = outcome.inserted ? 0 : 1;
 }
@@ -80,11 +81,12 @@ bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome, const
                        bool was_matched, const SlamOptions& options) {
   const MatchResult& match = outcome.match;
   const MapPart& here = parts.here();
-  if (!options.update_map && !parts.is_lost() && here.map.field.empty()) {
-    return false;  // what is drawn temporarily is drawn over a map
+  if (!options.update_map && !parts.is_lost()) {
+    return false;
   }
   if (outcome.certainty == Certainty::kNewGround || (match.accepted() && is_heading_known(match))) {
-    return is_worth_inserting(input, outcome, here, options);
+    return is_worth_drawing(outcome, input.laser, here.last_inserted,
+                            sees_farther(input, here.key_scans), options);
   }
   return here.map.field.empty() ||
          (match.status == MatchStatus::kRejectedLowScore && was_matched &&
@@ -99,6 +101,24 @@ void insert(const ScanBundle& bundle, int laser, const EngineOptions& options, M
     beside.map_from_base = outcome.map_from_base * one.there_from_base;
     insert_one(project_scan(one.measured), one.measured, secondary, options, mapping, beside);
     outcome.left_out += beside.left_out;
+  }
+}
+
+bool is_to_be_drawn_over(const PointScan& scan, int laser, const ScanOutcome& outcome,
+                         const Mapping& mapping, const SlamOptions& options) {
+  constexpr double kKnown = 0.5;  // more than not
+  return !options.update_map && !mapping.is_lost() && outcome.match.accepted() &&
+         is_heading_known(outcome.match) &&
+         is_worth_drawing(outcome, laser, mapping.temporary().last_drawn(), false, options) &&
+         evidence_of(scan, outcome.map_from_base, mapping.lasting()).known >= kKnown;
+}
+
+void draw_over(const ScanBundle& bundle, int laser, const EngineOptions& options, Mapping& mapping,
+               const ScanOutcome& outcome) {
+  mapping.draw_over(bundle.points(), laser, outcome.map_from_base, options);
+  for (const auto& [secondary, one] : bundle.secondary()) {
+    mapping.draw_over(project_scan(one.measured), secondary,
+                      outcome.map_from_base * one.there_from_base, options);
   }
 }
 

@@ -44,19 +44,21 @@ LocalMap::LocalMap(const LocalScans& near, const MapOptions& map_options,
 
 std::optional<LocalMap> LocalMap::with(const LocalScans& near,
                                        const MapOptions& map_options) const {
-  if (!map_ || near.is_any_shown_apart || drawn_.size() >= kFull) {
+  const auto is_shown = [shown = std::set(drawn_.begin(), drawn_.end())](std::uint64_t id) {
+    return shown.count(id) > 0;
+  };
+  if (!map_ || drawn_.empty() || drawn_.size() >= kFull ||
+      std::any_of(near.apart.begin(), near.apart.end(), is_shown)) {
     return std::nullopt;
   }
-  const std::set<std::uint64_t> shown(drawn_.begin(), drawn_.end());
   LocalMap more = *this;
   more.center_ = near.center;
   more.taken_ = near.newest + 1;
   for (const PlacedScan& key : near.belonging) {
-    if (shown.count(key.scan->id()) > 0) {
+    if (is_shown(key.scan->id())) {
       continue;
     }
-    const bool is_older = !more.drawn_.empty() && key.scan->id() < more.drawn_.back();
-    if (is_older || more.drawn_.size() == kFull) {
+    if (key.scan->id() < more.drawn_.back() || more.drawn_.size() == kFull) {
       return std::nullopt;
     }
     more.draw(key, map_options);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <set>
 #include <utility>
 
 namespace matchbox_slam {
@@ -50,20 +49,18 @@ std::vector<std::size_t> keys_within(const PlacedScans& keys, const Eigen::Vecto
   return within;
 }
 
-LocalScans local_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart,
-                       const std::vector<std::uint64_t>& shown) {
+LocalScans local_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart) {
   const Eigen::Vector2d here = keys.back().map_from_base.translation();
   const std::vector<std::size_t> soon = keys_within(keys, here, kLocalReach + kLookahead);
   const std::vector<bool> is_apart = are_apart(soon);
   LocalScans near;
   near.center = here;
   near.newest = keys.size() - 1;
-  near.is_any_apart = std::find(is_apart.begin(), is_apart.end(), true) != is_apart.end();
-  const std::set<std::uint64_t> is_shown(shown.begin(), shown.end());
   for (std::size_t i = 0; i < soon.size(); ++i) {
     const PlacedScan& key = keys[soon[i]];
-    near.is_any_shown_apart |= is_apart[i] && is_shown.count(key.scan->id()) > 0;
-    if (!is_apart[i] && distance(key, here) < kLocalReach) {
+    if (is_apart[i]) {
+      near.apart.push_back(key.scan->id());
+    } else if (distance(key, here) < kLocalReach) {
       near.all_belonging.push_back(key);
     }
   }

@@ -11,9 +11,9 @@
 
 namespace matchbox_slam {
 
-/// [m] from the robot that a local map reaches. A guess, tried on five drives with loops
-/// (benchmark/reports/current/CONSTANTS.md): with half loop is 8 % and aces 10 % worse, seattle
-/// 16 % better; with double aces 13 % worse.
+/// [m] from the robot that a local map is made of key scans. A guess, tried on five drives with
+/// loops (benchmark/reports/current/CONSTANTS.md): with half loop is 8 % and aces 10 % worse,
+/// seattle 16 % better; with double aces 13 % worse.
 constexpr double kLocalReach = 15.0;
 
 /// [m] from where a key scan was taken.
@@ -27,9 +27,7 @@ constexpr double kLocalReach = 15.0;
 using AreWeaklyConnected = std::function<std::vector<bool>(const std::vector<std::size_t>& keys)>;
 
 /// @param are_apart  is asked of those alone that are near, or will be soon.
-/// @param shown      by a map before, by id.
-[[nodiscard]] LocalScans local_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart,
-                                     const std::vector<std::uint64_t>& shown = {});
+[[nodiscard]] LocalScans local_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart);
 
 /// The same without some of them.
 /// @param ids  in their order.

@@ -242,7 +242,7 @@ void LoopCloser::begin_again(const KeyScans& keys, LocalMapRequest near,
   near.scans.reset();
   if (pending.is_near_due) {
     near.before = near.before.as_of(nodes, keys.all(), near.map, near.field);
-    near.scans = local_scans_of(then, near.before.drawn());
+    near.scans = local_scans_of(then);
   }
   LoopTask task{std::nullopt, std::move(near)};
   if (pending.is_search_due) {

@@ -75,8 +75,7 @@ void leave_out_superfluous(LocalMapRequest& near, LoopTaskDone& done) {
 
 void draw_near(const LoopTask& task, LoopTaskDone& done) {
   const LocalMapRequest& near = task.near;
-  const LocalScans scans =
-      done.loops.empty() ? *near.scans : local_scans_of(*task.search, near.before.drawn());
+  const LocalScans scans = done.loops.empty() ? *near.scans : local_scans_of(*task.search);
   if (!done.has_moved && done.superfluous.empty()) {
     done.near = near.before.with(scans, near.map);
   }
@@ -104,19 +103,16 @@ LoopTaskDone do_loop_task(LoopTask task) {
 
 }  // namespace
 
-LocalScans local_scans_of(const LoopSearch& search, const std::vector<std::uint64_t>& shown) {
+LocalScans local_scans_of(const LoopSearch& search) {
   PlacedScans keys = search.keys;
   for (std::size_t i = 0; i < keys.size(); ++i) {
     keys[i].map_from_base = search.graph.poses[i];
   }
   const AdjacencyList links(search.graph);
   const PathUncertainty ways(search.graph, links, keys.size() - 1);
-  return local_scans(
-      keys,
-      [&](const auto& some) {
-        return ways.weakly_connected(some, search.options.max_relative_sigma);
-      },
-      shown);
+  return local_scans(keys, [&](const auto& some) {
+    return ways.weakly_connected(some, search.options.max_relative_sigma);
+  });
 }
 
 void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done) {

@@ -37,9 +37,7 @@ struct LoopTaskDone {
 };
 
 /// Of the search's key scans where its graph has them, in which it is known how they lie.
-/// @param shown  by a map before, by id.
-[[nodiscard]] LocalScans local_scans_of(const LoopSearch& search,
-                                        const std::vector<std::uint64_t>& shown);
+[[nodiscard]] LocalScans local_scans_of(const LoopSearch& search);
 
 /// Searches the places where the newest key scan may have been taken, too, until one loop is
 /// believed. The key scans may be the first ones of those that the graph has.

@@ -65,7 +65,7 @@ Mapping::Mapping(MapParts parts, LoopCloser loops, MapRenderer drawing, bool is_
       is_of_key_scans_(is_of_key_scans) {
   loops_.begin_again(parts_.map().key_scans, near_request(options, renderer_.local_map()),
                      options.loops);
-  if (!closes_loops(options)) {
+  if (!closes_loops(options) || !options.slam.update_map) {
     match_whole_map(options);
   }
 }
@@ -75,10 +75,10 @@ bool Mapping::has_pending(const EngineOptions& options) const {
 }
 
 const SlamMap& Mapping::matched() const {
-  if (!is_lost() && temporary_.map() != nullptr) {
-    return *temporary_.map();
+  if (is_lost()) {
+    return parts_.here().map;
   }
-  return is_lost() ? parts_.here().map : renderer_.matched(parts_.map());
+  return temporary_.map() != nullptr ? *temporary_.map() : lasting();
 }
 
 void Mapping::take_rendered(SlamMap map, const PlacedScans& keys) {
@@ -92,13 +92,11 @@ bool Mapping::insert(const PointScan& points, const PlacedScan& placed,
   return add(points, placed, covariance, std::exchange(is_continued_, true), options);
 }
 
-void Mapping::draw_temporarily(const PointScan& points, const PlacedScan& placed,
-                               const EngineOptions& options) {
-  if (!has_room(points, placed.map_from_base, options.map, parts_.map().map)) {
-    return;
+void Mapping::draw_over(const PointScan& points, int laser, const Pose2& map_from_base,
+                        const EngineOptions& options) {
+  if (has_room(points, map_from_base, options.map, matched())) {
+    temporary_.add(points, laser, map_from_base, lasting(), options.map);
   }
-  temporary_.add(placed, points, renderer_.matched(parts_.map()), options.map);
-  parts_.map().last_inserted[placed.scan->laser()] = placed.map_from_base;
 }
 
 bool Mapping::add(const PointScan& points, const PlacedScan& placed,
@@ -149,15 +147,12 @@ std::size_t Mapping::insert_pending(const EngineOptions& options) {
 
 void Mapping::fork() {
   const MapPart& part = parts_.here();
-  fork_ = Fork{part.key_scans.size(), part.last_inserted, part.map, renderer_, temporary_};
+  fork_ = Fork{part.key_scans.size(), part.last_inserted, part.map, renderer_};
 }
 
 const SlamMap& Mapping::compared() const {
-  if (!fork_) {
-    return matched();
-  }
-  if (!is_lost() && fork_->temporary.map() != nullptr) {
-    return *fork_->temporary.map();
+  if (!fork_ || (!is_lost() && temporary_.map() != nullptr)) {
+    return matched();  // nothing is drawn over the map since the fork
   }
   const SlamMap* near = fork_->drawing.local_map().map();
   return is_lost() || near == nullptr ? fork_->map : *near;
@@ -226,7 +221,7 @@ std::optional<ForkStart> Mapping::fork_start() const {
 void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
   const MapPart& part = parts_.here();
   const PlacedScans& keys = part.key_scans.all();
-  fork_ = Fork{start.key_scans, start.last_inserted, part.map, renderer_, temporary_};
+  fork_ = Fork{start.key_scans, start.last_inserted, part.map, renderer_};
   if (!is_lost() && renderer_.local_map().map() != nullptr) {
     fork_->drawing.match_locally(
         renderer_.local_map().as_of(start.key_scans, keys, options.map, options.field));
@@ -240,14 +235,11 @@ void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
 
 // --- loops ---
 
-/// @param shown  by a map before, by id.
-LocalScans Mapping::scans_around(const std::vector<std::uint64_t>& shown,
-                                 const EngineOptions& options) const {
+LocalScans Mapping::scans_around(const EngineOptions& options) const {
   const KeyScans& key_scans = parts_.map().key_scans;
-  return local_scans(
-      key_scans.all(),
-      [&](const auto& some) { return loops_.weakly_connected(key_scans, some, options.loops); },
-      shown);
+  return local_scans(key_scans.all(), [&](const auto& some) {
+    return loops_.weakly_connected(key_scans, some, options.loops);
+  });
 }
 
 std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) {
@@ -264,11 +256,11 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
     catch_up(options);  // so that what is begun goes on from a map of all key scans
   }
   LocalMapRequest near = near_request(options, is_near_due ? renderer_.local_map() : LocalMap());
-  LocalScans scans = scans_around(near.before.drawn(), options);
+  LocalScans scans = scans_around(options);
   if (is_crowded(key_scans.all(), near.enough)) {
     renderer_.expect_local_map();  // with which what is superfluous is found
   }
-  if (scans.is_any_apart || renderer_.is_moved()) {
+  if (!scans.apart.empty() || renderer_.is_moved()) {
     if (is_near_due) {
       near.scans = std::move(scans);
     }
@@ -297,7 +289,7 @@ std::optional<MapCorrection> Mapping::take_found_map(const EngineOptions& option
   }
   MapCorrection correction = loops_.take_in(*found, key_scans);
   move_with_map(correction.newest);
-  renderer_.match_locally(LocalMap(scans_around({}, options), options.map, options.field));
+  renderer_.match_locally(LocalMap(scans_around(options), options.map, options.field));
   found->fate = FoundMap::Fate::kTaken;
   return correction;
 }
@@ -340,11 +332,9 @@ void Mapping::move_with_map(const Pose2& new_from_old) {
 }
 
 void Mapping::set_options(const EngineOptions& options) {
-  if (options.slam.update_map) {
-    temporary_.clear();
-  }
+  temporary_.clear();
   loops_.abandon();
-  if (!options.slam.loop_closing) {
+  if (!options.slam.loop_closing || !options.slam.update_map) {
     match_whole_map(options);
   }
 }

@@ -52,6 +52,9 @@ class Mapping {
 
   /// What scans are matched against.
   [[nodiscard]] const SlamMap& matched() const;
+  /// The same of a robot that is not lost, without what is drawn over it.
+  [[nodiscard]] const SlamMap& lasting() const { return renderer_.matched(parts_.map()); }
+  [[nodiscard]] const TemporaryMap& temporary() const { return temporary_; }
   /// The map, drawn as far as it goes. See MapRenderer.
   const SlamMap& drawn(const EngineOptions& options) {
     return renderer_.drawn(parts_.map(), options);
@@ -71,9 +74,9 @@ class Mapping {
   /// @param covariance  of its pose, in the map frame.
   bool insert(const PointScan& points, const PlacedScan& placed, const Eigen::Matrix3d& covariance,
               const EngineOptions& options);
-  /// Draws a scan into the temporary map: the map itself stays as it is.
-  void draw_temporarily(const PointScan& points, const PlacedScan& placed,
-                        const EngineOptions& options);
+  /// Draws a scan over the map, which stays as it is; not where the map has no room for it.
+  void draw_over(const PointScan& points, int laser, const Pose2& map_from_base,
+                 const EngineOptions& options);
   /// The robot is elsewhere than where the newest key scan and the motion since say.
   void break_off() { is_continued_ = false; }
   /// Scans are to be inserted, a few with each of the next ones.
@@ -119,8 +122,8 @@ class Mapping {
   /// fate tells.
   void expect_map(std::shared_ptr<const FoundMap> found) { found_ = std::move(found); }
 
-  /// A search that is under way is abandoned, and with loop closing off the whole map is matched
-  /// against.
+  /// A search that is under way is abandoned, what was drawn over the map is forgotten, and where
+  /// nothing is to move the map the whole of it is matched against.
   void set_options(const EngineOptions& options);
 
   // --- where the robot is ---
@@ -147,8 +150,7 @@ class Mapping {
   /// The key scans have moved, and what goes with the newest follows.
   void move_with_map(const Pose2& new_from_old);
   /// Those around the newest.
-  [[nodiscard]] LocalScans scans_around(const std::vector<std::uint64_t>& shown,
-                                        const EngineOptions& options) const;
+  [[nodiscard]] LocalScans scans_around(const EngineOptions& options) const;
   void take_out(const std::vector<std::uint64_t>& ids);
   std::optional<MapCorrection> take_found_map(const EngineOptions& options);
 
@@ -158,7 +160,6 @@ class Mapping {
     std::map<int, Pose2> last_inserted;
     SlamMap map;  ///< of the part that the robot is in
     MapRenderer drawing;
-    TemporaryMap temporary;
   };
 
   void draw_since(std::size_t key_scan, const EngineOptions& options);

@@ -15,7 +15,7 @@
 
 namespace matchbox_slam {
 
-/// The same against the robot being somewhere unknown, as when it was carried there.
+/// Log odds, before any scan, against the robot being somewhere unknown, as when it was carried.
 constexpr double kCarried = 9.2;
 
 /// Where the robot may be other than where it is thought to be: on by another motion than odometry

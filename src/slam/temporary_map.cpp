@@ -1,31 +1,29 @@
 #include "slam/temporary_map.hpp"
 
-#include <cstddef>
+#include <utility>
 
 namespace matchbox_slam {
 
-void TemporaryMap::add(const PlacedScan& scan, const PointScan& points, const SlamMap& lasting,
-                       const MapOptions& options) {
-  // As many as a local map is made of: in twice the way that these take what is older is forgotten.
-  constexpr std::size_t kMost = 100;
-  drawn_.push_back(scan);
-  if (map_ && drawn_.size() <= kMost) {
-    insert_scan(points, scan.map_from_base, options, *map_);
-    return;
+void TemporaryMap::add(const PointScan& scan, int laser, const Pose2& map_from_base,
+                       const SlamMap& lasting, const MapOptions& options) {
+  // A guess: the way through two or three rooms. Half and double were not tried.
+  constexpr std::size_t kLeast = 50;
+  if (drawn_ == 2 * kLeast) {
+    map_ = std::exchange(next_, std::nullopt);
+    drawn_ = kLeast;
   }
-  if (drawn_.size() > kMost) {
-    drawn_.erase(drawn_.begin(), drawn_.end() - kMost / 2);
+  if (!map_) {
+    map_ = lasting;
   }
-  map_ = lasting;
-  for (const PlacedScan& drawn : drawn_) {
-    insert_unrendered(*drawn.scan->points(), drawn.map_from_base, options, *map_);
+  if (drawn_ >= kLeast && !next_) {
+    next_ = lasting;
   }
-  map_->field.render();
-}
-
-void TemporaryMap::clear() {
-  map_.reset();
-  drawn_.clear();
+  insert_scan(scan, map_from_base, options, *map_);
+  if (next_) {
+    insert_scan(scan, map_from_base, options, *next_);
+  }
+  ++drawn_;
+  last_drawn_[laser] = map_from_base;
 }
 
 }  // namespace matchbox_slam

@@ -8,6 +8,7 @@
 
 #include "slam/insertion.hpp"
 #include "slam/key_scans_of_rooms.hpp"
+#include "slam/map_equality.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -138,13 +139,9 @@ TEST_F(InsertionTest, ASecondaryLaserShowsWhatNoOtherHasSeen) {
   EXPECT_FALSE(is_inserted(nowhere, 1)) << "no other put the base anywhere";
 }
 
-TEST_F(InsertionTest, AMapThatIsKeptIsDrawnOverIfThereIsOne) {
+TEST_F(InsertionTest, AMapThatIsKeptTakesNothingButFromALostRobot) {
   options_.update_map = false;
-  EXPECT_TRUE(is_inserted_after({1.0, 0.0, 0.0}));
-  const LikelihoodField walls = parts_.map().map.field;
-  parts_.map().map.field = SlamMap(MapOptions{}, LikelihoodFieldOptions{}).field;
   EXPECT_FALSE(is_inserted_after({1.0, 0.0, 0.0}));
-  parts_.map().map.field = walls;
   EXPECT_FALSE(parts_.begin_apart(map_with_a_wall()));
   ASSERT_TRUE(parts_.is_lost());
   EXPECT_TRUE(is_inserted_after({1.0, 0.0, 0.0})) << "which goes into a map of its own";
@@ -225,6 +222,65 @@ TEST_F(InsertTest, WhatTheMapHasNoRoomForIsCountedForEachLaser) {
   EXPECT_FALSE(outcome_.inserted);
   EXPECT_EQ(outcome_.left_out, 2U);
   EXPECT_EQ(mapping_.parts().map().key_scans.size(), 2U);
+}
+
+TEST_F(InsertTest, AScanThatIsDrawnOverTheMapIsNoKeyScan) {
+  insert_scans();
+  const SlamMap before = mapping_.lasting();
+  outcome_.inserted = false;
+  draw_over(bundle_, 1, options_, mapping_, outcome_);
+  EXPECT_FALSE(outcome_.inserted);
+  EXPECT_EQ(mapping_.parts().map().key_scans.size(), 2U);
+  EXPECT_TRUE(same_map(mapping_.lasting(), before));
+  EXPECT_EQ(mapping_.temporary().last_drawn().at(1), outcome_.map_from_base);
+  EXPECT_EQ(mapping_.temporary().last_drawn().at(2), outcome_.map_from_base * kThereFromBase);
+}
+
+/// A robot that localises in the map of a drive, where it was at its third key scan.
+class DrawnOverTest : public testing::Test {
+ protected:
+  DrawnOverTest() {
+    options_.slam.update_map = false;
+    for (std::size_t i = 0; i < 4; ++i) {
+      mapping_.insert(scan(i), keys_[i], Eigen::Matrix3d::Zero(), options_);
+    }
+    outcome_ = matched(keys_[2].map_from_base);
+  }
+  [[nodiscard]] const PointScan& scan(std::size_t key) const { return *keys_[key].scan->points(); }
+  [[nodiscard]] bool is_drawn() const {
+    return is_to_be_drawn_over(scan(2), 0, outcome_, mapping_, options_.slam);
+  }
+
+  const PlacedScans keys_ = drive_through_rooms(4);
+  EngineOptions options_;
+  Mapping mapping_{options_};
+  ScanOutcome outcome_;
+};
+
+TEST_F(DrawnOverTest, AfterSomeMotionWhereItMatches) {
+  EXPECT_TRUE(is_drawn()) << "the first one at once";
+  mapping_.draw_over(scan(2), 0, keys_[2].map_from_base * Pose2{0.29, 0.0, 0.0}, options_);
+  EXPECT_FALSE(is_drawn());
+  mapping_.draw_over(scan(2), 0, keys_[2].map_from_base * Pose2{0.31, 0.0, 0.0}, options_);
+  EXPECT_TRUE(is_drawn());
+  outcome_.match.status = MatchStatus::kRejectedLowScore;
+  EXPECT_FALSE(is_drawn());
+}
+
+TEST_F(DrawnOverTest, NotOutsideOfTheMap) {
+  outcome_.map_from_base = Pose2{50.0, 0.0, 0.0} * keys_[2].map_from_base;
+  EXPECT_FALSE(is_drawn());
+  mapping_.draw_over(scan(2), 0, outcome_.map_from_base, options_);
+  outcome_.map_from_base = outcome_.map_from_base * Pose2{0.5, 0.0, 0.0};
+  EXPECT_FALSE(is_drawn()) << "what it has drawn there is not of the map";
+}
+
+TEST_F(DrawnOverTest, NotWhileItMapsOrIsLost) {
+  options_.slam.update_map = true;
+  EXPECT_FALSE(is_drawn());
+  options_.slam.update_map = false;
+  static_cast<void>(mapping_.begin_apart(3.0, options_));
+  EXPECT_FALSE(is_drawn());
 }
 
 }  // namespace

@@ -51,12 +51,12 @@ std::vector<double> stamps(const PlacedScans& keys) {
 TEST(LocalScans, AreThoseThatBelong) {
   const PlacedScans keys = drive_through_rooms(6);
   const LocalScans all = local_scans(keys, of(std::vector<bool>(6, false)));
-  EXPECT_FALSE(all.is_any_apart);
+  EXPECT_TRUE(all.apart.empty());
   EXPECT_EQ(all.newest, 5U);
   EXPECT_EQ(all.center, keys.back().map_from_base.translation());
   EXPECT_EQ(stamps(all.belonging), stamps(keys));
   const LocalScans some = local_scans(keys, of({true, false, true, false, false, false}));
-  EXPECT_TRUE(some.is_any_apart);
+  EXPECT_EQ(some.apart, (std::vector<std::uint64_t>{0, 2}));
   EXPECT_EQ(stamps(some.belonging), stamps({keys[1], keys[3], keys[4], keys[5]}));
 }
 
@@ -65,9 +65,10 @@ TEST(LocalScans, AreNoFartherThanTheRobotSees) {
   const Pose2& newest = keys.back().map_from_base;
   keys[0].map_from_base = Pose2{newest.x + 14.9, newest.y, 0.0};
   keys[1].map_from_base = Pose2{newest.x, newest.y - 25.1, 0.0};
-  EXPECT_FALSE(local_scans(keys, of({false, true, false, false})).is_any_apart);
+  EXPECT_TRUE(local_scans(keys, of({false, true, false, false})).apart.empty());
   keys[1].map_from_base = Pose2{newest.x, newest.y - 24.9, 0.0};
-  EXPECT_TRUE(local_scans(keys, of({false, true, false, false})).is_any_apart) << "it will be soon";
+  EXPECT_EQ(local_scans(keys, of({false, true, false, false})).apart, std::vector<std::uint64_t>{1})
+      << "it will be soon";
   EXPECT_EQ(stamps(local_scans(keys, of({false, false, true, false})).belonging),
             stamps({keys[0], keys[3]}));
 }
@@ -122,8 +123,7 @@ TEST(LocalMap, IsGoneOnWithByWhatHasComeNear) {
   LocalMap before(local_scans(first, of({true, true, false, false})), kMap, kField);
   before.take_new({keys.begin(), keys.begin() + 5}, kMap);
   const auto near = [&](bool is_older_apart) {
-    return local_scans(keys, of({true, is_older_apart, false, false, false, false}),
-                       before.drawn());
+    return local_scans(keys, of({true, is_older_apart, false, false, false, false}));
   };
   const std::optional<LocalMap> more = before.with(near(true), kMap);
   ASSERT_TRUE(more);
@@ -143,11 +143,14 @@ TEST(LocalMap, IsMadeAnewWhereItShowsWhatLiesApart) {
   const PlacedScans& keys = all.all();
   const LocalMap before(local_scans({keys[0], keys[1]}, of({false, false})), kMap, kField);
   const auto near = [&](const std::vector<bool>& is_apart) {
-    return local_scans(keys, of(is_apart), before.drawn());
+    return local_scans(keys, of(is_apart));
   };
   EXPECT_TRUE(before.with(near({false, false, false}), kMap));
   EXPECT_FALSE(before.with(near({false, true, false}), kMap));
   EXPECT_FALSE(LocalMap().with(near({false, false, false}), kMap)) << "there is none";
+  const LocalMap of_an_old_file(*before.map(), before.center(), 2, {});
+  EXPECT_FALSE(of_an_old_file.with(near({false, false, false}), kMap))
+      << "it shows nobody knows what";
   EXPECT_FALSE(LocalMap().as_of(2, keys, kMap, kField).map());
 }
 
@@ -162,7 +165,7 @@ TEST(LocalMap, IsMadeAnewWhenItShowsTooMany) {
     const PlacedScans first(keys.begin(), keys.begin() + 1);
     LocalMap map(local_scans(first, of({false})), kMap, kField);
     map.take_new({keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(shown)}, kMap);
-    const LocalScans near = local_scans(keys, of(std::vector<bool>(260, false)), map.drawn());
+    const LocalScans near = local_scans(keys, of(std::vector<bool>(260, false)));
     return map.with(near, kMap).has_value();
   };
   EXPECT_TRUE(near_with(150)) << "with the 100 nearest";

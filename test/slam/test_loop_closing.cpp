@@ -333,6 +333,9 @@ TEST_F(HiddenBesideTest, AMapOfWhatLiesNearIsGoneOnWith) {
   ASSERT_GT(fewer.belonging.size(), 5U);
   fewer.belonging.erase(fewer.belonging.end() - 5, fewer.belonging.end());
   request.before = LocalMap(fewer, {}, {});
+  // What it shows stays, where a map that is made anew would not show it.
+  PlacedScans& near_now = request.scans->belonging;
+  near_now.erase(near_now.begin(), near_now.begin() + 2);
   drive_.closer().begin(drive_.keys(), request, kOptions);
   LoopCloser again(drive_.closer().state());
   KeyScans keys = drive_.keys();
@@ -341,6 +344,7 @@ TEST_F(HiddenBesideTest, AMapOfWhatLiesNearIsGoneOnWith) {
   const LoopCloser::Result never_stopped = drive_.closer().finish(drive_.keys());
   ASSERT_TRUE(gone_on.near && never_stopped.near);
   const std::vector<std::uint64_t>& drawn = never_stopped.near->drawn();
+  ASSERT_EQ(drawn.size(), request.before.drawn().size() + 5);
   EXPECT_TRUE(std::equal(request.before.drawn().begin(), request.before.drawn().end(),
                          drawn.begin(), drawn.end() - 5));
   EXPECT_EQ(gone_on.near->drawn(), drawn);

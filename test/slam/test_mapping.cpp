@@ -121,13 +121,15 @@ TEST_F(MappingTest, IsDrawnOverWhileItIsNotToChangeAndStaysAsItIs) {
   const SlamMap before = mapping_.parts().map().map;
   options_.slam.update_map = false;
   const auto draw_over = [this] {
-    mapping_.draw_temporarily(*keys_[2].scan->points(), keys_[2], options_);
+    mapping_.draw_over(*keys_[2].scan->points(), 0, keys_[2].map_from_base, options_);
     return same_map(mapping_.matched(),
                     rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field));
   };
   EXPECT_TRUE(draw_over());
-  EXPECT_EQ(mapping_.parts().map().last_inserted.at(0), keys_[2].map_from_base);
+  EXPECT_EQ(mapping_.temporary().last_drawn().at(0), keys_[2].map_from_base);
+  EXPECT_EQ(mapping_.parts().map().last_inserted.at(0), keys_[1].map_from_base);
   EXPECT_EQ(mapped(), 2U);
+  EXPECT_TRUE(same_map(mapping_.lasting(), before));
   EXPECT_TRUE(same_map(mapping_.parts().map().map, before));
   EXPECT_TRUE(same_map(mapping_.drawn(options_), before));
   // Scans are compared in what was known when the robot came into doubt.
@@ -137,10 +139,23 @@ TEST_F(MappingTest, IsDrawnOverWhileItIsNotToChangeAndStaysAsItIs) {
   static_cast<void>(mapping_.begin_apart(3.0, options_));
   mapping_.go_to_map(options_);
   EXPECT_TRUE(same_map(mapping_.matched(), before)) << "a lost robot has forgotten";
+  EXPECT_TRUE(mapping_.temporary().last_drawn().empty());
   EXPECT_TRUE(draw_over());
   options_.slam.update_map = true;
   mapping_.set_options(options_);
   EXPECT_TRUE(same_map(mapping_.matched(), before)) << "the map is to change";
+  mapping_.draw_over(*keys_[2].scan->points(), 0, {1e7, 0.0, 0.0}, options_);
+  EXPECT_EQ(mapping_.temporary().map(), nullptr) << "there is no room";
+}
+
+TEST_F(MappingTest, MatchesTheWholeMapWhileItIsNotToChange) {
+  insert_first(3);
+  Mapping mapping = gone_on_with_local_map();
+  EXPECT_NE(mapping.renderer().local_map().map(), nullptr);
+  options_.slam.update_map = false;  // so that no other local map is made
+  EXPECT_EQ(gone_on_with_local_map().renderer().local_map().map(), nullptr);
+  mapping.set_options(options_);
+  EXPECT_EQ(mapping.renderer().local_map().map(), nullptr);
 }
 
 TEST_F(MappingTest, DrawsWhatWaitedIntoWhatLiesNearAtOnce) {

@@ -8,35 +8,52 @@
 namespace matchbox_slam {
 namespace {
 
-TEST(TemporaryMap, ShowsTheMapAndTheScansOfLate) {
-  const PlacedScans keys = drive_through_rooms(6);
-  const MapOptions map;
-  const LikelihoodFieldOptions field;
-  const SlamMap lasting = rendered({keys[0], keys[1]}, map, field);
-  const SlamMap kept = lasting;
-  TemporaryMap temporary;
-  EXPECT_EQ(temporary.map(), nullptr);
-  const auto add = [&](const PlacedScan& key) {
-    temporary.add(key, *key.scan->points(), lasting, map);
-  };
-  add(keys[2]);
-  add(keys[3]);
-  ASSERT_NE(temporary.map(), nullptr);
-  EXPECT_TRUE(
-      same_map(*temporary.map(), rendered({keys[0], keys[1], keys[2], keys[3]}, map, field)));
-  for (int i = 0; i < 98; ++i) {
-    add(keys[4]);
+class TemporaryMapTest : public testing::Test {
+ protected:
+  void add(const PlacedScan& key, int times = 1) {
+    for (int i = 0; i < times; ++i) {
+      temporary_.add(*key.scan->points(), 1, key.map_from_base, lasting_, map_);
+    }
   }
-  EXPECT_FALSE(same_map(*temporary.map(), lasting));
-  // One more than there is room for, and what is older than the newest fifty is forgotten.
-  add(keys[5]);
-  PlacedScans newest{keys[0], keys[1]};
-  newest.insert(newest.end(), 49, keys[4]);
-  newest.push_back(keys[5]);
-  EXPECT_TRUE(same_map(*temporary.map(), rendered(newest, map, field)));
-  EXPECT_TRUE(same_map(lasting, kept));
-  temporary.clear();
-  EXPECT_EQ(temporary.map(), nullptr);
+  /// Whether it shows the map and these.
+  [[nodiscard]] bool shows(const PlacedScans& scans) const {
+    PlacedScans all{keys_[0], keys_[1]};
+    all.insert(all.end(), scans.begin(), scans.end());
+    return same_map(*temporary_.map(), rendered(all, map_, field_));
+  }
+
+  const PlacedScans keys_ = drive_through_rooms(6);
+  const MapOptions map_;
+  const LikelihoodFieldOptions field_;
+  const SlamMap lasting_ = rendered({keys_[0], keys_[1]}, map_, field_);
+  TemporaryMap temporary_;
+};
+
+TEST_F(TemporaryMapTest, ShowsTheMapAndWhatWasSeenSince) {
+  EXPECT_EQ(temporary_.map(), nullptr);
+  add(keys_[2]);
+  add(keys_[3]);
+  EXPECT_TRUE(shows({keys_[2], keys_[3]}));
+  EXPECT_EQ(temporary_.last_drawn().at(1), keys_[3].map_from_base);
+  EXPECT_TRUE(same_map(lasting_, rendered({keys_[0], keys_[1]}, map_, field_)));
+  temporary_.clear();
+  EXPECT_EQ(temporary_.map(), nullptr);
+  EXPECT_TRUE(temporary_.last_drawn().empty());
+}
+
+TEST_F(TemporaryMapTest, ForgetsFiftyScansWhenItShowsAHundred) {
+  add(keys_[2], 50);
+  add(keys_[3], 50);
+  PlacedScans all(50, keys_[2]);
+  all.insert(all.end(), 50, keys_[3]);
+  EXPECT_TRUE(shows(all));
+  add(keys_[4]);
+  PlacedScans newest(50, keys_[3]);
+  newest.push_back(keys_[4]);
+  EXPECT_TRUE(shows(newest));
+  add(keys_[5]);
+  newest.push_back(keys_[5]);
+  EXPECT_TRUE(shows(newest));
 }
 
 }  // namespace

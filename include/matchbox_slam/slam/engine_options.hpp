@@ -41,8 +41,8 @@ struct SlamOptions {
     option(self.min_points, "min_points", between(1, 100000), "",
            "Scans with fewer hits are not matched; the prediction stands.");
     option(self.update_map, "update_map", any(), "",
-           "Whether scans are inserted; if not, the map that is there only tells where the robot "
-           "is.");
+           "Whether scans are inserted; if not, the map that is there, with what was seen of late, "
+           "only tells where the robot is.");
     option(self.loop_closing, "loop_closing", any(), "",
            "Whether places that are seen again after a long way move the map, so that it fits.");
     option(self.enough_views, "enough_views", between(0, 1000), "",

@@ -17,13 +17,15 @@ struct LocalScans {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();  ///< where the newest was taken
   std::size_t newest = 0;                            ///< its number
   PlacedScans belonging;      ///< with the newest, the nearest ones: many of one place say the same
-  bool is_any_apart = false;  ///< of those that are near, or will be soon
   PlacedScans all_belonging;  ///< with the newest, all that are near
-  bool is_any_shown_apart = false;  ///< of those, which a map before this one shows
+  /// Those that are near, or will be soon, and do not lie well to the newest; by id, in their
+  /// order.
+  std::vector<std::uint64_t> apart;
 };
 
-/// A map of the key scans around the robot that are known to lie well to each other, for scans to
-/// be matched against where a drifted robot would else see the whole map's walls twice. A value.
+/// A map of the key scans around the robot, with some from farther behind, that are known to lie
+/// well to each other, for scans to be matched against where a drifted robot would else see the
+/// whole map's walls twice. A value.
 class LocalMap {
  public:
   LocalMap() = default;
@@ -57,8 +59,9 @@ class LocalMap {
   [[nodiscard]] bool is_due(const PlacedScans& keys) const;
 
   /// The same map with those of the near ones that it does not show: where nothing has moved, most
-  /// were shown before. Nothing where it would show what lies apart by now, too many,
-  /// or what is older than others after these: where they differ the newer ones count.
+  /// were shown before. What it shows farther off stays. None where it would show one that lies
+  /// apart by now, too many, or an older one drawn after a newer: where they differ the newer
+  /// counts. None, too, where it does not know what it shows, as of old files.
   [[nodiscard]] std::optional<LocalMap> with(const LocalScans& near,
                                              const MapOptions& map_options) const;
 
