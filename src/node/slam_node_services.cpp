@@ -312,7 +312,7 @@ bool SlamNode::is_saved() {
 std::size_t SlamNode::unsaved_scans() {
   const MapRevision now = map_revision();
   const std::lock_guard<std::mutex> saving(save_mutex_);
-  return saver_.unsaved(now);
+  return saver_.unsaved_scans(now);
 }
 
 /// At the end.

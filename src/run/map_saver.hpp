@@ -65,7 +65,7 @@ class MapSaver {
   void save_changes(const MapToSave& now);
 
   /// Scans that no saved file has.
-  [[nodiscard]] std::size_t unsaved(const MapRevision& now) const {
+  [[nodiscard]] std::size_t unsaved_scans(const MapRevision& now) const {
     return saved_ && now.is_same_beginning(*saved_) ? now.scans - saved_->scans : now.scans;
   }
 

@@ -19,7 +19,7 @@
 namespace matchbox_slam {
 
 /// Looks again and again until it is so, or until it should long have been.
-inline bool sleep_until(const std::function<bool()>& is_so) {
+inline bool wait_until_so(const std::function<bool()>& is_so) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   while (!is_so() && std::chrono::steady_clock::now() < end) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -64,7 +64,7 @@ class Player {
   /// Publishes until so many more poses have come back.
   bool drive(int poses) {
     const int wanted = heard_ + poses;
-    return sleep_until([&] {
+    return wait_until_so([&] {
       if (heard_ < wanted) {
         play(1);
         std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -1,4 +1,4 @@
-// Tests that talk to running nodes: test_running_nodes [SUITE]... runs these suites, or all.
+// Tests that talk to running nodes: test_running_nodes SUITE... runs these suites.
 
 #include <gtest/gtest.h>
 #include <ros/ros.h>
@@ -36,9 +36,11 @@ int main(int argc, char** argv) {
     }
     filter += suite + ".*:";
   }
-  if (!filter.empty()) {
-    testing::GTEST_FLAG(filter) = filter;
+  if (filter.empty()) {
+    std::fprintf(stderr, "name the suites whose nodes run\n");
+    return 2;
   }
+  testing::GTEST_FLAG(filter) = filter;
   const ros::NodeHandle keeps_ros_alive;
   return RUN_ALL_TESTS();
 }

@@ -122,7 +122,7 @@ void tell_pose(const Pose2& map_from_base) {
   ros::NodeHandle node;
   ros::Publisher poses =
       node.advertise<geometry_msgs::PoseWithCovarianceStamped>("/initialpose", 10);
-  ASSERT_TRUE(sleep_until([&] { return poses.getNumSubscribers() > 0; }));
+  ASSERT_TRUE(wait_until_so([&] { return poses.getNumSubscribers() > 0; }));
   geometry_msgs::PoseWithCovarianceStamped message;
   message.header.frame_id = "map";
   message.pose.pose = to_pose_message(map_from_base);
@@ -169,7 +169,7 @@ TEST(SlamEvents, MapBagRepeatsThemToTheByte) {
   Player player(bag);
   {
     const SlamNode slam(ros::NodeHandle(), ros::NodeHandle("/repeated"));
-    ASSERT_TRUE(sleep_until([&] { return player.is_heard(); }));
+    ASSERT_TRUE(wait_until_so([&] { return player.is_heard(); }));
     drive_with_events(player, folder / "map");
   }
   ASSERT_FALSE(HasFatalFailure());
@@ -201,7 +201,7 @@ TEST(SlamEvents, MapBagLeavesOutTheScansThatTheNodeHadNoTimeFor) {
   Player player(bag);
   {
     const SlamNode slam(ros::NodeHandle(), ros::NodeHandle("/hurried"));
-    ASSERT_TRUE(sleep_until([&] { return player.is_heard(); }));
+    ASSERT_TRUE(wait_until_so([&] { return player.is_heard(); }));
     ASSERT_TRUE(player.drive(10));
     player.play(200);  // faster than any matcher
     ASSERT_TRUE(player.drive(50));
@@ -234,7 +234,7 @@ TEST(SlamEvents, APoseToldBeforeTheFirstScanOfAResumedMapIsTakenAsByMapBag) {
   Player player(bag);
   {
     const SlamNode slam(ros::NodeHandle(), ros::NodeHandle("/resumed"));
-    ASSERT_TRUE(sleep_until([&] { return player.is_heard(); }));
+    ASSERT_TRUE(wait_until_so([&] { return player.is_heard(); }));
     tell_pose({0.05, -0.05, 0.02});
     ASSERT_TRUE(player.drive(30));
   }
@@ -250,7 +250,7 @@ TEST(SlamEvents, APoseToldBeforeTheFirstScanOfAResumedMapIsTakenAsByMapBag) {
 int lines_until(const std::string& end, const std::string& words,
                 const std::vector<std::string>& log, std::mutex& mutex) {
   int count = 0;
-  EXPECT_TRUE(sleep_until([&] {
+  EXPECT_TRUE(wait_until_so([&] {
     const std::lock_guard<std::mutex> lock(mutex);
     const auto last = std::find(log.begin(), log.end(), end);
     count = static_cast<int>(std::count_if(
@@ -282,7 +282,7 @@ TEST(SlamEvents, AMapThatIsNotSavedAtTheEndIsTold) {
     Player player(bag);
     {
       const SlamNode slam(ros::NodeHandle(), ros::NodeHandle{name});
-      ASSERT_TRUE(sleep_until([&] { return player.is_heard() && lines.getNumPublishers() > 0; }));
+      ASSERT_TRUE(wait_until_so([&] { return player.is_heard() && lines.getNumPublishers() > 0; }));
       ASSERT_TRUE(player.drive(20));
       std_srvs::SetBool pause;  // else scans that are still on their way are used after saving
       pause.request.data = 1;
@@ -315,7 +315,7 @@ TEST(SlamEvents, MapBagTakesRollAndPitchFromAnImuAsTheNodeDoes) {
   Player player(bag);
   {
     const SlamNode slam(ros::NodeHandle(), ros::NodeHandle("/rocking"));
-    ASSERT_TRUE(sleep_until([&] { return player.is_heard(); }));
+    ASSERT_TRUE(wait_until_so([&] { return player.is_heard(); }));
     ASSERT_TRUE(player.drive(150));
   }
   const std::string node = read_file(folder / "node.tum");
@@ -333,7 +333,7 @@ std::string mapped_by_node(const std::string& bag, const std::string& topic,
   Player player(bag);
   {
     const SlamNode slam(ros::NodeHandle(), ros::NodeHandle{name});
-    EXPECT_TRUE(sleep_until([&] { return player.is_heard(); }));
+    EXPECT_TRUE(wait_until_so([&] { return player.is_heard(); }));
     EXPECT_TRUE(player.drive(100));
   }
   return read_file(folder / "node.tum");

@@ -47,17 +47,17 @@ TEST_F(Saver, SavesNothingBeforeAScanWasMapped) {
 TEST_F(Saver, SavesTheWholeAndKnowsThat) {
   drive(60);
   EXPECT_FALSE(saver_.is_saved(revision_of(run_)));
-  EXPECT_EQ(saver_.unsaved(revision_of(run_)), 60U);
+  EXPECT_EQ(saver_.unsaved_scans(revision_of(run_)), 60U);
   EXPECT_EQ(saver_.save(map_to_save(run_)), path_ + ".pgm, .yaml, .png and .slam");
   EXPECT_TRUE(saver_.is_saved(revision_of(run_)));
   for (const char* end : {".pgm", ".yaml", ".png", ".slam"}) {
     EXPECT_TRUE(std::filesystem::exists(path_ + end)) << end;
   }
   EXPECT_EQ(key_scans_of(file_), run_.key_scans().size());
-  EXPECT_EQ(saver_.unsaved(revision_of(run_)), 0U);
+  EXPECT_EQ(saver_.unsaved_scans(revision_of(run_)), 0U);
   drive(1);
   EXPECT_FALSE(saver_.is_saved(revision_of(run_)));
-  EXPECT_EQ(saver_.unsaved(revision_of(run_)), 1U);
+  EXPECT_EQ(saver_.unsaved_scans(revision_of(run_)), 1U);
 }
 
 TEST_F(Saver, WritesChangesBesideTheWholeUntilTheyAreAsLarge) {

@@ -121,7 +121,7 @@ class SlamPanel : public testing::Test {
     slam_ = std::make_unique<SlamNode>(ros::NodeHandle(), ros::NodeHandle("/mapper"));
     panel_.write("node", "/mapper");
     EXPECT_TRUE(
-        sleep_until([&] { return player_->is_heard() && matches_.getNumPublishers() > 0; }));
+        wait_until_so([&] { return player_->is_heard() && matches_.getNumPublishers() > 0; }));
     EXPECT_TRUE(drive(40));
     EXPECT_TRUE(panel_.comes_to_say("figures", " key scan"));
   }
@@ -131,7 +131,7 @@ class SlamPanel : public testing::Test {
   /// Drives until so many more scans have come back as poses, and as matches.
   bool drive(int scans) {
     const int wanted = matches_heard() + scans;
-    return player_->drive(scans) && sleep_until([&] { return matches_heard() >= wanted; });
+    return player_->drive(scans) && wait_until_so([&] { return matches_heard() >= wanted; });
   }
 
   [[nodiscard]] MatchInfo match() {
@@ -157,12 +157,12 @@ class SlamPanel : public testing::Test {
     ros::NodeHandle node;
     ros::Publisher told =
         node.advertise<geometry_msgs::PoseWithCovarianceStamped>("/initialpose", 1);
-    ASSERT_TRUE(sleep_until([&] { return told.getNumSubscribers() > 0; }));
+    ASSERT_TRUE(wait_until_so([&] { return told.getNumSubscribers() > 0; }));
     geometry_msgs::PoseWithCovarianceStamped message;
     message.header.frame_id = "map";
     message.pose.pose = to_pose_message(map_from_base);
     told.publish(message);
-    ASSERT_TRUE(sleep_until(
+    ASSERT_TRUE(wait_until_so(
         [&] { return (believed().translation() - map_from_base.translation()).norm() < 0.01; }));
   }
 
@@ -218,7 +218,7 @@ TEST_F(SlamPanel, ShowsHowItGoes) {
   EXPECT_EQ(panel_.text("hypotheses"), "");
   ros::NodeHandle node;
   const ros::Publisher likely = node.advertise<LikelyPoses>("likely_poses", 1);
-  ASSERT_TRUE(sleep_until([&] { return likely.getNumSubscribers() > 0; }));
+  ASSERT_TRUE(wait_until_so([&] { return likely.getNumSubscribers() > 0; }));
   ASSERT_TRUE(drive(1));
   LikelyPoses message;
   message.poses.resize(2);
@@ -285,7 +285,7 @@ TEST_F(SlamPanel, ResetsAtTheSecondClick) {
   ASSERT_TRUE(panel_.comes_to_say("answer", "are forgotten")) << panel_.text("answer");
   EXPECT_TRUE(panel_.comes_to_say("figures", "\n0 key scans"));
   ASSERT_TRUE(drive(1));
-  EXPECT_TRUE(sleep_until([&] { return maps_begun() == 2; }));
+  EXPECT_TRUE(wait_until_so([&] { return maps_begun() == 2; }));
 }
 
 TEST_F(SlamPanel, GoesOnWithASavedMap) {
