@@ -135,13 +135,7 @@ double free_space_violation(const PointScan& scan, const Pose2& map_from_base,
 }
 
 double share_on_other_sides(const PointScan& scan, const Pose2& map_from_base,
-                            const LikelihoodField& field, const OccupancyGrid* occupancy) {
-  const auto is_free = [occupancy](const Eigen::Vector2d& place) {
-    return occupancy != nullptr && occupancy->occupancy(occupancy->geometry().cell_at(place)) < 0.5;
-  };
-  // In front of a hit, where the other side of the wall would be if it was thick. Half or double of
-  // it makes a carried robot 35 % worse, and aces 21 % (benchmark/reports/current/CONSTANTS.md).
-  constexpr double kWallThickness = 0.12;  // [m]
+                            const LikelihoodField& field) {
   // Two cells: what is farther off lies on no wall at all.
   constexpr double kOnWall = 0.1;  // [m]
   const Transform2 to_map(map_from_base);
@@ -158,7 +152,7 @@ double share_on_other_sides(const PointScan& scan, const Pose2& map_from_base,
     const Eigen::Vector2d normal = to_map.turned(point.normal);
     Surface surface;
     if (metres * field.distance(cell) <= kOnWall && field.nearest_surface(cell, surface) &&
-        is_other_side(surface, normal) && !is_free(place + kWallThickness * normal)) {
+        is_other_side(surface, normal)) {
       on_other_sides += point.weight;
     }
   }

@@ -10,7 +10,6 @@
 #include "matchbox_slam/matching/free_space_violation.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matching/rendered_map.hpp"
-#include "slam/match_validation.hpp"
 #include "slam/pose_gate.hpp"
 #include "slam/scan_evidence.hpp"
 
@@ -226,7 +225,7 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
   }
   // Laid on the other side of a wall, the scan is off by its thickness.
   if (free_space_violation(scan, match.map_from_base, field) +
-          share_on_other_sides(scan, match.map_from_base, field, nullptr) >
+          share_on_other_sides(scan, match.map_from_base, field) >
       kMostViolation) {
     return std::nullopt;
   }

@@ -9,7 +9,6 @@
 #include "matching/rendered_map.hpp"
 #include "slam/found_map.hpp"
 #include "slam/local_scans.hpp"
-#include "slam/match_validation.hpp"
 #include "slam/scan_evidence.hpp"
 #include "slam/superfluous_scans.hpp"
 
@@ -23,25 +22,6 @@ MapPart empty_part(const EngineOptions& options, double begin) {
 LocalMapRequest near_request(const EngineOptions& options, const LocalMap& before) {
   return {std::nullopt, options.map, options.field,
           static_cast<std::size_t>(options.slam.enough_views), before};
-}
-
-/// map_from_base of a scan that has waited: about where it is said to be; where the map holds it,
-/// that knows better. None where the map is known and it does not fit, or its beams would go
-/// through walls, as of one that was seen while the robot was carried.
-std::optional<Pose2> placed_best(const PointScan& scan, const Pose2& map_from_base,
-                                 const SlamMap& map) {
-  // How wrong odometry may have placed it since. Guesses: half or double changes no drive with a
-  // fault, aces by 18 to 20 % and seattle by 2 (benchmark/reports/current/CONSTANTS.md).
-  constexpr double kXy = 0.1;      // [m]
-  constexpr double kTheta = 0.03;  // [rad]
-  const PlacedScans none;
-  const CheckedMatch found = search_and_check(
-      {scan, map_from_base, covariance_of(kXy, kTheta), map.field, none, 0}, map.occupancy);
-  if (is_convincing(found)) {
-    return found.match.map_from_base;
-  }
-  return is_badly_explained(evidence_of(scan, map_from_base, map)) ? std::nullopt
-                                                                   : std::optional(map_from_base);
 }
 
 }  // namespace
@@ -126,15 +106,12 @@ std::size_t Mapping::insert_pending(const EngineOptions& options) {
   for (int i = 0; i < kAtATime && has_pending(options); ++i) {
     const PlacedScan waiting = parts_.next_waiting()->scan;
     const std::shared_ptr<const PointScan> points = waiting.scan->points();
-    const std::optional<Pose2> map_from_base =
-        placed_best(*points, waiting.map_from_base, matched());
     parts_.drop_next_waiting();
-    if (!map_from_base) {
-      continue;
+    if (is_badly_explained(evidence_of(*points, waiting.map_from_base, matched()))) {
+      continue;  // as of one that was seen while the robot was carried
     }
     const std::map<int, Pose2> last_inserted = parts_.here().last_inserted;
-    const bool is_inserted =
-        add(*points, {waiting.scan, *map_from_base}, covariance_of_waiting(), false, options);
+    const bool is_inserted = add(*points, waiting, covariance_of_waiting(), false, options);
     left_out += is_inserted ? 0 : 1;
     catch_up(options);
     break_off();

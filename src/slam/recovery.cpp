@@ -7,7 +7,6 @@
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/matching/free_space_violation.hpp"
 #include "matching/wide_search.hpp"
-#include "slam/match_validation.hpp"
 #include "slam/pose_gate.hpp"
 #include "slam/scan_evidence.hpp"
 

@@ -2,7 +2,6 @@
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/likelihood_field.hpp"
-#include "matchbox_slam/map/occupancy_grid.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 
 namespace matchbox_slam {
@@ -19,10 +18,7 @@ namespace matchbox_slam {
 /// The share of a scan, by the length of wall that it stands for, that lies on walls which were
 /// seen from their other side alone: both sides look alike to the score, and are a wall's thickness
 /// apart. 0...1. Cost: two look-ups a point.
-/// @param occupancy  where the ground in front of a hit is free by this, the wall is thin; null
-///                   where that is not known.
 [[nodiscard]] double share_on_other_sides(const PointScan& scan, const Pose2& map_from_base,
-                                          const LikelihoodField& field,
-                                          const OccupancyGrid* occupancy);
+                                          const LikelihoodField& field);
 
 }  // namespace matchbox_slam
