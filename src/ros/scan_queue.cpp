@@ -263,6 +263,7 @@ void ScanQueue::jump_back(double seconds, const ros::Time& now) {
   waiting_.clear();
   skip_parts(SkipReason::kTimeJump, "its other parts were to come when time jumped back");
   sweep_times_.clear();
+  scan_motions_.clear();
   straggling_.reset();
   if (!newest_.empty()) {
     const double newest = std::max_element(newest_.begin(), newest_.end())->toSec();
@@ -340,9 +341,15 @@ void ScanQueue::choose_sweep_time(const Turn& turn, WaitingScan& waiting) {
 
 void ScanQueue::learn_sweep_time(const ReadyScan& ready, double sent_increment) {
   const ScanInput& input = ready.input;
+  SweepTimeChoice& choice = sweep_times_.at(input.laser);
   if (settings_.odom_frame) {
-    sweep_times_.at(input.laser)
-        .add(input.scan, sent_increment, input.base_from_laser, input.odometry->odom_from_base);
+    choice.add(input.scan, sent_increment, input.base_from_laser, input.odometry->odom_from_base);
+  } else if (choice.is_undecided()) {
+    ScanMotion& motion = scan_motions_[input.laser];
+    const Pose2 odom_from_base = motion.add(input);
+    choice.note_pose(input.scan.stamp, odom_from_base,
+                     [&](double stamp) { return motion.odom_from_base_at(stamp); });
+    choice.add(input.scan, sent_increment, input.base_from_laser, odom_from_base);
   }
 }
 

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "matchbox_slam/slam/slam_engine.hpp"
+#include "odometry/scan_motion.hpp"
 #include "ros/robot_transforms.hpp"
 #include "ros/scan_message.hpp"
 #include "run/run_event.hpp"
@@ -270,6 +271,7 @@ class ScanQueue {
   std::vector<SkippedScan> skipped_;
   std::map<int, Parts> parts_;  ///< by laser, as the next
   std::map<int, SweepTimeChoice> sweep_times_;
+  std::map<int, ScanMotion> scan_motions_;  ///< without odometry, until sweep times are known
   std::vector<std::string> news_;
 };
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <stdexcept>
 #include <utility>
 
 #include "matchbox_slam/geometry/angles.hpp"
@@ -21,7 +20,7 @@ constexpr double kOtherTurnRate = 0.07;    // rad/s, by which that of the refere
 constexpr double kOtherSpeed = 0.05;       // m/s, likewise of all that moves a hit
 constexpr double kArm = 3.0;               // m, at which turning moves one
 constexpr std::size_t kMostStraight = 40;  // scans of a robot that does not turn
-constexpr double kMaxDistance = 0.5;       // m, to the reference: farther off other things are seen
+constexpr double kMaxDistance = 2.0;       // m, to the reference: farther off other things are seen
 constexpr double kRecent = 10.0;           // s
 constexpr std::size_t kMostRecent = 40;
 
@@ -221,27 +220,19 @@ std::optional<ToldSweepTime> SweepTimeEstimator::add(const MovingScan& scan) {
     return std::nullopt;
   }
   std::optional<ToldSweepTime> told;
-  if (std::abs(hits.turn_rate) > kTurning || straight_.size() < kMostStraight) {
+  if (std::abs(hits.turn_rate) > kTurning || straight_ < kMostStraight) {
     if (const Hits* reference = reference_for(hits)) {
       told = fit(hits, *reference);
     }
   }
   if (told) {
-    (told->is_turning ? turning_ : straight_).push_back(told->seconds);
+    ++(told->is_turning ? turning_ : straight_);
   }
   recent_.push_back(std::move(hits));
   if (recent_.size() > kMostRecent) {
     recent_.pop_front();
   }
   return told;
-}
-
-double SweepTimeEstimator::sweep_time() const {
-  const std::vector<double>& told = turning_.empty() ? straight_ : turning_;
-  if (told.empty()) {
-    throw std::logic_error("no scan has told the sweep time");
-  }
-  return median_of(told);
 }
 
 }  // namespace matchbox_slam

@@ -44,11 +44,7 @@ class SweepTimeEstimator {
   std::optional<ToldSweepTime> add(const MovingScan& scan);
 
   /// How many scans of the turning robot have told.
-  [[nodiscard]] std::size_t scans() const { return turning_.size(); }
-
-  /// [s] from the first beam to the last, the median of what those told, where there are any, else
-  /// of what the others did. Throws std::logic_error when none has.
-  [[nodiscard]] double sweep_time() const;
+  [[nodiscard]] std::size_t turning_scans() const { return turning_; }
 
  private:
   /// A point as it was hit, were the sweep to take the time that all is linearised about.
@@ -75,8 +71,8 @@ class SweepTimeEstimator {
   [[nodiscard]] static std::optional<ToldSweepTime> fit(const Hits& scan, const Hits& reference);
 
   std::deque<Hits> recent_;
-  std::vector<double> turning_;   ///< [s], by scan
-  std::vector<double> straight_;  ///< likewise of the other scans
+  std::size_t turning_ = 0;   ///< scans that have told
+  std::size_t straight_ = 0;  ///< of the robot that did not turn, likewise
 };
 
 }  // namespace matchbox_slam

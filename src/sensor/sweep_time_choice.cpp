@@ -28,11 +28,18 @@ constexpr double kLikelyTolerance = 0.25;  // of the period: so near to what is 
 // all wrong, so that none counts for more than so much.
 constexpr double kNoiseFactor = 2.0;
 constexpr double kLeastDeviation = 0.02;  // s
-constexpr double kMostOfTurning = 3.0;
-constexpr double kMostOfDriving = 1.5;
+constexpr double kMostOfScan = 3.0;
 constexpr double kDecisive = 2.0;
+/// A sweep that is neither sent nor lasts from scan to scan, as where scans were left out, is rarer
+/// by so much, as a logarithm.
+constexpr double kRare = 3.0;
 
 double beams_of(const LaserScan& scan) { return static_cast<double>(scan.ranges.size()); }
+
+/// [s]
+double deviation_of(const ToldSweepTime& told) {
+  return std::hypot(kNoiseFactor * told.deviation, kLeastDeviation);
+}
 
 }  // namespace
 
@@ -115,7 +122,7 @@ void SweepTimeChoice::note_pose(
     const double beams = beams_of(last_->scan);
     const double whole = *period() * (beams - 1.0) / beams;
     if (const std::optional<ToldSweepTime> told = estimator_.add(*last_)) {
-      weigh(*told, whole);
+      told_.push_back(*told);
       decide(whole);
     }
   }
@@ -131,34 +138,60 @@ void SweepTimeChoice::add(const LaserScan& scan, double sent_increment,
   }
 }
 
-/// Both are taken to be told with an error of Gauss.
-void SweepTimeChoice::weigh(const ToldSweepTime& told, double whole) {
-  const double deviation = std::hypot(kNoiseFactor * told.deviation, kLeastDeviation);
-  const double off_sent = (told.seconds - sent_) / deviation;
-  const double off_whole = (told.seconds - whole) / deviation;
-  const double for_whole = 0.5 * (off_sent * off_sent - off_whole * off_whole);
-  const double most = told.is_turning ? kMostOfTurning : kMostOfDriving;
-  (told.is_turning ? evidence_of_turning_ : evidence_of_driving_) +=
-      std::clamp(for_whole, -most, most);
+/// How much likelier a sweep is than the one that is sent, as the logarithm.
+double SweepTimeChoice::evidence_for(double sweep) const {
+  double of_turning = 0.0;
+  double of_driving = 0.0;
+  for (const ToldSweepTime& told : told_) {
+    const auto misfit = [&told](double one) {  // of Gauss
+      const double off = (told.seconds - one) / deviation_of(told);
+      return std::min(0.5 * off * off, kMostOfScan);
+    };
+    (told.is_turning ? of_turning : of_driving) += misfit(sent_) - misfit(sweep);
+  }
+  // Driving straight on may look like no sweep whatever there is, never like a sweep that is not.
+  return of_turning + std::max(0.0, of_driving);
+}
+
+/// [s], the mean of what agrees with the likeliest that was told.
+double SweepTimeChoice::likeliest() const {
+  constexpr double kAgrees = 2.0;  // deviations
+  const ToldSweepTime& best = *std::max_element(
+      told_.begin(), told_.end(), [this](const ToldSweepTime& a, const ToldSweepTime& b) {
+        return evidence_for(a.seconds) < evidence_for(b.seconds);
+      });
+  double sum = 0.0;
+  double weights = 0.0;
+  for (const ToldSweepTime& told : told_) {
+    if (std::abs(told.seconds - best.seconds) <= kAgrees * deviation_of(told)) {
+      const double weight = 1.0 / (deviation_of(told) * deviation_of(told));
+      sum += weight * told.seconds;
+      weights += weight;
+    }
+  }
+  return std::max(0.0, sum / weights);
 }
 
 /// What is sent and the whole time from scan to scan are likely, and the likelier is taken until
 /// others say otherwise. It takes more to believe anything else.
 void SweepTimeChoice::decide(double whole) {
-  const double told = estimator_.sweep_time();
+  const double told = likeliest();
   const double near = kLikelyTolerance * std::min(*period(), kMotionTime);
-  // Driving straight on may look like no sweep whatever there is, never like a sweep that is not.
-  const double for_whole = evidence_of_turning_ + std::max(0.0, evidence_of_driving_);
-  is_final_ = estimator_.scans() >= kMostScans;
-  if (is_final_ && std::min(std::abs(told - sent_), std::abs(told - whole)) >= near) {
-    settle(std::max(0.0, told), told, "");
-  } else if (is_final_ || std::abs(for_whole) >= kDecisive) {
+  const bool is_likely = std::min(std::abs(told - sent_), std::abs(told - whole)) < near;
+  const double for_whole = evidence_for(whole);
+  const double for_told = is_likely ? -kRare : evidence_for(told) - kRare;
+  const double for_likely = std::max(0.0, for_whole);
+  is_final_ = estimator_.turning_scans() >= kMostScans;
+  if (!is_likely && (is_final_ || for_told - for_likely >= kDecisive)) {
+    settle(told, told, "");
+  } else if (is_final_ || (std::abs(for_whole) >= kDecisive && for_likely >= for_told)) {
     const bool is_whole =
         is_final_ ? std::abs(told - whole) < std::abs(told - sent_) : for_whole > 0;
     settle(is_whole ? whole : sent_, told, is_whole ? ", as from scan to scan" : ", as they tell");
   }
   if (is_final_) {
     estimator_ = {};
+    told_.clear();
   }
 }
 

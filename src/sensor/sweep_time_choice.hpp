@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/sensor/laser_scan.hpp"
@@ -17,8 +18,8 @@ namespace matchbox_slam {
 /// often send times that cannot be: 0, or an increment that is twenty times too small. By itself it
 /// believes what can be. Where what is sent cannot be, it takes a sweep to last from scan to scan,
 /// or no time where that is sent, until the scans of the moving robot tell: the likelier of both at
-/// once, anything else only when many turning ones say so. A laser that takes all beams at once is
-/// one whose scans tell so.
+/// once, anything else when more of them say so. A laser that takes all beams at once is one whose
+/// scans tell so.
 class SweepTimeChoice {
  public:
   explicit SweepTimeChoice(SweepTimeSetting setting) : setting_(setting) {}
@@ -38,6 +39,9 @@ class SweepTimeChoice {
   void add(const LaserScan& scan, double sent_increment, const Eigen::Isometry3d& base_from_laser,
            const Pose2& odom_from_base);
 
+  /// Whether scans are asked still how long they take.
+  [[nodiscard]] bool is_undecided() const { return is_doubtful_ && !is_final_; }
+
   /// What was decided since the last call, for people; empty: nothing.
   [[nodiscard]] std::string take_news();
 
@@ -46,7 +50,8 @@ class SweepTimeChoice {
   [[nodiscard]] std::optional<double> period() const;
   [[nodiscard]] bool may_be_looked_at(const LaserScan& scan) const;
   [[nodiscard]] bool can_be(const LaserScan& as_sent, double sent_scan_time) const;
-  void weigh(const ToldSweepTime& told, double whole);
+  [[nodiscard]] double evidence_for(double sweep) const;
+  [[nodiscard]] double likeliest() const;
   void decide(double whole);
   void settle(double sweep, double told, const std::string& which);
 
@@ -59,10 +64,7 @@ class SweepTimeChoice {
       settled_;            ///< [s] from the first beam to the last; none: scans have not told
   bool is_final_ = false;  ///< enough of them have
   SweepTimeEstimator estimator_;
-  // By how much more likely it is that a sweep takes all the time from scan to scan than what is
-  // sent, as the logarithm:
-  double evidence_of_turning_ = 0.0;
-  double evidence_of_driving_ = 0.0;
+  std::vector<ToldSweepTime> told_;
   std::optional<MovingScan> last_;  ///< whose motion the next scan tells
   double sent_ = 0.0;               ///< [s] that its sweep takes by the message
   std::string news_;

@@ -18,11 +18,11 @@ namespace {
 
 class ScanTimes : public testing::Test {
  protected:
-  void simulate(const std::string& laser, int seed = 41) {
-    const Outcome simulated =
-        run_command(MATCHBOX_SIMULATE, "--world rooms --seed " + std::to_string(seed) +
-                                           " --duration 30 --turn-rate 1 " + laser + " --bag " +
-                                           bag_ + " --truth " + truth_);
+  void simulate(const std::string& laser, int seed = 41, int seconds = 30) {
+    const Outcome simulated = run_command(
+        MATCHBOX_SIMULATE, "--world rooms --seed " + std::to_string(seed) + " --duration " +
+                               std::to_string(seconds) + " --turn-rate 1 " + laser + " --bag " +
+                               bag_ + " --truth " + truth_);
     ASSERT_EQ(simulated.exit_code, 0) << simulated.output;
   }
 
@@ -56,6 +56,29 @@ TEST_F(ScanTimes, OfLasersWhoseDriversTellNonsenseAreSeenFromTheirScans) {
     EXPECT_LT(found, 1.1 * with_truth);  // 1.00, and 5 when it took two scans of turns to decide
     EXPECT_LT(found, 0.3 * as_sent);
   }
+}
+
+TEST_F(ScanTimes, AreSeenWithoutOdometry) {
+  simulate("--sensor rplidar_a1 --no-odometry", 42);
+  const double as_sent = error("--no-odom --set scan/sweep_time=as_sent");
+  const double with_truth = error("--no-odom --set scan/sweep_time=0.1813");
+  const double found = error("--no-odom");
+  EXPECT_TRUE(contains(told_, "scans of the moving robot show a sweep of ")) << told_;
+  EXPECT_LT(found, 1.3 * with_truth);  // 1.01
+  EXPECT_LT(found, 0.3 * as_sent);
+  simulate("--sensor rplidar_a1 --time-increment 0 --no-odometry");
+  const double at_once = error("--no-odom");
+  EXPECT_EQ(told_, "");
+  EXPECT_EQ(at_once, error("--no-odom --set scan/sweep_time=0"));
+}
+
+TEST_F(ScanTimes, AreSeenWhereMostScansAreLeftOut) {
+  simulate("--sensor rplidar_a1 --scan-rate 1", 42, 120);
+  const double as_sent = error("--set scan/sweep_time=as_sent");
+  const double with_truth = error("--set scan/sweep_time=0.1813");
+  const double found = error();
+  EXPECT_LT(found, 1.5 * with_truth);  // 1.15
+  EXPECT_LT(found, 0.2 * as_sent);
 }
 
 TEST_F(ScanTimes, OfALaserThatTakesAllBeamsAtOnceStayAsTheyAre) {

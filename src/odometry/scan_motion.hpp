@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+
+#include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/odometry/laser_odometry.hpp"
+
+namespace matchbox_slam {
+
+/// How the base moves by the scans of one laser alone, where no odometry tells: well enough to see
+/// how long its sweeps take.
+class ScanMotion {
+ public:
+  ScanMotion();
+
+  /// The next scan, in the order of their stamps. Returns odom_from_base at its stamp. Throws as
+  /// LaserOdometry::process.
+  Pose2 add(const ScanInput& input);
+
+  /// odom_from_base at a stamp [s] between those of the last two scans, as if the base had moved
+  /// steadily; none where these are too far apart for that, or the stamp is not between them.
+  [[nodiscard]] std::optional<Pose2> odom_from_base_at(double stamp) const;
+
+ private:
+  struct Stamped {
+    double stamp;
+    Pose2 odom_from_base;
+  };
+
+  LaserOdometry odometry_;
+  std::optional<Stamped> before_;
+  std::optional<Stamped> newest_;
+};
+
+}  // namespace matchbox_slam
