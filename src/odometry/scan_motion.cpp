@@ -14,7 +14,10 @@ constexpr double kSteady = 1.0;  // [s], in which a robot may begin to turn and 
 ScanMotion::ScanMotion()
     : odometry_({}, std::make_shared<OlsonMatcher>(OlsonOptions{}), GuessSource::kVelocity, 1) {}
 
-Pose2 ScanMotion::add(const ScanInput& input) {
+std::optional<Pose2> ScanMotion::add(const ScanInput& input) {
+  if (newest_ && input.scan.stamp <= newest_->stamp) {
+    return std::nullopt;
+  }
   const Pose2 odom_from_base = odometry_.process(input).odom_from_base;
   before_ = newest_;
   newest_ = Stamped{input.scan.stamp, odom_from_base};

@@ -13,9 +13,9 @@ class ScanMotion {
  public:
   ScanMotion();
 
-  /// The next scan, in the order of their stamps. Returns odom_from_base at its stamp. Throws as
-  /// LaserOdometry::process.
-  Pose2 add(const ScanInput& input);
+  /// The next scan. Returns odom_from_base at its stamp; none: that is not later than the one
+  /// before. Throws as LaserOdometry::process.
+  std::optional<Pose2> add(const ScanInput& input);
 
   /// odom_from_base at a stamp [s] between those of the last two scans, as if the base had moved
   /// steadily; none where these are too far apart for that, or the stamp is not between them.

@@ -304,11 +304,10 @@ void ScanQueue::collect_ready(bool wait_for_more) {
         return;
       }
       const double sent_increment = oldest->second.sent_increment;
-      ReadyScan ready = make_ready(turn, beams, std::move(oldest->second));
-      if (!has_times) {
-        learn_sweep_time(ready, sent_increment);
+      const ScanInput* input = deliver(turn, make_ready(turn, beams, std::move(oldest->second)));
+      if (input != nullptr && !has_times) {
+        learn_sweep_time(*input, sent_increment);
       }
-      deliver(turn, std::move(ready));
     } else if (wait_for_more &&
                seconds_between(oldest->second.arrival, *now_) <= settings_.transform_timeout) {
       return;
@@ -339,39 +338,45 @@ void ScanQueue::choose_sweep_time(const Turn& turn, WaitingScan& waiting) {
   }
 }
 
-void ScanQueue::learn_sweep_time(const ReadyScan& ready, double sent_increment) {
-  const ScanInput& input = ready.input;
+/// How the robot moves odometry tells; without it the scans, until they have told their sweep time.
+void ScanQueue::learn_sweep_time(const ScanInput& input, double sent_increment) {
   SweepTimeChoice& choice = sweep_times_.at(input.laser);
   if (settings_.odom_frame) {
     choice.add(input.scan, sent_increment, input.base_from_laser, input.odometry->odom_from_base);
   } else if (choice.is_undecided()) {
     ScanMotion& motion = scan_motions_[input.laser];
-    const Pose2 odom_from_base = motion.add(input);
-    choice.note_pose(input.scan.stamp, odom_from_base,
-                     [&](double stamp) { return motion.odom_from_base_at(stamp); });
-    choice.add(input.scan, sent_increment, input.base_from_laser, odom_from_base);
+    const std::optional<Pose2> odom_from_base = motion.add(input);
+    if (odom_from_base) {
+      choice.note_pose(input.scan.stamp, *odom_from_base,
+                       [&](double stamp) { return motion.odom_from_base_at(stamp); });
+      choice.add(input.scan, sent_increment, input.base_from_laser, *odom_from_base);
+    }
+  } else {
+    scan_motions_.erase(input.laser);
   }
 }
 
-void ScanQueue::deliver(const Turn& turn, ReadyScan&& scan) {
+/// The scan as it was delivered; null: it was skipped.
+const ScanInput* ScanQueue::deliver(const Turn& turn, ReadyScan&& scan) {
   if (transforms_.are_frames_swapped()) {
     skip(scan.stamp, SkipReason::kNoTransform,
          text_of_swapped_frames(settings_.base_frame, *settings_.odom_frame));
-    return;
+    return nullptr;
   }
   if (const std::string defect = find_defect(scan.input); !defect.empty()) {
     skip(scan.stamp, SkipReason::kInvalid, defect);
-    return;
+    return nullptr;
   }
   if (const double tilt = largest_tilt(scan.input); tilt > settings_.max_tilt) {
     skip(scan.stamp, SkipReason::kTilted,
          fmt::format("its plane is tilted by {:.3f} rad; scan/max_tilt allows {:.3f}", tilt,
                      settings_.max_tilt));
-    return;
+    return nullptr;
   }
   last_ready_ = turn;
   ready_.emplace_back(std::move(scan));
   ++ready_scans_;
+  return &std::get<ReadyScan>(ready_.back()).input;
 }
 
 /// Those not heard of yet count as just before the first scan, so that they are waited for as well.

@@ -233,12 +233,12 @@ class ScanQueue {
   void take_joined(Parts& parts, int laser);
   void skip_parts(SkipReason reason, const std::string& why);
   void choose_sweep_time(const Turn& turn, WaitingScan& waiting);
-  void learn_sweep_time(const ReadyScan& ready, double sent_increment);
+  void learn_sweep_time(const ScanInput& input, double sent_increment);
   [[nodiscard]] bool was_clock_set_back(const Turn& turn);
   [[nodiscard]] bool is_straggler(const ros::Time& stamp) const;
   [[nodiscard]] bool leaps_ahead(const ros::Time& stamp);
   void collect_ready(bool wait_for_more);
-  void deliver(const Turn& turn, ReadyScan&& scan);
+  const ScanInput* deliver(const Turn& turn, ReadyScan&& scan);
   void limit_waiting();
   void give_up_late();
   void note_newest(const Turn& turn);

@@ -27,7 +27,7 @@ class ScanMotionTest : public testing::Test {
     ScanInput input;
     input.scan = run_.scans[scan];
     input.base_from_laser = run_.base_from_laser;
-    return motion_.add(input);
+    return motion_.add(input).value();
   }
 
   SimulatedRun run_;
@@ -58,6 +58,7 @@ TEST_F(ScanMotionTest, IsSteadyBetweenScansThatAreNear) {
   ASSERT_TRUE(middle);
   EXPECT_NEAR(middle->x, 0.5 * (first.x + second.x), 1e-4);
   EXPECT_NEAR(middle->y, 0.5 * (first.y + second.y), 1e-4);
+  EXPECT_THROW(add(last), std::bad_optional_access) << "no scan comes twice";
   EXPECT_FALSE(motion_.odom_from_base_at(before - 0.01));
   EXPECT_FALSE(motion_.odom_from_base_at(stamp + 0.01));
 }
