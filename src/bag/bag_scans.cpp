@@ -112,7 +112,7 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   require_not_interrupted();
   options.scan_topics = facts_.scan_topics;
   ScanQueueSettings settings =
-      queue_settings(options, read_projection_options(parameters).max_tilt,
+      queue_settings(options, read_projection_options(parameters),
                      read_scan_timing_options(parameters), facts_.scan_time_offset);
   settings.is_live = false;
   queue_.emplace(std::move(settings));
@@ -217,7 +217,9 @@ BagPeriod BagScans::rest() const {
   const double delivered = seconds_between(reader_.begin_time(), delivered_time_);
   const double start = std::floor(delivered / kStep + 1.5) * kStep;
   const BagPeriod& asked = request_.period;
-  return {start, std::max(0.0, asked.start + asked.duration - start)};
+  // Rounded up, so that the last scan is in it.
+  const double left = std::ceil((asked.start + asked.duration - start) / kStep) * kStep;
+  return {start, std::max(0.0, left)};
 }
 
 void BagScans::read_message() {

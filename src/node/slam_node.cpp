@@ -49,7 +49,7 @@ LiveConfiguration read_configuration(const ros::NodeHandle& private_node,
 }
 
 ScanQueueSettings node_queue_settings(const SlamSetup& setup) {
-  return queue_settings(setup.run, setup.engine.scan.max_tilt, setup.timing,
+  return queue_settings(setup.run, setup.engine.scan, setup.timing,
                         fixed_scan_time_offset(setup.run).value_or(0.0));
 }
 

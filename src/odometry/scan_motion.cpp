@@ -1,32 +1,51 @@
 #include "odometry/scan_motion.hpp"
 
 #include <memory>
+#include <utility>
 
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-constexpr double kSteady = 1.0;  // [s], in which a robot may begin to turn and end
+/// [s] in which a robot may begin to turn and end. A guess: half and double were not tried.
+constexpr double kSteady = 1.0;
+
+LaserOdometrySettings settings_of(const ProjectionOptions& options) {
+  LaserOdometrySettings settings;
+  settings.scan = options;
+  return settings;
+}
 
 }  // namespace
 
-ScanMotion::ScanMotion()
-    : odometry_({}, std::make_shared<OlsonMatcher>(OlsonOptions{}), GuessSource::kVelocity, 1) {}
+ScanMotion::ScanMotion(const ProjectionOptions& options)
+    : odometry_(settings_of(options), std::make_shared<OlsonMatcher>(), GuessSource::kVelocity, 1) {
+}
 
 std::optional<Pose2> ScanMotion::add(const ScanInput& input) {
-  if (newest_ && input.scan.stamp <= newest_->stamp) {
+  const double stamp = input.scan.stamp;
+  const std::optional<double> last = last_stamp_;
+  if (last && stamp <= *last) {
     return std::nullopt;
   }
-  const Pose2 odom_from_base = odometry_.process(input).odom_from_base;
-  before_ = newest_;
-  newest_ = Stamped{input.scan.stamp, odom_from_base};
-  return odom_from_base;
+  last_stamp_ = stamp;
+  before_ = std::exchange(newest_, std::nullopt);
+  if (last && stamp - *last > kSteady) {
+    return std::nullopt;
+  }
+  ScanInput alone = input;
+  alone.odometry.reset();
+  const LaserOdometryOutcome outcome = odometry_.process(alone);
+  if (last && !outcome.match.accepted()) {
+    return std::nullopt;
+  }
+  newest_ = Stamped{stamp, outcome.odom_from_base};
+  return outcome.odom_from_base;
 }
 
 std::optional<Pose2> ScanMotion::odom_from_base_at(double stamp) const {
-  if (!before_ || stamp < before_->stamp || stamp > newest_->stamp ||
-      newest_->stamp - before_->stamp > kSteady) {
+  if (!before_ || !newest_ || stamp < before_->stamp || stamp > newest_->stamp) {
     return std::nullopt;
   }
   return interpolate(before_->odom_from_base, newest_->odom_from_base,

@@ -22,7 +22,7 @@ std::vector<Eigen::Isometry3d> laser_poses(const RunOptions& options) {
 
 }  // namespace
 
-ScanQueueSettings queue_settings(const RunOptions& options, double max_tilt,
+ScanQueueSettings queue_settings(const RunOptions& options, const ProjectionOptions& projection,
                                  const ScanTimingOptions& timing, double scan_time_offset) {
   ScanQueueSettings settings;
   settings.base_frame = options.base_frame;
@@ -36,7 +36,7 @@ ScanQueueSettings queue_settings(const RunOptions& options, double max_tilt,
   settings.scan_time_offset = ros::Duration(scan_time_offset);
   settings.lasers = std::max(1, static_cast<int>(options.scan_topics.size()));
   settings.max_lag = options.max_lag;
-  settings.max_tilt = max_tilt;
+  settings.projection = projection;
   settings.timing = scan_timing(timing);
   settings.use_imu = !options.imu_topic.empty();
   settings.heading_by_imu = settings.use_imu && !options.use_odometry;
@@ -58,7 +58,7 @@ ScanQueueSettings queue_settings(const ScanMatcherSetup& setup) {
   settings.transform_timeout = setup.node.transform_timeout;
   settings.max_waiting = static_cast<std::size_t>(setup.node.queue_size);
   settings.scan_time_offset = ros::Duration(setup.node.scan_time_offset);
-  settings.max_tilt = setup.odometry.scan.max_tilt;
+  settings.projection = setup.odometry.scan;
   settings.timing = scan_timing(setup.timing);
   return settings;
 }

@@ -7,9 +7,10 @@
 namespace matchbox_slam {
 
 /// How the queue is to be set up for a configuration.
-/// @param max_tilt          [rad], of ProjectionOptions.
+/// @param projection        as the scans are projected afterwards.
 /// @param scan_time_offset  [s], what 'auto' has come to.
-[[nodiscard]] ScanQueueSettings queue_settings(const RunOptions& options, double max_tilt,
+[[nodiscard]] ScanQueueSettings queue_settings(const RunOptions& options,
+                                               const ProjectionOptions& projection,
                                                const ScanTimingOptions& timing,
                                                double scan_time_offset);
 

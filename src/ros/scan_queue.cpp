@@ -7,6 +7,7 @@
 #include <boost/make_shared.hpp>
 #include <utility>
 
+#include "ros/imu_heading.hpp"
 #include "ros/message_conversion.hpp"
 #include "run/run_dialog.hpp"
 
@@ -318,11 +319,16 @@ void ScanQueue::collect_ready(bool wait_for_more) {
   }
 }
 
+/// Whether odometry tells how the base drives, and not only how it turns.
+bool ScanQueue::tells_way() const {
+  return settings_.odom_frame && *settings_.odom_frame != kImuHeadingFrame;
+}
+
 /// By the scans that were delivered before it, so that it is the same in every replay.
 void ScanQueue::choose_sweep_time(const Turn& turn, WaitingScan& waiting) {
   SweepTimeChoice& choice =
       sweep_times_.try_emplace(turn.laser, settings_.timing.sweep_time).first->second;
-  if (settings_.odom_frame) {
+  if (tells_way()) {
     const auto odom_from_base_at = [&](double stamp) {
       return transforms_.odom_from_base(ros::Time(stamp));
     };
@@ -341,17 +347,17 @@ void ScanQueue::choose_sweep_time(const Turn& turn, WaitingScan& waiting) {
 /// How the robot moves odometry tells; without it the scans, until they have told their sweep time.
 void ScanQueue::learn_sweep_time(const ScanInput& input, double sent_increment) {
   SweepTimeChoice& choice = sweep_times_.at(input.laser);
-  if (settings_.odom_frame) {
+  if (tells_way()) {
     choice.add(input.scan, sent_increment, input.base_from_laser, input.odometry->odom_from_base);
   } else if (choice.is_undecided()) {
-    ScanMotion& motion = scan_motions_[input.laser];
+    ScanMotion& motion = scan_motions_.try_emplace(input.laser, settings_.projection).first->second;
     const std::optional<Pose2> odom_from_base = motion.add(input);
     if (odom_from_base) {
       choice.note_pose(input.scan.stamp, *odom_from_base,
                        [&](double stamp) { return motion.odom_from_base_at(stamp); });
       choice.add(input.scan, sent_increment, input.base_from_laser, *odom_from_base);
     }
-  } else {
+  } else if (choice.is_final()) {
     scan_motions_.erase(input.laser);
   }
 }
@@ -367,10 +373,10 @@ const ScanInput* ScanQueue::deliver(const Turn& turn, ReadyScan&& scan) {
     skip(scan.stamp, SkipReason::kInvalid, defect);
     return nullptr;
   }
-  if (const double tilt = largest_tilt(scan.input); tilt > settings_.max_tilt) {
+  if (const double tilt = largest_tilt(scan.input); tilt > settings_.projection.max_tilt) {
     skip(scan.stamp, SkipReason::kTilted,
          fmt::format("its plane is tilted by {:.3f} rad; scan/max_tilt allows {:.3f}", tilt,
-                     settings_.max_tilt));
+                     settings_.projection.max_tilt));
     return nullptr;
   }
   last_ready_ = turn;

@@ -97,7 +97,7 @@ struct ScanQueueSettings : RobotFrames {
   bool stop_at_time_jump = false;   ///< else start anew
   int lasers = 1;                   ///< whose scans are merged
   double max_lag = 0.0;             ///< [s] after its arrival a scan is given up; 0: never
-  double max_tilt = kPi / 2.0;      ///< [rad] of a scan's plane
+  ProjectionOptions projection;     ///< max_tilt, and that of scans that tell how the robot moves
   ScanTiming timing;
 };
 
@@ -149,7 +149,7 @@ class ScanQueue {
   /// These of the settings, from now on.
   void set_limits(double max_lag, double max_tilt) {
     settings_.max_lag = max_lag;
-    settings_.max_tilt = max_tilt;
+    settings_.projection.max_tilt = max_tilt;
   }
 
   /// Whether scans are skipped since a time jump at which to stop.
@@ -232,6 +232,7 @@ class ScanQueue {
   void add_joined(const ScanMessage& message, int laser);
   void take_joined(Parts& parts, int laser);
   void skip_parts(SkipReason reason, const std::string& why);
+  [[nodiscard]] bool tells_way() const;
   void choose_sweep_time(const Turn& turn, WaitingScan& waiting);
   void learn_sweep_time(const ScanInput& input, double sent_increment);
   [[nodiscard]] bool was_clock_set_back(const Turn& turn);

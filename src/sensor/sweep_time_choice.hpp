@@ -18,8 +18,8 @@ namespace matchbox_slam {
 /// often send times that cannot be: 0, or an increment that is twenty times too small. By itself it
 /// believes what can be. Where what is sent cannot be, it takes a sweep to last from scan to scan,
 /// or no time where that is sent, until the scans of the moving robot tell: the likelier of both at
-/// once, anything else when more of them say so. A laser that takes all beams at once is one whose
-/// scans tell so.
+/// once, anything else when one or two more of them say so. A laser that takes all beams at once is
+/// one whose scans tell so.
 class SweepTimeChoice {
  public:
   explicit SweepTimeChoice(SweepTimeSetting setting) : setting_(setting) {}
@@ -41,6 +41,7 @@ class SweepTimeChoice {
 
   /// Whether scans are asked still how long they take.
   [[nodiscard]] bool is_undecided() const { return is_doubtful_ && !is_final_; }
+  [[nodiscard]] bool is_final() const { return is_final_; }
 
   /// What was decided since the last call, for people; empty: nothing.
   [[nodiscard]] std::string take_news();
@@ -50,7 +51,7 @@ class SweepTimeChoice {
   [[nodiscard]] std::optional<double> period() const;
   [[nodiscard]] bool may_be_looked_at(const LaserScan& scan) const;
   [[nodiscard]] bool can_be(const LaserScan& as_sent, double sent_scan_time) const;
-  [[nodiscard]] double evidence_for(double sweep) const;
+  [[nodiscard]] double log_likelihood_ratio(double sweep) const;
   [[nodiscard]] double likeliest() const;
   void decide(double whole);
   void settle(double sweep, double told, const std::string& which);
@@ -61,8 +62,9 @@ class SweepTimeChoice {
   bool is_doubtful_ = false;  ///< what is sent can not be, or says nothing
   bool has_told_ = false;     ///< that it cannot be
   std::optional<double>
-      settled_;            ///< [s] from the first beam to the last; none: scans have not told
-  bool is_final_ = false;  ///< enough of them have
+      settled_;                  ///< [s] from the first beam to the last; none: scans have not told
+  bool is_final_ = false;        ///< enough of them have
+  std::optional<double> known_;  ///< [s], settled, as people were told last
   SweepTimeEstimator estimator_;
   std::vector<ToldSweepTime> told_;
   std::optional<MovingScan> last_;  ///< whose motion the next scan tells

@@ -9,6 +9,7 @@
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "slam/insertion.hpp"
 #include "slam/pose_uncertainty.hpp"
+#include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -207,9 +208,8 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(const Predictions& predictio
     search_anew_if_lost();
   }
   if (!outcome.match.accepted() && options_.hypotheses.enabled) {
-    constexpr double kKnown = 0.5;  // more than not
     outcome.certainty =
-        weighed.evidence.known < kKnown ? Certainty::kNewGround : Certainty::kUnmatched;
+        weighed.evidence.known < kMostlyKnown ? Certainty::kNewGround : Certainty::kUnmatched;
   }
   if (weighed.verdict == Verdict::kOvertaken) {
     follow(weighed, predictions.predicted, outcome);

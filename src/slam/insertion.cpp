@@ -106,11 +106,10 @@ void insert(const ScanBundle& bundle, int laser, const EngineOptions& options, M
 
 bool is_to_be_drawn_over(const PointScan& scan, int laser, const ScanOutcome& outcome,
                          const Mapping& mapping, const SlamOptions& options) {
-  constexpr double kKnown = 0.5;  // more than not
   return !options.update_map && !mapping.is_lost() && outcome.match.accepted() &&
          is_heading_known(outcome.match) &&
          is_worth_drawing(outcome, laser, mapping.temporary().last_drawn(), false, options) &&
-         evidence_of(scan, outcome.map_from_base, mapping.lasting()).known >= kKnown;
+         evidence_of(scan, outcome.map_from_base, mapping.lasting()).known >= kMostlyKnown;
 }
 
 void draw_over(const ScanBundle& bundle, int laser, const EngineOptions& options, Mapping& mapping,

@@ -45,9 +45,7 @@ Mapping::Mapping(MapParts parts, LoopCloser loops, MapRenderer drawing, bool is_
       is_of_key_scans_(is_of_key_scans) {
   loops_.begin_again(parts_.map().key_scans, near_request(options, renderer_.local_map()),
                      options.loops);
-  if (!closes_loops(options) || !options.slam.update_map) {
-    match_whole_map(options);
-  }
+  match_as(options);
 }
 
 bool Mapping::has_pending(const EngineOptions& options) const {
@@ -155,6 +153,8 @@ MapCorrection Mapping::move_since_fork(const std::vector<std::optional<Pose2>>& 
   }
   part.map = fork_->map;
   renderer_ = fork_->drawing;
+  temporary_.clear();
+  match_as(options);
   if (!is_lost() && closes_loops(options)) {
     loops_.move_since(first, part.key_scans);
   }
@@ -184,6 +184,7 @@ void Mapping::forget_since_fork() {
   MapPart& part = parts_.here();
   part.map = fork_->map;
   renderer_ = fork_->drawing;
+  temporary_.clear();
   part.key_scans.forget_since(fork_->key_scans);
   part.last_inserted = fork_->last_inserted;
   if (!is_lost()) {
@@ -311,7 +312,12 @@ void Mapping::move_with_map(const Pose2& new_from_old) {
 void Mapping::set_options(const EngineOptions& options) {
   temporary_.clear();
   loops_.abandon();
-  if (!options.slam.loop_closing || !options.slam.update_map) {
+  match_as(options);
+}
+
+/// What does not change, or has no graph that tells what belongs together, is matched as a whole.
+void Mapping::match_as(const EngineOptions& options) {
+  if (!closes_loops(options) || !options.slam.update_map) {
     match_whole_map(options);
   }
 }

@@ -147,6 +147,7 @@ class Mapping {
   void match_whole_map(const EngineOptions& options) {
     renderer_.match_whole(parts_.map(), options);
   }
+  void match_as(const EngineOptions& options);
   /// The key scans have moved, and what goes with the newest follows.
   void move_with_map(const Pose2& new_from_old);
   /// Those around the newest.

@@ -38,6 +38,9 @@ constexpr double kUnexpected = 7.0;
 /// looked at with suspicion. A guess; with half of it aces is 14 % worse.
 constexpr double kMostViolation = 0.1;
 
+/// Share of a scan that ends on known ground, from which on it is of what is known: more than not.
+constexpr double kMostlyKnown = 0.5;
+
 /// Whether so little of a scan fits what is known where it ends that it may be of elsewhere.
 [[nodiscard]] bool is_badly_explained(const ScanEvidence& evidence);
 

@@ -126,6 +126,7 @@ class BagMapping {
   [[nodiscard]] Trajectory in_map(const std::vector<StampedPose2>& poses) const;
   [[nodiscard]] std::vector<FileContents> hough_pictures() const;
   void tell(const RunFacts& facts);
+  void tell_rest() const;
   void handle(const ReadyScan& scan);
   void handle(const TimeJump& jump);
   void handle(const RunEvent& event);
@@ -350,15 +351,23 @@ void BagMapping::tell(const RunFacts& facts) {
         fmt::format("{} events have no scan after them and took no effect", scans_.events_left()));
   }
   if (facts.bag.interrupted) {
-    const BagPeriod rest = scans_.rest();
-    dialog_.warn(fmt::format(
-        "interrupted: the results cover the bag up to there; for the rest of it give the same "
-        "options but another --out, no --pose and no --events, and --start {:.3f}{} --map "
-        "{}/map.slam",
-        rest.start,
-        std::isfinite(rest.duration) ? fmt::format(" --duration {:.3f}", rest.duration) : "",
-        out_));
+    tell_rest();
   }
+}
+
+void BagMapping::tell_rest() const {
+  const BagPeriod rest = scans_.rest();
+  if (rest.duration <= 0.0) {
+    dialog_.warn("interrupted at the end of what was asked for; nothing is left of it");
+    return;
+  }
+  const std::string duration =
+      std::isfinite(rest.duration) ? fmt::format(" --duration {:.3f}", rest.duration) : "";
+  dialog_.warn(fmt::format(
+      "interrupted: the results cover the bag up to there; for the rest of it give the same "
+      "options "
+      "but another --out, no --pose and no --events, and --start {:.3f}{} --map {}/map.slam",
+      rest.start, duration, out_));
 }
 
 void BagMapping::write_files() {

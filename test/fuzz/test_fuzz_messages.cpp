@@ -198,7 +198,7 @@ class Fuzzed {
   Fuzzed(const LiveConfiguration& configuration, std::uint64_t number)
       : random_(mix_seed(21, number)),
         run_(configuration),
-        queue_(queue_settings(configuration.setup().run, configuration.setup().engine.scan.max_tilt,
+        queue_(queue_settings(configuration.setup().run, configuration.setup().engine.scan,
                               configuration.setup().timing, 0.0)) {}
 
   void send_messages() {

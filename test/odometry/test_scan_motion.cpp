@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "matchbox_slam/geometry/angles.hpp"
 #include "odometry/scan_motion.hpp"
@@ -22,45 +24,62 @@ class ScanMotionTest : public testing::Test {
     run_ = simulate_run(world, world.route(), options, 3);
   }
 
-  /// Odometry is left out.
-  Pose2 add(std::size_t scan) {
-    ScanInput input;
+  [[nodiscard]] ScanInput input(std::size_t scan) const {
+    ScanInput input;  // odometry is left out
     input.scan = run_.scans[scan];
     input.base_from_laser = run_.base_from_laser;
-    return motion_.add(input).value();
+    return input;
   }
 
+  std::optional<Pose2> add(std::size_t scan) { return motion_.add(input(scan)); }
+
   SimulatedRun run_;
-  ScanMotion motion_;
+  ScanMotion motion_{{}};
 };
 
 TEST_F(ScanMotionTest, IsThatOfTheBase) {
-  Pose2 odom_from_base;
+  std::optional<Pose2> odom_from_base;
   for (std::size_t i = 0; i < run_.scans.size(); ++i) {
     odom_from_base = add(i);
+    ASSERT_TRUE(odom_from_base) << i;
     const Pose2 truth = run_.world_from_base.front().inverse() * run_.world_from_base[i];
-    EXPECT_NEAR((odom_from_base.translation() - truth.translation()).norm(), 0.0, 0.02);
-    EXPECT_NEAR(wrap_angle(odom_from_base.theta - truth.theta), 0.0, 0.01);
+    EXPECT_NEAR((odom_from_base->translation() - truth.translation()).norm(), 0.0, 0.02);
+    EXPECT_NEAR(wrap_angle(odom_from_base->theta - truth.theta), 0.0, 0.01);
   }
-  EXPECT_GT(odom_from_base.translation().norm(), 1.0) << "it has driven";
+  EXPECT_GT(odom_from_base->translation().norm(), 1.0) << "it has driven";
 }
 
-TEST_F(ScanMotionTest, IsSteadyBetweenScansThatAreNear) {
-  add(0);
-  EXPECT_FALSE(motion_.odom_from_base_at(run_.scans[0].stamp)) << "of one scan";
-  const std::size_t last = run_.scans.size() - 1;
-  const Pose2 first = add(last - 1);
-  EXPECT_FALSE(motion_.odom_from_base_at(run_.scans[last - 1].stamp)) << "far apart in time";
-  const Pose2 second = add(last);
+TEST_F(ScanMotionTest, IsSteadyBetweenScans) {
+  const std::size_t last = run_.scans.size() / 2;
+  const std::size_t step = 10;
+  std::optional<Pose2> first;
+  for (std::size_t i = 0; i < last; i += step) {
+    first = add(i);
+    EXPECT_EQ(motion_.odom_from_base_at(run_.scans[i].stamp).has_value(), i > 0);
+  }
+  const double before = run_.scans[(last - 1) / step * step].stamp;
+  const std::optional<Pose2> second = add(last);
+  ASSERT_TRUE(first && second);
+  ASSERT_GT(std::abs(second->x - first->x), 0.01) << "it drives";
   const double stamp = run_.scans[last].stamp;
-  const double before = run_.scans[last - 1].stamp;
-  const auto middle = motion_.odom_from_base_at(0.5 * (before + stamp));
-  ASSERT_TRUE(middle);
-  EXPECT_NEAR(middle->x, 0.5 * (first.x + second.x), 1e-4);
-  EXPECT_NEAR(middle->y, 0.5 * (first.y + second.y), 1e-4);
-  EXPECT_THROW(add(last), std::bad_optional_access) << "no scan comes twice";
+  const auto quarter = motion_.odom_from_base_at(0.75 * before + 0.25 * stamp);
+  ASSERT_TRUE(quarter);
+  EXPECT_NEAR(quarter->x, 0.75 * first->x + 0.25 * second->x, 1e-3);
+  EXPECT_NEAR(quarter->y, 0.75 * first->y + 0.25 * second->y, 1e-3);
   EXPECT_FALSE(motion_.odom_from_base_at(before - 0.01));
   EXPECT_FALSE(motion_.odom_from_base_at(stamp + 0.01));
+}
+
+TEST_F(ScanMotionTest, IsNotToldByWhatComesTwiceOrLateOrDoesNotMatch) {
+  EXPECT_TRUE(add(0));
+  EXPECT_FALSE(add(0)) << "twice";
+  EXPECT_TRUE(add(1));
+  const std::size_t late = run_.scans.size() - 2;
+  EXPECT_FALSE(add(late));
+  EXPECT_FALSE(motion_.odom_from_base_at(run_.scans[1].stamp));
+  ScanInput covered = input(late + 1);
+  std::fill(covered.scan.ranges.begin(), covered.scan.ranges.end(), 0.0F);
+  EXPECT_FALSE(motion_.add(covered));
 }
 
 }  // namespace

@@ -278,8 +278,35 @@ TEST(ScanQueue, TakesRollAndPitchFromAnImuWhereTheOdometryShowsNone) {
   }
 }
 
+TEST(ScanQueue, AScanThatIsSkippedTellsNothingOfTheSweep) {
+  ScanQueueSettings without_odometry = settings();
+  without_odometry.odom_frame.reset();
+  Feed feed(without_odometry);
+  feed.laser();
+  feed.queue.add_transforms(make_link(0.0, "base", "far", 5000.0), true, ros::Time(100.0));
+  const auto scan = [&](double stamp, const std::string& frame) {
+    sensor_msgs::LaserScan message = make_scan(stamp);  // of an RPLidar: it tells no times
+    message.header.frame_id = frame;
+    message.angle_min = static_cast<float>(-kPi);
+    message.angle_increment =
+        static_cast<float>(2.0 * kPi / static_cast<double>(message.ranges.size()));
+    message.time_increment = 0.0F;
+    message.scan_time = 0.0F;
+    feed.queue.add_scan(message, ros::Time(stamp));
+    return feed.ready();
+  };
+  for (int k = 0; k < 6; ++k) {
+    scan(100.0 + 0.2 * k, "laser");
+  }
+  EXPECT_TRUE(scan(101.2, "far").empty());
+  EXPECT_EQ(feed.skipped(SkipReason::kInvalid), 1U);
+  EXPECT_EQ(scan(101.2, "laser").size(), 1U);
+}
+
 TEST(ScanQueue, WaitsForTheLastBeamOfALaserThatIsTilted) {
-  Feed feed(settings());
+  ScanQueueSettings tilted = settings();
+  tilted.projection.max_tilt = 0.5;
+  Feed feed(tilted);
   feed.odometry(100.0);
   feed.odometry(101.0);
   sensor_msgs::LaserScan scan = make_scan(100.0);
@@ -299,7 +326,7 @@ TEST(ScanQueue, WaitsForTheLastBeamOfALaserThatIsTilted) {
 
 TEST(ScanQueue, SkipsScansThatAreTiltedTooMuch) {
   ScanQueueSettings limited = settings();
-  limited.max_tilt = 0.2;
+  limited.projection.max_tilt = 0.2;
   Feed feed(limited);
   feed.odometry(100.0);
   feed.odometry(103.0);

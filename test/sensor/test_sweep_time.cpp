@@ -167,8 +167,14 @@ TEST_P(SweepTime, ThatSeemedImpossibleIsTakenWhereScansShowIt) {
 }
 
 TEST_P(SweepTime, ThatIsNeitherIsWhatScansShow) {
-  const Decided decided = decide(Robot(world_, 0.1), 0.0, {}, 30);
-  EXPECT_NEAR(decided.sweep, 0.1, 0.012);
+  for (const Way way : {Way::kTurns, Way::kDrives}) {
+    const Decided decided = decide(Robot(world_, 0.1, way), 0.0, {}, 30);
+    EXPECT_NEAR(decided.sweep, 0.1, 0.012);
+    const std::size_t told = decided.news.find("scans of the moving robot show");
+    EXPECT_NE(told, std::string::npos);
+    EXPECT_EQ(decided.news.find("scans of the moving robot show", told + 1), std::string::npos)
+        << decided.news;
+  }
 }
 
 TEST_P(SweepTime, IsSeenWhereMostScansAreLeftOut) {
