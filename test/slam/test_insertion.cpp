@@ -275,6 +275,18 @@ TEST_F(DrawnOverTest, NotOutsideOfTheMap) {
   EXPECT_FALSE(is_drawn()) << "what it has drawn there is not of the map";
 }
 
+TEST_F(DrawnOverTest, WhereMostOfItEndsOnKnownGround) {
+  for (const std::size_t tenths : {3, 7}) {
+    PointScan partly = scan(2);
+    for (std::size_t i = 0; i < partly.points.size(); ++i) {
+      if (i % 10 < tenths) {  // far outside of the map
+        partly.points[i].position.x() += 60.0;
+      }
+    }
+    EXPECT_EQ(is_to_be_drawn_over(partly, 0, outcome_, mapping_, options_.slam), tenths == 3);
+  }
+}
+
 TEST_F(DrawnOverTest, NotWhileItMapsOrIsLost) {
   options_.slam.update_map = true;
   EXPECT_FALSE(is_drawn());
