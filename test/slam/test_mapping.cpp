@@ -135,7 +135,15 @@ TEST_F(MappingTest, IsDrawnOverWhileItIsNotToChangeAndStaysAsItIs) {
   // Scans are compared in what was known when the robot came into doubt.
   mapping_.fork();
   EXPECT_TRUE(same_map(mapping_.compared(), mapping_.matched()));
+  static_cast<void>(mapping_.move_since_fork({}, {}, 3.0, options_));
+  EXPECT_TRUE(same_map(mapping_.matched(), before)) << "another pose has taken over";
   mapping_.unfork();
+  EXPECT_TRUE(draw_over());
+  mapping_.fork();
+  mapping_.forget_since_fork();
+  EXPECT_TRUE(same_map(mapping_.matched(), before));
+  mapping_.unfork();
+  EXPECT_TRUE(draw_over());
   static_cast<void>(mapping_.begin_apart(3.0, options_));
   mapping_.go_to_map(options_);
   EXPECT_TRUE(same_map(mapping_.matched(), before)) << "a lost robot has forgotten";
