@@ -103,7 +103,10 @@ std::string to_string(const ScanAccount& account) {
 }
 
 ScanQueue::ScanQueue(ScanQueueSettings settings)
-    : settings_(std::move(settings)), transforms_(settings_) {}
+    : settings_(std::move(settings)),
+      transforms_(settings_),
+      sweep_times_(settings_.timing.sweep_time, settings_.projection,
+                   settings_.odom_frame && *settings_.odom_frame != kImuHeadingFrame) {}
 
 void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time& now, int laser) {
   add_scan(to_scan(boost::make_shared<sensor_msgs::LaserScan>(message)), now, laser);
@@ -263,8 +266,7 @@ void ScanQueue::jump_back(double seconds, const ros::Time& now) {
   }
   waiting_.clear();
   skip_parts(SkipReason::kTimeJump, "its other parts were to come when time jumped back");
-  sweep_times_.clear();
-  scan_motions_.clear();
+  sweep_times_.forget();
   straggling_.reset();
   if (!newest_.empty()) {
     const double newest = std::max_element(newest_.begin(), newest_.end())->toSec();
@@ -307,7 +309,7 @@ void ScanQueue::collect_ready(bool wait_for_more) {
       const double sent_increment = oldest->second.sent_increment;
       const ScanInput* input = deliver(turn, make_ready(turn, beams, std::move(oldest->second)));
       if (input != nullptr && !has_times) {
-        learn_sweep_time(*input, sent_increment);
+        sweep_times_.add(*input, sent_increment);
       }
     } else if (wait_for_more &&
                seconds_between(oldest->second.arrival, *now_) <= settings_.transform_timeout) {
@@ -319,46 +321,22 @@ void ScanQueue::collect_ready(bool wait_for_more) {
   }
 }
 
-/// Whether odometry tells how the base drives, and not only how it turns.
-bool ScanQueue::tells_way() const {
-  return settings_.odom_frame && *settings_.odom_frame != kImuHeadingFrame;
-}
-
 /// By the scans that were delivered before it, so that it is the same in every replay.
 void ScanQueue::choose_sweep_time(const Turn& turn, WaitingScan& waiting) {
-  SweepTimeChoice& choice =
-      sweep_times_.try_emplace(turn.laser, settings_.timing.sweep_time).first->second;
-  if (tells_way()) {
+  if (sweep_times_.has_odometry()) {
     const auto odom_from_base_at = [&](double stamp) {
       return transforms_.odom_from_base(ros::Time(stamp));
     };
     // Where it is not there yet, the scan has to wait, and comes here again.
     if (const std::optional<Pose2> pose = transforms_.odom_from_base(turn.stamp)) {
-      choice.note_pose(waiting.scan.stamp, *pose, odom_from_base_at);
+      sweep_times_.note_pose(turn.laser, waiting.scan.stamp, *pose, odom_from_base_at);
     }
   }
   waiting.scan.time_increment = waiting.sent_increment;
-  waiting.scan.time_increment = choice.time_increment(waiting.scan, waiting.sent_scan_time);
-  if (std::string news = choice.take_news(); !news.empty()) {
+  waiting.scan.time_increment =
+      sweep_times_.time_increment(turn.laser, waiting.scan, waiting.sent_scan_time);
+  if (std::string news = sweep_times_.take_news(turn.laser); !news.empty()) {
     news_.push_back(std::move(news));
-  }
-}
-
-/// How the robot moves odometry tells; without it the scans, until they have told their sweep time.
-void ScanQueue::learn_sweep_time(const ScanInput& input, double sent_increment) {
-  SweepTimeChoice& choice = sweep_times_.at(input.laser);
-  if (tells_way()) {
-    choice.add(input.scan, sent_increment, input.base_from_laser, input.odometry->odom_from_base);
-  } else if (choice.is_undecided()) {
-    ScanMotion& motion = scan_motions_.try_emplace(input.laser, settings_.projection).first->second;
-    const std::optional<Pose2> odom_from_base = motion.add(input);
-    if (odom_from_base) {
-      choice.note_pose(input.scan.stamp, *odom_from_base,
-                       [&](double stamp) { return motion.odom_from_base_at(stamp); });
-      choice.add(input.scan, sent_increment, input.base_from_laser, *odom_from_base);
-    }
-  } else if (choice.is_final()) {
-    scan_motions_.erase(input.laser);
   }
 }
 

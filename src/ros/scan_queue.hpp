@@ -17,13 +17,12 @@
 #include <vector>
 
 #include "matchbox_slam/slam/slam_engine.hpp"
-#include "odometry/scan_motion.hpp"
+#include "odometry/sweep_times.hpp"
 #include "ros/robot_transforms.hpp"
 #include "ros/scan_message.hpp"
 #include "run/run_event.hpp"
 #include "sensor/scan_joiner.hpp"
 #include "sensor/scan_timing.hpp"
-#include "sensor/sweep_time_choice.hpp"
 
 namespace matchbox_slam {
 
@@ -232,9 +231,7 @@ class ScanQueue {
   void add_joined(const ScanMessage& message, int laser);
   void take_joined(Parts& parts, int laser);
   void skip_parts(SkipReason reason, const std::string& why);
-  [[nodiscard]] bool tells_way() const;
   void choose_sweep_time(const Turn& turn, WaitingScan& waiting);
-  void learn_sweep_time(const ScanInput& input, double sent_increment);
   [[nodiscard]] bool was_clock_set_back(const Turn& turn);
   [[nodiscard]] bool is_straggler(const ros::Time& stamp) const;
   [[nodiscard]] bool leaps_ahead(const ros::Time& stamp);
@@ -271,8 +268,7 @@ class ScanQueue {
   ScanAccount account_;
   std::vector<SkippedScan> skipped_;
   std::map<int, Parts> parts_;  ///< by laser, as the next
-  std::map<int, SweepTimeChoice> sweep_times_;
-  std::map<int, ScanMotion> scan_motions_;  ///< without odometry, until sweep times are known
+  SweepTimes sweep_times_;
   std::vector<std::string> news_;
 };
 

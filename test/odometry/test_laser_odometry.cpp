@@ -20,8 +20,6 @@
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matchbox_slam/odometry/laser_odometry.hpp"
-#include "simulation/make_world.hpp"
-#include "simulation/simulated_run.hpp"
 #include "simulation/simulation_support.hpp"
 #include "slam/pose_distance.hpp"
 
@@ -54,12 +52,10 @@ class RejectingMatcher : public ScanMatcher {
   double last_;
 };
 
-SimulatedRun drive_through(const std::string& world_name, double duration,
-                           SimulationOptions options = {}, std::uint64_t seed = 3) {
-  const World world = make_world(world_name, seed);
-  options.time.duration = duration;
+SimulatedRun drive(const std::string& world_name, double duration, SimulationOptions options = {},
+                   std::uint64_t seed = 3) {
   options.laser.beams = 520;
-  return simulate_run(world, world.route(), options, seed);
+  return drive_through(world_name, duration, seed, options);
 }
 
 Outcomes process(const SimulatedRun& run, LaserOdometry& odometry) {
@@ -119,7 +115,7 @@ struct Course {
 class LaserOdometryOn : public testing::TestWithParam<Course> {};
 
 TEST_P(LaserOdometryOn, DriftsLittle) {
-  const SimulatedRun run = drive_through(GetParam().world, 25.0);
+  const SimulatedRun run = drive(GetParam().world, 25.0);
   const Outcomes outcomes = process(run, GetParam().matcher, GetParam().guess);
   const Drift drift = drift_of(run, outcomes);
   RecordProperty("per_metre", std::to_string(drift.per_metre));
@@ -150,7 +146,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const testing::TestParamInfo<Course>& test) { return test.param.name; });
 
 TEST(LaserOdometry, TellsTheVelocity) {
-  const SimulatedRun run = drive_through("rooms", 20.0);
+  const SimulatedRun run = drive("rooms", 20.0);
   const Outcomes outcomes = process(run, kOlson);
   EXPECT_EQ(outcomes.front().velocity, Eigen::Vector3d::Zero());
   EXPECT_EQ(outcomes.front().velocity_covariance(0, 0), kUnknownVariance);
@@ -199,7 +195,7 @@ class LaserOdometryIn : public testing::TestWithParam<Honesty> {};
 TEST_P(LaserOdometryIn, TheCovarianceIsHonest) {
   constexpr std::uint64_t kRuns = 8;
   const auto nees_of_run = [](std::uint64_t seed) {
-    const SimulatedRun run = drive_through(GetParam().world, 20.0, {}, seed);
+    const SimulatedRun run = drive(GetParam().world, 20.0, {}, seed);
     const LaserOdometryOutcome last = process(run, kOlson).back();
     const Pose2 truth = true_pose(run, run.scans.size() - 1);
     const Eigen::Vector3d error = difference(last.odom_from_base, truth);
@@ -231,7 +227,7 @@ TEST(LaserOdometry, ALaserThatAlwaysSweepsDoesNotSwing) {
   options.laser.scan_rate = 8.0;
   options.laser.time_increment = 0.99 / (8.0 * 520.0);
   options.drive.speed = 1.0;
-  const SimulatedRun run = drive_through("rooms", 30.0, options, 5);
+  const SimulatedRun run = drive("rooms", 30.0, options, 5);
   const Outcomes outcomes = process(run, kOlson);
   double squares = 0.0;
   for (std::size_t i = 0; i < outcomes.size(); ++i) {
@@ -248,7 +244,7 @@ TEST(LaserOdometry, ALaserThatAlwaysSweepsDoesNotSwing) {
 TEST(LaserOdometry, ARobotAtRestDoesNotDrift) {
   SimulationOptions options;
   options.drive.rest = 1000.0;
-  const SimulatedRun run = drive_through("rooms", 30.0, options);
+  const SimulatedRun run = drive("rooms", 30.0, options);
   LaserOdometry odometry({}, kMonteCarlo, kVelocity, 1);
   const Outcomes outcomes = process(run, odometry);
   for (const LaserOdometryOutcome& outcome : outcomes) {
@@ -266,7 +262,7 @@ TEST(LaserOdometry, TurningOnTheSpotTakesKeyScansOnce) {
   laser.beams = 520;
   LaserOdometry odometry({}, kOlson, kVelocity, 1);
   int key_scans = 0;
-  Pose2 pose = drive_through("rooms", 0.1).world_from_base.front();
+  Pose2 pose = drive("rooms", 0.1).world_from_base.front();
   constexpr double kStep = 0.02;
   for (int k = 0; k < static_cast<int>(10.0 * 2.0 * kPi / kStep); ++k) {
     ScanInput input;
@@ -285,7 +281,7 @@ TEST(LaserOdometry, TurningOnTheSpotTakesKeyScansOnce) {
 TEST(LaserOdometry, MemoryStaysBounded) {
   LaserOdometrySettings settings;
   settings.odometry.local_map_scans = 5;
-  const SimulatedRun run = drive_through("loop", 100.0);
+  const SimulatedRun run = drive("loop", 100.0);
   LaserOdometry odometry(settings, kOlson, kOdometry, 1);
   std::size_t most_early = 0;
   std::size_t most_late = 0;
@@ -304,7 +300,7 @@ TEST(LaserOdometry, MemoryStaysBounded) {
 }
 
 TEST(LaserOdometry, TheSameRunGivesTheSameBits) {
-  const SimulatedRun run = drive_through("rooms", 10.0);
+  const SimulatedRun run = drive("rooms", 10.0);
   const Outcomes a = process(run, kMonteCarlo);
   const Outcomes b = process(run, kMonteCarlo);
   LaserOdometry other_seed({}, kMonteCarlo, kVelocity, 2);
@@ -321,7 +317,7 @@ TEST(LaserOdometry, TheSameRunGivesTheSameBits) {
 // --- what the guess decides ---
 
 TEST(LaserOdometry, WhereTheWallsSayNothingTheGuessDecides) {
-  const SimulatedRun run = drive_through("corridor", 20.0);
+  const SimulatedRun run = drive("corridor", 20.0);
   const Outcomes outcomes = process(run, kOlson, kOdometry);
   const std::size_t last = outcomes.size() - 1;
   ASSERT_FALSE(outcomes[last].match.unconstrained_directions.empty());
@@ -337,7 +333,7 @@ TEST(LaserOdometry, WhereTheWallsSayNothingTheGuessDecides) {
 }
 
 TEST(LaserOdometry, AMeasuredHeadingTellsTheTurnAndNotTheWay) {
-  const SimulatedRun run = drive_through("rooms", 6.0);
+  const SimulatedRun run = drive("rooms", 6.0);
   const Matcher nothing =
       std::make_shared<RejectingMatcher>(kOlson, 0.0, std::numeric_limits<double>::infinity());
   LaserOdometrySettings settings;
@@ -355,7 +351,7 @@ TEST(LaserOdometry, AMeasuredHeadingTellsTheTurnAndNotTheWay) {
 }
 
 TEST(LaserOdometry, AFailedMatchKeepsTheGuess) {
-  const SimulatedRun run = drive_through("rooms", 6.0);
+  const SimulatedRun run = drive("rooms", 6.0);
   const double from = run.scans[80].stamp;
   const double to = run.scans[85].stamp;
   for (const GuessSource guess : {kVelocity, kOdometry}) {
@@ -379,7 +375,7 @@ TEST(LaserOdometry, AFailedMatchKeepsTheGuess) {
 TEST(LaserOdometry, ComingBackIsNoMotion) {
   // The guess goes wrong by 0.3 m while nothing is matched; the velocity after that is the true
   // one.
-  const SimulatedRun run = drive_through("rooms", 6.0);
+  const SimulatedRun run = drive("rooms", 6.0);
   const Matcher matcher =
       std::make_shared<RejectingMatcher>(kOlson, run.scans[80].stamp, run.scans[85].stamp);
   LaserOdometry odometry({}, matcher, kOdometry, 1);
@@ -400,7 +396,7 @@ TEST(LaserOdometry, ComingBackIsNoMotion) {
 // --- when nothing fits ---
 
 TEST(LaserOdometry, ANewLocalMapStartsWhereNothingFitsAnyMore) {
-  const SimulatedRun run = drive_through("rooms", 8.0);
+  const SimulatedRun run = drive("rooms", 8.0);
   LaserOdometrySettings settings;
   settings.odometry.lost_after = 4;
   const Matcher matcher =
@@ -421,7 +417,7 @@ TEST(LaserOdometry, ANewLocalMapStartsWhereNothingFitsAnyMore) {
 }
 
 TEST(LaserOdometry, ACoveredLaserStopsTheBaseAndFindsItsPlaceAgain) {
-  SimulatedRun run = drive_through("rooms", 8.0);
+  SimulatedRun run = drive("rooms", 8.0);
   for (std::size_t i = 80; i < 140; ++i) {  // the robot goes on meanwhile
     run.scans[i].ranges.assign(run.scans[i].ranges.size(), std::numeric_limits<float>::quiet_NaN());
   }
@@ -441,7 +437,7 @@ TEST(LaserOdometry, ACoveredLaserStopsTheBaseAndFindsItsPlaceAgain) {
 }
 
 TEST(LaserOdometry, WaitsForTheFirstScanWithPoints) {
-  SimulatedRun run = drive_through("rooms", 3.0);
+  SimulatedRun run = drive("rooms", 3.0);
   for (std::size_t i = 0; i < 5; ++i) {
     run.scans[i].ranges.clear();
   }
@@ -455,7 +451,7 @@ TEST(LaserOdometry, WaitsForTheFirstScanWithPoints) {
 }
 
 TEST(LaserOdometry, AScanThatIsRefusedChangesNothing) {
-  const SimulatedRun run = drive_through("rooms", 1.0);
+  const SimulatedRun run = drive("rooms", 1.0);
   LaserOdometry odometry({}, kOlson, kOdometry, 1);
   LaserOdometry unspoilt({}, kOlson, kOdometry, 1);
   (void)odometry.process(scan_input(run, 1));

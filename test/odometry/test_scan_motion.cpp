@@ -8,32 +8,16 @@
 
 #include "matchbox_slam/geometry/angles.hpp"
 #include "odometry/scan_motion.hpp"
-#include "simulation/make_world.hpp"
-#include "simulation/simulated_run.hpp"
+#include "simulation/simulation_support.hpp"
 
 namespace matchbox_slam {
 namespace {
 
 class ScanMotionTest : public testing::Test {
  protected:
-  ScanMotionTest() {
-    SimulationOptions options;
-    options.time.duration = 8.0;
-    options.laser.beams = 520;
-    const World world = make_world("rooms", 3);
-    run_ = simulate_run(world, world.route(), options, 3);
-  }
+  std::optional<Pose2> add(std::size_t scan) { return motion_.add(scan_input(run_, scan, false)); }
 
-  [[nodiscard]] ScanInput input(std::size_t scan) const {
-    ScanInput input;  // odometry is left out
-    input.scan = run_.scans[scan];
-    input.base_from_laser = run_.base_from_laser;
-    return input;
-  }
-
-  std::optional<Pose2> add(std::size_t scan) { return motion_.add(input(scan)); }
-
-  SimulatedRun run_;
+  const SimulatedRun run_ = drive_through("rooms", 8.0, 3);
   ScanMotion motion_{{}};
 };
 
@@ -77,7 +61,7 @@ TEST_F(ScanMotionTest, IsNotToldByWhatComesTwiceOrLateOrDoesNotMatch) {
   const std::size_t late = run_.scans.size() - 2;
   EXPECT_FALSE(add(late));
   EXPECT_FALSE(motion_.odom_from_base_at(run_.scans[1].stamp));
-  ScanInput covered = input(late + 1);
+  ScanInput covered = scan_input(run_, late + 1, false);
   std::fill(covered.scan.ranges.begin(), covered.scan.ranges.end(), 0.0F);
   EXPECT_FALSE(motion_.add(covered));
 }

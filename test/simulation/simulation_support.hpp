@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
+#include <string>
 
 #include "matchbox_slam/sensor/scan_input.hpp"
+#include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
 
 namespace matchbox_slam {
@@ -65,6 +68,14 @@ namespace matchbox_slam {
   const auto before = after - 1;
   const double fraction = (stamp - before->stamp) / (after->stamp - before->stamp);
   return interpolate(before->odom_from_base, after->odom_from_base, fraction);
+}
+
+/// Along the world's own route.
+inline SimulatedRun drive_through(const std::string& world_name, double duration,
+                                  std::uint64_t seed, SimulationOptions options = {}) {
+  const World world = make_world(world_name, seed);
+  options.time.duration = duration;
+  return simulate_run(world, world.route(), options, seed);
 }
 
 /// One scan of a run as the engine takes it.

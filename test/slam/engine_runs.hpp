@@ -10,8 +10,6 @@
 #include "matchbox_slam/matching/monte_carlo/monte_carlo_matcher.hpp"
 #include "matchbox_slam/matching/odometry_only_matcher.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
-#include "simulation/make_world.hpp"
-#include "simulation/simulated_run.hpp"
 #include "simulation/simulation_support.hpp"
 
 namespace matchbox_slam {
@@ -33,13 +31,6 @@ class RejectingMatcher : public ScanMatcher {
     return rejected(problem, MatchStatus::kRejectedLowScore);
   }
 };
-
-inline SimulatedRun drive_through(const std::string& world_name, double duration,
-                                  std::uint64_t seed, SimulationOptions options = {}) {
-  const World world = make_world(world_name, seed);
-  options.time.duration = duration;
-  return simulate_run(world, world.route(), options, seed);
-}
 
 inline std::vector<ScanOutcome> process(const SimulatedRun& run, SlamEngine& engine,
                                         bool with_odometry = true) {
