@@ -407,6 +407,7 @@ void BagMapping::write() {
 }  // namespace
 
 void map_bag(const MapBagRequest& request, const RunDialog& dialog) {
+  const EmptyFolderRemoval removal(request.out);
   BagMapping mapping(request, dialog);
   mapping.map();
   mapping.write();

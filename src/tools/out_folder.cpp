@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 #include "matchbox_slam/common/options.hpp"
 
@@ -21,6 +22,18 @@ void require_other_folder(const std::string& map, const std::string& out) {
         fmt::format("--out: '{}' is the folder of {}, which would be written over; give another "
                     "--out, or --overwrite",
                     out, map));
+  }
+}
+
+EmptyFolderRemoval::EmptyFolderRemoval(std::string folder) : folder_(std::move(folder)) {
+  std::error_code unknown;
+  was_there_ = std::filesystem::exists(folder_, unknown) || unknown;
+}
+
+EmptyFolderRemoval::~EmptyFolderRemoval() {
+  if (!was_there_) {
+    std::error_code is_not_empty;
+    std::filesystem::remove(folder_, is_not_empty);
   }
 }
 

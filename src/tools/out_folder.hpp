@@ -11,4 +11,18 @@ namespace matchbox_slam {
 /// lies in the folder of the results, among which one may have its name.
 void require_other_folder(const std::string& map, const std::string& out);
 
+/// Takes away at its end a folder that was not there at its beginning and that nothing was written
+/// into, as of a run that is refused.
+class EmptyFolderRemoval {
+ public:
+  explicit EmptyFolderRemoval(std::string folder);
+  EmptyFolderRemoval(const EmptyFolderRemoval&) = delete;
+  EmptyFolderRemoval& operator=(const EmptyFolderRemoval&) = delete;
+  ~EmptyFolderRemoval();
+
+ private:
+  std::string folder_;
+  bool was_there_;
+};
+
 }  // namespace matchbox_slam

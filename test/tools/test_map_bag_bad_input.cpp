@@ -30,6 +30,14 @@ TEST_F(MapBag, AJumpWhileItIsInDoubtLosesNothing) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
 }
 
+TEST_F(MapBag, ARunThatIsRefusedLeavesNoFolder) {
+  EXPECT_EQ(run_small({}, "--start 1000").exit_code, 1);
+  EXPECT_FALSE(std::filesystem::exists(out_));
+  std::filesystem::create_directory(out_);
+  EXPECT_EQ(run("--start 1000").exit_code, 1);
+  EXPECT_TRUE(std::filesystem::exists(out_)) << "it was there";
+}
+
 TEST_F(MapBag, AdvisesToMaskBeamsThatEndOnTheRobot) {
   const std::string healthy = folder_ / "healthy.bag";
   ASSERT_EQ(run_command(MATCHBOX_SIMULATE,
