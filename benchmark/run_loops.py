@@ -46,11 +46,11 @@ def weigh(folder, loops, truth):
     for loop in loops["each"]:
         there, here = round(loop["stamp_there"], 6), round(loop["stamp"], 6)
         edge = edges.get((there, here))
-        if edge:  # else it is not believed at the end
+        if edge:  # else it is an outlier at the end
             errors.append((*error(edge, composed(inverse(truth[there]), truth[here])), loop))
     wrong = [dict(loop, metres=way, degrees=math.degrees(turn)) for way, turn, loop in errors
              if way > 0.3 or turn > math.radians(5.0)]
-    return {"believed": len(errors), "wrong": wrong, "closed": loops["closed"],
+    return {"inliers": len(errors), "wrong": wrong, "closed": loops["closed"],
             "refused": loops["refused"], "tried": loops["tried"],
             "worst_loop_m": max((way for way, _, _ in errors), default=0.0)}
 

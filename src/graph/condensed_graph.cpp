@@ -31,10 +31,10 @@ double variance_of(const PoseEdge& edge) { return edge.covariance.trace(); }
 
 /// From the lower to the higher number, as all edges are.
 PoseEdge edge_of(std::size_t from, std::size_t to, const RelativeMotion& from_to, EdgeKind kind,
-                 Belief belief) {
+                 LoopVerdict verdict) {
   const RelativeMotion motion = from < to ? from_to : reversed(from_to);
   PoseEdge edge{
-      std::min(from, to), std::max(from, to), motion.pose, motion.covariance, kind, belief};
+      std::min(from, to), std::max(from, to), motion.pose, motion.covariance, kind, verdict};
   edge.drift = drift_apart(motion.drift);
   return edge;
 }
@@ -106,7 +106,7 @@ class Condenser {
       PoseEdge& kept = graph_.edges[same];
       kept = edge_of(edge.from, edge.to,
                      fused(motion_from(kept, edge.from), motion_from(edge, edge.from)),
-                     EdgeKind::kCondensed, Belief::kUndecided);
+                     EdgeKind::kCondensed, LoopVerdict::kUndecided);
     }
   }
 
@@ -151,7 +151,7 @@ class Condenser {
       if (other != heir) {
         const double weight = is_used(one) ? std::sqrt(variance_of(one)) * sum : 1.0;
         add(edge_of(heir, other, composed(from_heir, motion_from(one, node), weight),
-                    is_loop(one) ? EdgeKind::kLoop : EdgeKind::kCondensed, one.belief));
+                    is_loop(one) ? EdgeKind::kLoop : EdgeKind::kCondensed, one.verdict));
       }
     }
   }

@@ -21,9 +21,9 @@ struct CondensedGraph {
 /// tree, all of them joined to the one that it is joined to most surely (in a star all trees of
 /// Chow and Liu 1968 are such); what they have in common, the edge to that one, is shared out among
 /// them so that none counts it twice (compare Carlevaris-Bianco and Eustice 2014, Kretzschmar and
-/// Stachniss 2012). Loops are handed on with what is believed of them. Edges that say the same
-/// become one; and there are at most three a node of such edges, the surest, and what holds the
-/// graph together.
+/// Stachniss 2012). Loops are handed on as the inliers or outliers that they are. Edges that say
+/// the same become one; and there are at most three a node of such edges, the surest, and what
+/// holds the graph together.
 ///
 /// The poses stay. Of drift, an edge keeps as much as certainly is one for each share of it that
 /// loops may tell. The same graph gives the same bits.

@@ -15,7 +15,7 @@ class GraphInformation {
  public:
   /// Of what edges tell.
   struct Terms {
-    bool motion_only = false;  ///< of edges of motion alone; else of believed loops, too
+    bool motion_only = false;  ///< of edges of motion alone; else of loops that are inliers, too
     double drift_share = 1.0;  ///< of the variance of drift that edges assume
   };
 

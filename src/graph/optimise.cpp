@@ -12,17 +12,17 @@
 namespace matchbox_slam {
 namespace {
 
-std::vector<std::size_t> loops_of(const PoseGraph& graph, bool believed_too) {
+std::vector<std::size_t> loops_of(const PoseGraph& graph, bool inliers_too) {
   std::vector<std::size_t> loops;
   for (std::size_t i = 0; i < graph.edges.size(); ++i) {
-    if (graph.edges[i].kind == EdgeKind::kLoop && (believed_too || !is_used(graph.edges[i]))) {
+    if (graph.edges[i].kind == EdgeKind::kLoop && (inliers_too || !is_used(graph.edges[i]))) {
       loops.push_back(i);
     }
   }
   return loops;
 }
 
-std::size_t number_of_believed(const PoseGraph& graph) {
+std::size_t number_of_inliers(const PoseGraph& graph) {
   return loops_of(graph, true).size() - loops_of(graph, false).size();
 }
 
@@ -37,14 +37,14 @@ class Optimiser {
     PoseGraph& graph = result_.graph;
     settle(graph);
     if (std::any_of(graph.edges.begin(), graph.edges.end(), [](const PoseEdge& edge) {
-          return edge.kind == EdgeKind::kLoop && edge.belief == Belief::kUndecided;
+          return edge.kind == EdgeKind::kLoop && edge.verdict == LoopVerdict::kUndecided;
         })) {
       reconsider(graph);
     }
     move_by_learned_drift(graph);
     for (PoseEdge& edge : graph.edges) {
       if (edge.kind == EdgeKind::kLoop && !is_used(edge)) {
-        edge.belief = Belief::kDisbelieved;
+        edge.verdict = LoopVerdict::kOutlier;
       }
       result_.chi_square.push_back(chi_square(edge_error(graph, edge).error, edge.covariance));
     }
@@ -56,7 +56,7 @@ class Optimiser {
     result_.converged = move_to_best_poses(graph, drift_share, tolerance);
   }
 
-  /// What is believed is decided with all the drift that is assumed, so that one that comes late is
+  /// Inliers are decided upon with all the drift that is assumed, so that one that comes late is
   /// no surprise; the poses are by what there was of it.
   void move_by_learned_drift(PoseGraph& graph) {
     const double share = learn_drift(graph);
@@ -65,24 +65,24 @@ class Optimiser {
     }
   }
 
-  /// Believes what is compatible with all that is believed already, and then drops what fits it no
+  /// Takes in what is compatible with the inliers that there are, and then drops what fits them no
   /// more.
   void settle(PoseGraph& graph) {
-    believe_compatible(graph);
+    take_compatible(graph);
     move(graph, kFineTolerance);
     while (const auto worst = worst_loop(graph, kMostChiSquare)) {
-      graph.edges[*worst].belief = Belief::kDisbelieved;
+      graph.edges[*worst].verdict = LoopVerdict::kOutlier;
       move(graph, kFineTolerance);
     }
   }
 
   /// Again and again, since what loops are expected to say is so where the poses are nearly right.
-  void believe_compatible(PoseGraph& graph) {
+  void take_compatible(PoseGraph& graph) {
     while (true) {
       const LoopErrors errors = expect_errors(graph, loops_of(graph, false));
       const auto compatible = compatible_loops(errors, kMostChiSquare);
       for (const std::size_t i : compatible) {
-        graph.edges[errors.loops[i]].belief = Belief::kBelieved;
+        graph.edges[errors.loops[i]].verdict = LoopVerdict::kInlier;
       }
       if (compatible.empty() || compatible.size() == errors.loops.size()) {
         return;
@@ -91,7 +91,7 @@ class Optimiser {
     }
   }
 
-  /// Whether more loops can be believed when one that is not is believed first.
+  /// Whether there are more inliers when an outlier is taken in first.
   void reconsider(PoseGraph& graph) {
     constexpr int kMostTried = 8;  // a guess: half and double were not tried
     const LoopErrors errors = expect_errors(graph, loops_of(graph, true), true);
@@ -110,20 +110,20 @@ class Optimiser {
         best = std::move(set);
       }
     }
-    const std::size_t believed_before = number_of_believed(graph);
-    if (best.size() <= believed_before) {
+    const std::size_t inliers_before = number_of_inliers(graph);
+    if (best.size() <= inliers_before) {
       return;
     }
     GraphState before = state_of(graph);
     for (const std::size_t loop : errors.loops) {
-      graph.edges[loop].belief = Belief::kDisbelieved;
+      graph.edges[loop].verdict = LoopVerdict::kOutlier;
     }
     for (const std::size_t i : best) {
-      graph.edges[errors.loops[i]].belief = Belief::kBelieved;
+      graph.edges[errors.loops[i]].verdict = LoopVerdict::kInlier;
     }
     const bool converged = result_.converged;
     settle(graph);
-    if (number_of_believed(graph) <= believed_before) {
+    if (number_of_inliers(graph) <= inliers_before) {
       set_state(std::move(before), graph);
       result_.converged = converged;
     }

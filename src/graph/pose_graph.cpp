@@ -53,9 +53,9 @@ void add_edge(const PoseEdge& edge, std::vector<PoseEdge>& edges) { append_spari
 
 GraphState state_of(const PoseGraph& graph) {
   GraphState state{graph.poses, {}};
-  state.beliefs.reserve(graph.edges.size());
+  state.verdicts.reserve(graph.edges.size());
   for (const PoseEdge& edge : graph.edges) {
-    state.beliefs.push_back(edge.belief);
+    state.verdicts.push_back(edge.verdict);
   }
   return state;
 }
@@ -63,7 +63,7 @@ GraphState state_of(const PoseGraph& graph) {
 void set_state(GraphState state, PoseGraph& graph) {
   graph.poses = std::move(state.poses);
   for (std::size_t i = 0; i < graph.edges.size(); ++i) {
-    graph.edges[i].belief = state.beliefs[i];
+    graph.edges[i].verdict = state.verdicts[i];
   }
 }
 

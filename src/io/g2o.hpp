@@ -9,7 +9,7 @@ namespace matchbox_slam {
 
 /// A pose graph as g2o (Kümmerle et al. 2011) and others read it: `VERTEX_SE2 id x y theta`,
 /// `FIX 0`, and `EDGE_SE2 from to x y theta` with the upper triangle of the information.
-/// Disbelieved loops are left out, since others would believe them. g2o takes the error of an edge
+/// Outliers are left out, since others would take them for loops. g2o takes the error of an edge
 /// in the frame of the measured pose, which the information is turned into. It holds all the drift
 /// that is assumed, and not what loops say of it.
 [[nodiscard]] std::string to_g2o(const PoseGraph& graph);

@@ -22,7 +22,7 @@ namespace matchbox_slam {
 /// @param odometry    of the base in any frame; it is drawn so that its first pose coincides with
 /// the
 ///                    trajectory's first. May be empty.
-/// @param graph       of the map's key scans; its loops that are believed are drawn as lines from
+/// @param graph       of the map's key scans; its loops that are inliers are drawn as lines from
 ///                    one key scan to the other, which has a dot.
 [[nodiscard]] Picture draw_map(const OccupancyGrid& map, const Trajectory& trajectory,
                                const Trajectory& odometry, const PoseGraph& graph = {});

@@ -21,9 +21,9 @@ void transfer_choice(Archive& archive, Value& value, Last last) {
   archive.integer(number);
   if constexpr (Archive::kReads) {
     if (number > static_cast<std::uint8_t>(last)) {
-      archive.fail(
-          fmt::format("is damaged: an edge of its graph is of kind or belief {}; allowed: up to {}",
-                      number, static_cast<int>(last)));
+      archive.fail(fmt::format(
+          "is damaged: an edge of its graph is of kind or verdict {}; allowed: up to {}", number,
+          static_cast<int>(last)));
     }
     value = static_cast<Last>(number);
   }
@@ -36,7 +36,7 @@ void transfer_edge(Archive& archive, Edge& edge, std::size_t nodes) {
   transfer_pose(archive, edge.from_to);
   transfer_matrix(archive, edge.covariance);
   transfer_choice(archive, edge.kind, EdgeKind::kCondensed);
-  transfer_choice(archive, edge.belief, Belief::kDisbelieved);
+  transfer_choice(archive, edge.verdict, LoopVerdict::kOutlier);
   if (archive.version() >= 9) {
     for (int i = 0; i < 3; ++i) {
       archive.number(edge.drift[i]);
@@ -58,7 +58,7 @@ void transfer_loop(Archive& archive, Loop& loop, std::size_t nodes) {
     double contradiction = 0.0;  // the share of beams through walls
     archive.number(contradiction);
   }
-  archive.flag(loop.believed);
+  archive.flag(loop.is_inlier);
   archive.number(loop.chi_square, kLargest);
   archive.number(loop.moved);
 }

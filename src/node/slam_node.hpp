@@ -19,7 +19,7 @@
 #include "matchbox_slam/LoadMap.h"
 #include "matchbox_slam/MergeMap.h"
 #include "matchbox_slam/Relocalise.h"
-#include "matchbox_slam/TakePlace.h"
+#include "matchbox_slam/SetPoseAtStamp.h"
 #include "matching/hough/relocalise.hpp"
 #include "node/autosave.hpp"
 #include "node/late_log.hpp"
@@ -80,7 +80,8 @@ class SlamNode {
   bool answer_reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool answer_pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   bool answer_relocalise(Relocalise::Request& request, Relocalise::Response& response);
-  bool answer_take_place(TakePlace::Request& request, TakePlace::Response& response);
+  bool answer_set_pose_at_stamp(SetPoseAtStamp::Request& request,
+                                SetPoseAtStamp::Response& response);
   std::string try_to_correct_pose(const Relocalisation& found, double stamp);
   std::vector<OptionDescription> reconfigure(const Parameters& changes);
   void update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& status);

@@ -62,7 +62,8 @@ void SlamNode::start_services() {
       prompt_private.advertiseService("reset", &SlamNode::answer_reset, this),
       patient_private.advertiseService("pause", &SlamNode::answer_pause, this),
       patient_private.advertiseService("relocalise", &SlamNode::answer_relocalise, this),
-      patient_private.advertiseService("take_place", &SlamNode::answer_take_place, this)};
+      patient_private.advertiseService("set_pose_at_stamp", &SlamNode::answer_set_pose_at_stamp,
+                                       this)};
   reconfigure_server_ = std::make_unique<ReconfigureServer>(
       patient_private, run().configuration().options(),
       [this](const Parameters& changes) { return reconfigure(changes); });
@@ -254,7 +255,8 @@ bool SlamNode::answer_relocalise(Relocalise::Request& request, Relocalise::Respo
   return true;
 }
 
-bool SlamNode::answer_take_place(TakePlace::Request& request, TakePlace::Response& response) {
+bool SlamNode::answer_set_pose_at_stamp(SetPoseAtStamp::Request& request,
+                                        SetPoseAtStamp::Response& response) {
   return answer(response, [&] {
     geometry_msgs::PoseWithCovariance place;
     place.pose = request.pose;

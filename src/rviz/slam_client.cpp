@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "matchbox_slam/LoadMap.h"
-#include "matchbox_slam/TakePlace.h"
+#include "matchbox_slam/SetPoseAtStamp.h"
 #include "matchbox_slam/geometry/angles.hpp"
 
 namespace matchbox_slam {
@@ -327,9 +327,9 @@ void SlamClient::relocalise() {
   });
 }
 
-void SlamClient::take_place(std::size_t index) {
+void SlamClient::choose_place(std::size_t index) {
   ask("Taking a place", [this, index] {
-    TakePlace service;
+    SetPoseAtStamp service;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (index >= view_.places.size()) {
@@ -338,7 +338,7 @@ void SlamClient::take_place(std::size_t index) {
       service.request.stamp = places_stamp_;
       service.request.pose = pose_of(view_.places[index]);
     }
-    call("take_place", service);
+    call("set_pose_at_stamp", service);
     const std::string answer = answer_of(service.response);
     forget_places();
     return fmt::format("place {} is taken: {}", index + 1, answer);

@@ -70,7 +70,7 @@ class SlamClient {
   /// `places` in the node's namespace.
   void relocalise();
   /// Says that the robot was at one of these places. @param index  from 0 on.
-  void take_place(std::size_t index);
+  void choose_place(std::size_t index);
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -126,7 +126,7 @@ void SlamPanel::connect_all() {
   on_click(relocalise_, [this] { client_->relocalise(); });
   connect(places_, &QListWidget::itemClicked, this, [this](QListWidgetItem* item) {
     if (client_) {
-      client_->take_place(static_cast<std::size_t>(places_->row(item)));
+      client_->choose_place(static_cast<std::size_t>(places_->row(item)));
     }
   });
   connect(matcher_, QOverload<int>::of(&QComboBox::activated), this, [this](int index) {

@@ -88,7 +88,7 @@ PoseGraph graph_of(const KeyScans& keys, const LoopState& state) {
 
 std::size_t count_closed(const std::vector<ClosedLoop>& loops) {
   return static_cast<std::size_t>(std::count_if(
-      loops.begin(), loops.end(), [](const ClosedLoop& loop) { return loop.believed; }));
+      loops.begin(), loops.end(), [](const ClosedLoop& loop) { return loop.is_inlier; }));
 }
 
 void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance, bool is_continued,

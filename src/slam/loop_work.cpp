@@ -39,7 +39,7 @@ std::vector<Candidate> candidates_of(const LoopSearch& search) {
 }
 
 /// Adds a loop to the search's graph, which is left as it was but for the loop unless that is
-/// believed, and with poses as they were if they hardly move.
+/// an inlier, and with poses as they were if they hardly move.
 /// @param least_moved  [m]
 ClosedLoop take_loop(const FoundLoop& found, double least_moved, LoopSearch& search) {
   PoseGraph& graph = search.graph;
@@ -49,9 +49,9 @@ ClosedLoop take_loop(const FoundLoop& found, double least_moved, LoopSearch& sea
   GraphState before = state_of(graph);
   OptimisedGraph best = optimise(std::move(graph));
   graph = std::move(best.graph);
-  ClosedLoop loop{found, newest, graph.edges.back().belief == Belief::kBelieved,
+  ClosedLoop loop{found, newest, graph.edges.back().verdict == LoopVerdict::kInlier,
                   best.chi_square.back(), 0.0};
-  if (!loop.believed) {
+  if (!loop.is_inlier) {
     set_state(std::move(before), graph);
     return loop;
   }
@@ -124,7 +124,7 @@ void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done) {
       continue;
     }
     done.loops.push_back(take_loop(*found, least_moved, search));
-    if (done.loops.back().believed) {
+    if (done.loops.back().is_inlier) {
       done.has_moved = done.loops.back().moved > least_moved;
       return;
     }

@@ -29,7 +29,7 @@ struct LoopTask {
 struct LoopTaskDone {
   PoseGraph graph;                ///< of a search: with the loops that were found
   bool has_moved = false;         ///< the poses are where they put them
-  std::vector<ClosedLoop> loops;  ///< that were found; only the last one may be believed
+  std::vector<ClosedLoop> loops;  ///< that were found; only the last one may be an inlier
   std::size_t tries = 0;
   std::optional<LocalMap> near;  ///< when it was asked for, or the key scans have moved
   /// Ids of key scans that it does without, in their order.
@@ -39,8 +39,8 @@ struct LoopTaskDone {
 /// Of the search's key scans where its graph has them, in which it is known how they lie.
 [[nodiscard]] LocalScans local_scans_of(const LoopSearch& search);
 
-/// Searches the places where the newest key scan may have been taken, too, until one loop is
-/// believed. The key scans may be the first ones of those that the graph has.
+/// Searches the places where the newest key scan may have been taken, too, until one is an
+/// inlier. The key scans may be the first ones of those that the graph has.
 /// @param least_moved  [m]; see kLeastMoved
 /// @param done         its loops, tries and whether the graph's poses have moved.
 void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done);

@@ -108,7 +108,7 @@ json loop_facts(const SlamRun& run) {
   json closed = json::array();
   std::for_each(loops.end() - static_cast<std::ptrdiff_t>(count.found), loops.end(),
                 [&](const ClosedLoop& loop) {
-                  if (loop.believed) {
+                  if (loop.is_inlier) {
                     closed.push_back({{"stamp", keys[loop.newest].scan->stamp()},
                                       {"stamp_there", keys[loop.found.key].scan->stamp()},
                                       {"score", rounded(loop.found.score)},

@@ -55,7 +55,7 @@ TEST(WorstLoop, IsNoneThatNothingContradicts) {
                   {1.0, 0.0, 0.0},
                   1e-4 * Eigen::Matrix3d::Identity(),
                   EdgeKind::kLoop,
-                  Belief::kBelieved}};
+                  LoopVerdict::kInlier}};
   EXPECT_EQ(worst_loop(graph, kMostChiSquare), std::nullopt);
 }
 
@@ -66,7 +66,7 @@ TEST(WorstLoop, IsTheOneThatDiffersMostFromTheOthers) {
   const Eigen::Matrix3d covariance = 1e-4 * Eigen::Matrix3d::Identity();
   graph.edges = {{0, 1, {1.0, 0.0, 0.0}, covariance}};
   for (const double x : {1.0, 1.0, 1.2}) {
-    graph.edges.push_back({0, 1, {x, 0.0, 0.0}, covariance, EdgeKind::kLoop, Belief::kBelieved});
+    graph.edges.push_back({0, 1, {x, 0.0, 0.0}, covariance, EdgeKind::kLoop, LoopVerdict::kInlier});
   }
   const double chi_square_without = 0.2 * 0.2 / (1e-4 + 1e-4 / 3.0);
   EXPECT_EQ(worst_loop(graph, 0.999 * chi_square_without), std::optional<std::size_t>(3));

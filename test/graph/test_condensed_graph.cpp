@@ -139,17 +139,17 @@ TEST(CondensedGraph, HandsLoopsOnWithWhatIsBelievedOfThem) {
   options.wrong = 0.3;
   const PoseGraph before = optimise(random_graph(4, options).graph).graph;
   const PoseGraph after = condensed(before, two_of_three(90)).graph;
-  const auto count = [](const PoseGraph& graph, Belief belief) {
+  const auto count = [](const PoseGraph& graph, LoopVerdict verdict) {
     return std::count_if(graph.edges.begin(), graph.edges.end(), [&](const PoseEdge& edge) {
-      return edge.kind == EdgeKind::kLoop && edge.belief == belief;
+      return edge.kind == EdgeKind::kLoop && edge.verdict == verdict;
     });
   };
-  for (const Belief belief : {Belief::kBelieved, Belief::kDisbelieved}) {
-    ASSERT_GT(count(before, belief), 0);
-    EXPECT_EQ(count(after, belief), count(before, belief));
+  for (const LoopVerdict verdict : {LoopVerdict::kInlier, LoopVerdict::kOutlier}) {
+    ASSERT_GT(count(before, verdict), 0);
+    EXPECT_EQ(count(after, verdict), count(before, verdict));
   }
   const PoseGraph again = optimise(after).graph;
-  EXPECT_EQ(count(again, Belief::kBelieved), count(before, Belief::kBelieved));
+  EXPECT_EQ(count(again, LoopVerdict::kInlier), count(before, LoopVerdict::kInlier));
   for (std::size_t node = 0; node < again.poses.size(); ++node) {
     // Of 90 steps with an error of 0.03 m each.
     EXPECT_LT(difference(again.poses[node], after.poses[node]).head<2>().norm(), 0.2) << node;

@@ -93,7 +93,7 @@ TEST(MapDrift, IsTheMostLikelyByTheDenseCovarianceOfTheLoops) {
       PoseGraph best = drifting(seed, share, 60, 8).graph;
       best.poses = graph.poses;
       for (PoseEdge& edge : best.edges) {
-        edge.belief = Belief::kBelieved;
+        edge.verdict = LoopVerdict::kInlier;
       }
       const auto log_posterior = [&](int halvings) {
         return dense_log_likelihood(with_drift(best, std::pow(0.25, halvings))) -
@@ -110,7 +110,7 @@ TEST(MapDrift, IsTheMostLikelyByTheDenseCovarianceOfTheLoops) {
 
 TEST(MapDrift, IsAsItIsAssumedWhereNoLoopTells) {
   PoseGraph graph = drifting(1, 0.01).graph;
-  EXPECT_EQ(learn_drift(graph), 1.0) << "none is believed";
+  EXPECT_EQ(learn_drift(graph), 1.0) << "none is an inlier";
   graph = optimise(graph).graph;
   EXPECT_LT(learn_drift(graph), 1.0);
   EXPECT_EQ(learn_drift(without_drift(graph)), 1.0);
@@ -175,9 +175,9 @@ TEST(MapDrift, ALoopIsDecidedUponWithAllThatIsAssumed) {
   made.graph.edges.push_back({399, 599, made.truth[399].inverse() * made.truth[599] * turned,
                               Eigen::Vector3d(1e-6, 1e-6, 1e-8).asDiagonal(), EdgeKind::kLoop});
   const OptimisedGraph best = optimise(made.graph);
-  EXPECT_EQ(best.graph.edges.back().belief, Belief::kBelieved);
+  EXPECT_EQ(best.graph.edges.back().verdict, LoopVerdict::kInlier);
   const PoseGraph stiff = without_drift(with_drift(made.graph, 1.0 / 4096.0));
-  EXPECT_EQ(optimise(stiff).graph.edges.back().belief, Belief::kDisbelieved);
+  EXPECT_EQ(optimise(stiff).graph.edges.back().verdict, LoopVerdict::kOutlier);
   for (std::size_t i = 0; i < made.graph.edges.size(); ++i) {
     EXPECT_EQ(best.graph.edges[i].covariance, made.graph.edges[i].covariance) << i;
   }

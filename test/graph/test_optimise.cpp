@@ -31,7 +31,7 @@ Eigen::VectorXd errors_of(const PoseGraph& graph) {
   return errors;
 }
 
-/// By Gauss and Newton, dense, with derivatives by differences: all loops are believed.
+/// By Gauss and Newton, dense, with derivatives by differences: all loops are inliers.
 std::vector<Pose2> dense_optimum(PoseGraph graph) {
   const auto moved = [](PoseGraph by, const Eigen::VectorXd& change) {
     for (std::size_t i = 1; i < by.poses.size(); ++i) {
@@ -61,17 +61,18 @@ RandomGraph small_graph(std::uint64_t seed, double wrong = 0.0) {
   return random_graph(seed, options);
 }
 
-std::size_t count_loops(const PoseGraph& graph, Belief belief) {
-  return static_cast<std::size_t>(std::count_if(
-      graph.edges.begin(), graph.edges.end(),
-      [&](const PoseEdge& edge) { return edge.kind == EdgeKind::kLoop && edge.belief == belief; }));
+std::size_t count_loops(const PoseGraph& graph, LoopVerdict verdict) {
+  return static_cast<std::size_t>(
+      std::count_if(graph.edges.begin(), graph.edges.end(), [&](const PoseEdge& edge) {
+        return edge.kind == EdgeKind::kLoop && edge.verdict == verdict;
+      }));
 }
 
 TEST(Optimise, FindsTheDenseOptimum) {
   for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
     const PoseGraph graph = small_graph(seed).graph;
     const OptimisedGraph result = optimise(graph);
-    ASSERT_EQ(count_loops(result.graph, Belief::kBelieved),
+    ASSERT_EQ(count_loops(result.graph, LoopVerdict::kInlier),
               graph.edges.size() - graph.poses.size() + 1);
     EXPECT_TRUE(result.converged);
     EXPECT_EQ(result.graph.poses.front(), graph.poses.front());
@@ -153,8 +154,8 @@ TEST(Optimise, TheOrderOfEdgesAndNodesDoesNotMatter) {
       EXPECT_LT(difference(result.graph.poses[other(i)], expected.graph.poses[i]).norm(), 1e-6);
     }
     for (std::size_t i = 0; i < graph.edges.size(); ++i) {
-      EXPECT_EQ(result.graph.edges[graph.edges.size() - 1 - i].belief,
-                expected.graph.edges[i].belief);
+      EXPECT_EQ(result.graph.edges[graph.edges.size() - 1 - i].verdict,
+                expected.graph.edges[i].verdict);
     }
   }
 }
@@ -175,7 +176,7 @@ TEST(Optimise, BelievesTheRightLoops) {
     const OptimisedGraph result = optimise(made.graph);
     for (std::size_t i = 0; i < result.graph.edges.size(); ++i) {
       if (result.graph.edges[i].kind == EdgeKind::kLoop) {
-        const int kept = result.graph.edges[i].belief == Belief::kBelieved ? 1 : 0;
+        const int kept = result.graph.edges[i].verdict == LoopVerdict::kInlier ? 1 : 0;
         (made.wrong[i] ? wrong : right) += 1;
         (made.wrong[i] ? wrong_kept : right_kept) += kept;
       }
@@ -211,9 +212,9 @@ TEST(Optimise, TwoDrivesAreJoinedByLoops) {
     EXPECT_TRUE(result.converged);
     graph = result.graph;
   }
-  EXPECT_EQ(graph.edges[39].belief, Belief::kBelieved);
-  EXPECT_EQ(graph.edges[40].belief, Belief::kDisbelieved);
-  EXPECT_EQ(graph.edges[41].belief, Belief::kBelieved);
+  EXPECT_EQ(graph.edges[39].verdict, LoopVerdict::kInlier);
+  EXPECT_EQ(graph.edges[40].verdict, LoopVerdict::kOutlier);
+  EXPECT_EQ(graph.edges[41].verdict, LoopVerdict::kInlier);
   expect_near(graph.poses, truth, 1e-3);
 }
 
@@ -230,19 +231,19 @@ TEST(Optimise, ManyWrongLoopsThatAgreeDoNotOutvoteOdometry) {
     const double apart = graph.poses[399 - i].x - graph.poses[i].x;
     graph.edges.push_back({i, 399 - i, {apart + 4.0, 0.0, 0.0}, kCovariance, EdgeKind::kLoop});
   }
-  EXPECT_EQ(count_loops(optimise(graph).graph, Belief::kBelieved), 0U);
+  EXPECT_EQ(count_loops(optimise(graph).graph, LoopVerdict::kInlier), 0U);
 }
 
 TEST(Optimise, ABelievedLoopThatFitsNoMoreIsDropped) {
   RandomGraph made = small_graph(2, 0.3);
   for (PoseEdge& edge : made.graph.edges) {
-    edge.belief = Belief::kBelieved;
+    edge.verdict = LoopVerdict::kInlier;
   }
   const OptimisedGraph result = optimise(made.graph);
   int wrong = 0;
   for (std::size_t i = made.graph.poses.size() - 1; i < made.graph.edges.size(); ++i) {
-    EXPECT_EQ(result.graph.edges[i].belief,
-              made.wrong[i] ? Belief::kDisbelieved : Belief::kBelieved);
+    EXPECT_EQ(result.graph.edges[i].verdict,
+              made.wrong[i] ? LoopVerdict::kOutlier : LoopVerdict::kInlier);
     wrong += made.wrong[i] ? 1 : 0;
   }
   EXPECT_EQ(wrong, 2);
@@ -263,14 +264,14 @@ TEST(Optimise, ALoopIsGivenUpForMoreThatContradictIt) {
     graph = optimise(graph).graph;
   };
   add(0, 20, 21.0);
-  EXPECT_EQ(graph.edges[20].belief, Belief::kBelieved);
+  EXPECT_EQ(graph.edges[20].verdict, LoopVerdict::kInlier);
   EXPECT_NEAR(graph.poses[20].x, 21.0, 0.01);
   add(1, 19, 17.7);
-  EXPECT_EQ(graph.edges[21].belief, Belief::kDisbelieved);
+  EXPECT_EQ(graph.edges[21].verdict, LoopVerdict::kOutlier);
   add(2, 20, 17.7);
-  EXPECT_EQ(graph.edges[20].belief, Belief::kDisbelieved);
-  EXPECT_EQ(graph.edges[21].belief, Belief::kBelieved);
-  EXPECT_EQ(graph.edges[22].belief, Belief::kBelieved);
+  EXPECT_EQ(graph.edges[20].verdict, LoopVerdict::kOutlier);
+  EXPECT_EQ(graph.edges[21].verdict, LoopVerdict::kInlier);
+  EXPECT_EQ(graph.edges[22].verdict, LoopVerdict::kInlier);
   EXPECT_NEAR(graph.poses[20].x - graph.poses[2].x, 17.7, 0.01);
 }
 

@@ -37,14 +37,14 @@ TEST(PoseGraph, ASoundOneIsTaken) {
 TEST(PoseGraph, AStateIsTakenBack) {
   PoseGraph graph = three_nodes();
   graph.edges[1].kind = EdgeKind::kLoop;
-  graph.edges[1].belief = Belief::kBelieved;
+  graph.edges[1].verdict = LoopVerdict::kInlier;
   const GraphState state = state_of(graph);
   PoseGraph changed = graph;
   changed.poses[2].x = 3.0;
-  changed.edges[1].belief = Belief::kDisbelieved;
+  changed.edges[1].verdict = LoopVerdict::kOutlier;
   set_state(state, changed);
   EXPECT_EQ(changed.poses, graph.poses);
-  EXPECT_EQ(changed.edges[1].belief, Belief::kBelieved);
+  EXPECT_EQ(changed.edges[1].verdict, LoopVerdict::kInlier);
 }
 
 TEST(PoseGraph, EdgesAreAddedWithLittleMemoryToSpare) {
@@ -63,7 +63,7 @@ TEST(PoseGraph, NodesThatMotionDoesNotJoinAreNamed) {
   expect_error({}, "it has no nodes");
   PoseGraph graph = three_nodes();
   graph.edges[1].kind = EdgeKind::kLoop;
-  graph.edges[1].belief = Belief::kBelieved;
+  graph.edges[1].verdict = LoopVerdict::kInlier;
   expect_error(graph, "no edges of motion join node 2 to the first one");
   graph.edges.clear();
   expect_error(graph, "no edges of motion join node 1 to the first one");

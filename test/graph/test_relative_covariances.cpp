@@ -105,11 +105,11 @@ TEST(RelativeCovariances, AreThoseOfSamples) {
   }
 }
 
-TEST(RelativeCovariances, DisbelievedLoopsSayNothing) {
+TEST(RelativeCovariances, OutliersSayNothing) {
   PoseGraph graph = optimised_graph().graph;
   PoseGraph without = graph;
   without.edges.pop_back();
-  graph.edges.back().belief = Belief::kDisbelieved;
+  graph.edges.back().verdict = LoopVerdict::kOutlier;
   EXPECT_EQ(relative_covariances(graph, 3, {50}), relative_covariances(without, 3, {50}));
 }
 

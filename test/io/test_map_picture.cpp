@@ -91,8 +91,8 @@ TEST(DrawMap, DrawsTheLoopsThatAreBelieved) {
   PoseGraph graph;
   graph.poses = {{2.0, 1.0, 0.0}, {6.0, 1.0, 0.0}, {6.0, 4.0, 0.0}};
   const Eigen::Matrix3d known = Eigen::Matrix3d::Identity();
-  graph.edges = {{0, 1, {}, known, EdgeKind::kLoop, Belief::kBelieved},
-                 {0, 2, {}, known, EdgeKind::kLoop, Belief::kDisbelieved},
+  graph.edges = {{0, 1, {}, known, EdgeKind::kLoop, LoopVerdict::kInlier},
+                 {0, 2, {}, known, EdgeKind::kLoop, LoopVerdict::kOutlier},
                  {1, 2, {}, known}};
   const auto is_loop = [](Color color) {
     return color.red > color.green + 100 && color.blue > color.green + 60;

@@ -23,7 +23,7 @@ LoopState sound_loops() {
   const Eigen::Matrix3d covariance = 0.01 * Eigen::Matrix3d::Identity();
   loops.edges = {{0, 1, {1.0, 2.0, 3.0}, covariance},
                  {1, 2, {}, covariance},
-                 {0, 2, {}, covariance, EdgeKind::kLoop, Belief::kDisbelieved}};
+                 {0, 2, {}, covariance, EdgeKind::kLoop, LoopVerdict::kOutlier}};
   loops.edges[1].drift = {0.001, 0.002, 0.003};
   loops.loops = {{{0, {0.1, 0.2, 0.3}, covariance, 0.9, 0.5, 7.5}, 2, true, 1.5, 0.25}};
   loops.way = 0.75;
@@ -62,7 +62,7 @@ TEST(SavedLoops, ComeBack) {
   EXPECT_EQ(again.edges[2].to, 2U);
   EXPECT_EQ(again.edges[2].covariance, sound.edges[2].covariance);
   EXPECT_EQ(again.edges[2].kind, EdgeKind::kLoop);
-  EXPECT_EQ(again.edges[2].belief, Belief::kDisbelieved);
+  EXPECT_EQ(again.edges[2].verdict, LoopVerdict::kOutlier);
   EXPECT_EQ(again.edges[1].drift, sound.edges[1].drift);
   ASSERT_EQ(again.loops.size(), 1U);
   const ClosedLoop& loop = again.loops.front();
@@ -71,7 +71,7 @@ TEST(SavedLoops, ComeBack) {
   EXPECT_EQ(loop.found.score, 0.9);
   EXPECT_EQ(loop.found.rival_share, 0.5);
   EXPECT_EQ(loop.found.log_odds, 7.5);
-  EXPECT_TRUE(loop.believed);
+  EXPECT_TRUE(loop.is_inlier);
   EXPECT_EQ(loop.chi_square, 1.5);
   EXPECT_EQ(loop.moved, 0.25);
   EXPECT_EQ(again.way, 0.75);
@@ -116,10 +116,10 @@ TEST(SavedLoops, HoldAGraphThatIsOne) {
                        "is damaged: pose graph: no edges of motion join node"));
   EXPECT_TRUE(
       contains(error_after([](auto& lie) { lie.edges[1].kind = static_cast<EdgeKind>(3); }),
-               "is damaged: an edge of its graph is of kind or belief 3; allowed: up to 2"));
+               "is damaged: an edge of its graph is of kind or verdict 3; allowed: up to 2"));
   EXPECT_TRUE(
-      contains(error_after([](auto& lie) { lie.edges[1].belief = static_cast<Belief>(3); }),
-               "is damaged: an edge of its graph is of kind or belief 3; allowed: up to 2"));
+      contains(error_after([](auto& lie) { lie.edges[1].verdict = static_cast<LoopVerdict>(3); }),
+               "is damaged: an edge of its graph is of kind or verdict 3; allowed: up to 2"));
   EXPECT_TRUE(contains(error_after([](auto& lie) { lie.loops[0].found.covariance *= -1.0; }),
                        "is damaged: the covariance of a loop is none"));
 }

@@ -11,8 +11,8 @@ namespace {
 using visualization_msgs::Marker;
 
 /// A loop that is off by so much [m] in x, which is known to 0.1 m.
-PoseEdge loop(Belief belief, double off) {
-  return {0, 2, {off, 1.0, 0.0}, covariance_of(0.1, 0.1), EdgeKind::kLoop, belief};
+PoseEdge loop(LoopVerdict verdict, double off) {
+  return {0, 2, {off, 1.0, 0.0}, covariance_of(0.1, 0.1), EdgeKind::kLoop, verdict};
 }
 
 /// Three poses, driven one after the other.
@@ -32,8 +32,8 @@ void expect_line(const Marker& lines, std::size_t number, const Pose2& from, con
 
 TEST(GraphMarkers, DrawsEdgesByTheirKind) {
   PoseGraph graph = small_graph();
-  graph.edges.push_back(loop(Belief::kBelieved, 0.0));
-  graph.edges.push_back(loop(Belief::kDisbelieved, 9.0));
+  graph.edges.push_back(loop(LoopVerdict::kInlier, 0.0));
+  graph.edges.push_back(loop(LoopVerdict::kOutlier, 9.0));
   const auto markers = to_markers(graph, "map", ros::Time(7.0)).markers;
   ASSERT_EQ(markers.size(), 3U);
   const std::vector<std::string> names = {"motion", "loops", "refused"};
@@ -59,7 +59,7 @@ TEST(GraphMarkers, DrawsEdgesByTheirKind) {
 TEST(GraphMarkers, ColoursLoopsByTheirResidual) {
   const auto color_of = [](double off) {
     PoseGraph graph = small_graph();
-    graph.edges.push_back(loop(Belief::kBelieved, off));
+    graph.edges.push_back(loop(LoopVerdict::kInlier, off));
     return to_markers(graph, "map", {}).markers[1].colors[1];
   };
   EXPECT_EQ(color_of(0.0).g, 1.0F);

@@ -28,7 +28,7 @@
 #include "io/tum.hpp"
 #include "matchbox_slam/LoadMap.h"
 #include "matchbox_slam/Relocalise.h"
-#include "matchbox_slam/TakePlace.h"
+#include "matchbox_slam/SetPoseAtStamp.h"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
@@ -176,18 +176,18 @@ TEST_F(SlamNodelet, GoesOnFromWhereItRelocalises) {
 }
 
 TEST_F(SlamNodelet, TakesAPlaceForAScanThatItUsedAlone) {
-  TakePlace service;
+  SetPoseAtStamp service;
   service.request.stamp = listener_->poses.back().header.stamp;
   service.request.pose = to_pose_message(truth_.back());
-  ASSERT_TRUE(ros::service::call("/slam/take_place", service));
+  ASSERT_TRUE(ros::service::call("/slam/set_pose_at_stamp", service));
   EXPECT_TRUE(service.response.success) << service.response.message;
   service.request.stamp -= ros::Duration(0.01);  // between two scans
-  ASSERT_TRUE(ros::service::call("/slam/take_place", service));
+  ASSERT_TRUE(ros::service::call("/slam/set_pose_at_stamp", service));
   EXPECT_FALSE(service.response.success);
   EXPECT_TRUE(contains(service.response.message, "no scan of")) << service.response.message;
   service.request.stamp = listener_->poses.back().header.stamp;
   service.request.pose.position.x = std::nan("");
-  ASSERT_TRUE(ros::service::call("/slam/take_place", service));
+  ASSERT_TRUE(ros::service::call("/slam/set_pose_at_stamp", service));
   EXPECT_FALSE(service.response.success);
   EXPECT_TRUE(contains(service.response.message, "its position is no")) << service.response.message;
 }

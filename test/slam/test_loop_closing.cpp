@@ -134,7 +134,7 @@ TEST(LoopClosing, RoundABlockTheDriftGoes) {
   ASSERT_TRUE(correction);
   const ClosedLoop& loop = drive.closer().state().loops.back();
   const std::vector<Pose2> poses = drive.poses();
-  EXPECT_TRUE(loop.believed);
+  EXPECT_TRUE(loop.is_inlier);
   EXPECT_EQ(loop.newest, poses.size() - 1);
   EXPECT_GT(drive.worst_error(drive.believed()), 1.1);
   const Eigen::Vector3d off = difference(
@@ -149,7 +149,7 @@ TEST(LoopClosing, ALoopThatFitsAlreadyMovesNothing) {
   Drive drive(world);
   EXPECT_FALSE(drive.take_all(lap_with_a_slip(world, {})));
   ASSERT_FALSE(drive.closer().state().loops.empty());
-  EXPECT_TRUE(drive.closer().state().loops.back().believed);
+  EXPECT_TRUE(drive.closer().state().loops.back().is_inlier);
   EXPECT_EQ(drive.poses(), drive.believed());
 }
 

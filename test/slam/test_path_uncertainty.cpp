@@ -19,8 +19,8 @@ Eigen::Matrix3d diagonal_covariance(double x, double y, double theta) {
 }
 
 PoseEdge edge(std::size_t from, std::size_t to, const Eigen::Matrix3d& covariance,
-              EdgeKind kind = EdgeKind::kMotion, Belief belief = Belief::kUndecided) {
-  return {from, to, {}, covariance, kind, belief};
+              EdgeKind kind = EdgeKind::kMotion, LoopVerdict verdict = LoopVerdict::kUndecided) {
+  return {from, to, {}, covariance, kind, verdict};
 }
 
 /// Nodes a metre apart along x, each joined to the one before.
@@ -84,12 +84,13 @@ TEST(GraphDistance, HeadingCountsByTheLever) {
 
 TEST(GraphDistance, OnlyLoopsThatAreBelievedShorten) {
   const Eigen::Matrix3d covariance = diagonal_covariance(0.1, 0.1, 1e-9);
-  for (const Belief belief : {Belief::kUndecided, Belief::kBelieved, Belief::kDisbelieved}) {
+  for (const LoopVerdict verdict :
+       {LoopVerdict::kUndecided, LoopVerdict::kInlier, LoopVerdict::kOutlier}) {
     PoseGraph graph = chain(60, covariance);
-    graph.edges.push_back(edge(1, 59, covariance, EdgeKind::kLoop, belief));
-    const std::size_t to_first = belief == Belief::kBelieved ? 2 : 59;
+    graph.edges.push_back(edge(1, 59, covariance, EdgeKind::kLoop, verdict));
+    const std::size_t to_first = verdict == LoopVerdict::kInlier ? 2 : 59;
     EXPECT_NEAR(variances_from(59, graph)[0], 0.01 * static_cast<double>(to_first), 1e-12);
-    EXPECT_EQ(apart_from(59, graph, 0.1)[0], belief != Belief::kBelieved);
+    EXPECT_EQ(apart_from(59, graph, 0.1)[0], verdict != LoopVerdict::kInlier);
   }
 }
 
@@ -141,7 +142,7 @@ Ways by_force(const PoseGraph& graph, std::size_t node) {
   variances[node] = edges[node] = 0.0;
   for (std::size_t round = 0; round < nodes; ++round) {
     for (const PoseEdge& edge : graph.edges) {
-      if (edge.kind == EdgeKind::kLoop && edge.belief != Belief::kBelieved) {
+      if (edge.kind == EdgeKind::kLoop && edge.verdict != LoopVerdict::kInlier) {
         continue;
       }
       const double lever = std::hypot(graph.poses[edge.from].x - graph.poses[node].x,
@@ -188,7 +189,7 @@ TEST(GraphDistance, IsThatOfBruteForce) {
       const std::size_t from = pick(nodes);
       const std::size_t to = (from + 1 + pick(nodes - 1)) % nodes;
       graph.edges.push_back(edge(from, to, any_covariance(), EdgeKind::kLoop,
-                                 pick(2) == 0 ? Belief::kBelieved : Belief::kDisbelieved));
+                                 pick(2) == 0 ? LoopVerdict::kInlier : LoopVerdict::kOutlier));
     }
     links.take_new(graph.poses.size(), graph.edges);
     const std::size_t node = pick(nodes);

@@ -49,7 +49,8 @@ struct HiddenDrive {
         const Eigen::Vector3d drift = {4e-4, 4e-4, 1e-4};
         const Eigen::Vector3d seen = {sigma * sigma, 2.5e-5, 1e-6};
         const Eigen::Matrix3d covariance = (drift + seen).asDiagonal();
-        edges.push_back({i - 1, i, {}, covariance, EdgeKind::kMotion, Belief::kUndecided, drift});
+        edges.push_back(
+            {i - 1, i, {}, covariance, EdgeKind::kMotion, LoopVerdict::kUndecided, drift});
       }
       PointScan scan;
       scan.stamp = stamp;

@@ -9,13 +9,13 @@
 namespace matchbox_slam {
 
 enum class EdgeKind {
-  kMotion,     ///< to the next key scan, or one that is known to lie near; always believed
+  kMotion,     ///< to the next key scan, or one that is known to lie near; no outlier
   kLoop,       ///< a place seen again; may be wrong
-  kCondensed,  ///< what key scans that were taken out said of others; always believed
+  kCondensed,  ///< what key scans that were taken out said of others; no outlier
 };
 
-/// What is thought of a loop.
-enum class Belief { kUndecided, kBelieved, kDisbelieved };
+/// Whether a loop agrees with the motion and with the other loops.
+enum class LoopVerdict { kUndecided, kInlier, kOutlier };
 
 /// Where one key scan was taken as seen from another one.
 struct PoseEdge {
@@ -24,7 +24,7 @@ struct PoseEdge {
   Pose2 from_to;               ///< measured pose of `to` in the frame of `from`
   Eigen::Matrix3d covariance;  ///< of `from_to` over (x, y, theta) of the frame of `from`
   EdgeKind kind = EdgeKind::kMotion;
-  Belief belief = Belief::kUndecided;  ///< of loops only
+  LoopVerdict verdict = LoopVerdict::kUndecided;  ///< of loops only
   /// What of the covariance's diagonal is the map's drift as it is assumed; loops tell how much of
   /// it there is.
   Eigen::Vector3d drift = Eigen::Vector3d::Zero();
@@ -44,7 +44,7 @@ void add_edge(const PoseEdge& edge, std::vector<PoseEdge>& edges);
 /// What optimising changes of a graph. Kept to take it back, it is a tenth of the graph.
 struct GraphState {
   std::vector<Pose2> poses;
-  std::vector<Belief> beliefs;  ///< by edge
+  std::vector<LoopVerdict> verdicts;  ///< by edge
 };
 
 [[nodiscard]] GraphState state_of(const PoseGraph& graph);
@@ -54,7 +54,7 @@ void set_state(GraphState state, PoseGraph& graph);
 
 /// Whether the edge has a say in where the poses are.
 [[nodiscard]] inline bool is_used(const PoseEdge& edge) {
-  return edge.kind != EdgeKind::kLoop || edge.belief == Belief::kBelieved;
+  return edge.kind != EdgeKind::kLoop || edge.verdict == LoopVerdict::kInlier;
 }
 
 /// Throws std::invalid_argument, naming the node or the edge, for a graph without poses, poses and

@@ -61,7 +61,7 @@ struct FoundLoop {
 struct ClosedLoop {
   FoundLoop found;
   std::size_t newest = 0;   ///< key scan that it was found with
-  bool believed = false;    ///< whether the graph can be made to agree
+  bool is_inlier = false;   ///< whether the graph can be made to agree
   double chi_square = 0.0;  ///< of the loop in the graph, of 3 degrees of freedom
   double moved = 0.0;       ///< [m] by which it moved the key scan that moved most
 };
@@ -102,7 +102,7 @@ struct LoopState {
 /// The graph as it is now.
 [[nodiscard]] PoseGraph graph_of(const KeyScans& keys, const LoopState& state);
 
-/// Of loops that were tried, those that were believed.
+/// Of loops that were tried, how many are inliers.
 [[nodiscard]] std::size_t count_closed(const std::vector<ClosedLoop>& loops);
 
 }  // namespace matchbox_slam

@@ -67,7 +67,7 @@ class SlamEngine {
   /// The same without poses.
   [[nodiscard]] const LoopState& loop_state() const;
 
-  /// Loops that were tried, believed or not.
+  /// Loops that were tried, inliers and outliers.
   [[nodiscard]] const std::vector<ClosedLoop>& loops() const;
   /// Places where a loop was searched for.
   [[nodiscard]] std::size_t loop_tries() const;
