@@ -20,10 +20,17 @@ inline ScanQueueSettings settings(std::optional<int> join_parts = 1) {
   return settings;
 }
 
-/// A queue that is fed by stamps and asked for the stamps that come out.
+/// A queue that is fed by stamps and asked for the stamps that come out. In the end each scan has
+/// to be accounted for.
 class Feed {
  public:
   explicit Feed(const ScanQueueSettings& settings) : queue(settings) {}
+  Feed(const Feed&) = delete;
+  Feed& operator=(const Feed&) = delete;
+  ~Feed() {
+    const ScanAccount& account = queue.account();
+    EXPECT_EQ(account.received, account.delivered + account.skipped_total() + queue.waiting());
+  }
 
   void scan(double stamp) { scan_at(stamp, stamp); }
   void scan_at(double stamp, double now) { queue.add_scan(make_scan(stamp), ros::Time(now)); }
@@ -41,6 +48,7 @@ class Feed {
   }
 
   /// The laser's place, and odometry from 100 s to a stamp, which is there by `now`.
+  void robot_until(double stamp) { robot_until(stamp, stamp); }
   void robot_until(double stamp, double now) {
     laser();
     odometry(100.0);
@@ -62,11 +70,6 @@ class Feed {
   [[nodiscard]] std::size_t skipped(SkipReason reason) const {
     const auto found = queue.account().skipped.find(reason);
     return found == queue.account().skipped.end() ? 0 : found->second;
-  }
-
-  void expect_all_accounted_for() const {
-    const ScanAccount& account = queue.account();
-    EXPECT_EQ(account.received, account.delivered + account.skipped_total() + queue.waiting());
   }
 
   ScanQueue queue;

@@ -21,7 +21,6 @@ TEST(ScanQueue, WaitsUntilTransformsCoverTheScan) {
   EXPECT_EQ(feed.ready(), Stamps{});
   feed.odometry(100.6);
   EXPECT_EQ(feed.ready(), Stamps{100.5});
-  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, WaitsForTheLastBeam) {
@@ -75,7 +74,6 @@ TEST(ScanQueue, SkipsAScanWithoutTransformAfterTheTimeout) {
   EXPECT_EQ(skipped[0].text,
             "scan of 100.500 s skipped (no_transform): no transform from 'base' to 'odom' at "
             "100.500: the newest is 0.200 s older");
-  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, SkipsScansWhenItsFramesAreSwapped) {
@@ -99,7 +97,6 @@ TEST(ScanQueue, WaitingScansAreSkippedAtTheEnd) {
   feed.queue.finish();
   EXPECT_EQ(feed.ready(), Stamps{});
   EXPECT_EQ(feed.skipped(SkipReason::kNoTransform), 1U);
-  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, BringsWaitingScansIntoOrder) {
@@ -114,16 +111,13 @@ TEST(ScanQueue, BringsWaitingScansIntoOrder) {
 
 TEST(ScanQueue, CountsDuplicatesAndScansThatComeTooLate) {
   Feed feed(settings());
-  feed.laser();
-  feed.odometry(100.0);
-  feed.odometry(101.0);
+  feed.robot_until(101.0);
   for (const double stamp : {100.5, 100.5, 100.4, 100.6}) {
     feed.scan_at(stamp, 101.0);
   }
   EXPECT_EQ(feed.ready(), (Stamps{100.5, 100.6}));
   EXPECT_EQ(feed.skipped(SkipReason::kDuplicateStamp), 1U);
   EXPECT_EQ(feed.skipped(SkipReason::kOutOfOrder), 1U);
-  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, CountsScansThatAreNone) {
@@ -137,7 +131,6 @@ TEST(ScanQueue, CountsScansThatAreNone) {
   EXPECT_EQ(feed.skipped(SkipReason::kEmpty), 1U);
   EXPECT_EQ(feed.skipped(SkipReason::kInvalid), 1U);
   EXPECT_TRUE(contains(feed.queue.take_skipped().at(1).text, "angle_increment is 0"));
-  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, SkipsScansThatWouldBeTornOverTheMap) {
@@ -155,7 +148,6 @@ TEST(ScanQueue, SkipsScansThatWouldBeTornOverTheMap) {
   EXPECT_TRUE(contains(feed.queue.take_skipped().at(0).text, "while it is taken"));
   EXPECT_EQ(feed.ready(), Stamps{});
   EXPECT_EQ(feed.skipped(SkipReason::kInvalid), 2U);
-  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, TheFrameMayChangeFromScanToScan) {
@@ -227,7 +219,6 @@ TEST(ScanQueue, GivesUpScansThatWaitedTooLongButNeverTheNewest) {
   feed.scan_at(101.5, 105.0);
   feed.odometry_at(111.0, 105.5);
   EXPECT_EQ(feed.ready(), (Stamps{101.5})) << "late, but there is nothing newer";
-  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, InThePlaceOfAScanThatItHadNoTimeForItSaysThat) {
@@ -245,7 +236,6 @@ TEST(ScanQueue, InThePlaceOfAScanThatItHadNoTimeForItSaysThat) {
   EXPECT_EQ(std::get<LeftOut>(*first).stamp, 101.0);
   EXPECT_EQ(std::get<LeftOut>(*second).stamp, 101.1);
   EXPECT_TRUE(std::holds_alternative<ReadyScan>(*third));
-  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, NeverHoldsMoreThanItMay) {
@@ -257,14 +247,11 @@ TEST(ScanQueue, NeverHoldsMoreThanItMay) {
   }
   EXPECT_EQ(feed.queue.waiting(), 3U);
   EXPECT_EQ(feed.skipped(SkipReason::kQueueFull), 7U);
-  feed.laser();
-  feed.odometry(100.0);
-  feed.odometry(101.0);
+  feed.robot_until(101.0);
   EXPECT_EQ(feed.queue.waiting(), 3U);
   feed.scan_at(100.95, 101.0);
   EXPECT_EQ(feed.queue.waiting(), 3U);
   EXPECT_EQ(feed.ready(), (Stamps{100.8, 100.9, 100.95})) << "the newest are kept";
-  feed.expect_all_accounted_for();
 }
 
 /// Parts of turns of a laser that turns ten times a second, a quarter of a turn each.
@@ -291,7 +278,6 @@ TEST(ScanQueue, CountsPartsOfATurnAsOneScan) {
   feed.queue.finish();
   EXPECT_EQ(feed.ready(), Stamps{100.7});
   EXPECT_EQ(feed.queue.account().received, 3U);
-  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, AScanThatWaitedForTheNextIsNotTooLateForThat) {
@@ -302,7 +288,6 @@ TEST(ScanQueue, AScanThatWaitedForTheNextIsNotTooLateForThat) {
   feed.scan(100.5);
   feed.scan(100.55);
   EXPECT_EQ(feed.ready(), (Stamps{100.5, 100.55}));
-  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, TheFirstScanWaitsForTheNextToTellWhetherItIsAPart) {
@@ -310,12 +295,10 @@ TEST(ScanQueue, TheFirstScanWaitsForTheNextToTellWhetherItIsAPart) {
   feed.robot_until(102.0, 100.4);
   feed.scan(100.5);
   EXPECT_EQ(feed.ready(), Stamps{});
-  feed.expect_all_accounted_for();
   feed.scan(100.6);
   EXPECT_EQ(feed.ready(), (Stamps{100.5, 100.6}));
   feed.scan(100.7);
   EXPECT_EQ(feed.ready(), Stamps{100.7});
-  feed.expect_all_accounted_for();
 }
 
 /// Where odometry has the first scan of a robot that turns by so much from scan to scan.
@@ -366,7 +349,6 @@ TEST(ScanQueue, AFirstScanThatStaysAloneIsUsed) {
       feed.odometry(101.1);
     }
     EXPECT_EQ(feed.ready(), Stamps{100.5});
-    feed.expect_all_accounted_for();
   }
 }
 
@@ -383,7 +365,6 @@ TEST(ScanQueue, AFirstPartThatWasUsedAloneIsNotUsedAgain) {
   }
   EXPECT_EQ(feed.ready(), Stamps{100.6});
   EXPECT_EQ(feed.skipped(SkipReason::kDuplicateStamp), 1U);
-  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, SkipsPartsWhoseTurnWasCutOffByATimeJump) {
@@ -396,7 +377,6 @@ TEST(ScanQueue, SkipsPartsWhoseTurnWasCutOffByATimeJump) {
   feed.queue.add_transforms(make_link(50.0, "odom", "base", 1.0), false, ros::Time(50.0));
   EXPECT_EQ(feed.skipped(SkipReason::kTimeJump), 1U);
   EXPECT_EQ(feed.queue.account().received, 2U);
-  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, SkipsPartsThatWaitWhenTheRunIsEnded) {
@@ -406,7 +386,6 @@ TEST(ScanQueue, SkipsPartsThatWaitWhenTheRunIsEnded) {
   }
   feed.queue.interrupt();
   EXPECT_EQ(feed.skipped(SkipReason::kInterrupted), 1U);
-  feed.expect_all_accounted_for();
 }
 
 /// A laser that turns all round and tells no times, whose odometry is not known where it is asked
@@ -426,7 +405,6 @@ TEST(ScanQueue, LooksForNoSweepTimeWhereOdometryIsNotKnown) {
   }
   EXPECT_EQ(feed.ready().size(), 6U);
   EXPECT_TRUE(feed.queue.take_news().empty());
-  feed.expect_all_accounted_for();
 }
 
 }  // namespace

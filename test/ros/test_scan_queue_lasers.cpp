@@ -31,7 +31,6 @@ TEST(ScanQueue, MergesScansOfSeveralLasersByTheirStamps) {
   feed.scan_of(0, 101.2, 101.3);
   feed.scan_of(1, 101.15, 101.35);
   EXPECT_EQ(feed.ready(), (Stamps{101.0, 101.05, 101.1, 101.15}));
-  feed.expect_all_accounted_for();
 }
 
 /// Two lasers, of which the second is slow to arrive, before and after their stamps jump back by
@@ -74,7 +73,6 @@ TEST(ScanQueue, ATimeJumpIsOneWithASlowLaserToo) {
       EXPECT_EQ(std::count_if(ready.begin(), ready.end(), [](double s) { return s < 0.0; }), 1)
           << account;
       EXPECT_GE(feed.queue.account().delivered, 146U) << account;
-      feed.expect_all_accounted_for();
     }
   }
 }
@@ -90,7 +88,6 @@ TEST(ScanQueue, AScanBehindOneThatWaitedForTheNextIsNotTooLateForThat) {
   }
   feed.queue.finish();
   EXPECT_EQ(feed.ready(), (Stamps{101.0, 101.01, 101.1, 101.11}));
-  feed.expect_all_accounted_for();
 }
 
 TEST(ScanQueue, LasersMayHaveTheSameStamps) {
