@@ -171,7 +171,7 @@ void ScanQueue::skip_parts(SkipReason reason, const std::string& why) {
       ++account_.received;
       skip(ros::Time(scan.stamp) + settings_.scan_time_offset, reason, why);
     }
-    parts.joiner = ScanJoiner(settings_.timing.join_parts);  // in place: it may be in use
+    parts.joiner.begin_anew();
   }
 }
 

@@ -30,6 +30,9 @@ class ScanJoiner {
   /// The parts that wait for the rest of their turn are whole.
   void finish();
 
+  /// Forgets all scans, and whether parts come.
+  void begin_anew();
+
   /// Whole scans, oldest first; they are the caller's.
   [[nodiscard]] std::vector<LaserScan> take();
 

@@ -195,5 +195,18 @@ TEST(ScanJoiner, GivesWhatThereIsAtTheEnd) {
   EXPECT_EQ(rest.front().ranges.size(), 108U);
 }
 
+TEST(ScanJoiner, BegunAnewItSeesWhetherPartsComeAsAtFirst) {
+  ScanJoiner joiner(std::nullopt);
+  const std::vector<LaserScan> parts = parts_of_turns(2, 2.0 * kPi, 10);
+  joined(joiner, parts);
+  joiner.begin_anew();
+  EXPECT_FALSE(joiner.holds_parts());
+  EXPECT_TRUE(joiner.take().empty());
+  EXPECT_EQ(joiner.take_news(), "");
+  ScanJoiner first(std::nullopt);
+  EXPECT_EQ(joined(joiner, parts).size(), joined(first, parts).size());
+  EXPECT_EQ(joiner.take_news(), first.take_news());
+}
+
 }  // namespace
 }  // namespace matchbox_slam
