@@ -398,5 +398,35 @@ TEST(FuzzFiles, MutatedSavedMapsAreReadOrRefused) {
   EXPECT_TRUE(is_enough(read, count, 0.05)) << read << ": always refused they try little";
 }
 
+/// Of which parts are read by code of their own.
+TEST(FuzzFiles, MutatedMapsOfRelease1AreReadOrRefused) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "map.slam";
+  const std::string written = std::string(MATCHBOX_SOURCE_DIR) + "/test/io/version_7.slam";
+  const std::string sound = decompress(read_file(written), written);
+  const std::uint64_t first = first_fuzz_input();
+  const std::uint64_t count = fuzz_inputs(2000);
+  std::uint64_t read = 0;
+  for (std::uint64_t number = first; number < first + count && !HasFailure(); ++number) {
+    SCOPED_TRACE("MATCHBOX_FUZZ_FIRST=" + std::to_string(number));
+    Random random(mix_seed(37, number));
+    std::string bytes = sound;
+    for (std::size_t left = 1 + below(4, random); left > 0; --left) {
+      bytes[below(bytes.size(), random)] = static_cast<char>(random.next());
+    }
+    std::filesystem::remove(path);  // as above
+    std::ofstream(path, std::ios::binary) << compress(bytes);
+    try {
+      (void)to_saved_map(read_saved_map(path, kMostCells));
+      ++read;
+    } catch (const FileError& error) {
+      EXPECT_NE(std::string(error.what()), "");
+    } catch (const std::exception& error) {
+      ADD_FAILURE() << typeid(error).name() << ": " << error.what();
+    }
+  }
+  EXPECT_TRUE(is_enough(read, count, 0.05)) << read << ": always refused they try little";
+}
+
 }  // namespace
 }  // namespace matchbox_slam

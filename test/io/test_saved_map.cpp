@@ -237,6 +237,120 @@ TEST_F(SavedMap, ReadsVersion4OfTheFormat) {
   }
 }
 
+/// Written by release 1.0.0 of a lost robot, with something in all that this release kept.
+std::string map_of_1_0() { return std::string(MATCHBOX_SOURCE_DIR) + "/test/io/version_7.slam"; }
+
+TEST_F(SavedMap, ReadsWhatRelease1Wrote) {
+  const EngineState start = read_saved_map(map_of_1_0());
+  EXPECT_EQ(start.scan_count, 3U);
+  ASSERT_EQ(start.key_scans.size(), 3U);
+  for (const PlacedScan& key : start.key_scans.all()) {
+    const std::optional<MeasuredScan> measured = key.scan->measured();
+    ASSERT_TRUE(measured);
+    EXPECT_EQ(measured->scan.ranges.size(), 12U);
+    EXPECT_EQ(measured->base_from_laser.translation().x(), 0.275);
+    EXPECT_EQ(measured->options.max_drop, 0.15);
+  }
+  EXPECT_EQ(start.motion.stamp, 1.2);
+  EXPECT_EQ(start.motion.fixed_from_base, start.key_scans.all().back().map_from_base);
+  EXPECT_EQ(start.motion.noise_scale.translation, 0.5);
+  EXPECT_EQ(start.motion.noise_scale.rotation, 0.25);
+  EXPECT_EQ(start.motion.calibration.missing, Eigen::Vector3d(0.0, 0.0, 0.0));
+  EXPECT_EQ(start.last_inserted.at(0), start.motion.fixed_from_base);
+  EXPECT_TRUE(start.is_moved);
+  EXPECT_TRUE(start.is_continued);
+  EXPECT_TRUE(start.is_of_key_scans);
+  ASSERT_EQ(start.secondary_lasers.all().count(1), 1U);
+  EXPECT_EQ(start.secondary_lasers.primary().others, 4);
+  const SecondaryLaser& laser = start.secondary_lasers.all().at(1);
+  ASSERT_EQ(laser.mount.samples().size(), 1U);
+  EXPECT_EQ(laser.mount.samples().front().velocity, Eigen::Vector3d(0.5, 0.0, 0.1));
+  EXPECT_EQ(laser.waiting.value().measured.options.max_drop, 0.3);
+}
+
+TEST_F(SavedMap, ReadsWallsOfRelease1WithBothSidesAlike) {
+  const EngineState start = read_saved_map(map_of_1_0());
+  const std::vector<Cell> walls = start.map.field.surface_cells();
+  ASSERT_FALSE(walls.empty());
+  EXPECT_EQ(start.local_map.map()->field.surface_cells().size(), walls.size());
+  EXPECT_EQ(start.local_map.center(), Eigen::Vector2d(0.5, 0.25));
+  EXPECT_TRUE(start.local_map.drawn().empty()) << "which key scans it shows was not told";
+  for (const Cell& wall : walls) {
+    Surface surface;
+    ASSERT_TRUE(start.map.field.nearest_surface(wall, surface));
+    EXPECT_TRUE(surface.facing.isZero());
+  }
+}
+
+TEST_F(SavedMap, ReadsLoopsOfRelease1) {
+  const LoopState loops = read_saved_map(map_of_1_0()).loops;
+  EXPECT_EQ(loops.nodes, 3U);
+  ASSERT_EQ(loops.edges.size(), 3U);
+  EXPECT_EQ(loops.edges[2].kind, EdgeKind::kLoop);
+  EXPECT_EQ(loops.edges[2].belief, Belief::kDisbelieved);
+  for (const PoseEdge& edge : loops.edges) {
+    EXPECT_TRUE(edge.drift.isZero()) << "it was not told apart";
+  }
+  ASSERT_EQ(loops.loops.size(), 1U);
+  EXPECT_EQ(loops.loops[0].found.rival_share, 0.5);
+  EXPECT_EQ(loops.loops[0].found.log_odds, 0.0) << "a contradiction of 0.05 is none";
+  EXPECT_EQ(loops.loops[0].chi_square, 1.5);
+  EXPECT_EQ(loops.way, 0.75);
+  EXPECT_EQ(loops.tries, 7U);
+  EXPECT_TRUE(loops.are_others.empty());
+  EXPECT_EQ(loops.pending.value().newest, 2U);
+  EXPECT_EQ(loops.pending.value().edges, 2U);
+  EXPECT_TRUE(loops.pending.value().is_abandoned);
+}
+
+/// What it says of a doubt is left out, and so is what waited for the end of one.
+TEST_F(SavedMap, ReadsWhereALostRobotOfRelease1IsAndSearchesAnew) {
+  const LocalizationState there = read_saved_map(map_of_1_0()).localization;
+  EXPECT_EQ(there.here, 1U);
+  ASSERT_EQ(there.apart.size(), 1U);
+  EXPECT_EQ(there.apart[0].begin, 1.15);
+  EXPECT_EQ(there.apart[0].left_from_here, (Pose2{4.0, 5.0, 0.75}));
+  EXPECT_EQ(there.apart[0].last_inserted.at(0), (Pose2{0.1, 0.2, 0.3}));
+  ASSERT_EQ(there.apart[0].key_scans.size(), 1U);
+  const PlacedScan& key = there.apart[0].key_scans.all().front();
+  EXPECT_FALSE(key.scan->measured()) << "of points, as maps of before 1.0 have them";
+  EXPECT_EQ(key.scan->points()->points.front().moved, 0.25);
+  ASSERT_EQ(there.pending.size(), 1U);
+  EXPECT_EQ(there.pending[0].part, 1U);
+  EXPECT_EQ(there.pending[0].scan.map_from_base, (Pose2{1.0, 0.5, 0.25}));
+  EXPECT_FALSE(there.hypotheses.fork);
+  EXPECT_TRUE(there.search.hypotheses.empty());
+  EXPECT_EQ(there.search.stamp, 0.0);
+}
+
+TEST_F(SavedMap, GoesOnFromWhatRelease1WroteAndSavesItAsOfToday) {
+  const EngineState start = read_saved_map(map_of_1_0());
+  write(to_saved_map(start));
+  const EngineState again = read_saved_map(path_);
+  EXPECT_TRUE(to_saved_map(again) == to_saved_map(start));
+  EngineOptions options;
+  options.map.resolution = start.map.field.geometry().resolution();
+  SlamEngine engine(options, std::make_shared<OlsonMatcher>(), 1);
+  engine.start_from(start);
+  ScanInput next;
+  next.scan = start.key_scans.all().back().scan->measured()->scan;
+  next.scan.stamp = 1.3;
+  const ScanOutcome outcome = engine.process(next);
+  EXPECT_TRUE(outcome.map_from_base.is_finite());
+  EXPECT_EQ(engine.snapshot().scan_count, 4U);
+}
+
+TEST_F(SavedMap, RefusesWhatRelease1WroteWithoutItsEndOrBeyondIt) {
+  const std::string bytes = decompress(read_file(map_of_1_0()), map_of_1_0());
+  for (std::size_t size = 40; size < bytes.size(); size += 61) {
+    write(compress(bytes.substr(0, size)));
+    const std::string text = error();
+    EXPECT_TRUE(contains(text, "is cut off") || contains(text, "announces more than it holds"))
+        << size << ": " << text;
+  }
+  write(compress(bytes + "x"));
+  EXPECT_TRUE(contains(error(), "is damaged: it goes on after its end")) << error();
+}
 TEST_F(SavedMap, KeepsHowALaserWasTilted) {
   EngineState start = mapped();
   MeasuredScan measured = *start.key_scans.all().back().scan->measured();
