@@ -28,12 +28,14 @@ constexpr std::int32_t kFarthestCell = 1 << 24;
 
 /// Of the format that is written.
 constexpr int kSavedVersion = 16;
+/// Of what release 1.0 wrote, which is read, too. No other version is.
+constexpr int kVersionOfRelease1 = 7;
 
 /// Numbers in the order of their bytes, the lowest first, on every machine.
 class MapWriter {
  public:
   static constexpr bool kReads = false;
-  static constexpr int version() { return kSavedVersion; }
+  static constexpr bool is_of_1_0() { return false; }
 
   /// @param sink  gets what is written, piece by piece.
   explicit MapWriter(ByteSink sink) : sink_(std::move(sink)) {}
@@ -95,12 +97,12 @@ class MapReader {
   MapReader(const std::string& bytes, const std::string& path, double max_cells)
       : bytes_(bytes), path_(path), max_cells_(max_cells) {}
 
-  /// Of the format, that is read.
-  [[nodiscard]] int version() const { return version_; }
+  /// Whether release 1.0 wrote it, which knew less.
+  [[nodiscard]] bool is_of_1_0() const { return is_of_1_0_; }
 
   /// Reads the head of that version, if it is there.
   [[nodiscard]] bool begins_with_version(int version, const std::string& head) {
-    version_ = version;
+    is_of_1_0_ = version == kVersionOfRelease1;
     return begins_with(head);
   }
 
@@ -219,7 +221,7 @@ class MapReader {
   const std::string& bytes_;
   const std::string& path_;
   double max_cells_;
-  int version_ = kSavedVersion;
+  bool is_of_1_0_ = false;
   std::size_t position_ = 0;
   CellBox box_;  ///< around all cells of a map so far
 };

@@ -10,8 +10,6 @@ namespace matchbox_slam {
 namespace {
 
 constexpr double kMostReachCells = 120.0;  // as LikelihoodField allows
-/// Before, maps did not keep from which side a wall was seen: then both look alike.
-constexpr int kSidesVersion = 14;
 
 template <typename Visit>
 void visit_known(const OccupancyGrid& grid, const Visit& visit) {
@@ -33,7 +31,7 @@ void transfer_wall(Archive& archive, Surface& surface) {
         &surface.mean_double_angle_y, &surface.double_angle_x, &surface.double_angle_y}) {
     archive.integer(*value);
   }
-  if (archive.version() >= kSidesVersion) {
+  if (!archive.is_of_1_0()) {  // which did not keep from which side: both look alike
     archive.integer(surface.facing_x);
     archive.integer(surface.facing_y);
   }
@@ -84,7 +82,7 @@ SlamMap read_grids(MapReader& reader) {
     map.occupancy.restore(cell, stored);
   }
   std::vector<std::pair<Cell, LikelihoodField::StoredSurface>> walls;
-  reader.size(walls, reader.version() >= kSidesVersion ? 24 : 22, kAnyCount, "walls");
+  reader.size(walls, reader.is_of_1_0() ? 22 : 24, kAnyCount, "walls");
   for (auto& [wall, surface] : walls) {
     reader.cell(wall);
     transfer_wall(reader, surface);

@@ -40,7 +40,7 @@ void transfer_laser(Archive& archive, Pose& pose) {
   }
 }
 
-/// Before version 5 no beam was cut for its height. What is seen in an image its stamp tells.
+/// What is seen in an image its stamp tells.
 template <typename Archive, typename Measured>
 void transfer_measured(Archive& archive, Measured& measured) {
   constexpr double kLargestFloat = 3.5e38;
@@ -61,32 +61,21 @@ void transfer_measured(Archive& archive, Measured& measured) {
   transfer_laser(archive, measured.base_from_laser);
   transfer_pose(archive, measured.motion);
   ProjectionOptions::visit(
-      measured.options, [&](auto& value, const char* name, const Allowed& allowed,
-                            const char* /*unit*/, const char* /*meaning*/) {
-        const bool is_new = name == std::string("max_drop") || name == std::string("max_rise") ||
-                            name == std::string("max_tilt");
-        if (archive.version() >= 5 || !is_new) {
-          transfer_option(archive, value, name, allowed);
-        }
-      });
-  if (archive.version() >= 5) {
-    transfer_laser(archive, measured.laser_motion);
-    if constexpr (Archive::kReads) {
-      if (!measured.laser_motion.linear().isUnitary(1e-3)) {
-        archive.fail("is damaged: what a laser turned in a scan is no rotation");
-      }
+      measured.options,
+      [&](auto& value, const char* name, const Allowed& allowed, const char* /*unit*/,
+          const char* /*meaning*/) { transfer_option(archive, value, name, allowed); });
+  transfer_laser(archive, measured.laser_motion);
+  if constexpr (Archive::kReads) {
+    if (!measured.laser_motion.linear().isUnitary(1e-3)) {
+      archive.fail("is damaged: what a laser turned in a scan is no rotation");
     }
-  } else if constexpr (Archive::kReads) {
-    measured.options.max_drop = measured.options.max_rise = 1000.0;
   }
 }
 
-/// Version 1 has no `moved` and no free rays.
 template <typename Archive, typename Scan>
 void transfer_points(Archive& archive, Scan& scan) {
-  const bool version_1 = archive.version() == 1;
   archive.number(scan.stamp, kLargest);
-  archive.size(scan.points, version_1 ? 57 : 65, kMostPoints, "points in a key scan");
+  archive.size(scan.points, 65, kMostPoints, "points in a key scan");
   for (auto& point : scan.points) {
     transfer_vector(archive, point.position);
     transfer_vector(archive, point.origin);
@@ -98,16 +87,12 @@ void transfer_points(Archive& archive, Scan& scan) {
       }
     }
     archive.flag(point.joined_to_next);
-    if (!version_1) {
-      archive.number(point.moved);
-    }
+    archive.number(point.moved);
   }
-  if (!version_1) {
-    archive.size(scan.free_rays, 32, kMostPoints, "free rays in a key scan");
-    for (auto& ray : scan.free_rays) {
-      transfer_vector(archive, ray.origin);
-      transfer_vector(archive, ray.end);
-    }
+  archive.size(scan.free_rays, 32, kMostPoints, "free rays in a key scan");
+  for (auto& ray : scan.free_rays) {
+    transfer_vector(archive, ray.origin);
+    transfer_vector(archive, ray.end);
   }
 }
 
@@ -130,15 +115,13 @@ void write_key_scans(const KeyScans& key_scans, MapWriter& writer) {
 
 KeyScans read_key_scans(MapReader& reader) {
   KeyScans key_scans;
-  for (std::size_t left = reader.count(40, kMostKeyScans, "key scans"); left > 0; --left) {
+  for (std::size_t left = reader.count(53, kMostKeyScans, "key scans"); left > 0; --left) {
     Pose2 map_from_base;
     std::int32_t laser = 0;
     bool is_measured = false;
     transfer_pose(reader, map_from_base);
-    if (reader.version() > 1) {
-      reader.integer(laser);
-      reader.flag(is_measured);
-    }
+    reader.integer(laser);
+    reader.flag(is_measured);
     if (is_measured) {
       MeasuredScan measured;
       transfer_measured(reader, measured);

@@ -38,18 +38,18 @@ std::vector<WaitingScan> read_waiting(std::size_t parts, MapReader& reader) {
 constexpr int kMaxCount = 1 << 30;
 constexpr std::size_t kMostPlaces = 1000;
 
-/// How many scans there were of some kind, or how many more than of another.
+/// How many scans there were of some kind.
 template <typename Archive, typename Count>
-void transfer_count(Archive& archive, Count& count, int least = 0) {
+void transfer_count(Archive& archive, Count& count) {
   archive.integer(count);
   if constexpr (Archive::kReads) {
-    if (count < least || count > kMaxCount) {
+    if (count < 0 || count > kMaxCount) {
       archive.fail(fmt::format("is damaged: it counts {} scans", count));
     }
   }
 }
 
-/// What versions 2 to 11 knew of doubts; they end where such a map is read.
+/// What 1.0 knew of doubts; they end where such a map is read.
 void skip_doubt(MapReader& reader) {
   bool flag = false;
   double number = 0.0;
@@ -61,15 +61,9 @@ void skip_doubt(MapReader& reader) {
   reader.number(number);
   transfer_count(reader, count);
   transfer_count(reader, count);
-  if (reader.version() >= 11) {
-    reader.number(number);
-  }
-  transfer_count(reader, count, -kMaxCount);
+  transfer_count(reader, count);
   transfer_pose(reader, pose);
   reader.number(number);
-  if (reader.version() >= 10) {
-    reader.number(number);
-  }
 }
 
 template <typename Archive, typename Pose>
@@ -102,13 +96,11 @@ void transfer_fork(Archive& archive, Fork& fork) {
 template <typename Archive, typename State>
 void transfer_hypotheses(Archive& archive, State& state) {
   constexpr std::size_t kMostOthers = 100;
-  if (archive.version() >= 13) {
-    for (auto& range : state.profile) {
-      double metres = static_cast<double>(range);
-      archive.number(metres);
-      if constexpr (Archive::kReads) {
-        range = static_cast<float>(metres);
-      }
+  for (auto& range : state.profile) {
+    double metres = static_cast<double>(range);
+    archive.number(metres);
+    if constexpr (Archive::kReads) {
+      range = static_cast<float>(metres);
     }
   }
   bool is_forked = state.fork.has_value();
@@ -150,7 +142,7 @@ void require_sound(const HypothesesState& state, std::size_t key_scans, const Ma
   }
 }
 
-/// How far versions before 15 had looked for the robot; it is looked for anew.
+/// How far 1.0 had looked for the robot; it is looked for anew.
 void skip_search(MapReader& reader, std::size_t parts) {
   std::uint64_t next = 0;
   bool is_complete = false;
@@ -171,9 +163,7 @@ void skip_search(MapReader& reader, std::size_t parts) {
 template <typename Archive, typename Search>
 void transfer_search(Archive& archive, Search& search, std::size_t parts) {
   archive.number(search.stamp, kLargest);
-  if (archive.version() >= 16) {
-    archive.integer(search.indexed);
-  }
+  archive.integer(search.indexed);
   transfer_count(archive, search.sampled);
   transfer_count(archive, search.alike);
   if constexpr (Archive::kReads) {
@@ -230,22 +220,20 @@ LocalizationState read_localization(const KeyScans& key_scans, MapReader& reader
     localization.apart.push_back(std::move(part));
   }
   transfer_part(reader, localization.here, parts);
-  if (reader.version() >= 12) {
-    transfer_hypotheses(reader, localization.hypotheses);
-    localization.inserted_before_fork = read_last_inserted(reader);
-    const KeyScans& here =
-        localization.here > 0 ? localization.apart[localization.here - 1].key_scans : key_scans;
-    require_sound(localization.hypotheses, here.size(), reader);
-  } else {
+  if (reader.is_of_1_0()) {
     skip_doubt(reader);
     static_cast<void>(read_waiting(parts, reader));  // what was held until a doubt ended
-  }
-  localization.pending = read_waiting(parts, reader);
-  if (reader.version() >= 15) {
-    transfer_search(reader, localization.search, parts);
-  } else {
+    localization.pending = read_waiting(parts, reader);
     skip_search(reader, parts);
+    return localization;
   }
+  transfer_hypotheses(reader, localization.hypotheses);
+  localization.inserted_before_fork = read_last_inserted(reader);
+  const KeyScans& here =
+      localization.here > 0 ? localization.apart[localization.here - 1].key_scans : key_scans;
+  require_sound(localization.hypotheses, here.size(), reader);
+  localization.pending = read_waiting(parts, reader);
+  transfer_search(reader, localization.search, parts);
   for (const PlaceHypothesis& hypothesis : localization.search.hypotheses) {
     if (hypothesis.part == localization.here) {
       reader.fail(

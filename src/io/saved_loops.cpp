@@ -37,7 +37,7 @@ void transfer_edge(Archive& archive, Edge& edge, std::size_t nodes) {
   transfer_matrix(archive, edge.covariance);
   transfer_choice(archive, edge.kind, EdgeKind::kCondensed);
   transfer_choice(archive, edge.verdict, LoopVerdict::kOutlier);
-  if (archive.version() >= 9) {
+  if (!archive.is_of_1_0()) {
     for (int i = 0; i < 3; ++i) {
       archive.number(edge.drift[i]);
     }
@@ -52,11 +52,11 @@ void transfer_loop(Archive& archive, Loop& loop, std::size_t nodes) {
   transfer_covariance(archive, "a loop", loop.found.covariance);
   archive.number(loop.found.score);
   archive.number(loop.found.rival_share);
-  if (archive.version() >= 15) {
-    archive.number(loop.found.log_odds);
-  } else {
+  if (archive.is_of_1_0()) {
     double contradiction = 0.0;  // the share of beams through walls
     archive.number(contradiction);
+  } else {
+    archive.number(loop.found.log_odds);
   }
   archive.flag(loop.is_inlier);
   archive.number(loop.chi_square, kLargest);
@@ -112,7 +112,7 @@ void require_sound_graph(const PoseGraph& graph, const MapReader& reader) {
 /// Of each key scan, where some are another robot's.
 template <typename Archive, typename Flags>
 void transfer_are_others(Archive& archive, Flags& are_others, std::size_t nodes) {
-  if (archive.version() < 16) {
+  if (archive.is_of_1_0()) {
     return;
   }
   archive.size(are_others, 1, nodes, "key scans that tell whose they are");
@@ -173,7 +173,7 @@ void read_loops(MapReader& reader, EngineState& map) {
     Eigen::Vector2d center;
     transfer_vector(reader, center);
     std::vector<std::uint64_t> drawn;
-    if (reader.version() >= 12) {
+    if (!reader.is_of_1_0()) {
       drawn = read_drawn(keys.size(), reader);
     }
     if (drawn.empty()) {
@@ -191,15 +191,13 @@ void read_loops(MapReader& reader, EngineState& map) {
   }
   reader.flag(map.is_moved);
   reader.flag(map.is_continued);
-  if (reader.version() > 3) {
-    bool has_pending = false;
-    reader.flag(has_pending);
-    if (has_pending) {
-      state.pending = PendingLoopWork{};  // GCC 10 cannot emplace() what has initialisers
-      transfer_pending(reader, *state.pending, nodes, state.edges.size());
-    }
-    reader.flag(map.is_of_key_scans);
+  bool has_pending = false;
+  reader.flag(has_pending);
+  if (has_pending) {
+    state.pending = PendingLoopWork{};  // GCC 10 cannot emplace() what has initialisers
+    transfer_pending(reader, *state.pending, nodes, state.edges.size());
   }
+  reader.flag(map.is_of_key_scans);
   map.loops = std::move(state);
 }
 

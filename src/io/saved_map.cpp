@@ -29,7 +29,6 @@ void transfer_optional(Archive& archive, Optional& optional, const Transfer& tra
   }
 }
 
-/// Before version 7 nothing was learned of odometry.
 template <typename Archive, typename Scale>
 void transfer_noise_scale(Archive& archive, Scale& scale) {
   for (auto* share : {&scale.translation, &scale.rotation}) {
@@ -44,7 +43,6 @@ void transfer_noise_scale(Archive& archive, Scale& scale) {
   }
 }
 
-/// Nor, before version 8, its systematic errors.
 template <typename Archive, typename Calibration>
 void transfer_calibration(Archive& archive, Calibration& calibration) {
   for (int i = 0; i < 3; ++i) {
@@ -93,27 +91,41 @@ void transfer_motion(Archive& archive, Motion& motion) {
           fmt::format("is damaged: its last motion took {} s", to_string(motion.interval)));
     }
   }
-  if (archive.version() >= 7) {
-    transfer_noise_scale(archive, motion.noise_scale);
-  }
-  if (archive.version() >= 8) {
+  transfer_noise_scale(archive, motion.noise_scale);
+  if (!archive.is_of_1_0()) {  // which learned no systematic errors of odometry
     transfer_calibration(archive, motion.calibration);
   }
 }
 
-void refuse_newer(const MapReader& reader, const std::string& bytes) {
+/// What its head says, where that is a number above 0; else 0.
+int version_of(const std::string& bytes) {
   if (bytes.compare(0, kHead.size(), kHead) != 0) {
-    return;
+    return 0;
   }
   const std::string version = bytes.substr(kHead.size(), bytes.find('\n') - kHead.size());
   const bool is_number = !version.empty() && version.size() < 10 &&
                          version.find_first_not_of("0123456789") == std::string::npos;
-  if (is_number && std::stoi(version) > kSavedVersion) {
-    reader.refuse(
-        fmt::format("is a saved map of version {}; this program reads 1 to {}: use the newer one "
-                    "that has saved it",
-                    version, kSavedVersion));
+  return is_number ? std::stoi(version) : 0;
+}
+
+/// Nothing is wrong with a map of another version, so that it is refused, but not as damaged.
+void read_head(const std::string& bytes, MapReader& reader) {
+  for (const int version : {kSavedVersion, kVersionOfRelease1}) {
+    if (reader.begins_with_version(version, head_of(version))) {
+      return;
+    }
   }
+  const int version = version_of(bytes);
+  if (version == 0 || version == kVersionOfRelease1 || version == kSavedVersion) {
+    reader.fail(fmt::format(
+        "is no saved map that this version reads; it should begin with '{}' and {} or {}", kHead,
+        kVersionOfRelease1, kSavedVersion));
+  }
+  reader.refuse(fmt::format(
+      "is a saved map of version {}; this program reads {}, as of 1.0, and {}: {}", version,
+      kVersionOfRelease1, kSavedVersion,
+      version > kSavedVersion ? "use the newer one that has saved it"
+                              : "map the recording again, or use the commit that has saved it"));
 }
 
 }  // namespace
@@ -147,34 +159,15 @@ std::string to_saved_map(const EngineState& map) {
 EngineState read_saved_map(const std::string& path, double max_cells) {
   const std::string bytes = with_changes(decompress(read_file(path), path), path);
   MapReader reader(bytes, path, max_cells);
-  int version = kSavedVersion;
-  while (version > 0 && !reader.begins_with_version(version, head_of(version))) {
-    --version;
-  }
-  if (version == 0) {
-    refuse_newer(reader, bytes);
-    reader.fail(fmt::format(
-        "is no saved map that this version reads; it should begin with '{}' and 1 to {}", kHead,
-        kSavedVersion));
-  }
+  read_head(bytes, reader);
   EngineState start{read_grids(reader), {}, {}, {}, 0};
   start.key_scans = read_key_scans(reader);
-  start.is_of_key_scans = version > 1;  // which kept the last ones alone
-  if (version == 1) {
-    transfer_pose(reader, start.motion.fixed_from_base);
-    transfer_covariance(reader, "its pose", start.motion.covariance);
-  } else {
-    transfer_motion(reader, start.motion);
-    start.last_inserted = read_last_inserted(reader);
-    reader.integer(start.scan_count);
-    start.localization = read_localization(start.key_scans, reader);
-  }
-  if (version >= 3) {
-    read_loops(reader, start);
-  }
-  if (version >= 6) {
-    start.secondary_lasers = read_secondary_lasers(reader);
-  }
+  transfer_motion(reader, start.motion);
+  start.last_inserted = read_last_inserted(reader);
+  reader.integer(start.scan_count);
+  start.localization = read_localization(start.key_scans, reader);
+  read_loops(reader, start);
+  start.secondary_lasers = read_secondary_lasers(reader);
   if (!reader.at_end()) {
     reader.fail("is damaged: it goes on after its end");
   }

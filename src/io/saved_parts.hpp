@@ -23,7 +23,6 @@ void write_map_bytes(const EngineState& map, const ByteSink& sink);
 void write_grids(const SlamMap& map, MapWriter& writer);
 [[nodiscard]] SlamMap read_grids(MapReader& reader);
 
-/// Version 1 of the format has points alone.
 void write_key_scans(const KeyScans& key_scans, MapWriter& writer);
 [[nodiscard]] KeyScans read_key_scans(MapReader& reader);
 
@@ -36,7 +35,6 @@ void write_localization(const LocalizationState& localization, MapWriter& writer
 [[nodiscard]] LocalizationState read_localization(const KeyScans& key_scans, MapReader& reader);
 
 /// What closing loops knows: of the graph the edges, as its poses are those of the key scans.
-/// Version 3 has no work that is pending.
 void write_loops(const EngineState& map, MapWriter& writer);
 void read_loops(MapReader& reader, EngineState& map);
 

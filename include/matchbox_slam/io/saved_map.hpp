@@ -16,10 +16,9 @@ void write_saved_map(const EngineState& map, const ByteSink& sink);
 /// The same in one piece.
 [[nodiscard]] std::string to_saved_map(const EngineState& map);
 
-/// Reads what `write_saved_map` wrote, or wrote in version 2 of the format, which has no graph, or
-/// in version 1, which has of key scans the points, and of the base where it was. Throws FileError
-/// for a file that is none, is cut off or damaged, comes from another version of the format, or
-/// whose cells span more than `max_cells`.
+/// Reads what `write_saved_map` wrote, or what it wrote in release 1.0. Throws FileError for a file
+/// that is none, is cut off or damaged, comes from another version of the format, or whose cells
+/// span more than `max_cells`.
 [[nodiscard]] EngineState read_saved_map(const std::string& path,
                                          double max_cells = MapOptions{}.max_cells);
 

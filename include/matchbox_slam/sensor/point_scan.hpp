@@ -28,8 +28,7 @@ struct ScanPoint {
   /// a thousand returns outvote everything far away.
   double weight = 0.0;
   bool joined_to_next = false;  ///< one straight wall reaches from this point to the next one
-  /// How far `straighten_walls` moved the point along its beam, away from the laser [m]; 0 in saved
-  /// maps of version 1, which do not keep it.
+  /// How far `straighten_walls` moved the point along its beam, away from the laser [m].
   double moved = 0.0;
   /// How far the nearest of the neighbouring beams passes from the point [m].
   double spacing = 0.0;

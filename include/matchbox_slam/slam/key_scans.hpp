@@ -17,7 +17,7 @@ namespace matchbox_slam {
 class KeyScans {
  public:
   void add(MeasuredScan measured, int laser, const Pose2& map_from_base);
-  /// Of points alone, as old saved maps have them.
+  /// Of points alone, as maps have them that were begun before release 1.0.
   void add(PointScan points, int laser, const Pose2& map_from_base);
 
   /// What another one saw, as a key scan of these.
