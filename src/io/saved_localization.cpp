@@ -21,7 +21,7 @@ void write_waiting(const std::vector<WaitingScan>& waiting, MapWriter& writer) {
   }
   write_key_scans(scans, writer);
   for (const WaitingScan& scan : waiting) {
-    transfer_part(writer, scan.part, 0);
+    transfer_part(writer, scan.component, 0);
   }
 }
 
@@ -30,7 +30,7 @@ std::vector<WaitingScan> read_waiting(std::size_t parts, MapReader& reader) {
   std::vector<WaitingScan> waiting;
   for (const PlacedScan& scan : scans.all()) {
     waiting.push_back({0, scan});
-    transfer_part(reader, waiting.back().part, parts);
+    transfer_part(reader, waiting.back().component, parts);
   }
   return waiting;
 }
@@ -153,10 +153,10 @@ void skip_search(MapReader& reader, std::size_t parts) {
   reader.size(search.hypotheses, 60, kMostPlaces, "places where the robot may be");
   for (PlaceHypothesis& place : search.hypotheses) {
     int confirmations = 0;
-    transfer_part(reader, place.part, parts);
-    transfer_pose(reader, place.part_from_apart);
+    transfer_part(reader, place.component, parts);
+    transfer_pose(reader, place.component_from_active);
     transfer_count(reader, confirmations);
-    transfer_pose(reader, place.part_from_apart);
+    transfer_pose(reader, place.component_from_active);
   }
 }
 
@@ -175,15 +175,15 @@ void transfer_search(Archive& archive, Search& search, std::size_t parts) {
   archive.size(search.explained, 56, kMostPlaces, "key scans of a robot that is lost");
   for (auto& explained : search.explained) {
     archive.integer(explained.key_scan);
-    transfer_part(archive, explained.part, parts);
-    transfer_pose(archive, explained.part_from_base);
+    transfer_part(archive, explained.component, parts);
+    transfer_pose(archive, explained.component_from_base);
     archive.number(explained.best);
     archive.number(explained.elsewhere);
   }
   archive.size(search.hypotheses, 48, kMostPlaces, "places where the robot may be");
   for (auto& place : search.hypotheses) {
-    transfer_part(archive, place.part, parts);
-    transfer_pose(archive, place.part_from_apart);
+    transfer_part(archive, place.component, parts);
+    transfer_pose(archive, place.component_from_active);
     archive.number(place.log_odds);
     archive.number(place.behind);
   }
@@ -192,17 +192,17 @@ void transfer_search(Archive& archive, Search& search, std::size_t parts) {
 }  // namespace
 
 void write_localization(const LocalizationState& localization, MapWriter& writer) {
-  const std::size_t parts = localization.apart.size() + 1;
-  writer.integer(std::uint64_t{localization.apart.size()});
-  for (const MapPart& part : localization.apart) {
+  const std::size_t parts = localization.components.size() + 1;
+  writer.integer(std::uint64_t{localization.components.size()});
+  for (const MapComponent& part : localization.components) {
     write_grids(part.map, writer);
     write_key_scans(part.key_scans, writer);
     write_last_inserted(part.last_inserted, writer);
     writer.number(part.begin);
-    transfer_part(writer, part.left, parts);
-    transfer_pose(writer, part.left_from_here);
+    transfer_part(writer, part.parent, parts);
+    transfer_pose(writer, part.parent_from_component);
   }
-  transfer_part(writer, localization.here, parts);
+  transfer_part(writer, localization.active, parts);
   transfer_hypotheses(writer, localization.hypotheses);
   write_last_inserted(localization.inserted_before_fork, writer);
   write_waiting(localization.pending, writer);
@@ -211,15 +211,15 @@ void write_localization(const LocalizationState& localization, MapWriter& writer
 
 LocalizationState read_localization(const KeyScans& key_scans, MapReader& reader) {
   LocalizationState localization;
-  const std::size_t parts = reader.count(60, kMostPartsApart, "maps apart") + 1;
-  while (localization.apart.size() + 1 < parts) {
-    MapPart part{read_grids(reader), read_key_scans(reader), read_last_inserted(reader), 0};
+  const std::size_t parts = reader.count(60, kMostDisconnectedComponents, "maps apart") + 1;
+  while (localization.components.size() + 1 < parts) {
+    MapComponent part{read_grids(reader), read_key_scans(reader), read_last_inserted(reader), 0};
     reader.number(part.begin, kLargest);
-    transfer_part(reader, part.left, parts);
-    transfer_pose(reader, part.left_from_here);
-    localization.apart.push_back(std::move(part));
+    transfer_part(reader, part.parent, parts);
+    transfer_pose(reader, part.parent_from_component);
+    localization.components.push_back(std::move(part));
   }
-  transfer_part(reader, localization.here, parts);
+  transfer_part(reader, localization.active, parts);
   if (reader.is_of_1_0()) {
     skip_doubt(reader);
     static_cast<void>(read_waiting(parts, reader));  // what was held until a doubt ended
@@ -229,15 +229,16 @@ LocalizationState read_localization(const KeyScans& key_scans, MapReader& reader
   }
   transfer_hypotheses(reader, localization.hypotheses);
   localization.inserted_before_fork = read_last_inserted(reader);
-  const KeyScans& here =
-      localization.here > 0 ? localization.apart[localization.here - 1].key_scans : key_scans;
+  const KeyScans& here = localization.active > 0
+                             ? localization.components[localization.active - 1].key_scans
+                             : key_scans;
   require_sound(localization.hypotheses, here.size(), reader);
   localization.pending = read_waiting(parts, reader);
   transfer_search(reader, localization.search, parts);
   for (const PlaceHypothesis& hypothesis : localization.search.hypotheses) {
-    if (hypothesis.part == localization.here) {
-      reader.fail(
-          fmt::format("is damaged: it looks for part {} of the map in itself", localization.here));
+    if (hypothesis.component == localization.active) {
+      reader.fail(fmt::format("is damaged: it looks for part {} of the map in itself",
+                              localization.active));
     }
   }
   return localization;

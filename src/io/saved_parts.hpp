@@ -26,7 +26,7 @@ void write_grids(const SlamMap& map, MapWriter& writer);
 void write_key_scans(const KeyScans& key_scans, MapWriter& writer);
 [[nodiscard]] KeyScans read_key_scans(MapReader& reader);
 
-/// map_from_base by laser, as in MapPart.
+/// map_from_base by laser, as in MapComponent.
 void write_last_inserted(const std::map<int, Pose2>& last_inserted, MapWriter& writer);
 [[nodiscard]] std::map<int, Pose2> read_last_inserted(MapReader& reader);
 

@@ -48,14 +48,14 @@ Joining::Joining(MergedMap& map, const MergedMap& other, const MapMeeting& meeti
     : map_(map),
       options_(options),
       go_on_(go_on),
-      first_(map.part.key_scans.size()),
+      first_(map.component.key_scans.size()),
       found_(first_ + meeting.key) {
   append(other, meeting.there_from_map);
 }
 
 void Joining::append(const MergedMap& other, const Pose2& map_from_other) {
-  for (const PlacedScan& key : other.part.key_scans.all()) {
-    map_.part.key_scans.add({key.scan, map_from_other * key.map_from_base});
+  for (const PlacedScan& key : other.component.key_scans.all()) {
+    map_.component.key_scans.add({key.scan, map_from_other * key.map_from_base});
   }
   map_.loops.nodes += other.loops.nodes;
   for (PoseEdge edge : other.loops.edges) {
@@ -82,7 +82,7 @@ void Joining::append(const MergedMap& other, const Pose2& map_from_other) {
 
 /// From one to the next it is one more or one less.
 void Joining::take_keys_up_to(std::size_t key) {
-  const PlacedScans& all = map_.part.key_scans.all();
+  const PlacedScans& all = map_.component.key_scans.all();
   if (keys_.size() == key) {
     keys_.push_back(all[key]);
   } else if (keys_.size() > key + 1) {
@@ -112,7 +112,7 @@ void Joining::join_where_found() {
 void Joining::join_on() {
   join_where_found();
   index_edges();
-  const std::size_t end = map_.part.key_scans.size();
+  const std::size_t end = map_.component.key_scans.size();
   for (std::size_t key = found_; key < end; ++key) {
     join_at(key);
   }
@@ -129,12 +129,13 @@ void Joining::join_on() {
 void Joining::join_at(std::size_t key) {
   go_on_();
   if (key > first_) {
-    const PlacedScans& all = map_.part.key_scans.all();
+    const PlacedScans& all = map_.component.key_scans.all();
     way_ += way_between(all[key - 1].map_from_base, all[key].map_from_base);
   }
   take_keys_up_to(key);
-  const std::vector<FoundLoop> near = match_with_earlier(
-      keys_, first_, {map_.part.key_scans.poses(), edges(), links_, key}, false, options_.loops);
+  const std::vector<FoundLoop> near =
+      match_with_earlier(keys_, first_, {map_.component.key_scans.poses(), edges(), links_, key},
+                         false, options_.loops);
   for (const FoundLoop& one : near) {
     add_edge({one.key, key, one.key_from_newest, one.covariance}, edges());
   }
@@ -147,7 +148,7 @@ void Joining::join_at(std::size_t key) {
 }
 
 void Joining::search_loop() {
-  KeyScans& all = map_.part.key_scans;
+  KeyScans& all = map_.component.key_scans;
   LoopSearch search{keys_, {all.poses(), std::move(edges())}, options_.loops};
   LoopTaskDone done;
   close_a_loop(search, kLeastMoved * options_.map.resolution, done);
@@ -163,7 +164,7 @@ void Joining::search_loop() {
 }
 
 void Joining::optimise_poses() {
-  KeyScans& all = map_.part.key_scans;
+  KeyScans& all = map_.component.key_scans;
   PoseGraph graph = optimise({all.poses(), std::move(edges())}).graph;
   edges() = std::move(graph.edges);
   all.move(graph.poses);
@@ -171,20 +172,20 @@ void Joining::optimise_poses() {
 
 }  // namespace
 
-void draw(const EngineOptions& options, MapPart& part) {
-  part.map = rendered(part.key_scans.all(), options.map, options.field);
+void draw(const EngineOptions& options, MapComponent& component) {
+  component.map = rendered(component.key_scans.all(), options.map, options.field);
 }
 
 std::optional<MergedMap> joined(const MergedMap& map, const MergedMap& there,
                                 const MapMeeting& meeting, const EngineOptions& options,
                                 const std::function<void()>& go_on) {
-  MergedMap both{{SlamMap(options.map, options.field), there.part.key_scans, {}, 0.0},
+  MergedMap both{{SlamMap(options.map, options.field), there.component.key_scans, {}, 0.0},
                  there.loops,
                  there.stretches,
                  there.joints};
   Joining(both, map, meeting, options, go_on).join_on();
-  const PlacedScans& all = both.part.key_scans.all();
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(there.part.key_scans.size());
+  const PlacedScans& all = both.component.key_scans.all();
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(there.component.key_scans.size());
   return do_agree({all.begin(), middle}, {middle, all.end()}, options)
              ? std::optional(std::move(both))
              : std::nullopt;

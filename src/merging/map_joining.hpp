@@ -8,18 +8,18 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/loops.hpp"
-#include "matchbox_slam/slam/map_part.hpp"
+#include "matchbox_slam/slam/map_component.hpp"
 #include "merging/map_meeting.hpp"
 
 namespace matchbox_slam {
 
 /// The key scans of one map among those of the map that it was merged into.
 struct MergedStretch {
-  std::size_t input = 0;  ///< number of the map that they are of
-  std::size_t part = 0;   ///< of that: 0 the map, n the n-th one apart
-  std::size_t begin = 0;  ///< the first of the key scans
-  std::size_t end = 0;    ///< behind the last one
-  Pose2 first = {};       ///< where the first one was in its own map
+  std::size_t input = 0;      ///< number of the map that they are of
+  std::size_t component = 0;  ///< of that: 0 the map, n the n-th component besides
+  std::size_t begin = 0;      ///< the first of the key scans
+  std::size_t end = 0;        ///< behind the last one
+  Pose2 first = {};           ///< where the first one was in its own map
 };
 
 /// What joined two maps.
@@ -33,14 +33,14 @@ struct MergedJoint {
 
 /// A map of one or several maps.
 struct MergedMap {
-  MapPart part;
+  MapComponent component;
   LoopState loops;
   std::vector<MergedStretch> stretches;
   std::vector<MergedJoint> joints;
 };
 
 /// Draws a map by its key scans.
-void draw(const EngineOptions& options, MapPart& part);
+void draw(const EngineOptions& options, MapComponent& component);
 
 /// Two maps that meet as one: both graphs become one, with all that they say of loops; from where
 /// they meet on what lies near is matched, and loops are searched for, as while mapping. None where

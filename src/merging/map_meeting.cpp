@@ -10,7 +10,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kWalked = 1;  // the part that the robot makes; it has left none
+constexpr std::size_t kWalked = 1;  // the component that the robot makes; it has no parent
 
 /// Whether two meetings are the same one, by where they have a key scan.
 bool is_same(const Pose2& there_from_map, const Pose2& other, const Pose2& map_from_base) {
@@ -20,34 +20,34 @@ bool is_same(const Pose2& there_from_map, const Pose2& other, const Pose2& map_f
 
 }  // namespace
 
-MeetingWalk::MeetingWalk(const MapPart& there, const EngineOptions& options)
+MeetingWalk::MeetingWalk(const MapComponent& there, const EngineOptions& options)
     : options_(options),
-      parts_{there, {SlamMap(options.map, options.field), {}, {}, 0.0, kWalked}},
-      index_(parts_, kWalked) {}
+      components_{there, {SlamMap(options.map, options.field), {}, {}, 0.0, kWalked}},
+      index_(components_, kWalked) {}
 
 std::optional<Pose2> MeetingWalk::go_on_to(const PlacedScan& key) {
-  MapPart& walked = parts_[kWalked];
+  MapComponent& walked = components_[kWalked];
   walked.key_scans.add(key);
   insert_scan(*key.scan->points(), key.map_from_base, options_.map, walked.map);
   search_.stamp = std::numeric_limits<double>::lowest();  // stamps may go back between drives
   const std::optional<PlaceHypothesis> found = search_places(
-      key.scan->stamp(), key.map_from_base, parts_, kWalked, index_, options_, search_);
+      key.scan->stamp(), key.map_from_base, components_, kWalked, index_, options_, search_);
   if (!found) {
     return std::nullopt;
   }
   search_.hypotheses.erase(search_.hypotheses.begin());  // it is the first one
   const bool is_told =
       std::any_of(not_believed_.begin(), not_believed_.end(), [&](const Pose2& there_from_map) {
-        return is_same(there_from_map, found->part_from_apart, key.map_from_base);
+        return is_same(there_from_map, found->component_from_active, key.map_from_base);
       });
-  return is_told ? std::nullopt : std::optional(found->part_from_apart);
+  return is_told ? std::nullopt : std::optional(found->component_from_active);
 }
 
 void MeetingWalk::disbelieve(const Pose2& there_from_map) {
   not_believed_.push_back(there_from_map);
 }
 
-std::optional<MapMeeting> find_meeting(const PlacedScans& way, const MapPart& there,
+std::optional<MapMeeting> find_meeting(const PlacedScans& way, const MapComponent& there,
                                        const EngineOptions& options, const IsBelieved& is_believed,
                                        const std::function<void(double done)>& progress) {
   MeetingWalk walk(there, options);

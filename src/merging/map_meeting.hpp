@@ -7,7 +7,7 @@
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
-#include "matchbox_slam/slam/map_part.hpp"
+#include "matchbox_slam/slam/map_component.hpp"
 #include "matchbox_slam/slam/place_search.hpp"
 #include "slam/place_index.hpp"
 #include "slam/recovery.hpp"
@@ -28,7 +28,7 @@ using IsBelieved = std::function<bool(const MapMeeting& meeting)>;
 class MeetingWalk {
  public:
   /// @param there  its field is rendered.
-  MeetingWalk(const MapPart& there, const EngineOptions& options);
+  MeetingWalk(const MapComponent& there, const EngineOptions& options);
 
   /// Goes on to the next key scan. Where the map is found in the other one by it, and not at a
   /// place that was not believed: there_from_map.
@@ -39,8 +39,8 @@ class MeetingWalk {
 
  private:
   EngineOptions options_;
-  std::vector<MapPart> parts_;  ///< the other map, and what was walked
-  PlaceIndex index_;            ///< of the other map
+  std::vector<MapComponent> components_;  ///< the other map, and what was walked
+  PlaceIndex index_;                      ///< of the other map
   PlaceSearch search_;
   std::vector<Pose2> not_believed_;  ///< there_from_map
 };
@@ -52,7 +52,7 @@ class MeetingWalk {
 /// @param there     its field is rendered.
 /// @param progress  is told how much of the way is done, 0...1; what it throws passes through.
 [[nodiscard]] std::optional<MapMeeting> find_meeting(
-    const PlacedScans& way, const MapPart& there, const EngineOptions& options,
+    const PlacedScans& way, const MapComponent& there, const EngineOptions& options,
     const IsBelieved& is_believed, const std::function<void(double done)>& progress);
 
 }  // namespace matchbox_slam

@@ -33,13 +33,14 @@ void join_in_graph(const PlacedScan& key, bool is_continued, const EngineOptions
   loops.add(keys, covariance_of_waiting(), is_continued, options.loops);
 }
 
-/// One of the maps that a state holds: 0 the map, n the n-th one apart.
+/// One of the maps that a state holds: 0 the map, n the n-th component besides.
 MergedMap map_of(const EngineState& state, std::size_t input, std::size_t number,
                  const EngineOptions& options) {
   const bool is_map = number == 0;
-  const KeyScans& all = is_map ? state.key_scans : state.localization.apart[number - 1].key_scans;
+  const KeyScans& all =
+      is_map ? state.key_scans : state.localization.components[number - 1].key_scans;
   MergedMap map{{SlamMap(options.map, options.field), {}, {}, 0.0}, {}, {}, {}};
-  KeyScans& keys = map.part.key_scans;
+  KeyScans& keys = map.component.key_scans;
   if (is_map) {
     map.loops = state.loops;
   }
@@ -53,7 +54,7 @@ MergedMap map_of(const EngineState& state, std::size_t input, std::size_t number
     join_in_graph(all.all()[i], !keys.empty(), options, keys, loops);
   }
   for (const WaitingScan& waiting : state.localization.pending) {
-    if (waiting.part == number) {  // it was seen on another way
+    if (waiting.component == number) {  // it was seen on another way
       join_in_graph(waiting.scan, false, options, keys, loops);
     }
   }
@@ -81,7 +82,7 @@ std::vector<MergedMap> maps_of(const std::vector<EngineState>& states,
 const MergedStretch& first_stretch(const MergedMap& map) {
   return *std::min_element(map.stretches.begin(), map.stretches.end(),
                            [](const MergedStretch& a, const MergedStretch& b) {
-                             return std::tie(a.input, a.part) < std::tie(b.input, b.part);
+                             return std::tie(a.input, a.component) < std::tie(b.input, b.component);
                            });
 }
 
@@ -89,7 +90,7 @@ const MergedStretch& first_stretch(const MergedMap& map) {
 /// first.
 void sort_by_size(std::vector<MergedMap>& maps) {
   const auto rank = [](const MergedMap& map) {
-    const PlacedScans& keys = map.part.key_scans.all();
+    const PlacedScans& keys = map.component.key_scans.all();
     return std::make_tuple(-static_cast<std::int64_t>(keys.size()), keys.front().scan->stamp(),
                            keys.front().map_from_base.x, keys.front().map_from_base.y);
   };
@@ -97,14 +98,14 @@ void sort_by_size(std::vector<MergedMap>& maps) {
                    [&](const MergedMap& a, const MergedMap& b) { return rank(a) < rank(b); });
 }
 
-using Parts = std::set<std::pair<std::size_t, std::size_t>>;  ///< of inputs
+using Components = std::set<std::pair<std::size_t, std::size_t>>;  ///< of inputs
 
-Parts parts_of(const MergedMap& map) {
-  Parts parts;
+Components components_of(const MergedMap& map) {
+  Components components;
   for (const MergedStretch& stretch : map.stretches) {
-    parts.emplace(stretch.input, stretch.part);
+    components.emplace(stretch.input, stretch.component);
   }
-  return parts;
+  return components;
 }
 
 /// Of two maps the smaller one is searched in the larger one first.
@@ -127,7 +128,7 @@ class Merging {
     std::vector<MeetingPass> passes;
     for (std::size_t i = 0; i < maps_.size(); ++i) {
       for (std::size_t j = i + 1; j < maps_.size(); ++j) {
-        if (apart_.count({parts_of(maps_[i]), parts_of(maps_[j])}) == 0) {
+        if (apart_.count({components_of(maps_[i]), components_of(maps_[j])}) == 0) {
           passes.insert(passes.end(), {{j, i, false}, {j, i, true}, {i, j, false}, {i, j, true}});
         }
       }
@@ -142,14 +143,14 @@ class Merging {
     // Those of a pair follow each other.
     const std::size_t searched = (found ? found->pass : all.size()) / kPassesOfPair * kPassesOfPair;
     for (std::size_t pass = 0; pass < searched; pass += kPassesOfPair) {
-      apart_.emplace(parts_of(maps_[all[pass].there]), parts_of(maps_[all[pass].map]));
-      apart_.emplace(parts_of(maps_[all[pass].map]), parts_of(maps_[all[pass].there]));
+      apart_.emplace(components_of(maps_[all[pass].there]), components_of(maps_[all[pass].map]));
+      apart_.emplace(components_of(maps_[all[pass].map]), components_of(maps_[all[pass].there]));
     }
     if (found) {
       const MeetingPass& pass = all[found->pass];
       const std::size_t gone = std::max(pass.map, pass.there);
       maps_[std::min(pass.map, pass.there)] = std::move(found->both);
-      draw(options_, maps_[std::min(pass.map, pass.there)].part);
+      draw(options_, maps_[std::min(pass.map, pass.there)].component);
       maps_.erase(maps_.begin() + static_cast<std::ptrdiff_t>(gone));
     }
     return found.has_value();
@@ -160,20 +161,20 @@ class Merging {
   std::vector<MergedMap> maps_;
   const EngineOptions& options_;
   const MergeProgress& progress_;
-  std::set<std::pair<Parts, Parts>> apart_;  ///< that do not meet
+  std::set<std::pair<Components, Components>> apart_;  ///< that do not meet
 };
 
 /// Where the first key scan of the first input is as it was.
 void go_to_first_frame(const EngineOptions& options, MergedMap& map) {
   const MergedStretch& first = first_stretch(map);
-  KeyScans& keys = map.part.key_scans;
+  KeyScans& keys = map.component.key_scans;
   std::vector<Pose2> poses = keys.poses();
   const Pose2 new_from_old = first.first * poses[first.begin].inverse();
   for (Pose2& pose : poses) {
     pose = new_from_old * pose;
   }
   keys.move(poses);
-  draw(options, map.part);
+  draw(options, map.component);
 }
 
 }  // namespace
@@ -181,10 +182,10 @@ void go_to_first_frame(const EngineOptions& options, MergedMap& map) {
 std::vector<MergedMap> maps_of(const EngineState& state, const EngineOptions& options,
                                std::size_t input) {
   std::vector<MergedMap> maps;
-  for (std::size_t number = 0; number <= state.localization.apart.size(); ++number) {
+  for (std::size_t number = 0; number <= state.localization.components.size(); ++number) {
     MergedMap map = map_of(state, input, number, options);
-    if (!map.part.key_scans.empty()) {
-      draw(options, map.part);
+    if (!map.component.key_scans.empty()) {
+      draw(options, map.component);
       maps.push_back(std::move(map));
     }
   }
@@ -197,7 +198,7 @@ std::vector<MergedMap> merged_maps(const std::vector<EngineState>& states,
   std::sort(maps.begin(), maps.end(), [](const MergedMap& a, const MergedMap& b) {
     const MergedStretch& one = first_stretch(a);
     const MergedStretch& other = first_stretch(b);
-    return std::tie(one.input, one.part) < std::tie(other.input, other.part);
+    return std::tie(one.input, one.component) < std::tie(other.input, other.component);
   });
   for (MergedMap& map : maps) {
     if (map.stretches.size() > 1) {
@@ -209,7 +210,7 @@ std::vector<MergedMap> merged_maps(const std::vector<EngineState>& states,
 
 EngineState state_of(MergedMap map) {
   const MergedStretch first = first_stretch(map);
-  EngineState state{std::move(map.part.map), std::move(map.part.key_scans), {}, {}};
+  EngineState state{std::move(map.component.map), std::move(map.component.key_scans), {}, {}};
   state.motion.fixed_from_base = state.key_scans.all()[first.end - 1].map_from_base;
   state.loops = std::move(map.loops);
   return state;

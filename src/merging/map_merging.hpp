@@ -13,8 +13,8 @@ namespace matchbox_slam {
 /// What it throws passes through.
 using MergeProgress = std::function<void(std::size_t maps, double done)>;
 
-/// The map that a state holds, and those that a lost robot made apart, without those that have no
-/// key scans. What waits to be inserted is, and a loop that is searched for is closed.
+/// The map that a state holds, and its disconnected components, without those that have no key
+/// scans. What waits to be inserted is, and a loop that is searched for is closed.
 /// @param input  number of the state among those that are merged.
 [[nodiscard]] std::vector<MergedMap> maps_of(const EngineState& state, const EngineOptions& options,
                                              std::size_t input = 0);
@@ -22,7 +22,7 @@ using MergeProgress = std::function<void(std::size_t maps, double done)>;
 /// Makes one map of those that meet. Each is searched in the others as a lost robot is that drives
 /// its way again (`find_meeting`). Where it is found both graphs become one, with all that they
 /// say of loops; then loops are searched for between the key scans of both, and what lies near is
-/// matched, as while mapping. What a lost robot mapped apart is a map like others. The order of the
+/// matched, as while mapping. A disconnected component is a map like others. The order of the
 /// maps changes their names and the frame alone, and by that how cells are drawn.
 /// @param maps  made of key scans alone; see EngineState.
 /// @return      maps that do not meet, the one that holds the first input first; each in the frame

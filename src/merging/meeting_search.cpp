@@ -19,7 +19,7 @@ std::optional<MergedMap> joined_if_found(const MergedMap& map, const MergedMap& 
                                          const EngineOptions& options,
                                          const std::function<void(double done)>& tell,
                                          const std::function<void()>& go_on) {
-  PlacedScans way = map.part.key_scans.all();
+  PlacedScans way = map.component.key_scans.all();
   if (is_back) {
     std::reverse(way.begin(), way.end());
   }
@@ -29,7 +29,8 @@ std::optional<MergedMap> joined_if_found(const MergedMap& map, const MergedMap& 
     both = joined(map, there, meeting, options, go_on);
     return both.has_value();
   };
-  return find_meeting(way, there.part, options, is_believed, tell) ? std::move(both) : std::nullopt;
+  return find_meeting(way, there.component, options, is_believed, tell) ? std::move(both)
+                                                                        : std::nullopt;
 }
 
 /// What threads work on together.

@@ -55,8 +55,8 @@ int last_laser(const EngineState& map) {
     std::for_each(keys.all().begin(), keys.all().end(), take);
   };
   take_all(map.key_scans);
-  for (const MapPart& part : map.localization.apart) {
-    take_all(part.key_scans);
+  for (const MapComponent& component : map.localization.components) {
+    take_all(component.key_scans);
   }
   for (const WaitingScan& waiting : map.localization.pending) {
     take(waiting.scan);

@@ -11,8 +11,8 @@ namespace matchbox_slam {
 /// is none, or has no key scans to merge it by.
 [[nodiscard]] EngineState read_mergeable_map(const std::string& path, const EngineOptions& options);
 
-/// The highest number of a laser that the map has a key scan of, also in its maps apart and of what
-/// waits to be inserted, as all of it is merged; -1 of a map without.
+/// The highest number of a laser that the map has a key scan of, also in its disconnected
+/// components and of what waits to be inserted, as all of it is merged; -1 of a map without.
 [[nodiscard]] int last_laser(const EngineState& map);
 
 }  // namespace matchbox_slam

@@ -107,7 +107,7 @@ std::size_t nearest_to(const Eigen::Vector2d& here, const PlacedScans& keys) {
 
 }  // namespace
 
-/// A map, or one of those that are apart in it.
+/// A map, or one of its disconnected components.
 struct OtherMaps::Searched {
   std::string name;
   MergedMap map;
@@ -222,7 +222,7 @@ void OtherMaps::take_added() {
     const EngineOptions options = look_().options;
     for (MergedMap& map : maps_of(*given.map, options)) {
       require_going_on();
-      auto walk = std::make_unique<MeetingWalk>(map.part, options);
+      auto walk = std::make_unique<MeetingWalk>(map.component, options);
       searched_.push_back({given.name, std::move(map), std::move(walk)});
     }
   }
@@ -255,7 +255,7 @@ void OtherMaps::search(Searched& searched) {
       dialog_.inform(fmt::format(
           "{}: meets this map; {} key scans of it are part of this one now, joined by {} matches "
           "and {} loops",
-          searched.name, searched.map.part.key_scans.size(), searched.joint.matched,
+          searched.name, searched.map.component.key_scans.size(), searched.joint.matched,
           searched.joint.closed));
       break;
     case FoundMap::Fate::kOutdated:
@@ -302,17 +302,17 @@ bool OtherMaps::join(Searched& searched, const OwnMap& own) {
   const PlacedScan& met = keys[static_cast<std::size_t>(name - names.begin())];
   const Pose2& other_from_base = searched.other_from_met;
   const MapMeeting meeting{
-      nearest_to(other_from_base.translation(), searched.map.part.key_scans.all()),
+      nearest_to(other_from_base.translation(), searched.map.component.key_scans.all()),
       met.map_from_base * other_from_base.inverse()};
   std::optional<MergedMap> both = joined(searched.map, merged_map_of(own), meeting, own.options,
                                          [this] { require_going_on(); });
   if (!both) {
     return false;
   }
-  require_room(both->part.key_scans.all(), own.options.map);
+  require_room(both->component.key_scans.all(), own.options.map);
   searched.joint = both->joints.back();
   searched.found = std::make_shared<const FoundMap>(
-      keys, own.loops, std::move(both->part.key_scans), std::move(both->loops));
+      keys, own.loops, std::move(both->component.key_scans), std::move(both->loops));
   give_(searched.found);
   return true;
 }

@@ -44,8 +44,8 @@ class OtherMaps {
   OtherMaps(const OtherMaps&) = delete;
   OtherMaps& operator=(const OtherMaps&) = delete;
 
-  /// Searches this one, too, with all that a lost robot mapped apart in it. Throws
-  /// std::runtime_error for one that is searched already, or whose key scans the run's map has.
+  /// Searches this one, too, with its disconnected components. Throws std::runtime_error for one
+  /// that is searched already, or whose key scans the run's map has.
   /// @param name  for people.
   void add(const std::string& name, EngineState map);
 
@@ -56,7 +56,7 @@ class OtherMaps {
   /// one may take a while.
   void give_up();
 
-  /// How many are searched, each map apart for itself.
+  /// How many are searched, each component for itself.
   [[nodiscard]] std::size_t waiting() const { return waiting_; }
 
  private:

@@ -86,8 +86,8 @@ void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   odometry_path_ = ThinnedPath();
   trajectory_.clear();
   live_trajectory_.clear();
-  apart_.clear();
-  is_apart_ = false;
+  disconnected_.clear();
+  is_disconnected_ = false;
   told_.reset();
   odometry_.clear();
   match_seconds_.clear();
@@ -98,7 +98,7 @@ void SlamRun::start_with(std::unique_ptr<SlamEngine> engine) {
   evidences_.clear();
   inserted_ = 0;
   left_out_ = 0;
-  parts_given_up_ = 0;
+  components_given_up_ = 0;
 }
 
 bool SlamRun::take_up(EngineState saved, double stamp, double longest_pause,
@@ -133,7 +133,7 @@ void SlamRun::take_up_at(EngineState saved, const SetPose& told) {
 
 void SlamRun::begin_drive(double stamp) {
   finish();
-  parts_given_up_ += engine_->map_apart(stamp + clock_offset()) ? 1 : 0;
+  components_given_up_ += engine_->begin_component(stamp + clock_offset()) ? 1 : 0;
 }
 
 EngineState SlamRun::snapshot() const {
@@ -312,7 +312,7 @@ std::optional<ScanOutcome> SlamRun::process(const ScanInput& input) {
   is_told_ = false;
   const double begin = thread_seconds();
   ScanOutcome outcome = process_by_clock(input);
-  // What a lost robot maps apart never comes into a map that stays as it is.
+  // The component that a lost robot makes never comes into a map that stays as it is.
   outcome.inserted = outcome.inserted && setup().engine.slam.update_map;
 
   std::vector<float>& seconds = scan_seconds_[outcome.state];
@@ -398,22 +398,22 @@ std::optional<std::size_t> SlamRun::returns() const {
   return most;
 }
 
-/// From one map apart to another the frame may change with any scan that is lost: where nothing was
+/// From one component to another the frame may change with any scan that is lost: where nothing was
 /// found in between, they are one stretch here.
-void SlamRun::note_apart(const ScanOutcome& outcome) {
+void SlamRun::note_disconnected(const ScanOutcome& outcome) {
   if (outcome.state != TrackingState::kLost) {
-    is_apart_ = false;
+    is_disconnected_ = false;
     return;
   }
-  if (!is_apart_) {
-    apart_.emplace_back(outcome.stamp, outcome.stamp);
+  if (!is_disconnected_) {
+    disconnected_.emplace_back(outcome.stamp, outcome.stamp);
   }
-  apart_.back().second = outcome.stamp;
-  is_apart_ = true;
+  disconnected_.back().second = outcome.stamp;
+  is_disconnected_ = true;
 }
 
 bool SlamRun::is_in_map(double stamp) const {
-  return std::none_of(apart_.begin(), apart_.end(), [stamp](const auto& stretch) {
+  return std::none_of(disconnected_.begin(), disconnected_.end(), [stamp](const auto& stretch) {
     return stretch.first <= stamp && stamp <= stretch.second;
   });
 }
@@ -432,20 +432,21 @@ void SlamRun::record(const ScanOutcome& outcome) {
   ++states_[outcome.state];
   if (outcome.joined) {
     const auto change = [&joined = *outcome.joined](auto& poses) {
-      change_frame_since(joined.begin, joined.map_from_apart, poses);
+      change_frame_since(joined.begin, joined.map_from_component, poses);
     };
     change(trajectory_);
     path_.change(change);
-    const bool is_in_map = outcome.state != TrackingState::kLost;  // else in another part apart
-    while (is_in_map && !apart_.empty() && apart_.back().second >= outcome.joined->begin) {
-      apart_.pop_back();
+    const bool is_in_map = outcome.state != TrackingState::kLost;  // else in another component
+    while (is_in_map && !disconnected_.empty() &&
+           disconnected_.back().second >= outcome.joined->begin) {
+      disconnected_.pop_back();
     }
   }
-  note_apart(outcome);
+  note_disconnected(outcome);
   correct_by(outcome.corrected);
   inserted_ += outcome.inserted ? 1 : 0;
   left_out_ += outcome.left_out;
-  parts_given_up_ += outcome.gave_up_part ? 1 : 0;
+  components_given_up_ += outcome.gave_up_component ? 1 : 0;
   path_.add({outcome.stamp, outcome.map_from_base});
   if (outcome.odom_from_base) {
     odometry_path_.add({outcome.stamp, *outcome.odom_from_base});

@@ -181,9 +181,11 @@ class SlamRun {
   [[nodiscard]] const std::map<TrackingState, std::size_t>& states() const { return states_; }
   /// These as of SlamEngine.
   [[nodiscard]] std::vector<WeightedPose> likely_poses() const { return engine_->likely_poses(); }
-  [[nodiscard]] std::size_t parts_apart() const { return engine_->parts_apart(); }
-  /// Maps apart that were given up for others; see kMostPartsApart.
-  [[nodiscard]] std::size_t parts_given_up() const { return parts_given_up_; }
+  [[nodiscard]] std::size_t disconnected_components() const {
+    return engine_->disconnected_components();
+  }
+  /// Components that were given up for others; see kMostDisconnectedComponents.
+  [[nodiscard]] std::size_t components_given_up() const { return components_given_up_; }
   /// Of each match, or of the latest ones; see MatchResult.
   [[nodiscard]] const std::vector<float>& evidences() const { return evidences_; }
   [[nodiscard]] std::size_t inserted() const { return inserted_; }
@@ -216,7 +218,7 @@ class SlamRun {
   void note_scan(const ScanInput& input);
   void note_lasers();
   void record(const ScanOutcome& outcome);
-  void note_apart(const ScanOutcome& outcome);
+  void note_disconnected(const ScanOutcome& outcome);
   void correct_by(const std::optional<MapCorrection>& correction);
 
   RunRecords records_;
@@ -242,10 +244,10 @@ class SlamRun {
   ThinnedPath odometry_path_;
   std::vector<StampedPose2> trajectory_;
   std::vector<StampedPose2> live_trajectory_;
-  /// Stamps [s] of the first scan and the last of each map apart that was not joined.
-  std::vector<std::pair<double, double>> apart_;
-  bool is_apart_ = false;       ///< with the newest scan
-  std::optional<double> told_;  ///< stamp [s] of the newest scan when its pose was told last
+  /// Stamps [s] of the first scan and the last of each component that was not joined.
+  std::vector<std::pair<double, double>> disconnected_;
+  bool is_disconnected_ = false;  ///< with the newest scan
+  std::optional<double> told_;    ///< stamp [s] of the newest scan when its pose was told last
   std::vector<StampedPose2> odometry_;
   std::vector<float> match_seconds_;
   std::map<TrackingState, std::vector<float>> scan_seconds_;
@@ -256,7 +258,7 @@ class SlamRun {
   LoopCount brought_loops_;  ///< by the map that it went on with
   std::size_t inserted_ = 0;
   std::size_t left_out_ = 0;
-  std::size_t parts_given_up_ = 0;
+  std::size_t components_given_up_ = 0;
   double last_match_seconds_ = 0.0;
   std::map<int, LaserUse> laser_uses_;
   std::map<int, RobotBeams> robot_beams_;  ///< by laser

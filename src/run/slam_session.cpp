@@ -221,7 +221,7 @@ void SlamSession::tell(const ScanOutcome& outcome) {
         "a scan is left out of the map, which would have more cells than map/max_cells allows; is "
         "its pose a wild one?");
   }
-  if (outcome.gave_up_part) {
+  if (outcome.gave_up_component) {
     dialog_.warn(
         "the map apart of the fewest key scans is given up, as 16 are kept; the robot was lost too "
         "often");

@@ -36,13 +36,14 @@ SetPose configured_start(const RunOptions& options) {
 
 void set_initial_pose(const RunOptions& options, EngineState& start) {
   const Pose2 configured = configured_start(options).map_from_base;
-  // A map that was saved by a lost robot: its pose is of the part that it is in, and lost it stays.
-  const std::size_t here = start.localization.here;
-  start.begin_anew(is_known_where(start) || here > 0 ? start.motion.fixed_from_base : configured,
+  // A map that was saved by a lost robot: its pose is of the component that it is in, and lost it
+  // stays.
+  const std::size_t active = start.localization.active;
+  start.begin_anew(is_known_where(start) || active > 0 ? start.motion.fixed_from_base : configured,
                    start.motion.covariance + initial_pose_covariance());
-  start.localization.here = here;
-  if (here > 0) {
-    start.localization.apart[here - 1].last_inserted.clear();
+  start.localization.active = active;
+  if (active > 0) {
+    start.localization.components[active - 1].last_inserted.clear();
   }
 }
 

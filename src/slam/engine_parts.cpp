@@ -28,17 +28,17 @@ ScanOutcome outcome_of(const ScanInput& input, const MotionPrediction& predicted
 }
 
 /// Of a map that was saved, which has none.
-void count_reflections(MapPart& part, bool is_of_key_scans) {
-  ReflectionGrid& reflection = part.map.reflection;
+void count_reflections(MapComponent& component, bool is_of_key_scans) {
+  ReflectionGrid& reflection = component.map.reflection;
   if (!reflection.empty()) {
     return;
   }
   if (!is_of_key_scans) {
-    reflection.count(part.map.occupancy);
+    reflection.count(component.map.occupancy);
   }
   // What is no part of the drawn map a damaged file may have put anywhere.
-  const CellBox known = part.map.occupancy.known_bounds();
-  for (const PlacedScan& key : part.key_scans.all()) {
+  const CellBox known = component.map.occupancy.known_bounds();
+  for (const PlacedScan& key : component.key_scans.all()) {
     if (!key.scan->is_of_image() &&
         known.contains(reflection.geometry().cell_at(key.map_from_base.translation()))) {
       reflection.count(*key.scan->points(), key.map_from_base);
@@ -87,25 +87,26 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
   mapping_.catch_up(options_);
   if (verdict == Verdict::kUnknown) {
     mapping_.forget_since_fork();
-    outcome.gave_up_part = map_apart(input.scan.stamp);
+    outcome.gave_up_component = begin_component(input.scan.stamp);
   } else if (is_component_unmatched(outcome, predicted)) {
     begin_component_anew(input.scan.stamp);
   } else if (mapping_.is_lost() && outcome.match.accepted()) {
     search_for_map(outcome);
   }
   outcome.covariance += hypotheses_.spread_around(outcome.map_from_base);
-  outcome.covariance = reported_covariance(outcome, mapping_.parts(), options_.slam.update_map);
+  outcome.covariance =
+      reported_covariance(outcome, mapping_.components(), options_.slam.update_map);
   outcome.state = state();
   return outcome;
 }
 
 void SlamEngine::Parts::draw(const ScanInput& input, const Pose2& during_scan,
                              ScanOutcome& outcome) {
-  if (is_to_be_inserted(input, outcome, mapping_.parts(), tracker_.state().matched,
+  if (is_to_be_inserted(input, outcome, mapping_.components(), tracker_.state().matched,
                         options_.slam)) {
     bundle_.correct_motion(during_scan, projector_);
     insert(bundle_, input.laser, options_, mapping_, outcome);
-    hypotheses_.note_key_scans(key_scans_here(), outcome.map_from_base);
+    hypotheses_.note_key_scans(active_key_scans(), outcome.map_from_base);
   } else if (!hypotheses_.is_forked() &&  // what is drawn over the map is not moved afterwards
              is_to_be_drawn_over(bundle_.all(), input.laser, outcome, mapping_, options_.slam)) {
     bundle_.correct_motion(during_scan, projector_);
@@ -113,12 +114,12 @@ void SlamEngine::Parts::draw(const ScanInput& input, const Pose2& during_scan,
   }
 }
 
-/// Whether a map apart has just begun, and the scan does not match it where its motion leads to, as
+/// Whether a component has just begun, and the scan does not match it where its motion leads to, as
 /// while the robot is carried.
 bool SlamEngine::Parts::is_component_unmatched(const ScanOutcome& outcome,
                                                const MotionPrediction& predicted) const {
   constexpr std::size_t kBegun = 3;  // key scans
-  if (!mapping_.is_lost() || key_scans_here().size() >= kBegun ||
+  if (!mapping_.is_lost() || active_key_scans().size() >= kBegun ||
       outcome.match.status == MatchStatus::kRejectedNoReference) {
     return false;
   }
@@ -140,7 +141,7 @@ ScanOutcome SlamEngine::Parts::take_secondary(const ScanInput& input,
   secondary_lasers_.wait(input, newest.velocity(), newest_from_base, predicted.during_scan,
                          options_.scan);
   ScanOutcome outcome = outcome_of(input, predicted);
-  outcome.covariance = reported_covariance(outcome, mapping_.parts(), false);
+  outcome.covariance = reported_covariance(outcome, mapping_.components(), false);
   outcome.match.map_from_base = predicted.fixed_from_base;
   outcome.match.covariance = predicted.covariance;
   outcome.is_of_secondary_laser = true;
@@ -163,7 +164,7 @@ void SlamEngine::Parts::collect_scans(const ScanInput& input, const MotionPredic
 }
 
 MatchResult SlamEngine::Parts::match(const MotionPrediction& predicted) {
-  mapping_.parts().here().key_scans.copy_newest(
+  mapping_.components().active().key_scans.copy_newest(
       static_cast<std::size_t>(options_.slam.recent_scans), recent_);
   const SlamMap& map = mapping_.matched();
   const MatchProblem problem{
@@ -194,7 +195,7 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(const Predictions& predictio
   const MotionPrediction* by_velocity =
       bundle_.secondary().empty() ? predictions.by_velocity : nullptr;
   PoseHypotheses::Outcome weighed =
-      hypotheses_.follow({bundle_.all(), mapping_.compared(), key_scans_here(), recent_,
+      hypotheses_.follow({bundle_.all(), mapping_.compared(), active_key_scans(), recent_,
                           predictions.seconds, predictions.predicted, by_velocity},
                          outcome.match, options_.hypotheses);
   outcome.evidence = weighed.evidence;
@@ -304,11 +305,11 @@ std::vector<WeightedPose> SlamEngine::Parts::likely_poses() const {
   double sum = 0.0;
   if (mapping_.is_lost()) {
     for (const PlaceHypothesis& place : relocalizer_.search().hypotheses) {
-      if (place.part == 0) {
+      if (place.component == 0) {
         // It may be as sure as it likes, and stay a number.
         constexpr double kSurest = 100.0;
         poses.push_back(
-            {place.part_from_apart * here, std::exp(std::min(place.log_odds, kSurest))});
+            {place.component_from_active * here, std::exp(std::min(place.log_odds, kSurest))});
       }
     }
     sum = std::exp(kCarried);
@@ -338,26 +339,26 @@ void SlamEngine::Parts::believe() {
   mapping_.unfork();
 }
 
-bool SlamEngine::Parts::map_apart(double stamp) {
+bool SlamEngine::Parts::begin_component(double stamp) {
   constexpr double kDrawn = 0.003;  // [s] a key scan; what is searched is drawn meanwhile
   believe();
   // Nor is it known how it moves: the next two matches will tell.
   tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
-  const Mapping::BegunApart begun = mapping_.begin_apart(stamp, options_);
-  // Where another part had just begun, the drawing that was for that one is still under way.
+  const Mapping::BegunComponent begun = mapping_.begin_component(stamp, options_);
+  // Where another component had just begun, the drawing that was for that one is still under way.
   const double since = begun.is_drawn_beside
                            ? stamp + kDrawn * static_cast<double>(key_scans().size())
                            : relocalizer_.search().stamp;
   relocalizer_.begin(since);
   hypotheses_.begin_lost();
-  return begun.gave_up_part;
+  return begun.gave_up_component;
 }
 
 /// What it was thought to see before is of no map.
 void SlamEngine::Parts::begin_component_anew(double stamp) {
   mapping_.unfork();
   tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
-  mapping_.begin_apart(stamp, options_);
+  mapping_.begin_component(stamp, options_);
   relocalizer_.begin_anew();
   hypotheses_.begin_lost();
 }
@@ -368,15 +369,15 @@ void SlamEngine::Parts::search_for_map(ScanOutcome& outcome) {
   }
   static_cast<void>(map());
   const std::optional<PlaceHypothesis> found =
-      relocalizer_.find(outcome.stamp, outcome.map_from_base, mapping_.parts(), options_);
+      relocalizer_.find(outcome.stamp, outcome.map_from_base, mapping_.components(), options_);
   if (!found) {
     return;
   }
-  const double begin = mapping_.parts().here().begin;
+  const double begin = mapping_.components().active().begin;
   join(*found);
-  outcome.joined = ScanOutcome::Joined{begin, found->part_from_apart};
+  outcome.joined = ScanOutcome::Joined{begin, found->component_from_active};
   outcome.map_from_base = tracker_.state().fixed_from_base;
-  outcome.predicted_map_from_base = found->part_from_apart * outcome.predicted_map_from_base;
+  outcome.predicted_map_from_base = found->component_from_active * outcome.predicted_map_from_base;
   // How well the place was confirmed: [m], [rad]. Guesses; half or double changes no byte of six
   // drives with faults (benchmark/reports/current/CONSTANTS.md).
   constexpr double kXy = 0.1;
@@ -384,10 +385,10 @@ void SlamEngine::Parts::search_for_map(ScanOutcome& outcome) {
   outcome.covariance = tracker_.state().covariance + covariance_of(kXy, kTheta);
 }
 
-/// Puts what was mapped apart where it belongs, a few key scans with each of the next scans.
+/// Puts what the component holds where it belongs, a few key scans with each of the next scans.
 void SlamEngine::Parts::join(const PlaceHypothesis& found) {
-  tracker_.change_frame(found.part_from_apart);
-  mapping_.join(found.part, found.part_from_apart, options_);
+  tracker_.change_frame(found.component_from_active);
+  mapping_.join(found.component, found.component_from_active, options_);
   believe();
   relocalizer_.begin();
 }
@@ -402,7 +403,7 @@ void SlamEngine::Parts::set_pose(const Pose2& map_from_base, const Eigen::Matrix
 // --- options, and going on from elsewhere ---
 
 void SlamEngine::Parts::set_options(const EngineOptions& options) {
-  check_map(mapping_.parts().map().map, options);
+  check_map(mapping_.components().map().map, options);
   options_ = options;
   tracker_.set_options(options.motion);
   if (!options.hypotheses.enabled) {
@@ -414,17 +415,18 @@ void SlamEngine::Parts::set_options(const EngineOptions& options) {
 void SlamEngine::Parts::start_from(EngineState start) {
   check_maps(start, options_);
   LocalizationState& localization = start.localization;
-  std::vector<MapPart> parts{
+  std::vector<MapComponent> components{
       {std::move(start.map), std::move(start.key_scans), std::move(start.last_inserted), 0.0}};
-  std::move(localization.apart.begin(), localization.apart.end(), std::back_inserter(parts));
-  for (MapPart& part : parts) {
-    count_reflections(part, start.is_of_key_scans);
+  std::move(localization.components.begin(), localization.components.end(),
+            std::back_inserter(components));
+  for (MapComponent& component : components) {
+    count_reflections(component, start.is_of_key_scans);
   }
-  const std::size_t drawn = parts.front().key_scans.size();
-  mapping_ = Mapping(MapParts(std::move(parts), localization.here, std::move(localization.pending)),
-                     LoopCloser(std::move(start.loops)),
-                     {std::move(start.local_map), start.is_moved, drawn}, start.is_continued,
-                     start.is_of_key_scans, options_);
+  const std::size_t drawn = components.front().key_scans.size();
+  mapping_ = Mapping(
+      MapComponents(std::move(components), localization.active, std::move(localization.pending)),
+      LoopCloser(std::move(start.loops)), {std::move(start.local_map), start.is_moved, drawn},
+      start.is_continued, start.is_of_key_scans, options_);
   hypotheses_ = PoseHypotheses(std::move(localization.hypotheses));
   if (const auto& fork = hypotheses_.state().fork) {
     mapping_.fork_as_of({fork->key_scans, std::move(localization.inserted_before_fork)}, options_);
@@ -432,7 +434,7 @@ void SlamEngine::Parts::start_from(EngineState start) {
   if (localization.search.indexed > 0) {
     static_cast<void>(map());  // drawn, as it was searched
   }
-  relocalizer_ = Relocalizer(std::move(localization.search), mapping_.parts());
+  relocalizer_ = Relocalizer(std::move(localization.search), mapping_.components());
   tracker_.set_state(start.motion);
   scan_count_ = start.scan_count;
   secondary_lasers_ = std::move(start.secondary_lasers);
@@ -440,18 +442,18 @@ void SlamEngine::Parts::start_from(EngineState start) {
 
 EngineState SlamEngine::Parts::snapshot() {
   static_cast<void>(drawn_map());
-  const MapParts& parts = mapping_.parts();
+  const MapComponents& components = mapping_.components();
   const std::optional<ForkStart> fork = mapping_.fork_start();
-  return {parts.map().map,
-          parts.map().key_scans,
+  return {components.map().map,
+          components.map().key_scans,
           tracker_.state(),
-          parts.map().last_inserted,
+          components.map().last_inserted,
           scan_count_,
           {hypotheses_.state(),
            fork ? fork->last_inserted : std::map<int, Pose2>{},
-           parts.waiting(),
-           {parts.all().begin() + 1, parts.all().end()},
-           parts.here_number(),
+           components.waiting(),
+           {components.all().begin() + 1, components.all().end()},
+           components.active_number(),
            relocalizer_.search()},
           mapping_.loops().state(),
           mapping_.renderer().local_map(),

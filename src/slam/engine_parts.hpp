@@ -35,7 +35,7 @@ class SlamEngine::Parts {
     mapping_.take_rendered(std::move(map), keys);
   }
   [[nodiscard]] const Mapping& mapping() const { return mapping_; }
-  [[nodiscard]] const KeyScans& key_scans() const { return mapping_.parts().map().key_scans; }
+  [[nodiscard]] const KeyScans& key_scans() const { return mapping_.components().map().key_scans; }
   [[nodiscard]] TrackingState state() const;
   [[nodiscard]] const MotionState& motion() const { return tracker_.state(); }
   [[nodiscard]] std::vector<WeightedPose> likely_poses() const;
@@ -45,7 +45,7 @@ class SlamEngine::Parts {
   void set_matcher(std::shared_ptr<const ScanMatcher> matcher) { matcher_ = std::move(matcher); }
   void set_options(const EngineOptions& options);
   void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
-  bool map_apart(double stamp);
+  bool begin_component(double stamp);
   void start_from(EngineState start);
   void expect_map(std::shared_ptr<const FoundMap> found) { mapping_.expect_map(std::move(found)); }
   std::optional<MapCorrection> finish_loops();
@@ -79,8 +79,8 @@ class SlamEngine::Parts {
   void search_for_map(ScanOutcome& outcome);
   void join(const PlaceHypothesis& found);
   void believe();
-  [[nodiscard]] const PlacedScans& key_scans_here() const {
-    return mapping_.parts().here().key_scans.all();
+  [[nodiscard]] const PlacedScans& active_key_scans() const {
+    return mapping_.components().active().key_scans.all();
   }
 
   EngineOptions options_;

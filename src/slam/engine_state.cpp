@@ -11,7 +11,7 @@ void EngineState::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& 
   motion = at_rest;
   last_inserted.clear();
   localization.hypotheses = {};
-  localization.here = 0;
+  localization.active = 0;
   localization.search = {};
   local_map.clear();
   map.field.render();  // as it is matched against from now on
@@ -33,8 +33,8 @@ void EngineState::shift_clock(double seconds) {
   if (motion.calibration.stretch) {
     motion.calibration.stretch->stamp += seconds;
   }
-  for (MapPart& part : localization.apart) {
-    part.begin += seconds;
+  for (MapComponent& component : localization.components) {
+    component.begin += seconds;
   }
   localization.search.stamp += seconds;
   secondary_lasers.shift_clock(seconds);
@@ -55,8 +55,8 @@ void check_map(const SlamMap& map, const EngineOptions& options) {
 
 void check_maps(const EngineState& start, const EngineOptions& options) {
   check_map(start.map, options);
-  for (const MapPart& part : start.localization.apart) {
-    check_map(part.map, options);
+  for (const MapComponent& component : start.localization.components) {
+    check_map(component.map, options);
   }
   if (const SlamMap* near = start.local_map.map()) {
     check_map(*near, options);

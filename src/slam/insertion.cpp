@@ -77,20 +77,21 @@ void insert_one(const PointScan& scan, const MeasuredScan& measured, int laser,
 
 }  // namespace
 
-bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome, const MapParts& parts,
-                       bool was_matched, const SlamOptions& options) {
+bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome,
+                       const MapComponents& components, bool was_matched,
+                       const SlamOptions& options) {
   const MatchResult& match = outcome.match;
-  const MapPart& here = parts.here();
-  if (!options.update_map && !parts.is_lost()) {
+  const MapComponent& active = components.active();
+  if (!options.update_map && !components.is_lost()) {
     return false;
   }
   if (outcome.certainty == Certainty::kNewGround || (match.accepted() && is_heading_known(match))) {
-    return is_worth_drawing(outcome, input.laser, here.last_inserted,
-                            sees_farther(input, here.key_scans), options);
+    return is_worth_drawing(outcome, input.laser, active.last_inserted,
+                            sees_farther(input, active.key_scans), options);
   }
-  return here.map.field.empty() ||
+  return active.map.field.empty() ||
          (match.status == MatchStatus::kRejectedLowScore && was_matched &&
-          !here.last_inserted.empty() && here.last_inserted.count(input.laser) == 0);
+          !active.last_inserted.empty() && active.last_inserted.count(input.laser) == 0);
 }
 
 void insert(const ScanBundle& bundle, int laser, const EngineOptions& options, Mapping& mapping,

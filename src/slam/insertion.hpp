@@ -4,17 +4,17 @@
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/scan_outcome.hpp"
-#include "slam/map_parts.hpp"
+#include "slam/map_components.hpp"
 #include "slam/mapping.hpp"
 
 namespace matchbox_slam {
 
-/// Whether a scan goes into the part of the map that the robot is in: only what was matched and
-/// shows something new, except for what starts a map. A secondary laser's first scan may
-/// show what no other has seen yet: then it goes where the others have just put the base.
+/// Whether a scan goes into the component of the map that the robot is in: only what was matched
+/// and shows something new, except for what starts a map. A secondary laser's first scan may show
+/// what no other has seen yet: then it goes where the others have just put the base.
 /// @param was_matched  the scan before.
 [[nodiscard]] bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome,
-                                     const MapParts& parts, bool was_matched,
+                                     const MapComponents& components, bool was_matched,
                                      const SlamOptions& options);
 
 /// Makes a scan and those of the secondary lasers key scans where the outcome has the base; the

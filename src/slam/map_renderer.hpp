@@ -9,13 +9,13 @@
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/local_map.hpp"
 #include "slam/loop_closing.hpp"
-#include "slam/map_parts.hpp"
+#include "slam/map_components.hpp"
 
 namespace matchbox_slam {
 
 /// How much of a map is drawn, and what scans are matched against in it: the whole map while all
 /// its key scans lie well to each other, else a map of those near the robot that do. Then the whole
-/// one is drawn when somebody asks for it. A value; the map itself is its MapPart's.
+/// one is drawn when somebody asks for it. A value; the map itself is its MapComponent's.
 class MapRenderer {
  public:
   MapRenderer() = default;
@@ -30,33 +30,33 @@ class MapRenderer {
   /// Whether the whole map is to be rendered anew, not only to be added to.
   [[nodiscard]] bool is_outdated() const { return is_outdated_; }
 
-  [[nodiscard]] const SlamMap& matched(const MapPart& part) const {
-    return local_map_.map() != nullptr ? *local_map_.map() : part.map;
+  [[nodiscard]] const SlamMap& matched(const MapComponent& component) const {
+    return local_map_.map() != nullptr ? *local_map_.map() : component.map;
   }
 
   /// Draws what the whole map lacks, or waits until it is drawn, to be looked at: its field is not
   /// rendered where only the local map is matched against.
-  const SlamMap& drawn(MapPart& part, const EngineOptions& options);
+  const SlamMap& drawn(MapComponent& component, const EngineOptions& options);
 
   /// The same with its field.
-  const SlamMap& whole(MapPart& part, const EngineOptions& options);
+  const SlamMap& whole(MapComponent& component, const EngineOptions& options);
 
   /// Takes a whole map that was `rendered` from key scans as they were. Left alone where they have
   /// moved since.
-  void take_rendered(SlamMap map, const PlacedScans& keys, MapPart& part);
+  void take_rendered(SlamMap map, const PlacedScans& keys, MapComponent& component);
 
   /// Adds a key scan, and draws it where the whole map is matched against; else `catch_up` does.
   /// @param points  of it.
-  void add(const PlacedScan& key, const PointScan& points, MapPart& part,
+  void add(const PlacedScan& key, const PointScan& points, MapComponent& component,
            const EngineOptions& options);
 
   /// Lets a map of what lies near take effect.
   void match_locally(LocalMap local_map) { local_map_ = std::move(local_map); }
   /// From now on.
-  void match_whole(MapPart& part, const EngineOptions& options);
+  void match_whole(MapComponent& component, const EngineOptions& options);
   /// The same where nobody asks for the map for a while: what it lacks is drawn beside. Whether
   /// that may take long, which does not depend on who has asked for the whole map before.
-  bool begin_whole(const MapPart& part, const EngineOptions& options);
+  bool begin_whole(const MapComponent& component, const EngineOptions& options);
 
   /// The key scans move: what was drawn is outdated.
   void expect_move() { is_moved_ = is_outdated_ = true; }
@@ -72,8 +72,8 @@ class MapRenderer {
   }
 
   /// Draws the key scans that what lies near has not taken in.
-  void catch_up(const MapPart& part, const EngineOptions& options) {
-    local_map_.take_new(part.key_scans.all(), options.map);
+  void catch_up(const MapComponent& component, const EngineOptions& options) {
+    local_map_.take_new(component.key_scans.all(), options.map);
   }
 
  private:

@@ -15,7 +15,7 @@
 namespace matchbox_slam {
 namespace {
 
-MapPart empty_part(const EngineOptions& options, double begin) {
+MapComponent empty_component(const EngineOptions& options, double begin) {
   return {SlamMap(options.map, options.field), {}, {}, begin};
 }
 
@@ -34,33 +34,33 @@ Eigen::Matrix3d covariance_of_waiting() {
   return covariance_of(kXy, kTheta);
 }
 
-Mapping::Mapping(const EngineOptions& options) : parts_({empty_part(options, 0.0)}) {}
+Mapping::Mapping(const EngineOptions& options) : components_({empty_component(options, 0.0)}) {}
 
-Mapping::Mapping(MapParts parts, LoopCloser loops, MapRenderer drawing, bool is_continued,
+Mapping::Mapping(MapComponents components, LoopCloser loops, MapRenderer drawing, bool is_continued,
                  bool is_of_key_scans, const EngineOptions& options)
-    : parts_(std::move(parts)),
+    : components_(std::move(components)),
       loops_(std::move(loops)),
       renderer_(std::move(drawing)),
       is_continued_(is_continued),
       is_of_key_scans_(is_of_key_scans) {
-  loops_.begin_again(parts_.map().key_scans, near_request(options, renderer_.local_map()),
+  loops_.begin_again(components_.map().key_scans, near_request(options, renderer_.local_map()),
                      options.loops);
   match_as(options);
 }
 
 bool Mapping::has_pending(const EngineOptions& options) const {
-  return (options.slam.update_map || is_lost()) && parts_.next_waiting() != nullptr;
+  return (options.slam.update_map || is_lost()) && components_.next_waiting() != nullptr;
 }
 
 const SlamMap& Mapping::matched() const {
   if (is_lost()) {
-    return parts_.here().map;
+    return components_.active().map;
   }
   return temporary_.map() != nullptr ? *temporary_.map() : lasting();
 }
 
 void Mapping::take_rendered(SlamMap map, const PlacedScans& keys) {
-  renderer_.take_rendered(std::move(map), keys, parts_.map());
+  renderer_.take_rendered(std::move(map), keys, components_.map());
 }
 
 // --- scans ---
@@ -80,20 +80,20 @@ void Mapping::draw_over(const PointScan& points, int laser, const Pose2& map_fro
 bool Mapping::add(const PointScan& points, const PlacedScan& placed,
                   const Eigen::Matrix3d& covariance, bool is_continued,
                   const EngineOptions& options) {
-  MapPart& part = parts_.here();
-  if (!has_room(points, placed.map_from_base, options.map, part.map)) {
+  MapComponent& component = components_.active();
+  if (!has_room(points, placed.map_from_base, options.map, component.map)) {
     return false;
   }
   if (is_lost()) {
-    part.key_scans.add(placed);
-    insert_scan(points, placed.map_from_base, options.map, part.map);
+    component.key_scans.add(placed);
+    insert_scan(points, placed.map_from_base, options.map, component.map);
   } else {
-    renderer_.add(placed, points, part, options);
+    renderer_.add(placed, points, component, options);
     if (closes_loops(options)) {
-      loops_.add(part.key_scans, covariance, is_continued, options.loops);
+      loops_.add(component.key_scans, covariance, is_continued, options.loops);
     }
   }
-  part.last_inserted[placed.scan->laser()] = placed.map_from_base;
+  component.last_inserted[placed.scan->laser()] = placed.map_from_base;
   return true;
 }
 
@@ -102,18 +102,18 @@ std::size_t Mapping::insert_pending(const EngineOptions& options) {
   constexpr int kAtATime = 2;  // so that no scan waits for all of them
   std::size_t left_out = 0;
   for (int i = 0; i < kAtATime && has_pending(options); ++i) {
-    const PlacedScan waiting = parts_.next_waiting()->scan;
+    const PlacedScan waiting = components_.next_waiting()->scan;
     const std::shared_ptr<const PointScan> points = waiting.scan->points();
-    parts_.drop_next_waiting();
+    components_.drop_next_waiting();
     if (is_badly_explained(evidence_of(*points, waiting.map_from_base, matched()))) {
       continue;  // as of one that was seen while the robot was carried
     }
-    const std::map<int, Pose2> last_inserted = parts_.here().last_inserted;
+    const std::map<int, Pose2> last_inserted = components_.active().last_inserted;
     const bool is_inserted = add(*points, waiting, covariance_of_waiting(), false, options);
     left_out += is_inserted ? 0 : 1;
     catch_up(options);
     break_off();
-    parts_.here().last_inserted = last_inserted;
+    components_.active().last_inserted = last_inserted;
   }
   return left_out;
 }
@@ -121,8 +121,8 @@ std::size_t Mapping::insert_pending(const EngineOptions& options) {
 // --- where the robot may be elsewhere ---
 
 void Mapping::fork() {
-  const MapPart& part = parts_.here();
-  fork_ = Fork{part.key_scans.size(), part.last_inserted, part.map, renderer_};
+  const MapComponent& component = components_.active();
+  fork_ = Fork{component.key_scans.size(), component.last_inserted, component.map, renderer_};
 }
 
 const SlamMap& Mapping::compared() const {
@@ -136,27 +136,27 @@ const SlamMap& Mapping::compared() const {
 MapCorrection Mapping::move_since_fork(const std::vector<std::optional<Pose2>>& poses,
                                        const Pose2& new_from_old, double stamp,
                                        const EngineOptions& options) {
-  MapPart& part = parts_.here();
+  MapComponent& component = components_.active();
   const std::size_t first = fork_->key_scans;
   MapCorrection correction{{{std::numeric_limits<double>::lowest(), {}}}, new_from_old};
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (poses[i]) {
-      const PlacedScan before = part.key_scans.all()[first + i];
-      part.key_scans.move(first + i, *poses[i]);
+      const PlacedScan before = component.key_scans.all()[first + i];
+      component.key_scans.move(first + i, *poses[i]);
       correction.steps.push_back(
           {before.scan->stamp(), *poses[i] * before.map_from_base.inverse()});
     }
   }
   correction.steps.push_back({stamp, new_from_old});
-  for (auto& [laser, map_from_base] : part.last_inserted) {
+  for (auto& [laser, map_from_base] : component.last_inserted) {
     map_from_base = new_from_old * map_from_base;
   }
-  part.map = fork_->map;
+  component.map = fork_->map;
   renderer_ = fork_->drawing;
   temporary_.clear();
   match_as(options);
   if (!is_lost() && closes_loops(options)) {
-    loops_.move_since(first, part.key_scans);
+    loops_.move_since(first, component.key_scans);
   }
   draw_since(first, options);
   break_off();
@@ -169,10 +169,10 @@ void Mapping::draw_since(std::size_t key_scan, const EngineOptions& options) {
   } else if (!is_lost()) {
     static_cast<void>(whole(options));
   } else {
-    MapPart& part = parts_.here();
-    for (std::size_t i = key_scan; i < part.key_scans.size(); ++i) {
-      const PlacedScan& key = part.key_scans.all()[i];
-      insert_scan(*key.scan->points(), key.map_from_base, options.map, part.map);
+    MapComponent& component = components_.active();
+    for (std::size_t i = key_scan; i < component.key_scans.size(); ++i) {
+      const PlacedScan& key = component.key_scans.all()[i];
+      insert_scan(*key.scan->points(), key.map_from_base, options.map, component.map);
     }
   }
 }
@@ -181,12 +181,12 @@ void Mapping::forget_since_fork() {
   if (!fork_) {
     return;
   }
-  MapPart& part = parts_.here();
-  part.map = fork_->map;
+  MapComponent& component = components_.active();
+  component.map = fork_->map;
   renderer_ = fork_->drawing;
   temporary_.clear();
-  part.key_scans.forget_since(fork_->key_scans);
-  part.last_inserted = fork_->last_inserted;
+  component.key_scans.forget_since(fork_->key_scans);
+  component.last_inserted = fork_->last_inserted;
   if (!is_lost()) {
     loops_.forget_since(fork_->key_scans);
   }
@@ -197,9 +197,9 @@ std::optional<ForkStart> Mapping::fork_start() const {
 }
 
 void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
-  const MapPart& part = parts_.here();
-  const PlacedScans& keys = part.key_scans.all();
-  fork_ = Fork{start.key_scans, start.last_inserted, part.map, renderer_};
+  const MapComponent& component = components_.active();
+  const PlacedScans& keys = component.key_scans.all();
+  fork_ = Fork{start.key_scans, start.last_inserted, component.map, renderer_};
   if (!is_lost() && renderer_.local_map().map() != nullptr) {
     fork_->drawing.match_locally(
         renderer_.local_map().as_of(start.key_scans, keys, options.map, options.field));
@@ -214,14 +214,14 @@ void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
 // --- loops ---
 
 LocalScans Mapping::scans_around(const EngineOptions& options) const {
-  const KeyScans& key_scans = parts_.map().key_scans;
+  const KeyScans& key_scans = components_.map().key_scans;
   return local_scans(key_scans.all(), [&](const auto& some) {
     return loops_.weakly_connected(key_scans, some, options.loops);
   });
 }
 
 std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) {
-  const KeyScans& key_scans = parts_.map().key_scans;
+  const KeyScans& key_scans = components_.map().key_scans;
   std::optional<MapCorrection> correction;
   if (loops_.is_due(key_scans)) {
     correction = finish_loops();
@@ -254,7 +254,7 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
 /// What lies near is drawn at once, as the next scan is matched against it.
 std::optional<MapCorrection> Mapping::take_found_map(const EngineOptions& options) {
   const std::shared_ptr<const FoundMap> found = std::exchange(found_, nullptr);
-  KeyScans& key_scans = parts_.map().key_scans;
+  KeyScans& key_scans = components_.map().key_scans;
   if (found->fate != FoundMap::Fate::kWaiting) {
     return std::nullopt;
   }
@@ -276,7 +276,7 @@ std::optional<MapCorrection> Mapping::finish_loops() {
   if (!loops_.is_pending()) {
     return std::nullopt;
   }
-  LoopCloser::Result result = loops_.finish(parts_.map().key_scans);
+  LoopCloser::Result result = loops_.finish(components_.map().key_scans);
   if (result.near) {
     renderer_.match_locally(std::move(*result.near));
   }
@@ -290,7 +290,7 @@ std::optional<MapCorrection> Mapping::finish_loops() {
 }
 
 void Mapping::take_out(const std::vector<std::uint64_t>& ids) {
-  KeyScans& key_scans = parts_.map().key_scans;
+  KeyScans& key_scans = components_.map().key_scans;
   if (ids.empty() || loops_.state().nodes != key_scans.size()) {
     return;
   }
@@ -303,8 +303,8 @@ void Mapping::take_out(const std::vector<std::uint64_t>& ids) {
 
 void Mapping::move_with_map(const Pose2& new_from_old) {
   renderer_.expect_move();
-  parts_.move_waiting_for_map(new_from_old);
-  for (auto& [laser, map_from_base] : parts_.map().last_inserted) {
+  components_.move_waiting_for_map(new_from_old);
+  for (auto& [laser, map_from_base] : components_.map().last_inserted) {
     map_from_base = new_from_old * map_from_base;
   }
 }
@@ -326,23 +326,24 @@ void Mapping::match_as(const EngineOptions& options) {
 
 void Mapping::go_to_map(const EngineOptions& options) {
   temporary_.clear();
-  parts_.go_to_map();
+  components_.go_to_map();
   break_off();
   loops_.abandon();
   match_whole_map(options);
 }
 
-Mapping::BegunApart Mapping::begin_apart(double stamp, const EngineOptions& options) {
+Mapping::BegunComponent Mapping::begin_component(double stamp, const EngineOptions& options) {
   loops_.abandon();
   temporary_.clear();
-  BegunApart begun;
-  begun.is_drawn_beside = renderer_.begin_whole(parts_.map(), options);
-  begun.gave_up_part = parts_.begin_apart(empty_part(options, stamp));
+  BegunComponent begun;
+  begun.is_drawn_beside = renderer_.begin_whole(components_.map(), options);
+  begun.gave_up_component = components_.begin_component(empty_component(options, stamp));
   return begun;
 }
 
-void Mapping::join(std::size_t part, const Pose2& part_from_here, const EngineOptions& options) {
-  parts_.join(part, part_from_here, options.slam.update_map);
+void Mapping::join(std::size_t component, const Pose2& component_from_active,
+                   const EngineOptions& options) {
+  components_.join(component, component_from_active, options.slam.update_map);
   break_off();
 }
 

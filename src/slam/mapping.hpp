@@ -14,7 +14,7 @@
 #include "matchbox_slam/matching/key_scan.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "slam/loop_closing.hpp"
-#include "slam/map_parts.hpp"
+#include "slam/map_components.hpp"
 #include "slam/map_renderer.hpp"
 #include "slam/temporary_map.hpp"
 
@@ -25,7 +25,7 @@ struct FoundMap;
 /// How well it is known where a scan was taken that has waited to be inserted, over (x, y, theta).
 [[nodiscard]] Eigen::Matrix3d covariance_of_waiting();
 
-/// What scans are mapped into: the map and the maps apart, their key scans, and for the map the
+/// What scans are mapped into: the components of the map, their key scans, and for the map the
 /// graph of its key scans and how much of it is drawn. Takes scans in, and moves what it took when
 /// a loop is closed. Where the robot is, it is told. A value, but for work under way that copies
 /// share.
@@ -34,42 +34,42 @@ class Mapping {
   /// An empty map.
   explicit Mapping(const EngineOptions& options);
   /// Goes on; for the last two see EngineState.
-  Mapping(MapParts parts, LoopCloser loops, MapRenderer drawing, bool is_continued,
+  Mapping(MapComponents components, LoopCloser loops, MapRenderer drawing, bool is_continued,
           bool is_of_key_scans, const EngineOptions& options);
 
-  [[nodiscard]] const MapParts& parts() const { return parts_; }
+  [[nodiscard]] const MapComponents& components() const { return components_; }
   [[nodiscard]] const LoopCloser& loops() const { return loops_; }
   [[nodiscard]] const MapRenderer& renderer() const { return renderer_; }
   [[nodiscard]] bool is_continued() const { return is_continued_; }
   [[nodiscard]] bool is_of_key_scans() const { return is_of_key_scans_; }
 
-  [[nodiscard]] bool is_lost() const { return parts_.is_lost(); }
+  [[nodiscard]] bool is_lost() const { return components_.is_lost(); }
   [[nodiscard]] bool closes_loops(const EngineOptions& options) const {
     return options.slam.loop_closing && is_of_key_scans_;
   }
-  /// Whether something waits that may be inserted into the part that the robot is in.
+  /// Whether something waits that may be inserted into the component that the robot is in.
   [[nodiscard]] bool has_pending(const EngineOptions& options) const;
 
   /// What scans are matched against.
   [[nodiscard]] const SlamMap& matched() const;
   /// The same of a robot that is not lost, without what is drawn over it.
-  [[nodiscard]] const SlamMap& lasting() const { return renderer_.matched(parts_.map()); }
+  [[nodiscard]] const SlamMap& lasting() const { return renderer_.matched(components_.map()); }
   [[nodiscard]] const TemporaryMap& temporary() const { return temporary_; }
   /// The map, drawn as far as it goes. See MapRenderer.
   const SlamMap& drawn(const EngineOptions& options) {
-    return renderer_.drawn(parts_.map(), options);
+    return renderer_.drawn(components_.map(), options);
   }
   /// The same with its field.
   const SlamMap& whole(const EngineOptions& options) {
-    return renderer_.whole(parts_.map(), options);
+    return renderer_.whole(components_.map(), options);
   }
   /// See MapRenderer.
   void take_rendered(SlamMap map, const PlacedScans& keys);
 
   // --- scans ---
 
-  /// Makes a scan a key scan of the part that the robot is in; `catch_up` is to follow. False when
-  /// the map has no room for it.
+  /// Makes a scan a key scan of the component that the robot is in; `catch_up` is to follow. False
+  /// when the map has no room for it.
   /// @param points      of it.
   /// @param covariance  of its pose, in the map frame.
   bool insert(const PointScan& points, const PlacedScan& placed, const Eigen::Matrix3d& covariance,
@@ -80,11 +80,11 @@ class Mapping {
   /// The robot is elsewhere than where the newest key scan and the motion since say.
   void break_off() { is_continued_ = false; }
   /// Scans are to be inserted, a few with each of the next ones.
-  void wait(const std::vector<WaitingScan>& scans) { parts_.wait(scans); }
+  void wait(const std::vector<WaitingScan>& scans) { components_.wait(scans); }
   /// Draws the key scans that have come since, where only what lies near is matched against. To be
   /// called before the next scan is matched or the map is saved, and after `close_loops`, which may
   /// replace or drop what would be drawn into.
-  void catch_up(const EngineOptions& options) { renderer_.catch_up(parts_.map(), options); }
+  void catch_up(const EngineOptions& options) { renderer_.catch_up(components_.map(), options); }
   /// Inserts a few of those that wait, where the map holds them. Returns how many it has no room
   /// for.
   std::size_t insert_pending(const EngineOptions& options);
@@ -131,21 +131,22 @@ class Mapping {
   /// In the map, elsewhere than was thought.
   void go_to_map(const EngineOptions& options);
 
-  struct BegunApart {
-    bool gave_up_part = false;  ///< see MapParts::begin_apart
+  struct BegunComponent {
+    bool gave_up_component = false;  ///< see MapComponents::begin_component
     bool is_drawn_beside =
         false;  ///< the whole map is drawn by another thread, which takes a while
   };
   /// Lost, since the scan of this stamp [s].
-  BegunApart begin_apart(double stamp, const EngineOptions& options);
-  /// Found in that part.
-  void join(std::size_t part, const Pose2& part_from_here, const EngineOptions& options);
+  BegunComponent begin_component(double stamp, const EngineOptions& options);
+  /// Found in that component.
+  void join(std::size_t component, const Pose2& component_from_active,
+            const EngineOptions& options);
 
  private:
   bool add(const PointScan& points, const PlacedScan& placed, const Eigen::Matrix3d& covariance,
            bool is_continued, const EngineOptions& options);
   void match_whole_map(const EngineOptions& options) {
-    renderer_.match_whole(parts_.map(), options);
+    renderer_.match_whole(components_.map(), options);
   }
   void match_as(const EngineOptions& options);
   /// The key scans have moved, and what goes with the newest follows.
@@ -159,13 +160,13 @@ class Mapping {
   struct Fork {
     std::size_t key_scans;
     std::map<int, Pose2> last_inserted;
-    SlamMap map;  ///< of the part that the robot is in
+    SlamMap map;  ///< of the component that the robot is in
     MapRenderer drawing;
   };
 
   void draw_since(std::size_t key_scan, const EngineOptions& options);
 
-  MapParts parts_;
+  MapComponents components_;
   LoopCloser loops_;
   MapRenderer renderer_;
   TemporaryMap temporary_;  ///< while the map is not to change

@@ -177,7 +177,8 @@ std::vector<std::size_t> worth_a_look(const std::vector<HalfLook>& places,
 
 bool is_near(const LikelyPlace& a, const LikelyPlace& b) {
   // As far as a search from there reaches.
-  return a.part == b.part && are_near(a.part_from_base, b.part_from_base, 1.0, 0.35);
+  return a.component == b.component &&
+         are_near(a.component_from_base, b.component_from_base, 1.0, 0.35);
 }
 
 /// Places on a lattice where a robot has room, near a key scan and in its sight.
@@ -224,21 +225,22 @@ class PlacesAround {
 
 }  // namespace
 
-PlaceIndex::PlaceIndex(const std::vector<MapPart>& parts, std::size_t apart) {
-  static_cast<void>(grow(parts, apart, std::numeric_limits<std::size_t>::max()));
+PlaceIndex::PlaceIndex(const std::vector<MapComponent>& components, std::size_t active) {
+  static_cast<void>(grow(components, active, std::numeric_limits<std::size_t>::max()));
 }
 
-bool PlaceIndex::grow(const std::vector<MapPart>& parts, std::size_t apart, std::size_t key_scans) {
-  while (!is_complete_ && part_ < parts.size()) {
-    const PlacedScans& keys = parts[part_].key_scans.all();
-    if (part_ == apart || next_ >= keys.size()) {
-      ++part_;
+bool PlaceIndex::grow(const std::vector<MapComponent>& components, std::size_t active,
+                      std::size_t key_scans) {
+  while (!is_complete_ && component_ < components.size()) {
+    const PlacedScans& keys = components[component_].key_scans.all();
+    if (component_ == active || next_ >= keys.size()) {
+      ++component_;
       next_ = 0;
       lattice_.clear();
     } else if (key_scans-- == 0) {
       return false;
     } else {
-      take_around(keys[next_++].map_from_base.translation(), parts[part_].map.field);
+      take_around(keys[next_++].map_from_base.translation(), components[component_].map.field);
       ++taken_;
     }
   }
@@ -253,14 +255,14 @@ void PlaceIndex::take_around(const Eigen::Vector2d& from, const LikelihoodField&
       from, [this](const LatticePoint& point) { return lattice_.count(point) > 0; },
       [&](const LatticePoint& point) {
         lattice_.insert(point);
-        places_.push_back({part_, point, look_from(PlacesAround::at(point), field)});
+        places_.push_back({component_, point, look_from(PlacesAround::at(point), field)});
       });
 }
 
 /// In an order that does not depend on that of the key scans.
 void PlaceIndex::finish() {
   std::sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) {
-    return std::tie(a.part, a.at) < std::tie(b.part, b.at);
+    return std::tie(a.component, a.at) < std::tie(b.component, b.at);
   });
   halves_.reserve(places_.size());
   for (const Place& place : places_) {
@@ -308,7 +310,7 @@ std::vector<LikelyPlace> PlaceIndex::look_up(const PointScan& scan, std::size_t 
     const Place& place = places_[next.place];
     const Eigen::Vector2d at = PlacesAround::at(place.at);
     const LikelyPlace found{
-        place.part,
+        place.component,
         {at.x(), at.y(), wrap_angle(static_cast<double>(next.sectors) * kWidth)},
         static_cast<double>(next.difference) / worst};
     const auto is_same = [&](const LikelyPlace& other) { return is_near(found, other); };

@@ -10,7 +10,7 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/likelihood_field.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
-#include "matchbox_slam/slam/map_part.hpp"
+#include "matchbox_slam/slam/map_component.hpp"
 
 namespace matchbox_slam {
 
@@ -26,9 +26,9 @@ using LatticePoint = std::pair<int, int>;
 
 /// Where a scan may have been taken, by how far it sees alone.
 struct LikelyPlace {
-  std::size_t part = 0;  ///< of the map
-  Pose2 part_from_base;  ///< to half a metre and 0.1 rad
-  double unlike = 0.0;   ///< 0: it looks just so, 1: in no direction
+  std::size_t component = 0;  ///< of the map
+  Pose2 component_from_base;  ///< to half a metre and 0.1 rad
+  double unlike = 0.0;        ///< 0: it looks just so, 1: in no direction
 };
 
 /// What each place of a map looks like, where a robot may be: on a lattice around its key scans,
@@ -38,14 +38,14 @@ class PlaceIndex {
  public:
   /// Of nothing yet: to be grown.
   PlaceIndex() = default;
-  /// Of all parts but one, at once.
-  /// @param parts  whose fields are rendered.
-  PlaceIndex(const std::vector<MapPart>& parts, std::size_t apart);
+  /// Of all components but one, at once.
+  /// @param components  whose fields are rendered.
+  PlaceIndex(const std::vector<MapComponent>& components, std::size_t active);
 
-  /// Takes in what lies around that many more key scans of the same parts, in their order. Whether
-  /// that is all: before, nothing is to be looked up, as the right place may be missing. The index
-  /// is the same in however many steps it is made. Cost: some 80 us a key scan.
-  [[nodiscard]] bool grow(const std::vector<MapPart>& parts, std::size_t apart,
+  /// Takes in what lies around that many more key scans of the same components, in their order.
+  /// Whether that is all: before, nothing is to be looked up, as the right place may be missing.
+  /// The index is the same in however many steps it is made. Cost: some 80 us a key scan.
+  [[nodiscard]] bool grow(const std::vector<MapComponent>& components, std::size_t active,
                           std::size_t key_scans);
 
   [[nodiscard]] bool is_complete() const { return is_complete_; }
@@ -60,7 +60,7 @@ class PlaceIndex {
 
  private:
   struct Place {
-    std::size_t part;
+    std::size_t component;
     LatticePoint at;
     PlaceLook look;
   };
@@ -71,10 +71,10 @@ class PlaceIndex {
   std::vector<Place> places_;
   std::vector<HalfLook> halves_;  ///< of each place, when it is complete
   // While it grows.
-  std::size_t part_ = 0;            ///< that the next key scan is of
-  std::size_t next_ = 0;            ///< key scan of that part
-  std::size_t taken_ = 0;           ///< key scans of all parts
-  std::set<LatticePoint> lattice_;  ///< of the part's places
+  std::size_t component_ = 0;       ///< that the next key scan is of
+  std::size_t next_ = 0;            ///< key scan of that component
+  std::size_t taken_ = 0;           ///< key scans of all components
+  std::set<LatticePoint> lattice_;  ///< of the component's places
   bool is_complete_ = false;
 };
 

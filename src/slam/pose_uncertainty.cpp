@@ -30,15 +30,16 @@ Eigen::Matrix3d anywhere_in(const SlamMap& map) {
 
 }  // namespace
 
-Eigen::Matrix3d reported_covariance(const ScanOutcome& outcome, const MapParts& parts, bool maps) {
+Eigen::Matrix3d reported_covariance(const ScanOutcome& outcome, const MapComponents& components,
+                                    bool maps) {
   Eigen::Matrix3d told = outcome.covariance;
-  const KeyScans& here = parts.here().key_scans;
-  if (outcome.match.accepted() && maps && !here.empty()) {
+  const KeyScans& active = components.active().key_scans;
+  if (outcome.match.accepted() && maps && !active.empty()) {
     // What it was matched with was drawn where scans were thought to be that were no surer.
-    told += outcome.match.covariance + bend_at(outcome.map_from_base, here);
+    told += outcome.match.covariance + bend_at(outcome.map_from_base, active);
   }
-  if (parts.is_lost()) {
-    told += anywhere_in(parts.map().map);
+  if (components.is_lost()) {
+    told += anywhere_in(components.map().map);
   }
   return told;
 }

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 #include "matchbox_slam/slam/scan_outcome.hpp"
-#include "slam/map_parts.hpp"
+#include "slam/map_components.hpp"
 
 namespace matchbox_slam {
 
@@ -13,8 +13,8 @@ namespace matchbox_slam {
 /// What is told of a scan's pose, with how well it is known where the map lies there, and that a
 /// lost robot may be anywhere in it.
 /// @param maps  whether the map grows; else it is what it is.
-[[nodiscard]] Eigen::Matrix3d reported_covariance(const ScanOutcome& outcome, const MapParts& parts,
-                                                  bool maps);
+[[nodiscard]] Eigen::Matrix3d reported_covariance(const ScanOutcome& outcome,
+                                                  const MapComponents& components, bool maps);
 
 /// How well it is known where a robot is as seen from what it has just drawn, which lies as wrong
 /// as the robot is: in a corridor that does not hold it the way since then counts alone. Else the

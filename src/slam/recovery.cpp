@@ -32,43 +32,47 @@ constexpr double kDoubtful = 0.1;
 
 /// What a lost robot is looked for with.
 struct Lost {
-  const std::vector<MapPart>& parts;
-  const MapPart& apart;  ///< the part that the robot makes meanwhile
+  const std::vector<MapComponent>& components;
+  const MapComponent& active;  ///< the component that the robot makes meanwhile
   const EngineOptions& options;
 };
 
 /// Where a key scan may have been taken.
 struct Explanation {
-  std::size_t part;
-  Pose2 part_from_base;
+  std::size_t component;
+  Pose2 component_from_base;
   ScanEvidence evidence;
   bool is_held;  ///< in all directions
 };
 
-bool is_near(std::size_t part_a, const Pose2& a, std::size_t part_b, const Pose2& b) {
-  return part_a == part_b && are_near(a, b, 0.3, 0.15);  // twice as far as a place is known to
+bool is_near(std::size_t component_a, const Pose2& a, std::size_t component_b, const Pose2& b) {
+  return component_a == component_b &&
+         are_near(a, b, 0.3, 0.15);  // twice as far as a place is known to
 }
 
-Explanation explained_at(const PointScan& scan, std::size_t part, const Pose2& part_from_base,
-                         double xy, double theta, const Lost& lost) {
-  const MapPart& there = lost.parts[part];
+Explanation explained_at(const PointScan& scan, std::size_t component,
+                         const Pose2& component_from_base, double xy, double theta,
+                         const Lost& lost) {
+  const MapComponent& there = lost.components[component];
   const PlacedScans none;
-  const MatchResult match =
-      search_exactly({scan, part_from_base, covariance_of(xy, theta), there.map.field, none, 0});
-  return {part, match.map_from_base, evidence_of(scan, match.map_from_base, there.map),
+  const MatchResult match = search_exactly(
+      {scan, component_from_base, covariance_of(xy, theta), there.map.field, none, 0});
+  return {component, match.map_from_base, evidence_of(scan, match.map_from_base, there.map),
           match.accepted() && match.unconstrained_directions.empty()};
 }
 
 /// Where it is known about as well as a search that found it says.
-Explanation explained_near(const PointScan& scan, std::size_t part, const Pose2& part_from_base,
-                           const Lost& lost) {
+Explanation explained_near(const PointScan& scan, std::size_t component,
+                           const Pose2& component_from_base, const Lost& lost) {
   constexpr double kXy = 0.15;
   constexpr double kTheta = 0.08;
-  return explained_at(scan, part, part_from_base, kXy, kTheta, lost);
+  return explained_at(scan, component, component_from_base, kXy, kTheta, lost);
 }
 
-double rival_of(const ExplainedScan& explained, std::size_t part, const Pose2& part_from_base) {
-  const bool is_best = is_near(part, part_from_base, explained.part, explained.part_from_base);
+double rival_of(const ExplainedScan& explained, std::size_t component,
+                const Pose2& component_from_base) {
+  const bool is_best =
+      is_near(component, component_from_base, explained.component, explained.component_from_base);
   return std::max(0.0, is_best ? explained.elsewhere : explained.best);
 }
 
@@ -89,18 +93,19 @@ double odds_of(const Explanation& here, double rival, double most) {
 }
 
 /// Robots are seldom carried away: what odometry says of the way through a doubt is about right. It
-/// says nothing of parts other than the one that the robot left.
-bool is_where_odometry_says(const PlaceHypothesis& place, const Pose2& apart_from_base,
-                            const MapPart& apart) {
-  return place.part == apart.left && are_near(place.part_from_apart * apart_from_base,
-                                              apart.left_from_here * apart_from_base, 2.0, 0.6);
+/// says nothing of components other than the one that the robot was in before, its parent.
+bool is_where_odometry_says(const PlaceHypothesis& place, const Pose2& active_from_base,
+                            const MapComponent& active) {
+  return place.component == active.parent &&
+         are_near(place.component_from_active * active_from_base,
+                  active.parent_from_component * active_from_base, 2.0, 0.6);
 }
 
 /// The newest key scan that was not searched yet, of those that say something new; of one laser, as
 /// another one may see little. Null where there is none.
 const PlacedScan* next_key_scan(const Lost& lost, const PlaceSearch& search) {
   constexpr std::size_t kNewest = 40;
-  const PlacedScans& all = lost.apart.key_scans.all();
+  const PlacedScans& all = lost.active.key_scans.all();
   std::size_t looked_at = 0;
   for (auto key = all.rbegin(); key != all.rend() && looked_at < kNewest; ++key) {
     if (key->scan->laser() != all.front().scan->laser()) {
@@ -164,7 +169,8 @@ std::vector<LikelyPlace> places_to_search(const PointScan& scan, const Lost& los
     }
   }
   for (LikelyPlace& place : places) {
-    place.unlike = 1.0 - rough_fit(points, place.part_from_base, lost.parts[place.part].map.field);
+    place.unlike = 1.0 - rough_fit(points, place.component_from_base,
+                                   lost.components[place.component].map.field);
   }
   std::stable_sort(places.begin(), places.end(),
                    [](const auto& a, const auto& b) { return a.unlike < b.unlike; });
@@ -179,26 +185,27 @@ std::vector<Explanation> explained_anywhere(const PointScan& scan, std::vector<L
   constexpr double kTheta = 0.08;  // [rad], twice as far as it knows a heading
   std::vector<Explanation> found;
   for (const LikelyPlace& place : places_to_search(scan, lost, index, std::move(known))) {
-    found.push_back(explained_at(scan, place.part, place.part_from_base, kXy, kTheta, lost));
+    found.push_back(
+        explained_at(scan, place.component, place.component_from_base, kXy, kTheta, lost));
   }
   return found;
 }
 
 /// All that explains a key scan: first where the hypotheses have it, in their order.
-std::vector<Explanation> explanations_of(const PointScan& scan, const Pose2& apart_from_base,
+std::vector<Explanation> explanations_of(const PointScan& scan, const Pose2& active_from_base,
                                          const Lost& lost, const PlaceIndex& index,
                                          const std::vector<PlaceHypothesis>& hypotheses) {
   std::vector<Explanation> found;
   std::vector<LikelyPlace> known;
   for (const PlaceHypothesis& place : hypotheses) {
-    found.push_back(
-        explained_near(scan, place.part, place.part_from_apart * apart_from_base, lost));
-    known.push_back({place.part, found.back().part_from_base});
+    found.push_back(explained_near(scan, place.component,
+                                   place.component_from_active * active_from_base, lost));
+    known.push_back({place.component, found.back().component_from_base});
   }
-  const std::size_t left = lost.apart.left;
-  if (&lost.parts[left] != &lost.apart) {
-    found.push_back(explained_at(scan, left, lost.apart.left_from_here * apart_from_base, kSaidXy,
-                                 kSaidTheta, lost));
+  const std::size_t parent = lost.active.parent;
+  if (&lost.components[parent] != &lost.active) {
+    found.push_back(explained_at(scan, parent, lost.active.parent_from_component * active_from_base,
+                                 kSaidXy, kSaidTheta, lost));
   }
   for (const Explanation& one : explained_anywhere(scan, std::move(known), lost, index)) {
     found.push_back(one);
@@ -211,12 +218,13 @@ ExplainedScan best_of(const std::vector<Explanation>& explanations, std::uint64_
   for (const Explanation& one : explanations) {
     if (one.evidence.log_odds > explained.best) {
       explained.best = one.evidence.log_odds;
-      explained.part = one.part;
-      explained.part_from_base = one.part_from_base;
+      explained.component = one.component;
+      explained.component_from_base = one.component_from_base;
     }
   }
   for (const Explanation& one : explanations) {
-    if (!is_near(one.part, one.part_from_base, explained.part, explained.part_from_base)) {
+    if (!is_near(one.component, one.component_from_base, explained.component,
+                 explained.component_from_base)) {
       explained.elsewhere = std::max(explained.elsewhere, one.evidence.log_odds);
     }
   }
@@ -235,22 +243,24 @@ void sample(const Lost& lost, const PlaceIndex& index, PlaceSearch& search) {
   constexpr int kMostSampled = 20;
   constexpr double kGolden = 0.6180339887498949;  // so that they are spread evenly at any time
   constexpr double kElsewhere = 1.0;              // [m]
-  const std::size_t part = lost.apart.left;
-  const PlacedScans& keys = lost.parts[part].key_scans.all();
-  if (search.sampled >= kMostSampled || keys.empty() || &lost.parts[part] == &lost.apart) {
+  const std::size_t component = lost.active.parent;
+  const PlacedScans& keys = lost.components[component].key_scans.all();
+  if (search.sampled >= kMostSampled || keys.empty() ||
+      &lost.components[component] == &lost.active) {
     return;
   }
   const double share = std::fmod(kGolden * (search.sampled + 1), 1.0);
   const PlacedScan& key = keys[static_cast<std::size_t>(share * static_cast<double>(keys.size()))];
   const std::shared_ptr<const PointScan> scan = key.scan->points();
-  const double here = evidence_of(*scan, key.map_from_base, lost.parts[part].map).log_odds;
+  const double here =
+      evidence_of(*scan, key.map_from_base, lost.components[component].map).log_odds;
   const auto is_as_well = [&](const Explanation& there) {
-    const Eigen::Vector3d apart = difference(there.part_from_base, key.map_from_base);
-    return (there.part != part || apart.head<2>().norm() > kElsewhere) &&
+    const Eigen::Vector3d apart = difference(there.component_from_base, key.map_from_base);
+    return (there.component != component || apart.head<2>().norm() > kElsewhere) &&
            there.evidence.mean >= kExplained && ahead(here, there.evidence.log_odds) < 0.0;
   };
   const std::vector<Explanation> found =
-      explained_anywhere(*scan, {{part, key.map_from_base, 0.0}}, lost, index);
+      explained_anywhere(*scan, {{component, key.map_from_base, 0.0}}, lost, index);
   search.alike += std::any_of(found.begin(), found.end(), is_as_well) ? 1 : 0;
   ++search.sampled;
 }
@@ -262,16 +272,16 @@ double odds_of_way(const PlaceHypothesis& place, const Lost& lost, const PlaceSe
   std::size_t asked = 0;
   for (auto explained = search.explained.rbegin();
        explained != search.explained.rend() && asked < kAsked; ++explained, ++asked) {
-    const PlacedScan& key = lost.apart.key_scans.all()[explained->key_scan];
-    const Explanation here = explained_near(*key.scan->points(), place.part,
-                                            place.part_from_apart * key.map_from_base, lost);
-    log_odds +=
-        odds_of(here, rival_of(*explained, here.part, here.part_from_base), most_of_scan(search));
+    const PlacedScan& key = lost.active.key_scans.all()[explained->key_scan];
+    const Explanation here = explained_near(*key.scan->points(), place.component,
+                                            place.component_from_active * key.map_from_base, lost);
+    log_odds += odds_of(here, rival_of(*explained, here.component, here.component_from_base),
+                        most_of_scan(search));
   }
   return log_odds;
 }
 
-/// What was drawn apart may have been taken back.
+/// What was drawn in the active component may have been taken back.
 void forget_scans_that_are_no_more(const KeyScans& keys, PlaceSearch& search) {
   std::vector<ExplainedScan>& all = search.explained;
   const auto is_gone = [&](const ExplainedScan& one) { return one.key_scan >= keys.size(); };
@@ -282,9 +292,10 @@ void forget_scans_that_are_no_more(const KeyScans& keys, PlaceSearch& search) {
 std::optional<PlaceHypothesis> weighed(const PlaceHypothesis* before, const Explanation& here,
                                        const ExplainedScan& explained, const PlacedScan& key,
                                        const Lost& lost, const PlaceSearch& search) {
-  PlaceHypothesis place = before != nullptr ? *before : PlaceHypothesis{here.part, {}, 0.0, 0.0};
-  const double says =
-      odds_of(here, rival_of(explained, here.part, here.part_from_base), most_of_scan(search));
+  PlaceHypothesis place =
+      before != nullptr ? *before : PlaceHypothesis{here.component, {}, 0.0, 0.0};
+  const double says = odds_of(here, rival_of(explained, here.component, here.component_from_base),
+                              most_of_scan(search));
   place.log_odds += says;
   place.behind += std::clamp(explained.best - here.evidence.log_odds, 0.0, kMostOfScan);
   const bool is_refuted = says < -1.0 && place.log_odds < -lost.options.hypotheses.decisive;
@@ -293,16 +304,16 @@ std::optional<PlaceHypothesis> weighed(const PlaceHypothesis* before, const Expl
     return std::nullopt;
   }
   if (here.is_held || before == nullptr) {
-    place.part_from_apart = here.part_from_base * key.map_from_base.inverse();
+    place.component_from_active = here.component_from_base * key.map_from_base.inverse();
   }
   return place;
 }
 
 bool has_copy(const std::vector<PlaceHypothesis>& places, const PlaceHypothesis& place,
-              const Pose2& apart_from_base) {
+              const Pose2& active_from_base) {
   return std::any_of(places.begin(), places.end(), [&](const PlaceHypothesis& other) {
-    return is_near(place.part, place.part_from_apart * apart_from_base, other.part,
-                   other.part_from_apart * apart_from_base);
+    return is_near(place.component, place.component_from_active * active_from_base, other.component,
+                   other.component_from_active * active_from_base);
   });
 }
 
@@ -336,19 +347,21 @@ void weigh(const PlacedScan& key, const Lost& lost, const PlaceIndex& index, Pla
 
 /// Whether a scan would rather be elsewhere, as its beams go through walls there: not through a
 /// railing, which stops half of them, and not for what is new or only noisy.
-bool speaks_against(const PointScan& scan, const Pose2& map_from_base, const MapPart& part) {
-  return free_space_violation(scan, map_from_base, part.map.field) > kMostViolation &&
-         odds_of_elsewhere(evidence_of(scan, map_from_base, part.map)) >= 0.0;
+bool speaks_against(const PointScan& scan, const Pose2& map_from_base,
+                    const MapComponent& component) {
+  return free_space_violation(scan, map_from_base, component.map.field) > kMostViolation &&
+         odds_of_elsewhere(evidence_of(scan, map_from_base, component.map)) >= 0.0;
 }
 
-/// Share of key scans of one part, of those that lie within another, that speak against that: of so
-/// many of them, spread evenly, that no scan waits long.
-double share_against(const PlacedScans& keys, const MapPart& other, const Pose2& other_from_part) {
+/// Share of key scans of one component, of those that lie within another, that speak against that:
+/// of so many of them, spread evenly, that no scan waits long.
+double share_against(const PlacedScans& keys, const MapComponent& other,
+                     const Pose2& other_from_component) {
   constexpr std::size_t kMaxLookedAt = 30;  // a guess: half and double were not tried
   const CellBox known = other.map.occupancy.known_bounds();
   PlacedScans within;
   for (const PlacedScan& key : keys) {
-    const Pose2 other_from_base = other_from_part * key.map_from_base;
+    const Pose2 other_from_base = other_from_component * key.map_from_base;
     if (known.contains(other.map.occupancy.geometry().cell_at(other_from_base.translation()))) {
       within.push_back({key.scan, other_from_base});
     }
@@ -363,13 +376,13 @@ double share_against(const PlacedScans& keys, const MapPart& other, const Pose2&
   return looked_at > 0 ? static_cast<double>(against) / static_cast<double>(looked_at) : 0.0;
 }
 
-/// Where rooms are alike, what lies around them tells: how many key scans of either part speak
+/// Where rooms are alike, what lies around them tells: how many key scans of either component speak
 /// against the place, joined to the other as it has it.
 double share_against(const Lost& lost, const PlaceHypothesis& place) {
-  const MapPart& there = lost.parts[place.part];
+  const MapComponent& there = lost.components[place.component];
   return std::max(
-      share_against(lost.apart.key_scans.all(), there, place.part_from_apart),
-      share_against(there.key_scans.all(), lost.apart, place.part_from_apart.inverse()));
+      share_against(lost.active.key_scans.all(), there, place.component_from_active),
+      share_against(there.key_scans.all(), lost.active, place.component_from_active.inverse()));
 }
 
 /// The first place, if it is the right one; where it cannot be, it is one no more.
@@ -392,17 +405,17 @@ std::optional<PlaceHypothesis> take_first(const Lost& lost,
 
 }  // namespace
 
-std::optional<PlaceHypothesis> search_places(double stamp, const Pose2& apart_from_base,
-                                             const std::vector<MapPart>& parts, std::size_t apart,
-                                             const PlaceIndex& index, const EngineOptions& options,
-                                             PlaceSearch& search) {
+std::optional<PlaceHypothesis> search_places(double stamp, const Pose2& active_from_base,
+                                             const std::vector<MapComponent>& components,
+                                             std::size_t active, const PlaceIndex& index,
+                                             const EngineOptions& options, PlaceSearch& search) {
   constexpr double kJitter = 0.1;  // share of an interval that is as long as that between scans
   if (stamp - search.stamp < (1.0 - kJitter) * options.recovery.interval) {
     return std::nullopt;
   }
-  const Lost lost{parts, parts[apart], options};
+  const Lost lost{components, components[active], options};
   search.stamp = stamp;
-  forget_scans_that_are_no_more(lost.apart.key_scans, search);
+  forget_scans_that_are_no_more(lost.active.key_scans, search);
   sample(lost, index, search);
   const PlacedScan* key = next_key_scan(lost, search);
   if (key == nullptr) {
@@ -414,7 +427,7 @@ std::optional<PlaceHypothesis> search_places(double stamp, const Pose2& apart_fr
   }
   const PlaceHypothesis& best = search.hypotheses.front();
   const double wanted =
-      options.recovery.sure - (is_where_odometry_says(best, apart_from_base, lost.apart)
+      options.recovery.sure - (is_where_odometry_says(best, active_from_base, lost.active)
                                    ? options.hypotheses.decisive
                                    : 0.0);
   return best.log_odds < wanted ? std::nullopt : take_first(lost, search.hypotheses);

@@ -6,7 +6,7 @@
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
-#include "matchbox_slam/slam/map_part.hpp"
+#include "matchbox_slam/slam/map_component.hpp"
 #include "matchbox_slam/slam/place_search.hpp"
 #include "slam/place_index.hpp"
 
@@ -18,10 +18,10 @@ namespace matchbox_slam {
 /// 1945): each says for a place by how much it is better explained there than anywhere else in the
 /// map, whatever went before. So rooms that are alike say nothing for any of them, whether they are
 /// mapped or not. The answer is the place that is sure.
-/// @param stamp  [s] of the newest scan.
-/// @param apart  part of the map that the robot makes meanwhile.
+/// @param stamp   [s] of the newest scan.
+/// @param active  the component that the robot makes meanwhile.
 [[nodiscard]] std::optional<PlaceHypothesis> search_places(
-    double stamp, const Pose2& apart_from_base, const std::vector<MapPart>& parts,
-    std::size_t apart, const PlaceIndex& index, const EngineOptions& options, PlaceSearch& search);
+    double stamp, const Pose2& active_from_base, const std::vector<MapComponent>& components,
+    std::size_t active, const PlaceIndex& index, const EngineOptions& options, PlaceSearch& search);
 
 }  // namespace matchbox_slam

@@ -5,7 +5,7 @@
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/slam/engine_options.hpp"
-#include "slam/map_parts.hpp"
+#include "slam/map_components.hpp"
 #include "slam/place_index.hpp"
 #include "slam/recovery.hpp"
 
@@ -16,15 +16,15 @@ class Relocalizer {
  public:
   Relocalizer() = default;
   /// Goes on with a search, as if it had never been interrupted.
-  /// @param parts  whose maps are drawn; the index of their places is made as far as it was.
-  Relocalizer(PlaceSearch search, const MapParts& parts);
+  /// @param components  whose maps are drawn; the index of their places is made as far as it was.
+  Relocalizer(PlaceSearch search, const MapComponents& components);
 
   [[nodiscard]] const PlaceSearch& search() const { return search_; }
 
   /// Begins anew.
   /// @param since  [s] scans before this stamp are not looked at.
   void begin(double since = 0.0);
-  /// The same where the parts that are searched have not changed.
+  /// The same where the components that are searched have not changed.
   void begin_anew() {
     search_.explained.clear();
     search_.hypotheses.clear();
@@ -33,18 +33,18 @@ class Relocalizer {
   /// Whether a scan of this stamp [s] is looked at.
   [[nodiscard]] bool has_begun(double stamp) const { return stamp >= search_.stamp; }
 
-  /// The part, and where in it, that the robot is found in by what it has seen, if it is. At first
-  /// the places of the parts are looked at, some with each scan so that none waits long; nothing is
-  /// searched before all are.
+  /// The component, and where in it, that the robot is found in by what it has seen, if it is. At
+  /// first the places of the components are looked at, some with each scan so that none waits long;
+  /// nothing is searched before all are.
   /// @param stamp  [s] of the newest scan.
-  /// @param parts  whose maps are drawn.
-  [[nodiscard]] std::optional<PlaceHypothesis> find(double stamp, const Pose2& apart_from_base,
-                                                    const MapParts& parts,
+  /// @param components  whose maps are drawn.
+  [[nodiscard]] std::optional<PlaceHypothesis> find(double stamp, const Pose2& active_from_base,
+                                                    const MapComponents& components,
                                                     const EngineOptions& options);
 
  private:
   PlaceSearch search_;
-  PlaceIndex index_;  ///< follows from the parts, and from how far it is made
+  PlaceIndex index_;  ///< follows from the components, and from how far it is made
 };
 
 }  // namespace matchbox_slam

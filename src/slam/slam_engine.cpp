@@ -27,7 +27,7 @@ void SlamEngine::take_rendered(SlamMap map, const PlacedScans& keys) {
 }
 
 std::size_t SlamEngine::map_bytes() const {
-  const SlamMap& map = parts_->mapping().parts().map().map;
+  const SlamMap& map = parts_->mapping().components().map().map;
   return map.occupancy.bytes() + map.field.bytes();
 }
 
@@ -41,7 +41,9 @@ const std::vector<ClosedLoop>& SlamEngine::loops() const { return loop_state().l
 
 std::size_t SlamEngine::loop_tries() const { return loop_state().tries; }
 
-std::size_t SlamEngine::parts_apart() const { return parts_->mapping().parts().all().size() - 1; }
+std::size_t SlamEngine::disconnected_components() const {
+  return parts_->mapping().components().all().size() - 1;
+}
 
 TrackingState SlamEngine::state() const { return parts_->state(); }
 
@@ -63,7 +65,7 @@ void SlamEngine::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& cov
   parts_->set_pose(map_from_base, covariance);
 }
 
-bool SlamEngine::map_apart(double stamp) { return parts_->map_apart(stamp); }
+bool SlamEngine::begin_component(double stamp) { return parts_->begin_component(stamp); }
 
 void SlamEngine::start_from(EngineState start) { parts_->start_from(std::move(start)); }
 

@@ -321,10 +321,10 @@ void BagMapping::tell(const RunFacts& facts) {
   for (const auto& [number, laser] : run().secondary_lasers()) {
     (laser.is_used ? dialog_.inform : dialog_.warn)(text_of(laser, run().scan_topic(number)));
   }
-  if (run().parts_apart() > 0) {
+  if (run().disconnected_components() > 0) {
     dialog_.warn(fmt::format(
         "maps of a lost robot that were found nowhere in the map: {}; map.slam alone holds them",
-        run().parts_apart()));
+        run().disconnected_components()));
     const std::size_t all = run().trajectory().size();
     const std::size_t apart = all - in_map(run().trajectory()).size();
     if (apart > 0) {

@@ -177,7 +177,7 @@ std::size_t MapMerger::map_of(std::size_t input) const {
   for (std::size_t number = 0; number < maps_.size(); ++number) {
     for (const MergedStretch& stretch : maps_[number].stretches) {
       if (stretch.input == input) {
-        best = std::min(best, {stretch.part, number});
+        best = std::min(best, {stretch.component, number});
       }
     }
   }
@@ -188,7 +188,7 @@ Trajectory MapMerger::trajectory_in(const MergedMap& map, std::size_t input) con
   KeyScans keys;
   for (const MergedStretch& stretch : map.stretches) {
     for (std::size_t i = stretch.begin; stretch.input == input && i < stretch.end; ++i) {
-      keys.add(map.part.key_scans.all()[i]);
+      keys.add(map.component.key_scans.all()[i]);
     }
   }
   return key_scan_trajectory(keys);
@@ -206,13 +206,14 @@ void MapMerger::add_trajectory(std::size_t input, FileReplacement& files) const 
 void MapMerger::add_map(std::size_t number, FileReplacement& files) const {
   const MergedMap& map = maps_[number];
   const std::string path = fmt::format("{}/{}", request_.out, map_name(number));
-  const OccupancyGrid shown = shown_occupancy(map.part.map, map.part.key_scans.all(), options_.map);
+  const OccupancyGrid shown =
+      shown_occupancy(map.component.map, map.component.key_scans.all(), options_.map);
   std::vector<Trajectory> drives;
   for (std::size_t input = 0; input < inputs_.size(); ++input) {
     drives.push_back(trajectory_in(map, input));
   }
   add_images(path, shown,
-             draw_drives(shown, drives, graph_of(map.part.key_scans, map.loops)).to_png(),
+             draw_drives(shown, drives, graph_of(map.component.key_scans, map.loops)).to_png(),
              map_format(configuration_.setup().run), files);
   files.add(path + ".slam", [&](const ByteSink& sink) { write_saved_map(state_of(map), sink); });
 }
@@ -221,7 +222,7 @@ void MapMerger::add_map(std::size_t number, FileReplacement& files) const {
 std::vector<std::string> MapMerger::names_in(const MergedMap& map) const {
   std::set<std::pair<std::size_t, std::size_t>> parts;
   for (const MergedStretch& stretch : map.stretches) {
-    parts.emplace(stretch.input, stretch.part);
+    parts.emplace(stretch.input, stretch.component);
   }
   std::vector<std::string> names;
   for (const auto& [input, part] : parts) {
@@ -235,7 +236,7 @@ std::vector<std::string> MapMerger::names_in(const MergedMap& map) const {
 
 json MapMerger::facts_of(std::size_t number) const {
   const MergedMap& map = maps_[number];
-  const CellBox box = map.part.map.occupancy.known_bounds();
+  const CellBox box = map.component.map.occupancy.known_bounds();
   json joints = json::array();
   for (const MergedJoint& joint : map.joints) {
     joints.push_back({{"stamp", joint.stamp},
@@ -246,7 +247,7 @@ json MapMerger::facts_of(std::size_t number) const {
   }
   return {{"file", map_name(number) + ".slam"},
           {"inputs", names_in(map)},
-          {"key_scans", map.part.key_scans.size()},
+          {"key_scans", map.component.key_scans.size()},
           {"loops_closed", count_closed(map.loops.loops)},
           {"joints", joints},
           {"width", box.empty() ? 0 : box.width()},
@@ -280,8 +281,8 @@ void MapMerger::tell() const {
   for (std::size_t number = 0; number < maps_.size(); ++number) {
     const MergedMap& map = maps_[number];
     dialog_.inform(fmt::format("{}/{}.slam: {}; {} key scans, {} loops closed", request_.out,
-                               map_name(number), listed(names_in(map)), map.part.key_scans.size(),
-                               count_closed(map.loops.loops)));
+                               map_name(number), listed(names_in(map)),
+                               map.component.key_scans.size(), count_closed(map.loops.loops)));
   }
   for (std::size_t number = 1; number < maps_.size(); ++number) {
     dialog_.warn(

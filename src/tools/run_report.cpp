@@ -52,8 +52,8 @@ json scan_counts(const ScanAccount& account, const SlamRun& run) {
                        {"matches", matches},
                        {"certainty", certainties},
                        {"state", states},
-                       {"maps_apart", run.parts_apart()},
-                       {"maps_apart_given_up", run.parts_given_up()},
+                       {"maps_apart", run.disconnected_components()},
+                       {"maps_apart_given_up", run.components_given_up()},
                        {"evidence", json::object({{"p50", rounded(evidence.median)},
                                                   {"p95", rounded(evidence.p95)},
                                                   {"max", rounded(evidence.max)}})}});

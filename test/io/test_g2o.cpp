@@ -78,7 +78,7 @@ TEST(G2o, SaysTheSameAsTheGraph) {
     }
   }
   EXPECT_EQ(at, read.graph.edges.size());
-  EXPECT_LT(at, made.graph.edges.size()) << "no loop was disbelieved";
+  EXPECT_LT(at, made.graph.edges.size()) << "no loop is an outlier";
 }
 
 TEST(G2o, IsWrittenToAFile) {

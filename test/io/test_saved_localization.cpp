@@ -20,8 +20,8 @@ std::string error_after(const std::function<void(LocalizationState&)>& change) {
   const EngineOptions options;
   const SlamMap map(options.map, options.field);
   EngineState start{map, {}, {}, {}, 0};
-  start.localization.apart.assign(2, {map, {}, {}, 5.0});
-  start.localization.here = 2;
+  start.localization.components.assign(2, {map, {}, {}, 5.0});
+  start.localization.active = 2;
   start.localization.search.hypotheses.assign(2, {1, {}, 3.0, 0.5});
   const PlacedScan scan{std::make_shared<const KeyScan>(MeasuredScan{}, 0, 0), {}};
   start.localization.pending = {{0, scan}};
@@ -71,7 +71,7 @@ TEST(SavedLocalization, ComeBack) {
   EXPECT_EQ(back.search.alike, 2);
   ASSERT_EQ(back.search.explained.size(), 1U);
   EXPECT_EQ(back.search.explained[0].key_scan, 7U);
-  EXPECT_EQ(back.search.explained[0].part_from_base, (Pose2{1.0, 2.0, 0.25}));
+  EXPECT_EQ(back.search.explained[0].component_from_base, (Pose2{1.0, 2.0, 0.25}));
   EXPECT_EQ(back.search.explained[0].best, 12.5);
   EXPECT_EQ(back.search.explained[0].elsewhere, 3.5);
 }
@@ -97,7 +97,7 @@ TEST(SavedLocalization, EachMapMayBeAsLargeAsAllowed) {
     return map;
   };
   EngineState start{with_a_cell_at(0.0), {}, {}, {}, 0};
-  start.localization.apart.push_back({with_a_cell_at(5000.0), {}, {}, 5.0});
+  start.localization.components.push_back({with_a_cell_at(5000.0), {}, {}, 5.0});
   const TemporaryFolder folder;
   replace_file(folder / "map.slam", to_saved_map(start));
   constexpr double kMostCells = 300.0 * 300.0;
@@ -107,17 +107,19 @@ TEST(SavedLocalization, EachMapMayBeAsLargeAsAllowed) {
 
 TEST(SavedLocalization, NameNoPartThatThereIsNot) {
   const std::string text = "is damaged: it names part 3 of a map of 3";
-  EXPECT_TRUE(contains(error_after([](LocalizationState& lie) { lie.here = 3; }), text));
-  EXPECT_TRUE(contains(error_after([](LocalizationState& lie) { lie.apart[1].left = 3; }), text));
-  EXPECT_TRUE(contains(error_after([](LocalizationState& lie) { lie.pending[0].part = 3; }), text));
+  EXPECT_TRUE(contains(error_after([](LocalizationState& lie) { lie.active = 3; }), text));
+  EXPECT_TRUE(
+      contains(error_after([](LocalizationState& lie) { lie.components[1].parent = 3; }), text));
+  EXPECT_TRUE(
+      contains(error_after([](LocalizationState& lie) { lie.pending[0].component = 3; }), text));
   EXPECT_TRUE(contains(
-      error_after([](LocalizationState& lie) { lie.search.hypotheses[1].part = 3; }), text));
+      error_after([](LocalizationState& lie) { lie.search.hypotheses[1].component = 3; }), text));
 }
 
 /// A join would destroy the part that it joins to.
 TEST(SavedLocalization, SeekNoPartInItself) {
   EXPECT_TRUE(
-      contains(error_after([](LocalizationState& lie) { lie.search.hypotheses[1].part = 2; }),
+      contains(error_after([](LocalizationState& lie) { lie.search.hypotheses[1].component = 2; }),
                "is damaged: it looks for part 2 of the map in itself"));
 }
 
@@ -129,9 +131,9 @@ TEST(SavedLocalization, CountNoMoreThanThereCanBe) {
     EXPECT_TRUE(
         contains(error_after([&](LocalizationState& lie) { lie.search.alike = count; }), text));
   }
-  EXPECT_TRUE(
-      contains(error_after([](LocalizationState& lie) { lie.apart.assign(17, lie.apart[0]); }),
-               "has 17 maps apart; allowed: up to 16"));
+  EXPECT_TRUE(contains(
+      error_after([](LocalizationState& lie) { lie.components.assign(17, lie.components[0]); }),
+      "has 17 maps apart; allowed: up to 16"));
   EXPECT_TRUE(
       contains(error_after([](LocalizationState& lie) { lie.search.hypotheses.assign(1001, {}); }),
                "has 1001 places where the robot may be; allowed: up to 1000"));

@@ -145,8 +145,8 @@ TEST_F(SavedMap, ALostRobotGoesOnToTheBitAsIfItHadNeverStopped) {
   }
   ASSERT_EQ(lost, 60U);
   const EngineState saved = uninterrupted.snapshot();
-  ASSERT_EQ(saved.localization.apart.size(), 1U);
-  ASSERT_GT(saved.localization.apart.front().key_scans.size(), 1U);
+  ASSERT_EQ(saved.localization.components.size(), 1U);
+  ASSERT_GT(saved.localization.components.front().key_scans.size(), 1U);
   write(to_saved_map(saved));
   SlamEngine again({}, matcher, 1, run.world_from_base.front());
   again.start_from(read_saved_map(path_));
@@ -252,7 +252,7 @@ TEST_F(SavedMap, ReadsLoopsOfRelease1) {
   EXPECT_EQ(loops.nodes, 3U);
   ASSERT_EQ(loops.edges.size(), 3U);
   EXPECT_EQ(loops.edges[2].kind, EdgeKind::kLoop);
-  EXPECT_EQ(loops.edges[2].belief, Belief::kDisbelieved);
+  EXPECT_EQ(loops.edges[2].verdict, LoopVerdict::kOutlier);
   for (const PoseEdge& edge : loops.edges) {
     EXPECT_TRUE(edge.drift.isZero()) << "it was not told apart";
   }
@@ -271,17 +271,17 @@ TEST_F(SavedMap, ReadsLoopsOfRelease1) {
 /// What it says of a doubt is left out, and so is what waited for the end of one.
 TEST_F(SavedMap, ReadsWhereALostRobotOfRelease1IsAndSearchesAnew) {
   const LocalizationState there = read_saved_map(map_of_1_0()).localization;
-  EXPECT_EQ(there.here, 1U);
-  ASSERT_EQ(there.apart.size(), 1U);
-  EXPECT_EQ(there.apart[0].begin, 1.15);
-  EXPECT_EQ(there.apart[0].left_from_here, (Pose2{4.0, 5.0, 0.75}));
-  EXPECT_EQ(there.apart[0].last_inserted.at(0), (Pose2{0.1, 0.2, 0.3}));
-  ASSERT_EQ(there.apart[0].key_scans.size(), 1U);
-  const PlacedScan& key = there.apart[0].key_scans.all().front();
+  EXPECT_EQ(there.active, 1U);
+  ASSERT_EQ(there.components.size(), 1U);
+  EXPECT_EQ(there.components[0].begin, 1.15);
+  EXPECT_EQ(there.components[0].parent_from_component, (Pose2{4.0, 5.0, 0.75}));
+  EXPECT_EQ(there.components[0].last_inserted.at(0), (Pose2{0.1, 0.2, 0.3}));
+  ASSERT_EQ(there.components[0].key_scans.size(), 1U);
+  const PlacedScan& key = there.components[0].key_scans.all().front();
   EXPECT_FALSE(key.scan->measured()) << "of points, as maps of before 1.0 have them";
   EXPECT_EQ(key.scan->points()->points.front().moved, 0.25);
   ASSERT_EQ(there.pending.size(), 1U);
-  EXPECT_EQ(there.pending[0].part, 1U);
+  EXPECT_EQ(there.pending[0].component, 1U);
   EXPECT_EQ(there.pending[0].scan.map_from_base, (Pose2{1.0, 0.5, 0.25}));
   EXPECT_FALSE(there.hypotheses.fork);
   EXPECT_TRUE(there.search.hypotheses.empty());
@@ -554,7 +554,7 @@ TEST_F(InAnImage, ARobotIsFoundWithoutAWord) {
     SlamEngine engine(options(), std::make_shared<OlsonMatcher>(), 1);
     start.begin_anew({}, Eigen::Vector3d(0.1, 0.1, 0.03).asDiagonal());
     engine.start_from(start);
-    engine.map_apart(drive().scans.front().stamp);
+    engine.begin_component(drive().scans.front().stamp);
     std::size_t found = kMapped;
     EXPECT_LT(error_in(engine, image_from_map, found), 0.02) << image_from_map.theta;
     EXPECT_LT(found, 150U) << image_from_map.theta;

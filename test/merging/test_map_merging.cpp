@@ -23,7 +23,7 @@ double largest_error(const MergedMap& map, const Pose2& map_from_world, std::uin
   for (const MergedStretch& stretch : map.stretches) {
     for (std::size_t i = stretch.begin; i < stretch.end; ++i) {
       const Pose2 truth = map_from_world * way[begins[stretch.input] + i - stretch.begin];
-      const Pose2& pose = map.part.key_scans.all()[i].map_from_base;
+      const Pose2& pose = map.component.key_scans.all()[i].map_from_base;
       largest = std::max(largest, (pose.translation() - truth.translation()).norm());
     }
   }
@@ -34,7 +34,7 @@ TEST(MergeMaps, TwoDrivesOfTheSameRoomsBecomeOneMapInTheFrameOfTheFirst) {
   const std::vector<MergedMap> maps =
       merged_maps({map_of_way(3, 0, 60, kFirst), map_of_way(3, 30, 100, kSecond)}, {}, kNobody);
   ASSERT_EQ(maps.size(), 1U);
-  EXPECT_EQ(maps[0].part.key_scans.size(), 130U);
+  EXPECT_EQ(maps[0].component.key_scans.size(), 130U);
   EXPECT_EQ(maps[0].loops.nodes, 130U);
   ASSERT_EQ(maps[0].joints.size(), 1U);
   EXPECT_LE(largest_error(maps[0], kFirst, 3, {0, 30}), 0.02);
@@ -47,8 +47,8 @@ TEST(MergeMaps, TheOrderChangesTheFrameAlone) {
   const std::vector<MergedMap> other = merged_maps({second, first}, {}, kNobody);
   ASSERT_EQ(one.size(), 1U);
   ASSERT_EQ(other.size(), 1U);
-  const PlacedScans& a = one[0].part.key_scans.all();
-  const PlacedScans& b = other[0].part.key_scans.all();
+  const PlacedScans& a = one[0].component.key_scans.all();
+  const PlacedScans& b = other[0].component.key_scans.all();
   ASSERT_EQ(a.size(), b.size());
   const Pose2 a_from_b = a[0].map_from_base * b[0].map_from_base.inverse();
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -64,10 +64,10 @@ TEST(MergeMaps, TheSameMapsGiveTheSameBits) {
                                         map_of_way(3, 30, 100, kSecond)};
   const std::vector<MergedMap> one = merged_maps(inputs, {}, kNobody);
   const std::vector<MergedMap> again = merged_maps(inputs, {}, kNobody);
-  ASSERT_EQ(one[0].part.key_scans.size(), again[0].part.key_scans.size());
-  for (std::size_t i = 0; i < one[0].part.key_scans.size(); ++i) {
-    const Pose2& a = one[0].part.key_scans.all()[i].map_from_base;
-    const Pose2& b = again[0].part.key_scans.all()[i].map_from_base;
+  ASSERT_EQ(one[0].component.key_scans.size(), again[0].component.key_scans.size());
+  for (std::size_t i = 0; i < one[0].component.key_scans.size(); ++i) {
+    const Pose2& a = one[0].component.key_scans.all()[i].map_from_base;
+    const Pose2& b = again[0].component.key_scans.all()[i].map_from_base;
     EXPECT_TRUE(a.x == b.x && a.y == b.y && a.theta == b.theta);
   }
 }
@@ -82,23 +82,23 @@ TEST(MergeMaps, DifferentBuildingsStayApartAsTheyWere) {
   EXPECT_LE(largest_error(maps[1], kFirst, 3, {0, 0}), 1e-12);
 }
 
-TEST(MergeMaps, AMapApartIsAMapLikeOthersAndScansThatWaitAreKept) {
+TEST(MergeMaps, AComponentIsAMapLikeOthersAndScansThatWaitAreKept) {
   EngineState lost = map_of_way(3, 0, 30, kFirst);
-  const EngineState apart = map_of_way(3, 10, 50, kSecond);
+  const EngineState component = map_of_way(3, 10, 50, kSecond);
   const EngineState late = map_of_way(3, 50, 55, kSecond);
   const EngineOptions options;
-  lost.localization.apart.push_back(
-      {SlamMap(options.map, options.field), apart.key_scans, {}, 0.0});
+  lost.localization.components.push_back(
+      {SlamMap(options.map, options.field), component.key_scans, {}, 0.0});
   for (const PlacedScan& waiting : late.key_scans.all()) {
     lost.localization.pending.push_back({1, waiting});
   }
   const std::vector<MergedMap> maps = merged_maps({lost}, {}, kNobody);
   ASSERT_EQ(maps.size(), 1U);
-  EXPECT_EQ(maps[0].part.key_scans.size(), 75U);
+  EXPECT_EQ(maps[0].component.key_scans.size(), 75U);
   const EngineState saved = state_of(maps[0]);
   EXPECT_EQ(saved.key_scans.size(), 75U);
   EXPECT_EQ(saved.loops.nodes, 75U);
-  EXPECT_TRUE(saved.localization.apart.empty());
+  EXPECT_TRUE(saved.localization.components.empty());
 }
 
 }  // namespace

@@ -15,9 +15,9 @@ TEST(MergeableMap, ItsLasersAreThoseOfAllThatIsMerged) {
   state.key_scans.add(MeasuredScan{}, 1, {});
   state.key_scans.add(MeasuredScan{}, 0, {});
   EXPECT_EQ(last_laser(state), 1);
-  MapPart apart{map, {}, {}, 0.0};
-  apart.key_scans.add(MeasuredScan{}, 2, {});
-  state.localization.apart = {apart};
+  MapComponent component{map, {}, {}, 0.0};
+  component.key_scans.add(MeasuredScan{}, 2, {});
+  state.localization.components = {component};
   EXPECT_EQ(last_laser(state), 2);
   state.localization.pending = {{0, {std::make_shared<const KeyScan>(MeasuredScan{}, 0, 3), {}}}};
   EXPECT_EQ(last_laser(state), 3);

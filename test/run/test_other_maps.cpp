@@ -27,7 +27,7 @@ class OtherMapsOfRooms : public testing::Test {
   void see(std::size_t key_scans, const Pose2& map_from_world = {}) {
     std::vector<MergedMap> maps = maps_of(map_of_way(3, 0, key_scans, map_from_world), {});
     const std::lock_guard<std::mutex> lock(mutex_);
-    own_ = {std::move(maps.front().part.key_scans), std::move(maps.front().loops), {}};
+    own_ = {std::move(maps.front().component.key_scans), std::move(maps.front().loops), {}};
   }
 
   /// The map of key scans of the way, in this order.
@@ -39,7 +39,7 @@ class OtherMapsOfRooms : public testing::Test {
     }
     std::vector<MergedMap> maps = maps_of(map, {});
     const std::lock_guard<std::mutex> lock(mutex_);
-    own_ = {std::move(maps.front().part.key_scans), std::move(maps.front().loops), {}};
+    own_ = {std::move(maps.front().component.key_scans), std::move(maps.front().loops), {}};
   }
 
   std::shared_ptr<const FoundMap> wait_for(std::size_t number) {
@@ -227,8 +227,8 @@ TEST(FoundMap, TheOthersKeyScansComeInBehindTheFirstAndTheNewestStays) {
   const MapMeeting meeting{10, kOther.inverse()};
   std::optional<MergedMap> both = joined(other[0], own[0], meeting, {}, [] {});
   ASSERT_TRUE(both);
-  const FoundMap found(own[0].part.key_scans.all(), own[0].loops, std::move(both->part.key_scans),
-                       std::move(both->loops));
+  const FoundMap found(own[0].component.key_scans.all(), own[0].loops,
+                       std::move(both->component.key_scans), std::move(both->loops));
   KeyScans now = map_of_way(3, 0, 65, {}).key_scans;
   LoopCloser loops(own[0].loops);
   PlacedScans all = found.own;

@@ -186,18 +186,18 @@ TEST_F(Run, PutsPosesRightWhenALostRobotIsFound) {
   }
 }
 
-TEST_F(Run, APartApartThatIsFoundInAnotherOneIsNotInTheMap) {
+TEST_F(Run, AComponentThatIsFoundInAnotherOneIsNotInTheMap) {
   const SimulatedRun drive = perfect_drive();
   EngineState start = map_of(drive);
-  MapPart found{std::move(start.map), std::move(start.key_scans), {}, 0.0};
+  MapComponent found{std::move(start.map), std::move(start.key_scans), {}, 0.0};
   const EngineOptions options;
   start.map = SlamMap(options.map, options.field);  // in which nothing was seen yet
   start.key_scans = {};
   start.loops = {};
   start.local_map = {};
   start = lost_in(std::move(start), drive.world_from_base.front() * Pose2{0.4, -0.2, 0.1});
-  start.localization.apart.insert(start.localization.apart.begin(), std::move(found));
-  start.localization.here = 2;
+  start.localization.components.insert(start.localization.components.begin(), std::move(found));
+  start.localization.active = 2;
   SlamRun run{LiveConfiguration(parse_yaml_parameters("matcher: olson", "test"), loader_)};
   run.start_from(std::move(start));
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
@@ -262,7 +262,7 @@ TEST_F(Run, APoseThatIsToldBeforeTheFirstScanOfASavedMapIsWhereTheRobotIs) {
     const std::optional<ScanOutcome> outcome = run.process(scan_input(drive, middle));
     EXPECT_EQ(outcome->state, TrackingState::kTracking);
     EXPECT_LT(difference(outcome->map_from_base, drive.world_from_base[middle]).norm(), 0.01);
-    EXPECT_EQ(run.parts_apart(), is_lost ? 1U : 0U);
+    EXPECT_EQ(run.disconnected_components(), is_lost ? 1U : 0U);
     EXPECT_EQ(run.events().size(), 1U);
   }
 }

@@ -12,12 +12,12 @@ namespace {
 TEST(PutOnMark, ALostRobotStaysLostAndIsFound) {
   const SimulatedRun run = perfect_drive();
   EngineState start = lost_in(map_of(run), run.world_from_base.front() * Pose2{0.4, -0.2, 0.1});
-  start.localization.apart.front().last_inserted = {{0, {}}};
-  const Pose2 apart_from_base = start.motion.fixed_from_base;
+  start.localization.components.front().last_inserted = {{0, {}}};
+  const Pose2 active_from_base = start.motion.fixed_from_base;
   set_initial_pose({}, start);
-  EXPECT_EQ(start.localization.here, 1U);
-  EXPECT_EQ(start.motion.fixed_from_base, apart_from_base);
-  EXPECT_TRUE(start.localization.apart.front().last_inserted.empty()) << "the robot was moved";
+  EXPECT_EQ(start.localization.active, 1U);
+  EXPECT_EQ(start.motion.fixed_from_base, active_from_base);
+  EXPECT_TRUE(start.localization.components.front().last_inserted.empty()) << "the robot was moved";
   SlamEngine engine({}, std::make_shared<OlsonMatcher>(), 1);
   engine.start_from(start);
   ScanOutcome outcome;

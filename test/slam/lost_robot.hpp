@@ -30,12 +30,12 @@ namespace matchbox_slam {
   return engine.snapshot();
 }
 
-/// The map, with a robot that has just got lost: it believes to be there, in a map apart.
-[[nodiscard]] inline EngineState lost_in(EngineState start, const Pose2& apart_from_base) {
+/// The map, with a robot that has just got lost: it believes to be there, in a new component.
+[[nodiscard]] inline EngineState lost_in(EngineState start, const Pose2& active_from_base) {
   const EngineOptions options;
-  start.begin_anew(apart_from_base, 0.01 * Eigen::Matrix3d::Identity());
-  start.localization.apart.push_back({SlamMap(options.map, options.field), {}, {}, 0.0});
-  start.localization.here = start.localization.apart.size();
+  start.begin_anew(active_from_base, 0.01 * Eigen::Matrix3d::Identity());
+  start.localization.components.push_back({SlamMap(options.map, options.field), {}, {}, 0.0});
+  start.localization.active = start.localization.components.size();
   return start;
 }
 

@@ -22,10 +22,11 @@ Eigen::Isometry3d tilted_by(double tilt) {
 /// A map in which laser 0 has inserted a scan at `kInserted`.
 const Pose2 kInserted{2.0, -1.0, 0.7};
 
-MapPart map_with_a_wall() {
-  MapPart part{SlamMap(MapOptions{}, LikelihoodFieldOptions{}), {}, {{0, kInserted}}, 0.0};
-  part.map.field.update({{{1.0, 0.0}, {-1.0, 0.0}}}, {});
-  return part;
+MapComponent map_with_a_wall() {
+  MapComponent component{
+      SlamMap(MapOptions{}, LikelihoodFieldOptions{}), {}, {{0, kInserted}}, 0.0};
+  component.map.field.update({{{1.0, 0.0}, {-1.0, 0.0}}}, {});
+  return component;
 }
 
 ScanOutcome matched(const Pose2& map_from_base, double score = 0.9) {
@@ -50,13 +51,13 @@ class InsertionTest : public testing::Test {
     ScanInput input;
     input.laser = laser;
     input.base_from_laser = tilted_by(tilt);
-    return is_to_be_inserted(input, outcome, parts_, was_matched, options_);
+    return is_to_be_inserted(input, outcome, components_, was_matched, options_);
   }
   [[nodiscard]] bool is_inserted_after(const Pose2& moved, double score = 0.9) const {
     return is_inserted(matched(kInserted * moved, score));
   }
 
-  MapParts parts_{{map_with_a_wall()}};
+  MapComponents components_{{map_with_a_wall()}};
   SlamOptions options_;
 };
 
@@ -72,7 +73,7 @@ TEST_F(InsertionTest, AScanIsInsertedAfterSomeMotion) {
   EXPECT_TRUE(is_inserted_after({0.0, 0.0, 0.201}));
   EXPECT_TRUE(is_inserted_after({0.0, 0.0, -0.201}));
   options_.insert_distance = 0.0;
-  parts_.map().last_inserted[0] = {};
+  components_.map().last_inserted[0] = {};
   EXPECT_TRUE(is_inserted(matched({}))) << "every scan";
 }
 
@@ -95,7 +96,7 @@ TEST_F(InsertionTest, WhatWasSeenFromAPlaceThatIsHardlyKnownWaits) {
 
 TEST_F(InsertionTest, TheMapsFrameDoesNotMatter) {
   const Pose2 new_from_old{-40.0, 25.0, 2.9};
-  parts_.map().last_inserted[0] = new_from_old * kInserted;
+  components_.map().last_inserted[0] = new_from_old * kInserted;
   EXPECT_FALSE(is_inserted(matched(new_from_old * kInserted * Pose2{0.2, 0.2, 0.19})));
   EXPECT_TRUE(is_inserted(matched(new_from_old * kInserted * Pose2{0.22, 0.22, 0.19})));
 }
@@ -122,8 +123,8 @@ TEST_F(InsertionTest, NewGroundIsInsertedAsIfMatched) {
 TEST_F(InsertionTest, WhatStartsAMapIsInserted) {
   const ScanOutcome first = refused(MatchStatus::kRejectedNoReference);
   EXPECT_FALSE(is_inserted(first));
-  parts_.map().map = SlamMap(MapOptions{}, LikelihoodFieldOptions{});
-  parts_.map().last_inserted.clear();
+  components_.map().map = SlamMap(MapOptions{}, LikelihoodFieldOptions{});
+  components_.map().last_inserted.clear();
   EXPECT_TRUE(is_inserted(first));
 }
 
@@ -133,24 +134,24 @@ TEST_F(InsertionTest, ASecondaryLaserShowsWhatNoOtherHasSeen) {
   EXPECT_FALSE(is_inserted(nowhere, 1, 0.0, false)) << "where the base is nobody knows";
   EXPECT_FALSE(is_inserted(refused(MatchStatus::kRejectedTooFewPoints), 1));
   EXPECT_TRUE(is_inserted(matched(kInserted), 1)) << "though the base has not moved";
-  parts_.map().last_inserted[1] = kInserted;
+  components_.map().last_inserted[1] = kInserted;
   EXPECT_FALSE(is_inserted(nowhere, 1)) << "its second one";
-  parts_.map().last_inserted.clear();
+  components_.map().last_inserted.clear();
   EXPECT_FALSE(is_inserted(nowhere, 1)) << "no other put the base anywhere";
 }
 
 TEST_F(InsertionTest, AMapThatIsKeptTakesNothingButFromALostRobot) {
   options_.update_map = false;
   EXPECT_FALSE(is_inserted_after({1.0, 0.0, 0.0}));
-  EXPECT_FALSE(parts_.begin_apart(map_with_a_wall()));
-  ASSERT_TRUE(parts_.is_lost());
+  EXPECT_FALSE(components_.begin_component(map_with_a_wall()));
+  ASSERT_TRUE(components_.is_lost());
   EXPECT_TRUE(is_inserted_after({1.0, 0.0, 0.0})) << "which goes into a map of its own";
 }
 
 /// Which sees twice as far before its beams leave the band of heights.
 TEST_F(InsertionTest, ALaserThatIsTiltedLessSeesMore) {
   const auto insert = [this](int laser, double tilt) {
-    parts_.map().key_scans.add(MeasuredScan{{}, tilted_by(tilt), {}, {}}, laser, kInserted);
+    components_.map().key_scans.add(MeasuredScan{{}, tilted_by(tilt), {}, {}}, laser, kInserted);
   };
   const ScanOutcome here = matched(kInserted);
   insert(0, 0.1);
@@ -160,7 +161,7 @@ TEST_F(InsertionTest, ALaserThatIsTiltedLessSeesMore) {
   EXPECT_TRUE(is_inserted(here, 0, 0.0));
   insert(1, 0.0);
   EXPECT_TRUE(is_inserted(here, 0, 0.049)) << "of another laser";
-  parts_.map().key_scans.add(PointScan{}, 0, kInserted);
+  components_.map().key_scans.add(PointScan{}, 0, kInserted);
   EXPECT_TRUE(is_inserted(here, 0, 0.049)) << "whose tilt is not known";
   insert(0, 0.009);
   EXPECT_FALSE(is_inserted(here, 0, 0.0)) << "it saw all";
@@ -208,7 +209,7 @@ TEST_F(InsertTest, EachLasersScanIsAKeyScanWhereItWasTaken) {
   insert_scans();
   EXPECT_TRUE(outcome_.inserted);
   EXPECT_EQ(outcome_.left_out, 0U);
-  const PlacedScans& keys = mapping_.parts().map().key_scans.all();
+  const PlacedScans& keys = mapping_.components().map().key_scans.all();
   ASSERT_EQ(keys.size(), 2U);
   expect_both(keys[0], keys[1]);
 }
@@ -221,7 +222,7 @@ TEST_F(InsertTest, WhatTheMapHasNoRoomForIsCountedForEachLaser) {
   insert_scans();
   EXPECT_FALSE(outcome_.inserted);
   EXPECT_EQ(outcome_.left_out, 2U);
-  EXPECT_EQ(mapping_.parts().map().key_scans.size(), 2U);
+  EXPECT_EQ(mapping_.components().map().key_scans.size(), 2U);
 }
 
 TEST_F(InsertTest, AScanThatIsDrawnOverTheMapIsNoKeyScan) {
@@ -230,7 +231,7 @@ TEST_F(InsertTest, AScanThatIsDrawnOverTheMapIsNoKeyScan) {
   outcome_.inserted = false;
   draw_over(bundle_, 1, options_, mapping_, outcome_);
   EXPECT_FALSE(outcome_.inserted);
-  EXPECT_EQ(mapping_.parts().map().key_scans.size(), 2U);
+  EXPECT_EQ(mapping_.components().map().key_scans.size(), 2U);
   EXPECT_TRUE(same_map(mapping_.lasting(), before));
   EXPECT_EQ(mapping_.temporary().last_drawn().at(1), outcome_.map_from_base);
   EXPECT_EQ(mapping_.temporary().last_drawn().at(2), outcome_.map_from_base * kThereFromBase);
@@ -291,7 +292,7 @@ TEST_F(DrawnOverTest, NotWhileItMapsOrIsLost) {
   options_.slam.update_map = true;
   EXPECT_FALSE(is_drawn());
   options_.slam.update_map = false;
-  static_cast<void>(mapping_.begin_apart(3.0, options_));
+  static_cast<void>(mapping_.begin_component(3.0, options_));
   EXPECT_FALSE(is_drawn());
 }
 

@@ -33,10 +33,10 @@ class LocalizationStateTest : public testing::Test {
     return input;
   }
 
-  /// A scan of the map, to wait in a part of it.
-  WaitingScan waiting(std::size_t part) { return {part, start_.key_scans.all().front()}; }
+  /// A scan of the map, to wait in a component of it.
+  WaitingScan waiting(std::size_t component) { return {component, start_.key_scans.all().front()}; }
 
-  MapPart part(double begin) {
+  MapComponent component(double begin) {
     return {SlamMap(engine_.options().map, engine_.options().field), {}, {}, begin};
   }
 
@@ -99,14 +99,14 @@ TEST_F(LocalizationStateTest, WhatWaitsForAMapThatIsNotToChangeGoesOnWaiting) {
   EXPECT_EQ(now().pending.size(), 3U);
 }
 
-TEST_F(LocalizationStateTest, WhatWaitsForAnotherPartGoesOnWaiting) {
-  start_.localization.apart.push_back(part(0.0));
+TEST_F(LocalizationStateTest, WhatWaitsForAnotherComponentGoesOnWaiting) {
+  start_.localization.components.push_back(component(0.0));
   start_.localization.pending = {waiting(1), waiting(0)};
   EXPECT_EQ(go_on(5).state, TrackingState::kTracking);
   EXPECT_EQ(engine_.key_scans().size(), 2U);
   ASSERT_EQ(now().pending.size(), 1U);
-  EXPECT_EQ(now().pending.front().part, 1U);
-  EXPECT_TRUE(now().apart.front().key_scans.empty());
+  EXPECT_EQ(now().pending.front().component, 1U);
+  EXPECT_TRUE(now().components.front().key_scans.empty());
 }
 
 TEST_F(LocalizationStateTest, ADoubtEndsWhereNoneIsAllowed) {
@@ -126,69 +126,69 @@ TEST_F(LocalizationStateTest, ADoubtIsToldByTheCovariance) {
   EXPECT_NEAR(go_on().covariance(0, 0) - sure, 0.5, 0.01) << "half of the odds, a metre away";
 }
 
-TEST_F(LocalizationStateTest, APartThatIsBegunAnewForgetsWhatWaitedForIt) {
-  start_.localization.apart = {part(7.0)};
-  start_.localization.here = 1;
+TEST_F(LocalizationStateTest, AComponentThatIsBegunAnewForgetsWhatWaitedForIt) {
+  start_.localization.components = {component(7.0)};
+  start_.localization.active = 1;
   start_.localization.pending = {waiting(0), waiting(1)};
   engine_.start_from(start_);
-  EXPECT_FALSE(engine_.map_apart(stamp_));
+  EXPECT_FALSE(engine_.begin_component(stamp_));
   EXPECT_EQ(engine_.process(scan()).state, TrackingState::kLost);
-  ASSERT_EQ(now().apart.size(), 1U) << "it held nothing that is worth keeping";
-  EXPECT_EQ(now().apart.front().begin, 7.0) << "poses since then are of it";
+  ASSERT_EQ(now().components.size(), 1U) << "it held nothing that is worth keeping";
+  EXPECT_EQ(now().components.front().begin, 7.0) << "poses since then are of it";
   ASSERT_EQ(now().pending.size(), 1U);
-  EXPECT_EQ(now().pending.front().part, 0U);
+  EXPECT_EQ(now().pending.front().component, 0U);
 }
 
-/// Of 16 parts, where the third has the fewest key scans.
-TEST_F(LocalizationStateTest, TheSmallestOfTooManyPartsIsGivenUp) {
-  for (std::size_t i = 0; i < kMostPartsApart; ++i) {
-    start_.localization.apart.push_back(part(static_cast<double>(i)));
-    start_.localization.apart.back().left = i;
-    start_.localization.apart.back().left_from_here = {1.0, 0.0, 0.0};
+/// Of 16 components, where the third has the fewest key scans.
+TEST_F(LocalizationStateTest, TheSmallestOfTooManyComponentsIsGivenUp) {
+  for (std::size_t i = 0; i < kMostDisconnectedComponents; ++i) {
+    start_.localization.components.push_back(component(static_cast<double>(i)));
+    start_.localization.components.back().parent = i;
+    start_.localization.components.back().parent_from_component = {1.0, 0.0, 0.0};
     for (int k = 0; k < (i == 2 ? 3 : 4); ++k) {
-      start_.localization.apart.back().key_scans.add(start_.key_scans.all().front());
+      start_.localization.components.back().key_scans.add(start_.key_scans.all().front());
     }
   }
-  start_.localization.here = kMostPartsApart;
+  start_.localization.active = kMostDisconnectedComponents;
   start_.localization.pending = {waiting(0), waiting(3), waiting(4)};
   engine_.start_from(start_);
-  EXPECT_TRUE(engine_.map_apart(stamp_));
+  EXPECT_TRUE(engine_.begin_component(stamp_));
   engine_.process(scan());
-  ASSERT_EQ(now().apart.size(), kMostPartsApart);
-  EXPECT_EQ(now().here, kMostPartsApart);
-  EXPECT_EQ(now().apart[1].begin, 1.0);
-  EXPECT_EQ(now().apart[2].begin, 3.0);
-  EXPECT_EQ(now().apart[2].left, 2U) << "what the one that is given up had left";
-  EXPECT_EQ(now().apart[2].left_from_here, (Pose2{2.0, 0.0, 0.0}));
-  EXPECT_EQ(now().apart[15].left, 15U) << "the newest one, which the robot has just left";
+  ASSERT_EQ(now().components.size(), kMostDisconnectedComponents);
+  EXPECT_EQ(now().active, kMostDisconnectedComponents);
+  EXPECT_EQ(now().components[1].begin, 1.0);
+  EXPECT_EQ(now().components[2].begin, 3.0);
+  EXPECT_EQ(now().components[2].parent, 2U) << "what the one that is given up had left";
+  EXPECT_EQ(now().components[2].parent_from_component, (Pose2{2.0, 0.0, 0.0}));
+  EXPECT_EQ(now().components[15].parent, 15U) << "the newest one, which the robot has just left";
   ASSERT_EQ(now().pending.size(), 2U);
-  EXPECT_EQ(now().pending[0].part, 0U);
-  EXPECT_EQ(now().pending[1].part, 3U);
+  EXPECT_EQ(now().pending[0].component, 0U);
+  EXPECT_EQ(now().pending[1].component, 3U);
 }
 
-TEST_F(LocalizationStateTest, APoseThatIsToldLeavesPartsBehind) {
-  start_.localization.apart = {part(7.0)};
-  start_.localization.here = 1;
+TEST_F(LocalizationStateTest, APoseThatIsToldLeavesComponentsBehind) {
+  start_.localization.components = {component(7.0)};
+  start_.localization.active = 1;
   start_.localization.pending = {waiting(1)};
   EXPECT_EQ(go_on().state, TrackingState::kLost);
   engine_.set_pose({}, 0.01 * Eigen::Matrix3d::Identity());
   EXPECT_EQ(engine_.state(), TrackingState::kTracking);
-  EXPECT_EQ(engine_.parts_apart(), 1U);
+  EXPECT_EQ(engine_.disconnected_components(), 1U);
   EXPECT_TRUE(now().pending.empty());
-  EXPECT_GT(now().apart.front().begin, stamp_) << "poses since then are not of it";
+  EXPECT_GT(now().components.front().begin, stamp_) << "poses since then are not of it";
 }
 
 TEST_F(LocalizationStateTest, BegunAnewNothingIsInDoubtNorSearched) {
-  start_.localization.apart = {part(7.0)};
-  start_.localization.here = 1;
+  start_.localization.components = {component(7.0)};
+  start_.localization.active = 1;
   be_in_doubt();
   start_.localization.search.hypotheses = {{}};
   start_.begin_anew({}, Eigen::Matrix3d::Identity());
-  EXPECT_EQ(start_.localization.here, 0U);
+  EXPECT_EQ(start_.localization.active, 0U);
   EXPECT_FALSE(start_.localization.hypotheses.fork);
   EXPECT_TRUE(start_.localization.hypotheses.others.empty());
   EXPECT_TRUE(start_.localization.search.hypotheses.empty());
-  EXPECT_EQ(start_.localization.apart.size(), 1U) << "what was mapped stays";
+  EXPECT_EQ(start_.localization.components.size(), 1U) << "what was mapped stays";
 }
 
 // --- with something to see ---
@@ -224,16 +224,17 @@ TEST(LostRobot, IsFoundWhereThereAreNoKeyScans) {
   EXPECT_GE(found.outcome.covariance(0, 0), 0.01);
 }
 
-/// Odometry tells where to look in the part that the robot left, in that one's frame, and nothing
-/// of others.
-TEST(LostRobot, IsLookedForWhereOdometrySaysInThePartThatItLeft) {
+/// Odometry tells where to look in the component that the robot left, in that one's frame, and
+/// nothing of others.
+TEST(LostRobot, IsLookedForWhereOdometrySaysInTheComponentThatItLeft) {
   const SimulatedRun run = perfect_drive();
   const EngineState map = map_of(run);
-  const auto search_after = [&](std::size_t left) {
+  const auto search_after = [&](std::size_t parent) {
     EngineState start = lost_in(map, {});
-    start.localization.apart.push_back(start.localization.apart.front());
-    start.localization.apart.front().left = left;
-    start.localization.apart.front().left_from_here = left == 1 ? Pose2{} : run.world_from_base[0];
+    start.localization.components.push_back(start.localization.components.front());
+    start.localization.components.front().parent = parent;
+    start.localization.components.front().parent_from_component =
+        parent == 1 ? Pose2{} : run.world_from_base[0];
     start.key_scans = {};
     SlamEngine engine({}, std::make_shared<OlsonMatcher>(), 1);
     engine.start_from(start);
@@ -242,9 +243,9 @@ TEST(LostRobot, IsLookedForWhereOdometrySaysInThePartThatItLeft) {
     return engine.snapshot().localization.search;
   };
   ASSERT_EQ(search_after(0).hypotheses.size(), 1U);
-  EXPECT_LT(
-      distance(search_after(0).hypotheses.front().part_from_apart, run.world_from_base.front()),
-      0.02);
+  EXPECT_LT(distance(search_after(0).hypotheses.front().component_from_active,
+                     run.world_from_base.front()),
+            0.02);
   EXPECT_TRUE(search_after(2).hypotheses.empty()) << "where nothing is mapped";
   EXPECT_TRUE(search_after(1).hypotheses.empty()) << "in itself";
 }
@@ -257,7 +258,7 @@ TEST(LostRobot, IsSearchedForWithEachScanThatComesAnIntervalAfterTheOneBefore) {
   options.recovery.interval = run.scans[1].stamp - run.scans[0].stamp + 1e-6;
   SlamEngine engine(options, std::make_shared<OlsonMatcher>(), 1);
   engine.start_from(start);
-  engine.process(scan_input(run, 0));  // begins the map apart
+  engine.process(scan_input(run, 0));  // begins the component
   for (std::size_t i = 1; i < 4; ++i) {
     engine.process(scan_input(run, i));
     EXPECT_EQ(engine.snapshot().localization.search.stamp, run.scans[i].stamp);

@@ -12,44 +12,44 @@ namespace {
 
 const EngineOptions kDefaults;
 
-MapPart empty_part() { return {SlamMap(kDefaults.map, kDefaults.field), {}, {}}; }
+MapComponent empty_component() { return {SlamMap(kDefaults.map, kDefaults.field), {}, {}}; }
 
-void add(const PlacedScan& key, MapPart& part, MapRenderer& drawing) {
-  drawing.add(key, *key.scan->points(), part, kDefaults);
-  drawing.catch_up(part, kDefaults);
+void add(const PlacedScan& key, MapComponent& component, MapRenderer& drawing) {
+  drawing.add(key, *key.scan->points(), component, kDefaults);
+  drawing.catch_up(component, kDefaults);
 }
 
-SlamMap rendered_all(const MapPart& part) {
-  return rendered(part.key_scans.all(), kDefaults.map, kDefaults.field);
+SlamMap rendered_all(const MapComponent& component) {
+  return rendered(component.key_scans.all(), kDefaults.map, kDefaults.field);
 }
 
 /// Moves a key scan by a metre.
-void move_first(MapPart& part, MapRenderer& drawing) {
+void move_first(MapComponent& component, MapRenderer& drawing) {
   drawing.expect_move();
-  const Pose2 before = part.key_scans.all().front().map_from_base;
-  part.key_scans.move(0, {before.x + 1.0, before.y, before.theta});
+  const Pose2 before = component.key_scans.all().front().map_from_base;
+  component.key_scans.move(0, {before.x + 1.0, before.y, before.theta});
 }
 
 class MapRendererTest : public testing::Test {
  protected:
   void SetUp() override {
     for (std::size_t i = 0; i < 4; ++i) {
-      add(keys_[i], part_, renderer_);
+      add(keys_[i], component_, renderer_);
     }
   }
 
   const PlacedScans keys_ = drive_through_rooms(6);
-  MapPart part_ = empty_part();
+  MapComponent component_ = empty_component();
   MapRenderer renderer_;
 };
 
 TEST_F(MapRendererTest, DrawsEachKeyScanWhileTheWholeIsMatchedAgainst) {
-  EXPECT_EQ(&renderer_.matched(part_), &part_.map);
-  EXPECT_TRUE(same_map(part_.map, rendered_all(part_)));
+  EXPECT_EQ(&renderer_.matched(component_), &component_.map);
+  EXPECT_TRUE(same_map(component_.map, rendered_all(component_)));
 }
 
 TEST_F(MapRendererTest, DrawsTheWholeWhenAskedWhileWhatLiesNearIsMatchedAgainst) {
-  const PlacedScans& all = part_.key_scans.all();
+  const PlacedScans& all = component_.key_scans.all();
   const auto are_apart = [](const std::vector<std::size_t>& asked) {
     std::vector<bool> is_apart;
     for (const std::size_t key : asked) {
@@ -58,44 +58,44 @@ TEST_F(MapRendererTest, DrawsTheWholeWhenAskedWhileWhatLiesNearIsMatchedAgainst)
     return is_apart;
   };
   renderer_.match_locally({local_scans(all, are_apart), kDefaults.map, kDefaults.field});
-  const SlamMap before = part_.map;
-  add(keys_[4], part_, renderer_);
-  EXPECT_TRUE(same_map(part_.map, before));
-  EXPECT_TRUE(same_map(renderer_.matched(part_),
+  const SlamMap before = component_.map;
+  add(keys_[4], component_, renderer_);
+  EXPECT_TRUE(same_map(component_.map, before));
+  EXPECT_TRUE(same_map(renderer_.matched(component_),
                        rendered({keys_[2], keys_[3], keys_[4]}, kDefaults.map, kDefaults.field)));
-  EXPECT_TRUE(same_map(renderer_.whole(part_, kDefaults), rendered_all(part_)));
-  renderer_.match_whole(part_, kDefaults);
-  add(keys_[5], part_, renderer_);
-  EXPECT_TRUE(same_map(renderer_.matched(part_), rendered_all(part_)));
+  EXPECT_TRUE(same_map(renderer_.whole(component_, kDefaults), rendered_all(component_)));
+  renderer_.match_whole(component_, kDefaults);
+  add(keys_[5], component_, renderer_);
+  EXPECT_TRUE(same_map(renderer_.matched(component_), rendered_all(component_)));
 }
 
 TEST_F(MapRendererTest, DrawsAnewWhatHasMoved) {
-  move_first(part_, renderer_);
+  move_first(component_, renderer_);
   EXPECT_TRUE(renderer_.is_outdated());
   EXPECT_TRUE(renderer_.is_moved());
-  EXPECT_TRUE(same_map(renderer_.whole(part_, kDefaults), rendered_all(part_)));
+  EXPECT_TRUE(same_map(renderer_.whole(component_, kDefaults), rendered_all(component_)));
   EXPECT_FALSE(renderer_.is_outdated());
 }
 
 TEST_F(MapRendererTest, DrawsBesideWhatNobodyAsksForAtOnce) {
-  EXPECT_FALSE(renderer_.begin_whole(part_, kDefaults)) << "it is all drawn";
-  move_first(part_, renderer_);
-  EXPECT_TRUE(renderer_.begin_whole(part_, kDefaults));
+  EXPECT_FALSE(renderer_.begin_whole(component_, kDefaults)) << "it is all drawn";
+  move_first(component_, renderer_);
+  EXPECT_TRUE(renderer_.begin_whole(component_, kDefaults));
   EXPECT_FALSE(renderer_.is_moved());
-  EXPECT_TRUE(same_map(renderer_.whole(part_, kDefaults), rendered_all(part_)));
+  EXPECT_TRUE(same_map(renderer_.whole(component_, kDefaults), rendered_all(component_)));
   EXPECT_FALSE(renderer_.is_outdated());
 
-  move_first(part_, renderer_);
-  renderer_.begin_whole(part_, kDefaults);
-  move_first(part_, renderer_);  // meanwhile
-  EXPECT_TRUE(same_map(renderer_.whole(part_, kDefaults), rendered_all(part_)));
+  move_first(component_, renderer_);
+  renderer_.begin_whole(component_, kDefaults);
+  move_first(component_, renderer_);  // meanwhile
+  EXPECT_TRUE(same_map(renderer_.whole(component_, kDefaults), rendered_all(component_)));
 }
 
 TEST_F(MapRendererTest, WhatIsDrawnToBeLookedAtIsRenderedBeforeItIsMatchedAgainst) {
   const auto draw = [this] {
-    move_first(part_, renderer_);
-    const SlamMap& drawn = renderer_.drawn(part_, kDefaults);
-    const SlamMap expected = rendered_all(part_);
+    move_first(component_, renderer_);
+    const SlamMap& drawn = renderer_.drawn(component_, kDefaults);
+    const SlamMap expected = rendered_all(component_);
     EXPECT_FALSE(renderer_.is_outdated());
     EXPECT_FALSE(drawn.field.is_rendered());
     EXPECT_EQ(make_map_image(drawn.occupancy).pixels, make_map_image(expected.occupancy).pixels);
@@ -108,37 +108,37 @@ TEST_F(MapRendererTest, WhatIsDrawnToBeLookedAtIsRenderedBeforeItIsMatchedAgains
     }
   };
   draw();
-  renderer_.match_whole(part_, kDefaults);
-  EXPECT_TRUE(same_map(renderer_.matched(part_), rendered_all(part_)));
+  renderer_.match_whole(component_, kDefaults);
+  EXPECT_TRUE(same_map(renderer_.matched(component_), rendered_all(component_)));
 
   draw();
-  renderer_.begin_whole(part_, kDefaults);
+  renderer_.begin_whole(component_, kDefaults);
   EXPECT_TRUE(renderer_.is_outdated()) << "another thread renders it";
-  renderer_.match_whole(part_, kDefaults);
-  EXPECT_TRUE(same_map(renderer_.matched(part_), rendered_all(part_)));
+  renderer_.match_whole(component_, kDefaults);
+  EXPECT_TRUE(same_map(renderer_.matched(component_), rendered_all(component_)));
 }
 
 TEST_F(MapRendererTest, SaysThatAMapMayTakeLongWhoeverHasAskedForItBefore) {
-  move_first(part_, renderer_);
-  static_cast<void>(renderer_.whole(part_, kDefaults));
-  EXPECT_TRUE(renderer_.begin_whole(part_, kDefaults));
+  move_first(component_, renderer_);
+  static_cast<void>(renderer_.whole(component_, kDefaults));
+  EXPECT_TRUE(renderer_.begin_whole(component_, kDefaults));
 }
 
 TEST_F(MapRendererTest, TakesWhatAnotherRenderedUnlessItHasMovedSince) {
-  move_first(part_, renderer_);
-  const PlacedScans keys = part_.key_scans.all();
-  const SlamMap map = rendered_all(part_);
-  move_first(part_, renderer_);
-  renderer_.take_rendered(map, keys, part_);
+  move_first(component_, renderer_);
+  const PlacedScans keys = component_.key_scans.all();
+  const SlamMap map = rendered_all(component_);
+  move_first(component_, renderer_);
+  renderer_.take_rendered(map, keys, component_);
   EXPECT_TRUE(renderer_.is_outdated());
 
-  const PlacedScans now = part_.key_scans.all();
-  const SlamMap of_now = rendered_all(part_);
-  add(keys_[4], part_, renderer_);  // meanwhile
-  renderer_.take_rendered(of_now, now, part_);
+  const PlacedScans now = component_.key_scans.all();
+  const SlamMap of_now = rendered_all(component_);
+  add(keys_[4], component_, renderer_);  // meanwhile
+  renderer_.take_rendered(of_now, now, component_);
   EXPECT_FALSE(renderer_.is_outdated());
-  EXPECT_TRUE(same_map(part_.map, of_now));
-  EXPECT_TRUE(same_map(renderer_.whole(part_, kDefaults), rendered_all(part_)));
+  EXPECT_TRUE(same_map(component_.map, of_now));
+  EXPECT_TRUE(same_map(renderer_.whole(component_, kDefaults), rendered_all(component_)));
 }
 
 }  // namespace

@@ -30,13 +30,17 @@ class MappingTest : public testing::Test {
   }
   /// From what is saved while only what lies near is matched against.
   [[nodiscard]] Mapping gone_on_with_local_map() const {
-    const PlacedScans& all = mapping_.parts().map().key_scans.all();
+    const PlacedScans& all = mapping_.components().map().key_scans.all();
     const auto none_apart = [](const auto& some) { return std::vector<bool>(some.size(), false); };
     LocalMap near(local_scans(all, none_apart), options_.map, options_.field);
-    return {mapping_.parts(), mapping_.loops(), {std::move(near), true, all.size()}, true, true,
+    return {mapping_.components(),
+            mapping_.loops(),
+            {std::move(near), true, all.size()},
+            true,
+            true,
             options_};
   }
-  [[nodiscard]] std::size_t mapped() const { return mapping_.parts().map().key_scans.size(); }
+  [[nodiscard]] std::size_t mapped() const { return mapping_.components().map().key_scans.size(); }
 
   EngineOptions options_;
   const PlacedScans keys_ = drive_through_rooms(6);
@@ -47,7 +51,7 @@ TEST_F(MappingTest, MakesScansKeyScansOfMapAndGraph) {
   insert_first(3);
   EXPECT_EQ(mapped(), 3U);
   EXPECT_EQ(mapping_.loops().state().nodes, 3U);
-  EXPECT_EQ(mapping_.parts().map().last_inserted.at(0), keys_[2].map_from_base);
+  EXPECT_EQ(mapping_.components().map().last_inserted.at(0), keys_[2].map_from_base);
   EXPECT_TRUE(same_map(mapping_.matched(),
                        rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field)));
 }
@@ -56,28 +60,28 @@ TEST_F(MappingTest, LeavesOutWhatTheMapHasNoRoomFor) {
   insert_first(1);
   EXPECT_FALSE(insert({keys_[1].scan, {1e7, 0.0, 0.0}}));
   EXPECT_EQ(mapped(), 1U);
-  EXPECT_EQ(mapping_.parts().map().last_inserted.at(0), keys_[0].map_from_base);
+  EXPECT_EQ(mapping_.components().map().last_inserted.at(0), keys_[0].map_from_base);
 }
 
-TEST_F(MappingTest, MapsALostRobotApartAndPutsThatWhereItBelongs) {
+TEST_F(MappingTest, MapsALostRobotIntoAComponentAndPutsThatWhereItBelongs) {
   insert_first(3);
-  const Mapping::BegunApart begun = mapping_.begin_apart(3.0, options_);
-  EXPECT_FALSE(begun.gave_up_part);
+  const Mapping::BegunComponent begun = mapping_.begin_component(3.0, options_);
+  EXPECT_FALSE(begun.gave_up_component);
   EXPECT_TRUE(mapping_.is_lost());
-  const Pose2 apart_from_map{1.0, -2.0, 0.5};
-  ASSERT_TRUE(insert({keys_[3].scan, apart_from_map * keys_[3].map_from_base}));
+  const Pose2 component_from_map{1.0, -2.0, 0.5};
+  ASSERT_TRUE(insert({keys_[3].scan, component_from_map * keys_[3].map_from_base}));
   EXPECT_EQ(mapped(), 3U);
-  EXPECT_EQ(mapping_.parts().here().key_scans.size(), 1U);
+  EXPECT_EQ(mapping_.components().active().key_scans.size(), 1U);
   EXPECT_EQ(mapping_.loops().state().nodes, 3U);
 
-  mapping_.join(0, apart_from_map.inverse(), options_);
+  mapping_.join(0, component_from_map.inverse(), options_);
   EXPECT_FALSE(mapping_.is_lost());
   EXPECT_TRUE(mapping_.has_pending(options_));
   EXPECT_EQ(mapping_.insert_pending(options_), 0U);
   EXPECT_FALSE(mapping_.has_pending(options_));
   ASSERT_EQ(mapped(), 4U);
   const Eigen::Vector3d off = difference(
-      mapping_.parts().map().key_scans.all().back().map_from_base, keys_[3].map_from_base);
+      mapping_.components().map().key_scans.all().back().map_from_base, keys_[3].map_from_base);
   EXPECT_LT(off.head<2>().norm(), 0.02);
   EXPECT_LT(std::abs(off.z()), 0.01);
 }
@@ -118,7 +122,7 @@ TEST_F(MappingTest, KeepsWhatWaitsWhileTheMapIsNotToGrow) {
 
 TEST_F(MappingTest, IsDrawnOverWhileItIsNotToChangeAndStaysAsItIs) {
   insert_first(2);
-  const SlamMap before = mapping_.parts().map().map;
+  const SlamMap before = mapping_.components().map().map;
   options_.slam.update_map = false;
   const auto draw_over = [this] {
     mapping_.draw_over(*keys_[2].scan->points(), 0, keys_[2].map_from_base, options_);
@@ -127,10 +131,10 @@ TEST_F(MappingTest, IsDrawnOverWhileItIsNotToChangeAndStaysAsItIs) {
   };
   EXPECT_TRUE(draw_over());
   EXPECT_EQ(mapping_.temporary().last_drawn().at(0), keys_[2].map_from_base);
-  EXPECT_EQ(mapping_.parts().map().last_inserted.at(0), keys_[1].map_from_base);
+  EXPECT_EQ(mapping_.components().map().last_inserted.at(0), keys_[1].map_from_base);
   EXPECT_EQ(mapped(), 2U);
   EXPECT_TRUE(same_map(mapping_.lasting(), before));
-  EXPECT_TRUE(same_map(mapping_.parts().map().map, before));
+  EXPECT_TRUE(same_map(mapping_.components().map().map, before));
   EXPECT_TRUE(same_map(mapping_.drawn(options_), before));
   // Scans are compared in what was known when the robot came into doubt.
   mapping_.fork();
@@ -144,7 +148,7 @@ TEST_F(MappingTest, IsDrawnOverWhileItIsNotToChangeAndStaysAsItIs) {
   EXPECT_TRUE(same_map(mapping_.matched(), before));
   mapping_.unfork();
   EXPECT_TRUE(draw_over());
-  static_cast<void>(mapping_.begin_apart(3.0, options_));
+  static_cast<void>(mapping_.begin_component(3.0, options_));
   mapping_.go_to_map(options_);
   EXPECT_TRUE(same_map(mapping_.matched(), before)) << "a lost robot has forgotten";
   EXPECT_TRUE(mapping_.temporary().last_drawn().empty());
@@ -171,7 +175,7 @@ TEST_F(MappingTest, DrawsWhatWaitedIntoWhatLiesNearAtOnce) {
   Mapping near_by = gone_on_with_local_map();
   near_by.wait({{0, keys_[2]}});
   EXPECT_EQ(near_by.insert_pending(options_), 0U);
-  const PlacedScans& all = near_by.parts().map().key_scans.all();
+  const PlacedScans& all = near_by.components().map().key_scans.all();
   ASSERT_EQ(all.size(), 3U);
   EXPECT_TRUE(same_map(near_by.matched(), rendered(all, options_.map, options_.field)));
 }

@@ -24,39 +24,40 @@ TEST(BesideDrawn, IsNeverMoreThanWhatWasDrawnNorThanThePose) {
 
 class ToldCovarianceTest : public testing::Test {
  protected:
-  ToldCovarianceTest() : parts_({{SlamMap(MapOptions{}, LikelihoodFieldOptions{}), {}, {}, 0.0}}) {
+  ToldCovarianceTest()
+      : components_({{SlamMap(MapOptions{}, LikelihoodFieldOptions{}), {}, {}, 0.0}}) {
     for (const PlacedScan& key : drive_through_rooms(2)) {
-      parts_.map().key_scans.add(key);
-      insert_scan(*key.scan->points(), key.map_from_base, MapOptions{}, parts_.map().map);
+      components_.map().key_scans.add(key);
+      insert_scan(*key.scan->points(), key.map_from_base, MapOptions{}, components_.map().map);
     }
-    const Pose2& first = parts_.map().key_scans.all().front().map_from_base;
+    const Pose2& first = components_.map().key_scans.all().front().map_from_base;
     outcome_.map_from_base = {first.x + 100.0, first.y, first.theta};
     outcome_.match.status = MatchStatus::kAccepted;
     outcome_.match.covariance = covariance_of(0.01, 0.001);
     outcome_.covariance = outcome_.match.covariance;
   }
 
-  MapParts parts_;
+  MapComponents components_;
   ScanOutcome outcome_;
 };
 
 TEST_F(ToldCovarianceTest, WhileMappingHoldsThatOfTheMapTwiceOverAndItsBend) {
-  const Eigen::Matrix3d told = reported_covariance(outcome_, parts_, true);
+  const Eigen::Matrix3d told = reported_covariance(outcome_, components_, true);
   // 100 m away a heading that is known to 0.1 mrad is 1 cm.
   EXPECT_TRUE(told.isApprox(2.0 * outcome_.match.covariance + covariance_of(0.01, 1e-4), 1e-9));
 }
 
 TEST_F(ToldCovarianceTest, InAMapThatStaysIsTheMatchs) {
-  EXPECT_EQ(reported_covariance(outcome_, parts_, false), outcome_.covariance);
+  EXPECT_EQ(reported_covariance(outcome_, components_, false), outcome_.covariance);
   outcome_.match.status = MatchStatus::kRejectedLowScore;
-  EXPECT_EQ(reported_covariance(outcome_, parts_, true), outcome_.covariance);
+  EXPECT_EQ(reported_covariance(outcome_, components_, true), outcome_.covariance);
 }
 
 TEST_F(ToldCovarianceTest, OfALostRobotCoversTheMap) {
   static_cast<void>(
-      parts_.begin_apart({SlamMap(MapOptions{}, LikelihoodFieldOptions{}), {}, {}, 1.0}));
-  const Eigen::Matrix3d told = reported_covariance(outcome_, parts_, true);
-  const CellBox box = parts_.map().map.occupancy.known_bounds();
+      components_.begin_component({SlamMap(MapOptions{}, LikelihoodFieldOptions{}), {}, {}, 1.0}));
+  const Eigen::Matrix3d told = reported_covariance(outcome_, components_, true);
+  const CellBox box = components_.map().map.occupancy.known_bounds();
   EXPECT_GE(std::sqrt(told(0, 0)), 0.05 * std::max(box.width(), box.height()));
   EXPECT_GE(std::sqrt(told(2, 2)), 3.14);
 }

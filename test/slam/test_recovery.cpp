@@ -31,7 +31,7 @@ struct DriveResult {
   double worst_key_scan = 0.0;  ///< [m]
   std::size_t scans = 0;
   std::map<TrackingState, std::size_t> states;
-  std::size_t parts_apart = 0;
+  std::size_t disconnected_components = 0;
   ScanOutcome last;
 };
 
@@ -72,7 +72,7 @@ DriveResult drive(const SimulatedRun& run, const std::shared_ptr<const ScanMatch
         std::max(result.worst_key_scan,
                  distance(key.map_from_base, truth.at(key.scan->measured()->scan.stamp)));
   }
-  result.parts_apart = engine.parts_apart();
+  result.disconnected_components = engine.disconnected_components();
   return result;
 }
 
@@ -84,7 +84,7 @@ DriveResult drive(const std::string& fault, const std::shared_ptr<const ScanMatc
 void expect_unharmed(const DriveResult& drive) {
   EXPECT_LT(drive.end_error, 0.0065);  // 0.0051
   EXPECT_LT(drive.worst_key_scan, 0.01);
-  EXPECT_EQ(drive.parts_apart, 0U);
+  EXPECT_EQ(drive.disconnected_components, 0U);
   EXPECT_EQ(drive.last.state, TrackingState::kTracking);
 }
 
@@ -187,7 +187,7 @@ TEST(Recovery, ARobotThatIsCarriedAwayIsFound) {
     const DriveResult carried = drive("kidnap:60:2:2", matcher);
     EXPECT_GT(carried.states.count(TrackingState::kLost), 0U);
     EXPECT_EQ(carried.last.state, TrackingState::kTracking);
-    EXPECT_EQ(carried.parts_apart, 0U);
+    EXPECT_EQ(carried.disconnected_components, 0U);
     EXPECT_LT(carried.end_error, 0.015);     // 0.012
     EXPECT_LT(carried.worst_key_scan, 0.2);  // 0.150, of the first scan on the way elsewhere
   }
@@ -218,9 +218,9 @@ World room_beside(bool is_hall, bool is_shut = false) {
 }
 
 /// What was seen in the room, through its door and beside it.
-MapPart seen_of(const World& world) {
+MapComponent seen_of(const World& world) {
   const EngineOptions options;
-  MapPart part{SlamMap(options.map, options.field), {}, {}, 0.0};
+  MapComponent component{SlamMap(options.map, options.field), {}, {}, 0.0};
   const LaserOptions laser;
   std::vector<Pose2> places;
   for (double x = 1.0; x < 6.5; x += 0.5) {
@@ -231,20 +231,21 @@ MapPart seen_of(const World& world) {
     places.push_back({6.0, y, 0.5 * kPi});
   }
   for (const Pose2& place : places) {
-    part.key_scans.add(
+    component.key_scans.add(
         MeasuredScan{ideal_scan(world, laser, place), laser.base_from_laser(), {}, {}}, 0, place);
-    insert_scan(*part.key_scans.all().back().scan->points(), place, options.map, part.map);
+    insert_scan(*component.key_scans.all().back().scan->points(), place, options.map,
+                component.map);
   }
-  return part;
+  return component;
 }
 
-/// Whether a robot that goes round the room, or stands in it, after it has seen what is apart, is
-/// taken to be in the other one.
-bool is_found(MapPart map, MapPart apart, const World& room, bool stands = false,
-              const Pose2& left_from_here = {20.0, 0.0, 0.0}) {
-  apart.left_from_here = left_from_here;  // by odometry
-  std::vector<MapPart> parts{std::move(map), std::move(apart)};
-  const PlaceIndex index(parts, 1);
+/// Whether a robot that goes round the room, or stands in it, after it has seen what the component
+/// holds, is taken to be in the other one.
+bool is_found(MapComponent map, MapComponent active, const World& room, bool stands = false,
+              const Pose2& parent_from_component = {20.0, 0.0, 0.0}) {
+  active.parent_from_component = parent_from_component;  // by odometry
+  std::vector<MapComponent> components{std::move(map), std::move(active)};
+  const PlaceIndex index(components, 1);
   const EngineOptions options;
   const LaserOptions laser;
   PlaceSearch search;
@@ -252,13 +253,13 @@ bool is_found(MapPart map, MapPart apart, const World& room, bool stands = false
     const double turn = stands ? 0.3 : 0.3 * i;
     const Pose2 base{2.2 + std::cos(turn), 2.0 + std::sin(turn), turn};
     if (!stands) {
-      parts[1].key_scans.add(
+      components[1].key_scans.add(
           MeasuredScan{ideal_scan(room, laser, base, 0.2 * i), laser.base_from_laser(), {}, {}}, 0,
           base);
     }
-    const auto found = search_places(0.2 * i, base, parts, 1, index, options, search);
+    const auto found = search_places(0.2 * i, base, components, 1, index, options, search);
     if (found) {
-      EXPECT_LT(distance(found->part_from_apart, {}), 0.02);
+      EXPECT_LT(distance(found->component_from_active, {}), 0.02);
       return true;
     }
   }
@@ -285,18 +286,18 @@ TEST(Recovery, ARobotThatStandsHasItsPlaceNamedByOneScanAndIsNotFoundByIt) {
   const EngineOptions options;
   const LaserOptions laser;
   const Pose2 base{2.5, 1.5, 0.7};
-  MapPart apart{SlamMap(options.map, options.field), {}, {}, 0.0};
-  apart.left_from_here = Pose2{20.0, 0.0, 0.0};
-  apart.key_scans.add(
+  MapComponent active{SlamMap(options.map, options.field), {}, {}, 0.0};
+  active.parent_from_component = Pose2{20.0, 0.0, 0.0};
+  active.key_scans.add(
       MeasuredScan{ideal_scan(room, laser, base, 0.2), laser.base_from_laser(), {}, {}}, 0, base);
-  const std::vector<MapPart> parts{seen_of(room), apart};
-  const PlaceIndex index(parts, 1);
+  const std::vector<MapComponent> components{seen_of(room), active};
+  const PlaceIndex index(components, 1);
   PlaceSearch search;
   for (int i = 1; i < 60; ++i) {
-    EXPECT_FALSE(search_places(0.2 * i, base, parts, 1, index, options, search));
+    EXPECT_FALSE(search_places(0.2 * i, base, components, 1, index, options, search));
   }
   ASSERT_FALSE(search.hypotheses.empty());
-  EXPECT_LT(distance(search.hypotheses.front().part_from_apart, {}), 0.02);
+  EXPECT_LT(distance(search.hypotheses.front().component_from_active, {}), 0.02);
   EXPECT_GT(search.hypotheses.front().log_odds, 1.0);
   EXPECT_LT(search.hypotheses.front().log_odds, 6.0);
 }
@@ -310,50 +311,51 @@ TEST(Recovery, WhereOdometrySaysAnEqualRoomIsToldByWhatLiesAroundItToo) {
   EXPECT_FALSE(is_found(seen_of(corridor), seen_of(hall), hall, false, near));
 }
 
-/// What is looked for, in a map of two parts, by a robot that goes round the room: whether it is
-/// found, and in how many places it may be at the end.
-struct TwoParts {
+/// What is looked for, in a map of two components, by a robot that goes round the room: whether it
+/// is found, and in how many places it may be at the end.
+struct TwoComponents {
   bool is_found = false;
   PlaceSearch search;
 };
 
-TwoParts search_two_parts(const World& first, const World& second, PlaceSearch search = {}) {
+TwoComponents search_two_components(const World& first, const World& second,
+                                    PlaceSearch search = {}) {
   const World room = room_beside(false);
-  MapPart apart = seen_of(room);
-  apart.left_from_here = Pose2{20.0, 0.0, 0.0};  // by odometry far away
-  std::vector<MapPart> parts{seen_of(first), seen_of(second), apart};
-  const PlaceIndex index(parts, 2);
+  MapComponent active = seen_of(room);
+  active.parent_from_component = Pose2{20.0, 0.0, 0.0};  // by odometry far away
+  std::vector<MapComponent> components{seen_of(first), seen_of(second), active};
+  const PlaceIndex index(components, 2);
   const EngineOptions options;
   const LaserOptions laser;
-  TwoParts result{false, std::move(search)};
+  TwoComponents result{false, std::move(search)};
   for (int i = 1; i < 60 && !result.is_found; ++i) {
     const Pose2 base{2.2 + std::cos(0.3 * i), 2.0 + std::sin(0.3 * i), 0.3 * i};
-    parts[2].key_scans.add(
+    components[2].key_scans.add(
         MeasuredScan{ideal_scan(room, laser, base, 0.2 * i), laser.base_from_laser(), {}, {}}, 0,
         base);
     for (const double stamp : {0.2 * i, 0.2 * i + 0.1}) {  // what it saw before is asked, too
       result.is_found =
           result.is_found ||
-          search_places(stamp, base, parts, 2, index, options, result.search).has_value();
+          search_places(stamp, base, components, 2, index, options, result.search).has_value();
     }
   }
   return result;
 }
 
-/// A map of two parts that are alike, one found long before the other.
+/// A map of two components that are alike, one found long before the other.
 TEST(Recovery, APlaceThatWasFoundFirstIsNotTheOneForIt) {
   PlaceSearch search;
   search.hypotheses.push_back({0, Pose2{}, 1000.0, 0.0});
-  const TwoParts alike = search_two_parts(room_beside(false), room_beside(false), search);
+  const TwoComponents alike = search_two_components(room_beside(false), room_beside(false), search);
   EXPECT_FALSE(alike.is_found);
   EXPECT_GE(alike.search.hypotheses.size(), 2U);
 }
 
 /// Scans taken on the threshold of a door that was shut see through it: at most a quarter of them.
 TEST(Recovery, APlaceWhoseDoorIsShutByNowMayBeTheRightOne) {
-  const TwoParts alike = search_two_parts(room_beside(false), room_beside(false, true));
+  const TwoComponents alike = search_two_components(room_beside(false), room_beside(false, true));
   EXPECT_FALSE(alike.is_found);
-  EXPECT_TRUE(search_two_parts(room_beside(false), room_beside(true)).is_found);
+  EXPECT_TRUE(search_two_components(room_beside(false), room_beside(true)).is_found);
 }
 
 /// It sees nothing within a wall, and is carried on when it counts as lost.
@@ -364,11 +366,11 @@ TEST(Recovery, AScanThatNothingConfirmedDoesNotBeginAMap) {
   EXPECT_LT(carried.worst_key_scan, 0.01);  // 1.1 where walls are taken for their other side
 }
 
-/// It is carried on at 8 m/s when it counts as lost, so that what it maps apart first is torn.
+/// It is carried on at 8 m/s when it counts as lost, so that its first component is torn.
 TEST(Recovery, WhatWasSeenWhileItWasCarriedIsNotJoined) {
   const DriveResult carried = drive(drive_with("kidnap:random:2:2", 47, 1040), kOlson);
   EXPECT_EQ(carried.last.state, TrackingState::kTracking);
-  EXPECT_EQ(carried.parts_apart, 0U);
+  EXPECT_EQ(carried.disconnected_components, 0U);
   EXPECT_LT(carried.end_error, 0.005);
   EXPECT_LT(carried.worst_key_scan, 0.01);  // 3.0 if all is inserted
 }

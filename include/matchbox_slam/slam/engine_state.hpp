@@ -15,7 +15,7 @@
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/local_map.hpp"
 #include "matchbox_slam/slam/loops.hpp"
-#include "matchbox_slam/slam/map_part.hpp"
+#include "matchbox_slam/slam/map_component.hpp"
 #include "matchbox_slam/slam/place_search.hpp"
 
 namespace matchbox_slam {
@@ -25,8 +25,8 @@ struct LocalizationState {
   HypothesesState hypotheses;
   std::map<int, Pose2> inserted_before_fork;  ///< map_from_base by laser, where there is a fork
   std::vector<WaitingScan> pending;           ///< inserted a few with each scan, oldest first
-  std::vector<MapPart> apart;  ///< maps that the robot made while it was lost, not yet joined
-  std::size_t here = 0;        ///< the part that it is in: 0 the map, n apart[n - 1]
+  std::vector<MapComponent> components;  ///< that the robot made while it was lost, not yet joined
+  std::size_t active = 0;  ///< the component that it is in: 0 the map, n components[n - 1]
   PlaceSearch search;
 };
 

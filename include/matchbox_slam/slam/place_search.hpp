@@ -30,8 +30,8 @@ struct RecoveryOptions {
 
 /// Where a lost robot may be.
 struct PlaceHypothesis {
-  std::size_t part = 0;  ///< of the map
-  Pose2 part_from_apart;
+  std::size_t component = 0;  ///< of the map
+  Pose2 component_from_active;
   double log_odds = 0.0;  ///< against somewhere unknown
   /// Log odds, since it was found, of what explained each key scan best against it.
   double behind = 0.0;
@@ -39,15 +39,15 @@ struct PlaceHypothesis {
 
 /// Of a key scan that a lost robot has taken, how well it is explained anywhere.
 struct ExplainedScan {
-  std::uint64_t key_scan = 0;  ///< of the map that the robot makes meanwhile
-  std::size_t part = 0;        ///< of the map, where it is explained best
-  Pose2 part_from_base;
+  std::uint64_t key_scan = 0;  ///< of the component that the robot makes meanwhile
+  std::size_t component = 0;   ///< of the map, where it is explained best
+  Pose2 component_from_base;
   double best = 0.0;       ///< log odds, as of ScanEvidence
   double elsewhere = 0.0;  ///< the same of the best place but that one
 };
 
-/// What is known of where a lost robot may be: a value, to be copied and saved. "Apart" is the
-/// frame of the map that the robot makes meanwhile.
+/// What is known of where a lost robot may be: a value, to be copied and saved. "Active" is the
+/// frame of the component that the robot makes meanwhile.
 struct PlaceSearch {
   double stamp = 0.0;  ///< [s] of the scan that was searched last
   /// Key scans of the map around which places are known; before all are, nothing is searched.

@@ -48,16 +48,16 @@ struct ScanOutcome {
   Certainty certainty = Certainty::kSure;
   ScanEvidence evidence;                           ///< where the hypothesis that led before has it
   TrackingState state = TrackingState::kTracking;  ///< after this scan
-  /// Set by the scan that finds a lost robot: poses since `begin` were of a map apart.
+  /// Set by the scan that finds a lost robot: poses since `begin` were of a component of its own.
   struct Joined {
     double begin;  ///< [s]
-    Pose2 map_from_apart;
+    Pose2 map_from_component;
   };
   std::optional<Joined> joined;
   /// Set by the scan that closes a loop: key scans have moved, and what was seen between them.
   std::optional<MapCorrection> corrected;
   bool inserted = false;
-  bool gave_up_part = false;  ///< a map apart; see kMostPartsApart
+  bool gave_up_component = false;  ///< see kMostDisconnectedComponents
   /// Scans that the map has no room for: this one, or what waited.
   std::size_t left_out = 0;
 };

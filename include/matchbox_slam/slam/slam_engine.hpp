@@ -49,7 +49,7 @@ class SlamEngine {
   /// laser's pose is no number; then nothing has changed.
   ScanOutcome process(const ScanInput& input);
 
-  /// The map so far, without what a lost robot maps apart; copy it for a snapshot.
+  /// The map so far, without disconnected components; copy it for a snapshot.
   /// Renders anew what loops have moved.
   [[nodiscard]] const SlamMap& map();
   /// The same to be looked at alone: its field may lack likelihoods, which take time and memory.
@@ -72,8 +72,8 @@ class SlamEngine {
   /// Places where a loop was searched for.
   [[nodiscard]] std::size_t loop_tries() const;
 
-  /// Maps that the robot made while it was lost, and that were not joined.
-  [[nodiscard]] std::size_t parts_apart() const;
+  /// Components that the robot made while it was lost, and that were not joined to the map.
+  [[nodiscard]] std::size_t disconnected_components() const;
   [[nodiscard]] TrackingState state() const;
   /// Where in the map the robot may be, at the newest scan: the leading hypothesis first, then
   /// those that compete with it, by their odds; of a lost robot the places that scans confirm, by
@@ -95,10 +95,10 @@ class SlamEngine {
   /// @param covariance  over (x, y, theta) in the map frame.
   void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
 
-  /// From the scan of this stamp [s] on the robot may be anywhere, as at the begin of another
-  /// drive. What it sees is mapped apart until it is found. Returns whether another map apart had
-  /// to be given up for that.
-  bool map_apart(double stamp);
+  /// Begins a component: from the scan of this stamp [s] on the robot may be anywhere, as at the
+  /// begin of another drive. What it sees goes into the component until it is found. Returns
+  /// whether another component had to be given up for that.
+  bool begin_component(double stamp);
 
   /// Goes on from there. Throws ConfigurationError when that map was made with another resolution
   /// or likelihood field.

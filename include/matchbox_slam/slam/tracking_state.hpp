@@ -6,8 +6,8 @@ namespace matchbox_slam {
 enum class TrackingState {
   kTracking,   ///< one hypothesis is far ahead
   kDoubt,      ///< another one may be right; what is seen goes on being mapped
-  kLost,       ///< the robot may be anywhere: it maps on apart, and searches for the map
-  kRecovered,  ///< it was found; what it mapped apart is being joined to the map
+  kLost,       ///< the robot may be anywhere: it maps a component, and searches for the map
+  kRecovered,  ///< it was found; its component is being joined to the map
 };
 
 /// A word for logs and reports, such as "tracking".
