@@ -28,7 +28,7 @@ LoopState sound_loops() {
   loops.loops = {{{0, {0.1, 0.2, 0.3}, covariance, 0.9, 0.5, 7.5}, 2, true, 1.5, 0.25}};
   loops.way = 0.75;
   loops.tries = 7;
-  loops.pending = PendingLoopWork{1, 2, true, false, true};
+  loops.pending = PendingLoopWork{1, 1, true, false, true};
   loops.are_others = {false, true};
   return loops;
 }
@@ -79,7 +79,7 @@ TEST(SavedLoops, ComeBack) {
   EXPECT_EQ(again.are_others, (std::vector<bool>{false, true}));
   ASSERT_TRUE(again.pending);
   EXPECT_EQ(again.pending->newest, 1U);
-  EXPECT_EQ(again.pending->edges, 2U);
+  EXPECT_EQ(again.pending->edges, 1U);
   EXPECT_TRUE(again.pending->is_search_due);
   EXPECT_FALSE(again.pending->is_near_due);
   EXPECT_TRUE(again.pending->is_abandoned);
@@ -103,6 +103,13 @@ TEST(SavedLoops, GoOnWithKeyScansAndEdgesThatThereAre) {
                        "is damaged: it names key scan 3 of a graph of 3"));
   EXPECT_TRUE(contains(error_after([](auto& lie) { lie.pending->edges = 4; }),
                        "is damaged: it goes on with 4 edges of a graph of 3"));
+}
+
+TEST(SavedLoops, GoOnWithAGraphThatWasOne) {
+  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.pending->edges = 2; }),
+                       "is damaged: pose graph: the edge from node 1 to node 2 ends at a node"));
+  EXPECT_TRUE(contains(error_after([](auto& lie) { lie.pending->edges = 0; }),
+                       "is damaged: pose graph: no edges of motion join node 1"));
 }
 
 TEST(SavedLoops, HoldAGraphThatIsOne) {
