@@ -10,9 +10,9 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kStep = 0.4;   // [m] between places that are looked at
-constexpr double kRoom = 0.2;   // [m] that is free around a robot
-constexpr double kReach = 2.0;  // [m] from which a viewpoint sees what is seen from a place
+constexpr double kStep = 0.4;        // [m] between places that are looked at
+constexpr double kRoom = 0.2;        // [m] that is free around a robot
+constexpr double kSharedView = 2.0;  // [m] from which a viewpoint sees what is seen from a place
 
 int pixels(double metres, double resolution) {
   return std::max(1, static_cast<int>(std::lround(metres / resolution)));
@@ -47,7 +47,7 @@ class Places {
         }
       }
     }
-    const int reach = std::max(1, static_cast<int>(kReach / (step_ * resolution)));
+    const int reach = std::max(1, static_cast<int>(kSharedView / (step_ * resolution)));
     for (const Cell& pixel : pixels_) {
       seen_.push_back(seen_from(pixel, reach, walls));
     }

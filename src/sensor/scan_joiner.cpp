@@ -10,7 +10,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kTurn = 2.0 * kPi;
+constexpr double kWholeTurn = 2.0 * kPi;
 constexpr double kNoPart = degrees_to_radians(330.0);  // a scan of so much is a whole turn
 constexpr double kSlowestTurn = 0.5;  // s: parts that lie farther apart are none of one turn
 
@@ -19,7 +19,7 @@ double angle_of(const LaserScan& scan) {
 }
 
 std::size_t beams_of_turn(const LaserScan& scan) {
-  return static_cast<std::size_t>(std::lround(kTurn / std::abs(scan.angle_increment)));
+  return static_cast<std::size_t>(std::lround(kWholeTurn / std::abs(scan.angle_increment)));
 }
 
 }  // namespace
@@ -34,8 +34,8 @@ std::optional<std::size_t> ScanJoiner::place_after(const LaserScan& whole,
     return std::nullopt;
   }
   const double direction = increment > 0.0 ? 1.0 : -1.0;
-  double angle = std::fmod(direction * (part.angle_min - whole.angle_min), kTurn);
-  angle += angle < 0.0 ? kTurn : 0.0;
+  double angle = std::fmod(direction * (part.angle_min - whole.angle_min), kWholeTurn);
+  angle += angle < 0.0 ? kWholeTurn : 0.0;
   const auto beam = static_cast<std::size_t>(std::lround(angle / std::abs(increment)));
   const bool fits =
       beam >= whole.ranges.size() && beam + part.ranges.size() <= beams_of_turn(whole);

@@ -33,9 +33,9 @@ constexpr double kGate = 0.15;      // m
 constexpr std::size_t kFewestPairs = 20;
 constexpr double kLeastNoise = 0.01;  // m
 
-constexpr std::ptrdiff_t kReach = 2;    // neighbours to either side that tell a normal
-constexpr double kFlat = 0.06;          // m: neighbours farther off the line form none
-constexpr double kSparseSpacing = 8.0;  // beams' distances that neighbours may lie apart
+constexpr std::ptrdiff_t kNeighbours = 2;  // neighbours to either side that tell a normal
+constexpr double kFlat = 0.06;             // m: neighbours farther off the line form none
+constexpr double kSparseSpacing = 8.0;     // beams' distances that neighbours may lie apart
 
 /// The normal of the line through neighbours of hit `k`; zero where they form none.
 template <typename Hit>
@@ -45,16 +45,16 @@ Eigen::Vector2d normal_at(const std::vector<Hit>& hits, std::size_t k, double sp
     const std::ptrdiff_t index = (static_cast<std::ptrdiff_t>(k) + by + count) % count;
     return hits[static_cast<std::size_t>(index)].position;
   };
-  const Eigen::Vector2d& first = neighbour(-kReach);
-  const Eigen::Vector2d along = neighbour(kReach) - first;
+  const Eigen::Vector2d& first = neighbour(-kNeighbours);
+  const Eigen::Vector2d along = neighbour(kNeighbours) - first;
   const double length = along.norm();
   const double sparse = 4.0 * kSparseSpacing * spacing * hits[k].position.norm();
-  if (count < 2 * kReach + 1 || length < 1e-6 || length > std::max(0.1, sparse)) {
+  if (count < 2 * kNeighbours + 1 || length < 1e-6 || length > std::max(0.1, sparse)) {
     return Eigen::Vector2d::Zero();
   }
   const Eigen::Vector2d normal = Eigen::Vector2d(-along.y(), along.x()) / length;
   double off = 0.0;
-  for (std::ptrdiff_t by = 1 - kReach; by < kReach; ++by) {
+  for (std::ptrdiff_t by = 1 - kNeighbours; by < kNeighbours; ++by) {
     off += std::abs((neighbour(by) - first).dot(normal));
   }
   return off < kFlat ? normal : Eigen::Vector2d(Eigen::Vector2d::Zero());

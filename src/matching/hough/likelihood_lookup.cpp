@@ -13,7 +13,7 @@ using Tiles = LikelihoodField::Tiles;
 constexpr std::array<std::uint8_t, LikelihoodField::Tile::kCells> kNothing{};
 
 // Sums are kept in so many interleaved parts, so that no addition waits for the one before.
-constexpr std::size_t kLanes = 4;
+constexpr std::size_t kPartialSums = 4;
 
 /// Without branches, so that loops over it are vectorised.
 inline int within(int value, int last) {
@@ -93,13 +93,13 @@ double LikelihoodLookup::mean_at(const Eigen::Vector2d& translation) {
   locate(cosine_x_.data(), sine_y_.data(), sine_x_.data(), cosine_y_.data(), count, translation.x(),
          translation.y(), {1.0 / geometry_.resolution(), first_tile_, columns_, rows_},
          tile_.data(), cell_.data());
-  std::array<double, kLanes> sums{};
+  std::array<double, kPartialSums> sums{};
   const auto add = [&](std::size_t i, double& to) {
     to += weight_[i] * tiles_[static_cast<std::size_t>(tile_[i])][cell_[i]];
   };
   std::size_t i = 0;
-  for (; i + kLanes <= count; i += kLanes) {
-    for (std::size_t k = 0; k < kLanes; ++k) {
+  for (; i + kPartialSums <= count; i += kPartialSums) {
+    for (std::size_t k = 0; k < kPartialSums; ++k) {
       add(i + k, sums[k]);
     }
   }
