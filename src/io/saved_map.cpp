@@ -102,7 +102,11 @@ int version_of(const std::string& bytes) {
   if (bytes.compare(0, kHead.size(), kHead) != 0) {
     return 0;
   }
-  const std::string version = bytes.substr(kHead.size(), bytes.find('\n') - kHead.size());
+  const std::size_t end = bytes.find('\n');
+  if (end == std::string::npos) {
+    return 0;  // cut off, maybe within the number
+  }
+  const std::string version = bytes.substr(kHead.size(), end - kHead.size());
   const bool is_number = !version.empty() && version.size() < 10 &&
                          version.find_first_not_of("0123456789") == std::string::npos;
   return is_number ? std::stoi(version) : 0;

@@ -316,6 +316,7 @@ TEST_F(SavedMap, RefusesWhatRelease1WroteWithoutItsEndOrBeyondIt) {
   write(compress(bytes + "x"));
   EXPECT_TRUE(contains(error(), "is damaged: it goes on after its end")) << error();
 }
+
 TEST_F(SavedMap, KeepsHowALaserWasTilted) {
   EngineState start = mapped();
   MeasuredScan measured = *start.key_scans.all().back().scan->measured();
@@ -418,6 +419,8 @@ TEST_F(SavedMap, AMapOfAnotherVersionIsRefusedAndNotDamaged) {
                            "map the recording again, or use the commit that has saved it");
     EXPECT_FALSE(is_damaged()) << version;
   }
+  write(compress(head + "1"));
+  EXPECT_TRUE(is_damaged()) << "cut off within the number";
   write_as("17");
   EXPECT_EQ(error(), "'" + path_ + "' is a saved map of version 17" + read +
                          "use the newer one that has saved it");
