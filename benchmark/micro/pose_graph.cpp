@@ -26,7 +26,7 @@ PoseGraph laps(std::int64_t nodes, std::int64_t loops, double drift = 0.0) {
   for (std::int64_t i = 1; i <= loops; ++i) {
     const auto to = static_cast<std::size_t>(1000 + i * (nodes - 1001) / loops);
     graph.edges.push_back({to - 1000, to, noisy({}, covariance, random), covariance,
-                           EdgeKind::kLoop, Belief::kUndecided});
+                           EdgeKind::kLoop, LoopVerdict::kUndecided});
   }
   return graph;
 }
@@ -40,7 +40,7 @@ void decide_all(benchmark::State& state) {
 }
 BENCHMARK(decide_all)->Args({2000, 40})->Unit(benchmark::kMillisecond);
 
-/// The newest loop, the others being believed.
+/// The newest loop, the others being inliers.
 void decide_one_more(benchmark::State& state, double drift) {
   PoseGraph graph = laps(state.range(0), state.range(1), drift);
   graph.edges.pop_back();
@@ -64,7 +64,7 @@ BENCHMARK_CAPTURE(decide_one_more, with_drift, 0.999)
 void covariances_of_all_nodes(benchmark::State& state) {
   PoseGraph graph = laps(state.range(0), state.range(1));
   for (PoseEdge& edge : graph.edges) {
-    edge.belief = Belief::kBelieved;
+    edge.verdict = LoopVerdict::kInlier;
   }
   std::vector<std::size_t> nodes(graph.poses.size());
   std::iota(nodes.begin(), nodes.end(), std::size_t{0});

@@ -28,8 +28,8 @@ struct LoopErrors {
     LoopErrors errors, double most_chi_square,
     std::size_t first = std::numeric_limits<std::size_t>::max());
 
-/// The inlier that differs most from what the graph would say without it, if by more than
-/// that. The poses are where the edges in use fit best.
+/// The inlier that differs most from what the graph would say without it, if by more than that. The
+/// poses are where the edges in use fit best.
 [[nodiscard]] std::optional<std::size_t> worst_loop(const PoseGraph& graph, double most_chi_square);
 
 }  // namespace matchbox_slam

@@ -8,8 +8,8 @@
 namespace matchbox_slam {
 namespace {
 
-/// Log-likelihood of the inliers given the motion, up to what does not depend on the drift:
-/// that of all edges less that of the motion, each with its poses integrated out (Laplace).
+/// Log-likelihood of the inliers given the motion, up to what does not depend on the drift: that
+/// of all edges less that of the motion, each with its poses integrated out (Laplace).
 double log_likelihood_of_loops(const PoseGraph& graph, double drift_share) {
   const auto without_poses = [&](bool motion_only) {
     const GraphInformation information(graph, 0, {motion_only, drift_share});

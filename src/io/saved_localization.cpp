@@ -8,10 +8,10 @@
 namespace matchbox_slam {
 namespace {
 
-/// The number of a part of the map, of which there are so many.
-template <typename Archive, typename Part>
-void transfer_part(Archive& archive, Part& part, std::size_t parts) {
-  transfer_number(archive, "part", part, "map", parts);
+/// The number of a component of the map, of which there are so many.
+template <typename Archive, typename Number>
+void transfer_component(Archive& archive, Number& component, std::size_t components) {
+  transfer_number(archive, "component", component, "map", components);
 }
 
 void write_waiting(const std::vector<WaitingScan>& waiting, MapWriter& writer) {
@@ -21,16 +21,16 @@ void write_waiting(const std::vector<WaitingScan>& waiting, MapWriter& writer) {
   }
   write_key_scans(scans, writer);
   for (const WaitingScan& scan : waiting) {
-    transfer_part(writer, scan.component, 0);
+    transfer_component(writer, scan.component, 0);
   }
 }
 
-std::vector<WaitingScan> read_waiting(std::size_t parts, MapReader& reader) {
+std::vector<WaitingScan> read_waiting(std::size_t components, MapReader& reader) {
   const KeyScans scans = read_key_scans(reader);
   std::vector<WaitingScan> waiting;
   for (const PlacedScan& scan : scans.all()) {
     waiting.push_back({0, scan});
-    transfer_part(reader, waiting.back().component, parts);
+    transfer_component(reader, waiting.back().component, components);
   }
   return waiting;
 }
@@ -124,7 +124,7 @@ void transfer_hypotheses(Archive& archive, State& state) {
   }
 }
 
-/// @param key_scans  that the part has which the robot is in.
+/// @param key_scans  that the component has which the robot is in.
 void require_sound(const HypothesesState& state, std::size_t key_scans, const MapReader& reader) {
   if (!state.fork) {
     return;
@@ -143,7 +143,7 @@ void require_sound(const HypothesesState& state, std::size_t key_scans, const Ma
 }
 
 /// How far 1.0 had looked for the robot; it is looked for anew.
-void skip_search(MapReader& reader, std::size_t parts) {
+void skip_search(MapReader& reader, std::size_t components) {
   std::uint64_t next = 0;
   bool is_complete = false;
   PlaceSearch search;
@@ -153,7 +153,7 @@ void skip_search(MapReader& reader, std::size_t parts) {
   reader.size(search.hypotheses, 60, kMostPlaces, "places where the robot may be");
   for (PlaceHypothesis& place : search.hypotheses) {
     int confirmations = 0;
-    transfer_part(reader, place.component, parts);
+    transfer_component(reader, place.component, components);
     transfer_pose(reader, place.component_from_active);
     transfer_count(reader, confirmations);
     transfer_pose(reader, place.component_from_active);
@@ -161,7 +161,7 @@ void skip_search(MapReader& reader, std::size_t parts) {
 }
 
 template <typename Archive, typename Search>
-void transfer_search(Archive& archive, Search& search, std::size_t parts) {
+void transfer_search(Archive& archive, Search& search, std::size_t components) {
   archive.number(search.stamp, kLargest);
   archive.integer(search.indexed);
   transfer_count(archive, search.sampled);
@@ -175,14 +175,14 @@ void transfer_search(Archive& archive, Search& search, std::size_t parts) {
   archive.size(search.explained, 56, kMostPlaces, "key scans of a robot that is lost");
   for (auto& explained : search.explained) {
     archive.integer(explained.key_scan);
-    transfer_part(archive, explained.component, parts);
+    transfer_component(archive, explained.component, components);
     transfer_pose(archive, explained.component_from_base);
     archive.number(explained.best);
     archive.number(explained.elsewhere);
   }
   archive.size(search.hypotheses, 48, kMostPlaces, "places where the robot may be");
   for (auto& place : search.hypotheses) {
-    transfer_part(archive, place.component, parts);
+    transfer_component(archive, place.component, components);
     transfer_pose(archive, place.component_from_active);
     archive.number(place.log_odds);
     archive.number(place.behind);
@@ -192,39 +192,40 @@ void transfer_search(Archive& archive, Search& search, std::size_t parts) {
 }  // namespace
 
 void write_localization(const LocalizationState& localization, MapWriter& writer) {
-  const std::size_t parts = localization.components.size() + 1;
+  const std::size_t components = localization.components.size() + 1;
   writer.integer(std::uint64_t{localization.components.size()});
-  for (const MapComponent& part : localization.components) {
-    write_grids(part.map, writer);
-    write_key_scans(part.key_scans, writer);
-    write_last_inserted(part.last_inserted, writer);
-    writer.number(part.begin);
-    transfer_part(writer, part.parent, parts);
-    transfer_pose(writer, part.parent_from_component);
+  for (const MapComponent& component : localization.components) {
+    write_grids(component.map, writer);
+    write_key_scans(component.key_scans, writer);
+    write_last_inserted(component.last_inserted, writer);
+    writer.number(component.begin);
+    transfer_component(writer, component.parent, components);
+    transfer_pose(writer, component.parent_from_component);
   }
-  transfer_part(writer, localization.active, parts);
+  transfer_component(writer, localization.active, components);
   transfer_hypotheses(writer, localization.hypotheses);
   write_last_inserted(localization.inserted_before_fork, writer);
   write_waiting(localization.pending, writer);
-  transfer_search(writer, localization.search, parts);
+  transfer_search(writer, localization.search, components);
 }
 
 LocalizationState read_localization(const KeyScans& key_scans, MapReader& reader) {
   LocalizationState localization;
-  const std::size_t parts = reader.count(60, kMostDisconnectedComponents, "maps apart") + 1;
-  while (localization.components.size() + 1 < parts) {
-    MapComponent part{read_grids(reader), read_key_scans(reader), read_last_inserted(reader), 0};
-    reader.number(part.begin, kLargest);
-    transfer_part(reader, part.parent, parts);
-    transfer_pose(reader, part.parent_from_component);
-    localization.components.push_back(std::move(part));
+  const std::size_t components = reader.count(60, kMostDisconnectedComponents, "maps apart") + 1;
+  while (localization.components.size() + 1 < components) {
+    MapComponent component{read_grids(reader), read_key_scans(reader), read_last_inserted(reader),
+                           0};
+    reader.number(component.begin, kLargest);
+    transfer_component(reader, component.parent, components);
+    transfer_pose(reader, component.parent_from_component);
+    localization.components.push_back(std::move(component));
   }
-  transfer_part(reader, localization.active, parts);
+  transfer_component(reader, localization.active, components);
   if (reader.is_of_1_0()) {
     skip_doubt(reader);
-    static_cast<void>(read_waiting(parts, reader));  // what was held until a doubt ended
-    localization.pending = read_waiting(parts, reader);
-    skip_search(reader, parts);
+    static_cast<void>(read_waiting(components, reader));  // what was held until a doubt ended
+    localization.pending = read_waiting(components, reader);
+    skip_search(reader, components);
     return localization;
   }
   transfer_hypotheses(reader, localization.hypotheses);
@@ -233,11 +234,11 @@ LocalizationState read_localization(const KeyScans& key_scans, MapReader& reader
                              ? localization.components[localization.active - 1].key_scans
                              : key_scans;
   require_sound(localization.hypotheses, here.size(), reader);
-  localization.pending = read_waiting(parts, reader);
-  transfer_search(reader, localization.search, parts);
+  localization.pending = read_waiting(components, reader);
+  transfer_search(reader, localization.search, components);
   for (const PlaceHypothesis& hypothesis : localization.search.hypotheses) {
     if (hypothesis.component == localization.active) {
-      reader.fail(fmt::format("is damaged: it looks for part {} of the map in itself",
+      reader.fail(fmt::format("is damaged: it looks for component {} of the map in itself",
                               localization.active));
     }
   }

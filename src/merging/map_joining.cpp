@@ -92,7 +92,7 @@ void Joining::take_keys_up_to(std::size_t key) {
   }
 }
 
-/// The edge that makes one graph of two. What is no loop is always believed, as that a lost robot
+/// The edge that makes one graph of two. What is no loop is no outlier, as that a lost robot
 /// was found.
 void Joining::join_where_found() {
   take_keys_up_to(found_);

@@ -28,7 +28,7 @@ struct MergedJoint {
   double stamp_there = 0.0;  ///< [s] of the key scan there that it was joined to
   std::size_t matched = 0;   ///< further key scans that were matched with some of the other
   std::size_t tried = 0;     ///< places where a loop was searched for
-  std::size_t closed = 0;    ///< loops that were found, and are believed
+  std::size_t closed = 0;    ///< loops that were found, and are inliers
 };
 
 /// A map of one or several maps.

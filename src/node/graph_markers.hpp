@@ -10,9 +10,8 @@
 namespace matchbox_slam {
 
 /// The edges of a graph as lines between its poses, for rviz, in three namespaces: `motion`, thin;
-/// `loops`, from green to red as their chi square comes near what makes a loop an
-/// outlier; and `refused`, the outliers, thin and purple. One that has no edge is
-/// deleted.
+/// `loops`, from green to red as their chi square comes near what makes a loop an outlier;
+/// and `refused`, the outliers, thin and purple. One that has no edge is deleted.
 [[nodiscard]] visualization_msgs::MarkerArray to_markers(const PoseGraph& graph,
                                                          const std::string& map_frame,
                                                          const ros::Time& stamp);

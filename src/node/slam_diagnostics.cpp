@@ -174,8 +174,8 @@ void SlamDiagnostics::fill(const SlamHealth& health, DiagnosticStatusWrapper& st
   status.add("Scans left out of the map", health.left_out);
   status.add("Key scans", health.key_scans);
   status.add("Loops closed", health.loops_closed);
-  status.add("Maps apart", health.parts_apart);
-  status.add("Maps apart given up", health.parts_given_up);
+  status.add("Maps apart", health.disconnected_components);
+  status.add("Maps apart given up", health.components_given_up);
   for (std::size_t i = 0; i < health.secondary_lasers.size(); ++i) {
     status.add(fmt::format("Secondary laser {}", i + 1), health.secondary_lasers[i]);
   }

@@ -38,8 +38,8 @@ struct SlamHealth {
   std::size_t map_bytes = 0;
   std::size_t key_scans = 0;
   std::size_t loops_closed = 0;  ///< by this run, not those of a map that it went on with
-  std::size_t parts_apart = 0;
-  std::size_t parts_given_up = 0;             ///< of those
+  std::size_t disconnected_components = 0;
+  std::size_t components_given_up = 0;        ///< of those
   std::vector<std::string> secondary_lasers;  ///< where each is, for people
   std::string robot_beams;                    ///< what to say of these; empty: there are none
   std::string few_returns;   ///< what to say of scans that are too small; empty: they are not

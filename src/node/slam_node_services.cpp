@@ -352,13 +352,13 @@ void SlamNode::update_diagnostics(diagnostic_updater::DiagnosticStatusWrapper& s
     health.left_out = run().left_out();
     health.key_scans = run().key_scans().size();
     health.loops_closed = run().new_loops().closed;
-    health.parts_apart = run().disconnected_components();
+    health.disconnected_components = run().disconnected_components();
     for (const auto& [number, laser] : run().secondary_lasers()) {
       health.secondary_lasers.push_back(text_of(laser, run().scan_topic(number)));
     }
     health.few_returns = session_.few_returns();
     health.robot_beams = session_.robot_beams();
-    health.parts_given_up = run().components_given_up();
+    health.components_given_up = run().components_given_up();
     health.map_bytes = run().map_bytes();
     health.set_aside = set_aside_;
   }

@@ -39,8 +39,9 @@ EngineState read_mergeable_map(const std::string& path, const EngineOptions& opt
   EngineState map = read_saved_map(path, options.map.max_cells);
   if (!map.is_of_key_scans) {
     throw FileError(path +
-                    ": holds walls of which there are no key scans, as of an image; such a map "
-                    "cannot be merged: map the drive anew with map_bag");
+                    ": holds walls of which there are no key scans, as of an image, or "
+                    "of a map that was begun before 1.0; such a map cannot be merged: map the "
+                    "drive anew with map_bag");
   }
   if (map.key_scans.empty()) {
     throw FileError(path + ": holds no key scans; there is nothing to merge");

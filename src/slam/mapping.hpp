@@ -133,8 +133,8 @@ class Mapping {
 
   struct BegunComponent {
     bool gave_up_component = false;  ///< see MapComponents::begin_component
-    bool is_drawn_beside =
-        false;  ///< the whole map is drawn by another thread, which takes a while
+    /// The whole map is drawn by another thread, which takes a while.
+    bool is_drawn_beside = false;
   };
   /// Lost, since the scan of this stamp [s].
   BegunComponent begin_component(double stamp, const EngineOptions& options);

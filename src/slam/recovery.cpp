@@ -46,8 +46,9 @@ struct Explanation {
 };
 
 bool is_near(std::size_t component_a, const Pose2& a, std::size_t component_b, const Pose2& b) {
-  return component_a == component_b &&
-         are_near(a, b, 0.3, 0.15);  // twice as far as a place is known to
+  constexpr double kXy = 0.3;  // [m], twice as far as a place is known to; so the next
+  constexpr double kTheta = 0.15;
+  return component_a == component_b && are_near(a, b, kXy, kTheta);
 }
 
 Explanation explained_at(const PointScan& scan, std::size_t component,

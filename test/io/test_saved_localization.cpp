@@ -105,8 +105,8 @@ TEST(SavedLocalization, EachMapMayBeAsLargeAsAllowed) {
             "(no error)");
 }
 
-TEST(SavedLocalization, NameNoPartThatThereIsNot) {
-  const std::string text = "is damaged: it names part 3 of a map of 3";
+TEST(SavedLocalization, NameNoComponentThatThereIsNot) {
+  const std::string text = "is damaged: it names component 3 of a map of 3";
   EXPECT_TRUE(contains(error_after([](LocalizationState& lie) { lie.active = 3; }), text));
   EXPECT_TRUE(
       contains(error_after([](LocalizationState& lie) { lie.components[1].parent = 3; }), text));
@@ -116,11 +116,11 @@ TEST(SavedLocalization, NameNoPartThatThereIsNot) {
       error_after([](LocalizationState& lie) { lie.search.hypotheses[1].component = 3; }), text));
 }
 
-/// A join would destroy the part that it joins to.
-TEST(SavedLocalization, SeekNoPartInItself) {
+/// A join would destroy the component that it joins to.
+TEST(SavedLocalization, SeekNoComponentInItself) {
   EXPECT_TRUE(
       contains(error_after([](LocalizationState& lie) { lie.search.hypotheses[1].component = 2; }),
-               "is damaged: it looks for part 2 of the map in itself"));
+               "is damaged: it looks for component 2 of the map in itself"));
 }
 
 TEST(SavedLocalization, CountNoMoreThanThereCanBe) {
