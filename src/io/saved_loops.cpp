@@ -109,13 +109,6 @@ void require_sound_graph(const PoseGraph& graph, const MapReader& reader) {
   }
 }
 
-/// As it was when the work was begun that is to be done again.
-PoseGraph graph_as_of(const PendingLoopWork& pending, const KeyScans& keys,
-                      const std::vector<PoseEdge>& edges) {
-  return {keys.poses(pending.newest + 1),
-          {edges.begin(), edges.begin() + static_cast<std::ptrdiff_t>(pending.edges)}};
-}
-
 /// Of each key scan, where some are another robot's.
 template <typename Archive, typename Flags>
 void transfer_are_others(Archive& archive, Flags& are_others, std::size_t nodes) {
@@ -203,7 +196,7 @@ void read_loops(MapReader& reader, EngineState& map) {
   if (has_pending) {
     state.pending = PendingLoopWork{};  // GCC 10 cannot emplace() what has initialisers
     transfer_pending(reader, *state.pending, nodes, state.edges.size());
-    require_sound_graph(graph_as_of(*state.pending, map.key_scans, state.edges), reader);
+    require_sound_graph(graph_as_of(*state.pending, map.key_scans, state), reader);
   }
   reader.flag(map.is_of_key_scans);
   map.loops = std::move(state);

@@ -86,6 +86,11 @@ PoseGraph graph_of(const KeyScans& keys, const LoopState& state) {
   return {keys.poses(state.nodes), state.edges};
 }
 
+PoseGraph graph_as_of(const PendingLoopWork& begun, const KeyScans& keys, const LoopState& state) {
+  return {keys.poses(begun.newest + 1),
+          {state.edges.begin(), state.edges.begin() + static_cast<std::ptrdiff_t>(begun.edges)}};
+}
+
 std::size_t count_closed(const std::vector<ClosedLoop>& loops) {
   return static_cast<std::size_t>(std::count_if(
       loops.begin(), loops.end(), [](const ClosedLoop& loop) { return loop.is_inlier; }));
@@ -234,11 +239,9 @@ void LoopCloser::begin_again(const KeyScans& keys, LocalMapRequest near,
     return;
   }
   const std::size_t nodes = pending.newest + 1;
-  LoopSearch then{
-      {keys.all().begin(), keys.all().begin() + static_cast<std::ptrdiff_t>(nodes)},
-      {keys.poses(nodes),
-       {state_.edges.begin(), state_.edges.begin() + static_cast<std::ptrdiff_t>(pending.edges)}},
-      options};
+  LoopSearch then{{keys.all().begin(), keys.all().begin() + static_cast<std::ptrdiff_t>(nodes)},
+                  graph_as_of(pending, keys, state_),
+                  options};
   near.scans.reset();
   if (pending.is_near_due) {
     near.before = near.before.as_of(nodes, keys.all(), near.map, near.field);

@@ -102,6 +102,10 @@ struct LoopState {
 /// The graph as it is now.
 [[nodiscard]] PoseGraph graph_of(const KeyScans& keys, const LoopState& state);
 
+/// The graph as it was when the work was begun, but for poses that have moved since.
+[[nodiscard]] PoseGraph graph_as_of(const PendingLoopWork& begun, const KeyScans& keys,
+                                    const LoopState& state);
+
 /// Of loops that were tried, how many are inliers.
 [[nodiscard]] std::size_t count_closed(const std::vector<ClosedLoop>& loops);
 
