@@ -9,7 +9,7 @@ namespace matchbox_slam {
 namespace {
 
 /// Where a match says less than this about a direction, its answer is the prediction's own.
-constexpr double kMostLeft = 0.5;  // of the prior's variance
+constexpr double kMostVarianceLeft = 0.5;  // of the prior's variance
 
 /// @param squared  error over its standard deviation, squared; 1 where the share is right.
 double follow(double share, double squared, double weight, double min_scale) {
@@ -42,7 +42,7 @@ OdometryNoiseScale updated_noise_scale(const OdometryNoiseScale& scale, const Po
   const double way = moved.translation().norm() + kMetresPerRadian * std::abs(moved.theta);
   const double weight = 1.0 - std::exp(-way / kMemory);
   OdometryNoiseScale result = scale;
-  if (posterior(2, 2) < kMostLeft * prior(2, 2)) {
+  if (posterior(2, 2) < kMostVarianceLeft * prior(2, 2)) {
     const double turned = wrap_angle(matched.theta - predicted.theta);
     result.rotation = follow(result.rotation, turned * turned / (prior(2, 2) - posterior(2, 2)),
                              weight, min_scale);
@@ -54,7 +54,7 @@ OdometryNoiseScale updated_noise_scale(const OdometryNoiseScale& scale, const Po
                               (matched.translation() - predicted.translation());
   for (int i = 0; i < 2; ++i) {
     const double left = std::max(0.0, axes.eigenvalues()[i]);
-    if (left < kMostLeft) {
+    if (left < kMostVarianceLeft) {
       result.translation =
           follow(result.translation, off[i] * off[i] / (1.0 - left), weight, min_scale);
     }

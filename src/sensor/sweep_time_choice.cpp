@@ -13,21 +13,22 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kTurn = degrees_to_radians(330.0);  // a laser that sees so much turns all round
+constexpr double kAllRound =
+    degrees_to_radians(330.0);  // a laser that sees so much turns all round
 constexpr std::size_t kMostGaps = 9;
-constexpr double kSlowestTurn = 0.5;  // s: rarer scans are not all that the laser took
+constexpr double kSlowestScan = 0.5;  // s: rarer scans are not all that the laser took
 // What a sweep that can be lasts, of the time from scan to scan.
 constexpr double kMinSweepShare = 0.5;
 constexpr double kMaxSweepShare = 1.1;
 
-constexpr double kMotionTime = 0.2;    // s at most, over which odometry tells how fast the robot is
-constexpr std::size_t kMostScans = 9;  // of the turning robot that are asked
+constexpr double kMotionTime = 0.2;  // s at most, over which odometry tells how fast the robot is
+constexpr std::size_t kMostTurningScans = 9;  // of the turning robot that are asked
 constexpr double kLikelyTolerance = 0.25;  // of the period: so near to what is likely, it is that
 
 // What scans tell is off by more than their noise (measured: twice, and 0.02 s), and now and then
 // all wrong, so that none counts for more than so much.
 constexpr double kNoiseFactor = 2.0;
-constexpr double kLeastDeviation = 0.02;  // s
+constexpr double kLeastSweepDeviation = 0.02;  // s
 constexpr double kMostOfTold = 3.0;
 constexpr double kDecisive = 2.0;
 // Log odds, before any scan, against a sweep that is neither sent nor lasts from scan to scan, as
@@ -40,7 +41,7 @@ double beams_of(const LaserScan& scan) { return static_cast<double>(scan.ranges.
 
 /// [s]
 double deviation_of(const ToldSweepTime& told) {
-  return std::hypot(kNoiseFactor * told.deviation, kLeastDeviation);
+  return std::hypot(kNoiseFactor * told.deviation, kLeastSweepDeviation);
 }
 
 }  // namespace
@@ -68,7 +69,7 @@ std::optional<double> SweepTimeChoice::period() const {
 
 bool SweepTimeChoice::may_be_looked_at(const LaserScan& scan) const {
   return !setting_.as_sent && !setting_.seconds && scan.ranges.size() > 1 &&
-         std::abs(scan.angle_increment) * beams_of(scan) >= kTurn;
+         std::abs(scan.angle_increment) * beams_of(scan) >= kAllRound;
 }
 
 bool SweepTimeChoice::can_be(const LaserScan& as_sent, double sent_scan_time) const {
@@ -94,7 +95,7 @@ double SweepTimeChoice::time_increment(const LaserScan& as_sent, double sent_sca
   is_doubtful_ = from_scan_to_scan && !can_be(as_sent, sent_scan_time);
   // All beams at once is what a camera or a simulator may do; a sweep that is shorter than any
   // laser turns is not.
-  if (!is_doubtful_ || as_sent.time_increment == 0.0 || *from_scan_to_scan > kSlowestTurn) {
+  if (!is_doubtful_ || as_sent.time_increment == 0.0 || *from_scan_to_scan > kSlowestScan) {
     return as_sent.time_increment;
   }
   if (!std::exchange(has_told_, true)) {
@@ -186,7 +187,7 @@ void SweepTimeChoice::decide(double whole) {
   const double for_likely = std::max(0.0, for_whole);
   const double for_told =
       is_likely(told) ? -kPriorLogOdds : log_likelihood_ratio(told) - kPriorLogOdds;
-  is_final_ = estimator_.turning_scans() >= kMostScans;
+  is_final_ = estimator_.turning_scans() >= kMostTurningScans;
   const bool is_taken_back = settled_ && !is_likely(*settled_) && for_likely >= for_told;
   if (!is_likely(told) && (is_final_ || for_told - for_likely >= kDecisive)) {
     settle(told, told, "");
@@ -206,7 +207,7 @@ void SweepTimeChoice::decide(double whole) {
 /// @param which  of the likely ones it is, for people.
 void SweepTimeChoice::settle(double sweep, double told, const std::string& which) {
   settled_ = sweep;
-  if (known_ ? std::abs(sweep - *known_) <= kLeastDeviation
+  if (known_ ? std::abs(sweep - *known_) <= kLeastSweepDeviation
              : !has_told_ && std::abs(sweep - sent_) <= kSameSweep) {
     return;
   }

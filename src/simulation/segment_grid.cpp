@@ -15,7 +15,7 @@ constexpr double kCellSize = 0.5;
 constexpr double kMaxCellsPerSide = 1000.0;
 // A segment also belongs to the cells that it misses by rounding.
 constexpr double kMargin = 1e-6;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kEndless = std::numeric_limits<double>::infinity();
 
 struct Interval {
   double from;
@@ -25,7 +25,7 @@ struct Interval {
 /// Part of the ray, by range, whose coordinate on one axis lies between low and high.
 Interval clip(double origin, double direction, double low, double high) {
   if (direction == 0.0) {
-    return origin >= low && origin <= high ? Interval{0.0, kInfinity} : Interval{kInfinity, 0.0};
+    return origin >= low && origin <= high ? Interval{0.0, kEndless} : Interval{kEndless, 0.0};
   }
   const double a = (low - origin) / direction;
   const double b = (high - origin) / direction;
@@ -37,7 +37,7 @@ struct AxisWalk {
   /// Range at which the ray leaves the cell, from the cell's number so that no rounding adds up.
   [[nodiscard]] double exit_range() const {
     if (direction == 0.0) {
-      return kInfinity;
+      return kEndless;
     }
     return (low + (cell + (step() > 0 ? 1 : 0)) * cell_size - origin) / direction;
   }

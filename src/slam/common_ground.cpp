@@ -16,7 +16,7 @@ namespace {
 
 /// Of the weight of a scan, that has to lie on known ground by the match alone.
 constexpr double kDrawn = 0.02;
-constexpr std::size_t kBeams = 180;
+constexpr std::size_t kGroundBeams = 180;
 
 class Ground {
  public:
@@ -92,7 +92,7 @@ class Comparison {
 
 /// Of the weight of a scan.
 double share_drawn(const PointScan& scan, const Comparison& comparison) {
-  const std::size_t stride = (scan.points.size() + kBeams - 1) / kBeams;
+  const std::size_t stride = (scan.points.size() + kGroundBeams - 1) / kGroundBeams;
   double all = 0.0;
   double drawn = 0.0;
   for (std::size_t i = stride / 2; i < scan.points.size(); i += stride) {

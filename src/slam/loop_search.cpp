@@ -18,9 +18,9 @@ namespace {
 
 // Guesses, tried on five drives with loops (benchmark/reports/current/CONSTANTS.md): with half
 // of kMerged they are up to 2 % better, with double aces is 11 % worse and seattle 14 % better;
-// half of kAround changes them by up to 1 %, with double aces is 8 % worse.
-constexpr std::size_t kMerged = 8;   // key scans that are searched at once
-constexpr std::size_t kAround = 10;  // key scans to each side of the candidate
+// half of kBesideCandidate changes them by up to 1 %, with double aces is 8 % worse.
+constexpr std::size_t kMerged = 8;            // key scans that are searched at once
+constexpr std::size_t kBesideCandidate = 10;  // key scans to each side of the candidate
 // A place scores at least this share of its fine score in the coarse search, whose likelihoods are
 // wider: of 36 loops of four logs the lowest had 1.007, the median 1.1.
 constexpr double kCoarseShare = 0.9;
@@ -51,8 +51,8 @@ LikelihoodField field_of(const std::vector<SurfaceHit>& walls, double resolution
 }
 
 PlacedScans around(const PlacedScans& keys, std::size_t candidate) {
-  const std::size_t begin = candidate - std::min(candidate, kAround);
-  const std::size_t end = std::min(keys.size(), candidate + kAround + 1);
+  const std::size_t begin = candidate - std::min(candidate, kBesideCandidate);
+  const std::size_t end = std::min(keys.size(), candidate + kBesideCandidate + 1);
   return {keys.begin() + static_cast<std::ptrdiff_t>(begin),
           keys.begin() + static_cast<std::ptrdiff_t>(end)};
 }

@@ -13,7 +13,7 @@ namespace {
 
 using Counts = ReflectionGrid::Counts;
 
-constexpr std::size_t kBeams = 180;
+constexpr std::size_t kEvidenceBeams = 180;
 constexpr double kWallOfWitness = 0.5;  // [m]
 /// Probability that a cell that nothing is known of reflects a beam.
 constexpr double kUnknownReflects = 0.02;
@@ -194,7 +194,7 @@ class BeamWalk {
 class EvenBeams {
  public:
   EvenBeams(const PointScan& scan, const Transform2& to_map) {
-    const std::size_t stride = (scan.points.size() + kBeams - 1) / kBeams;
+    const std::size_t stride = (scan.points.size() + kEvidenceBeams - 1) / kEvidenceBeams;
     for (std::size_t i = stride / 2; i < scan.points.size(); i += stride) {
       const ScanPoint& point = scan.points[i];
       const double range = (to_map * point.position - to_map * point.origin).norm();
@@ -218,7 +218,7 @@ class EvenBeams {
                : 0.0;
   }
 
-  std::array<const ScanPoint*, kBeams> beams_{};
+  std::array<const ScanPoint*, kEvidenceBeams> beams_{};
   std::size_t count_ = 0;
 };
 

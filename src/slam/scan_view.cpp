@@ -9,12 +9,12 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kSectors = 180;  // of 2 degrees, as lasers have a beam a degree and more
+constexpr std::size_t kViewSectors = 180;  // of 2 degrees, as lasers have a beam a degree and more
 constexpr float kNever = std::numeric_limits<float>::infinity();
 
 std::size_t sector_of(const Eigen::Vector2d& direction) {
   const double turns = (std::atan2(direction.y(), direction.x()) + kPi) / (2.0 * kPi);
-  return std::min(kSectors - 1, static_cast<std::size_t>(turns * kSectors));
+  return std::min(kViewSectors - 1, static_cast<std::size_t>(turns * kViewSectors));
 }
 
 Eigen::Vector2d laser_of(const PointScan& scan) {
@@ -27,7 +27,7 @@ Eigen::Vector2d laser_of(const PointScan& scan) {
 }  // namespace
 
 ScanView::ScanView(const PointScan& scan, const Pose2& map_from_base)
-    : reaches_(kSectors, {kNever, -kNever}) {
+    : reaches_(kViewSectors, {kNever, -kNever}) {
   const Eigen::Vector2d laser = laser_of(scan);
   map_from_laser_ = map_from_base * Pose2{laser.x(), laser.y(), 0.0};
   const auto see = [&](const Eigen::Vector2d& end) {

@@ -12,7 +12,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kLanes = 16;  // of a loop that the compiler vectorises
+constexpr std::size_t kRowLanes = 16;  // of a loop that the compiler vectorises
 
 /// Positions of the points in a column, in cells from its first one.
 MATCHBOX_SIMD_CLONES void locate(const float* __restrict__ x, const float* __restrict__ y,
@@ -28,14 +28,14 @@ MATCHBOX_SIMD_CLONES void locate(const float* __restrict__ x, const float* __res
 
 MATCHBOX_SIMD_CLONES void take_maxima(const float* __restrict__ values, std::size_t count,
                                       float* __restrict__ lanes) {
-  for (std::size_t i = 0; i + kLanes <= count; i += kLanes) {
-    for (std::size_t k = 0; k < kLanes; ++k) {
+  for (std::size_t i = 0; i + kRowLanes <= count; i += kRowLanes) {
+    for (std::size_t k = 0; k < kRowLanes; ++k) {
       lanes[k] = lanes[k] < values[i + k] ? values[i + k] : lanes[k];
     }
   }
 }
 
-std::size_t padded(std::size_t count) { return (count + kLanes - 1) / kLanes * kLanes; }
+std::size_t padded(std::size_t count) { return (count + kRowLanes - 1) / kRowLanes * kRowLanes; }
 
 /// Buffers for one column after another.
 class ColumnMaker {
@@ -79,7 +79,7 @@ float spectrum_of(const std::vector<float>& column, SpectrumKind kind) {
   if (kind == SpectrumKind::kEnergy) {
     return lane_dot(column.data(), column.data(), column.size());
   }
-  std::array<float, kLanes> lanes{};
+  std::array<float, kRowLanes> lanes{};
   take_maxima(column.data(), column.size(), lanes.data());
   return *std::max_element(lanes.begin(), lanes.end());
 }
@@ -113,7 +113,7 @@ class WallLengths {
 };
 
 /// Points that vote as one.
-struct PointGroup {
+struct VotingGroup {
   Eigen::Vector2d first;
   Eigen::Vector2d moment;
   double weight;
@@ -154,7 +154,7 @@ HoughPoints hough_points(const std::vector<ScanPoint>& points, double spacing) {
   }
   HoughPoints result;
   const WallLengths lengths(usable);
-  PointGroup group{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero(), 0.0};
+  VotingGroup group{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero(), 0.0};
   for (std::size_t i = 0; i < usable.size(); ++i) {
     const double weight = lengths.at(i);
     if (!(weight > 0.0)) {

@@ -16,7 +16,6 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::int64_t kTopValue = 255;  // of a cell
 constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::min();
 
 constexpr int kPerAxis = 4;  // blocks of a level in one of the next coarser one

@@ -62,6 +62,8 @@ struct SearchScoring {
   std::int64_t floor = std::numeric_limits<std::int64_t>::min();
 };
 
+constexpr std::int64_t kTopValue = 255;  ///< of a cell
+
 /// A pose this improbable is never the answer but for want of any other.
 constexpr std::int64_t kMaxPenalty = std::int64_t{1} << 40;
 

@@ -7,8 +7,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr int kMostWeight = 255;         // that sum_windows adds up
-constexpr std::int64_t kTopValue = 255;  // of a cell
+constexpr int kMostClusterWeight = 255;  // that sum_windows adds up
 
 // Share of the slack that turns take up, at the useful range; the rest is for neighbours. With half
 // of it a search in rooms takes a tenth longer, with 0.8 as long.
@@ -33,7 +32,8 @@ class Cluster {
 
   /// Whether turns by up to an angle to each side leave all of it within `slack` of its middle.
   [[nodiscard]] bool fits(double angle, double slack) const {
-    return weight_ <= kMostWeight && middle().norm() * angle + 0.5 * (high_ - low_).norm() <= slack;
+    return weight_ <= kMostClusterWeight &&
+           middle().norm() * angle + 0.5 * (high_ - low_).norm() <= slack;
   }
 
   [[nodiscard]] Eigen::Vector2d middle() const { return 0.5 * (low_ + high_); }
