@@ -27,7 +27,7 @@ constexpr std::int32_t kFarthestCell = 1 << 24;
 // or a MapReader and something to fill.
 
 /// Of the format that is written.
-constexpr int kSavedVersion = 16;
+constexpr int kSavedVersion = 17;
 /// Of what release 1.0 wrote, which is read, too. No other version is.
 constexpr int kVersionOfRelease1 = 7;
 
@@ -75,6 +75,12 @@ class MapWriter {
   void cell(const Cell& cell) {
     integer(std::int32_t{cell.x});
     integer(std::int32_t{cell.y});
+  }
+
+  /// So many cells of a row.
+  void run(const Cell& first, std::uint32_t count) {
+    cell(first);
+    integer(count);
   }
 
   /// To be called once, at the end.
@@ -169,11 +175,17 @@ class MapReader {
   void cell(Cell& cell) {
     integer(cell.x);
     integer(cell.y);
-    // The lowest integer has no absolute value.
-    if (std::min(cell.x, cell.y) < -kFarthestCell || std::max(cell.x, cell.y) > kFarthestCell) {
-      fail(fmt::format("is damaged: a cell lies at {}, {}", cell.x, cell.y));
-    }
     include(cell);
+  }
+
+  void run(Cell& first, std::uint32_t& count) {
+    cell(first);
+    integer(count);
+    if (count == 0 || count > kFarthestCell) {
+      fail(fmt::format("is damaged: {} cells of a row are known from {}, {} on", count, first.x,
+                       first.y));
+    }
+    include({first.x + static_cast<std::int32_t>(count) - 1, first.y});
   }
 
   /// How many items of at least `bytes_each` follow.
@@ -205,6 +217,10 @@ class MapReader {
 
   /// Before the cell is stored: all memory goes by the rectangle around the cells, in whole tiles.
   void include(const Cell& cell) {
+    // The lowest integer has no absolute value.
+    if (std::min(cell.x, cell.y) < -kFarthestCell || std::max(cell.x, cell.y) > kFarthestCell) {
+      fail(fmt::format("is damaged: a cell lies at {}, {}", cell.x, cell.y));
+    }
     constexpr int kTileMargin = OccupancyGrid::Tiles::kTileSize - 1;
     const CellBox before = box_.empty() ? CellBox{cell, cell} : box_;
     box_.min = {std::min(before.min.x, cell.x), std::min(before.min.y, cell.y)};

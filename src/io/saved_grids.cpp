@@ -10,15 +10,53 @@ namespace matchbox_slam {
 namespace {
 
 constexpr double kMostReachCells = 120.0;  // as LikelihoodField allows
+constexpr std::size_t kAnyCount = std::numeric_limits<std::size_t>::max();
 
-template <typename Visit>
-void visit_known(const OccupancyGrid& grid, const Visit& visit) {
+/// Known cells that follow each other in a row.
+struct Run {
+  Cell first;
+  std::uint32_t count = 0;
+};
+
+/// Row by row.
+std::vector<Run> known_runs(const OccupancyGrid& grid) {
   const CellBox bounds = grid.known_bounds();
+  std::vector<Run> runs;
   for (int y = bounds.min.y; y < bounds.max.y; ++y) {
+    bool is_in_run = false;
     for (int x = bounds.min.x; x < bounds.max.x; ++x) {
-      if (grid.is_known({x, y})) {
-        visit(Cell{x, y});
+      const bool is_known = grid.is_known({x, y});
+      if (is_known && !is_in_run) {
+        runs.push_back({{x, y}, 0});
       }
+      if (is_known) {
+        ++runs.back().count;
+      }
+      is_in_run = is_known;
+    }
+  }
+  return runs;
+}
+
+/// Of a map of release 1.0, which told where each cell is.
+void read_cells_of_1_0(MapReader& reader, OccupancyGrid& grid) {
+  Cell cell;
+  for (std::size_t left = reader.count(10, kAnyCount, "cells"); left > 0; --left) {
+    reader.cell(cell);
+    OccupancyGrid::Stored stored{};
+    reader.integer(stored);
+    grid.restore(cell, stored);
+  }
+}
+
+void read_cells(MapReader& reader, OccupancyGrid& grid) {
+  Run run;
+  for (std::size_t left = reader.count(14, kAnyCount, "rows of cells"); left > 0; --left) {
+    reader.run(run.first, run.count);
+    for (Cell cell = run.first; run.count > 0; ++cell.x, --run.count) {
+      OccupancyGrid::Stored stored{};
+      reader.integer(stored);
+      grid.restore(cell, stored);
     }
   }
 }
@@ -43,13 +81,15 @@ void write_grids(const SlamMap& map, MapWriter& writer) {
   writer.number(map.field.geometry().resolution());
   writer.number(map.field.options().sigma);
   writer.number(map.field.options().reach);
-  std::uint64_t known = 0;  // counted first, as a list of them would take more memory than the map
-  visit_known(map.occupancy, [&known](const Cell& /*cell*/) { ++known; });
-  writer.integer(known);
-  visit_known(map.occupancy, [&](const Cell& cell) {
-    writer.cell(cell);
-    writer.integer(map.occupancy.stored(cell));
-  });
+  const std::vector<Run> runs = known_runs(map.occupancy);
+  writer.integer(std::uint64_t{runs.size()});
+  for (const Run& run : runs) {
+    writer.run(run.first, run.count);
+    const int end = run.first.x + static_cast<int>(run.count);
+    for (Cell cell = run.first; cell.x < end; ++cell.x) {
+      writer.integer(map.occupancy.stored(cell));
+    }
+  }
   const std::vector<Cell> walls = map.field.surface_cells();
   writer.integer(std::uint64_t{walls.size()});
   for (const Cell& cell : walls) {
@@ -59,7 +99,6 @@ void write_grids(const SlamMap& map, MapWriter& writer) {
 }
 
 SlamMap read_grids(MapReader& reader) {
-  constexpr std::size_t kAnyCount = std::numeric_limits<std::size_t>::max();
   MapOptions map_options;
   LikelihoodFieldOptions field_options;
   reader.begin_map();
@@ -74,12 +113,10 @@ SlamMap read_grids(MapReader& reader) {
                     to_string(field_options.reach), to_string(map_options.resolution)));
   }
   SlamMap map(map_options, field_options);
-  Cell cell;
-  for (std::size_t left = reader.count(10, kAnyCount, "cells"); left > 0; --left) {
-    reader.cell(cell);
-    OccupancyGrid::Stored stored{};
-    reader.integer(stored);
-    map.occupancy.restore(cell, stored);
+  if (reader.is_of_1_0()) {
+    read_cells_of_1_0(reader, map.occupancy);
+  } else {
+    read_cells(reader, map.occupancy);
   }
   std::vector<std::pair<Cell, LikelihoodField::StoredSurface>> walls;
   reader.size(walls, reader.is_of_1_0() ? 22 : 24, kAnyCount, "walls");

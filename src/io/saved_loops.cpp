@@ -92,13 +92,13 @@ void transfer_pending(Archive& archive, Pending& pending, std::size_t nodes, std
   }
 }
 
-/// Ids of the key scans that a map of what lies near shows.
-std::vector<std::uint64_t> read_drawn(std::size_t key_scans, MapReader& reader) {
-  std::vector<std::uint64_t> drawn(reader.count(8, key_scans, "key scans drawn near the robot"));
-  for (std::uint64_t& id : drawn) {
-    transfer_node(reader, id, key_scans);
+template <typename Archive, typename Contents>
+void transfer_local_map(Archive& archive, Contents& contents, std::size_t key_scans) {
+  transfer_vector(archive, contents.center);
+  archive.size(contents.drawn, 8, key_scans, "key scans drawn near the robot");
+  for (auto& id : contents.drawn) {
+    transfer_node(archive, id, key_scans);
   }
-  return drawn;
 }
 
 void require_sound_graph(const PoseGraph& graph, const MapReader& reader) {
@@ -132,15 +132,9 @@ void write_loops(const EngineState& map, MapWriter& writer) {
   writer.integer(std::uint64_t{state.nodes});
   transfer_state(writer, state, 0);
   transfer_are_others(writer, state.are_others, 0);
-  const SlamMap* near = map.local_map.map();
-  writer.flag(near != nullptr);
-  if (near != nullptr) {
-    write_grids(*near, writer);
-    transfer_vector(writer, map.local_map.center());
-    writer.integer(std::uint64_t{map.local_map.drawn().size()});
-    for (const std::uint64_t id : map.local_map.drawn()) {
-      writer.integer(id);
-    }
+  writer.flag(map.local_map.has_value());
+  if (map.local_map) {
+    transfer_local_map(writer, *map.local_map, 0);
   }
   writer.flag(map.is_moved);
   writer.flag(map.is_continued);
@@ -168,26 +162,14 @@ void read_loops(MapReader& reader, EngineState& map) {
   }
   bool has_local_map = false;
   reader.flag(has_local_map);
-  if (has_local_map) {
-    SlamMap near = read_grids(reader);
+  if (has_local_map && reader.is_of_1_0()) {
+    // It holds the map itself, and does not tell what it shows; another is drawn soon.
+    static_cast<void>(read_grids(reader));
     Eigen::Vector2d center;
     transfer_vector(reader, center);
-    std::vector<std::uint64_t> drawn;
-    if (!reader.is_of_1_0()) {
-      drawn = read_drawn(keys.size(), reader);
-    }
-    if (drawn.empty()) {
-      near.reflection.count(near.occupancy);
-    }
-    const CellBox known = near.occupancy.known_bounds();
-    for (const std::uint64_t id : drawn) {
-      if (!known.contains(
-              near.occupancy.geometry().cell_at(keys[id].map_from_base.translation()))) {
-        continue;  // as only a damaged file has it
-      }
-      near.reflection.count(*keys[id].scan->points(), keys[id].map_from_base);
-    }
-    map.local_map = {std::move(near), center, keys.size(), std::move(drawn)};
+  } else if (has_local_map) {
+    map.local_map = LocalMapContents{};
+    transfer_local_map(reader, *map.local_map, keys.size());
   }
   reader.flag(map.is_moved);
   reader.flag(map.is_continued);

@@ -27,6 +27,21 @@ ScanOutcome outcome_of(const ScanInput& input, const MotionPrediction& predicted
   return outcome;
 }
 
+/// The key scans that a map shows: what lies elsewhere a damaged file may have put anywhere.
+class ShownKeyScans {
+ public:
+  explicit ShownKeyScans(const MapComponent& component)
+      : map_(component.map.occupancy), known_(map_.known_bounds()) {}
+
+  [[nodiscard]] bool contains(const PlacedScan& key) const {
+    return known_.contains(map_.geometry().cell_at(key.map_from_base.translation()));
+  }
+
+ private:
+  const OccupancyGrid& map_;
+  CellBox known_;
+};
+
 /// Of a map that was saved, which has none.
 void count_reflections(MapComponent& component, bool is_of_key_scans) {
   ReflectionGrid& reflection = component.map.reflection;
@@ -36,14 +51,29 @@ void count_reflections(MapComponent& component, bool is_of_key_scans) {
   if (!is_of_key_scans) {
     reflection.count(component.map.occupancy);
   }
-  // What is no part of the drawn map a damaged file may have put anywhere.
-  const CellBox known = component.map.occupancy.known_bounds();
+  const ShownKeyScans shown(component);
   for (const PlacedScan& key : component.key_scans.all()) {
-    if (!key.scan->is_of_image() &&
-        known.contains(reflection.geometry().cell_at(key.map_from_base.translation()))) {
+    if (!key.scan->is_of_image() && shown.contains(key)) {
       reflection.count(*key.scan->points(), key.map_from_base);
     }
   }
+}
+
+LocalMap drawn_again(const LocalMapContents& contents, const MapComponent& component,
+                     const EngineOptions& options) {
+  const PlacedScans& keys = component.key_scans.all();
+  const ShownKeyScans shown(component);
+  PlacedScans drawn;
+  for (const std::uint64_t id : contents.drawn) {
+    if (shown.contains(keys.at(id))) {
+      drawn.push_back(keys[id]);
+    }
+  }
+  return {contents.center, drawn, keys.size(), options.map, options.field};
+}
+
+std::optional<LocalMapContents> contents_of(const LocalMap& map) {
+  return map.map() ? std::optional(LocalMapContents{map.center(), map.drawn()}) : std::nullopt;
 }
 
 }  // namespace
@@ -423,9 +453,11 @@ void SlamEngine::Parts::start_from(EngineState start) {
     count_reflections(component, start.is_of_key_scans);
   }
   const std::size_t drawn = components.front().key_scans.size();
+  LocalMap local_map =
+      start.local_map ? drawn_again(*start.local_map, components.front(), options_) : LocalMap();
   mapping_ = Mapping(
       MapComponents(std::move(components), localization.active, std::move(localization.pending)),
-      LoopCloser(std::move(start.loops)), {std::move(start.local_map), start.is_moved, drawn},
+      LoopCloser(std::move(start.loops)), {std::move(local_map), start.is_moved, drawn},
       start.is_continued, start.is_of_key_scans, options_);
   hypotheses_ = PoseHypotheses(std::move(localization.hypotheses));
   if (const auto& fork = hypotheses_.state().fork) {
@@ -456,7 +488,7 @@ EngineState SlamEngine::Parts::snapshot() {
            components.active_number(),
            relocalizer_.search()},
           mapping_.loops().state(),
-          mapping_.renderer().local_map(),
+          contents_of(mapping_.renderer().local_map()),
           mapping_.renderer().is_moved(),
           mapping_.is_continued(),
           mapping_.is_of_key_scans(),

@@ -13,7 +13,7 @@ void EngineState::begin_anew(const Pose2& map_from_base, const Eigen::Matrix3d& 
   localization.hypotheses = {};
   localization.active = 0;
   localization.search = {};
-  local_map.clear();
+  local_map.reset();
   map.field.render();  // as it is matched against from now on
   if (loops.pending) {
     loops.pending->is_abandoned = true;
@@ -57,9 +57,6 @@ void check_maps(const EngineState& start, const EngineOptions& options) {
   check_map(start.map, options);
   for (const MapComponent& component : start.localization.components) {
     check_map(component.map, options);
-  }
-  if (const SlamMap* near = start.local_map.map()) {
-    check_map(*near, options);
   }
 }
 

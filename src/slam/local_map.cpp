@@ -1,4 +1,4 @@
-#include "matchbox_slam/slam/local_map.hpp"
+#include "slam/local_map.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -37,10 +37,16 @@ bool LocalMap::is_due(const PlacedScans& keys) const {
   return !map_ || distance(keys.back(), center_) >= kMoved || drawn_.size() >= kFull;
 }
 
+LocalMap::LocalMap(const Eigen::Vector2d& center, const PlacedScans& drawn, std::size_t taken,
+                   const MapOptions& map_options, const LikelihoodFieldOptions& field_options)
+    : map_(rendered(drawn, map_options, field_options)),
+      center_(center),
+      taken_(taken),
+      drawn_(ids_of(drawn)) {}
+
 LocalMap::LocalMap(const LocalScans& near, const MapOptions& map_options,
                    const LikelihoodFieldOptions& field_options)
-    : LocalMap(rendered(near.belonging, map_options, field_options), near.center, near.newest + 1,
-               ids_of(near.belonging)) {}
+    : LocalMap(near.center, near.belonging, near.newest + 1, map_options, field_options) {}
 
 std::optional<LocalMap> LocalMap::with(const LocalScans& near,
                                        const MapOptions& map_options) const {
@@ -78,7 +84,7 @@ LocalMap LocalMap::as_of(std::size_t taken, const PlacedScans& keys, const MapOp
       then.push_back(keys[id]);
     }
   }
-  return {rendered(then, map_options, field_options), center_, taken, ids_of(then)};
+  return {center_, then, taken, map_options, field_options};
 }
 
 void LocalMap::draw(const PlacedScan& key, const MapOptions& map_options) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "matchbox_slam/matching/key_scan.hpp"
-#include "matchbox_slam/slam/local_map.hpp"
+#include "slam/local_map.hpp"
 
 namespace matchbox_slam {
 

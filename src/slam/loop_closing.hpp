@@ -10,8 +10,8 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/graph/pose_graph.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
-#include "matchbox_slam/slam/local_map.hpp"
 #include "matchbox_slam/slam/loops.hpp"
+#include "slam/local_map.hpp"
 #include "slam/path_uncertainty.hpp"
 
 namespace matchbox_slam {

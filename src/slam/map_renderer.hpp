@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "matchbox_slam/slam/engine_options.hpp"
-#include "matchbox_slam/slam/local_map.hpp"
+#include "slam/local_map.hpp"
 #include "slam/loop_closing.hpp"
 #include "slam/map_components.hpp"
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
@@ -13,7 +14,6 @@
 #include "matchbox_slam/slam/engine_options.hpp"
 #include "matchbox_slam/slam/hypotheses.hpp"
 #include "matchbox_slam/slam/key_scans.hpp"
-#include "matchbox_slam/slam/local_map.hpp"
 #include "matchbox_slam/slam/loops.hpp"
 #include "matchbox_slam/slam/map_component.hpp"
 #include "matchbox_slam/slam/place_search.hpp"
@@ -30,6 +30,12 @@ struct LocalizationState {
   PlaceSearch search;
 };
 
+/// What a local map shows: it is drawn anew from its key scans.
+struct LocalMapContents {
+  Eigen::Vector2d center = Eigen::Vector2d::Zero();
+  std::vector<std::uint64_t> drawn;  ///< key scans, by id, in the order in which they were drawn
+};
+
 /// All that an engine knows: what it takes to go on from there as if nothing had been between.
 struct EngineState {
   SlamMap map;  ///< its field is rendered if it is matched against
@@ -39,7 +45,7 @@ struct EngineState {
   std::uint64_t scan_count = 0;
   LocalizationState localization = {};
   LoopState loops = {};
-  LocalMap local_map = {};
+  std::optional<LocalMapContents> local_map = {};  ///< none: the whole map is matched against
   bool is_moved = false;      ///< by loops, and matched against local_map alone since
   bool is_continued = false;  ///< the newest key scan is from where the base is
   /// Made of its key scans alone. Loops are not closed in one that holds walls that came without:

@@ -30,12 +30,10 @@ class LocalMap {
  public:
   LocalMap() = default;
   /// @param center  where the newest key scan of its making was taken.
+  /// @param drawn   those that it shows, in the order in which they are drawn.
   /// @param taken   how many key scans there were then.
-  /// @param drawn   those that it shows, by id, in their order.
-  // Two numbers are copied either way. NOLINTNEXTLINE(modernize-pass-by-value)
-  LocalMap(SlamMap map, const Eigen::Vector2d& center, std::size_t taken,
-           std::vector<std::uint64_t> drawn)
-      : map_(std::move(map)), center_(center), taken_(taken), drawn_(std::move(drawn)) {}
+  LocalMap(const Eigen::Vector2d& center, const PlacedScans& drawn, std::size_t taken,
+           const MapOptions& map_options, const LikelihoodFieldOptions& field_options);
 
   /// @param near  of these.
   LocalMap(const LocalScans& near, const MapOptions& map_options,
@@ -61,7 +59,7 @@ class LocalMap {
   /// The same map with those of the near ones that it does not show: where nothing has moved, most
   /// were shown before. What it shows farther off stays. None where it would show one that lies
   /// apart by now, too many, or an older one drawn after a newer: where they differ the newer
-  /// counts. None, too, where it does not know what it shows, as of old files.
+  /// counts.
   [[nodiscard]] std::optional<LocalMap> with(const LocalScans& near,
                                              const MapOptions& map_options) const;
 
