@@ -212,7 +212,7 @@ std::string without_code(const std::string& page) {
 /// punctuation.
 std::set<std::string> anchors(const std::string& page) {
   std::set<std::string> names;
-  const std::regex heading(R"(^#+ (.+)$)", std::regex::multiline);
+  const std::regex heading(R"((?:^|\n)#+ ([^\n]+))");  // GCC 10 knows no regex::multiline
   const std::string text = std::regex_replace(page, std::regex(R"(```[^]*?```)"), "");
   for (std::sregex_iterator at(text.begin(), text.end(), heading); at != std::sregex_iterator();
        ++at) {
