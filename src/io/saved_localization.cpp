@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -103,6 +104,13 @@ void transfer_hypotheses(Archive& archive, State& state) {
       range = static_cast<float>(metres);
     }
   }
+  archive.number(state.elsewhere, std::numeric_limits<double>::infinity());
+  if constexpr (Archive::kReads) {
+    if (state.elsewhere > kFarthest) {
+      archive.fail("is damaged: the log odds of somewhere unknown are " +
+                   to_string(state.elsewhere));
+    }
+  }
   bool is_forked = state.fork.has_value();
   archive.flag(is_forked);
   if (!is_forked) {
@@ -112,7 +120,6 @@ void transfer_hypotheses(Archive& archive, State& state) {
     state.fork.emplace();
   }
   transfer_fork(archive, *state.fork);
-  archive.number(state.elsewhere);
   archive.size(state.others, 40, kMostOthers, "poses where the robot may be");
   for (auto& other : state.others) {
     transfer_pose(archive, other.map_from_base);

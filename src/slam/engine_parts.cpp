@@ -7,6 +7,7 @@
 
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "matchbox_slam/geometry/transform2.hpp"
 #include "slam/insertion.hpp"
 #include "slam/pose_uncertainty.hpp"
 #include "slam/scan_evidence.hpp"
@@ -33,8 +34,15 @@ class ShownKeyScans {
   explicit ShownKeyScans(const MapComponent& component)
       : map_(component.map.occupancy), known_(map_.known_bounds()) {}
 
+  /// By where a beam of it ends: the base itself no laser need have seen.
   [[nodiscard]] bool contains(const PlacedScan& key) const {
-    return known_.contains(map_.geometry().cell_at(key.map_from_base.translation()));
+    const std::shared_ptr<const PointScan> scan = key.scan->points();
+    if (scan->points.empty() && scan->free_rays.empty()) {
+      return true;
+    }
+    const Eigen::Vector2d& end =
+        scan->points.empty() ? scan->free_rays.front().end : scan->points.front().position;
+    return known_.contains(map_.geometry().cell_at(Transform2(key.map_from_base) * end));
   }
 
  private:
@@ -109,7 +117,8 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
     draw(input, matched.during_scan, outcome);
   }
   remember(input, predicted, outcome);
-  secondary_lasers_.move_on(before.inverse() * outcome.map_from_base);
+  const Pose2 newest_before = outcome.corrected ? outcome.corrected->newest * before : before;
+  secondary_lasers_.move_on(newest_before.inverse() * outcome.map_from_base);
   ++scan_count_;
   if (!hypotheses_.is_forked()) {
     go_on_mapping(outcome);
@@ -171,6 +180,7 @@ ScanOutcome SlamEngine::Parts::take_secondary(const ScanInput& input,
   secondary_lasers_.wait(input, newest.velocity(), newest_from_base, predicted.during_scan,
                          options_.scan);
   ScanOutcome outcome = outcome_of(input, predicted);
+  outcome.covariance += hypotheses_.spread_around(outcome.map_from_base);
   outcome.covariance = reported_covariance(outcome, mapping_.components(), false);
   outcome.match.map_from_base = predicted.fixed_from_base;
   outcome.match.covariance = predicted.covariance;
@@ -231,7 +241,7 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(const Predictions& predictio
   outcome.evidence = weighed.evidence;
   if (hypotheses_.is_forked() && !was_forked) {
     mapping_.fork();
-  } else if (weighed.is_jump && was_in_doubt) {
+  } else if (weighed.is_jump && was_in_doubt && hypotheses_.is_forked()) {
     // From one jump to the next nobody knows where it was.
     mapping_.forget_since_fork();
     hypotheses_.forget_key_scans();
@@ -408,6 +418,9 @@ void SlamEngine::Parts::search_for_map(ScanOutcome& outcome) {
   outcome.joined = ScanOutcome::Joined{begin, found->component_from_active};
   outcome.map_from_base = tracker_.state().fixed_from_base;
   outcome.predicted_map_from_base = found->component_from_active * outcome.predicted_map_from_base;
+  outcome.match.map_from_base = found->component_from_active * outcome.match.map_from_base;
+  outcome.match.covariance =
+      in_turned_frame(outcome.match.covariance, -found->component_from_active.theta);
   // How well the place was confirmed: [m], [rad]. Guesses; half or double changes no byte of six
   // drives with faults (benchmark/reports/current/CONSTANTS.md).
   constexpr double kXy = 0.1;

@@ -58,6 +58,9 @@ class MapRenderer {
   /// that may take long, which does not depend on who has asked for the whole map before.
   bool begin_whole(const MapComponent& component, const EngineOptions& options);
 
+  /// The whole map shows what it should not.
+  void expect_redrawing() { is_outdated_ = true; }
+
   /// The key scans move: what was drawn is outdated.
   void expect_move() { is_moved_ = is_outdated_ = true; }
 

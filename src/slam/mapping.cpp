@@ -67,7 +67,9 @@ void Mapping::take_rendered(SlamMap map, const PlacedScans& keys) {
 
 bool Mapping::insert(const PointScan& points, const PlacedScan& placed,
                      const Eigen::Matrix3d& covariance, const EngineOptions& options) {
-  return add(points, placed, covariance, std::exchange(is_continued_, true), options);
+  const bool is_inserted = add(points, placed, covariance, is_continued_, options);
+  is_continued_ = is_continued_ || is_inserted;
+  return is_inserted;
 }
 
 void Mapping::draw_over(const PointScan& points, int laser, const Pose2& map_from_base,
@@ -200,13 +202,18 @@ void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
   const MapComponent& component = components_.active();
   const PlacedScans& keys = component.key_scans.all();
   fork_ = Fork{start.key_scans, start.last_inserted, component.map, renderer_};
+  if (!is_lost() && !is_of_key_scans_) {
+    return;  // walls that came without key scans cannot be drawn anew
+  }
   if (!is_lost() && renderer_.local_map().map() != nullptr) {
     fork_->drawing.match_locally(
         renderer_.local_map().as_of(start.key_scans, keys, options.map, options.field));
-  } else {
-    const PlacedScans then(keys.begin(),
-                           keys.begin() + static_cast<std::ptrdiff_t>(start.key_scans));
-    fork_->map = rendered(then, options.map, options.field);
+    fork_->drawing.expect_redrawing();
+    return;
+  }
+  const PlacedScans then(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(start.key_scans));
+  fork_->map = rendered(then, options.map, options.field);
+  if (!is_lost()) {
     fork_->drawing = MapRenderer({}, renderer_.is_moved(), start.key_scans);
   }
 }
@@ -273,8 +280,8 @@ std::optional<MapCorrection> Mapping::take_found_map(const EngineOptions& option
 }
 
 std::optional<MapCorrection> Mapping::finish_loops() {
-  if (!loops_.is_pending()) {
-    return std::nullopt;
+  if (!loops_.is_pending() || fork_) {
+    return std::nullopt;  // nothing moves until it is decided where the robot is
   }
   LoopCloser::Result result = loops_.finish(components_.map().key_scans);
   if (result.near) {
@@ -283,9 +290,7 @@ std::optional<MapCorrection> Mapping::finish_loops() {
   if (result.correction) {
     move_with_map(result.correction->newest);
   }
-  if (!fork_) {
-    take_out(result.superfluous);
-  }
+  take_out(result.superfluous);
   return result.correction;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <string>
 
 #include "common/error_text.hpp"
@@ -74,6 +75,23 @@ TEST(SavedLocalization, ComeBack) {
   EXPECT_EQ(back.search.explained[0].component_from_base, (Pose2{1.0, 2.0, 0.25}));
   EXPECT_EQ(back.search.explained[0].best, 12.5);
   EXPECT_EQ(back.search.explained[0].elsewhere, 3.5);
+}
+
+/// As while a robot that is lost knows nothing better yet.
+TEST(SavedLocalization, SomewhereUnknownComesBackWithoutAFork) {
+  for (const double log_odds : {0.0, -4.2, -std::numeric_limits<double>::infinity()}) {
+    EngineState start{SlamMap(MapOptions{}, LikelihoodFieldOptions{}), {}, {}, {}, 0};
+    start.localization.hypotheses.elsewhere = log_odds;
+    const TemporaryFolder folder;
+    replace_file(folder / "map.slam", to_saved_map(start));
+    const HypothesesState back = read_saved_map(folder / "map.slam").localization.hypotheses;
+    EXPECT_FALSE(back.fork);
+    EXPECT_EQ(back.elsewhere, log_odds);
+  }
+  EXPECT_TRUE(contains(error_after([](LocalizationState& lie) {
+                         lie.hypotheses.elsewhere = std::numeric_limits<double>::infinity();
+                       }),
+                       "is damaged: the log odds of somewhere unknown are .inf"));
 }
 
 TEST(SavedLocalization, ForkWhereThereAreKeyScans) {

@@ -369,7 +369,7 @@ TEST_F(SavedMap, RefusesWhatIsCutOffDamagedOrNoMap) {
 /// Bytes of what follows the motion and the lasers' number, and of what follows the key scans, when
 /// there are no lasers and nothing is in doubt: see write_localization, transfer_motion.
 constexpr std::size_t kSearchBytes = (1 + 1 + 1 + 1) * 8 + 2 * 4;
-constexpr std::size_t kLocalizationBytes = (1 + 1 + 1 + 1 + 72) * 8 + 1 + kSearchBytes;
+constexpr std::size_t kLocalizationBytes = (1 + 1 + 1 + 1 + 72 + 1) * 8 + 1 + kSearchBytes;
 constexpr std::size_t kLoopBytes = (1 + 1 + 1 + 1 + 1 + 1) * 8 + 5;
 constexpr std::size_t kLaserBytes = 4 + 4 + 8 + 8;
 constexpr std::size_t kCalibrationBytes = (3 + 9 + 2 + 1 + 3 + 3 + 3) * 8 + 1;

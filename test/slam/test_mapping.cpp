@@ -63,6 +63,64 @@ TEST_F(MappingTest, LeavesOutWhatTheMapHasNoRoomFor) {
   EXPECT_EQ(mapping_.components().map().last_inserted.at(0), keys_[0].map_from_base);
 }
 
+TEST_F(MappingTest, IsNotContinuedByWhatItLeavesOut) {
+  insert_first(1);
+  Mapping from_elsewhere{
+      mapping_.components(), mapping_.loops(), {{}, false, 1}, false, true, options_};
+  const PlacedScan too_far{keys_[1].scan, {1e7, 0.0, 0.0}};
+  const Eigen::Matrix3d covariance = covariance_of(0.01, 0.01);
+  EXPECT_FALSE(from_elsewhere.insert(*too_far.scan->points(), too_far, covariance, options_));
+  EXPECT_FALSE(from_elsewhere.is_continued());
+  EXPECT_TRUE(from_elsewhere.insert(*keys_[1].scan->points(), keys_[1], covariance, options_));
+  EXPECT_TRUE(from_elsewhere.is_continued());
+}
+
+TEST_F(MappingTest, FinishesNoLoopsWhileTheRobotMayBeElsewhere) {
+  insert_first(6);
+  Mapping moved{mapping_.components(), mapping_.loops(), {{}, true, 6}, true, true, options_};
+  static_cast<void>(moved.close_loops(options_));
+  ASSERT_TRUE(moved.loops().is_pending());
+  moved.fork();
+  EXPECT_FALSE(moved.finish_loops());
+  EXPECT_TRUE(moved.loops().is_pending());
+  moved.unfork();
+  static_cast<void>(moved.finish_loops());
+  EXPECT_FALSE(moved.loops().is_pending());
+}
+
+TEST_F(MappingTest, ShowsNothingSinceTheForkWhereItIsGoneOnWithAndThatIsForgotten) {
+  insert_first(3);
+  Mapping near_by = gone_on_with_local_map();
+  near_by.fork_as_of({2, {}}, options_);
+  near_by.forget_since_fork();
+  EXPECT_EQ(near_by.components().map().key_scans.size(), 2U);
+  EXPECT_TRUE(same_map(near_by.whole(options_),
+                       rendered({keys_[0], keys_[1]}, options_.map, options_.field)));
+}
+
+TEST_F(MappingTest, KeepsTheMapAsItIsWhereALostRobotMayBeElsewhere) {
+  insert_first(3);
+  static_cast<void>(mapping_.begin_component(3.0, options_));
+  ASSERT_TRUE(insert(keys_[3]));
+  ASSERT_TRUE(insert(keys_[4]));
+  mapping_.fork_as_of({1, {}}, options_);
+  mapping_.forget_since_fork();
+  EXPECT_EQ(mapping_.components().active().key_scans.size(), 1U);
+  EXPECT_TRUE(same_map(mapping_.matched(), rendered({keys_[3]}, options_.map, options_.field)));
+  EXPECT_TRUE(same_map(mapping_.drawn(options_),
+                       rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field)));
+}
+
+TEST_F(MappingTest, KeepsWallsThatCameWithoutKeyScans) {
+  const SlamMap walls = rendered({keys_[0], keys_[1]}, options_.map, options_.field);
+  Mapping of_image{
+      MapComponents({{walls, {}, {}, 0.0}}, 0, {}), {}, {{}, false, 0}, false, false, options_};
+  of_image.fork_as_of({0, {}}, options_);
+  EXPECT_TRUE(same_map(of_image.compared(), walls));
+  of_image.forget_since_fork();
+  EXPECT_TRUE(same_map(of_image.drawn(options_), walls));
+}
+
 TEST_F(MappingTest, MapsALostRobotIntoAComponentAndPutsThatWhereItBelongs) {
   insert_first(3);
   const Mapping::BegunComponent begun = mapping_.begin_component(3.0, options_);

@@ -307,5 +307,23 @@ TEST(SlamEngine, OptionsAndMatcherMayChangeOnTheWay) {
   EXPECT_THROW(engine.start_from(other), ConfigurationError);
 }
 
+/// As of a laser ahead of the base that looks forwards alone: no beam passes where the base is.
+TEST(SlamEngine, GoesOnWithWhatWasSeenFromOutsideOfTheMap) {
+  MeasuredScan ahead;
+  ahead.scan.ranges = {2.0F, 2.0F, 2.0F};
+  ahead.scan.angle_min = -0.1;
+  ahead.scan.angle_increment = 0.1;
+  ahead.scan.range_max = 10.0;
+  ahead.base_from_laser.translation().x() = 0.5;
+  const EngineOptions options;
+  EngineState state{SlamMap(options.map, options.field), {}, {}, {}, 0};
+  state.key_scans.add(ahead, 0, {});
+  insert_scan(*state.key_scans.all()[0].scan->points(), {}, options.map, state.map);
+  state.map.reflection = ReflectionGrid(options.map.resolution);  // which is not saved
+  SlamEngine engine(options, odometry_only(), 0);
+  engine.start_from(state);
+  EXPECT_FALSE(engine.map().reflection.empty());
+}
+
 }  // namespace
 }  // namespace matchbox_slam
