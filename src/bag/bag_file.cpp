@@ -56,7 +56,7 @@ void require_readable_file(const std::string& path) {
   std::string beginning(version.size(), ' ');
   std::ifstream file(path, std::ios::binary);
   if (!file) {
-    throw BagError(fmt::format("bag '{}' may not be read", path));
+    throw BagError(fmt::format("bag '{}' cannot be read: is it allowed?", path));
   }
   if (!file.read(beginning.data(), static_cast<std::streamsize>(beginning.size())) ||
       beginning != version) {

@@ -13,7 +13,9 @@ namespace matchbox_slam {
 namespace {
 
 std::string cannot_write(const std::string& path, const std::exception& reason) {
-  return fmt::format("{}: the bag cannot be written: {}; is the disk full?", path, reason.what());
+  return fmt::format(
+      "{}: the bag cannot be written: {}; is the disk full? may its folder be written to?", path,
+      reason.what());
 }
 
 }  // namespace

@@ -152,12 +152,12 @@ void read_value(const ParameterValue& value, const std::string& name, const Allo
 
 void read_value(const ParameterValue& value, const std::string& name, const Allowed& allowed,
                 std::vector<double>& field) {
-  read_list(value, name, allowed, "a list of numbers", field);
+  read_list(value, name, allowed, "a list of numbers, such as [1.0, 2.0]", field);
 }
 
 void read_value(const ParameterValue& value, const std::string& name, const Allowed& allowed,
                 std::vector<std::string>& field) {
-  read_list(value, name, allowed, "a list of texts", field);
+  read_list(value, name, allowed, "a list of texts, such as [one, two]", field);
 }
 
 void reject_unknown_keys(const Parameters& parameters, const std::string& component,

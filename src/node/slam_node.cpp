@@ -175,7 +175,8 @@ void SlamNode::begin_map() {
     initial = read_load(setup.node.initial_map);
   }
   const std::string saved = absolute(setup.node.map_file) + ".slam";
-  if (setup.node.resume && std::filesystem::exists(saved)) {
+  const bool goes_on = setup.node.resume && std::filesystem::exists(saved);
+  if (goes_on) {
     try {
       session_.go_on_with({read_resumed(saved), saved, true});
       saver_.begin_from(saved, revision_of(run()));
@@ -192,6 +193,8 @@ void SlamNode::begin_map() {
   }
   if (initial) {
     session_.begin_with(std::move(*initial));
+  } else if (!goes_on && !setup.engine.slam.update_map) {
+    ROS_WARN("there is no map to localise in: give initial_map, or call ~load_map");
   }
 }
 

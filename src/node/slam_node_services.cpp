@@ -130,9 +130,10 @@ bool SlamNode::answer_reset(std_srvs::Trigger::Request& /*request*/,
 }
 
 LoadMapFile SlamNode::read_load(const std::string& path) {
-  EngineState map = read_start_map(path, setup());
-  return {std::filesystem::absolute(path).string(),
-          std::make_shared<const EngineState>(std::move(map))};
+  // roslaunch starts nodes in a folder of its own: what cannot be read is told with its whole path.
+  const std::string whole_path = std::filesystem::absolute(path).string();
+  EngineState map = read_start_map(whole_path, setup());
+  return {whole_path, std::make_shared<const EngineState>(std::move(map))};
 }
 
 bool SlamNode::answer_load_map(LoadMap::Request& request, LoadMap::Response& response) {

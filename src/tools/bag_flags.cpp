@@ -37,7 +37,8 @@ void add_recording_flags(CLI::App& app, RecordingRequest& request, const std::st
       ->required()
       ->type_name("DIR");
   add_repeated(app, "--config", request.config_files, "YAML with parameters", "FILE");
-  add_repeated(app, "--set", request.overrides, "A parameter", "KEY=VALUE");
+  add_repeated(app, "--set", request.overrides,
+               "A parameter of doc/parameters.md, as slam/insert_distance=0.3", "KEY=VALUE");
   add_bag_flags(app, request.recording);
   add_number<int>(app, "--seed", request.seed, at_least(0.0), seed_help);
   app.add_option("--debug", request.debug, debug_help)->type_name("DIR");
