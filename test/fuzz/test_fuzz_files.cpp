@@ -209,11 +209,14 @@ std::string small_map() {
 class SavedFields {
  public:
   explicit SavedFields(const std::string& bytes)
-      : bytes_(bytes), at_(std::string("matchbox_slam map, version 16\n").size()) {
+      : bytes_(bytes), at_(std::string("matchbox_slam map, version 17\n").size()) {
     add(3, 8, numbers);
-    for (std::uint64_t cells = count(); cells > 0; --cells) {
+    for (std::uint64_t rows = count(); rows > 0; --rows) {
       add(2, 4, coordinates);
-      add(1, 2, rest);
+      std::uint32_t cells = 0;
+      std::memcpy(&cells, bytes.data() + at_, sizeof cells);
+      add(1, 4, coordinates);  // how many cells: damaged by the same values
+      add(cells, 2, rest);
     }
     for (std::uint64_t walls = count(); walls > 0; --walls) {
       add(2, 4, coordinates);
@@ -249,7 +252,7 @@ class SavedFields {
     add(1, 8, rest);
     EXPECT_EQ(count(), 0U) << "no maps apart";
     add(1, 8, rest);
-    add(72, 8, state);
+    add(72 + 1, 8, state);
     add(1, 1, rest);
     EXPECT_EQ(count() + count(), 0U) << "no fork, and no scans that wait";
     add(1, 8, state);
