@@ -77,7 +77,8 @@ TEST(ReadOptions, RefusalNamesKeyValueAndWhatIsAllowed) {
       "toy/mode: 1 is not text (quote it if it is meant as text); allowed: one of fast, exact");
   EXPECT_EQ(refusal("steps", std::vector<double>{1.0, 11.0}),
             "toy/steps[1]: 11.0 is not allowed; allowed: 0 to 10");
-  EXPECT_EQ(refusal("steps", 1.0), "toy/steps: 1.0 is not a list of numbers, such as [1.0, 2.0]; allowed: 0 to 10");
+  EXPECT_EQ(refusal("steps", 1.0),
+            "toy/steps: 1.0 is not a list of numbers, such as [1.0, 2.0]; allowed: 0 to 10");
   EXPECT_EQ(refusal("frames", std::vector<double>{1.0}),
             "toy/frames: [1.0] is not a list of texts, such as [one, two]");
 }

@@ -320,7 +320,7 @@ TEST_F(SlamNodelet, ANodeThatCannotStartSaysWhyAndExits) {
   const std::string newer = compress("matchbox_slam map, version 99\n");
   replace_file(saved, newer);
   refused("_resume:=true _map_file:=" + (folder / "map"),
-          "is a saved map of version 99; this program reads 7, as of 1.0, and 16: use the newer "
+          "is a saved map of version 99; this program reads 7, as of 1.0, and 17: use the newer "
           "one that has saved it; resume is true, so it goes on with that map or not at all",
           1);
   EXPECT_EQ(read_file(saved), newer);
