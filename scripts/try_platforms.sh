@@ -55,6 +55,8 @@ make_system() {
   mkdir -p "$folder/$platform/packages"
   alone debootstrap --variant=minbase --include=ca-certificates,git --cache-dir="$folder/$platform/packages" \
     "$suite" "$system" "${source[@]}"
+  # Without which roslaunch starts nothing.
+  echo "127.0.0.1 localhost" >"$system/etc/hosts"
   git clone --quiet --no-hardlinks "$clone" "$system/matchbox_slam"
   if [[ $platform == aarch64 ]]; then
     in_system aarch64 dpkg --add-architecture arm64
