@@ -8,7 +8,7 @@
 #include <string>
 
 #include "matchbox_slam/odometry/laser_odometry.hpp"
-#include "ros/scan_queue.hpp"
+#include "ros/scan_account.hpp"
 
 namespace matchbox_slam {
 

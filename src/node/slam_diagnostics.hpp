@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "matchbox_slam/slam/slam_engine.hpp"
-#include "ros/scan_queue.hpp"
+#include "ros/scan_account.hpp"
 
 namespace matchbox_slam {
 

@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <boost/make_shared.hpp>
 #include <utility>
 
@@ -70,36 +69,9 @@ ros::Time last_beam_stamp(const ros::Time& stamp, const LaserScan& scan) {
 
 }  // namespace
 
-const char* to_string(SkipReason reason) {
-  // In the order of SkipReason.
-  constexpr std::array kNames = {"no_transform", "duplicate_stamp", "out_of_order", "invalid",
-                                 "empty",        "queue_full",      "too_late",     "time_jump",
-                                 "stopped",      "paused",          "before_reset", "interrupted",
-                                 "tilted"};
-  return kNames.at(static_cast<std::size_t>(reason));
-}
-
-std::size_t ScanAccount::skipped_total() const {
-  std::size_t total = 0;
-  for (const auto& [reason, count] : skipped) {
-    total += count;
-  }
-  return total;
-}
-
 std::string text_of(const TimeJump& jump, std::size_t scans_before) {
   return fmt::format("time jumps back by {} after {} scans: ", seconds_text(jump.seconds),
                      scans_before);
-}
-
-std::string to_string(const ScanAccount& account) {
-  std::string reasons;
-  for (const auto& [reason, count] : account.skipped) {
-    reasons += fmt::format("{}{}: {}", reasons.empty() ? " (" : ", ", to_string(reason), count);
-  }
-  return fmt::format("{} scans received, {} used, {} skipped{}", account.received,
-                     account.delivered, account.skipped_total(),
-                     reasons.empty() ? "" : reasons + ")");
 }
 
 ScanQueue::ScanQueue(ScanQueueSettings settings)

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bag/bag_scans.hpp"
-#include "ros/scan_queue.hpp"
+#include "ros/scan_account.hpp"
 #include "run/resource_usage.hpp"
 #include "run/slam_run.hpp"
 #include "run/slam_setup.hpp"
