@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -323,6 +324,27 @@ TEST(SlamEngine, GoesOnWithWhatWasSeenFromOutsideOfTheMap) {
   SlamEngine engine(options, odometry_only(), 0);
   engine.start_from(state);
   EXPECT_FALSE(engine.map().reflection.empty());
+}
+
+/// As of a damaged file: drawn, it would take all memory.
+TEST(SlamEngine, GoesOnWithoutDrawingWhatNoMapShows) {
+  const EngineOptions options;
+  EngineState state{SlamMap(options.map, options.field), {}, {}, {}, 0};
+  PointScan scan;
+  scan.points.resize(2);
+  scan.points[0].position = {2.0, 0.1};
+  scan.points[1].position = {2.0, 0.2};
+  state.key_scans.add(scan, 0, {});
+  insert_scan(scan, {}, options.map, state.map);
+  scan.points[1].position = {1e8, 1e8};
+  state.key_scans.add(scan, 0, {});
+  state.local_map = LocalMapContents{Eigen::Vector2d::Zero(), {0, 1}};
+  state.is_moved = true;
+  SlamEngine engine(options, odometry_only(), 0);
+  engine.start_from(state);
+  const std::optional<LocalMapContents> shown = engine.snapshot().local_map;
+  ASSERT_TRUE(shown);
+  EXPECT_EQ(shown->drawn, std::vector<std::uint64_t>{0});
 }
 
 }  // namespace
