@@ -8,11 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "io/map_style.hpp"
+
 namespace matchbox_slam {
 namespace {
 
 constexpr Color kBackground{255, 255, 255};
-constexpr Color kTextColor{52, 60, 72};
 constexpr Color kFrameColor{190, 195, 202};
 constexpr Stroke kReferenceStroke{{20, 95, 215}, 2.0, 0.0};
 constexpr Stroke kScanStroke{{240, 130, 20}, 2.0, 6.0};

@@ -258,12 +258,13 @@ class SplitAndMerge {
   /// The first splits are made while there are other bends in the parts, hence not quite where they
   /// are best: each is moved there, or taken back where it gains nothing any more.
   void append(Run piece) {
-    constexpr std::size_t kReach = 8;  // points; with 4 or 16 the errors of pairs stay within 2 %
+    constexpr std::size_t kBendReach =
+        8;  // points; with 4 or 16 the errors of pairs stay within 2 %
     while (!pieces_.empty()) {
       const Run both{pieces_.back().first, piece.last};
       const std::size_t here = pieces_.back().last;
-      const std::size_t from = here - std::min(here - both.first, kReach);
-      const std::size_t to = std::min(here + kReach, both.last - 1);
+      const std::size_t from = here - std::min(here - both.first, kBendReach);
+      const std::size_t to = std::min(here + kBendReach, both.last - 1);
       const Split split = best_split(both, from, to);
       if (is_worthwhile(split, sums_.squares(both))) {
         pieces_.back().last = split.at;

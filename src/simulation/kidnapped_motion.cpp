@@ -13,8 +13,8 @@ namespace {
 /// A time of the drive at which it is far enough from a place.
 double draw_place(const RobotMotion& motion, const Pose2& world_from_taken, const Fault& fault,
                   Random& random) {
-  constexpr int kTries = 1000;
-  for (int i = 0; i < kTries; ++i) {
+  constexpr int kMostTries = 1000;
+  for (int i = 0; i < kMostTries; ++i) {
     const double time = random.uniform(0.0, motion.duration());
     const Pose2 there = motion.pose(time);
     if ((there.translation() - world_from_taken.translation()).norm() >= fault.amount) {

@@ -111,8 +111,8 @@ double measure(double range, const LaserOptions& options) {
 
 /// Of all rays of a scan. Readers of a recording have its stamp but for rounding.
 std::uint64_t chance_at(const World& world, double stamp) {
-  constexpr double kStep = 1e-4;  // [s]
-  return mix_seed(world.seed(), static_cast<std::uint64_t>(std::llround(stamp / kStep)));
+  constexpr double kStampStep = 1e-4;  // [s]
+  return mix_seed(world.seed(), static_cast<std::uint64_t>(std::llround(stamp / kStampStep)));
 }
 
 }  // namespace

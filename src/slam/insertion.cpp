@@ -42,12 +42,12 @@ bool is_to_wait(const ScanOutcome& outcome, const Pose2& moved, const SlamOption
   // in the mean, without waiting 0.163 (benchmark/reports/current/LOOPS.md). With double of it
   // the first one ended with 0.16 in place of 0.02 m, with 2 below with 0.20; half was not tried.
   constexpr double kKnown = 0.05;
-  constexpr double kLongest = 3.0;  // of the usual way between key scans
+  constexpr double kLongestWait = 3.0;  // of the usual way between key scans
   const MatchResult& match = outcome.match;
   return match.accepted() && match.score > 0.0 &&
          outcome.covariance.topLeftCorner<2, 2>().trace() > kKnown * kKnown &&
-         moved.translation().norm() < kLongest * options.insert_distance &&
-         std::abs(moved.theta) < kLongest * options.insert_angle;
+         moved.translation().norm() < kLongestWait * options.insert_distance &&
+         std::abs(moved.theta) < kLongestWait * options.insert_angle;
 }
 
 /// @param last          map_from_base of what was drawn, by laser.

@@ -268,11 +268,11 @@ void sample(const Lost& lost, const PlaceIndex& index, PlaceSearch& search) {
 
 /// What key scans that were searched before say of a place that is new.
 double odds_of_way(const PlaceHypothesis& place, const Lost& lost, const PlaceSearch& search) {
-  constexpr std::size_t kAsked = 6;
+  constexpr std::size_t kPlacesAsked = 6;
   double log_odds = 0.0;
   std::size_t asked = 0;
   for (auto explained = search.explained.rbegin();
-       explained != search.explained.rend() && asked < kAsked; ++explained, ++asked) {
+       explained != search.explained.rend() && asked < kPlacesAsked; ++explained, ++asked) {
     const PlacedScan& key = lost.active.key_scans.all()[explained->key_scan];
     const Explanation here = explained_near(*key.scan->points(), place.component,
                                             place.component_from_active * key.map_from_base, lost);

@@ -261,7 +261,7 @@ class ShiftCombinations {
   /// the third normal is a sum of the other two, and so is what its shift would have to be. Most
   /// combinations end here, before they are solved.
   [[nodiscard]] bool may_agree(const Chosen& next) const {
-    constexpr double kRounding = 1.0 + 1e-9;
+    constexpr double kPairRounding = 1.0 + 1e-9;
     const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
       return a.x() * b.y() - a.y() * b.x();
     };
@@ -273,7 +273,7 @@ class ShiftCombinations {
         const double apart =
             of_next * next.offset - of_i * chosen_[i].offset - of_j * chosen_[j].offset;
         if (std::abs(apart) >
-            kRounding * tolerance_ * (std::abs(of_next) + std::abs(of_i) + std::abs(of_j))) {
+            kPairRounding * tolerance_ * (std::abs(of_next) + std::abs(of_i) + std::abs(of_j))) {
           return false;
         }
       }

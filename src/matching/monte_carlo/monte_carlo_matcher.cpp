@@ -27,9 +27,9 @@ Eigen::Vector3d gaussian_vector(Random& random) {
 /// About `count` of the points, one for each equal length of wall, shuffled by a fixed stride so
 /// that the first few already speak for all.
 std::vector<Eigen::Vector2f> spread_along_walls(const std::vector<ScanPoint>& points, int count) {
-  constexpr double kFarthest = 1e4;  // [m], beyond any laser; NaN is not below it either
+  constexpr double kFarthestMatched = 1e4;  // [m], beyond any laser; NaN is not below it either
   const auto weight = [](const ScanPoint& point) {
-    return point.position.norm() < kFarthest && point.weight > 0.0 ? point.weight : 0.0;
+    return point.position.norm() < kFarthestMatched && point.weight > 0.0 ? point.weight : 0.0;
   };
   double total = 0.0;
   for (const ScanPoint& point : points) {
@@ -167,8 +167,8 @@ class SearchScore {
     const auto y0 =
         static_cast<float>(map_from_base.y * cells_per_metre_ - tiles_.corner().y + kShift);
     // A prior may be as wide as it likes, but cells are counted in integers.
-    constexpr float kFarthest = 1e6F;
-    if (!(std::abs(x0) < kFarthest && std::abs(y0) < kFarthest)) {
+    constexpr float kFarthestShift = 1e6F;
+    if (!(std::abs(x0) < kFarthestShift && std::abs(y0) < kFarthestShift)) {
       return to_beat;
     }
     const auto c = static_cast<float>(std::cos(map_from_base.theta) * cells_per_metre_);
