@@ -16,7 +16,8 @@ namespace {
 constexpr double kAllRound =
     degrees_to_radians(330.0);  // a laser that sees so much turns all round
 constexpr std::size_t kMostGaps = 9;
-constexpr double kSlowestScan = 0.5;  // s: rarer scans are not all that the laser took
+constexpr double kSlowestScan = 0.5;    // s: rarer scans are not all that the laser took
+constexpr double kFastestSweep = 0.02;  // s: a laser that turns all round takes longer
 // What a sweep that can be lasts, of the time from scan to scan.
 constexpr double kMinSweepShare = 0.5;
 constexpr double kMaxSweepShare = 1.1;
@@ -72,8 +73,12 @@ bool SweepTimeChoice::may_be_looked_at(const LaserScan& scan) const {
          std::abs(scan.angle_increment) * beams_of(scan) >= kAllRound;
 }
 
+/// Where most scans are left out, the time between them says nothing of a sweep.
 bool SweepTimeChoice::can_be(const LaserScan& as_sent, double sent_scan_time) const {
   const double sweep = as_sent.time_increment * beams_of(as_sent);
+  if (period() && *period() > kSlowestScan && sweep >= kFastestSweep && sweep <= kSlowestScan) {
+    return true;
+  }
   const auto fits = [&](double period) {
     return sweep >= kMinSweepShare * period && sweep <= kMaxSweepShare * period;
   };

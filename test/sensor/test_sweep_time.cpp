@@ -201,6 +201,17 @@ TEST(SweepTimeChoice, BelievesWhatCanBeAndWhatItIsToldTo) {
       << "every so many scans of a laser that is faster";
 }
 
+/// Whatever scans seem to show by odometry that is wrong: here it says that the robot turns twice
+/// as fast.
+TEST(SweepTimeChoice, BelievesASweepOfScansOfWhichMostAreLeftOut) {
+  const World world = make_world("rooms", 3);
+  const double increment = kPeriod / kBeams;
+  const Decided decided =
+      decide(Robot(world, 0.5 * kWhole), increment, {}, 6, 5.0 * kPeriod, 5.0 * kPeriod);
+  EXPECT_EQ(decided.sweep, increment * (kBeams - 1.0));
+  EXPECT_EQ(decided.news, "");
+}
+
 TEST(SweepTimeChoice, LeavesLasersAloneThatDoNotTurnAllRound) {
   const World world = make_world("rooms", 3);
   const Decided decided =
