@@ -24,12 +24,16 @@ std::string list_of(const std::vector<std::string>& words) {
   return words.empty() ? "none" : join(words);
 }
 
-void add_transforms(const BagTransforms& transforms, const ros::Time& recorded,
-                    const std::string& map_frame, BagSurvey& survey, ClockComparison& clocks) {
+void add_transforms(const BagTransforms& transforms, const ros::Time& recorded, BagSurvey& survey,
+                    ClockComparison& clocks) {
   for (const geometry_msgs::TransformStamped& transform : transforms.message->transforms) {
     const std::string parent = without_leading_slash(transform.header.frame_id);
     const std::string child = without_leading_slash(transform.child_frame_id);
-    if (parent == map_frame || child == map_frame || parent == child) {
+    if (parent == child) {
+      continue;
+    }
+    if (parent == survey.map_frame || child == survey.map_frame) {
+      survey.map_links.insert(fmt::format("{} -> {}", parent, child));
       continue;
     }
     survey.parents[child].insert(parent);
@@ -38,6 +42,20 @@ void add_transforms(const BagTransforms& transforms, const ros::Time& recorded,
       clocks.add_transform(transform, recorded);
     }
   }
+}
+
+/// That tf has no odometry, or nothing of the laser. The frame that was meant for the map may be
+/// the robot's own, whose links are left out then.
+[[noreturn]] void refuse_tf(const BagSurvey& survey, const std::string& why) {
+  throw ConfigurationError(
+      survey.map_links.empty()
+          ? why
+          : fmt::format("map_frame: tf has '{0}' itself, and what touches it is left out ({1}); if "
+                        "that is the robot's own, as its odometry, give the map another name: "
+                        "--set map_frame={2}; without it {3}",
+                        survey.map_frame,
+                        list_of({survey.map_links.begin(), survey.map_links.end()}),
+                        survey.map_frame == "map" ? "slam_map" : "map", why));
 }
 
 /// The next message. Where the bag is damaged after a scan, what was seen before has to do.
@@ -184,14 +202,16 @@ BagFrames frames_without_laser(const BagSurvey& survey, const std::optional<std:
   for (const OdometryLink& link : links) {
     names.push_back(fmt::format("{} -> {}", link.odom, link.base));
   }
+  if (links.empty()) {
+    refuse_tf(survey,
+              "tf in the bag holds no link that moves, so there is no odometry; to map from "
+              "the laser alone give --no-odom, or name --odom-frame and --base-frame; tf has " +
+                  text_of_frames(survey));
+  }
   throw ConfigurationError(
-      links.empty()
-          ? "tf in the bag holds no link that moves, so there is no odometry; to map from "
-            "the laser alone give --no-odom, or name --odom-frame and --base-frame; tf has " +
-                text_of_frames(survey)
-          : fmt::format("tf in the bag has several links that move: {}; say which with "
-                        "--odom-frame and --base-frame",
-                        list_of(names)));
+      fmt::format("tf in the bag has several links that move: {}; say which with "
+                  "--odom-frame and --base-frame",
+                  list_of(names)));
 }
 
 /// The frame that would be the base with odometry; the root where there is none; the laser's own
@@ -280,6 +300,7 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
                      const std::function<bool()>& is_interrupted, const CloudOptions& cloud,
                      bool is_laser_placed) {
   BagSurvey survey;
+  survey.map_frame = map_frame;
   ClockComparison clocks;
   std::optional<ros::Time> begin;
   std::size_t scans = 0;
@@ -289,7 +310,7 @@ BagSurvey survey_bag(const BagReader& reader, const std::vector<std::string>& sc
       break;
     }
     if (const auto* transforms = std::get_if<BagTransforms>(&message->content)) {
-      add_transforms(*transforms, message->time, map_frame, survey, clocks);
+      add_transforms(*transforms, message->time, survey, clocks);
       if (transforms->is_static) {
         continue;  // may be from long before the period
       }
@@ -400,18 +421,21 @@ BagFrames choose_frames(const BagSurvey& survey, const std::optional<std::string
     return {base_below(survey, *asked_odom), asked_odom};
   }
   if (!has_tf && !asked_base) {
-    throw ConfigurationError(fmt::format(
-        "tf in the bag says nothing of the scan's frame '{}', so there is no odometry; to map from "
-        "the laser alone give --no-odom{}",
-        survey.scan_frame,
-        survey.parents.empty() ? ""
-                               : ", or say where the laser is on the robot with --laser-pose "
-                                 "X,Y,YAW; tf has " +
-                                     text_of_frames(survey)));
+    refuse_tf(survey,
+              fmt::format("tf in the bag says nothing of the scan's frame '{}', so there is no "
+                          "odometry; to map from "
+                          "the laser alone give --no-odom{}",
+                          survey.scan_frame,
+                          survey.parents.empty()
+                              ? ""
+                              : ", or say where the laser is on the robot with --laser-pose "
+                                "X,Y,YAW; tf has " +
+                                    text_of_frames(survey)));
   }
   const std::vector<std::string> way = way_to_root(survey, asked_base.value_or(survey.scan_frame));
   if (way.size() < 2) {
-    throw ConfigurationError(
+    refuse_tf(
+        survey,
         fmt::format("tf in the bag has no frame above base frame '{}'; to map without odometry "
                     "give --no-odom{}",
                     way.front(),
@@ -421,7 +445,8 @@ BagFrames choose_frames(const BagSurvey& survey, const std::optional<std::string
   }
   const std::optional<OdometryLink> odometry = find_odometry(survey, way);
   if (!odometry) {
-    throw ConfigurationError(
+    refuse_tf(
+        survey,
         "tf holds no link that moves, so there is no odometry; to map from the laser alone give "
         "--no-odom, or name --odom-frame and --base-frame");
   }

@@ -18,6 +18,8 @@ struct BagSurvey {
   std::string scan_frame;  ///< of the first topic's scans; empty when there is none
   /// Parents of each frame, without what touches the map frame.
   std::map<std::string, std::set<std::string>> parents;
+  std::string map_frame;
+  std::set<std::string> map_links;  ///< what touches it, for people, such as "map -> odom"
   /// Frames whose place in their parent came on /tf, and not on /tf_static.
   std::set<std::string> on_tf;
   /// Those of them whose place changed.

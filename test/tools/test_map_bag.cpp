@@ -275,6 +275,22 @@ TEST_F(MapBag, RefusesWrongUsage) {
   }
 }
 
+TEST_F(MapBag, SaysWhereTheMapFrameIsTheBagsOwn) {
+  write_small_bag(bag_);
+  expect_one_line(run("--set map_frame=odom"), 2,
+                  "map_frame: tf has 'odom' itself, and what touches it is left out (odom -> "
+                  "base_link); if that is the robot's own, as its odometry, give the map another "
+                  "name: --set map_frame=map; without it tf ");
+  expect_one_line(run("--set map_frame=odom --laser-pose 0.2,0,0"), 2, "--set map_frame=map; ");
+  expect_one_line(run("--set map_frame=base_link"), 2,
+                  "left out (base_link -> laser, odom -> base_link)");
+  SmallBag recipe;
+  recipe.odom_frame = "map";
+  write_small_bag(bag_, recipe);
+  expect_one_line(run(""), 2, "map_frame: tf has 'map' itself, and what touches it is left out");
+  EXPECT_EQ(run("--set map_frame=slam_map").exit_code, 0);
+}
+
 TEST_F(MapBag, MapsOnWhenNobodyReadsWhatItSays) {
   write_small_bag(bag_);
   const Outcome outcome =
