@@ -342,7 +342,8 @@ void BagMapping::tell(const RunFacts& facts) {
                     "the other .tum files but key_scans.tum",
                     out_, steps > 1 ? ", the next in trajectory.2.tum and so on" : ""));
   }
-  for (const std::string& warning : fit_.warnings()) {
+  const bool is_by_tf = run().setup().run.laser_pose.empty();
+  for (const std::string& warning : fit_.warnings(is_by_tf ? "in tf" : "by --laser-pose")) {
     dialog_.warn(warning);
   }
   session_->advise();

@@ -71,10 +71,11 @@ std::size_t FitRecord::count_of(MatchStatus status) const {
   return found == statuses_.end() ? 0 : found->second;
 }
 
-std::vector<std::string> FitRecord::warnings() const {
+std::vector<std::string> FitRecord::warnings(const std::string& place_told_by) const {
   std::vector<std::string> texts;
   for (std::string& text :
-       std::vector{text_of_few_matches(), text_of_doubt(), text_of_poor_fit(), text_of_jumps()}) {
+       std::vector{text_of_few_matches(), text_of_doubt(), text_of_poor_fit(place_told_by),
+                   text_of_jumps(place_told_by)}) {
     if (!text.empty()) {
       texts.push_back(text);
     }
@@ -116,7 +117,7 @@ std::string FitRecord::text_of_doubt() const {
       unsure_, seconds, longest_, longest_since_);
 }
 
-std::string FitRecord::text_of_poor_fit() const {
+std::string FitRecord::text_of_poor_fit(const std::string& place_told_by) const {
   const double score = statistics_of(scores_).median;
   const double evidence = statistics_of(evidences_).median;
   const bool is_matched = score > 0.0;  // by odometry_only nothing is
@@ -125,12 +126,12 @@ std::string FitRecord::text_of_poor_fit() const {
   }
   return fmt::format(
       "the scans fit the map poorly (in the median a score of {:.2f}, and evidence of {:.1f} a "
-      "beam, where 3 is the most): do the ranges, the lasers' places in tf and the clocks agree? "
+      "beam, where 3 is the most): do the ranges, the lasers' places {} and the clocks agree? "
       "--matcher odometry_only shows what odometry alone makes of it",
-      score, evidence);
+      score, evidence, place_told_by);
 }
 
-std::string FitRecord::text_of_jumps() const {
+std::string FitRecord::text_of_jumps(const std::string& place_told_by) const {
   const bool is_typical = 2 * steps_ >= scans_;  // else most scans are too far apart to tell
   if (!is_typical || static_cast<double>(jumps_) <= kMaxJumpShare * static_cast<double>(steps_)) {
     return "";
@@ -139,9 +140,11 @@ std::string FitRecord::text_of_jumps() const {
       "in {} of {} steps from scan to scan the pose jumps by more than 5 cm against the odometry: "
       "{} --matcher odometry_only shows what odometry alone makes of it",
       jumps_, steps_,
-      has_secondary_lasers_ ? "do the lasers disagree, or their places in tf and the odometry?"
-                            : "is the laser's place in tf right, are the stamps, or is the "
-                              "odometry so bad?");
+      fmt::format(has_secondary_lasers_
+                      ? "do the lasers disagree, or their places {} and the odometry?"
+                      : "is the laser's place {} right, are the stamps, or is the "
+                        "odometry so bad?",
+                  place_told_by));
 }
 
 }  // namespace matchbox_slam

@@ -22,14 +22,15 @@ class FitRecord {
   /// the time, or for half a minute at a stretch, it was not sure where the robot is; that matches
   /// fit poorly in the median; that the pose jumps
   /// against the odometry. Empty: nothing speaks against the map.
-  [[nodiscard]] std::vector<std::string> warnings() const;
+  /// @param place_told_by  what says where the lasers are, for people.
+  [[nodiscard]] std::vector<std::string> warnings(const std::string& place_told_by = "in tf") const;
 
  private:
   [[nodiscard]] std::size_t count_of(MatchStatus status) const;
   [[nodiscard]] std::string text_of_few_matches() const;
   [[nodiscard]] std::string text_of_doubt() const;
-  [[nodiscard]] std::string text_of_poor_fit() const;
-  [[nodiscard]] std::string text_of_jumps() const;
+  [[nodiscard]] std::string text_of_poor_fit(const std::string& place_told_by) const;
+  [[nodiscard]] std::string text_of_jumps(const std::string& place_told_by) const;
 
   std::size_t scans_ = 0;
   std::map<MatchStatus, std::size_t> statuses_;

@@ -87,6 +87,8 @@ TEST(FitRecord, SaysThatThePosesJumpAgainstTheOdometry) {
       Texts{"in 50 of 100 steps from scan to scan the pose jumps by more than 5 cm against "
             "the odometry: is the laser's place in tf right, are the stamps, or is the "
             "odometry so bad? --matcher odometry_only shows what odometry alone makes of it"});
+  EXPECT_TRUE(contains(record.warnings("by --laser-pose").at(0),
+                       "is the laser's place by --laser-pose right, are the stamps"));
   ScanOutcome beside = outcome_of(10.05);
   beside.is_of_secondary_laser = true;
   record.add(beside);

@@ -210,6 +210,19 @@ TEST_F(MapBag, TakesTheLaserWhereItIsSaidToBe) {
   EXPECT_EQ(run("--laser-pose -0.2,0,0").exit_code, 0);
 }
 
+TEST_F(MapBag, SaysOnceThatTfHasTheLaserElsewhereThanItIsSaidToBe) {
+  Outcome outcome = run_small({}, "--laser-pose 0.25,0,0");
+  EXPECT_EQ(outcome.exit_code, 0);
+  const std::string told =
+      "tf has the laser of /scan at 0.200,0.000,0.000 on base_link; --laser-pose "
+      "0.250,0.000,0.000 is used instead\n";
+  const std::size_t place = outcome.output.find(told);
+  ASSERT_NE(place, std::string::npos) << outcome.output;
+  EXPECT_EQ(outcome.output.find(told, place + 1), std::string::npos);
+  outcome = run("--laser-pose 0.2,0,0");
+  EXPECT_FALSE(contains(outcome.output, "instead")) << outcome.output;
+}
+
 TEST_F(MapBag, FixedLinksOnTfAreNoOdometry) {
   const Outcome simulated =
       run_command(MATCHBOX_SIMULATE, "--world rooms --duration 3 --beams 60 --no-odometry --bag " +
