@@ -17,6 +17,7 @@
 
 #include "io/g2o.hpp"
 #include "io/hough_picture.hpp"
+#include "io/map_changes.hpp"
 #include "io/map_picture.hpp"
 #include "io/tum.hpp"
 #include "matchbox_slam/io/file.hpp"
@@ -123,6 +124,7 @@ class BagMapping {
   void add_map_and_trajectories();
   void add_images(const OccupancyGrid& shown);
   void write_files();
+  void remove_leftovers() const;
   [[nodiscard]] Trajectory in_map(const std::vector<StampedPose2>& poses) const;
   [[nodiscard]] std::vector<FileContents> hough_pictures() const;
   void tell(const RunFacts& facts);
@@ -371,6 +373,21 @@ void BagMapping::tell_rest() const {
       rest.start, duration, out_));
 }
 
+/// Of an earlier run into the folder: what this one has none of would be taken for its own.
+void BagMapping::remove_leftovers() const {
+  const bool is_png = map_format(run().setup().run) == MapFormat::kPng;
+  std::error_code ignored;
+  for (const std::string& name :
+       {path_of_changes("map.slam"), std::string(is_png ? "map.pgm" : "map.occupancy.png")}) {
+    std::filesystem::remove(fmt::format("{}/{}", out_, name), ignored);
+  }
+  for (const char* name : {"trajectory", "trajectory_live", "odometry"}) {
+    for (std::size_t part = run().clock_steps() + 1;
+         std::filesystem::remove(fmt::format("{}/{}.{}.tum", out_, name, part), ignored); ++part) {
+    }
+  }
+}
+
 void BagMapping::write_files() {
   if (!movie_file_) {
     files_->finish();
@@ -398,6 +415,7 @@ void BagMapping::write() {
   files_->add({out_ + "/report.json", report});
   files_->add({out_ + "/report.html", report_page(report, drive_.points(run()), picture_)});
   write_files();
+  remove_leftovers();
   replace_files(hough_pictures());
   tell(facts);
   if (!facts.bag.damage.empty()) {

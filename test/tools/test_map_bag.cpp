@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "common/error_text.hpp"
 #include "evaluation/absolute_trajectory_error.hpp"
@@ -152,6 +153,31 @@ TEST_F(MapBag, ReportsWhatItDid) {
   EXPECT_EQ(report("configuration/monte_carlo~1max_tries"), 321.0);
   EXPECT_EQ(report("configuration/map~1resolution"), 0.05);
   EXPECT_GT(report("machine/cores"), 0.0);
+}
+
+TEST_F(MapBag, WhatAnEarlierRunLeftIsNotTakenForItsOwn) {
+  ASSERT_EQ(run_small({}, "--set map_format=png").exit_code, 0);
+  const auto is_there = [this](const std::string& name) {
+    return std::filesystem::exists(out_ + "/" + name);
+  };
+  const auto leave = [this](const std::vector<std::string>& names) {
+    for (const std::string& name : names) {
+      replace_file(out_ + "/" + name, "of an earlier run");
+    }
+  };
+  EXPECT_TRUE(is_there("map.occupancy.png"));
+  leave({"trajectory.1.tum", "trajectory.2.tum", "odometry.1.tum", "trajectory_live.1.tum",
+         "map.slam.changes", "notes.txt", "trajectory.old.tum"});
+  EXPECT_EQ(run("--start 1000").exit_code, 1);
+  EXPECT_TRUE(is_there("map.occupancy.png")) << "nothing was written";
+  ASSERT_EQ(run("").exit_code, 0);
+  for (const char* gone : {"map.occupancy.png", "trajectory.1.tum", "trajectory.2.tum",
+                           "odometry.1.tum", "trajectory_live.1.tum", "map.slam.changes"}) {
+    EXPECT_FALSE(is_there(gone)) << gone;
+  }
+  EXPECT_TRUE(is_there("map.pgm") && is_there("notes.txt") && is_there("trajectory.old.tum"));
+  ASSERT_EQ(run("--set map_format=png").exit_code, 0);
+  EXPECT_FALSE(is_there("map.pgm"));
 }
 
 TEST_F(MapBag, WarnsWhenHardlyAScanMatches) {
