@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <sstream>
 
@@ -42,16 +43,22 @@ class YamlReader {
 
   [[nodiscard]] const Parameters& parameters() const { return parameters_; }
 
+  /// Where each of them is.
+  [[nodiscard]] const std::map<std::string, std::string>& places() const { return places_; }
+
   [[noreturn]] void fail(const YAML::Node& node, const std::string& text) const {
     fail(node.Mark(), text);
   }
 
   [[noreturn]] void fail(const YAML::Mark& mark, const std::string& text) const {
-    const std::string line = mark.line < 0 ? "" : fmt::format(":{}", mark.line + 1);
-    throw ConfigurationError(fmt::format("{}{}: {}", source_, line, text));
+    throw ConfigurationError(fmt::format("{}: {}", place_of(mark), text));
   }
 
  private:
+  [[nodiscard]] std::string place_of(const YAML::Mark& mark) const {
+    return mark.line < 0 ? source_ : fmt::format("{}:{}", source_, mark.line + 1);
+  }
+
   void read_value(const YAML::Node& node, const YAML::Node& name, const std::string& key,
                   int depth) {
     switch (node.Type()) {
@@ -71,6 +78,7 @@ class YamlReader {
       fail(name, fmt::format("'{}' is given twice", key));
     }
     parameters_.set(key, value);
+    places_[key] = place_of(name.Mark());
   }
 
   [[nodiscard]] static ParameterValue scalar_value(const YAML::Node& node) {
@@ -98,6 +106,7 @@ class YamlReader {
 
   std::string source_;
   Parameters parameters_;
+  std::map<std::string, std::string> places_;
 };
 
 /// Reads a document for its extent alone.
@@ -147,9 +156,7 @@ std::string read_configuration(const std::string& path) {
   }
 }
 
-}  // namespace
-
-Parameters parse_yaml_parameters(const std::string& text, const std::string& source) {
+YamlReader read_document(const std::string& text, const std::string& source) {
   YamlReader reader(source);
   const YAML::Node document = load_document(text, reader);
   if (document.IsMap()) {
@@ -157,7 +164,13 @@ Parameters parse_yaml_parameters(const std::string& text, const std::string& sou
   } else if (!document.IsNull()) {
     reader.fail(document, "has to be a map of names to values, such as 'matcher: monte_carlo'");
   }
-  return reader.parameters();
+  return reader;
+}
+
+}  // namespace
+
+Parameters parse_yaml_parameters(const std::string& text, const std::string& source) {
+  return read_document(text, source).parameters();
 }
 
 Parameters read_yaml_parameters(const std::vector<std::string>& paths) {
@@ -166,6 +179,17 @@ Parameters read_yaml_parameters(const std::vector<std::string>& paths) {
     parameters.merge(parse_yaml_parameters(read_configuration(path), path));
   }
   return parameters;
+}
+
+std::map<std::string, std::string> places_in_yaml(const std::vector<std::string>& paths) {
+  std::map<std::string, std::string> places;
+  for (const std::string& path : paths) {
+    const YamlReader reader = read_document(read_configuration(path), path);
+    for (const auto& [name, place] : reader.places()) {
+      places[name] = place;
+    }
+  }
+  return places;
 }
 
 std::vector<ParameterEntry> read_yaml_list(const std::string& path) {

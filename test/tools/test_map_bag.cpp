@@ -180,6 +180,26 @@ TEST_F(MapBag, WhatAnEarlierRunLeftIsNotTakenForItsOwn) {
   EXPECT_FALSE(is_there("map.pgm"));
 }
 
+TEST_F(MapBag, SaysWhichLineOfWhichFileIsWrong) {
+  write_small_bag(bag_);
+  const std::string good = folder_ / "good.yaml";
+  const std::string bad = folder_ / "bad.yaml";
+  replace_file(good, "matcher: olson\n");
+  replace_file(bad, "seed: 3\nslam:\n  insert_distance: -1\n");
+  const std::string files = "--config " + good + " --config " + bad;
+  expect_one_line(run(files), 2, bad + ":3: slam/insert_distance: -1 is not allowed");
+  EXPECT_EQ(run(files + " --set slam/insert_distance=1").exit_code, 0) << "that counts";
+  std::filesystem::remove_all(out_);
+  replace_file(bad, "\nslam/insert_dist: 1\n");
+  expect_one_line(run(files), 2,
+                  bad +
+                      ":2: slam: unknown parameter 'insert_dist'; did you mean "
+                      "'insert_distance'?");
+  replace_file(bad, "publish_tf: true\n");
+  expect_one_line(run(files), 2, bad + ":1: publish_tf: only the node has this option");
+  expect_one_line(run("--config " + good + " --set seed=-1"), 2, "map_bag: seed: -1");
+}
+
 TEST_F(MapBag, WarnsWhenHardlyAScanMatches) {
   const std::string warning = "scans match the map; the others are placed by the prediction alone";
   Outcome outcome = run_small({});

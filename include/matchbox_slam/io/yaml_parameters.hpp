@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,10 @@ namespace matchbox_slam {
 /// Reads YAML files in order; where two give the same name, the later one counts.
 /// Throws ConfigurationError also when a file cannot be read.
 [[nodiscard]] Parameters read_yaml_parameters(const std::vector<std::string>& paths);
+
+/// Where these files give each name: "FILE:LINE"; where two do, the later one.
+[[nodiscard]] std::map<std::string, std::string> places_in_yaml(
+    const std::vector<std::string>& paths);
 
 /// One map of a YAML list.
 struct ParameterEntry {
