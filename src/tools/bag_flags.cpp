@@ -24,7 +24,7 @@ void add_bag_flags(CLI::App& app, BagRequest& request) {
   add_number<double>(app, "--start", request.period.start, between(0.0, 1e9),
                      "Begin this long after the bag begins", "SECONDS");
   add_number<double>(app, "--duration", request.period.duration, between(0.0, 1e9),
-                     "Stop after this long", "SECONDS");
+                     "Stop after this long; else at the end", "SECONDS");
 }
 
 void add_recording_flags(CLI::App& app, RecordingRequest& request, const std::string& seed_help,

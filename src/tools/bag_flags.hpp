@@ -1,7 +1,11 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "matchbox_slam/common/options.hpp"
@@ -17,15 +21,18 @@ void add_repeated(CLI::App& app, const std::string& name, std::vector<std::strin
 template <typename Number, typename Value>
 void add_number(CLI::App& app, const std::string& name, Value& value, const Allowed& allowed,
                 const std::string& help, const std::string& type_name = "N") {
-  app.add_option_function<std::string>(
-         name,
-         [name, allowed, &value](const std::string& text) {
-           Number number{};
-           read_value(parse_parameter_value(text), name, allowed, number);
-           value = number;
-         },
-         help)
-      ->type_name(type_name);
+  CLI::Option* option = app.add_option_function<std::string>(
+      name,
+      [name, allowed, &value](const std::string& text) {
+        Number number{};
+        read_value(parse_parameter_value(text), name, allowed, number);
+        value = number;
+      },
+      help);
+  option->type_name(type_name);
+  if constexpr (std::is_arithmetic_v<Value>) {
+    option->default_str(std::isfinite(static_cast<double>(value)) ? fmt::format("{}", value) : "");
+  }
 }
 
 /// The flags that say which scans of a recording to read, all but the bags themselves.

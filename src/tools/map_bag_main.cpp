@@ -8,6 +8,7 @@
 #include <string>
 
 #include "bag/bag_conversion.hpp"
+#include "run/run_options.hpp"
 #include "tools/bag_flags.hpp"
 #include "tools/bag_mapper.hpp"
 #include "tools/run_program.hpp"
@@ -18,9 +19,11 @@ namespace {
 using namespace matchbox_slam;
 
 void declare_options(CLI::App& app, MapBagRequest& request) {
-  add_recording_flags(app, request, "Of the random numbers",
-                      "Folder for pictures of the first 20 key scans' Hough domains, spectra and "
-                      "correlation, each with its predecessor's");
+  add_recording_flags(
+      app, request,
+      fmt::format("Of the random numbers (default: as configured, else {})", RunOptions{}.seed),
+      "Folder for pictures of the first 20 key scans' Hough domains, spectra and "
+      "correlation, each with its predecessor's");
   CLI::Option* map =
       app.add_option(
              "--map", request.map,
@@ -34,7 +37,10 @@ void declare_options(CLI::App& app, MapBagRequest& request) {
                  "else it is where start_x, start_y and start_theta are set to, or is searched for")
       ->type_name("X,Y,THETA")
       ->needs(map);
-  app.add_option("--matcher", request.matcher, "Scan matcher, such as olson")->type_name("NAME");
+  app.add_option(
+         "--matcher", request.matcher,
+         fmt::format("Scan matcher (default: as configured, else {})", RunOptions{}.matcher))
+      ->type_name("NAME");
   app.add_option("--events", request.events,
                  "YAML with what happens between scans: poses told, resets, pauses, changes of "
                  "options; the node writes such a file as events_file")

@@ -23,7 +23,7 @@ void declare_options(CLI::App& app, MatchPairsRequest& request, Parameters& pair
                "Scan matcher, such as olson; default: the configured one", "NAME");
   add_option_flags<PairOptions>(app, "Pairs", pairs);
   add_number<int>(app, "--threads", request.threads, between(1, 1024),
-                  "Pairs that are matched at the same time (default 1)");
+                  "Pairs that are matched at the same time");
 }
 
 }  // namespace

@@ -65,6 +65,19 @@ bool has_no_reader() {
   return ::poll(&output, 1, 0) == 1 && (output.revents & POLLERR) != 0;
 }
 
+/// Lets --help tell what options are that are not given.
+void tell_defaults(CLI::App& app) {
+  for (CLI::Option* option : app.get_options()) {
+    option->capture_default_str();
+    if (option->get_default_str() == "[]") {
+      option->default_str("");
+    }
+  }
+  for (CLI::App* command : app.get_subcommands([](const CLI::App* /*any*/) { return true; })) {
+    tell_defaults(*command);
+  }
+}
+
 /// What was printed may still be in the stream's buffer.
 void require_printed() {
   if (!std::cout.flush() && !has_no_reader()) {
@@ -81,7 +94,12 @@ int run_program(const std::string& name, const std::string& description,
   try {
     CLI::App app(description, name);
     app.set_version_flag("--version", version_text(name), "Print the version and exit");
+    app.footer(
+        fmt::format("Exits with {} when done, {} where the work failed, {} for wrong usage or "
+                    "settings, or a file that is not there.",
+                    kSuccess, kWorkFailed, kWrongUsage));
     declare_options(app);
+    tell_defaults(app);
     try {
       app.parse(argc, argv);
     } catch (const CLI::Success& request) {  // --help, --version

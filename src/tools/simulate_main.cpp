@@ -66,12 +66,10 @@ void declare_options(CLI::App& app, Request& request) {
   app.add_option("--sensor", request.sensor,
                  "Which options of the laser are set; any may be given besides: " +
                      preset_help(sensor_presets()))
-      ->type_name("NAME")
-      ->capture_default_str();
+      ->type_name("NAME");
   app.add_option("--odometry", request.odometry_kind,
                  "Likewise of the odometry: " + preset_help(odometry_presets()))
-      ->type_name("NAME")
-      ->capture_default_str();
+      ->type_name("NAME");
   app.add_flag("--inverted-laser", request.inverted_laser,
                "The laser hangs upside down; the same as --mount-roll 3.14159...");
   CLI::Option* second =

@@ -147,15 +147,10 @@ void add_truth_options(CLI::App& command, TruthOptions& options) {
       command
           .add_flag("--find-offset", options.find_offset, "Find that offset, by the first estimate")
           ->excludes(offset);
-  command
-      .add_option(
-          "--offset-range", options.offset_range,
-          fmt::format("Offsets up to this are tried [s] (default: {:.0f})", options.offset_range))
+  command.add_option("--offset-range", options.offset_range, "Offsets up to this are tried [s]")
       ->needs(find);
-  command.add_option(
-      "--max-gap", options.max_gap,
-      fmt::format("Truth is not interpolated across more than this [s] (default: {:.1f})",
-                  options.max_gap));
+  command.add_option("--max-gap", options.max_gap,
+                     "Truth is not interpolated across more than this [s]");
 }
 
 std::vector<Estimate> read_estimates(const std::vector<std::string>& paths) {

@@ -319,6 +319,12 @@ TEST_F(MapBag, RefusesWrongUsage) {
         "--quiet", "--convert", "--movie"}) {
     EXPECT_TRUE(contains(help.output, flag)) << flag;
   }
+  for (const char* told : {"--threads N=1 ", "--start SECONDS=0 ", "else olson)", "as configured",
+                           "Exits with 0 when done, 1 where the work failed, 2 for wrong usage"}) {
+    EXPECT_TRUE(contains(help.output, told)) << told << help.output;
+  }
+  EXPECT_FALSE(contains(help.output, "=[]"));
+  EXPECT_FALSE(contains(help.output, "=inf"));
 }
 
 TEST_F(MapBag, SaysWhereTheMapFrameIsTheBagsOwn) {
