@@ -4,6 +4,7 @@
 #include "io/temporary_folder.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
+#include "matchbox_slam/io/yaml_parameters.hpp"
 #include "ros/matcher_loader.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/messages.hpp"
@@ -76,6 +77,30 @@ TEST_F(EventsFile, ReadsBackWhatWasWritten) {
   EXPECT_FALSE(std::get<Pause>(back[3].event).paused);
   EXPECT_EQ(std::get<Reconfigure>(back[4].event).changes.values(), changes.values());
   EXPECT_EQ(std::get<LoadMapFile>(back[5].event).map->motion.fixed_from_base.y, 2.0);
+}
+
+TEST_F(EventsFile, EachKeyIsInTheDocumentation) {
+  Parameters changes;
+  changes.set("matcher", "hough");
+  replace_file(path_, to_events_file({{{1, 2.0, 1}, SetPose{{}, Eigen::Matrix3d::Identity()}},
+                                      {{1, 2.0, 1}, CorrectPose{1.0, {}}},
+                                      {{1, 2.0, 1}, Pause{true}},
+                                      {{1, 2.0, 1}, Reconfigure{changes}},
+                                      {{1, 2.0, 1}, LoadMapFile{"map.slam", nullptr}},
+                                      {{1, 2.0, 1}, LeaveOut{}},
+                                      {{1, 2.0, 1}, Reset{}},
+                                      {{1, 2.0, 1}, BeAnywhere{}}}));
+  const std::string page = read_file(std::string(MATCHBOX_SOURCE_DIR) + "/doc/node.md");
+  const std::size_t begin = page.find("## Repeating a run");
+  const std::string table = page.substr(begin, page.find("\n## ", begin) - begin);
+  for (const ParameterEntry& entry : read_yaml_list(path_)) {
+    for (const auto& [name, value] : entry.parameters.values()) {
+      for (const std::string& key : split(name, '/')) {
+        EXPECT_TRUE(name.rfind("reconfigure/", 0) == 0 || contains(table, "`" + key + "`")) << key;
+      }
+    }
+  }
+  EXPECT_TRUE(contains(table, "`reconfigure`"));
 }
 
 TEST_F(EventsFile, AnAngleMayHaveWholeTurns) {

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <vector>
 
 #include "common/error_text.hpp"
@@ -153,6 +154,42 @@ TEST_F(MapBag, ReportsWhatItDid) {
   EXPECT_EQ(report("configuration/monte_carlo~1max_tries"), 321.0);
   EXPECT_EQ(report("configuration/map~1resolution"), 0.05);
   EXPECT_GT(report("machine/cores"), 0.0);
+}
+
+/// Names of values, and those of the values in them, but for those that are counts by name.
+std::set<std::string> keys_of(const nlohmann::json& values) {
+  static const std::set<std::string> kByName = {"skipped", "matches",  "certainty",
+                                                "state",   "by_state", "configuration"};
+  std::set<std::string> keys;
+  for (const auto& [key, value] : values.items()) {
+    if (values.is_object()) {
+      keys.insert(key);
+    }
+    if (value.is_structured() && kByName.count(key) == 0) {
+      keys.merge(keys_of(value));
+    }
+  }
+  return keys;
+}
+
+TEST_F(MapBag, EachKeyOfItsReportIsInTheDocumentation) {
+  ASSERT_EQ(run_command(MATCHBOX_SIMULATE,
+                        "--world loop --seed 2 --duration 120 --scan-rate 5 --beams 261 "
+                        "--second-laser -0.3,0,3.14 --bag " +
+                            bag_ + " --truth " + (folder_ / "truth.tum"))
+                .exit_code,
+            0);
+  ASSERT_EQ(run("--scan-topic /base_scan --scan-topic /second_scan").exit_code, 0);
+  const auto report = nlohmann::json::parse(read_file(out_ + "/report.json"));
+  EXPECT_FALSE(report.at("loops").at("each").empty());
+  EXPECT_FALSE(report.at("further_lasers").empty());
+  const std::string page = read_file(std::string(MATCHBOX_SOURCE_DIR) + "/doc/first_map.md");
+  const std::size_t begin = page.find("What is in `report.json`");
+  ASSERT_NE(begin, std::string::npos);
+  const std::string table = page.substr(begin, page.find("`--movie map.gif`") - begin);
+  for (const std::string& key : keys_of(report)) {
+    EXPECT_TRUE(contains(table, "`" + key + "`")) << key;
+  }
 }
 
 TEST_F(MapBag, WhatAnEarlierRunLeftIsNotTakenForItsOwn) {
