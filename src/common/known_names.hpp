@@ -5,7 +5,8 @@
 
 namespace matchbox_slam {
 
-/// The known name that was probably meant; empty when none is near.
+/// The known name that was probably meant: the only one that begins so, else the nearest; empty
+/// when none is near.
 [[nodiscard]] std::string nearest_name(const std::string& name,
                                        const std::vector<std::string>& known);
 

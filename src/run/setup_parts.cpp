@@ -18,30 +18,43 @@ bool is_among(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// The options of that name in sections, by their whole names.
-std::vector<std::string> whole_names(const std::string& name,
-                                     const std::vector<std::string>& sections,
-                                     const std::vector<OptionDescription>& in_sections,
-                                     const MatcherCatalog& catalog) {
-  std::vector<std::string> found;
+/// The options in sections, by their whole names.
+std::vector<std::string> all_in_sections(const std::vector<std::string>& sections,
+                                         const std::vector<OptionDescription>& in_sections,
+                                         const MatcherCatalog& catalog) {
+  std::vector<std::string> all;
   for (const OptionDescription& row : in_sections) {
-    const std::size_t slash = row.name.find('/');
-    if (row.name.substr(slash + 1) == name && is_among(sections, row.name.substr(0, slash))) {
-      found.push_back(row.name);
+    if (is_among(sections, row.name.substr(0, row.name.find('/')))) {
+      all.push_back(row.name);
     }
   }
   for (const std::string& lookup_name : catalog.lookup_names()) {
     try {
       for (const OptionDescription& row : catalog.create(lookup_name)->options()) {
-        if (row.name == name) {
-          found.push_back(fmt::format("{}/{}", matcher_short_name(lookup_name), name));
-        }
+        all.push_back(fmt::format("{}/{}", matcher_short_name(lookup_name), row.name));
       }
     } catch (const ConfigurationError&) {
       continue;  // whoever chooses it is told why it cannot be loaded
     }
   }
-  return found;
+  return all;
+}
+
+/// Those of that name, else the only one whose name begins with it.
+std::vector<std::string> meant_of(const std::vector<std::string>& all, const std::string& name) {
+  constexpr std::size_t kBeginning = 3;  // letters, as of nearest_name
+  std::vector<std::string> same;
+  std::vector<std::string> longer;
+  for (const std::string& whole : all) {
+    const std::string own = whole.substr(whole.find('/') + 1);
+    if (own == name) {
+      same.push_back(whole);
+    } else if (own.rfind(name, 0) == 0) {
+      longer.push_back(whole);
+    }
+  }
+  const bool is_beginning = same.empty() && longer.size() == 1 && name.size() >= kBeginning;
+  return is_beginning ? longer : same;
 }
 
 /// Options of version 1 that have another name now.
@@ -127,7 +140,7 @@ std::vector<std::string> reject_unknown_names(const Parameters& parameters,
     }
     std::vector<std::string> meant;
     if (is_plain) {
-      meant = whole_names(name, sections, in_sections, catalog);
+      meant = meant_of(all_in_sections(sections, in_sections, catalog), name);
     }
     if (const std::string nearest = nearest_name(name, known); meant.empty() && !nearest.empty()) {
       meant = {nearest};

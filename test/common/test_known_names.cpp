@@ -11,6 +11,14 @@ TEST(NearestName, IsEmptyWhereNoneIsNear) {
   EXPECT_EQ(nearest_name("slm", {}), "");
 }
 
+TEST(NearestName, IsTheOnlyOneThatBeginsSo) {
+  EXPECT_EQ(nearest_name("insert_dist", {"insert_angle", "insert_distance"}), "insert_distance");
+  EXPECT_EQ(nearest_name("insert_distanc", {"insert_distances_all", "insert_distance"}),
+            "insert_distance")
+      << "of two the nearest";
+  EXPECT_EQ(nearest_name("in", {"insert_distance"}), "") << "too short to tell";
+}
+
 TEST(UnknownNameText, NamesWhatWasMeant) {
   EXPECT_EQ(unknown_name_text("section", "x", {}, {"slam", "map"}),
             "unknown section 'x'. Known: slam, map.");

@@ -207,6 +207,7 @@ TEST(SlamSetup, SaysInWhichSectionAnOptionIs) {
   EXPECT_TRUE(contains(refusal_of("insert_distance: 1"),
                        "unknown parameter 'insert_distance'; did you mean 'slam/insert_distance'? "
                        "Known: matcher, "));
+  EXPECT_TRUE(contains(refusal_of("insert_dist: 1"), "did you mean 'slam/insert_distance'?"));
   EXPECT_TRUE(contains(refusal_of("max_tries: 1"), "did you mean 'monte_carlo/max_tries'?"));
   EXPECT_TRUE(contains(refusal_of("min_height: 1"), "did you mean 'cloud/min_height'?"));
   EXPECT_TRUE(contains(refusal_of("min_score: 1"), "/min_score' or '"));

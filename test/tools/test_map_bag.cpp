@@ -329,6 +329,7 @@ TEST_F(MapBag, RefusesWrongUsage) {
   expect_one_line(run("--set slam/update_map=false"), 2,
                   "slam/update_map: false needs a map to find the robot in; give one with --map");
   expect_one_line(run("--set insert_distance=1"), 2, "did you mean 'slam/insert_distance'?");
+  expect_one_line(run("--set insert_dist=1"), 2, "did you mean 'slam/insert_distance'?");
   const Outcome unknown = run("--set nothing_like_it=1");
   expect_one_line(unknown, 2, "unknown parameter 'nothing_like_it'. Known: matcher, ");
   EXPECT_FALSE(contains(unknown.output, "publish_tf")) << "only the node has it";
