@@ -8,6 +8,7 @@
 
 #include "io/image_views.hpp"
 #include "io/map_archive.hpp"
+#include "io/map_kind.hpp"
 #include "map/image_walls.hpp"
 #include "matchbox_slam/geometry/transform2.hpp"
 #include "matchbox_slam/io/file.hpp"
@@ -122,11 +123,10 @@ std::string text_of_no_map(const std::string& path) {
     return fmt::format("is a folder; give the map in it, as '{}'",
                        (std::filesystem::path(path) / "map.slam").string());
   }
-  for (const char* recording : {".bag", ".db3", ".mcap", ".log", ".clf", ".gz"}) {
-    if (kind == recording) {
-      return fmt::format("is a recording; map_bag '{}' --out DIR makes a map of it, DIR/map.slam",
-                         path);
-    }
+  const auto kinds = {".bag", ".db3", ".mcap", ".log", ".clf", ".gz"};
+  if (is_bag(path) || std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) {
+    return fmt::format("is a recording; map_bag '{}' --out DIR makes a map of it, DIR/map.slam",
+                       path);
   }
   if (kind == ".pgm" || kind == ".png") {
     return "is the image of a map; give the .slam that was saved beside it, or the .yaml that "
@@ -174,10 +174,11 @@ EngineState map_from_image(const MapImage& image, const std::string& path,
 }
 
 EngineState read_engine_state(const std::string& path, const EngineOptions& options) {
-  if (extension_of(path) == ".yaml") {
+  const std::string kind = is_bag(path) ? "" : extension_of(path);
+  if (kind == ".yaml") {
     return map_from_image(read_map(path), path, options.map, options.field);
   }
-  if (extension_of(path) == ".slam") {
+  if (kind == ".slam") {
     return read_saved_map(path, options.map.max_cells);
   }
   throw ConfigurationError(fmt::format("'{}' {}", path, text_of_no_map(path)));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "io/map_kind.hpp"
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
 
@@ -20,7 +21,7 @@ void require_saved_map(const std::string& path) {
     throw ConfigurationError(fmt::format("{} is a folder; give the map in it, as {}", path,
                                          (fs::path(path) / "map.slam").string()));
   }
-  if (kind == ".bag") {
+  if (kind == ".bag" || is_bag(path)) {
     throw ConfigurationError(fmt::format(
         "{} is a recording; map_bag {} --out DIR makes DIR/map.slam of it, which can be merged",
         path, path));

@@ -419,7 +419,9 @@ void BagMapping::write() {
   replace_files(hough_pictures());
   tell(facts);
   if (!facts.bag.damage.empty()) {
-    throw BagError(facts.bag.damage + "; the results cover the part before");
+    throw BagError(fmt::format("{}; the results cover the part before, {} scans in {}",
+                               facts.bag.damage, scans_.account().delivered,
+                               seconds_text(facts.bag.seconds)));
   }
 }
 

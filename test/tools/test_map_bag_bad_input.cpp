@@ -246,7 +246,9 @@ TEST_F(MapBag, WritesThePartBeforeADamage) {
   for (const char* threads : {"", "--threads 2"}) {
     const Outcome outcome = run(threads);
     EXPECT_EQ(outcome.exit_code, 1) << outcome.output;
-    EXPECT_TRUE(contains(outcome.output, "the results cover the part before")) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "the results cover the part before, " +
+                                             std::to_string(poses()) + " scans in "))
+        << outcome.output;
     EXPECT_GT(poses(), 100U);
     EXPECT_LT(poses(), 4000U);
   }

@@ -294,6 +294,10 @@ TEST_F(MapBag, WhatIsNoMapToGoOnWithIsRefusedWithWhatToGive) {
   write_small_bag(bag_);
   expect_one_line(run("--map " + (folder_ / "")), 2, "is a folder; give the map in it");
   expect_one_line(run("--map " + bag_), 2, "is a recording; map_bag");
+  std::filesystem::copy_file(bag_, folder_ / "a.slam");
+  std::filesystem::copy_file(bag_, folder_ / "a.yaml");
+  expect_one_line(run("--map " + (folder_ / "a.slam")), 2, "is a recording; map_bag");
+  expect_one_line(run("--map " + (folder_ / "a.yaml")), 2, "is a recording; map_bag");
   expect_one_line(run("--map map.png"), 2, "is the image of a map; give the .slam");
 }
 
