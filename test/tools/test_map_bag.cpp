@@ -174,7 +174,7 @@ std::set<std::string> keys_of(const nlohmann::json& values) {
 
 TEST_F(MapBag, EachKeyOfItsReportIsInTheDocumentation) {
   ASSERT_EQ(run_command(MATCHBOX_SIMULATE,
-                        "--world loop --seed 2 --duration 120 --scan-rate 5 --beams 261 "
+                        "--world loop --seed 2 --duration 200 --scan-rate 5 --beams 261 "
                         "--second-laser -0.3,0,3.14 --bag " +
                             bag_ + " --truth " + (folder_ / "truth.tum"))
                 .exit_code,
