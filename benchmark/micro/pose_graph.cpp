@@ -5,7 +5,6 @@
 
 #include "graph/random_graphs.hpp"
 #include "matchbox_slam/graph/optimise.hpp"
-#include "matchbox_slam/graph/relative_covariances.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -58,22 +57,6 @@ BENCHMARK_CAPTURE(decide_one_more, without_drift, 0.0)
 BENCHMARK_CAPTURE(decide_one_more, with_drift, 0.999)
     ->Args({2000, 40})
     ->Args({10000, 200})
-    ->Args({33000, 600})
-    ->Unit(benchmark::kMillisecond);
-
-void covariances_of_all_nodes(benchmark::State& state) {
-  PoseGraph graph = laps(state.range(0), state.range(1));
-  for (PoseEdge& edge : graph.edges) {
-    edge.verdict = LoopVerdict::kInlier;
-  }
-  std::vector<std::size_t> nodes(graph.poses.size());
-  std::iota(nodes.begin(), nodes.end(), std::size_t{0});
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(relative_covariances(graph, nodes.back(), nodes));
-  }
-}
-BENCHMARK(covariances_of_all_nodes)
-    ->Args({2000, 40})
     ->Args({33000, 600})
     ->Unit(benchmark::kMillisecond);
 

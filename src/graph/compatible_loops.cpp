@@ -17,7 +17,7 @@ LoopErrors expect_errors(const PoseGraph& graph, std::vector<std::size_t> loops,
   if (result.loops.empty()) {
     return result;
   }
-  const GraphInformation information(graph, 0, {motion_only, 1.0});
+  const GraphInformation information(graph, {motion_only, 1.0});
   const Eigen::VectorXd change = information.best_change();
   const auto size = 3 * static_cast<Index>(result.loops.size());
   result.error.resize(size);
@@ -88,7 +88,7 @@ std::optional<std::size_t> worst_loop(const PoseGraph& graph, double most_chi_sq
   if (loops.empty()) {
     return std::nullopt;
   }
-  const auto covariances = GraphInformation(graph, 0, {}).error_covariances(graph, loops);
+  const auto covariances = GraphInformation(graph, {}).error_covariances(graph, loops);
   std::optional<std::size_t> worst;
   for (std::size_t i = 0; i < loops.size(); ++i) {
     const PoseEdge& edge = graph.edges[loops[i]];

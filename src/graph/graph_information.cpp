@@ -53,8 +53,8 @@ struct SparseInverse {
 
 }  // namespace
 
-GraphInformation::GraphInformation(const PoseGraph& graph, std::size_t fixed, const Terms& terms)
-    : fixed_(fixed), nodes_(graph.poses.size()) {
+GraphInformation::GraphInformation(const PoseGraph& graph, const Terms& terms)
+    : nodes_(graph.poses.size()) {
   factor_.compute(add_edges(graph, terms));
   if (factor_.info() != Eigen::Success) {
     throw std::invalid_argument(
@@ -67,7 +67,7 @@ GraphInformation::GraphInformation(const PoseGraph& graph, std::size_t fixed, co
 Eigen::VectorXi GraphInformation::count_rows(const PoseGraph& graph) const {
   Eigen::VectorXi rows = Eigen::VectorXi::Constant(3 * static_cast<Index>(nodes_ - 1), 3);
   for (const PoseEdge& edge : graph.edges) {
-    if (edge.from != fixed_ && edge.to != fixed_) {
+    if (edge.from != kFixed && edge.to != kFixed) {
       rows.segment<3>(std::min(first_of(edge.from), first_of(edge.to))).array() += 3;
     }
   }
@@ -101,15 +101,15 @@ Eigen::SparseMatrix<double> GraphInformation::add_edges(const PoseGraph& graph,
     const Eigen::Matrix3d by_to = root * error.by_to;
     const Index from = first_of(edge.from);
     const Index to = first_of(edge.to);
-    if (edge.from != fixed_) {
+    if (edge.from != kFixed) {
       add(from, from, by_from.transpose() * by_from);
       gradient_.segment<3>(from) -= by_from.transpose() * weighed;
     }
-    if (edge.to != fixed_) {
+    if (edge.to != kFixed) {
       add(to, to, by_to.transpose() * by_to);
       gradient_.segment<3>(to) -= by_to.transpose() * weighed;
     }
-    if (edge.from != fixed_ && edge.to != fixed_) {
+    if (edge.from != kFixed && edge.to != kFixed) {
       if (from > to) {
         add(from, to, by_from.transpose() * by_to);
       } else {
@@ -124,10 +124,10 @@ Eigen::SparseMatrix<double> GraphInformation::add_edges(const PoseGraph& graph,
 GraphInformation::Change GraphInformation::covariance_with(const PoseEdge& edge,
                                                            const EdgeError& error) const {
   Change right = Change::Zero(gradient_.size(), 3);
-  if (edge.from != fixed_) {
+  if (edge.from != kFixed) {
     right.middleRows<3>(first_of(edge.from)) += error.by_from.transpose();
   }
-  if (edge.to != fixed_) {
+  if (edge.to != kFixed) {
     right.middleRows<3>(first_of(edge.to)) += error.by_to.transpose();
   }
   return factor_.solve(right);
@@ -140,7 +140,7 @@ struct GraphInformation::Inverse {
 
   [[nodiscard]] Eigen::Matrix3d block(std::size_t a, std::size_t b) const {
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-    if (a == information.fixed_ || b == information.fixed_) {
+    if (a == kFixed || b == kFixed) {
       return covariance;
     }
     const auto& order = information.factor_.permutationP().indices();
@@ -156,16 +156,6 @@ struct GraphInformation::Inverse {
   const GraphInformation& information;
   SparseInverse entries;
 };
-
-std::vector<Eigen::Matrix3d> GraphInformation::marginal_covariances() const {
-  const Inverse inverse(*this);
-  std::vector<Eigen::Matrix3d> covariances;
-  covariances.reserve(nodes_);
-  for (std::size_t node = 0; node < nodes_; ++node) {
-    covariances.push_back(inverse.block(node, node));
-  }
-  return covariances;
-}
 
 std::vector<Eigen::Matrix3d> GraphInformation::error_covariances(
     const PoseGraph& graph, const std::vector<std::size_t>& edges) const {

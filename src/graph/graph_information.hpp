@@ -10,7 +10,7 @@
 
 namespace matchbox_slam {
 
-/// The inverse of the covariance of all poses, linearised where they are, with one node held fixed.
+/// The inverse of the covariance of all poses, linearised where they are, with the first held fixed.
 class GraphInformation {
  public:
   /// Of what edges tell.
@@ -19,7 +19,7 @@ class GraphInformation {
     double drift_share = 1.0;  ///< of the variance of drift that edges assume
   };
 
-  GraphInformation(const PoseGraph& graph, std::size_t fixed, const Terms& terms);
+  GraphInformation(const PoseGraph& graph, const Terms& terms);
 
   /// How the error of an edge changes where the poses are changed so: `edge_error` times this.
   using Change = Eigen::Matrix<double, Eigen::Dynamic, 3>;
@@ -33,10 +33,10 @@ class GraphInformation {
                               const Eigen::MatrixBase<Derived>& change) const {
     Eigen::Matrix<double, 3, Derived::ColsAtCompileTime> sum;
     sum.setZero(3, change.cols());
-    if (edge.from != fixed_) {
+    if (edge.from != kFixed) {
       sum += error.by_from * change.template middleRows<3>(first_of(edge.from));
     }
-    if (edge.to != fixed_) {
+    if (edge.to != kFixed) {
       sum += error.by_to * change.template middleRows<3>(first_of(edge.to));
     }
     return sum;
@@ -53,9 +53,6 @@ class GraphInformation {
   /// Natural logarithm of its determinant.
   [[nodiscard]] double log_determinant() const { return factor_.vectorD().array().log().sum(); }
 
-  /// The covariance of each pose; zero for the fixed one.
-  [[nodiscard]] std::vector<Eigen::Matrix3d> marginal_covariances() const;
-
   /// The covariance of the errors of edges that are in it, for what the poses contribute.
   [[nodiscard]] std::vector<Eigen::Matrix3d> error_covariances(
       const PoseGraph& graph, const std::vector<std::size_t>& edges) const;
@@ -65,11 +62,12 @@ class GraphInformation {
   [[nodiscard]] Eigen::VectorXi count_rows(const PoseGraph& graph) const;
   /// Adds the edges to gradient and chi-square, and returns the information, its lower half.
   [[nodiscard]] Eigen::SparseMatrix<double> add_edges(const PoseGraph& graph, const Terms& terms);
-  [[nodiscard]] Eigen::Index first_of(std::size_t node) const {
-    return 3 * static_cast<Eigen::Index>(node - (node > fixed_ ? 1 : 0));
+  /// Row; of the fixed node, which has none, any.
+  [[nodiscard]] static Eigen::Index first_of(std::size_t node) {
+    return node == kFixed ? 0 : 3 * static_cast<Eigen::Index>(node - 1);
   }
 
-  std::size_t fixed_;
+  static constexpr std::size_t kFixed = 0;
   std::size_t nodes_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor_;
   Eigen::VectorXd gradient_;  ///< of half the chi-square, downhill

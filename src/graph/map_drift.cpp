@@ -12,7 +12,7 @@ namespace {
 /// of all edges less that of the motion, each with its poses integrated out (Laplace).
 double log_likelihood_of_loops(const PoseGraph& graph, double drift_share) {
   const auto without_poses = [&](bool motion_only) {
-    const GraphInformation information(graph, 0, {motion_only, drift_share});
+    const GraphInformation information(graph, {motion_only, drift_share});
     return information.least_chi_square() + information.log_determinant();
   };
   return 0.5 * (without_poses(true) - without_poses(false));
