@@ -1,6 +1,5 @@
 #include <benchmark/benchmark.h>
 
-#include <numeric>
 #include <vector>
 
 #include "graph/random_graphs.hpp"

@@ -56,7 +56,7 @@ ceres::Solver::Options solver_options(double tolerance) {
 
 }  // namespace
 
-bool move_to_best_poses(PoseGraph& graph, double drift_share, double tolerance) {
+void move_to_best_poses(PoseGraph& graph, double tolerance, double drift_share) {
   std::vector<Parameters> poses;
   poses.reserve(graph.poses.size());
   for (const Pose2& pose : graph.poses) {
@@ -73,7 +73,7 @@ bool move_to_best_poses(PoseGraph& graph, double drift_share, double tolerance) 
     }
   }
   if (problem.NumResiduals() == 0) {
-    return true;
+    return;
   }
   problem.SetParameterBlockConstant(poses.front().data());
   ceres::Solver::Summary summary;
@@ -81,7 +81,6 @@ bool move_to_best_poses(PoseGraph& graph, double drift_share, double tolerance) 
   for (std::size_t node = 1; node < poses.size(); ++node) {
     graph.poses[node] = {poses[node][0], poses[node][1], wrap_angle(poses[node][2])};
   }
-  return summary.termination_type == ceres::CONVERGENCE;
 }
 
 }  // namespace matchbox_slam

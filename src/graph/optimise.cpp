@@ -29,114 +29,93 @@ std::size_t number_of_inliers(const PoseGraph& graph) {
 constexpr double kCoarseTolerance = 1e-3;  // tolerances of the chi-square
 constexpr double kFineTolerance = 1e-9;
 
-class Optimiser {
- public:
-  explicit Optimiser(PoseGraph graph) { result_.graph = std::move(graph); }
-
-  OptimisedGraph run() {
-    PoseGraph& graph = result_.graph;
-    settle(graph);
-    if (std::any_of(graph.edges.begin(), graph.edges.end(), [](const PoseEdge& edge) {
-          return edge.kind == EdgeKind::kLoop && edge.verdict == LoopVerdict::kUndecided;
-        })) {
-      reconsider(graph);
-    }
-    move_by_learned_drift(graph);
-    for (PoseEdge& edge : graph.edges) {
-      if (edge.kind == EdgeKind::kLoop && !is_used(edge)) {
-        edge.verdict = LoopVerdict::kOutlier;
-      }
-      result_.chi_square.push_back(chi_square(edge_error(graph, edge).error, edge.covariance));
-    }
-    return std::move(result_);
-  }
-
- private:
-  void move(PoseGraph& graph, double tolerance, double drift_share = 1.0) {
-    result_.converged = move_to_best_poses(graph, drift_share, tolerance);
-  }
-
-  /// Inliers are decided upon with all the drift that is assumed, so that one that comes late is
-  /// no surprise; the poses are by what there was of it.
-  void move_by_learned_drift(PoseGraph& graph) {
-    const double share = learn_drift(graph);
-    if (share < 1.0) {
-      move(graph, kFineTolerance, share);
-    }
-  }
-
-  /// Takes in what is compatible with the inliers that there are, and then drops what fits them no
-  /// more.
-  void settle(PoseGraph& graph) {
-    take_compatible(graph);
-    move(graph, kFineTolerance);
-    while (const auto worst = worst_loop(graph, kMostChiSquare)) {
-      graph.edges[*worst].verdict = LoopVerdict::kOutlier;
-      move(graph, kFineTolerance);
-    }
-  }
-
-  /// Again and again, since what loops are expected to say is so where the poses are nearly right.
-  void take_compatible(PoseGraph& graph) {
-    while (true) {
-      const LoopErrors errors = expect_errors(graph, loops_of(graph, false));
-      const auto compatible = compatible_loops(errors, kMostChiSquare);
-      for (const std::size_t i : compatible) {
-        graph.edges[errors.loops[i]].verdict = LoopVerdict::kInlier;
-      }
-      if (compatible.empty() || compatible.size() == errors.loops.size()) {
-        return;
-      }
-      move(graph, kCoarseTolerance);
-    }
-  }
-
-  /// Whether there are more inliers when an outlier is taken in first.
-  void reconsider(PoseGraph& graph) {
-    constexpr int kMostTried = 8;  // a guess: half and double were not tried
-    const LoopErrors errors = expect_errors(graph, loops_of(graph, true), true);
-    std::vector<std::size_t> best;
-    int tried = 0;
-    for (std::size_t i = 0; i < errors.loops.size() && tried < kMostTried; ++i) {
-      const auto at = 3 * static_cast<Eigen::Index>(i);
-      const Eigen::Vector3d error = errors.error.segment<3>(at);
-      if (is_used(graph.edges[errors.loops[i]]) ||
-          chi_square(error, errors.covariance.block<3, 3>(at, at)) > kMostChiSquare) {
-        continue;
-      }
-      ++tried;
-      std::vector<std::size_t> set = compatible_loops(errors, kMostChiSquare, i);
-      if (set.size() > best.size()) {
-        best = std::move(set);
-      }
-    }
-    const std::size_t inliers_before = number_of_inliers(graph);
-    if (best.size() <= inliers_before) {
-      return;
-    }
-    GraphState before = state_of(graph);
-    for (const std::size_t loop : errors.loops) {
-      graph.edges[loop].verdict = LoopVerdict::kOutlier;
-    }
-    for (const std::size_t i : best) {
+/// Again and again, since what loops are expected to say is so where the poses are nearly right.
+void take_compatible(PoseGraph& graph) {
+  while (true) {
+    const LoopErrors errors = expect_errors(graph, loops_of(graph, false));
+    const auto compatible = compatible_loops(errors, kMostChiSquare);
+    for (const std::size_t i : compatible) {
       graph.edges[errors.loops[i]].verdict = LoopVerdict::kInlier;
     }
-    const bool converged = result_.converged;
-    settle(graph);
-    if (number_of_inliers(graph) <= inliers_before) {
-      set_state(std::move(before), graph);
-      result_.converged = converged;
+    if (compatible.empty() || compatible.size() == errors.loops.size()) {
+      return;
+    }
+    move_to_best_poses(graph, kCoarseTolerance);
+  }
+}
+
+/// Takes in what is compatible with the inliers that there are, and then drops what fits them no
+/// more.
+void settle(PoseGraph& graph) {
+  take_compatible(graph);
+  move_to_best_poses(graph, kFineTolerance);
+  while (const auto worst = worst_loop(graph, kMostChiSquare)) {
+    graph.edges[*worst].verdict = LoopVerdict::kOutlier;
+    move_to_best_poses(graph, kFineTolerance);
+  }
+}
+
+/// Whether there are more inliers when an outlier is taken in first.
+void reconsider(PoseGraph& graph) {
+  constexpr int kMostTried = 8;  // a guess: half and double were not tried
+  const LoopErrors errors = expect_errors(graph, loops_of(graph, true), true);
+  std::vector<std::size_t> best;
+  int tried = 0;
+  for (std::size_t i = 0; i < errors.loops.size() && tried < kMostTried; ++i) {
+    const auto at = 3 * static_cast<Eigen::Index>(i);
+    const Eigen::Vector3d error = errors.error.segment<3>(at);
+    if (is_used(graph.edges[errors.loops[i]]) ||
+        chi_square(error, errors.covariance.block<3, 3>(at, at)) > kMostChiSquare) {
+      continue;
+    }
+    ++tried;
+    std::vector<std::size_t> set = compatible_loops(errors, kMostChiSquare, i);
+    if (set.size() > best.size()) {
+      best = std::move(set);
     }
   }
-
-  OptimisedGraph result_;
-};
+  const std::size_t inliers_before = number_of_inliers(graph);
+  if (best.size() <= inliers_before) {
+    return;
+  }
+  GraphState before = state_of(graph);
+  for (const std::size_t loop : errors.loops) {
+    graph.edges[loop].verdict = LoopVerdict::kOutlier;
+  }
+  for (const std::size_t i : best) {
+    graph.edges[errors.loops[i]].verdict = LoopVerdict::kInlier;
+  }
+  settle(graph);
+  if (number_of_inliers(graph) <= inliers_before) {
+    set_state(std::move(before), graph);
+  }
+}
 
 }  // namespace
 
 OptimisedGraph optimise(PoseGraph graph) {
   require_sound(graph);
-  return Optimiser(std::move(graph)).run();
+  settle(graph);
+  if (std::any_of(graph.edges.begin(), graph.edges.end(), [](const PoseEdge& edge) {
+        return edge.kind == EdgeKind::kLoop && edge.verdict == LoopVerdict::kUndecided;
+      })) {
+    reconsider(graph);
+  }
+  // Inliers are decided upon with all the drift that is assumed, so that one that comes late is no
+  // surprise; the poses are by what there was of it.
+  const double share = learn_drift(graph);
+  if (share < 1.0) {
+    move_to_best_poses(graph, kFineTolerance, share);
+  }
+  OptimisedGraph result;
+  for (PoseEdge& edge : graph.edges) {
+    if (edge.kind == EdgeKind::kLoop && !is_used(edge)) {
+      edge.verdict = LoopVerdict::kOutlier;
+    }
+    result.chi_square.push_back(chi_square(edge_error(graph, edge).error, edge.covariance));
+  }
+  result.graph = std::move(graph);
+  return result;
 }
 
 }  // namespace matchbox_slam

@@ -15,7 +15,6 @@ struct OptimisedGraph {
   PoseGraph graph;  ///< every loop is an inlier or an outlier, and the poses are by the inliers
   /// Of each edge at these poses, by its covariance as assumed; those of outliers, too.
   std::vector<double> chi_square;
-  bool converged = false;  ///< false: it still moved when the optimiser's iterations were used up
 };
 
 /// The most likely poses given all edges that are no loops and the loops that are inliers.
