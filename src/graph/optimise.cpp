@@ -8,6 +8,7 @@
 #include "graph/compatible_loops.hpp"
 #include "graph/edge_error.hpp"
 #include "graph/map_drift.hpp"
+#include "matchbox_slam/geometry/chi_square.hpp"
 
 namespace matchbox_slam {
 namespace {

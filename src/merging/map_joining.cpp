@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "matchbox_slam/graph/optimise.hpp"
+#include "matchbox_slam/motion/motion_prior.hpp"
 #include "matching/rendered_map.hpp"
 #include "merging/map_agreement.hpp"
 #include "slam/loop_closing.hpp"
@@ -130,7 +131,7 @@ void Joining::join_at(std::size_t key) {
   go_on_();
   if (key > first_) {
     const PlacedScans& all = map_.component.key_scans.all();
-    way_ += way_between(all[key - 1].map_from_base, all[key].map_from_base);
+    way_ += way_with_turn(all[key - 1].map_from_base.inverse() * all[key].map_from_base);
   }
   take_keys_up_to(key);
   const std::vector<FoundLoop> near =

@@ -34,6 +34,11 @@ Eigen::Matrix3d grown_along(const Pose2& motion, double variance_xy, double vari
 
 }  // namespace
 
+double way_with_turn(const Pose2& moved) {
+  constexpr double kMetresPerRadian = 0.3;  // a guess (CONSTANTS.md)
+  return moved.translation().norm() + kMetresPerRadian * std::abs(moved.theta);
+}
+
 MotionEstimate motion_from_odometry(const Pose2& odom_from_previous, const Pose2& odom_from_current,
                                     double interval, const MotionPriorOptions& options) {
   MotionEstimate estimate;

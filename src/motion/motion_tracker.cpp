@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "matchbox_slam/geometry/chi_square.hpp"
+
 namespace matchbox_slam {
 namespace {
 
@@ -60,7 +62,6 @@ std::optional<SteadyPrediction> MotionTracker::predict_steadily(const ScanInput&
 /// Whether no robot moves so in this time that has just moved as this one did, but for the usual
 /// changes of its velocity and what its last two poses make that uncertain.
 bool MotionTracker::is_improbable(const Pose2& moved, double interval) const {
-  constexpr double kImprobable = 16.27;  // squared, of three degrees of freedom: 99.9 % are within
   // [m/s], as for a prediction by velocity, but of wheels that may be taken at their word.
   constexpr double kMostSudden = 1.0;
   if (!knows_motion()) {
@@ -73,7 +74,7 @@ bool MotionTracker::is_improbable(const Pose2& moved, double interval) const {
   const double share = interval / state_.interval;
   const Eigen::Vector3d off = difference(moved, steady.previous_from_current);
   const Eigen::Matrix3d covariance = steady.covariance + (1.0 + share * share) * steady.floor;
-  return off.dot(covariance.ldlt().solve(off)) > kImprobable;
+  return off.dot(covariance.ldlt().solve(off)) > kMostChiSquare;
 }
 
 /// Whether odometry tells how the base moves during the scan: one that is set meanwhile would tear

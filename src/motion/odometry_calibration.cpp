@@ -16,9 +16,8 @@ constexpr double kMemory = 20.0;  // [m] of way, for the noise
 constexpr double kDeviations = 3.0;
 const Eigen::Vector3d kDrift(2e-4, 4e-4, 1e-4);  // in a metre: wheels wear, and floors differ
 
-constexpr double kMetresPerRadian = 0.3;  // a turn teaches as much as so much way
-constexpr double kMostLeft = 0.5;         // of the prior, in all directions together
-constexpr double kLeastNoise = 1e-8;      // [m^2/m], [rad^2/m]
+constexpr double kMostLeft = 0.5;     // of the prior, in all directions together
+constexpr double kLeastNoise = 1e-8;  // [m^2/m], [rad^2/m]
 
 /// @param innovation  and `row`, by which errors make it, over the square root of the length.
 void update(double innovation, const Eigen::Vector3d& row, double weight, double& noise,
@@ -73,8 +72,7 @@ OdometryCalibration calibrate(OdometryCalibration calibration, const Calibration
     stretch->first_from_newest = stretch->first_from_newest * calibrated(calibration, step.moved);
     stretch->forward += step.moved.x;
     stretch->turn += step.moved.theta;
-    stretch->length +=
-        step.moved.translation().norm() + kMetresPerRadian * std::abs(step.moved.theta);
+    stretch->length += way_with_turn(step.moved);
     if (stretch->length < kLength) {
       return calibration;
     }

@@ -34,13 +34,11 @@ OdometryNoiseScale updated_noise_scale(const OdometryNoiseScale& scale, const Po
   // [m]. Of 48 drives through hotels and campuses the mean error is 5 % larger with 5 m, and 22 %
   // with 10 m.
   constexpr double kMemory = 2.0;
-  constexpr double kMetresPerRadian = 0.3;  // a turn teaches as much as so much way
   const Eigen::LLT<Eigen::Matrix2d> factor(prior.topLeftCorner<2, 2>());
   if (factor.info() != Eigen::Success || !(prior(2, 2) > 0.0)) {
     return scale;
   }
-  const double way = moved.translation().norm() + kMetresPerRadian * std::abs(moved.theta);
-  const double weight = 1.0 - std::exp(-way / kMemory);
+  const double weight = 1.0 - std::exp(-way_with_turn(moved) / kMemory);
   OdometryNoiseScale result = scale;
   if (posterior(2, 2) < kMostVarianceLeft * prior(2, 2)) {
     const double turned = wrap_angle(matched.theta - predicted.theta);

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "graph/edge_error.hpp"
-#include "matchbox_slam/graph/optimise.hpp"
+#include "matchbox_slam/geometry/chi_square.hpp"
 
 namespace matchbox_slam {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "matchbox_slam/geometry/transform2.hpp"
 #include "matchbox_slam/matching/pose_prior.hpp"
+#include "sensor/take_some.hpp"
 #include "slam/pose_gate.hpp"
 #include "slam/scan_evidence.hpp"
 
@@ -92,14 +93,12 @@ class Comparison {
 
 /// Of the weight of a scan.
 double share_drawn(const PointScan& scan, const Comparison& comparison) {
-  const std::size_t stride = (scan.points.size() + kGroundBeams - 1) / kGroundBeams;
   double all = 0.0;
   double drawn = 0.0;
-  for (std::size_t i = stride / 2; i < scan.points.size(); i += stride) {
-    const ScanPoint& point = scan.points[i];
+  take_some(scan, kGroundBeams, [&](const ScanPoint& point) {
     all += point.weight;
     drawn += comparison.draws(point) ? point.weight : 0.0;
-  }
+  });
   return all > 0.0 ? drawn / all : 0.0;
 }
 

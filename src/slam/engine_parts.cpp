@@ -364,11 +364,7 @@ void SlamEngine::Parts::search_for_map(ScanOutcome& outcome) {
   outcome.match.map_from_base = found->component_from_active * outcome.match.map_from_base;
   outcome.match.covariance =
       in_turned_frame(outcome.match.covariance, -found->component_from_active.theta);
-  // How well the place was confirmed: [m], [rad]. Guesses; half or double changes no byte of six
-  // drives with faults (benchmark/reports/current/CONSTANTS.md).
-  constexpr double kXy = 0.1;
-  constexpr double kTheta = 0.05;
-  outcome.covariance = tracker_.state().covariance + covariance_of(kXy, kTheta);
+  outcome.covariance = tracker_.state().covariance + covariance_where_found();
 }
 
 /// Puts what the component holds where it belongs, a few key scans with each of the next scans.

@@ -7,6 +7,7 @@
 
 #include "graph/condensed_graph.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
+#include "matchbox_slam/motion/motion_prior.hpp"
 #include "slam/found_map.hpp"
 #include "slam/local_scans.hpp"
 #include "slam/loop_search.hpp"
@@ -25,14 +26,6 @@ constexpr double kDelayWay = 0.5;  // [m]
 constexpr std::size_t kMostDelay = 5;
 
 }  // namespace
-
-double way_between(const Pose2& before, const Pose2& after) {
-  // A turn drifts as so much way: a guess; half or double changes five drives with loops by up to 8
-  // % (hotel), mostly less than 1 (CONSTANTS.md).
-  constexpr double kMetresPerRadian = 0.3;
-  const Pose2 moved = before.inverse() * after;
-  return moved.translation().norm() + kMetresPerRadian * std::abs(moved.theta);
-}
 
 Eigen::Matrix3d covariance_where_found() {
   // Guesses (benchmark/reports/current/CONSTANTS.md): half or double changes five drives with loops
@@ -183,7 +176,7 @@ void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& 
   constexpr double kLeastWay = 0.01;  // [m], so that no covariance is nothing
   const Pose2& before = keys[node - 1].map_from_base;
   const Pose2 moved = before.inverse() * keys[node].map_from_base;
-  const double way = std::max(kLeastWay, way_between(before, keys[node].map_from_base));
+  const double way = std::max(kLeastWay, way_with_turn(moved));
   state_.way += way;
   const Eigen::Matrix3d drift = way * covariance_of(options.drift_xy, options.drift_theta);
   PoseEdge edge{node - 1, node, moved, drift + in_turned_frame(map_covariance, before.theta)};

@@ -32,9 +32,6 @@ constexpr double kLeastMoved = 0.1;
 /// [m] of way between two searches for a loop.
 constexpr double kBetweenLoopSearches = 1.0;
 
-/// [m] that count between two poses, for drift and for when to search: with the turn.
-[[nodiscard]] double way_between(const Pose2& before, const Pose2& after);
-
 /// How well a place is known that was found anew, over (x, y, theta).
 [[nodiscard]] Eigen::Matrix3d covariance_where_found();
 

@@ -129,14 +129,13 @@ double log_odds_of(const PlacedScans& keys, const Pose2& place_from_newest, cons
   // What a beam that tells says at the best place around: of 4,600 tries in the zoo and eight logs,
   // above 2.4 places are mostly right, below 2.2 mostly wrong.
   constexpr double kAlike = 2.2;
-  constexpr double kTelling = 0.2;  // share of a scan
   constexpr double kLeast = -5.0;
   constexpr double kNear = 0.1;  // [m], as well as maps lie to each other at best
   const Eigen::Vector2d off = place_from_newest.translation() - expected.translation();
   double log_odds = -0.5 * off.squaredNorm() / (sigma * sigma + kNear * kNear);
   for (const PlacedScan& key : newest_at(keys, place_from_newest)) {
     const ScanEvidence says = evidence_of(*key.scan->points(), key.map_from_base, place);
-    if (says.telling >= kTelling) {
+    if (says.telling >= kLeastTelling) {
       log_odds += std::max(kLeast, says.telling_mean - kAlike);
     }
   }

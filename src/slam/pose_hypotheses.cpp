@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "matchbox_slam/geometry/chi_square.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matching/wide_search.hpp"
 #include "slam/pose_gate.hpp"
@@ -14,9 +15,6 @@
 namespace matchbox_slam {
 namespace {
 
-/// Of motions that are right 99.9 % are closer to the prediction: squared Mahalanobis distance of
-/// three degrees of freedom.
-constexpr double kMostOfMotion = 16.27;
 /// [m] or [rad], from one search to the next.
 constexpr double kBetweenSearches = 0.2;
 /// [m] without a scan that tells hypotheses apart, after which the leading one is believed.
@@ -64,7 +62,7 @@ double squared_distance(const Pose2& pose, const MotionPrediction& predicted) {
 }  // namespace
 
 bool PoseHypotheses::is_jump(const MatchResult& match, const MotionPrediction& predicted) {
-  return match.accepted() && squared_distance(match.map_from_base, predicted) > kMostOfMotion;
+  return match.accepted() && squared_distance(match.map_from_base, predicted) > kMostChiSquare;
 }
 
 PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult match,
@@ -159,7 +157,7 @@ void PoseHypotheses::search(const Step& step, const Outcome& outcome, double sha
   if (step.by_velocity != nullptr) {
     consider(search_exactly(problem_at(step, step.by_velocity->fixed_from_base,
                                        step.by_velocity->search_covariance)),
-             0.5 * kMostOfMotion - kUnexpected);
+             0.5 * kMostChiSquare - kUnexpected);
   }
   for (const MatchResult& match :
        search_widely(problem_at(step, step.predicted.fixed_from_base, step.predicted.covariance))) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "matchbox_slam/geometry/transform2.hpp"
+#include "sensor/take_some.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -194,14 +195,12 @@ class BeamWalk {
 class EvenBeams {
  public:
   EvenBeams(const PointScan& scan, const Transform2& to_map) {
-    const std::size_t stride = (scan.points.size() + kEvidenceBeams - 1) / kEvidenceBeams;
-    for (std::size_t i = stride / 2; i < scan.points.size(); i += stride) {
-      const ScanPoint& point = scan.points[i];
+    take_some(scan, kEvidenceBeams, [&](const ScanPoint& point) {
       const double range = (to_map * point.position - to_map * point.origin).norm();
       if (point.weight > 0.0 && range < kFarthestPoint) {
         beams_[count_++] = &point;
       }
-    }
+    });
   }
 
   [[nodiscard]] std::size_t size() const { return count_; }
@@ -267,10 +266,9 @@ ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base, cons
 }
 
 double odds_of_elsewhere(const ScanEvidence& evidence) {
-  constexpr double kTelling = 0.2;  // share of a scan
   constexpr double kContradicts = 1.0;
   constexpr double kAgrees = 2.0;
-  if (evidence.telling < kTelling) {
+  if (evidence.telling < kLeastTelling) {
     return 0.0;
   }
   if (evidence.telling_mean < kContradicts) {

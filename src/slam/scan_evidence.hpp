@@ -28,6 +28,9 @@ constexpr double kMostOfScan = 6.0;
 /// recording changes by what common ground makes of it.
 constexpr double kUnexpected = 7.0;
 
+/// Share of a scan that has to tell of walls for it to say anything.
+constexpr double kLeastTelling = 0.2;
+
 /// Log odds of somewhere unknown against a pose, by one scan; 0 where too little of it tells of
 /// walls. Of scans at right poses 0.1 % say less than 1 a beam and 0.3 % less than 2 (150 drives of
 /// the zoo, no world or sensor more than 0.4 and 1.5 %), of a robot that is carried about every

@@ -6,6 +6,7 @@
 
 #include "matchbox_slam/geometry/angles.hpp"
 #include "matchbox_slam/geometry/transform2.hpp"
+#include "sensor/take_some.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -40,10 +41,7 @@ ScanProfile moved(const ScanProfile& profile, const Transform2& new_from_old) {
 ScanProfile profile_of(const PointScan& scan) {
   constexpr std::size_t kBeams = 360;
   ScanProfile profile = {};
-  const std::size_t stride = (scan.points.size() + kBeams - 1) / kBeams;
-  for (std::size_t i = stride / 2; i < scan.points.size(); i += stride) {
-    see(scan.points[i].position, profile);
-  }
+  take_some(scan, kBeams, [&](const ScanPoint& point) { see(point.position, profile); });
   return profile;
 }
 

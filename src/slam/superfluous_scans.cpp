@@ -8,6 +8,7 @@
 
 #include "matchbox_slam/geometry/angles.hpp"
 #include "matchbox_slam/geometry/transform2.hpp"
+#include "sensor/take_some.hpp"
 #include "slam/scan_view.hpp"
 
 namespace matchbox_slam {
@@ -35,14 +36,12 @@ bool is_beside(const PlacedScan& a, const PlacedScan& b) {
 std::vector<Eigen::Vector2d> hits_of(const PlacedScan& key) {
   const std::shared_ptr<const PointScan> scan = key.scan->points();
   const Transform2 to_map(key.map_from_base);
-  const std::size_t stride = (scan->points.size() + kAsked - 1) / kAsked;
   std::vector<Eigen::Vector2d> hits;
-  for (std::size_t i = stride / 2; i < scan->points.size(); i += stride) {
-    const Eigen::Vector2d& position = scan->points[i].position;
-    if (position.norm() < kFarthestPoint) {
-      hits.push_back(to_map * position);
+  take_some(*scan, kAsked, [&](const ScanPoint& point) {
+    if (point.position.norm() < kFarthestPoint) {
+      hits.push_back(to_map * point.position);
     }
-  }
+  });
   return hits;
 }
 

@@ -6,10 +6,6 @@
 
 namespace matchbox_slam {
 
-/// A loop is an inlier when it differs from what the graph without it says by at most this
-/// chi-square of 3 degrees of freedom; of right ones 0.1 % exceed it.
-constexpr double kMostChiSquare = 16.27;
-
 /// A graph whose poses fit its edges best, with as much of the drift as was learned.
 struct OptimisedGraph {
   PoseGraph graph;  ///< every loop is an inlier or an outlier, and the poses are by the inliers
@@ -19,7 +15,8 @@ struct OptimisedGraph {
 
 /// The most likely poses given all edges that are no loops and the loops that are inliers.
 ///
-/// Loops are decided upon by joint compatibility with the inliers that there are (Neira and
+/// A loop is an inlier when it differs from what the graph without it says by kMostChiSquare at
+/// most. Loops are decided upon by joint compatibility with the inliers that there are (Neira and
 /// Tardos 2001; over pose graphs Latif, Cadena and Neira 2013), most certain places first: what a
 /// loop says is weighed against the graph's own covariance between its two ends. So odometry speaks
 /// first, and a row of equal rooms, whose wrong loops agree with one another, gains nothing by

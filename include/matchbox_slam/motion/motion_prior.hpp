@@ -73,6 +73,10 @@ struct MotionEstimate {
   Eigen::Matrix3d by_velocity = Eigen::Matrix3d::Zero();
 };
 
+/// [m] of way that a motion counts as, for what drifts and what is learned along it: a turn counts
+/// as so much way, too.
+[[nodiscard]] double way_with_turn(const Pose2& moved);
+
 /// The motion between two readings of odometry, taken in the base frame: what the odometry's own
 /// heading was does not matter.
 /// @param interval  [s] between the readings.
