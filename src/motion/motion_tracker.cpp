@@ -49,14 +49,14 @@ MotionPrediction MotionTracker::predict(const ScanInput& input) const {
   return predicted;
 }
 
-std::optional<SteadyPrediction> MotionTracker::predict_steadily(const ScanInput& input) const {
-  if (!has_odometry(input) || !state_.odom_from_base || !knows_motion()) {
+std::optional<MotionPrediction> MotionTracker::predict_steadily(const ScanInput& input) const {
+  if (!has_odometry(input) || !state_.odom_from_base) {
     return std::nullopt;
   }
   const double interval = input.scan.stamp - *state_.stamp;
-  return SteadyPrediction{
-      predict_by(steady_motion(interval), input),
-      is_improbable(motion_since_newest(input).previous_from_current, interval)};
+  return is_improbable(motion_since_newest(input).previous_from_current, interval)
+             ? std::optional(predict_by(steady_motion(interval), input))
+             : std::nullopt;
 }
 
 /// Whether no robot moves so in this time that has just moved as this one did, but for the usual
@@ -64,7 +64,7 @@ std::optional<SteadyPrediction> MotionTracker::predict_steadily(const ScanInput&
 bool MotionTracker::is_improbable(const Pose2& moved, double interval) const {
   // [m/s], as for a prediction by velocity, but of wheels that may be taken at their word.
   constexpr double kMostSudden = 1.0;
-  if (!knows_motion()) {
+  if (!state_.matched || state_.interval <= 0.0) {  // its motion is not known
     return false;
   }
   MotionPriorOptions options = options_;

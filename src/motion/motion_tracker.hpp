@@ -23,14 +23,6 @@ struct MotionPrediction {
   Pose2 during_scan;  ///< pose of the base at the last beam in the base at the first
 };
 
-/// What a robot that goes on as it did would come to.
-struct SteadyPrediction {
-  MotionPrediction predicted;
-  /// Whether what odometry tells of this step can be no motion of a robot that has moved like that:
-  /// it was set, say, or catches up after it hung.
-  bool is_odometry_improbable = false;
-};
-
 /// What is known of it afterwards.
 struct MatchedMotion {
   Pose2 fixed_from_base;  ///< at the scan's stamp; see without_overshoot
@@ -52,10 +44,10 @@ class MotionTracker {
   /// laser's pose is no number.
   [[nodiscard]] MotionPrediction predict(const ScanInput& input) const;
 
-  /// The prediction by the last motion alone, beside that by odometry. Empty without odometry now
-  /// or at the scan before, and where the last motion is not known. The input is one that predict()
-  /// takes.
-  [[nodiscard]] std::optional<SteadyPrediction> predict_steadily(const ScanInput& input) const;
+  /// The prediction by the last motion alone, where what odometry tells of this step can be no
+  /// motion of a robot that has moved like that: it was set, say, or catches up after it hung. The
+  /// input is one that predict() takes.
+  [[nodiscard]] std::optional<MotionPrediction> predict_steadily(const ScanInput& input) const;
 
   /// What a match, accepted or not, says of the scan that was predicted so.
   [[nodiscard]] MatchedMotion after_match(const ScanInput& input, const MotionPrediction& predicted,
@@ -97,7 +89,6 @@ class MotionTracker {
   }
   [[nodiscard]] MotionPrediction predict_by(const MotionEstimate& motion,
                                             const ScanInput& input) const;
-  [[nodiscard]] bool knows_motion() const { return state_.matched && state_.interval > 0.0; }
   [[nodiscard]] bool is_improbable(const Pose2& moved, double interval) const;
   [[nodiscard]] bool measures_sweep(const ScanInput& input) const;
   void add_errors(MotionPrediction& predicted) const;

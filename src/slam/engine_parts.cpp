@@ -46,13 +46,11 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
   }
   const Pose2 before = tracker_.state().fixed_from_base;
   const double seconds = input.scan.stamp - tracker_.state().stamp.value_or(input.scan.stamp);
-  const std::optional<SteadyPrediction> steady = tracker_.predict_steadily(input);
-  const bool is_odometry_improbable = steady && steady->is_odometry_improbable;
-  collect_scans(input, predicted, !is_odometry_improbable);
+  const std::optional<MotionPrediction> steady = tracker_.predict_steadily(input);
+  collect_scans(input, predicted, !steady);
   ScanOutcome outcome = outcome_of(input, predicted);
   outcome.match = match(predicted);
-  const Verdict verdict =
-      weigh({predicted, is_odometry_improbable ? &steady->predicted : nullptr, seconds}, outcome);
+  const Verdict verdict = weigh(predicted, steady, seconds, outcome);
   const MatchedMotion matched = tracker_.after_match(input, predicted, outcome.match);
   outcome.map_from_base = matched.fixed_from_base;
   outcome.covariance = outcome.match.covariance;
@@ -163,24 +161,21 @@ MatchResult SlamEngine::Parts::match(const MotionPrediction& predicted) {
 }
 
 /// Where the robot is, by all that speaks for it and against.
-SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(const Predictions& predictions,
-                                                    ScanOutcome& outcome) {
+SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(MotionPrediction& predicted,
+                                                    const std::optional<MotionPrediction>& steady,
+                                                    double seconds, ScanOutcome& outcome) {
   const MatchStatus status = outcome.match.status;
   const bool is_prediction_only = outcome.match.accepted() && outcome.match.score == 0.0;
   if (status == MatchStatus::kRejectedNoReference || status == MatchStatus::kRejectedTooFewPoints ||
-      is_prediction_only || predictions.predicted.covariance.isZero(0.0)) {
+      is_prediction_only || predicted.covariance.isZero(0.0)) {
     hypotheses_.leave_out();
     return Verdict::kLeads;
   }
   const bool was_in_doubt = hypotheses_.is_in_doubt(options_.hypotheses);
   const bool was_forked = hypotheses_.is_forked();
-  // What secondary lasers saw lies where odometry has it.
-  const MotionPrediction* by_velocity =
-      bundle_.secondary().empty() ? predictions.by_velocity : nullptr;
-  PoseHypotheses::Outcome weighed =
-      hypotheses_.follow({bundle_.all(), mapping_.compared(), active_key_scans(), recent_,
-                          predictions.seconds, predictions.predicted, by_velocity},
-                         outcome.match, options_.hypotheses);
+  PoseHypotheses::Outcome weighed = hypotheses_.follow(
+      {bundle_.all(), mapping_.compared(), active_key_scans(), recent_, seconds, predicted, steady},
+      outcome.match, options_.hypotheses);
   outcome.evidence = weighed.evidence;
   if (hypotheses_.is_forked() && !was_forked) {
     mapping_.fork();
@@ -196,7 +191,7 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(const Predictions& predictio
         weighed.evidence.known < kMostlyKnown ? Certainty::kNewGround : Certainty::kUnmatched;
   }
   if (weighed.verdict == Verdict::kOvertaken) {
-    follow(weighed, predictions.predicted, outcome);
+    follow(weighed, predicted, outcome);
   }
   if (!hypotheses_.is_forked()) {
     mapping_.unfork();

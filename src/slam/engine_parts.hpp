@@ -53,18 +53,13 @@ class SlamEngine::Parts {
 
  private:
   using Verdict = PoseHypotheses::Verdict;
-  /// Of the scan at hand.
-  struct Predictions {
-    MotionPrediction& predicted;
-    const MotionPrediction* by_velocity;  ///< null: not to be asked
-    double seconds;                       ///< since the scan before
-  };
 
   ScanOutcome take_secondary(const ScanInput& input, const MotionPrediction& predicted);
   void collect_scans(const ScanInput& input, const MotionPrediction& predicted,
                      bool with_secondary_lasers);
   [[nodiscard]] MatchResult match(const MotionPrediction& predicted);
-  Verdict weigh(const Predictions& predictions, ScanOutcome& outcome);
+  Verdict weigh(MotionPrediction& predicted, const std::optional<MotionPrediction>& steady,
+                double seconds, ScanOutcome& outcome);
   void search_anew_if_lost();
   void follow(const PoseHypotheses::Outcome& overtaken, MotionPrediction& predicted,
               ScanOutcome& outcome);

@@ -78,7 +78,7 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
   outcome.is_jump = is_jump(outcome.match, step.predicted);
   move_others(step, outcome.evidence.log_odds, share);
   note_motion(step, outcome.evidence.log_odds);
-  if (is_search_due(outcome, step.by_velocity != nullptr)) {
+  if (is_search_due(outcome, step.steady.has_value())) {
     if (!state_.fork) {
       state_.fork = Fork{step.key_scans.size()};
     }
@@ -154,9 +154,9 @@ void PoseHypotheses::search(const Step& step, const Outcome& outcome, double sha
       add(match, log_odds + share * relative_log_odds(there.log_odds, leading));
     }
   };
-  if (step.by_velocity != nullptr) {
-    consider(search_exactly(problem_at(step, step.by_velocity->fixed_from_base,
-                                       step.by_velocity->search_covariance)),
+  if (step.steady) {
+    consider(search_exactly(
+                 problem_at(step, step.steady->fixed_from_base, step.steady->search_covariance)),
              0.5 * kMostChiSquare - kUnexpected);
   }
   for (const MatchResult& match :

@@ -39,8 +39,8 @@ class PoseHypotheses {
     const PlacedScans& recent;  ///< of these, for the matchers
     double seconds;             ///< since the scan before
     const MotionPrediction& predicted;
-    /// As the last motion goes on, where odometry tells of a step that cannot be; else null.
-    const MotionPrediction* by_velocity;
+    /// As the last motion goes on, where odometry tells of a step that cannot be.
+    const std::optional<MotionPrediction>& steady;
   };
 
   enum class Verdict {

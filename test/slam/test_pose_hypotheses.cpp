@@ -112,9 +112,9 @@ struct LedDrive {
     if (by_velocity != nullptr) {
       steady = prediction(*by_velocity, moved);
     }
-    const Outcome outcome = hypotheses.follow(
-        {scan, rooms().map(), keys, keys, seconds, predicted, steady ? &*steady : nullptr},
-        match_at(leading, status), options);
+    const Outcome outcome =
+        hypotheses.follow({scan, rooms().map(), keys, keys, seconds, predicted, steady},
+                          match_at(leading, status), options);
     leading = outcome.match.map_from_base;
     return outcome;
   }
@@ -367,7 +367,7 @@ TEST(PoseHypotheses, AJumpThatFitsStandsAndIsWatched) {
   const MotionPrediction predicted = prediction(off_by_much(place.truth(time)), {0.2, 0.0, 0.0});
   PoseHypotheses hypotheses;
   const Outcome outcome = hypotheses.follow(
-      {scan, place.map(), place.keys(), place.keys(), kInterval, predicted, nullptr},
+      {scan, place.map(), place.keys(), place.keys(), kInterval, predicted, std::nullopt},
       match_at(place.truth(time)), {});
   EXPECT_TRUE(outcome.is_jump);
   EXPECT_EQ(outcome.verdict, Verdict::kLeads);
@@ -383,7 +383,7 @@ TEST(PoseHypotheses, ARejectedMatchIsNoJump) {
   const PointScan scan = rooms().look(8.0);
   const MotionPrediction predicted = prediction(rooms().truth(8.0), {0.2, 0.0, 0.0});
   const Outcome outcome = drive.hypotheses.follow(
-      {scan, rooms().map(), drive.keys, drive.keys, kInterval, predicted, nullptr},
+      {scan, rooms().map(), drive.keys, drive.keys, kInterval, predicted, std::nullopt},
       match_at(far, MatchStatus::kRejectedLowScore), drive.options);
   EXPECT_FALSE(outcome.is_jump);
 }
