@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "matching/rendered_map.hpp"
-#include "slam/local_scans.hpp"
+#include "slam/local_map.hpp"
 #include "slam/loop_search.hpp"
 #include "slam/scan_evidence.hpp"
 

@@ -13,7 +13,7 @@
 
 #include "merging/map_joining.hpp"
 #include "merging/map_merging.hpp"
-#include "slam/local_scans.hpp"
+#include "slam/local_map.hpp"
 
 namespace matchbox_slam {
 namespace {

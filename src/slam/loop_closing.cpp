@@ -9,7 +9,7 @@
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/motion/motion_prior.hpp"
 #include "slam/found_map.hpp"
-#include "slam/local_scans.hpp"
+#include "slam/local_map.hpp"
 #include "slam/loop_search.hpp"
 #include "slam/loop_work.hpp"
 #include "slam/slip_inflation.hpp"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "slam/local_scans.hpp"
+#include "slam/local_map.hpp"
 #include "slam/loop_closing.hpp"
 
 namespace matchbox_slam {

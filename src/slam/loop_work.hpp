@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "matchbox_slam/graph/pose_graph.hpp"
-#include "slam/local_scans.hpp"
+#include "slam/local_map.hpp"
 #include "slam/loop_closing.hpp"
 
 namespace matchbox_slam {

@@ -8,7 +8,7 @@
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matching/rendered_map.hpp"
 #include "slam/found_map.hpp"
-#include "slam/local_scans.hpp"
+#include "slam/local_map.hpp"
 #include "slam/scan_evidence.hpp"
 #include "slam/superfluous_scans.hpp"
 

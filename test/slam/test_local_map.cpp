@@ -8,7 +8,6 @@
 #include "matching/rendered_map.hpp"
 #include "slam/key_scans_of_rooms.hpp"
 #include "slam/local_map.hpp"
-#include "slam/local_scans.hpp"
 #include "slam/map_equality.hpp"
 
 namespace matchbox_slam {

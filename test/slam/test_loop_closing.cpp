@@ -14,7 +14,7 @@
 #include "simulation/make_world.hpp"
 #include "simulation/robot.hpp"
 #include "simulation/simulation_support.hpp"
-#include "slam/local_scans.hpp"
+#include "slam/local_map.hpp"
 #include "slam/loop_closing.hpp"
 #include "slam/map_equality.hpp"
 #include "slam/path_uncertainty.hpp"

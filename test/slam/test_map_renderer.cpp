@@ -3,7 +3,7 @@
 #include "matchbox_slam/map/map_image.hpp"
 #include "matching/rendered_map.hpp"
 #include "slam/key_scans_of_rooms.hpp"
-#include "slam/local_scans.hpp"
+#include "slam/local_map.hpp"
 #include "slam/map_equality.hpp"
 #include "slam/map_renderer.hpp"
 

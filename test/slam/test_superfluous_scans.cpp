@@ -9,7 +9,7 @@
 #include "matching/rendered_map.hpp"
 #include "simulation/simulation_support.hpp"
 #include "simulation/world.hpp"
-#include "slam/local_scans.hpp"
+#include "slam/local_map.hpp"
 #include "slam/scan_view.hpp"
 #include "slam/superfluous_scans.hpp"
 
