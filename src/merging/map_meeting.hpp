@@ -10,7 +10,7 @@
 #include "matchbox_slam/slam/map_component.hpp"
 #include "matchbox_slam/slam/place_search.hpp"
 #include "slam/place_index.hpp"
-#include "slam/recovery.hpp"
+#include "slam/relocalizer.hpp"
 
 namespace matchbox_slam {
 

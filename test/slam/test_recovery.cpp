@@ -18,7 +18,7 @@
 #include "slam/matchers.hpp"
 #include "slam/place_index.hpp"
 #include "slam/pose_distance.hpp"
-#include "slam/recovery.hpp"
+#include "slam/relocalizer.hpp"
 
 namespace matchbox_slam {
 namespace {
