@@ -72,13 +72,13 @@ std::optional<LocalMapContents> contents_of(const LocalMap& map) {
 }  // namespace
 
 void SlamEngine::Parts::start_from(EngineState start) {
-  check_maps(start, options_);
   LocalizationState& localization = start.localization;
   std::vector<MapComponent> components{
       {std::move(start.map), std::move(start.key_scans), std::move(start.last_inserted), 0.0}};
   std::move(localization.components.begin(), localization.components.end(),
             std::back_inserter(components));
   for (MapComponent& component : components) {
+    check_map(component.map, options_);
     count_reflections(component, start.is_of_key_scans);
   }
   const std::size_t drawn = components.front().key_scans.size();

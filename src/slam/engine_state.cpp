@@ -53,11 +53,4 @@ void check_map(const SlamMap& map, const EngineOptions& options) {
   require("field/reach", options.field.reach, map.field.options().reach);
 }
 
-void check_maps(const EngineState& start, const EngineOptions& options) {
-  check_map(start.map, options);
-  for (const MapComponent& component : start.localization.components) {
-    check_map(component.map, options);
-  }
-}
-
 }  // namespace matchbox_slam

@@ -16,6 +16,20 @@ const char* to_string(Certainty certainty) {
   return "unknown";
 }
 
+const char* to_string(TrackingState state) {
+  switch (state) {
+    case TrackingState::kTracking:
+      return "tracking";
+    case TrackingState::kDoubt:
+      return "doubt";
+    case TrackingState::kLost:
+      return "lost";
+    case TrackingState::kRecovered:
+      return "recovered";
+  }
+  return "unknown";
+}
+
 const char* status_text(const ScanOutcome& outcome) {
   return outcome.is_of_secondary_laser ? "of_further_laser" : to_string(outcome.match.status);
 }

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "matchbox_slam/geometry/pose2.hpp"
+#include "matchbox_slam/slam/scan_outcome.hpp"
 #include "matchbox_slam/slam/slam_engine.hpp"
-#include "matchbox_slam/slam/tracking_state.hpp"
 #include "tools/map_shades.hpp"
 
 namespace matchbox_slam {

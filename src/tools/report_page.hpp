@@ -8,7 +8,6 @@
 
 #include "io/map_picture.hpp"
 #include "matchbox_slam/slam/scan_outcome.hpp"
-#include "matchbox_slam/slam/tracking_state.hpp"
 
 namespace matchbox_slam {
 

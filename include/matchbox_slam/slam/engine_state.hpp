@@ -65,7 +65,4 @@ struct EngineState {
 /// Throws ConfigurationError when the map was made with another resolution or likelihood field.
 void check_map(const SlamMap& map, const EngineOptions& options);
 
-/// The same of all maps that it holds.
-void check_maps(const EngineState& start, const EngineOptions& options);
-
 }  // namespace matchbox_slam

@@ -7,7 +7,6 @@
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 #include "matchbox_slam/slam/loops.hpp"
-#include "matchbox_slam/slam/tracking_state.hpp"
 
 namespace matchbox_slam {
 
@@ -32,6 +31,17 @@ enum class Certainty {
 
 /// A word for logs and reports, such as "new_ground".
 [[nodiscard]] const char* to_string(Certainty certainty);
+
+/// How sure it is where the robot is in the map: a reading of the odds, see PoseHypotheses.
+enum class TrackingState {
+  kTracking,   ///< one hypothesis is far ahead
+  kDoubt,      ///< another one may be right; what is seen goes on being mapped
+  kLost,       ///< the robot may be anywhere: it maps a component, and searches for the map
+  kRecovered,  ///< it was found; its component is being joined to the map
+};
+
+/// A word for logs and reports, such as "tracking".
+[[nodiscard]] const char* to_string(TrackingState state);
 
 /// What became of one scan.
 struct ScanOutcome {

@@ -18,7 +18,6 @@
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/loops.hpp"
 #include "matchbox_slam/slam/scan_outcome.hpp"
-#include "matchbox_slam/slam/tracking_state.hpp"
 
 namespace matchbox_slam {
 
