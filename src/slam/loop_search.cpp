@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "map/scan_surfaces.hpp"
@@ -160,10 +161,8 @@ std::vector<std::size_t> nearest_of_each_visit(std::vector<std::pair<double, std
   return chosen;
 }
 
-std::vector<std::size_t> loop_candidates(const PlacedScans& keys,
-                                         const AreWeaklyConnected& are_apart,
-                                         const VariancesOf& variances_of,
-                                         const LoopOptions& options) {
+std::vector<LoopCandidate> loop_candidates(const PlacedScans& keys, const PathUncertainty& ways,
+                                           const LoopOptions& options) {
   // Guesses; half or double of the first changes five drives by up to 3 %, of the others only
   // intel, by 0.2 % (CONSTANTS.md).
   constexpr double kMargin = 2.0;      // [m] at which places still see the same
@@ -171,36 +170,36 @@ std::vector<std::size_t> loop_candidates(const PlacedScans& keys,
   constexpr std::size_t kMaxCandidates = 2;
   const Eigen::Vector2d here = keys.back().map_from_base.translation();
   const std::vector<std::size_t> within = keys_within(keys, here, options.max_window);
-  const std::vector<bool> is_apart = are_apart(within);
+  const std::vector<bool> is_apart = ways.weakly_connected(within, options.max_relative_sigma);
   std::vector<std::size_t> apart;
   for (std::size_t i = 0; i < within.size(); ++i) {
     if (is_apart[i]) {
       apart.push_back(within[i]);
     }
   }
-  const std::vector<double> variances = variances_of(apart);
+  const std::vector<double> variances = ways.variances(apart);
+  std::map<std::size_t, double> sigmas;
   std::vector<std::pair<double, std::size_t>> near;
   for (std::size_t i = 0; i < apart.size(); ++i) {
-    const double distance = (keys[apart[i]].map_from_base.translation() - here).norm();
-    if (distance < kMargin + 3.0 * std::sqrt(variances[i])) {
-      near.emplace_back(distance, apart[i]);
+    const double sigma = std::sqrt(variances[i]);
+    const double away = distance(keys[apart[i]], here);
+    if (away < kMargin + 3.0 * sigma) {
+      sigmas[apart[i]] = sigma;
+      near.emplace_back(away, apart[i]);
     }
   }
-  return nearest_of_each_visit(std::move(near), kSpread, kMaxCandidates);
+  std::vector<LoopCandidate> candidates;
+  for (const std::size_t key : nearest_of_each_visit(std::move(near), kSpread, kMaxCandidates)) {
+    candidates.push_back({key, sigmas[key]});
+  }
+  return candidates;
 }
 
-std::vector<std::size_t> loop_candidates(const PlacedScans& keys, const PathUncertainty& ways,
-                                         const LoopOptions& options) {
-  return loop_candidates(
-      keys,
-      [&](const auto& some) { return ways.weakly_connected(some, options.max_relative_sigma); },
-      [&](const auto& some) { return ways.variances(some); }, options);
-}
-
-std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidate, double sigma,
+std::optional<FoundLoop> find_loop(const PlacedScans& keys, const LoopCandidate& candidate,
                                    const LoopOptions& options) {
-  const PlacedScans there = around(keys, candidate);
-  const Pose2& map_from_key = keys[candidate].map_from_base;
+  const auto [key, sigma] = candidate;
+  const PlacedScans there = around(keys, key);
+  const Pose2& map_from_key = keys[key].map_from_base;
   const Pose2 guess = map_from_key.inverse() * keys.back().map_from_base;
   const PointScan scan = merged_newest(keys);
   const PlacedScans none;
@@ -229,9 +228,12 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, std::size_t candidat
     return std::nullopt;
   }
   const SlamMap place = rendered(in_frame(there, map_from_key), {}, {});
-  FoundLoop found{candidate,         match.map_from_base,
-                  match.covariance,  match.score,
-                  rough.rival_share, log_odds_of(keys, match.map_from_base, place, guess, sigma)};
+  FoundLoop found{key,
+                  match.map_from_base,
+                  match.covariance,
+                  match.score,
+                  rough.rival_share,
+                  log_odds_of(keys, match.map_from_base, place, guess, sigma)};
   if (found.log_odds < options.decisive) {
     return std::nullopt;
   }

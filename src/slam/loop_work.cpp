@@ -1,7 +1,6 @@
 #include "slam/loop_work.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "matchbox_slam/graph/optimise.hpp"
@@ -21,21 +20,10 @@ double most_moved(const PlacedScans& keys, const std::vector<Pose2>& poses) {
   return most;
 }
 
-struct Candidate {
-  std::size_t key;
-  double sigma;  ///< [m], how well it is known where it is
-};
-
-std::vector<Candidate> candidates_of(const LoopSearch& search) {
+std::vector<LoopCandidate> candidates_of(const LoopSearch& search) {
   const AdjacencyList links(search.graph);
-  const PathUncertainty ways(search.graph, links, search.keys.size() - 1);
-  const std::vector<std::size_t> keys = loop_candidates(search.keys, ways, search.options);
-  const std::vector<double> variances = ways.variances(keys);
-  std::vector<Candidate> candidates;
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    candidates.push_back({keys[i], std::sqrt(variances[i])});
-  }
-  return candidates;
+  return loop_candidates(search.keys, {search.graph, links, search.keys.size() - 1},
+                         search.options);
 }
 
 /// Adds a loop to the search's graph, which is left as it was but for the loop unless that is
@@ -116,10 +104,9 @@ LocalScans local_scans_of(const LoopSearch& search) {
 }
 
 void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done) {
-  for (const Candidate& candidate : candidates_of(search)) {
+  for (const LoopCandidate& candidate : candidates_of(search)) {
     ++done.tries;
-    const std::optional<FoundLoop> found =
-        find_loop(search.keys, candidate.key, candidate.sigma, search.options);
+    const std::optional<FoundLoop> found = find_loop(search.keys, candidate, search.options);
     if (!found) {
       continue;
     }

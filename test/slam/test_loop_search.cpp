@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -38,18 +39,28 @@ std::vector<double> there_and_back(std::size_t there, double step) {
 
 using Numbers = std::vector<std::size_t>;
 
+/// Each one is joined to the newest, by a long way where it is to lie apart, and known that well.
 Numbers candidates(const PlacedScans& keys, const std::vector<bool>& is_apart,
-                   const std::vector<double>& variances, const LoopOptions& options) {
-  const auto pick = [](const auto& of) {
-    return [of](const Numbers& asked) {
-      std::decay_t<decltype(of)> picked;
-      for (const std::size_t key : asked) {
-        picked.push_back(of.at(key));
-      }
-      return picked;
-    };
-  };
-  return loop_candidates(keys, pick(is_apart), pick(variances), options);
+                   const std::vector<double>& variances, LoopOptions options) {
+  constexpr double kLittle = 1e-8;  // [m^2]
+  options.max_relative_sigma = std::sqrt(0.5 * kLittle);
+  PoseGraph graph;
+  for (std::size_t key = 0; key < keys.size(); ++key) {
+    graph.poses.push_back(keys[key].map_from_base);
+    if (key + 1 < keys.size()) {
+      const double variance = std::max(variances[key], kLittle);
+      graph.edges.push_back({key,
+                             keys.size() - 1,
+                             {is_apart[key] ? 100.0 : 1.0, 0.0, 0.0},
+                             Eigen::Vector3d(variance, variance, 0.0).asDiagonal()});
+    }
+  }
+  const AdjacencyList links(graph);
+  Numbers numbers;
+  for (const LoopCandidate& one : loop_candidates(keys, {graph, links, keys.size() - 1}, options)) {
+    numbers.push_back(one.key);
+  }
+  return numbers;
 }
 
 TEST(NearestOfEachTime, AreTheNearestAndSoManyAtMost) {
@@ -185,15 +196,15 @@ const Pose2 kDrift{0.6, -0.5, 0.1};
 TEST(FindLoop, TellsWhereTheNewestWasTakenHoweverTheMapDrifted) {
   for (const Pose2& drift : {Pose2{}, kDrift, Pose2{-0.7, 0.4, -0.2}}) {
     const DriftedDrive driven = twice_through_rooms(drift);
-    expect_true(find_loop(driven.keys(), kCandidate, 0.5, {}), driven, kCandidate);
+    expect_true(find_loop(driven.keys(), {kCandidate, 0.5}, {}), driven, kCandidate);
   }
 }
 
 TEST(FindLoop, DoesNotDependOnTheMapsFrame) {
   const DriftedDrive here = twice_through_rooms(kDrift);
   const DriftedDrive there = twice_through_rooms(kDrift, {-51.0, 33.0, -2.2});
-  const auto found = find_loop(here.keys(), kCandidate, 0.5, {});
-  const auto elsewhere = find_loop(there.keys(), kCandidate, 0.5, {});
+  const auto found = find_loop(here.keys(), {kCandidate, 0.5}, {});
+  const auto elsewhere = find_loop(there.keys(), {kCandidate, 0.5}, {});
   ASSERT_TRUE(found && elsewhere);
   const Eigen::Vector3d off = difference(found->key_from_newest, elsewhere->key_from_newest);
   EXPECT_LT(off.cwiseAbs().maxCoeff(), 1e-6);
@@ -203,30 +214,31 @@ TEST(FindLoop, DoesNotDependOnTheMapsFrame) {
 /// Three standard deviations, and a metre where that is less.
 TEST(FindLoop, SearchesAsFarAsItMayHaveDrifted) {
   const DriftedDrive driven = twice_through_rooms({2.0, 0.0, 0.0});
-  EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 0.5, {}));
-  expect_true(find_loop(driven.keys(), kCandidate, 1.0, {}), driven, kCandidate);
-  EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 0.8, {})) << "hardly ever so far off";
+  EXPECT_FALSE(find_loop(driven.keys(), {kCandidate, 0.5}, {}));
+  expect_true(find_loop(driven.keys(), {kCandidate, 1.0}, {}), driven, kCandidate);
+  EXPECT_FALSE(find_loop(driven.keys(), {kCandidate, 0.8}, {})) << "hardly ever so far off";
   LoopOptions options;
   options.max_window = 1.5;
-  EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 1.0, options));
+  EXPECT_FALSE(find_loop(driven.keys(), {kCandidate, 1.0}, options));
 }
 
 TEST(FindLoop, WhatFitsTooLittleIsNone) {
   const DriftedDrive driven = twice_through_rooms(kDrift);
   LoopOptions options;
-  const auto found = find_loop(driven.keys(), kCandidate, 0.5, options);
+  const auto found = find_loop(driven.keys(), {kCandidate, 0.5}, options);
   ASSERT_TRUE(found);
   options.least_score = found->score + 0.001;
-  EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 0.5, options));
+  EXPECT_FALSE(find_loop(driven.keys(), {kCandidate, 0.5}, options));
   options.least_score = found->score - 0.001;
-  EXPECT_TRUE(find_loop(driven.keys(), kCandidate, 0.5, options));
+  EXPECT_TRUE(find_loop(driven.keys(), {kCandidate, 0.5}, options));
   options.most_rival = found->rival_share - 0.001;
-  EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 0.5, options)) << "another fits as well";
+  EXPECT_FALSE(find_loop(driven.keys(), {kCandidate, 0.5}, options)) << "another fits as well";
   options = {};
   options.decisive = found->log_odds + 0.001;
-  EXPECT_FALSE(find_loop(driven.keys(), kCandidate, 0.5, options)) << "too few scans speak for it";
+  EXPECT_FALSE(find_loop(driven.keys(), {kCandidate, 0.5}, options))
+      << "too few scans speak for it";
   options.decisive = found->log_odds - 0.001;
-  EXPECT_TRUE(find_loop(driven.keys(), kCandidate, 0.5, options));
+  EXPECT_TRUE(find_loop(driven.keys(), {kCandidate, 0.5}, options));
 }
 
 /// The walls of a block of 3 m by 2 m; a robot drives round it.
@@ -253,16 +265,16 @@ TEST(FindLoop, TheInsideOfWallsIsNotTheirOutside) {
   for (std::size_t i = 0; i < kMerged; ++i) {
     closet.see({0.4 - 0.1 * static_cast<double>(i), 0.1, 0.3});
   }
-  EXPECT_FALSE(find_loop(closet.keys(), 10, 0.3, {}));
+  EXPECT_FALSE(find_loop(closet.keys(), {10, 0.3}, {}));
   LoopOptions options;
   options.decisive = -100.0;
-  EXPECT_FALSE(find_loop(closet.keys(), 10, 0.3, options)) << "whatever its scans say";
+  EXPECT_FALSE(find_loop(closet.keys(), {10, 0.3}, options)) << "whatever its scans say";
 
   DriftedDrive block = round_a_block();
   for (std::size_t i = 0; i < kMerged; ++i) {
     block.see({-3.4 + 0.3 * static_cast<double>(i), 2.5, -0.7});
   }
-  expect_true(find_loop(block.keys(), 10, 0.3, {}), block, 10);
+  expect_true(find_loop(block.keys(), {10, 0.3}, {}), block, 10);
 }
 
 /// Whose ends are out of sight.
@@ -279,7 +291,7 @@ TEST(FindLoop, InACorridorThereIsNone) {
   driven.see({3.0, 0.2, 0.1});
   LoopOptions options;
   options.most_rival = 1.0;
-  EXPECT_FALSE(find_loop(driven.keys(), 6, 0.3, options));
+  EXPECT_FALSE(find_loop(driven.keys(), {6, 0.3}, options));
 }
 
 // --- one against one ---
