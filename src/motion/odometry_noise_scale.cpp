@@ -31,9 +31,7 @@ OdometryNoiseScale updated_noise_scale(const OdometryNoiseScale& scale, const Po
                                        const Pose2& predicted, const Eigen::Matrix3d& prior,
                                        const Pose2& matched, const Eigen::Matrix3d& posterior,
                                        double min_scale) {
-  // [m]. Of 48 drives through hotels and campuses the mean error is 5 % larger with 5 m, and 22 %
-  // with 10 m.
-  constexpr double kMemory = 2.0;
+  constexpr double kMemory = 2.0;  // [m] of way; worse with more
   const Eigen::LLT<Eigen::Matrix2d> factor(prior.topLeftCorner<2, 2>());
   if (factor.info() != Eigen::Success || !(prior(2, 2) > 0.0)) {
     return scale;

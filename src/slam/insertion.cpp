@@ -29,8 +29,7 @@ bool sees_farther(const ScanInput& input, const KeyScans& key_scans) {
 /// Of a match that says so little of its heading, as from within a cupboard, what is 5 m away would
 /// be drawn 0.25 m off.
 bool is_heading_known(const MatchResult& match) {
-  // [rad]. The key scans of five logs have 0.03 at most, nearly all less than 0.01.
-  constexpr double kMaxHeadingSigma = 0.05;
+  constexpr double kMaxHeadingSigma = 0.05;  // [rad]; key scans of logs have less
   return match.score == 0.0 || match.covariance(2, 2) <= kMaxHeadingSigma * kMaxHeadingSigma;
 }
 
@@ -38,10 +37,7 @@ bool is_heading_known(const MatchResult& match) {
 /// matched better with what is drawn already: what is drawn off its place draws all that follow
 /// after it. Where nothing tells for longer, the map goes on without.
 bool is_to_wait(const ScanOutcome& outcome, const Pose2& moved, const SlamOptions& options) {
-  // [m], a cell. Five drives of 3 km through campuses with ten times the noise of odometry: 0.135 m
-  // in the mean, without waiting 0.163 (benchmark/reports/current/LOOPS.md). With double of it
-  // the first one ended with 0.16 in place of 0.02 m, with 2 below with 0.20; half was not tried.
-  constexpr double kKnown = 0.05;
+  constexpr double kKnown = 0.05;       // [m], a cell
   constexpr double kLongestWait = 3.0;  // of the usual way between key scans
   const MatchResult& match = outcome.match;
   return match.accepted() && match.score > 0.0 &&

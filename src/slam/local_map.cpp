@@ -10,15 +10,11 @@
 namespace matchbox_slam {
 namespace {
 
-// On the way to what lies apart, so that the map is made in time: with half aces is 10 % worse,
-// with double seattle 6 % better (benchmark/reports/current/CONSTANTS.md).
-constexpr double kLookahead = 10.0;  // [m]
+constexpr double kLookahead = 10.0;  // [m] to what lies apart, so that the map is made in time
 
 /// In their order; of those that are equally near, the newest.
 PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
-  // For the time that it takes to render them. Half or double changes errors by up to 4 %
-  // (CONSTANTS.md).
-  constexpr std::size_t kMaxLocalScans = 100;
+  constexpr std::size_t kMaxLocalScans = 100;  // for the time that it takes to render them
   if (keys.size() <= kMaxLocalScans) {
     return keys;
   }
@@ -100,9 +96,7 @@ void LocalMap::renumber(const std::vector<std::size_t>& numbers, std::size_t gon
 }
 
 bool LocalMap::is_due(const PlacedScans& keys) const {
-  // A guess, a third of what it reaches. With half loop is 7 % worse, with double 20 %, and aces 7
-  // % (CONSTANTS.md).
-  constexpr double kMoved = 5.0;  // [m]
+  constexpr double kMoved = 5.0;  // [m], a third of what it reaches: a guess
   return !map_ || distance(keys.back(), center_) >= kMoved || drawn_.size() >= kFull;
 }
 

@@ -24,9 +24,7 @@ struct LocalScans {
   std::vector<std::uint64_t> apart;
 };
 
-/// [m] from the robot that a local map is made of key scans. A guess, tried on five drives with
-/// loops (benchmark/reports/current/CONSTANTS.md): with half loop is 8 % and aces 10 % worse,
-/// seattle 16 % better; with double aces 13 % worse.
+/// [m] from the robot that a local map is made of key scans: a guess.
 constexpr double kLocalReach = 15.0;
 
 /// [m] from where a key scan was taken.

@@ -19,18 +19,14 @@ namespace {
 
 // What was begun takes effect with the first key scan that was taken so far on, or is so many
 // later: at a metre a second most searches are done by then. (Not by stamps: of some logs they are
-// made up.) With half or double of the way five drives change by up to 3 %, and aces by 8; with
-// half of the key scans loop is 44 % worse and aces 16, with double aces 5
-// (benchmark/reports/current/CONSTANTS.md).
+// made up.)
 constexpr double kDelayWay = 0.5;  // [m]
 constexpr std::size_t kMostDelay = 5;
 
 }  // namespace
 
 Eigen::Matrix3d covariance_where_found() {
-  // Guesses (benchmark/reports/current/CONSTANTS.md): half or double changes five drives with loops
-  // by up to 0.5 %.
-  constexpr double kXy = 0.1;      // [m]
+  constexpr double kXy = 0.1;      // [m], a guess, as the next
   constexpr double kTheta = 0.05;  // [rad]
   return covariance_of(kXy, kTheta);
 }
@@ -91,10 +87,8 @@ std::size_t count_closed(const std::vector<ClosedLoop>& loops) {
 
 void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance, bool is_continued,
                      const LoopOptions& options) {
-  // Guesses: half or double changes six drives with faults not at all, and two logs by up to 0.6 %
-  // (benchmark/reports/current/CONSTANTS.md).
-  constexpr double kWay = 1.0;         // [m], how well it is known how the robot came there
-  constexpr double kWayHeading = 0.2;  // [rad]
+  constexpr double kWay = 1.0;  // [m], how well it is known how the robot came there: a guess
+  constexpr double kWayHeading = 0.2;  // [rad], likewise
   const PlacedScans& all = keys.all();
   const std::size_t newest = all.size() - 1;
   while (state_.nodes < newest) {
@@ -188,9 +182,7 @@ void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& 
 /// Whether there are such key scans.
 bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
                                  const LoopOptions& options) {
-  // A guess; half or double changes five drives with loops by up to 5 %, most by less than 1
-  // (CONSTANTS.md).
-  constexpr std::size_t kEarlier = 30;  // key scans
+  constexpr std::size_t kEarlier = 30;  // key scans: a guess
   const std::size_t newest = keys.size() - 1;
   const std::size_t since = is_continued ? kEarlier : 0;
   const std::vector<FoundLoop> found = match_with_earlier(

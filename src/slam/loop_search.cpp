@@ -17,13 +17,9 @@
 namespace matchbox_slam {
 namespace {
 
-// Guesses, tried on five drives with loops (benchmark/reports/current/CONSTANTS.md): with half
-// of kMerged they are up to 2 % better, with double aces is 11 % worse and seattle 14 % better;
-// half of kBesideCandidate changes them by up to 1 %, with double aces is 8 % worse.
-constexpr std::size_t kMerged = 8;            // key scans that are searched at once
-constexpr std::size_t kBesideCandidate = 10;  // key scans to each side of the candidate
-// A place scores at least this share of its fine score in the coarse search, whose likelihoods are
-// wider: of 36 loops of four logs the lowest had 1.007, the median 1.1.
+constexpr std::size_t kMerged = 8;            // key scans that are searched at once: a guess
+constexpr std::size_t kBesideCandidate = 10;  // key scans to each side of the candidate: a guess
+// Of its fine score that a place has at least in the coarse search, whose likelihoods are wider.
 constexpr double kCoarseShare = 0.9;
 
 /// The walls that key scans saw, in the frame of one of them.
@@ -127,9 +123,7 @@ OlsonOptions fine_options() {
 /// @param sigma  [m], how well the graph knows where it is.
 double log_odds_of(const PlacedScans& keys, const Pose2& place_from_newest, const SlamMap& place,
                    const Pose2& expected, double sigma) {
-  // What a beam that tells says at the best place around: of 4,600 tries in the zoo and eight logs,
-  // above 2.4 places are mostly right, below 2.2 mostly wrong.
-  constexpr double kAlike = 2.2;
+  constexpr double kAlike = 2.2;  // what a beam that tells says at the best wrong place around
   constexpr double kLeast = -5.0;
   constexpr double kNear = 0.1;  // [m], as well as maps lie to each other at best
   const Eigen::Vector2d off = place_from_newest.translation() - expected.translation();
@@ -163,9 +157,7 @@ std::vector<std::size_t> nearest_of_each_visit(std::vector<std::pair<double, std
 
 std::vector<LoopCandidate> loop_candidates(const PlacedScans& keys, const PathUncertainty& ways,
                                            const LoopOptions& options) {
-  // Guesses; half or double of the first changes five drives by up to 3 %, of the others only
-  // intel, by 0.2 % (CONSTANTS.md).
-  constexpr double kMargin = 2.0;      // [m] at which places still see the same
+  constexpr double kMargin = 2.0;  // [m] at which places still see the same: a guess, as the next
   constexpr std::size_t kSpread = 20;  // key scans
   constexpr std::size_t kMaxCandidates = 2;
   const Eigen::Vector2d here = keys.back().map_from_base.translation();
@@ -247,9 +239,7 @@ std::optional<FoundLoop> find_near(const PlacedScans& keys, std::size_t candidat
   const PosePrior prior{guess, covariance_of(0.1, 0.05)};
   const RefinedPose pose =
       refine(points->points, *keys[candidate].scan->field(), guess, prior, RefinementOptions{});
-  // A guess. With half aces is 9 % worse and seattle 8 % better; with double, where none is joined,
-  // aces is 5 % better and seattle 5 % worse (CONSTANTS.md).
-  constexpr double kLeastScore = 0.5;
+  constexpr double kLeastScore = 0.5;  // a guess
   if (!(pose.score >= kLeastScore) || !pose.unconstrained_directions.empty() ||
       !are_near(pose.map_from_base, guess, 0.1, 0.05)) {
     return std::nullopt;

@@ -27,10 +27,8 @@ LocalMapRequest near_request(const EngineOptions& options, const LocalMap& befor
 }  // namespace
 
 Eigen::Matrix3d covariance_of_waiting() {
-  // A cell, and a point 2.5 m away by one: guesses; half or double changes errors by up to 0.2 %
-  // (CONSTANTS.md).
-  constexpr double kXy = 0.05;     // [m]
-  constexpr double kTheta = 0.02;  // [rad]
+  constexpr double kXy = 0.05;     // [m], a cell: a guess
+  constexpr double kTheta = 0.02;  // [rad], a point 2.5 m away by a cell
   return covariance_of(kXy, kTheta);
 }
 

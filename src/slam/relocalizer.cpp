@@ -18,9 +18,7 @@ constexpr std::size_t kMostHypotheses = 30;
 constexpr std::size_t kMostExplained = 100;
 
 /// Share of key scans that speak against a place, of two maps that are joined at the right one, at
-/// most: a guess. By beams through walls alone, of which a railing stops half, right places had up
-/// to 24 %, and csail's robot was found in its own map after 119 scans; after 5 since evidence has
-/// a say.
+/// most: a guess.
 constexpr double kMostAgainst = 0.1;
 
 /// How far odometry may be off through a doubt: [m], [rad].

@@ -24,21 +24,18 @@ namespace matchbox_slam {
 /// is wrong it is wrong for all beams.
 constexpr double kMostOfScan = 6.0;
 
-/// Log odds, before any scan, against a pose that the motion does not lead to. From 2 to 10 no
-/// recording changes by what common ground makes of it.
+/// Log odds, before any scan, against a pose that the motion does not lead to: a guess.
 constexpr double kUnexpected = 7.0;
 
 /// Share of a scan that has to tell of walls for it to say anything.
 constexpr double kLeastTelling = 0.2;
 
 /// Log odds of somewhere unknown against a pose, by one scan; 0 where too little of it tells of
-/// walls. Of scans at right poses 0.1 % say less than 1 a beam and 0.3 % less than 2 (150 drives of
-/// the zoo, no world or sensor more than 0.4 and 1.5 %), of a robot that is carried about every
-/// other one less than 1.
+/// walls. By how often scans at right poses, and of a robot that is carried, say so little.
 [[nodiscard]] double odds_of_elsewhere(const ScanEvidence& evidence);
 
 /// Free-space violation: share of a scan's beams that go through walls, above which a place is
-/// looked at with suspicion. A guess; with half of it aces is 14 % worse.
+/// looked at with suspicion: a guess.
 constexpr double kMostViolation = 0.1;
 
 /// Share of a scan that ends on known ground, from which on it is of what is known: more than not.
