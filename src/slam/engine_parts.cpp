@@ -31,11 +31,7 @@ ScanOutcome outcome_of(const ScanInput& input, const MotionPrediction& predicted
 
 SlamEngine::Parts::Parts(const EngineOptions& options, std::shared_ptr<const ScanMatcher> matcher,
                          std::uint64_t seed, const Pose2& start)
-    : options_(options),
-      matcher_(std::move(matcher)),
-      seed_(seed),
-      tracker_(options.motion),
-      mapping_(options) {
+    : matcher_(std::move(matcher)), seed_(seed), tracker_(options.motion), mapping_(options) {
   tracker_.set_pose(start, Eigen::Matrix3d::Zero());
 }
 
@@ -64,7 +60,7 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
   if (!hypotheses_.is_forked()) {
     go_on_mapping(outcome);
   }
-  mapping_.catch_up(options_);
+  mapping_.catch_up();
   if (verdict == Verdict::kUnknown) {
     mapping_.forget_since_fork();
     outcome.gave_up_component = begin_component(input.scan.stamp);
@@ -75,7 +71,7 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
   }
   outcome.covariance += hypotheses_.spread_around(outcome.map_from_base);
   outcome.covariance =
-      reported_covariance(outcome, mapping_.components(), options_.slam.update_map);
+      reported_covariance(outcome, mapping_.components(), options().slam.update_map);
   outcome.state = state();
   return outcome;
 }
@@ -83,14 +79,14 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
 void SlamEngine::Parts::draw(const ScanInput& input, const Pose2& during_scan,
                              ScanOutcome& outcome) {
   if (is_to_be_inserted(input, outcome, mapping_.components(), tracker_.state().matched,
-                        options_.slam)) {
+                        options().slam)) {
     bundle_.correct_motion(during_scan, projector_);
-    insert(bundle_, input.laser, options_, mapping_, outcome);
+    insert(bundle_, input.laser, mapping_, outcome);
     hypotheses_.note_key_scans(active_key_scans(), outcome.map_from_base);
   } else if (!hypotheses_.is_forked() &&  // what is drawn over the map is not moved afterwards
-             is_to_be_drawn_over(bundle_.all(), input.laser, outcome, mapping_, options_.slam)) {
+             is_to_be_drawn_over(bundle_.all(), input.laser, outcome, mapping_)) {
     bundle_.correct_motion(during_scan, projector_);
-    draw_over(bundle_, input.laser, options_, mapping_, outcome);
+    draw_over(bundle_, input.laser, mapping_, outcome);
   }
 }
 
@@ -114,12 +110,12 @@ ScanOutcome SlamEngine::Parts::take_secondary(const ScanInput& input,
   if (newest.matched && !hypotheses_.is_forked() && !mapping_.is_lost() &&
       secondary_lasers_.is_sample_due(input.laser, newest_from_base)) {
     const PointScan scan = project_scan(input.scan, input.base_from_laser, predicted.during_scan,
-                                        options_.scan, input.laser_motion);
+                                        options().scan, input.laser_motion);
     secondary_lasers_.sample(input.laser, scan, predicted.fixed_from_base, newest_from_base,
-                             newest.velocity(), key_scans().all(), options_.map, options_.field);
+                             newest.velocity(), key_scans().all(), options().map, options().field);
   }
   secondary_lasers_.wait(input, newest.velocity(), newest_from_base, predicted.during_scan,
-                         options_.scan);
+                         options().scan);
   ScanOutcome outcome = outcome_of(input, predicted);
   outcome.covariance += hypotheses_.spread_around(outcome.map_from_base);
   outcome.covariance = reported_covariance(outcome, mapping_.components(), false);
@@ -141,12 +137,12 @@ void SlamEngine::Parts::collect_scans(const ScanInput& input, const MotionPredic
     secondary.clear();
   }
   bundle_.assign(input, secondary_lasers_.base_from_laser(input, newest.velocity()),
-                 predicted.during_scan, options_.scan, std::move(secondary), projector_);
+                 predicted.during_scan, options().scan, std::move(secondary), projector_);
 }
 
 MatchResult SlamEngine::Parts::match(const MotionPrediction& predicted) {
   mapping_.components().active().key_scans.copy_newest(
-      static_cast<std::size_t>(options_.slam.recent_scans), recent_);
+      static_cast<std::size_t>(options().slam.recent_scans), recent_);
   const SlamMap& map = mapping_.matched();
   const MatchProblem problem{
       bundle_.all(), predicted.fixed_from_base,    predicted.covariance,       map.field,
@@ -154,7 +150,7 @@ MatchResult SlamEngine::Parts::match(const MotionPrediction& predicted) {
   if (map.field.empty()) {
     return rejected(problem, MatchStatus::kRejectedNoReference);
   }
-  if (problem.scan.points.size() < static_cast<std::size_t>(options_.slam.min_points)) {
+  if (problem.scan.points.size() < static_cast<std::size_t>(options().slam.min_points)) {
     return rejected(problem, MatchStatus::kRejectedTooFewPoints);
   }
   return common_ground_.match(*matcher_, problem, map);
@@ -171,11 +167,11 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(MotionPrediction& predicted,
     hypotheses_.leave_out();
     return Verdict::kLeads;
   }
-  const bool was_in_doubt = hypotheses_.is_in_doubt(options_.hypotheses);
+  const bool was_in_doubt = hypotheses_.is_in_doubt(options().hypotheses);
   const bool was_forked = hypotheses_.is_forked();
   PoseHypotheses::Outcome weighed = hypotheses_.follow(
       {bundle_.all(), mapping_.compared(), active_key_scans(), recent_, seconds, predicted, steady},
-      outcome.match, options_.hypotheses);
+      outcome.match, options().hypotheses);
   outcome.evidence = weighed.evidence;
   if (hypotheses_.is_forked() && !was_forked) {
     mapping_.fork();
@@ -186,7 +182,7 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(MotionPrediction& predicted,
     weighed.key_scans.clear();
     search_anew_if_lost();
   }
-  if (!outcome.match.accepted() && options_.hypotheses.enabled) {
+  if (!outcome.match.accepted() && options().hypotheses.enabled) {
     outcome.certainty =
         weighed.evidence.known < kMostlyKnown ? Certainty::kNewGround : Certainty::kUnmatched;
   }
@@ -210,8 +206,7 @@ void SlamEngine::Parts::search_anew_if_lost() {
 void SlamEngine::Parts::follow(const PoseHypotheses::Outcome& overtaken,
                                MotionPrediction& predicted, ScanOutcome& outcome) {
   const Pose2 new_from_old = overtaken.match.map_from_base * outcome.match.map_from_base.inverse();
-  outcome.corrected =
-      mapping_.move_since_fork(overtaken.key_scans, new_from_old, outcome.stamp, options_);
+  outcome.corrected = mapping_.move_since_fork(overtaken.key_scans, new_from_old, outcome.stamp);
   search_anew_if_lost();
   tracker_.change_frame(new_from_old);
   tracker_.forget_motion();  // from where it was wrongly thought to be there is none
@@ -223,7 +218,7 @@ void SlamEngine::Parts::follow(const PoseHypotheses::Outcome& overtaken,
 
 void SlamEngine::Parts::remember(const ScanInput& input, const MotionPrediction& predicted,
                                  const ScanOutcome& outcome) {
-  if (hypotheses_.is_in_doubt(options_.hypotheses) || outcome.certainty == Certainty::kOvertaken) {
+  if (hypotheses_.is_in_doubt(options().hypotheses) || outcome.certainty == Certainty::kOvertaken) {
     tracker_.distrust_odometry();
   } else if (outcome.match.accepted()) {
     tracker_.learn(input, predicted, outcome.match);
@@ -238,15 +233,15 @@ void SlamEngine::Parts::go_on_mapping(ScanOutcome& outcome) {
   if (outcome.inserted) {
     close_loops(outcome);
   }
-  mapping_.catch_up(options_);
-  outcome.left_out += mapping_.insert_pending(options_);
+  mapping_.catch_up();
+  outcome.left_out += mapping_.insert_pending();
 }
 
 void SlamEngine::Parts::close_loops(ScanOutcome& outcome) {
-  if (mapping_.is_lost() || !mapping_.closes_loops(options_)) {
+  if (mapping_.is_lost() || !mapping_.closes_loops()) {
     return;
   }
-  std::optional<MapCorrection> corrected = mapping_.close_loops(options_);
+  std::optional<MapCorrection> corrected = mapping_.close_loops();
   if (corrected) {
     const Pose2 new_from_old = corrected->newest;
     outcome.corrected = std::move(corrected);
@@ -258,7 +253,7 @@ void SlamEngine::Parts::close_loops(ScanOutcome& outcome) {
 
 std::optional<MapCorrection> SlamEngine::Parts::finish_loops() {
   std::optional<MapCorrection> correction = mapping_.finish_loops();
-  mapping_.catch_up(options_);
+  mapping_.catch_up();
   if (correction) {
     tracker_.change_frame(correction->newest);
   }
@@ -269,10 +264,10 @@ TrackingState SlamEngine::Parts::state() const {
   if (mapping_.is_lost()) {
     return TrackingState::kLost;
   }
-  if (hypotheses_.is_in_doubt(options_.hypotheses)) {
+  if (hypotheses_.is_in_doubt(options().hypotheses)) {
     return TrackingState::kDoubt;
   }
-  return mapping_.has_pending(options_) ? TrackingState::kRecovered : TrackingState::kTracking;
+  return mapping_.has_pending() ? TrackingState::kRecovered : TrackingState::kTracking;
 }
 
 // --- where the robot is ---
@@ -322,7 +317,7 @@ bool SlamEngine::Parts::begin_component(double stamp) {
   believe();
   // Nor is it known how it moves: the next two matches will tell.
   tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
-  const Mapping::BegunComponent begun = mapping_.begin_component(stamp, options_);
+  const Mapping::BegunComponent begun = mapping_.begin_component(stamp);
   // Where another component had just begun, the drawing that was for that one is still under way.
   const double since = begun.is_drawn_beside
                            ? stamp + kDrawn * static_cast<double>(key_scans().size())
@@ -336,7 +331,7 @@ bool SlamEngine::Parts::begin_component(double stamp) {
 void SlamEngine::Parts::begin_component_anew(double stamp) {
   mapping_.unfork();
   tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
-  mapping_.begin_component(stamp, options_);
+  mapping_.begin_component(stamp);
   relocalizer_.begin_anew();
   hypotheses_.begin_lost();
 }
@@ -347,7 +342,7 @@ void SlamEngine::Parts::search_for_map(ScanOutcome& outcome) {
   }
   static_cast<void>(map());
   const std::optional<PlaceHypothesis> found =
-      relocalizer_.find(outcome.stamp, outcome.map_from_base, mapping_.components(), options_);
+      relocalizer_.find(outcome.stamp, outcome.map_from_base, mapping_.components(), options());
   if (!found) {
     return;
   }
@@ -365,14 +360,14 @@ void SlamEngine::Parts::search_for_map(ScanOutcome& outcome) {
 /// Puts what the component holds where it belongs, a few key scans with each of the next scans.
 void SlamEngine::Parts::join(const PlaceHypothesis& found) {
   tracker_.change_frame(found.component_from_active);
-  mapping_.join(found.component, found.component_from_active, options_);
+  mapping_.join(found.component, found.component_from_active);
   believe();
   relocalizer_.begin();
 }
 
 void SlamEngine::Parts::set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance) {
   tracker_.set_pose(map_from_base, covariance);
-  mapping_.go_to_map(options_);
+  mapping_.go_to_map();
   believe();
   relocalizer_.begin();
 }
@@ -381,7 +376,6 @@ void SlamEngine::Parts::set_pose(const Pose2& map_from_base, const Eigen::Matrix
 
 void SlamEngine::Parts::set_options(const EngineOptions& options) {
   check_map(mapping_.components().map().map, options);
-  options_ = options;
   tracker_.set_options(options.motion);
   if (!options.hypotheses.enabled) {
     believe();

@@ -29,8 +29,8 @@ class SlamEngine::Parts {
 
   ScanOutcome process(const ScanInput& input);
 
-  [[nodiscard]] const SlamMap& map() { return mapping_.whole(options_); }
-  [[nodiscard]] const SlamMap& drawn_map() { return mapping_.drawn(options_); }
+  [[nodiscard]] const SlamMap& map() { return mapping_.whole(); }
+  [[nodiscard]] const SlamMap& drawn_map() { return mapping_.drawn(); }
   void take_rendered(SlamMap map, const PlacedScans& keys) {
     mapping_.take_rendered(std::move(map), keys);
   }
@@ -40,7 +40,7 @@ class SlamEngine::Parts {
   [[nodiscard]] const MotionState& motion() const { return tracker_.state(); }
   [[nodiscard]] std::vector<WeightedPose> likely_poses() const;
   [[nodiscard]] const SecondaryLasers& secondary_lasers() const { return secondary_lasers_; }
-  [[nodiscard]] const EngineOptions& options() const { return options_; }
+  [[nodiscard]] const EngineOptions& options() const { return mapping_.options(); }
 
   void set_matcher(std::shared_ptr<const ScanMatcher> matcher) { matcher_ = std::move(matcher); }
   void set_options(const EngineOptions& options);
@@ -78,7 +78,6 @@ class SlamEngine::Parts {
     return mapping_.components().active().key_scans.all();
   }
 
-  EngineOptions options_;
   std::shared_ptr<const ScanMatcher> matcher_;
   std::uint64_t seed_;
   std::uint64_t scan_count_ = 0;

@@ -78,19 +78,19 @@ void SlamEngine::Parts::start_from(EngineState start) {
   std::move(localization.components.begin(), localization.components.end(),
             std::back_inserter(components));
   for (MapComponent& component : components) {
-    check_map(component.map, options_);
+    check_map(component.map, options());
     count_reflections(component, start.is_of_key_scans);
   }
   const std::size_t drawn = components.front().key_scans.size();
   LocalMap local_map =
-      start.local_map ? drawn_again(*start.local_map, components.front(), options_) : LocalMap();
+      start.local_map ? drawn_again(*start.local_map, components.front(), options()) : LocalMap();
   mapping_ = Mapping(
       MapComponents(std::move(components), localization.active, std::move(localization.pending)),
       LoopCloser(std::move(start.loops)), {std::move(local_map), start.is_moved, drawn},
-      start.is_continued, start.is_of_key_scans, options_);
+      start.is_continued, start.is_of_key_scans, options());
   hypotheses_ = PoseHypotheses(std::move(localization.hypotheses));
   if (const auto& fork = hypotheses_.state().fork) {
-    mapping_.fork_as_of({fork->key_scans, std::move(localization.inserted_before_fork)}, options_);
+    mapping_.fork_as_of({fork->key_scans, std::move(localization.inserted_before_fork)});
   }
   if (localization.search.indexed > 0) {
     static_cast<void>(map());  // drawn, as it was searched

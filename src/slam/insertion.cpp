@@ -63,11 +63,11 @@ bool is_worth_drawing(const ScanOutcome& outcome, int laser, const std::map<int,
          outcome.match.score < options.insert_overlap || sees_farther;
 }
 
-void insert_one(const PointScan& scan, const MeasuredScan& measured, int laser,
-                const EngineOptions& options, Mapping& mapping, ScanOutcome& outcome) {
+void insert_one(const PointScan& scan, const MeasuredScan& measured, int laser, Mapping& mapping,
+                ScanOutcome& outcome) {
   const PlacedScan placed{std::make_shared<const KeyScan>(measured, 0, laser),
                           outcome.map_from_base};
-  outcome.inserted = mapping.insert(scan, placed, outcome.covariance, options);
+  outcome.inserted = mapping.insert(scan, placed, outcome.covariance);
   outcome.left_out = outcome.inserted ? 0 : 1;
 }
 
@@ -90,31 +90,30 @@ bool is_to_be_inserted(const ScanInput& input, const ScanOutcome& outcome,
           !active.last_inserted.empty() && active.last_inserted.count(input.laser) == 0);
 }
 
-void insert(const ScanBundle& bundle, int laser, const EngineOptions& options, Mapping& mapping,
-            ScanOutcome& outcome) {
-  insert_one(bundle.points(), bundle.primary(), laser, options, mapping, outcome);
+void insert(const ScanBundle& bundle, int laser, Mapping& mapping, ScanOutcome& outcome) {
+  insert_one(bundle.points(), bundle.primary(), laser, mapping, outcome);
   for (const auto& [secondary, one] : bundle.secondary()) {
     ScanOutcome beside = outcome;
     beside.map_from_base = outcome.map_from_base * one.there_from_base;
-    insert_one(project_scan(one.measured), one.measured, secondary, options, mapping, beside);
+    insert_one(project_scan(one.measured), one.measured, secondary, mapping, beside);
     outcome.left_out += beside.left_out;
   }
 }
 
 bool is_to_be_drawn_over(const PointScan& scan, int laser, const ScanOutcome& outcome,
-                         const Mapping& mapping, const SlamOptions& options) {
+                         const Mapping& mapping) {
+  const SlamOptions& options = mapping.options().slam;
   return !options.update_map && !mapping.is_lost() && outcome.match.accepted() &&
          is_heading_known(outcome.match) &&
          is_worth_drawing(outcome, laser, mapping.temporary().last_drawn(), false, options) &&
          evidence_of(scan, outcome.map_from_base, mapping.lasting()).known >= kMostlyKnown;
 }
 
-void draw_over(const ScanBundle& bundle, int laser, const EngineOptions& options, Mapping& mapping,
-               const ScanOutcome& outcome) {
-  mapping.draw_over(bundle.points(), laser, outcome.map_from_base, options);
+void draw_over(const ScanBundle& bundle, int laser, Mapping& mapping, const ScanOutcome& outcome) {
+  mapping.draw_over(bundle.points(), laser, outcome.map_from_base);
   for (const auto& [secondary, one] : bundle.secondary()) {
     mapping.draw_over(project_scan(one.measured), secondary,
-                      outcome.map_from_base * one.there_from_base, options);
+                      outcome.map_from_base * one.there_from_base);
   }
 }
 

@@ -20,19 +20,17 @@ namespace matchbox_slam {
 /// Makes a scan and those of the secondary lasers key scans where the outcome has the base; the
 /// outcome tells.
 /// @param laser  of the primary scan.
-void insert(const ScanBundle& bundle, int laser, const EngineOptions& options, Mapping& mapping,
-            ScanOutcome& outcome);
+void insert(const ScanBundle& bundle, int laser, Mapping& mapping, ScanOutcome& outcome);
 
 /// Whether a scan of a robot that localises is drawn over the map: one that was matched, shows
 /// something new, and lies on known ground for the most part. On what it drew outside of the map
 /// the robot would follow its own drift, and say that it was sure.
 /// @param laser  of the primary scan.
 [[nodiscard]] bool is_to_be_drawn_over(const PointScan& scan, int laser, const ScanOutcome& outcome,
-                                       const Mapping& mapping, const SlamOptions& options);
+                                       const Mapping& mapping);
 
 /// Draws a scan and those of the secondary lasers over the map. See TemporaryMap.
 /// @param laser  of the primary scan.
-void draw_over(const ScanBundle& bundle, int laser, const EngineOptions& options, Mapping& mapping,
-               const ScanOutcome& outcome);
+void draw_over(const ScanBundle& bundle, int laser, Mapping& mapping, const ScanOutcome& outcome);
 
 }  // namespace matchbox_slam

@@ -32,22 +32,24 @@ Eigen::Matrix3d covariance_of_waiting() {
   return covariance_of(kXy, kTheta);
 }
 
-Mapping::Mapping(const EngineOptions& options) : components_({empty_component(options, 0.0)}) {}
+Mapping::Mapping(const EngineOptions& options)
+    : options_(options), components_({empty_component(options, 0.0)}) {}
 
 Mapping::Mapping(MapComponents components, LoopCloser loops, MapRenderer drawing, bool is_continued,
                  bool is_of_key_scans, const EngineOptions& options)
-    : components_(std::move(components)),
+    : options_(options),
+      components_(std::move(components)),
       loops_(std::move(loops)),
       renderer_(std::move(drawing)),
       is_continued_(is_continued),
       is_of_key_scans_(is_of_key_scans) {
   loops_.begin_again(components_.map().key_scans, near_request(options, renderer_.local_map()),
                      options.loops);
-  match_as(options);
+  match_as();
 }
 
-bool Mapping::has_pending(const EngineOptions& options) const {
-  return (options.slam.update_map || is_lost()) && components_.next_waiting() != nullptr;
+bool Mapping::has_pending() const {
+  return (options_.slam.update_map || is_lost()) && components_.next_waiting() != nullptr;
 }
 
 const SlamMap& Mapping::matched() const {
@@ -64,33 +66,31 @@ void Mapping::take_rendered(SlamMap map, const PlacedScans& keys) {
 // --- scans ---
 
 bool Mapping::insert(const PointScan& points, const PlacedScan& placed,
-                     const Eigen::Matrix3d& covariance, const EngineOptions& options) {
-  const bool is_inserted = add(points, placed, covariance, is_continued_, options);
+                     const Eigen::Matrix3d& covariance) {
+  const bool is_inserted = add(points, placed, covariance, is_continued_);
   is_continued_ = is_continued_ || is_inserted;
   return is_inserted;
 }
 
-void Mapping::draw_over(const PointScan& points, int laser, const Pose2& map_from_base,
-                        const EngineOptions& options) {
-  if (has_room(points, map_from_base, options.map, matched())) {
-    temporary_.add(points, laser, map_from_base, lasting(), options.map);
+void Mapping::draw_over(const PointScan& points, int laser, const Pose2& map_from_base) {
+  if (has_room(points, map_from_base, options_.map, matched())) {
+    temporary_.add(points, laser, map_from_base, lasting(), options_.map);
   }
 }
 
 bool Mapping::add(const PointScan& points, const PlacedScan& placed,
-                  const Eigen::Matrix3d& covariance, bool is_continued,
-                  const EngineOptions& options) {
+                  const Eigen::Matrix3d& covariance, bool is_continued) {
   MapComponent& component = components_.active();
-  if (!has_room(points, placed.map_from_base, options.map, component.map)) {
+  if (!has_room(points, placed.map_from_base, options_.map, component.map)) {
     return false;
   }
   if (is_lost()) {
     component.key_scans.add(placed);
-    insert_scan(points, placed.map_from_base, options.map, component.map);
+    insert_scan(points, placed.map_from_base, options_.map, component.map);
   } else {
-    renderer_.add(placed, points, component, options);
-    if (closes_loops(options)) {
-      loops_.add(component.key_scans, covariance, is_continued, options.loops);
+    renderer_.add(placed, points, component, options_);
+    if (closes_loops()) {
+      loops_.add(component.key_scans, covariance, is_continued, options_.loops);
     }
   }
   component.last_inserted[placed.scan->laser()] = placed.map_from_base;
@@ -98,10 +98,10 @@ bool Mapping::add(const PointScan& points, const PlacedScan& placed,
 }
 
 /// What waits is no surer than where the robot is.
-std::size_t Mapping::insert_pending(const EngineOptions& options) {
+std::size_t Mapping::insert_pending() {
   constexpr int kAtATime = 2;  // so that no scan waits for all of them
   std::size_t left_out = 0;
-  for (int i = 0; i < kAtATime && has_pending(options); ++i) {
+  for (int i = 0; i < kAtATime && has_pending(); ++i) {
     const PlacedScan waiting = components_.next_waiting()->scan;
     const std::shared_ptr<const PointScan> points = waiting.scan->points();
     components_.drop_next_waiting();
@@ -109,9 +109,9 @@ std::size_t Mapping::insert_pending(const EngineOptions& options) {
       continue;  // as of one that was seen while the robot was carried
     }
     const std::map<int, Pose2> last_inserted = components_.active().last_inserted;
-    const bool is_inserted = add(*points, waiting, covariance_of_waiting(), false, options);
+    const bool is_inserted = add(*points, waiting, covariance_of_waiting(), false);
     left_out += is_inserted ? 0 : 1;
-    catch_up(options);
+    catch_up();
     break_off();
     components_.active().last_inserted = last_inserted;
   }
@@ -134,8 +134,7 @@ const SlamMap& Mapping::compared() const {
 }
 
 MapCorrection Mapping::move_since_fork(const std::vector<std::optional<Pose2>>& poses,
-                                       const Pose2& new_from_old, double stamp,
-                                       const EngineOptions& options) {
+                                       const Pose2& new_from_old, double stamp) {
   MapComponent& component = components_.active();
   const std::size_t first = fork_->key_scans;
   MapCorrection correction{{{std::numeric_limits<double>::lowest(), {}}}, new_from_old};
@@ -154,25 +153,25 @@ MapCorrection Mapping::move_since_fork(const std::vector<std::optional<Pose2>>& 
   component.map = fork_->map;
   renderer_ = fork_->drawing;
   temporary_.clear();
-  match_as(options);
-  if (!is_lost() && closes_loops(options)) {
+  match_as();
+  if (!is_lost() && closes_loops()) {
     loops_.move_since(first, component.key_scans);
   }
-  draw_since(first, options);
+  draw_since(first);
   break_off();
   return correction;
 }
 
-void Mapping::draw_since(std::size_t key_scan, const EngineOptions& options) {
+void Mapping::draw_since(std::size_t key_scan) {
   if (!is_lost() && renderer_.local_map().map() != nullptr) {
-    catch_up(options);
+    catch_up();
   } else if (!is_lost()) {
-    static_cast<void>(whole(options));
+    static_cast<void>(whole());
   } else {
     MapComponent& component = components_.active();
     for (std::size_t i = key_scan; i < component.key_scans.size(); ++i) {
       const PlacedScan& key = component.key_scans.all()[i];
-      insert_scan(*key.scan->points(), key.map_from_base, options.map, component.map);
+      insert_scan(*key.scan->points(), key.map_from_base, options_.map, component.map);
     }
   }
 }
@@ -196,7 +195,7 @@ std::optional<ForkStart> Mapping::fork_start() const {
   return fork_ ? std::optional(ForkStart{fork_->key_scans, fork_->last_inserted}) : std::nullopt;
 }
 
-void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
+void Mapping::fork_as_of(const ForkStart& start) {
   const MapComponent& component = components_.active();
   const PlacedScans& keys = component.key_scans.all();
   fork_ = Fork{start.key_scans, start.last_inserted, component.map, renderer_};
@@ -205,12 +204,12 @@ void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
   }
   if (!is_lost() && renderer_.local_map().map() != nullptr) {
     fork_->drawing.match_locally(
-        renderer_.local_map().as_of(start.key_scans, keys, options.map, options.field));
+        renderer_.local_map().as_of(start.key_scans, keys, options_.map, options_.field));
     fork_->drawing.expect_redrawing();
     return;
   }
   const PlacedScans then(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(start.key_scans));
-  fork_->map = rendered(then, options.map, options.field);
+  fork_->map = rendered(then, options_.map, options_.field);
   if (!is_lost()) {
     fork_->drawing = MapRenderer({}, renderer_.is_moved(), start.key_scans);
   }
@@ -218,28 +217,28 @@ void Mapping::fork_as_of(const ForkStart& start, const EngineOptions& options) {
 
 // --- loops ---
 
-LocalScans Mapping::scans_around(const EngineOptions& options) const {
+LocalScans Mapping::scans_around() const {
   const KeyScans& key_scans = components_.map().key_scans;
   return local_scans(key_scans.all(), [&](const auto& some) {
-    return loops_.weakly_connected(key_scans, some, options.loops);
+    return loops_.weakly_connected(key_scans, some, options_.loops);
   });
 }
 
-std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) {
+std::optional<MapCorrection> Mapping::close_loops() {
   const KeyScans& key_scans = components_.map().key_scans;
   std::optional<MapCorrection> correction;
   if (loops_.is_due(key_scans)) {
     correction = finish_loops();
   }
-  if (!correction && found_ != nullptr && !loops_.is_pending() && !has_pending(options)) {
-    correction = take_found_map(options);
+  if (!correction && found_ != nullptr && !loops_.is_pending() && !has_pending()) {
+    correction = take_found_map();
   }
   const bool is_near_due = !loops_.is_pending() && renderer_.local_map().is_due(key_scans.all());
   if (is_near_due) {
-    catch_up(options);  // so that what is begun goes on from a map of all key scans
+    catch_up();  // so that what is begun goes on from a map of all key scans
   }
-  LocalMapRequest near = near_request(options, is_near_due ? renderer_.local_map() : LocalMap());
-  LocalScans scans = scans_around(options);
+  LocalMapRequest near = near_request(options_, is_near_due ? renderer_.local_map() : LocalMap());
+  LocalScans scans = scans_around();
   if (is_crowded(key_scans.all(), near.enough)) {
     renderer_.expect_local_map();  // with which what is superfluous is found
   }
@@ -248,16 +247,16 @@ std::optional<MapCorrection> Mapping::close_loops(const EngineOptions& options) 
       near.scans = std::move(scans);
     }
   } else if (renderer_.local_map().map() != nullptr) {
-    match_whole_map(options);
+    match_whole_map();
   }
-  if (!has_pending(options)) {
-    loops_.begin(key_scans, std::move(near), options.loops);
+  if (!has_pending()) {
+    loops_.begin(key_scans, std::move(near), options_.loops);
   }
   return correction;
 }
 
 /// What lies near is drawn at once, as the next scan is matched against it.
-std::optional<MapCorrection> Mapping::take_found_map(const EngineOptions& options) {
+std::optional<MapCorrection> Mapping::take_found_map() {
   const std::shared_ptr<const FoundMap> found = std::exchange(found_, nullptr);
   KeyScans& key_scans = components_.map().key_scans;
   if (found->fate != FoundMap::Fate::kWaiting) {
@@ -272,7 +271,7 @@ std::optional<MapCorrection> Mapping::take_found_map(const EngineOptions& option
   }
   MapCorrection correction = loops_.take_in(*found, key_scans);
   move_with_map(correction.newest);
-  renderer_.match_locally(LocalMap(scans_around(options), options.map, options.field));
+  renderer_.match_locally(LocalMap(scans_around(), options_.map, options_.field));
   found->fate = FoundMap::Fate::kTaken;
   return correction;
 }
@@ -313,40 +312,40 @@ void Mapping::move_with_map(const Pose2& new_from_old) {
 }
 
 void Mapping::set_options(const EngineOptions& options) {
+  options_ = options;
   temporary_.clear();
   loops_.abandon();
-  match_as(options);
+  match_as();
 }
 
 /// What does not change, or has no graph that tells what belongs together, is matched as a whole.
-void Mapping::match_as(const EngineOptions& options) {
-  if (!closes_loops(options) || !options.slam.update_map) {
-    match_whole_map(options);
+void Mapping::match_as() {
+  if (!closes_loops() || !options_.slam.update_map) {
+    match_whole_map();
   }
 }
 
 // --- where the robot is ---
 
-void Mapping::go_to_map(const EngineOptions& options) {
+void Mapping::go_to_map() {
   temporary_.clear();
   components_.go_to_map();
   break_off();
   loops_.abandon();
-  match_whole_map(options);
+  match_whole_map();
 }
 
-Mapping::BegunComponent Mapping::begin_component(double stamp, const EngineOptions& options) {
+Mapping::BegunComponent Mapping::begin_component(double stamp) {
   loops_.abandon();
   temporary_.clear();
   BegunComponent begun;
-  begun.is_drawn_beside = renderer_.begin_whole(components_.map(), options);
-  begun.gave_up_component = components_.begin_component(empty_component(options, stamp));
+  begun.is_drawn_beside = renderer_.begin_whole(components_.map(), options_);
+  begun.gave_up_component = components_.begin_component(empty_component(options_, stamp));
   return begun;
 }
 
-void Mapping::join(std::size_t component, const Pose2& component_from_active,
-                   const EngineOptions& options) {
-  components_.join(component, component_from_active, options.slam.update_map);
+void Mapping::join(std::size_t component, const Pose2& component_from_active) {
+  components_.join(component, component_from_active, options_.slam.update_map);
   break_off();
 }
 

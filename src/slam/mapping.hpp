@@ -37,6 +37,7 @@ class Mapping {
   Mapping(MapComponents components, LoopCloser loops, MapRenderer drawing, bool is_continued,
           bool is_of_key_scans, const EngineOptions& options);
 
+  [[nodiscard]] const EngineOptions& options() const { return options_; }
   [[nodiscard]] const MapComponents& components() const { return components_; }
   [[nodiscard]] const LoopCloser& loops() const { return loops_; }
   [[nodiscard]] const MapRenderer& renderer() const { return renderer_; }
@@ -44,11 +45,9 @@ class Mapping {
   [[nodiscard]] bool is_of_key_scans() const { return is_of_key_scans_; }
 
   [[nodiscard]] bool is_lost() const { return components_.is_lost(); }
-  [[nodiscard]] bool closes_loops(const EngineOptions& options) const {
-    return options.slam.loop_closing && is_of_key_scans_;
-  }
+  [[nodiscard]] bool closes_loops() const { return options_.slam.loop_closing && is_of_key_scans_; }
   /// Whether something waits that may be inserted into the component that the robot is in.
-  [[nodiscard]] bool has_pending(const EngineOptions& options) const;
+  [[nodiscard]] bool has_pending() const;
 
   /// What scans are matched against.
   [[nodiscard]] const SlamMap& matched() const;
@@ -56,13 +55,9 @@ class Mapping {
   [[nodiscard]] const SlamMap& lasting() const { return renderer_.matched(components_.map()); }
   [[nodiscard]] const TemporaryMap& temporary() const { return temporary_; }
   /// The map, drawn as far as it goes. See MapRenderer.
-  const SlamMap& drawn(const EngineOptions& options) {
-    return renderer_.drawn(components_.map(), options);
-  }
+  const SlamMap& drawn() { return renderer_.drawn(components_.map(), options_); }
   /// The same with its field.
-  const SlamMap& whole(const EngineOptions& options) {
-    return renderer_.whole(components_.map(), options);
-  }
+  const SlamMap& whole() { return renderer_.whole(components_.map(), options_); }
   /// See MapRenderer.
   void take_rendered(SlamMap map, const PlacedScans& keys);
 
@@ -72,11 +67,9 @@ class Mapping {
   /// when the map has no room for it.
   /// @param points      of it.
   /// @param covariance  of its pose, in the map frame.
-  bool insert(const PointScan& points, const PlacedScan& placed, const Eigen::Matrix3d& covariance,
-              const EngineOptions& options);
+  bool insert(const PointScan& points, const PlacedScan& placed, const Eigen::Matrix3d& covariance);
   /// Draws a scan over the map, which stays as it is; not where the map has no room for it.
-  void draw_over(const PointScan& points, int laser, const Pose2& map_from_base,
-                 const EngineOptions& options);
+  void draw_over(const PointScan& points, int laser, const Pose2& map_from_base);
   /// The robot is elsewhere than where the newest key scan and the motion since say.
   void break_off() { is_continued_ = false; }
   /// Scans are to be inserted, a few with each of the next ones.
@@ -84,10 +77,10 @@ class Mapping {
   /// Draws the key scans that have come since, where only what lies near is matched against. To be
   /// called before the next scan is matched or the map is saved, and after `close_loops`, which may
   /// replace or drop what would be drawn into.
-  void catch_up(const EngineOptions& options) { renderer_.catch_up(components_.map(), options); }
+  void catch_up() { renderer_.catch_up(components_.map(), options_); }
   /// Inserts a few of those that wait, where the map holds them. Returns how many it has no room
   /// for.
-  std::size_t insert_pending(const EngineOptions& options);
+  std::size_t insert_pending();
 
   // --- where the robot may be elsewhere ---
 
@@ -101,20 +94,19 @@ class Mapping {
   /// @param poses         of the key scans since; none: where it is.
   /// @param new_from_old  of the newest scan, whose stamp [s] is given.
   MapCorrection move_since_fork(const std::vector<std::optional<Pose2>>& poses,
-                                const Pose2& new_from_old, double stamp,
-                                const EngineOptions& options);
+                                const Pose2& new_from_old, double stamp);
   /// What was inserted since the fork was seen nobody knows where: the fork is now.
   void forget_since_fork();
   /// What it takes to make the fork again.
   [[nodiscard]] std::optional<ForkStart> fork_start() const;
   /// Makes it again.
-  void fork_as_of(const ForkStart& start, const EngineOptions& options);
+  void fork_as_of(const ForkStart& start);
 
   // --- loops, in the map ---
 
   /// With the newest key scan: lets a search that is due take effect, and begins the next. Returns
   /// how the map has moved, if it has.
-  std::optional<MapCorrection> close_loops(const EngineOptions& options);
+  std::optional<MapCorrection> close_loops();
   /// Waits for a search that is under way, and lets it take effect; `catch_up` is to follow.
   std::optional<MapCorrection> finish_loops();
 
@@ -129,7 +121,7 @@ class Mapping {
   // --- where the robot is ---
 
   /// In the map, elsewhere than was thought.
-  void go_to_map(const EngineOptions& options);
+  void go_to_map();
 
   struct BegunComponent {
     bool gave_up_component = false;  ///< see MapComponents::begin_component
@@ -137,24 +129,21 @@ class Mapping {
     bool is_drawn_beside = false;
   };
   /// Lost, since the scan of this stamp [s].
-  BegunComponent begin_component(double stamp, const EngineOptions& options);
+  BegunComponent begin_component(double stamp);
   /// Found in that component.
-  void join(std::size_t component, const Pose2& component_from_active,
-            const EngineOptions& options);
+  void join(std::size_t component, const Pose2& component_from_active);
 
  private:
   bool add(const PointScan& points, const PlacedScan& placed, const Eigen::Matrix3d& covariance,
-           bool is_continued, const EngineOptions& options);
-  void match_whole_map(const EngineOptions& options) {
-    renderer_.match_whole(components_.map(), options);
-  }
-  void match_as(const EngineOptions& options);
+           bool is_continued);
+  void match_whole_map() { renderer_.match_whole(components_.map(), options_); }
+  void match_as();
   /// The key scans have moved, and what goes with the newest follows.
   void move_with_map(const Pose2& new_from_old);
   /// Those around the newest.
-  [[nodiscard]] LocalScans scans_around(const EngineOptions& options) const;
+  [[nodiscard]] LocalScans scans_around() const;
   void take_out(const std::vector<std::uint64_t>& ids);
-  std::optional<MapCorrection> take_found_map(const EngineOptions& options);
+  std::optional<MapCorrection> take_found_map();
 
   /// What it takes to go back to before the robot may have been elsewhere.
   struct Fork {
@@ -164,8 +153,9 @@ class Mapping {
     MapRenderer drawing;
   };
 
-  void draw_since(std::size_t key_scan, const EngineOptions& options);
+  void draw_since(std::size_t key_scan);
 
+  EngineOptions options_;
   MapComponents components_;
   LoopCloser loops_;
   MapRenderer renderer_;

@@ -185,7 +185,7 @@ class InsertTest : public testing::Test {
     outcome_.covariance = 1e-4 * Eigen::Matrix3d::Identity();
   }
 
-  void insert_scans() { insert(bundle_, 1, options_, mapping_, outcome_); }
+  void insert_scans() { insert(bundle_, 1, mapping_, outcome_); }
 
   /// As the leading scan's and the further one's.
   void expect_both(const PlacedScan& leading, const PlacedScan& further) const {
@@ -229,7 +229,7 @@ TEST_F(InsertTest, AScanThatIsDrawnOverTheMapIsNoKeyScan) {
   insert_scans();
   const SlamMap before = mapping_.lasting();
   outcome_.inserted = false;
-  draw_over(bundle_, 1, options_, mapping_, outcome_);
+  draw_over(bundle_, 1, mapping_, outcome_);
   EXPECT_FALSE(outcome_.inserted);
   EXPECT_EQ(mapping_.components().map().key_scans.size(), 2U);
   EXPECT_TRUE(same_map(mapping_.lasting(), before));
@@ -242,14 +242,15 @@ class DrawnOverTest : public testing::Test {
  protected:
   DrawnOverTest() {
     options_.slam.update_map = false;
+    mapping_.set_options(options_);
     for (std::size_t i = 0; i < 4; ++i) {
-      mapping_.insert(scan(i), keys_[i], Eigen::Matrix3d::Zero(), options_);
+      mapping_.insert(scan(i), keys_[i], Eigen::Matrix3d::Zero());
     }
     outcome_ = matched(keys_[2].map_from_base);
   }
   [[nodiscard]] const PointScan& scan(std::size_t key) const { return *keys_[key].scan->points(); }
   [[nodiscard]] bool is_drawn() const {
-    return is_to_be_drawn_over(scan(2), 0, outcome_, mapping_, options_.slam);
+    return is_to_be_drawn_over(scan(2), 0, outcome_, mapping_);
   }
 
   const PlacedScans keys_ = drive_through_rooms(4);
@@ -260,9 +261,9 @@ class DrawnOverTest : public testing::Test {
 
 TEST_F(DrawnOverTest, AfterSomeMotionWhereItMatches) {
   EXPECT_TRUE(is_drawn()) << "the first one at once";
-  mapping_.draw_over(scan(2), 0, keys_[2].map_from_base * Pose2{0.29, 0.0, 0.0}, options_);
+  mapping_.draw_over(scan(2), 0, keys_[2].map_from_base * Pose2{0.29, 0.0, 0.0});
   EXPECT_FALSE(is_drawn());
-  mapping_.draw_over(scan(2), 0, keys_[2].map_from_base * Pose2{0.31, 0.0, 0.0}, options_);
+  mapping_.draw_over(scan(2), 0, keys_[2].map_from_base * Pose2{0.31, 0.0, 0.0});
   EXPECT_TRUE(is_drawn());
   outcome_.match.status = MatchStatus::kRejectedLowScore;
   EXPECT_FALSE(is_drawn());
@@ -271,7 +272,7 @@ TEST_F(DrawnOverTest, AfterSomeMotionWhereItMatches) {
 TEST_F(DrawnOverTest, NotOutsideOfTheMap) {
   outcome_.map_from_base = Pose2{50.0, 0.0, 0.0} * keys_[2].map_from_base;
   EXPECT_FALSE(is_drawn());
-  mapping_.draw_over(scan(2), 0, outcome_.map_from_base, options_);
+  mapping_.draw_over(scan(2), 0, outcome_.map_from_base);
   outcome_.map_from_base = outcome_.map_from_base * Pose2{0.5, 0.0, 0.0};
   EXPECT_FALSE(is_drawn()) << "what it has drawn there is not of the map";
 }
@@ -284,15 +285,17 @@ TEST_F(DrawnOverTest, WhereMostOfItEndsOnKnownGround) {
         partly.points[i].position.x() += 60.0;
       }
     }
-    EXPECT_EQ(is_to_be_drawn_over(partly, 0, outcome_, mapping_, options_.slam), tenths == 3);
+    EXPECT_EQ(is_to_be_drawn_over(partly, 0, outcome_, mapping_), tenths == 3);
   }
 }
 
 TEST_F(DrawnOverTest, NotWhileItMapsOrIsLost) {
   options_.slam.update_map = true;
+  mapping_.set_options(options_);
   EXPECT_FALSE(is_drawn());
   options_.slam.update_map = false;
-  static_cast<void>(mapping_.begin_component(3.0, options_));
+  mapping_.set_options(options_);
+  static_cast<void>(mapping_.begin_component(3.0));
   EXPECT_FALSE(is_drawn());
 }
 

@@ -20,7 +20,7 @@ class MappingTest : public testing::Test {
   MappingTest() : mapping_(options_) {}
 
   bool insert(const PlacedScan& key) {
-    return mapping_.insert(*key.scan->points(), key, covariance_of(0.01, 0.01), options_);
+    return mapping_.insert(*key.scan->points(), key, covariance_of(0.01, 0.01));
   }
   /// The first key scans of a drive.
   void insert_first(std::size_t count) {
@@ -69,16 +69,16 @@ TEST_F(MappingTest, IsNotContinuedByWhatItLeavesOut) {
       mapping_.components(), mapping_.loops(), {{}, false, 1}, false, true, options_};
   const PlacedScan too_far{keys_[1].scan, {1e7, 0.0, 0.0}};
   const Eigen::Matrix3d covariance = covariance_of(0.01, 0.01);
-  EXPECT_FALSE(from_elsewhere.insert(*too_far.scan->points(), too_far, covariance, options_));
+  EXPECT_FALSE(from_elsewhere.insert(*too_far.scan->points(), too_far, covariance));
   EXPECT_FALSE(from_elsewhere.is_continued());
-  EXPECT_TRUE(from_elsewhere.insert(*keys_[1].scan->points(), keys_[1], covariance, options_));
+  EXPECT_TRUE(from_elsewhere.insert(*keys_[1].scan->points(), keys_[1], covariance));
   EXPECT_TRUE(from_elsewhere.is_continued());
 }
 
 TEST_F(MappingTest, FinishesNoLoopsWhileTheRobotMayBeElsewhere) {
   insert_first(6);
   Mapping moved{mapping_.components(), mapping_.loops(), {{}, true, 6}, true, true, options_};
-  static_cast<void>(moved.close_loops(options_));
+  static_cast<void>(moved.close_loops());
   ASSERT_TRUE(moved.loops().is_pending());
   moved.fork();
   EXPECT_FALSE(moved.finish_loops());
@@ -91,23 +91,23 @@ TEST_F(MappingTest, FinishesNoLoopsWhileTheRobotMayBeElsewhere) {
 TEST_F(MappingTest, ShowsNothingSinceTheForkWhereItIsGoneOnWithAndThatIsForgotten) {
   insert_first(3);
   Mapping near_by = gone_on_with_local_map();
-  near_by.fork_as_of({2, {}}, options_);
+  near_by.fork_as_of({2, {}});
   near_by.forget_since_fork();
   EXPECT_EQ(near_by.components().map().key_scans.size(), 2U);
-  EXPECT_TRUE(same_map(near_by.whole(options_),
-                       rendered({keys_[0], keys_[1]}, options_.map, options_.field)));
+  EXPECT_TRUE(
+      same_map(near_by.whole(), rendered({keys_[0], keys_[1]}, options_.map, options_.field)));
 }
 
 TEST_F(MappingTest, KeepsTheMapAsItIsWhereALostRobotMayBeElsewhere) {
   insert_first(3);
-  static_cast<void>(mapping_.begin_component(3.0, options_));
+  static_cast<void>(mapping_.begin_component(3.0));
   ASSERT_TRUE(insert(keys_[3]));
   ASSERT_TRUE(insert(keys_[4]));
-  mapping_.fork_as_of({1, {}}, options_);
+  mapping_.fork_as_of({1, {}});
   mapping_.forget_since_fork();
   EXPECT_EQ(mapping_.components().active().key_scans.size(), 1U);
   EXPECT_TRUE(same_map(mapping_.matched(), rendered({keys_[3]}, options_.map, options_.field)));
-  EXPECT_TRUE(same_map(mapping_.drawn(options_),
+  EXPECT_TRUE(same_map(mapping_.drawn(),
                        rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field)));
 }
 
@@ -115,15 +115,15 @@ TEST_F(MappingTest, KeepsWallsThatCameWithoutKeyScans) {
   const SlamMap walls = rendered({keys_[0], keys_[1]}, options_.map, options_.field);
   Mapping of_image{
       MapComponents({{walls, {}, {}, 0.0}}, 0, {}), {}, {{}, false, 0}, false, false, options_};
-  of_image.fork_as_of({0, {}}, options_);
+  of_image.fork_as_of({0, {}});
   EXPECT_TRUE(same_map(of_image.compared(), walls));
   of_image.forget_since_fork();
-  EXPECT_TRUE(same_map(of_image.drawn(options_), walls));
+  EXPECT_TRUE(same_map(of_image.drawn(), walls));
 }
 
 TEST_F(MappingTest, MapsALostRobotIntoAComponentAndPutsThatWhereItBelongs) {
   insert_first(3);
-  const Mapping::BegunComponent begun = mapping_.begin_component(3.0, options_);
+  const Mapping::BegunComponent begun = mapping_.begin_component(3.0);
   EXPECT_FALSE(begun.gave_up_component);
   EXPECT_TRUE(mapping_.is_lost());
   const Pose2 component_from_map{1.0, -2.0, 0.5};
@@ -132,11 +132,11 @@ TEST_F(MappingTest, MapsALostRobotIntoAComponentAndPutsThatWhereItBelongs) {
   EXPECT_EQ(mapping_.components().active().key_scans.size(), 1U);
   EXPECT_EQ(mapping_.loops().state().nodes, 3U);
 
-  mapping_.join(0, component_from_map.inverse(), options_);
+  mapping_.join(0, component_from_map.inverse());
   EXPECT_FALSE(mapping_.is_lost());
-  EXPECT_TRUE(mapping_.has_pending(options_));
-  EXPECT_EQ(mapping_.insert_pending(options_), 0U);
-  EXPECT_FALSE(mapping_.has_pending(options_));
+  EXPECT_TRUE(mapping_.has_pending());
+  EXPECT_EQ(mapping_.insert_pending(), 0U);
+  EXPECT_FALSE(mapping_.has_pending());
   ASSERT_EQ(mapped(), 4U);
   const Eigen::Vector3d off = difference(
       mapping_.components().map().key_scans.all().back().map_from_base, keys_[3].map_from_base);
@@ -148,8 +148,8 @@ TEST_F(MappingTest, DropsWhatWaitedAndWouldSeeThroughWalls) {
   insert_first(5);
   const Pose2& seen_from = keys_[0].map_from_base;
   mapping_.wait({{0, {keys_[0].scan, {seen_from.x, seen_from.y, seen_from.theta + 0.8}}}});
-  EXPECT_EQ(mapping_.insert_pending(options_), 0U);
-  EXPECT_FALSE(mapping_.has_pending(options_));
+  EXPECT_EQ(mapping_.insert_pending(), 0U);
+  EXPECT_FALSE(mapping_.has_pending());
   EXPECT_EQ(mapped(), 5U);
 }
 
@@ -162,8 +162,8 @@ TEST_F(MappingTest, DropsWhatWaitedAndDoesNotFitWhatIsMapped) {
     range *= 0.7F;
   }
   mapping_.wait({{0, {std::make_shared<const KeyScan>(close_by, 0, 0), keys_[2].map_from_base}}});
-  EXPECT_EQ(mapping_.insert_pending(options_), 0U);
-  EXPECT_FALSE(mapping_.has_pending(options_));
+  EXPECT_EQ(mapping_.insert_pending(), 0U);
+  EXPECT_FALSE(mapping_.has_pending());
   EXPECT_EQ(mapped(), 5U);
 }
 
@@ -171,10 +171,12 @@ TEST_F(MappingTest, KeepsWhatWaitsWhileTheMapIsNotToGrow) {
   insert_first(2);
   mapping_.wait({{0, keys_[2]}});
   options_.slam.update_map = false;
-  EXPECT_EQ(mapping_.insert_pending(options_), 0U);
+  mapping_.set_options(options_);
+  EXPECT_EQ(mapping_.insert_pending(), 0U);
   EXPECT_EQ(mapped(), 2U);
   options_.slam.update_map = true;
-  EXPECT_EQ(mapping_.insert_pending(options_), 0U);
+  mapping_.set_options(options_);
+  EXPECT_EQ(mapping_.insert_pending(), 0U);
   EXPECT_EQ(mapped(), 3U);
 }
 
@@ -182,8 +184,9 @@ TEST_F(MappingTest, IsDrawnOverWhileItIsNotToChangeAndStaysAsItIs) {
   insert_first(2);
   const SlamMap before = mapping_.components().map().map;
   options_.slam.update_map = false;
+  mapping_.set_options(options_);
   const auto draw_over = [this] {
-    mapping_.draw_over(*keys_[2].scan->points(), 0, keys_[2].map_from_base, options_);
+    mapping_.draw_over(*keys_[2].scan->points(), 0, keys_[2].map_from_base);
     return same_map(mapping_.matched(),
                     rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field));
   };
@@ -193,11 +196,11 @@ TEST_F(MappingTest, IsDrawnOverWhileItIsNotToChangeAndStaysAsItIs) {
   EXPECT_EQ(mapped(), 2U);
   EXPECT_TRUE(same_map(mapping_.lasting(), before));
   EXPECT_TRUE(same_map(mapping_.components().map().map, before));
-  EXPECT_TRUE(same_map(mapping_.drawn(options_), before));
+  EXPECT_TRUE(same_map(mapping_.drawn(), before));
   // Scans are compared in what was known when the robot came into doubt.
   mapping_.fork();
   EXPECT_TRUE(same_map(mapping_.compared(), mapping_.matched()));
-  static_cast<void>(mapping_.move_since_fork({}, {}, 3.0, options_));
+  static_cast<void>(mapping_.move_since_fork({}, {}, 3.0));
   EXPECT_TRUE(same_map(mapping_.matched(), before)) << "another pose has taken over";
   mapping_.unfork();
   EXPECT_TRUE(draw_over());
@@ -206,15 +209,15 @@ TEST_F(MappingTest, IsDrawnOverWhileItIsNotToChangeAndStaysAsItIs) {
   EXPECT_TRUE(same_map(mapping_.matched(), before));
   mapping_.unfork();
   EXPECT_TRUE(draw_over());
-  static_cast<void>(mapping_.begin_component(3.0, options_));
-  mapping_.go_to_map(options_);
+  static_cast<void>(mapping_.begin_component(3.0));
+  mapping_.go_to_map();
   EXPECT_TRUE(same_map(mapping_.matched(), before)) << "a lost robot has forgotten";
   EXPECT_TRUE(mapping_.temporary().last_drawn().empty());
   EXPECT_TRUE(draw_over());
   options_.slam.update_map = true;
   mapping_.set_options(options_);
   EXPECT_TRUE(same_map(mapping_.matched(), before)) << "the map is to change";
-  mapping_.draw_over(*keys_[2].scan->points(), 0, {1e7, 0.0, 0.0}, options_);
+  mapping_.draw_over(*keys_[2].scan->points(), 0, {1e7, 0.0, 0.0});
   EXPECT_EQ(mapping_.temporary().map(), nullptr) << "there is no room";
 }
 
@@ -232,7 +235,7 @@ TEST_F(MappingTest, DrawsWhatWaitedIntoWhatLiesNearAtOnce) {
   insert_first(2);
   Mapping near_by = gone_on_with_local_map();
   near_by.wait({{0, keys_[2]}});
-  EXPECT_EQ(near_by.insert_pending(options_), 0U);
+  EXPECT_EQ(near_by.insert_pending(), 0U);
   const PlacedScans& all = near_by.components().map().key_scans.all();
   ASSERT_EQ(all.size(), 3U);
   EXPECT_TRUE(same_map(near_by.matched(), rendered(all, options_.map, options_.field)));
@@ -244,8 +247,7 @@ TEST_F(MappingTest, MatchesTheWholeMapWhereItIsGoneOnWithWithoutLoops) {
   options_.slam.loop_closing = false;
   Mapping gone_on = gone_on_with_local_map();
   EXPECT_EQ(gone_on.renderer().local_map().map(), nullptr);
-  ASSERT_TRUE(
-      gone_on.insert(*keys_[2].scan->points(), keys_[2], covariance_of(0.01, 0.01), options_));
+  ASSERT_TRUE(gone_on.insert(*keys_[2].scan->points(), keys_[2], covariance_of(0.01, 0.01)));
   EXPECT_TRUE(same_map(gone_on.matched(),
                        rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field)));
 }
