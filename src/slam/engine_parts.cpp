@@ -112,7 +112,8 @@ ScanOutcome SlamEngine::Parts::take_secondary(const ScanInput& input,
     const PointScan scan = project_scan(input.scan, input.base_from_laser, predicted.during_scan,
                                         options().scan, input.laser_motion);
     secondary_lasers_.sample(input.laser, scan, predicted.fixed_from_base, newest_from_base,
-                             newest.velocity(), key_scans().all(), options().map, options().field);
+                             newest.velocity(), mapping_.components().map().key_scans.all(),
+                             options().map, options().field);
   }
   secondary_lasers_.wait(input, newest.velocity(), newest_from_base, predicted.during_scan,
                          options().scan);
@@ -319,9 +320,10 @@ bool SlamEngine::Parts::begin_component(double stamp) {
   tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
   const Mapping::BegunComponent begun = mapping_.begin_component(stamp);
   // Where another component had just begun, the drawing that was for that one is still under way.
-  const double since = begun.is_drawn_beside
-                           ? stamp + kDrawn * static_cast<double>(key_scans().size())
-                           : relocalizer_.search().stamp;
+  const double since =
+      begun.is_drawn_beside
+          ? stamp + kDrawn * static_cast<double>(mapping_.components().map().key_scans.size())
+          : relocalizer_.search().stamp;
   relocalizer_.begin(since);
   hypotheses_.begin_lost();
   return begun.gave_up_component;
@@ -340,7 +342,7 @@ void SlamEngine::Parts::search_for_map(ScanOutcome& outcome) {
   if (!relocalizer_.has_begun(outcome.stamp)) {
     return;
   }
-  static_cast<void>(map());
+  static_cast<void>(mapping_.whole());
   const std::optional<PlaceHypothesis> found =
       relocalizer_.find(outcome.stamp, outcome.map_from_base, mapping_.components(), options());
   if (!found) {

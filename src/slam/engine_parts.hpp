@@ -28,30 +28,17 @@ class SlamEngine::Parts {
         std::uint64_t seed, const Pose2& start);
 
   ScanOutcome process(const ScanInput& input);
-
-  [[nodiscard]] const SlamMap& map() { return mapping_.whole(); }
-  [[nodiscard]] const SlamMap& drawn_map() { return mapping_.drawn(); }
-  void take_rendered(SlamMap map, const PlacedScans& keys) {
-    mapping_.take_rendered(std::move(map), keys);
-  }
-  [[nodiscard]] const Mapping& mapping() const { return mapping_; }
-  [[nodiscard]] const KeyScans& key_scans() const { return mapping_.components().map().key_scans; }
   [[nodiscard]] TrackingState state() const;
-  [[nodiscard]] const MotionState& motion() const { return tracker_.state(); }
   [[nodiscard]] std::vector<WeightedPose> likely_poses() const;
-  [[nodiscard]] const SecondaryLasers& secondary_lasers() const { return secondary_lasers_; }
-  [[nodiscard]] const EngineOptions& options() const { return mapping_.options(); }
-
-  void set_matcher(std::shared_ptr<const ScanMatcher> matcher) { matcher_ = std::move(matcher); }
   void set_options(const EngineOptions& options);
   void set_pose(const Pose2& map_from_base, const Eigen::Matrix3d& covariance);
   bool begin_component(double stamp);
   void start_from(EngineState start);
-  void expect_map(std::shared_ptr<const FoundMap> found) { mapping_.expect_map(std::move(found)); }
   std::optional<MapCorrection> finish_loops();
   [[nodiscard]] EngineState snapshot();
 
  private:
+  friend class SlamEngine;
   using Verdict = PoseHypotheses::Verdict;
 
   ScanOutcome take_secondary(const ScanInput& input, const MotionPrediction& predicted);
@@ -74,6 +61,7 @@ class SlamEngine::Parts {
   void search_for_map(ScanOutcome& outcome);
   void join(const PlaceHypothesis& found);
   void believe();
+  [[nodiscard]] const EngineOptions& options() const { return mapping_.options(); }
   [[nodiscard]] const PlacedScans& active_key_scans() const {
     return mapping_.components().active().key_scans.all();
   }

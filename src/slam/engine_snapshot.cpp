@@ -90,10 +90,10 @@ void SlamEngine::Parts::start_from(EngineState start) {
       start.is_continued, start.is_of_key_scans, options());
   hypotheses_ = PoseHypotheses(std::move(localization.hypotheses));
   if (const auto& fork = hypotheses_.state().fork) {
-    mapping_.fork_as_of({fork->key_scans, std::move(localization.inserted_before_fork)});
+    mapping_.fork_as_of(fork->key_scans, std::move(localization.inserted_before_fork));
   }
   if (localization.search.indexed > 0) {
-    static_cast<void>(map());  // drawn, as it was searched
+    static_cast<void>(mapping_.whole());  // drawn, as it was searched
   }
   relocalizer_ = Relocalizer(std::move(localization.search), mapping_.components());
   tracker_.set_state(start.motion);
@@ -102,16 +102,15 @@ void SlamEngine::Parts::start_from(EngineState start) {
 }
 
 EngineState SlamEngine::Parts::snapshot() {
-  static_cast<void>(drawn_map());
+  static_cast<void>(mapping_.drawn());
   const MapComponents& components = mapping_.components();
-  const std::optional<ForkStart> fork = mapping_.fork_start();
   return {components.map().map,
           components.map().key_scans,
           tracker_.state(),
           components.map().last_inserted,
           scan_count_,
           {hypotheses_.state(),
-           fork ? fork->last_inserted : std::map<int, Pose2>{},
+           mapping_.inserted_before_fork(),
            components.waiting(),
            {components.all().begin() + 1, components.all().end()},
            components.active_number(),

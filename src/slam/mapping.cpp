@@ -191,27 +191,23 @@ void Mapping::forget_since_fork() {
   }
 }
 
-std::optional<ForkStart> Mapping::fork_start() const {
-  return fork_ ? std::optional(ForkStart{fork_->key_scans, fork_->last_inserted}) : std::nullopt;
-}
-
-void Mapping::fork_as_of(const ForkStart& start) {
+void Mapping::fork_as_of(std::size_t key_scans, std::map<int, Pose2> last_inserted) {
   const MapComponent& component = components_.active();
   const PlacedScans& keys = component.key_scans.all();
-  fork_ = Fork{start.key_scans, start.last_inserted, component.map, renderer_};
+  fork_ = Fork{key_scans, std::move(last_inserted), component.map, renderer_};
   if (!is_lost() && !is_of_key_scans_) {
     return;  // walls that came without key scans cannot be drawn anew
   }
   if (!is_lost() && renderer_.local_map().map() != nullptr) {
     fork_->drawing.match_locally(
-        renderer_.local_map().as_of(start.key_scans, keys, options_.map, options_.field));
+        renderer_.local_map().as_of(key_scans, keys, options_.map, options_.field));
     fork_->drawing.expect_redrawing();
     return;
   }
-  const PlacedScans then(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(start.key_scans));
+  const PlacedScans then(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(key_scans));
   fork_->map = rendered(then, options_.map, options_.field);
   if (!is_lost()) {
-    fork_->drawing = MapRenderer({}, renderer_.is_moved(), start.key_scans);
+    fork_->drawing = MapRenderer({}, renderer_.is_moved(), key_scans);
   }
 }
 

@@ -97,10 +97,13 @@ class Mapping {
                                 const Pose2& new_from_old, double stamp);
   /// What was inserted since the fork was seen nobody knows where: the fork is now.
   void forget_since_fork();
-  /// What it takes to make the fork again.
-  [[nodiscard]] std::optional<ForkStart> fork_start() const;
-  /// Makes it again.
-  void fork_as_of(const ForkStart& start);
+  /// By laser where it was inserted last before the fork, if there is one.
+  [[nodiscard]] std::map<int, Pose2> inserted_before_fork() const {
+    return fork_ ? fork_->last_inserted : std::map<int, Pose2>{};
+  }
+  /// Makes a fork again.
+  /// @param key_scans  that the component had then.
+  void fork_as_of(std::size_t key_scans, std::map<int, Pose2> last_inserted);
 
   // --- loops, in the map ---
 

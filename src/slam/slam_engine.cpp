@@ -16,47 +16,49 @@ SlamEngine::~SlamEngine() = default;
 
 ScanOutcome SlamEngine::process(const ScanInput& input) { return parts_->process(input); }
 
-const SlamMap& SlamEngine::map() { return parts_->map(); }
+const SlamMap& SlamEngine::map() { return parts_->mapping_.whole(); }
 
-const SlamMap& SlamEngine::drawn_map() { return parts_->drawn_map(); }
+const SlamMap& SlamEngine::drawn_map() { return parts_->mapping_.drawn(); }
 
-bool SlamEngine::is_outdated() const { return parts_->mapping().renderer().is_outdated(); }
+bool SlamEngine::is_outdated() const { return parts_->mapping_.renderer().is_outdated(); }
 
 void SlamEngine::take_rendered(SlamMap map, const PlacedScans& keys) {
-  parts_->take_rendered(std::move(map), keys);
+  parts_->mapping_.take_rendered(std::move(map), keys);
 }
 
 std::size_t SlamEngine::map_bytes() const {
-  const SlamMap& map = parts_->mapping().components().map().map;
+  const SlamMap& map = parts_->mapping_.components().map().map;
   return map.occupancy.bytes() + map.field.bytes();
 }
 
-const KeyScans& SlamEngine::key_scans() const { return parts_->key_scans(); }
+const KeyScans& SlamEngine::key_scans() const {
+  return parts_->mapping_.components().map().key_scans;
+}
 
 PoseGraph SlamEngine::graph() const { return graph_of(key_scans(), loop_state()); }
 
-const LoopState& SlamEngine::loop_state() const { return parts_->mapping().loops().state(); }
+const LoopState& SlamEngine::loop_state() const { return parts_->mapping_.loops().state(); }
 
 const std::vector<ClosedLoop>& SlamEngine::loops() const { return loop_state().loops; }
 
 std::size_t SlamEngine::loop_tries() const { return loop_state().tries; }
 
 std::size_t SlamEngine::disconnected_components() const {
-  return parts_->mapping().components().all().size() - 1;
+  return parts_->mapping_.components().all().size() - 1;
 }
 
 TrackingState SlamEngine::state() const { return parts_->state(); }
 
-const MotionState& SlamEngine::motion() const { return parts_->motion(); }
+const MotionState& SlamEngine::motion() const { return parts_->tracker_.state(); }
 
 std::vector<WeightedPose> SlamEngine::likely_poses() const { return parts_->likely_poses(); }
 
-const SecondaryLasers& SlamEngine::secondary_lasers() const { return parts_->secondary_lasers(); }
+const SecondaryLasers& SlamEngine::secondary_lasers() const { return parts_->secondary_lasers_; }
 
 const EngineOptions& SlamEngine::options() const { return parts_->options(); }
 
 void SlamEngine::set_matcher(std::shared_ptr<const ScanMatcher> matcher) {
-  parts_->set_matcher(std::move(matcher));
+  parts_->matcher_ = std::move(matcher);
 }
 
 void SlamEngine::set_options(const EngineOptions& options) { parts_->set_options(options); }
@@ -70,7 +72,7 @@ bool SlamEngine::begin_component(double stamp) { return parts_->begin_component(
 void SlamEngine::start_from(EngineState start) { parts_->start_from(std::move(start)); }
 
 void SlamEngine::expect_map(std::shared_ptr<const FoundMap> found) {
-  parts_->expect_map(std::move(found));
+  parts_->mapping_.expect_map(std::move(found));
 }
 
 std::optional<MapCorrection> SlamEngine::finish_loops() { return parts_->finish_loops(); }

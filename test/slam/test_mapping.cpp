@@ -91,7 +91,7 @@ TEST_F(MappingTest, FinishesNoLoopsWhileTheRobotMayBeElsewhere) {
 TEST_F(MappingTest, ShowsNothingSinceTheForkWhereItIsGoneOnWithAndThatIsForgotten) {
   insert_first(3);
   Mapping near_by = gone_on_with_local_map();
-  near_by.fork_as_of({2, {}});
+  near_by.fork_as_of(2, {});
   near_by.forget_since_fork();
   EXPECT_EQ(near_by.components().map().key_scans.size(), 2U);
   EXPECT_TRUE(
@@ -103,7 +103,7 @@ TEST_F(MappingTest, KeepsTheMapAsItIsWhereALostRobotMayBeElsewhere) {
   static_cast<void>(mapping_.begin_component(3.0));
   ASSERT_TRUE(insert(keys_[3]));
   ASSERT_TRUE(insert(keys_[4]));
-  mapping_.fork_as_of({1, {}});
+  mapping_.fork_as_of(1, {});
   mapping_.forget_since_fork();
   EXPECT_EQ(mapping_.components().active().key_scans.size(), 1U);
   EXPECT_TRUE(same_map(mapping_.matched(), rendered({keys_[3]}, options_.map, options_.field)));
@@ -115,7 +115,7 @@ TEST_F(MappingTest, KeepsWallsThatCameWithoutKeyScans) {
   const SlamMap walls = rendered({keys_[0], keys_[1]}, options_.map, options_.field);
   Mapping of_image{
       MapComponents({{walls, {}, {}, 0.0}}, 0, {}), {}, {{}, false, 0}, false, false, options_};
-  of_image.fork_as_of({0, {}});
+  of_image.fork_as_of(0, {});
   EXPECT_TRUE(same_map(of_image.compared(), walls));
   of_image.forget_since_fork();
   EXPECT_TRUE(same_map(of_image.drawn(), walls));

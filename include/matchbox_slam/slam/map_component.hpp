@@ -25,12 +25,6 @@ struct MapComponent {
   Pose2 parent_from_component = {};    ///< its frame, as odometry tells
 };
 
-/// Where the robot may have been elsewhere: what it takes to go back there. See PoseHypotheses.
-struct ForkStart {
-  std::size_t key_scans = 0;           ///< that the component had then
-  std::map<int, Pose2> last_inserted;  ///< as in MapComponent
-};
-
 /// A scan that is to be inserted, not yet.
 struct WaitingScan {
   std::size_t component = 0;  ///< of the map
