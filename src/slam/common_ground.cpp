@@ -17,7 +17,6 @@ namespace {
 
 /// Of the weight of a scan, that has to lie on known ground by the match alone.
 constexpr double kDrawn = 0.02;
-constexpr std::size_t kGroundBeams = 180;
 
 class Ground {
  public:
@@ -95,7 +94,7 @@ class Comparison {
 double share_drawn(const PointScan& scan, const Comparison& comparison) {
   double all = 0.0;
   double drawn = 0.0;
-  take_some(scan, kGroundBeams, [&](const ScanPoint& point) {
+  take_some(scan, kEvidenceBeams, [&](const ScanPoint& point) {
     all += point.weight;
     drawn += comparison.draws(point) ? point.weight : 0.0;
   });

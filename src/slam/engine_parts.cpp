@@ -94,8 +94,7 @@ void SlamEngine::Parts::draw(const ScanInput& input, const Pose2& during_scan,
 /// while the robot is carried.
 bool SlamEngine::Parts::is_component_unmatched(const ScanOutcome& outcome,
                                                const MotionPrediction& predicted) const {
-  constexpr std::size_t kBegun = 3;  // key scans
-  if (!mapping_.is_lost() || active_key_scans().size() >= kBegun ||
+  if (!mapping_.components().has_just_begun() ||
       outcome.match.status == MatchStatus::kRejectedNoReference) {
     return false;
   }

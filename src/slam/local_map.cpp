@@ -12,9 +12,12 @@ namespace {
 
 constexpr double kLookahead = 10.0;  // [m] to what lies apart, so that the map is made in time
 
+constexpr std::size_t kMaxLocalScans = 100;  // for the time that it takes to render them
+// Key scans, what a robot adds that stays in one room: a guess.
+constexpr std::size_t kFull = 5 * kMaxLocalScans / 2;
+
 /// In their order; of those that are equally near, the newest.
 PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
-  constexpr std::size_t kMaxLocalScans = 100;  // for the time that it takes to render them
   if (keys.size() <= kMaxLocalScans) {
     return keys;
   }
@@ -30,9 +33,6 @@ PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
                  [&keys](const auto& key) { return keys[keys.size() - 1 - key.second]; });
   return nearest;
 }
-
-// What a robot adds that stays in one room; two and a half times what it is made of. A guess.
-constexpr std::size_t kFull = 250;  // key scans
 
 /// In their order.
 std::vector<std::uint64_t> ids_of(const PlacedScans& keys) {
@@ -96,8 +96,7 @@ void LocalMap::renumber(const std::vector<std::size_t>& numbers, std::size_t gon
 }
 
 bool LocalMap::is_due(const PlacedScans& keys) const {
-  constexpr double kMoved = 5.0;  // [m], a third of what it reaches: a guess
-  return !map_ || distance(keys.back(), center_) >= kMoved || drawn_.size() >= kFull;
+  return !map_ || distance(keys.back(), center_) >= kLocalReach / 3.0 || drawn_.size() >= kFull;
 }
 
 LocalMap::LocalMap(const Eigen::Vector2d& center, const PlacedScans& drawn, std::size_t taken,

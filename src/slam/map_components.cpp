@@ -9,9 +9,13 @@ MapComponents::MapComponents(std::vector<MapComponent> components, std::size_t a
                              std::vector<WaitingScan> waiting)
     : components_(std::move(components)), active_(active), waiting_(std::move(waiting)) {}
 
-bool MapComponents::begin_component(MapComponent empty) {
+bool MapComponents::has_just_begun() const {
   constexpr std::size_t kWorthKeeping = 3;  // key scans; a guess: half and double were not tried
-  if (is_lost() && active().key_scans.size() < kWorthKeeping) {
+  return is_lost() && active().key_scans.size() < kWorthKeeping;
+}
+
+bool MapComponents::begin_component(MapComponent empty) {
+  if (has_just_begun()) {
     empty.begin = active().begin;
     empty.parent = active().parent;
     empty.parent_from_component = active().parent_from_component;

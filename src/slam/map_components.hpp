@@ -21,6 +21,8 @@ class MapComponents {
   /// Number of the component that the robot is in.
   [[nodiscard]] std::size_t active_number() const { return active_; }
   [[nodiscard]] bool is_lost() const { return active_ > 0; }
+  /// Whether the component of a lost robot holds hardly anything.
+  [[nodiscard]] bool has_just_begun() const;
 
   [[nodiscard]] MapComponent& map() { return components_.front(); }
   [[nodiscard]] const MapComponent& map() const { return components_.front(); }

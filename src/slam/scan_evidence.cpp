@@ -14,7 +14,6 @@ namespace {
 
 using Counts = ReflectionGrid::Counts;
 
-constexpr std::size_t kEvidenceBeams = 180;
 constexpr double kWallOfWitness = 0.5;  // [m]
 /// Probability that a cell that nothing is known of reflects a beam.
 constexpr double kUnknownReflects = 0.02;

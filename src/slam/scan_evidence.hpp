@@ -1,11 +1,16 @@
 #pragma once
 
+#include <cstddef>
+
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/slam/scan_outcome.hpp"
 
 namespace matchbox_slam {
+
+/// Of a scan that are asked, spread evenly; for the time that it takes.
+constexpr std::size_t kEvidenceBeams = 180;
 
 /// The log-likelihood ratio of a scan at a pose in a map that counts hits and passes. Each beam
 /// passes cells, where walls would have stopped it, and ends in or near one that reflects or does
