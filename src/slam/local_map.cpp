@@ -59,10 +59,10 @@ std::vector<std::size_t> keys_within(const PlacedScans& keys, const Eigen::Vecto
   return within;
 }
 
-LocalScans local_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart) {
+LocalScans local_scans(const PlacedScans& keys, const PathUncertainty& ways, double max_sigma) {
   const Eigen::Vector2d here = keys.back().map_from_base.translation();
   const std::vector<std::size_t> soon = keys_within(keys, here, kLocalReach + kLookahead);
-  const std::vector<bool> is_apart = are_apart(soon);
+  const std::vector<bool> is_apart = ways.weakly_connected(soon, max_sigma);
   LocalScans near;
   near.center = here;
   near.newest = keys.size() - 1;

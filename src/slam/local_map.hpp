@@ -3,13 +3,13 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "matchbox_slam/map/scan_inserter.hpp"
 #include "matchbox_slam/matching/key_scan.hpp"
+#include "slam/path_uncertainty.hpp"
 
 namespace matchbox_slam {
 
@@ -34,11 +34,10 @@ constexpr double kLocalReach = 15.0;
 [[nodiscard]] std::vector<std::size_t> keys_within(const PlacedScans& keys,
                                                    const Eigen::Vector2d& here, double reach);
 
-/// Whether each of some key scans, by their numbers, does not belong with the newest.
-using AreWeaklyConnected = std::function<std::vector<bool>(const std::vector<std::size_t>& keys)>;
-
-/// @param are_apart  is asked of those alone that are near, or will be soon.
-[[nodiscard]] LocalScans local_scans(const PlacedScans& keys, const AreWeaklyConnected& are_apart);
+/// @param ways       from the newest.
+/// @param max_sigma  [m] those that are known less well are apart.
+[[nodiscard]] LocalScans local_scans(const PlacedScans& keys, const PathUncertainty& ways,
+                                     double max_sigma);
 
 /// The same without some of them.
 /// @param ids  in their order.

@@ -155,12 +155,6 @@ void LoopCloser::join_rigidly(const PlacedScans& keys) {
   }
 }
 
-std::vector<bool> LoopCloser::weakly_connected(const KeyScans& keys,
-                                               const std::vector<std::size_t>& some,
-                                               const LoopOptions& options) const {
-  return ways(keys).weakly_connected(some, options.max_relative_sigma);
-}
-
 void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& map_covariance,
                                 const LoopOptions& options) {
   const std::size_t node = state_.nodes++;

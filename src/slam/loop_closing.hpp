@@ -119,17 +119,12 @@ class LoopCloser {
   /// What is under way will not take effect: the robot is elsewhere than it was thought to be.
   void abandon();
 
-  /// Whether each of some key scans, by their numbers, lies apart from the newest: hardly known
-  /// where, and far in the graph.
-  [[nodiscard]] std::vector<bool> weakly_connected(const KeyScans& keys,
-                                                   const std::vector<std::size_t>& some,
-                                                   const LoopOptions& options) const;
-
- private:
   /// From the newest key scan of the graph.
   [[nodiscard]] PathUncertainty ways(const KeyScans& keys) const {
     return {keys.poses(state_.nodes), state_.edges, links_, state_.nodes - 1};
   }
+
+ private:
   void join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& map_covariance,
                       const LoopOptions& options);
   bool join_to_earlier(const KeyScans& keys, bool is_continued, const LoopOptions& options);

@@ -97,10 +97,8 @@ LocalScans local_scans_of(const LoopSearch& search) {
     keys[i].map_from_base = search.graph.poses[i];
   }
   const AdjacencyList links(search.graph);
-  const PathUncertainty ways(search.graph, links, keys.size() - 1);
-  return local_scans(keys, [&](const auto& some) {
-    return ways.weakly_connected(some, search.options.max_relative_sigma);
-  });
+  return local_scans(keys, {search.graph, links, keys.size() - 1},
+                     search.options.max_relative_sigma);
 }
 
 void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done) {

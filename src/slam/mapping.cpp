@@ -215,9 +215,7 @@ void Mapping::fork_as_of(std::size_t key_scans, std::map<int, Pose2> last_insert
 
 LocalScans Mapping::scans_around() const {
   const KeyScans& key_scans = components_.map().key_scans;
-  return local_scans(key_scans.all(), [&](const auto& some) {
-    return loops_.weakly_connected(key_scans, some, options_.loops);
-  });
+  return local_scans(key_scans.all(), loops_.ways(key_scans), options_.loops.max_relative_sigma);
 }
 
 std::optional<MapCorrection> Mapping::close_loops() {

@@ -29,16 +29,6 @@ TEST(LocalMap, WhatIsRenderedIsAsInserted) {
   EXPECT_TRUE(same_map(rendered(keys, kMap, kField), inserted(keys)));
 }
 
-AreWeaklyConnected of(const std::vector<bool>& is_apart) {
-  return [is_apart](const std::vector<std::size_t>& keys) {
-    std::vector<bool> asked;
-    for (const std::size_t key : keys) {
-      asked.push_back(is_apart.at(key));
-    }
-    return asked;
-  };
-}
-
 std::vector<double> stamps(const PlacedScans& keys) {
   std::vector<double> stamps;
   for (const PlacedScan& key : keys) {
@@ -49,12 +39,12 @@ std::vector<double> stamps(const PlacedScans& keys) {
 
 TEST(LocalScans, AreThoseThatBelong) {
   const PlacedScans keys = drive_through_rooms(6);
-  const LocalScans all = local_scans(keys, of(std::vector<bool>(6, false)));
+  const LocalScans all = local_scans_where(keys, std::vector<bool>(6, false));
   EXPECT_TRUE(all.apart.empty());
   EXPECT_EQ(all.newest, 5U);
   EXPECT_EQ(all.center, keys.back().map_from_base.translation());
   EXPECT_EQ(stamps(all.belonging), stamps(keys));
-  const LocalScans some = local_scans(keys, of({true, false, true, false, false, false}));
+  const LocalScans some = local_scans_where(keys, {true, false, true, false, false, false});
   EXPECT_EQ(some.apart, (std::vector<std::uint64_t>{0, 2}));
   EXPECT_EQ(stamps(some.belonging), stamps({keys[1], keys[3], keys[4], keys[5]}));
 }
@@ -64,11 +54,12 @@ TEST(LocalScans, AreNoFartherThanTheRobotSees) {
   const Pose2& newest = keys.back().map_from_base;
   keys[0].map_from_base = Pose2{newest.x + 14.9, newest.y, 0.0};
   keys[1].map_from_base = Pose2{newest.x, newest.y - 25.1, 0.0};
-  EXPECT_TRUE(local_scans(keys, of({false, true, false, false})).apart.empty());
+  EXPECT_TRUE(local_scans_where(keys, {false, true, false, false}).apart.empty());
   keys[1].map_from_base = Pose2{newest.x, newest.y - 24.9, 0.0};
-  EXPECT_EQ(local_scans(keys, of({false, true, false, false})).apart, std::vector<std::uint64_t>{1})
+  EXPECT_EQ(local_scans_where(keys, {false, true, false, false}).apart,
+            std::vector<std::uint64_t>{1})
       << "it will be soon";
-  EXPECT_EQ(stamps(local_scans(keys, of({false, false, true, false})).belonging),
+  EXPECT_EQ(stamps(local_scans_where(keys, {false, false, true, false}).belonging),
             stamps({keys[0], keys[3]}));
 }
 
@@ -78,7 +69,7 @@ TEST(LocalScans, AreTheNearestOfMany) {
   for (std::size_t i = 0; i < 150; ++i) {  // from 7.45 m to 0
     keys.push_back({few[i % 6].scan, {0.05 * static_cast<double>(149 - i), 0.0, 0.0}});
   }
-  const PlacedScans near = local_scans(keys, of(std::vector<bool>(150, false))).belonging;
+  const PlacedScans near = local_scans_where(keys, std::vector<bool>(150, false)).belonging;
   ASSERT_EQ(near.size(), 100U);
   EXPECT_EQ(near.front().map_from_base, keys[50].map_from_base);
   EXPECT_EQ(near.back().map_from_base, keys.back().map_from_base);
@@ -91,7 +82,7 @@ TEST(LocalScans, AreTheNewestOfManyThatAreEquallyNear) {
   for (std::size_t i = 0; i < 150; ++i) {
     keys.push_back({few[i % 6].scan, {1.0, 2.0, 0.01 * static_cast<double>(i)}});
   }
-  const PlacedScans near = local_scans(keys, of(std::vector<bool>(150, false))).belonging;
+  const PlacedScans near = local_scans_where(keys, std::vector<bool>(150, false)).belonging;
   ASSERT_EQ(near.size(), 100U);
   for (std::size_t i = 0; i < 100; ++i) {
     EXPECT_EQ(near[i].map_from_base, keys[50 + i].map_from_base) << i;
@@ -101,7 +92,7 @@ TEST(LocalScans, AreTheNewestOfManyThatAreEquallyNear) {
 TEST(LocalMap, TakesInWhatCameSince) {
   PlacedScans keys = drive_through_rooms(6);
   const PlacedScans first(keys.begin(), keys.begin() + 3);
-  LocalMap near(local_scans(first, of({true, false, false})), kMap, kField);
+  LocalMap near(local_scans_where(first, {true, false, false}), kMap, kField);
   keys[4].map_from_base.x += 40.0;  // mapped elsewhere
   near.take_new(keys, kMap);
   ASSERT_NE(near.map(), nullptr);
@@ -119,10 +110,10 @@ TEST(LocalMap, IsGoneOnWithByWhatHasComeNear) {
   }
   const PlacedScans& keys = all.all();
   const PlacedScans first(keys.begin(), keys.begin() + 4);
-  LocalMap before(local_scans(first, of({true, true, false, false})), kMap, kField);
+  LocalMap before(local_scans_where(first, {true, true, false, false}), kMap, kField);
   before.take_new({keys.begin(), keys.begin() + 5}, kMap);
   const auto near = [&](bool is_older_apart) {
-    return local_scans(keys, of({true, is_older_apart, false, false, false, false}));
+    return local_scans_where(keys, {true, is_older_apart, false, false, false, false});
   };
   const std::optional<LocalMap> more = before.with(near(true), kMap);
   ASSERT_TRUE(more);
@@ -143,9 +134,9 @@ TEST(LocalMap, IsMadeAnewWhereItShowsWhatLiesApart) {
     all.add(key);
   }
   const PlacedScans& keys = all.all();
-  const LocalMap before(local_scans({keys[0], keys[1]}, of({false, false})), kMap, kField);
+  const LocalMap before(local_scans_where({keys[0], keys[1]}, {false, false}), kMap, kField);
   const auto near = [&](const std::vector<bool>& is_apart) {
-    return local_scans(keys, of(is_apart));
+    return local_scans_where(keys, is_apart);
   };
   EXPECT_TRUE(before.with(near({false, false, false}), kMap));
   EXPECT_FALSE(before.with(near({false, true, false}), kMap));
@@ -162,9 +153,9 @@ TEST(LocalMap, IsMadeAnewWhenItShowsTooMany) {
   keys = all.all();
   const auto near_with = [&](std::size_t shown) {
     const PlacedScans first(keys.begin(), keys.begin() + 1);
-    LocalMap map(local_scans(first, of({false})), kMap, kField);
+    LocalMap map(local_scans_where(first, {false}), kMap, kField);
     map.take_new({keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(shown)}, kMap);
-    const LocalScans near = local_scans(keys, of(std::vector<bool>(260, false)));
+    const LocalScans near = local_scans_where(keys, std::vector<bool>(260, false));
     return map.with(near, kMap).has_value();
   };
   EXPECT_TRUE(near_with(150)) << "with the 100 nearest";
@@ -178,7 +169,7 @@ TEST(LocalMap, GoesOnWhereKeyScansThatItDoesNotShowAreTakenOut) {
   }
   PlacedScans first = keys.all();
   first.resize(5);
-  const LocalScans scans = without(local_scans(first, of(std::vector<bool>(5, false))), {1, 3});
+  const LocalScans scans = without(local_scans_where(first, std::vector<bool>(5, false)), {1, 3});
   std::vector<std::uint64_t> ids;
   for (const PlacedScan& key : scans.belonging) {
     ids.push_back(key.scan->id());
@@ -196,7 +187,7 @@ TEST(LocalMap, GoesOnWhereKeyScansThatItDoesNotShowAreTakenOut) {
 TEST(LocalMap, IsDueWhenThereIsNoneOrTheRobotHasMoved) {
   PlacedScans keys = drive_through_rooms(2);
   EXPECT_TRUE(LocalMap().is_due(keys));
-  const LocalMap near(local_scans(keys, of({false, false})), kMap, kField);
+  const LocalMap near(local_scans_where(keys, {false, false}), kMap, kField);
   EXPECT_FALSE(near.is_due(keys));
   keys.back().map_from_base.y += 4.9;
   EXPECT_FALSE(near.is_due(keys));

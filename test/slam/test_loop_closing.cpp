@@ -288,10 +288,10 @@ class HiddenBesideTest : public testing::Test {
   }
 
   [[nodiscard]] LocalMapRequest near() const {
-    const auto are_apart = [this](const auto& some) {
-      return drive_.closer().weakly_connected(drive_.keys(), some, kOptions);
-    };
-    return {local_scans(drive_.keys().all(), are_apart), {}, {}};
+    return {local_scans(drive_.keys().all(), drive_.closer().ways(drive_.keys()),
+                        kOptions.max_relative_sigma),
+            {},
+            {}};
   }
 
   const World world_ = make_loop_world(1);

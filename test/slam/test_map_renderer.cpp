@@ -50,14 +50,8 @@ TEST_F(MapRendererTest, DrawsEachKeyScanWhileTheWholeIsMatchedAgainst) {
 
 TEST_F(MapRendererTest, DrawsTheWholeWhenAskedWhileWhatLiesNearIsMatchedAgainst) {
   const PlacedScans& all = component_.key_scans.all();
-  const auto are_apart = [](const std::vector<std::size_t>& asked) {
-    std::vector<bool> is_apart;
-    for (const std::size_t key : asked) {
-      is_apart.push_back(key < 2);
-    }
-    return is_apart;
-  };
-  renderer_.match_locally({local_scans(all, are_apart), kDefaults.map, kDefaults.field});
+  renderer_.match_locally(
+      {local_scans_where(all, {true, true, false, false}), kDefaults.map, kDefaults.field});
   const SlamMap before = component_.map;
   add(keys_[4], component_, renderer_);
   EXPECT_TRUE(same_map(component_.map, before));

@@ -31,8 +31,8 @@ class MappingTest : public testing::Test {
   /// From what is saved while only what lies near is matched against.
   [[nodiscard]] Mapping gone_on_with_local_map() const {
     const PlacedScans& all = mapping_.components().map().key_scans.all();
-    const auto none_apart = [](const auto& some) { return std::vector<bool>(some.size(), false); };
-    LocalMap near(local_scans(all, none_apart), options_.map, options_.field);
+    LocalMap near(local_scans_where(all, std::vector<bool>(all.size(), false)), options_.map,
+                  options_.field);
     return {mapping_.components(),
             mapping_.loops(),
             {std::move(near), true, all.size()},
