@@ -15,10 +15,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kLookSectors = std::tuple_size_v<PlaceLook>;
-static_assert(kLookSectors == 2 * std::tuple_size_v<HalfLook>);
-constexpr double kLookWidth = 2.0 * kPi / static_cast<double>(kLookSectors);  // [rad]
-constexpr double kReach = 30.0;                                               // [m]
+constexpr double kReach = 30.0;  // [m]
 /// Of a direction in which no wall is known: unlike all that is seen.
 constexpr std::uint8_t kNothing = 255;
 /// From which on a direction looks different, however much: a quarter of the way, and as much of a
@@ -28,10 +25,6 @@ constexpr std::uint8_t kDifferent = 17;
 std::uint8_t look_of(double range) {
   constexpr double kSteps = 68.0;  // 234 at the reach, clearly different from nothing
   return static_cast<std::uint8_t>(std::lround(kSteps * std::log1p(std::min(range, kReach))));
-}
-
-double angle_of(std::size_t sector) {
-  return (static_cast<double>(sector) + 0.5) * kLookWidth - kPi;
 }
 
 /// How far it is to a wall [m]; the reach where there is none.
@@ -53,7 +46,7 @@ double range_to_wall(const LikelihoodField& field, const Eigen::Vector2d& from,
 
 PlaceLook look_from(const Eigen::Vector2d& place, const LikelihoodField& field) {
   PlaceLook look;
-  for (std::size_t i = 0; i < kLookSectors; ++i) {
+  for (std::size_t i = 0; i < kSectors; ++i) {
     const double angle = angle_of(i);
     const double range = range_to_wall(field, place, {std::cos(angle), std::sin(angle)}, kReach);
     look[i] = range < kReach ? look_of(range) : kNothing;
@@ -69,7 +62,7 @@ struct SeenWall {
 
 /// In each direction what is nearest to its middle.
 std::vector<SeenWall> walls_of(const PointScan& scan) {
-  std::array<double, kLookSectors> off;
+  std::array<double, kSectors> off;
   off.fill(std::numeric_limits<double>::infinity());
   PlaceLook look = {};
   for (const ScanPoint& point : scan.points) {
@@ -77,8 +70,8 @@ std::vector<SeenWall> walls_of(const PointScan& scan) {
     if (!(point.weight > 0.0 && range < kReach)) {
       continue;
     }
-    const double turns = (std::atan2(point.position.y(), point.position.x()) + kPi) / kLookWidth;
-    const auto sector = std::min(static_cast<std::size_t>(turns), kLookSectors - 1);
+    const double turns = (std::atan2(point.position.y(), point.position.x()) + kPi) / kSectorWidth;
+    const auto sector = std::min(static_cast<std::size_t>(turns), kSectors - 1);
     const double beside = std::abs(turns - static_cast<double>(sector) - 0.5);
     if (beside < off[sector]) {
       off[sector] = beside;
@@ -86,7 +79,7 @@ std::vector<SeenWall> walls_of(const PointScan& scan) {
     }
   }
   std::vector<SeenWall> walls;
-  for (std::size_t i = 0; i < kLookSectors; ++i) {
+  for (std::size_t i = 0; i < kSectors; ++i) {
     if (std::isfinite(off[i])) {
       walls.push_back({i, look[i]});
     }
@@ -166,7 +159,7 @@ std::vector<std::size_t> worth_a_look(const std::vector<HalfLook>& places,
   std::vector<std::uint16_t> least(places.size());
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto differences = differences_of(places[i], half);
-    least[i] = *std::min_element(differences.begin(), differences.begin() + kLookSectors / 2);
+    least[i] = *std::min_element(differences.begin(), differences.begin() + kSectors / 2);
   }
   const auto is_more_alike = [&](std::size_t a, std::size_t b) {
     return std::tie(least[a], a) < std::tie(least[b], b);
@@ -288,13 +281,13 @@ std::vector<LikelyPlace> PlaceIndex::look_up(const PointScan& scan, std::size_t 
   std::vector<Turned> all;
   for (const std::size_t i : worth_a_look(halves_, walls)) {
     auto differences = differences_of(places_[i].look, walls);
-    const auto end = differences.begin() + kLookSectors;
+    const auto end = differences.begin() + kSectors;
     for (int heading = 0; heading < 2; ++heading) {
       const auto best = std::min_element(differences.begin(), end);
       const auto turned = static_cast<std::size_t>(best - differences.begin());
       all.push_back({*best, static_cast<std::uint16_t>(turned), static_cast<std::uint32_t>(i)});
-      for (std::size_t k = kLookSectors - kApart; k <= kLookSectors + kApart; ++k) {
-        differences[(turned + k) % kLookSectors] = std::numeric_limits<std::uint16_t>::max();
+      for (std::size_t k = kSectors - kApart; k <= kSectors + kApart; ++k) {
+        differences[(turned + k) % kSectors] = std::numeric_limits<std::uint16_t>::max();
       }
     }
   }
@@ -313,7 +306,7 @@ std::vector<LikelyPlace> PlaceIndex::look_up(const PointScan& scan, std::size_t 
     const Eigen::Vector2d at = PlacesAround::at(place.at);
     const LikelyPlace found{
         place.component,
-        {at.x(), at.y(), wrap_angle(static_cast<double>(next.sectors) * kLookWidth)},
+        {at.x(), at.y(), wrap_angle(static_cast<double>(next.sectors) * kSectorWidth)},
         static_cast<double>(next.difference) / worst};
     const auto is_same = [&](const LikelyPlace& other) { return is_near(found, other); };
     if (std::none_of(known.begin(), known.end(), is_same)) {

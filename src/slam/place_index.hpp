@@ -11,15 +11,16 @@
 #include "matchbox_slam/map/likelihood_field.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/slam/map_component.hpp"
+#include "slam/scan_profile.hpp"
 
 namespace matchbox_slam {
 
 /// How far it is to the nearest wall in each direction around a place, from -pi on, so that equal
 /// differences are equal shares of the way: from a little elsewhere it looks nearly the same.
-using PlaceLook = std::array<std::uint8_t, 72>;
+using PlaceLook = std::array<std::uint8_t, kSectors>;
 
 /// The same in every other direction.
-using HalfLook = std::array<std::uint8_t, 36>;
+using HalfLook = std::array<std::uint8_t, kSectors / 2>;
 
 /// Row and column.
 using LatticePoint = std::pair<int, int>;
@@ -51,7 +52,6 @@ class PlaceIndex {
   [[nodiscard]] bool is_complete() const { return is_complete_; }
   /// Key scans around which it knows the places.
   [[nodiscard]] std::size_t key_scans() const { return taken_; }
-  [[nodiscard]] bool empty() const { return places_.empty(); }
 
   /// Up to so many, most alike first, none within a metre and 0.35 rad of a better one or of those
   /// that are known. Cost: some 0.2 us a place for a scan that sees all around.

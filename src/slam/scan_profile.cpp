@@ -2,21 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
-#include "matchbox_slam/geometry/angles.hpp"
 #include "matchbox_slam/geometry/transform2.hpp"
 #include "sensor/take_some.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kSectors = std::tuple_size_v<ScanProfile>;
-constexpr double kWidth = 2.0 * kPi / static_cast<double>(kSectors);  // [rad]
-
 void see(const Eigen::Vector2d& point, ScanProfile& profile) {
   const double angle = std::atan2(point.y(), point.x()) + kPi;
-  const auto sector = std::min(static_cast<std::size_t>(angle / kWidth), kSectors - 1);
+  const auto sector = std::min(static_cast<std::size_t>(angle / kSectorWidth), kSectors - 1);
   const auto range = static_cast<float>(point.norm());
   float& nearest = profile[sector];
   nearest = nearest == 0.0F ? range : std::min(nearest, range);
@@ -27,7 +22,7 @@ ScanProfile moved(const ScanProfile& profile, const Transform2& new_from_old) {
   ScanProfile seen = {};
   for (std::size_t i = 0; i < profile.size(); ++i) {
     if (profile[i] > 0.0F) {
-      const double angle = (static_cast<double>(i) + 0.5) * kWidth - kPi;
+      const double angle = angle_of(i);
       see(new_from_old *
               (static_cast<double>(profile[i]) * Eigen::Vector2d(std::cos(angle), std::sin(angle))),
           seen);

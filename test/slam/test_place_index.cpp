@@ -52,7 +52,6 @@ int told(const PlaceIndex& index, const SimulatedRun& run, const LaserOptions& l
 TEST(PlaceIndex, TellsWhereAScanWasTakenInAnyHeading) {
   const SimulatedRun run = perfect_drive();
   const PlaceIndex index(components_of(run), 1);
-  ASSERT_FALSE(index.empty());
   LaserOptions laser;
   EXPECT_EQ(told(index, run, laser, 96), 10) << "as many as a search looks at";
   EXPECT_GE(told(index, run, laser, 3), 7);
@@ -121,7 +120,6 @@ TEST(PlaceIndex, DoesNotDependOnTheOrderOfTheKeyScans) {
 TEST(PlaceIndex, HasNoPlacesOfTheComponentThatTheRobotMakes) {
   const SimulatedRun run = perfect_drive();
   std::vector<MapComponent> components = components_of(run);
-  EXPECT_TRUE(PlaceIndex(components, 0).empty());
   EXPECT_TRUE(PlaceIndex(components, 0).look_up(seen_from({}, {}), 5).empty());
   EXPECT_TRUE(PlaceIndex(components, 1).look_up(PointScan{}, 5).empty()) << "of a scan of nothing";
   std::swap(components[0], components[1]);
