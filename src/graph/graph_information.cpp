@@ -133,44 +133,33 @@ GraphInformation::Change GraphInformation::covariance_with(const PoseEdge& edge,
   return factor_.solve(right);
 }
 
-/// Of poses that an edge in the information joins, and of each with itself.
-struct GraphInformation::Inverse {
-  explicit Inverse(const GraphInformation& of)
-      : information(of), entries(of.factor_.matrixL().nestedExpression(), of.factor_.vectorD()) {}
-
-  [[nodiscard]] Eigen::Matrix3d block(std::size_t a, std::size_t b) const {
+std::vector<Eigen::Matrix3d> GraphInformation::error_covariances(
+    const PoseGraph& graph, const std::vector<std::size_t>& edges) const {
+  const SparseInverse inverse(factor_.matrixL().nestedExpression(), factor_.vectorD());
+  const auto& order = factor_.permutationP().indices();
+  // Of poses that an edge in the information joins, and of each with itself.
+  const auto block = [&](std::size_t a, std::size_t b) {
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     if (a == kFixed || b == kFixed) {
       return covariance;
     }
-    const auto& order = information.factor_.permutationP().indices();
     for (Index i = 0; i < 3; ++i) {
       for (Index j = 0; j < 3; ++j) {
-        covariance(i, j) =
-            entries.at(order[information.first_of(a) + i], order[information.first_of(b) + j]);
+        covariance(i, j) = inverse.at(order[first_of(a) + i], order[first_of(b) + j]);
       }
     }
     return covariance;
-  }
-
-  const GraphInformation& information;
-  SparseInverse entries;
-};
-
-std::vector<Eigen::Matrix3d> GraphInformation::error_covariances(
-    const PoseGraph& graph, const std::vector<std::size_t>& edges) const {
-  const Inverse inverse(*this);
+  };
   std::vector<Eigen::Matrix3d> covariances;
   covariances.reserve(edges.size());
   for (const std::size_t i : edges) {
     const PoseEdge& edge = graph.edges[i];
     const EdgeError error = edge_error(graph, edge);
     const Eigen::Matrix3d cross =
-        error.by_from * inverse.block(edge.from, edge.to) * error.by_to.transpose();
+        error.by_from * block(edge.from, edge.to) * error.by_to.transpose();
     covariances.emplace_back(
-        error.by_from * inverse.block(edge.from, edge.from) * error.by_from.transpose() + cross +
-        cross.transpose() +
-        error.by_to * inverse.block(edge.to, edge.to) * error.by_to.transpose());
+        error.by_from * block(edge.from, edge.from) * error.by_from.transpose() + cross +
+        cross.transpose() + error.by_to * block(edge.to, edge.to) * error.by_to.transpose());
   }
   return covariances;
 }

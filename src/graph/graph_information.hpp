@@ -10,7 +10,8 @@
 
 namespace matchbox_slam {
 
-/// The inverse of the covariance of all poses, linearised where they are, with the first held fixed.
+/// The inverse of the covariance of all poses, linearised where they are, with the first held
+/// fixed.
 class GraphInformation {
  public:
   /// Of what edges tell.
@@ -58,7 +59,6 @@ class GraphInformation {
       const PoseGraph& graph, const std::vector<std::size_t>& edges) const;
 
  private:
-  struct Inverse;
   [[nodiscard]] Eigen::VectorXi count_rows(const PoseGraph& graph) const;
   /// Adds the edges to gradient and chi-square, and returns the information, its lower half.
   [[nodiscard]] Eigen::SparseMatrix<double> add_edges(const PoseGraph& graph, const Terms& terms);
