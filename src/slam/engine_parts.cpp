@@ -57,15 +57,21 @@ ScanOutcome SlamEngine::Parts::process(const ScanInput& input) {
   const Pose2 newest_before = outcome.corrected ? outcome.corrected->newest * before : before;
   secondary_lasers_.move_on(newest_before.inverse() * outcome.map_from_base);
   ++scan_count_;
-  if (!hypotheses_.is_forked()) {
-    go_on_mapping(outcome);
+  // What may move the map waits until it is decided where the robot is.
+  const bool is_decided = !hypotheses_.is_forked();
+  if (is_decided && outcome.inserted) {
+    close_loops(outcome);
   }
   mapping_.catch_up();
+  if (is_decided) {
+    outcome.left_out += mapping_.insert_pending();
+  }
   if (verdict == Verdict::kUnknown) {
     mapping_.forget_since_fork();
     outcome.gave_up_component = begin_component(input.scan.stamp);
   } else if (is_component_unmatched(outcome, predicted)) {
-    begin_component_anew(input.scan.stamp);
+    be_lost(input.scan.stamp);  // what was seen before is of no map
+    relocalizer_.begin_anew();
   } else if (mapping_.is_lost() && outcome.match.accepted()) {
     search_for_map(outcome);
   }
@@ -228,15 +234,6 @@ void SlamEngine::Parts::remember(const ScanInput& input, const MotionPrediction&
                     outcome.match.accepted() || outcome.inserted);
 }
 
-/// What may move the map waits until it is decided where the robot is.
-void SlamEngine::Parts::go_on_mapping(ScanOutcome& outcome) {
-  if (outcome.inserted) {
-    close_loops(outcome);
-  }
-  mapping_.catch_up();
-  outcome.left_out += mapping_.insert_pending();
-}
-
 void SlamEngine::Parts::close_loops(ScanOutcome& outcome) {
   if (mapping_.is_lost() || !mapping_.closes_loops()) {
     return;
@@ -314,27 +311,22 @@ void SlamEngine::Parts::believe() {
 
 bool SlamEngine::Parts::begin_component(double stamp) {
   constexpr double kDrawn = 0.003;  // [s] a key scan; what is searched is drawn meanwhile
-  believe();
-  // Nor is it known how it moves: the next two matches will tell.
-  tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
-  const Mapping::BegunComponent begun = mapping_.begin_component(stamp);
+  const Mapping::BegunComponent begun = be_lost(stamp);
   // Where another component had just begun, the drawing that was for that one is still under way.
   const double since =
       begun.is_drawn_beside
           ? stamp + kDrawn * static_cast<double>(mapping_.components().map().key_scans.size())
           : relocalizer_.search().stamp;
   relocalizer_.begin(since);
-  hypotheses_.begin_lost();
   return begun.gave_up_component;
 }
 
-/// What it was thought to see before is of no map.
-void SlamEngine::Parts::begin_component_anew(double stamp) {
+Mapping::BegunComponent SlamEngine::Parts::be_lost(double stamp) {
   mapping_.unfork();
-  tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
-  mapping_.begin_component(stamp);
-  relocalizer_.begin_anew();
   hypotheses_.begin_lost();
+  // Nor is it known how it moves: the next two matches will tell.
+  tracker_.set_pose(tracker_.state().fixed_from_base, tracker_.state().covariance);
+  return mapping_.begin_component(stamp);
 }
 
 void SlamEngine::Parts::search_for_map(ScanOutcome& outcome) {

@@ -53,10 +53,9 @@ class SlamEngine::Parts {
   void draw(const ScanInput& input, const Pose2& during_scan, ScanOutcome& outcome);
   [[nodiscard]] bool is_component_unmatched(const ScanOutcome& outcome,
                                             const MotionPrediction& predicted) const;
-  void begin_component_anew(double stamp);
+  Mapping::BegunComponent be_lost(double stamp);
   void remember(const ScanInput& input, const MotionPrediction& predicted,
                 const ScanOutcome& outcome);
-  void go_on_mapping(ScanOutcome& outcome);
   void close_loops(ScanOutcome& outcome);
   void search_for_map(ScanOutcome& outcome);
   void join(const PlaceHypothesis& found);
