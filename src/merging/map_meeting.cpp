@@ -1,7 +1,6 @@
 #include "merging/map_meeting.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <vector>
 
@@ -29,9 +28,8 @@ std::optional<Pose2> MeetingWalk::go_on_to(const PlacedScan& key) {
   MapComponent& walked = components_[kWalked];
   walked.key_scans.add(key);
   insert_scan(*key.scan->points(), key.map_from_base, options_.map, walked.map);
-  search_.stamp = std::numeric_limits<double>::lowest();  // stamps may go back between drives
-  const std::optional<PlaceHypothesis> found = search_places(
-      key.scan->stamp(), key.map_from_base, components_, kWalked, index_, options_, search_);
+  const std::optional<PlaceHypothesis> found =
+      search_places(key.map_from_base, components_, kWalked, index_, options_, search_);
   if (!found) {
     return std::nullopt;
   }

@@ -405,16 +405,11 @@ std::optional<PlaceHypothesis> take_first(const Lost& lost,
 
 }  // namespace
 
-std::optional<PlaceHypothesis> search_places(double stamp, const Pose2& active_from_base,
+std::optional<PlaceHypothesis> search_places(const Pose2& active_from_base,
                                              const std::vector<MapComponent>& components,
                                              std::size_t active, const PlaceIndex& index,
                                              const EngineOptions& options, PlaceSearch& search) {
-  constexpr double kJitter = 0.1;  // share of an interval that is as long as that between scans
-  if (stamp - search.stamp < (1.0 - kJitter) * options.recovery.interval) {
-    return std::nullopt;
-  }
   const Lost lost{components, components[active], options};
-  search.stamp = stamp;
   forget_scans_that_are_no_more(lost.active.key_scans, search);
   sample(lost, index, search);
   const PlacedScan* key = next_key_scan(lost, search);
@@ -456,8 +451,13 @@ std::optional<PlaceHypothesis> Relocalizer::find(double stamp, const Pose2& acti
       return std::nullopt;
     }
   }
-  return search_places(stamp, active_from_base, components.all(), components.active_number(),
-                       index_, options, search_);
+  constexpr double kJitter = 0.1;  // share of an interval that is as long as that between scans
+  if (stamp - search_.stamp < (1.0 - kJitter) * options.recovery.interval) {
+    return std::nullopt;
+  }
+  search_.stamp = stamp;
+  return search_places(active_from_base, components.all(), components.active_number(), index_,
+                       options, search_);
 }
 
 }  // namespace matchbox_slam

@@ -19,11 +19,11 @@ namespace matchbox_slam {
 /// 1945): each says for a place by how much it is better explained there than anywhere else in the
 /// map, whatever went before. So rooms that are alike say nothing for any of them, whether they are
 /// mapped or not. The answer is the place that is sure.
-/// @param stamp   [s] of the newest scan.
-/// @param active  the component that the robot makes meanwhile.
+/// @param active_from_base  at the newest scan.
+/// @param active            the component that the robot makes meanwhile.
 [[nodiscard]] std::optional<PlaceHypothesis> search_places(
-    double stamp, const Pose2& active_from_base, const std::vector<MapComponent>& components,
-    std::size_t active, const PlaceIndex& index, const EngineOptions& options, PlaceSearch& search);
+    const Pose2& active_from_base, const std::vector<MapComponent>& components, std::size_t active,
+    const PlaceIndex& index, const EngineOptions& options, PlaceSearch& search);
 
 /// Looks for a lost robot, scan by scan: where it may be, and how sure that is. A value.
 class Relocalizer {
