@@ -12,14 +12,6 @@ std::size_t number_in_map(const FoundMap& found, std::size_t number) {
 
 }  // namespace
 
-bool is_up_to_date(const FoundMap& found, const PlacedScans& keys) {
-  const auto is_same = [](const PlacedScan& then, const PlacedScan& key) {
-    return then.scan == key.scan && then.map_from_base == key.map_from_base;
-  };
-  return found.own.size() <= keys.size() &&
-         std::equal(found.own.begin(), found.own.end(), keys.begin(), is_same);
-}
-
 std::vector<PoseEdge> edges_with(const FoundMap& found, const std::vector<PoseEdge>& own) {
   std::vector<PoseEdge> edges;
   for (PoseEdge edge : found.both_loops.edges) {

@@ -47,9 +47,6 @@ struct FoundMap {
   }
 };
 
-/// Whether this robot's key scans still are where they were when both were joined.
-[[nodiscard]] bool is_up_to_date(const FoundMap& found, const PlacedScans& keys);
-
 /// The edges of both graphs, of this robot's as it is now.
 [[nodiscard]] std::vector<PoseEdge> edges_with(const FoundMap& found,
                                                const std::vector<PoseEdge>& own);

@@ -59,6 +59,14 @@ std::vector<std::size_t> keys_within(const PlacedScans& keys, const Eigen::Vecto
   return within;
 }
 
+bool begins_with(const PlacedScans& keys, const PlacedScans& first) {
+  const auto is_same = [](const PlacedScan& then, const PlacedScan& key) {
+    return then.scan == key.scan && then.map_from_base == key.map_from_base;
+  };
+  return first.size() <= keys.size() &&
+         std::equal(first.begin(), first.end(), keys.begin(), is_same);
+}
+
 LocalScans local_scans(const PlacedScans& keys, const PathUncertainty& ways, double max_sigma) {
   const Eigen::Vector2d here = keys.back().map_from_base.translation();
   const std::vector<std::size_t> soon = keys_within(keys, here, kLocalReach + kLookahead);

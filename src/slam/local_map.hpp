@@ -34,6 +34,9 @@ constexpr double kLocalReach = 15.0;
 [[nodiscard]] std::vector<std::size_t> keys_within(const PlacedScans& keys,
                                                    const Eigen::Vector2d& here, double reach);
 
+/// Whether these are the first of all key scans still, and where they were.
+[[nodiscard]] bool begins_with(const PlacedScans& keys, const PlacedScans& first);
+
 /// @param ways       from the newest.
 /// @param max_sigma  [m] those that are known less well are apart.
 [[nodiscard]] LocalScans local_scans(const PlacedScans& keys, const PathUncertainty& ways,

@@ -20,10 +20,7 @@ bool MapComponents::begin_component(MapComponent empty) {
     empty.parent = active().parent;
     empty.parent_from_component = active().parent_from_component;
     active() = std::move(empty);
-    waiting_.erase(
-        std::remove_if(waiting_.begin(), waiting_.end(),
-                       [this](const WaitingScan& scan) { return scan.component == active_; }),
-        waiting_.end());
+    forget_waiting_for(active_);
   } else {
     empty.parent = active_;
     components_.push_back(std::move(empty));
@@ -36,16 +33,18 @@ bool MapComponents::begin_component(MapComponent empty) {
   return are_too_many;
 }
 
+void MapComponents::forget_waiting_for(std::size_t component) {
+  const auto waits = [&](const WaitingScan& scan) { return scan.component == component; };
+  waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), waits), waiting_.end());
+}
+
 /// Of those besides the map that the robot is not in, with what waits for it.
 void MapComponents::give_up_smallest() {
   const auto smallest = std::min_element(
       components_.begin() + 1, components_.end() - 1,
       [](const auto& a, const auto& b) { return a.key_scans.size() < b.key_scans.size(); });
   const auto component = static_cast<std::size_t>(smallest - components_.begin());
-  waiting_.erase(
-      std::remove_if(waiting_.begin(), waiting_.end(),
-                     [component](const WaitingScan& scan) { return scan.component == component; }),
-      waiting_.end());
+  forget_waiting_for(component);
   const Pose2 parent_from_component = smallest->parent_from_component;
   remove(component, smallest->parent, parent_from_component);
   active_ = components_.size() - 1;

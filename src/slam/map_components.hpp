@@ -53,6 +53,7 @@ class MapComponents {
   void move_waiting_for_map(const Pose2& new_from_old);
 
  private:
+  void forget_waiting_for(std::size_t component);
   void give_up_smallest();
   void remove(std::size_t component, std::size_t heir, const Pose2& heir_from_component);
   void leave_if_found();

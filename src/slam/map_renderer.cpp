@@ -1,6 +1,5 @@
 #include "slam/map_renderer.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "matching/rendered_map.hpp"
@@ -36,12 +35,7 @@ const SlamMap& MapRenderer::whole(MapComponent& component, const EngineOptions& 
 }
 
 void MapRenderer::take_rendered(SlamMap map, const PlacedScans& keys, MapComponent& component) {
-  const PlacedScans& now = component.key_scans.all();
-  const auto is_same = [](const PlacedScan& then, const PlacedScan& key) {
-    return then.scan == key.scan && then.map_from_base == key.map_from_base;
-  };
-  if (!is_outdated_ || keys.size() > now.size() ||
-      !std::equal(keys.begin(), keys.end(), now.begin(), is_same)) {
+  if (!is_outdated_ || !begins_with(component.key_scans.all(), keys)) {
     return;
   }
   component.map = std::move(map);

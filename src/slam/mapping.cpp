@@ -259,7 +259,7 @@ std::optional<MapCorrection> Mapping::take_found_map() {
   // A loop that moves nothing adds an edge all the same.
   const LoopState& state = loops_.state();
   if (state.nodes != key_scans.size() || state.loops.size() != found->loops ||
-      !is_up_to_date(*found, key_scans.all())) {
+      !begins_with(key_scans.all(), found->own)) {
     found->fate = FoundMap::Fate::kOutdated;
     return std::nullopt;
   }
