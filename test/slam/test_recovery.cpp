@@ -1,4 +1,5 @@
-// Drives on which something goes wrong: the robot is found again, and nothing wrong was mapped.
+// Of slam/relocalizer.hpp: drives on which something goes wrong; the robot is found again, and
+// nothing wrong was mapped.
 
 #include <gtest/gtest.h>
 
