@@ -9,15 +9,13 @@ from /tf and /tf_static what is not of the odometry frame. Poses are of the base
 """
 
 import argparse
-import os
 import sys
 
 try:
-    import rosbag
     from geometry_msgs.msg import TransformStamped
     from tf2_msgs.msg import TFMessage
 
-    from scan_bag import open_scan_bag
+    from scan_bag import rewrite
 except ImportError as error:
     sys.exit(f"bag_with_poses.py: {error}: it needs ROS's rosbag and tf2_msgs for this Python, {sys.executable}; "
              "on Debian: apt-get install python3-rosbag python3-tf2-msgs, and /usr/bin first in PATH")
@@ -67,29 +65,16 @@ def parse():
     return parser.parse_args()
 
 
-def write(options, poses, path):
-    """The number of scans."""
-    with open_scan_bag(options.bag, options.scan) as bag:
-        try:
-            with rosbag.Bag(path, "w") as out:
-                return copy(bag, out, poses, options)
-        except Exception as mistake:  # damaged bytes make rosbag raise whatever comes of them
-            raise Mistake(f"'{options.bag}' cannot be copied to '{options.out}': "
-                          f"{getattr(mistake, 'strerror', None) or mistake or type(mistake).__name__}")
+def write(options, poses, bag, out):
+    if copy(bag, out, poses, options) == 0:
+        raise Mistake(f"no scan of {options.scan} has a pose in '{options.poses}': "
+                      "stamps have to be the same, rounded to ms")
 
 
 def main():
     options = parse()
     poses = {f"{row[0]:.3f}": row[1:] for row in read_rows(options.poses, 8, TUM)}
-    aside = f"{options.out}.{os.getpid()}"
-    try:
-        if write(options, poses, aside) == 0:
-            raise Mistake(f"no scan of {options.scan} has a pose in '{options.poses}': "
-                          "stamps have to be the same, rounded to ms")
-        os.rename(aside, options.out)
-    finally:
-        if os.path.exists(aside):
-            os.remove(aside)
+    rewrite(options.bag, options.scan, options.out, lambda bag, out: write(options, poses, bag, out))
 
 
 if __name__ == "__main__":

@@ -8,24 +8,14 @@ Takes the scans of one topic, and all of /tf and /tf_static as it is; without --
 """
 
 import argparse
-import os
 import sys
 
 try:
-    import rosbag
-
-    from scan_bag import SCAN, open_scan_bag
+    from scan_bag import only_scan_topic, rewrite
 except ImportError as error:
     sys.exit(f"thin_bag.py: {error}: it needs ROS's rosbag for this Python, {sys.executable}; "
              "on Debian: apt-get install python3-rosbag, and /usr/bin first in PATH")
 from text_rows import Mistake
-
-
-def only_scan_topic(path):
-    """None where there are several, or none."""
-    with rosbag.Bag(path) as bag:
-        topics = [name for name, info in bag.get_type_and_topic_info().topics.items() if info.msg_type == SCAN]
-    return topics[0] if len(topics) == 1 else None
 
 
 def with_fewer_beams(scan, every):
@@ -52,21 +42,8 @@ def copy(bag, out, topic, scans, beams):
 
 
 def thin(path, target, topic, scans=1, beams=1):
-    """The number of scans that were written; the target is there only once it is whole."""
-    aside = f"{target}.{os.getpid()}"
-    try:
-        with open_scan_bag(path, topic) as bag:
-            try:
-                with rosbag.Bag(aside, "w") as out:
-                    written = copy(bag, out, topic, scans, beams)
-            except Exception as mistake:  # damaged bytes make rosbag raise whatever comes of them
-                raise Mistake(f"'{path}' cannot be copied to '{target}': "
-                              f"{getattr(mistake, 'strerror', None) or mistake or type(mistake).__name__}")
-        os.rename(aside, target)
-    finally:
-        if os.path.exists(aside):
-            os.remove(aside)
-    return written
+    """The number of scans."""
+    return rewrite(path, topic, target, lambda bag, out: copy(bag, out, topic, scans, beams))
 
 
 def count(text):
@@ -84,7 +61,7 @@ def main():
     parser.add_argument("--scans", type=count, default=1, metavar="N", help="every Nth scan")
     parser.add_argument("--beams", type=count, default=1, metavar="N", help="every Nth beam")
     options = parser.parse_args()
-    topic = options.scan or (os.path.isfile(options.bag) and only_scan_topic(options.bag)) or "/scan"
+    topic = options.scan or only_scan_topic(options.bag) or "/scan"
     print(f"{options.out}: {thin(options.bag, options.out, topic, options.scans, options.beams)} scans")
 
 

@@ -13,19 +13,16 @@ beams have to be taken at once (time_increment 0).
 import argparse
 import copy
 import math
-import os
 import sys
 
 try:
     import genpy
-    import rosbag
 
-    from scan_bag import open_scan_bag
+    from scan_bag import only_scan_topic, rewrite
 except ImportError as error:
     sys.exit(f"turn_bag.py: {error}: it needs ROS's rosbag for this Python, {sys.executable}; "
              "on Debian: apt-get install python3-rosbag, and /usr/bin first in PATH")
-from text_rows import Mistake
-from thin_bag import only_scan_topic
+from text_rows import TUM, Mistake, read_rows
 
 MARGIN = 2.0  # [s] of tf before the first scan and behind the last one
 
@@ -97,31 +94,24 @@ def turned(bag, topic, turn):
 
 
 def write_truth(path, target, turn):
-    with open(path) as file:
-        rows = [[float(word) for word in line.split()] for line in file if line.strip() and not line.startswith("#")]
-    rows = sorted(turn.row(row[0], row[1], row[2], 2.0 * math.atan2(row[6], row[7])) for row in rows)
+    rows = sorted(turn.row(row[0], row[1], row[2], 2.0 * math.atan2(row[6], row[7])) for row in read_rows(path, 8, TUM))
     with open(target, "w") as file:
         for stamp, x, y, yaw in rows:
             file.write(f"{stamp:.6f} {x:.9f} {y:.9f} 0 0 0 {math.sin(0.5 * yaw):.12f} {math.cos(0.5 * yaw):.12f}\n")
 
 
-def write(options, topic):
-    """The number of scans; the target is there only once it is whole."""
-    aside = f"{options.out}.{os.getpid()}"
-    try:
-        with open_scan_bag(options.bag, topic) as bag:
-            turn = turn_of(bag, topic, options)
-            rows = turned(bag, topic, turn)
-        with rosbag.Bag(aside, "w") as out:
-            for time, _, name, message in rows:
-                out.write(name, message, time)
-        os.rename(aside, options.out)
-    finally:
-        if os.path.exists(aside):
-            os.remove(aside)
+def write(bag, out, topic, options):
+    """The number of scans."""
+    turn = turn_of(bag, topic, options)
+    rows = turned(bag, topic, turn)
+    scans = sum(name == topic for _, _, name, _ in rows)
+    if scans == 0:
+        raise Mistake(f"--begin {options.begin:g} --end {options.end:g}: no scan of '{topic}' is between")
+    for time, _, name, message in rows:
+        out.write(name, message, time)
     if options.truth:
         write_truth(*options.truth, turn)
-    return sum(name == topic for _, _, name, _ in rows)
+    return scans
 
 
 def share(text):
@@ -142,8 +132,9 @@ def main():
     parser.add_argument("--end", type=share, default=1.0, help="share of its time at which it ends (1)")
     parser.add_argument("--truth", nargs=2, metavar=("TUM", "OUT"), help="a trajectory, which is turned likewise")
     options = parser.parse_args()
-    topic = options.scan or (os.path.isfile(options.bag) and only_scan_topic(options.bag)) or "/scan"
-    print(f"{options.out}: {write(options, topic)} scans")
+    topic = options.scan or only_scan_topic(options.bag) or "/scan"
+    scans = rewrite(options.bag, topic, options.out, lambda bag, out: write(bag, out, topic, options))
+    print(f"{options.out}: {scans} scans")
 
 
 if __name__ == "__main__":

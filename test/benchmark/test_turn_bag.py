@@ -1,6 +1,7 @@
 """benchmark/turn_bag.py: what it does to scans, transforms and truth, and that a mistake is told in one line."""
 
 import math
+import os
 import unittest
 
 import rosbag
@@ -84,6 +85,12 @@ class TurnBag(ProgramTest):
         done = self.run_on(self.path('sweeping.bag'), self.path('no.bag'), '--backwards')
         self.assertEqual((done.returncode, done.stderr.count('\n')), (2, 1))
         self.assertIn("scans on '/base_scan' have a time_increment of 0.001 s; allowed: 0", done.stderr)
+
+    def test_a_part_without_scans_is_refused(self):
+        done = self.run_on(self.path('one.bag'), self.path('no.bag'), '--begin', '0.51', '--end', '0.52')
+        self.assertEqual((done.returncode, done.stderr.count('\n')), (2, 1))
+        self.assertIn("--begin 0.51 --end 0.52: no scan of '/base_scan' is between", done.stderr)
+        self.assertFalse(os.path.exists(self.path('no.bag')))
 
 
 if __name__ == '__main__':
