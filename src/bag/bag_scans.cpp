@@ -111,11 +111,6 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
       find_no_returns(reader_, facts_.scan_topics, dialog_.is_interrupted, cloud);
   require_not_interrupted();
   options.scan_topics = facts_.scan_topics;
-  base_frame_ = options.base_frame;
-  for (std::size_t i = 0; i + 2 < options.laser_pose.size(); i += 3) {
-    const double* pose = &options.laser_pose[i];
-    told_poses_.emplace_back(Pose2{pose[0], pose[1], wrap_angle(pose[2])});
-  }
   ScanQueueSettings settings =
       queue_settings(options, read_projection_options(parameters),
                      read_scan_timing_options(parameters), facts_.scan_time_offset);
@@ -257,7 +252,6 @@ void BagScans::take(const BagMessage& message) {
     return;
   }
   const auto& scan = std::get<ScanMessage>(message.content);
-  tell_of_overruled_tf(*scan.scan, message.laser);
   queue_->add_scan(scan, message.time, message.laser);
   first_time_ = first_time_ ? first_time_ : message.time;
   facts_.seconds = seconds_between(*first_time_, message.time);
@@ -292,30 +286,6 @@ void BagScans::warn_of_map_link() {
   if (!told_of_map_link_ && !link.empty()) {
     dialog_.warn("tf in the bag that touches the map frame is ignored: " + link);
     told_of_map_link_ = true;
-  }
-}
-
-/// Where --laser-pose has a laser elsewhere than tf, once.
-void BagScans::tell_of_overruled_tf(const sensor_msgs::LaserScan& scan, int laser) {
-  constexpr double kRounding = 0.005;  // [m] or [rad] that people leave out
-  const auto number = static_cast<std::size_t>(laser);
-  const std::string frame = without_leading_slash(scan.header.frame_id);
-  if (number >= told_poses_.size() || !told_poses_[number] || frame == base_frame_) {
-    return;
-  }
-  const auto place = queue_->transforms().lookup(base_frame_, frame, scan.header.stamp);
-  if (!place) {
-    return;
-  }
-  const Pose2 told = *std::exchange(told_poses_[number], std::nullopt);
-  const Pose2 by_tf = project_to_plane(*place);
-  const Pose2 off = by_tf.inverse() * told;
-  if (off.translation().norm() > kRounding || std::abs(off.theta) > kRounding) {
-    dialog_.inform(fmt::format(
-        "tf has the laser of {} at {:.3f},{:.3f},{:.3f} on {}; --laser-pose {:.3f},{:.3f},{:.3f} "
-        "is used instead",
-        facts_.scan_topics[number], by_tf.x, by_tf.y, by_tf.theta, base_frame_, told.x, told.y,
-        told.theta));
   }
 }
 

@@ -112,7 +112,6 @@ class BagScans {
   void take(const BagMessage& message);
   void warn_of_skipped();
   void warn_of_map_link();
-  void tell_of_overruled_tf(const sensor_msgs::LaserScan& scan, int laser);
   void warn_of_ignored(const std::string& whose, const std::string& defect);
   void show_progress(const ros::Time& time);
   void require_not_interrupted() const;
@@ -127,9 +126,7 @@ class BagScans {
   std::string first_skip_;            ///< since time has jumped back last
   std::size_t used_before_jump_ = 0;  ///< scans, until then
   bool told_of_map_link_ = false;
-  std::string base_frame_;
-  std::vector<std::optional<Pose2>> told_poses_;  ///< of lasers, until compared with those of tf
-  std::set<std::string> told_of_ignored_;         ///< whose messages
+  std::set<std::string> told_of_ignored_;  ///< whose messages
   std::optional<ros::Time> first_time_;
   ros::Time delivered_time_;  ///< latest recording of a scan that was delivered
   std::deque<TimedEvent> events_;

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "matchbox_slam/sensor/point_scan.hpp"
@@ -190,6 +191,31 @@ Eigen::Isometry3d RobotTransforms::base_from_laser(int laser, const std::string&
   const auto number = static_cast<std::size_t>(laser);
   return number < frames_.laser_poses.size() ? frames_.laser_poses[number]
                                              : Eigen::Isometry3d::Identity();
+}
+
+std::string RobotTransforms::take_overruled(int laser, const std::string& frame,
+                                            const ros::Time& stamp) {
+  constexpr double kRounding = 0.005;  // [m] or [rad] that people leave out
+  const std::string& base = frames_.base_frame;
+  if (frame == base || is_by_tf(laser, frame) || compared_.count(laser) != 0) {
+    return {};
+  }
+  const auto place = store_.lookup(base, frame, stamp);
+  if (!place) {
+    return {};
+  }
+  compared_.insert(laser);
+  const Pose2 said = project_to_plane(base_from_laser(laser, frame, stamp));
+  const Pose2 by_tf = project_to_plane(*place);
+  const Pose2 off = by_tf.inverse() * said;
+  if (off.translation().norm() <= kRounding && std::abs(off.theta) <= kRounding) {
+    return {};
+  }
+  const auto text = [](const Pose2& pose) {
+    return fmt::format("{:.3f},{:.3f},{:.3f}", pose.x, pose.y, pose.theta);
+  };
+  return fmt::format("tf has {} at {} on {}; {} {} is used instead", frame, text(by_tf), base,
+                     frames_.is_live ? "laser_pose" : "--laser-pose", text(said));
 }
 
 std::optional<Pose2> RobotTransforms::odom_from_base(const ros::Time& stamp) const {

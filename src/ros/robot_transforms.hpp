@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -89,6 +90,11 @@ class RobotTransforms {
   [[nodiscard]] PlacedLaser place(int laser, const std::string& frame,
                                   const BeamStamps& beams) const;
 
+  /// What tf says of a laser that is said to be elsewhere, for people; empty: the same, or nothing
+  /// yet. Once a laser.
+  [[nodiscard]] std::string take_overruled(int laser, const std::string& frame,
+                                           const ros::Time& stamp);
+
   /// Where odometry has the base; none: it is not known there.
   [[nodiscard]] std::optional<Pose2> odom_from_base(const ros::Time& stamp) const;
 
@@ -115,6 +121,7 @@ class RobotTransforms {
   RobotFrames frames_;
   TransformStore store_;
   GyroHeading gyro_;
+  std::set<int> compared_;      ///< lasers whose places are said, with those of tf
   std::string odometry_child_;  ///< whose pose odometry messages tell; empty: none has come
   std::size_t invalid_odometry_ = 0;
 };

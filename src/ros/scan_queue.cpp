@@ -279,6 +279,11 @@ void ScanQueue::collect_ready(bool wait_for_more) {
         return;
       }
       const double sent_increment = oldest->second.sent_increment;
+      if (std::string news =
+              transforms_.take_overruled(turn.laser, oldest->second.frame, turn.stamp);
+          !news.empty()) {
+        news_.push_back(std::move(news));
+      }
       const ScanInput* input = deliver(turn, make_ready(turn, beams, std::move(oldest->second)));
       if (input != nullptr && !has_times) {
         sweep_times_.add(*input, sent_increment);

@@ -139,6 +139,32 @@ TEST(ScanQueue, LasersAreWhereTheyAreSaidToBe) {
   EXPECT_NEAR(input_of(*second).base_from_laser.translation().x(), 0.2, 1e-12);
 }
 
+TEST(ScanQueue, SaysOnceThatTfHasALaserElsewhereThanItIsSaidToBe) {
+  for (const bool is_live : {true, false}) {
+    for (const double said : {0.4, 0.2}) {
+      ScanQueueSettings told = settings();
+      told.odom_frame.reset();
+      told.is_live = is_live;
+      told.laser_poses = {Eigen::Isometry3d(Eigen::Translation3d(said, 0.0, 0.0))};
+      Feed feed(told);
+      feed.scan_at(100.0, 100.0);
+      feed.scan_at(100.1, 100.1);
+      EXPECT_TRUE(feed.queue.take_news().empty());  // tf says nothing yet
+      feed.laser();
+      feed.scan_at(100.2, 100.2);
+      feed.scan_at(100.3, 100.3);
+      feed.queue.finish();
+      std::vector<std::string> expected;
+      if (said == 0.4) {
+        expected.push_back(std::string("tf has laser at 0.200,0.000,0.000 on base; ") +
+                           (is_live ? "laser_pose" : "--laser-pose") +
+                           " 0.400,0.000,0.000 is used instead");
+      }
+      EXPECT_EQ(feed.queue.take_news(), expected);
+    }
+  }
+}
+
 TEST(ScanQueue, WithoutOdometryAnImuTellsTheHeading) {
   ScanQueueSettings by_imu = settings();
   by_imu.odom_frame.reset();

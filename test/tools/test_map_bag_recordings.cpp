@@ -214,7 +214,7 @@ TEST_F(MapBag, SaysOnceThatTfHasTheLaserElsewhereThanItIsSaidToBe) {
   Outcome outcome = run_small({}, "--laser-pose 0.25,0,0");
   EXPECT_EQ(outcome.exit_code, 0);
   const std::string told =
-      "tf has the laser of /scan at 0.200,0.000,0.000 on base_link; --laser-pose "
+      "tf has laser at 0.200,0.000,0.000 on base_link; --laser-pose "
       "0.250,0.000,0.000 is used instead\n";
   const std::size_t place = outcome.output.find(told);
   ASSERT_NE(place, std::string::npos) << outcome.output;
