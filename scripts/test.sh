@@ -40,9 +40,13 @@ fi
 say "Building the tests"
 build -DCATKIN_ENABLE_TESTING=ON tests
 say "Running the tests"
-# run_tests JOBS OF: by make, as catkin_make may configure anew, and two at once trip over each other. It
+# run_tests JOBS OF...: by make, as catkin_make may configure anew, and two at once trip over each other. It
 # succeeds also when tests fail: the results tell.
-run_tests() { make -C "$workspace/build" -j"$1" "run_tests_$2" </dev/null; }
+run_tests() {
+  local jobs=$1
+  shift
+  make -C "$workspace/build" -j"$jobs" "${@/#/run_tests_}" </dev/null
+}
 # Nodes run one at a time, as a crowd of them would wait for one another; and beside the other tests, as
 # each mostly waits.
 nodes_log=$workspace/build/node_tests.log
@@ -51,8 +55,7 @@ run_tests 1 matchbox_slam_rostest &>"$nodes_log" &
 nodes=$!
 set +m
 trap 'kill -- -"$nodes" 2>/dev/null || true; wait "$nodes" || true' EXIT
-run_tests "$(job_count)" matchbox_slam_gtest
-run_tests 1 matchbox_slam_python
+run_tests "$(job_count)" matchbox_slam_gtest matchbox_slam_python
 ran=0
 wait "$nodes" || ran=$?
 trap - EXIT
