@@ -13,6 +13,8 @@ import sys
 import yaml
 from catkin_pkg.package import parse_package
 
+CODENAMES = {'debian-11': 'bullseye', 'debian-12': 'bookworm', 'debian-13': 'trixie', 'ubuntu-20.04': 'focal'}
+
 
 def keys_of(files, kind):
     packages = [parse_package(str(file)) for file in files]
@@ -29,6 +31,8 @@ def keys_of(files, kind):
 def packages_of(key, system, names):
     distribution = system.split('-')[0]
     known = names.get(key, {}).get(distribution)
+    if isinstance(known, dict):
+        known = known.get(CODENAMES[system], known.get('*'))
     if known is None and distribution == 'ubuntu':
         return ['ros-noetic-' + key.replace('_', '-')]
     if known is None:
