@@ -1,5 +1,6 @@
 #include "bag/bag_writer.hpp"
 
+#include <console_bridge/console.h>
 #include <fmt/core.h>
 
 #include <cstdio>
@@ -43,7 +44,9 @@ void BagWriter::throw_away() {
     } catch (const rosbag::BagException&) {
       // What kept it from being written was told before. On a full disk librosbag's destructor
       // would try to write once more, and the exception would end the program: the bag is given up.
+      // Of what it leaves behind newer versions of class_loader complain at the end.
       (void)bag_.release();  // NOLINT(bugprone-unused-return-value)
+      console_bridge::noOutputHandler();
     }
     std::remove(unfinished_path_.c_str());
   }
