@@ -32,7 +32,7 @@ def packages_of(key, system, names):
     distribution = system.split('-')[0]
     known = names.get(key, {}).get(distribution)
     if isinstance(known, dict):
-        known = known.get(CODENAMES[system], known.get('*'))
+        known = known.get(CODENAMES.get(system), known.get('*'))
     if known is None and distribution == 'ubuntu':
         return ['ros-noetic-' + key.replace('_', '-')]
     if known is None:

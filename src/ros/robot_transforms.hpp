@@ -121,7 +121,7 @@ class RobotTransforms {
   RobotFrames frames_;
   TransformStore store_;
   GyroHeading gyro_;
-  std::set<int> compared_;      ///< lasers whose places are said, with those of tf
+  std::set<int> compared_;      ///< lasers whose places as said were compared with those of tf
   std::string odometry_child_;  ///< whose pose odometry messages tell; empty: none has come
   std::size_t invalid_odometry_ = 0;
 };
