@@ -32,6 +32,7 @@
 #include "matchbox_slam/io/file.hpp"
 #include "matchbox_slam/io/map_file.hpp"
 #include "matchbox_slam/io/saved_map.hpp"
+#include "node/node_process.hpp"
 #include "node/slam_listener.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/messages.hpp"
@@ -407,14 +408,11 @@ TEST_F(SlamNodelet, AnOptionThatThereIsNotEndsItWithAWord) {
 
 TEST_F(SlamNodelet, SaysThatNoScanComesAndWhereThereAreSome) {
   const ros::Publisher scans = ros::NodeHandle().advertise<sensor_msgs::LaserScan>("/elsewhere", 1);
-  const Outcome outcome =
-      run_command("timeout", std::string("--preserve-status --signal=INT 7 ") + MATCHBOX_SLAM_NODE +
-                                 " __ns:=/deaf scan:=/nowhere _publish_tf:=false");
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
-  const std::string words = "no scan has come from /nowhere yet; scans are published on ";
-  ASSERT_TRUE(contains(outcome.output, words)) << outcome.output;
-  EXPECT_TRUE(contains(outcome.output.substr(outcome.output.find(words)), "/elsewhere"))
-      << outcome.output;
+  const LogWatch log("no scan has come from /nowhere yet; scans are published on ");
+  Process node({MATCHBOX_SLAM_NODE, "__ns:=/deaf", "scan:=/nowhere", "_publish_tf:=false"});
+  EXPECT_TRUE(wait_until([&] { return !log.line().empty(); }));
+  EXPECT_TRUE(contains(log.line(), "/elsewhere")) << log.line();
+  EXPECT_EQ(node.exit_code_after(SIGINT), 0);
 }
 
 TEST_F(SlamNodelet, ANodeletThatCannotStartIsRefused) {
