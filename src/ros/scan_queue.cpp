@@ -117,9 +117,7 @@ void ScanQueue::add_joined(const ScanMessage& message, int laser) {
     account_.received -= waiting_.erase(parts.latest);
   }
   take_joined(parts, laser);
-  if (std::string news = parts.joiner.take_news(); !news.empty()) {
-    news_.push_back(std::move(news));
-  }
+  tell(parts.joiner.take_news());
 }
 
 void ScanQueue::take_joined(Parts& parts, int laser) {
@@ -279,11 +277,7 @@ void ScanQueue::collect_ready(bool wait_for_more) {
         return;
       }
       const double sent_increment = oldest->second.sent_increment;
-      if (std::string news =
-              transforms_.take_overruled(turn.laser, oldest->second.frame, turn.stamp);
-          !news.empty()) {
-        news_.push_back(std::move(news));
-      }
+      tell(transforms_.take_overruled(turn.laser, oldest->second.frame, turn.stamp));
       const ScanInput* input = deliver(turn, make_ready(turn, beams, std::move(oldest->second)));
       if (input != nullptr && !has_times) {
         sweep_times_.add(*input, sent_increment);
@@ -312,9 +306,7 @@ void ScanQueue::choose_sweep_time(const Turn& turn, WaitingScan& waiting) {
   waiting.scan.time_increment = waiting.sent_increment;
   waiting.scan.time_increment =
       sweep_times_.time_increment(turn.laser, waiting.scan, waiting.sent_scan_time);
-  if (std::string news = sweep_times_.take_news(turn.laser); !news.empty()) {
-    news_.push_back(std::move(news));
-  }
+  tell(sweep_times_.take_news(turn.laser));
 }
 
 /// The scan as it was delivered; null: it was skipped.
@@ -470,6 +462,12 @@ void ScanQueue::interrupt() {
   }
   waiting_.clear();
   ready_.clear();
+}
+
+void ScanQueue::tell(std::string news) {
+  if (!news.empty()) {
+    news_.push_back(std::move(news));
+  }
 }
 
 std::vector<SkippedScan> ScanQueue::take_skipped() { return std::exchange(skipped_, {}); }

@@ -210,6 +210,7 @@ class ScanQueue {
   [[nodiscard]] bool is_its_turn(const Turn& turn, const WaitingScan& scan) const;
   [[nodiscard]] bool may_be_part(const Turn& turn, const WaitingScan& scan) const;
   void skip(const ros::Time& stamp, SkipReason reason, const std::string& why);
+  void tell(std::string news);
 
   void place(const Turn& turn, const BeamStamps& beams, WaitingScan& scan) const;
   [[nodiscard]] ReadyScan make_ready(const Turn& turn, const BeamStamps& beams,
