@@ -154,7 +154,6 @@ void ScanQueue::add_valid_scan(WaitingScan&& scan, const Turn& turn) {
   if (was_clock_set_back(turn)) {
     jump_back(seconds_between(stamp, last_ready_->stamp), *now_);
   }
-  note_newest(turn);
   if (stopped_) {
     skip(stamp, SkipReason::kStopped, "time has jumped back, and time_jump is 'stop'");
   } else if (waiting_.count(turn) != 0 ||
@@ -164,19 +163,24 @@ void ScanQueue::add_valid_scan(WaitingScan&& scan, const Turn& turn) {
     skip(stamp, SkipReason::kOutOfOrder, "a later scan was used already");
   } else if (leaps_ahead(stamp)) {
     skip(stamp, SkipReason::kOutOfOrder, "its stamp is far ahead of the scans before it");
+    return;  // by it, no other laser would be waited for any more
   } else {
     scan.scan.stamp = stamp.toSec();
     waiting_.emplace(turn, std::move(scan));
   }
+  note_newest(turn);
 }
 
+/// A laser whose scans are older than another's alone is late.
 bool ScanQueue::was_clock_set_back(const Turn& turn) {
   OldScans& old = old_scans_[turn.laser];
-  if (!last_ready_ || seconds_between(turn.stamp, last_ready_->stamp) <= kTimeJump) {
+  if (!last_ready_ || seconds_between(turn.stamp, last_ready_->stamp) <= kTimeJump ||
+      seconds_between(turn.stamp, old.newest) <= kTimeJump) {
     old.in_a_row = 0;
     return false;
   }
-  old = {turn.stamp, old.in_a_row > 0 && turn.stamp > old.last ? old.in_a_row + 1 : 1};
+  old.in_a_row = old.in_a_row > 0 && turn.stamp > old.last ? old.in_a_row + 1 : 1;
+  old.last = turn.stamp;
   return old.in_a_row >= kScansOfATimeJump;
 }
 
@@ -339,6 +343,8 @@ void ScanQueue::note_newest(const Turn& turn) {
   }
   ros::Time& newest = newest_.at(static_cast<std::size_t>(turn.laser));
   newest = std::max(newest, turn.stamp);
+  ros::Time& newest_of_all = old_scans_[turn.laser].newest;
+  newest_of_all = std::max(newest_of_all, turn.stamp);
 }
 
 /// Whether no other laser is likely to send an earlier scan.

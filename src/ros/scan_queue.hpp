@@ -180,6 +180,7 @@ class ScanQueue {
   };
   /// Scans of one laser in a row that are older than time can be.
   struct OldScans {
+    ros::Time newest;  ///< of all its scans
     ros::Time last;
     int in_a_row = 0;
   };

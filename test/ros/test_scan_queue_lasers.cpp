@@ -77,6 +77,41 @@ TEST(ScanQueue, ATimeJumpIsOneWithASlowLaserToo) {
   }
 }
 
+TEST(ScanQueue, ScansOfALaserThatComeLateAllAtOnceAreNoTimeJump) {
+  Feed feed(two_lasers());
+  feed.robot_until(120.0, 100.5);
+  for (int k = 0; k < 80; ++k) {
+    const double stamp = 101.0 + 0.1 * k;
+    feed.scan_of(0, stamp, stamp + 0.01);
+    if (k == 59) {  // two seconds of the other
+      for (int late = 40; late < 60; ++late) {
+        feed.scan_of(1, 101.03 + 0.1 * late, stamp + 0.05);
+      }
+    } else if (k < 40 || k >= 60) {
+      feed.scan_of(1, stamp + 0.03, stamp + 0.05);
+    }
+  }
+  feed.queue.finish();
+  const Stamps ready = feed.ready();
+  EXPECT_EQ(std::count_if(ready.begin(), ready.end(), [](double s) { return s < 0.0; }), 0);
+  EXPECT_EQ(feed.skipped(SkipReason::kTimeJump), 0U);
+  EXPECT_EQ(feed.skipped(SkipReason::kOutOfOrder), feed.queue.account().skipped_total());
+  EXPECT_LE(feed.queue.account().skipped_total(), 20U) << "what came late alone";
+}
+
+TEST(ScanQueue, AStampFarAheadDoesNotHaveALaserWaitedForNoMore) {
+  Feed feed(two_lasers());
+  feed.robot_until(120.0, 100.5);
+  for (int k = 0; k < 50; ++k) {
+    const double stamp = 101.0 + 0.1 * k;
+    feed.scan_of(0, stamp, stamp + 0.01);
+    feed.scan_of(1, stamp - 0.02 + (k == 10 ? 86400.0 : 0.0), stamp + 0.06);  // slower to arrive
+  }
+  feed.queue.finish();
+  EXPECT_EQ(feed.ready().size(), 99U);
+  EXPECT_EQ(feed.queue.account().skipped_total(), 1U);
+}
+
 TEST(ScanQueue, AScanBehindOneThatWaitedForTheNextIsNotTooLateForThat) {
   ScanQueueSettings hurried = two_lasers(std::nullopt);
   hurried.max_lag = 0.02;
