@@ -68,9 +68,23 @@ void ScanJoiner::finish() {
   }
 }
 
-/// With 'auto': whether scans are parts is seen from the first two.
+void ScanJoiner::note_alone() {
+  constexpr int kTold = 10;  // turns; single ones lose parts, and the first begins anywhere
+  alone_ = joined_ == 1 ? alone_ + 1 : 0;
+  if (parts_ && alone_ == kTold) {
+    news_ = "scan/join_parts is " + std::to_string(*parts_) + ", but " + std::to_string(kTold) +
+            " scans in a row do not go on where the one before ended, half a second later at most: "
+            "they are used one by one; 'auto' looks whether they are parts";
+  }
+}
+
+/// With 'auto': whether scans are parts is seen from the first two, or the next two where there is
+/// a gap between these, as of a laser that starts. Not from later ones: those of a slow laser would
+/// all have to wait.
 void ScanJoiner::watch(const LaserScan& scan) {
-  if (!first_ && angle_of(scan) < kNoPart) {
+  const bool is_gap = first_ && !has_waited_ && scan.stamp - first_->stamp > kSlowestTurn;
+  if ((!first_ || is_gap) && angle_of(scan) < kNoPart) {
+    has_waited_ = is_gap;
     first_ = scan;
     return;
   }
@@ -97,6 +111,7 @@ bool ScanJoiner::add(LaserScan scan) {
     if (const std::optional<std::size_t> beam = place_after(whole_, scan)) {
       append(scan, *beam);
     } else {
+      note_alone();
       finish();
       begin(std::move(scan));
     }

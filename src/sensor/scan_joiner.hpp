@@ -20,11 +20,12 @@ class ScanJoiner {
   explicit ScanJoiner(std::optional<int> parts) : parts_(parts) {}
 
   /// Scans of one laser in the order of their stamps. Those that are whole now are taken by `take`.
-  /// With 'auto' the first one is whole until the second goes on where it has ended. Returns
-  /// whether that is now: the first one comes again with its turn, and is not to be used alone.
+  /// With 'auto' the first one is whole until the second goes on where it has ended, or the third
+  /// where the second did, if that comes after a gap. Returns whether that is now: the one before
+  /// comes again with its turn, and is not to be used alone.
   [[nodiscard]] bool add(LaserScan scan);
 
-  /// Whether the first scan, which is whole so far, may be a part.
+  /// Whether the newest scan, which is whole so far, may be a part.
   [[nodiscard]] bool is_undecided() const { return first_.has_value(); }
 
   /// The parts that wait for the rest of their turn are whole.
@@ -46,15 +47,18 @@ class ScanJoiner {
                                                        const LaserScan& part) const;
   void begin(LaserScan&& part);
   void append(const LaserScan& part, std::size_t first_beam);
+  void note_alone();
   void watch(const LaserScan& scan);
   [[nodiscard]] bool is_whole() const;
 
   std::optional<int> parts_;
   bool is_watching_ = true;  ///< with 'auto': it is not known yet whether parts come
   bool joins_ = false;
+  bool has_waited_ = false;  ///< through a gap, for one that tells
   std::optional<LaserScan> first_;
   LaserScan whole_;
   int joined_ = 0;  ///< parts of `whole_`
+  int alone_ = 0;   ///< turns in a row of one part, where there should be more
   std::vector<LaserScan> ready_;
   std::string news_;
 };

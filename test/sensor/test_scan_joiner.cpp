@@ -178,6 +178,34 @@ TEST(ScanJoiner, IsUndecidedBetweenTheFirstAndTheSecond) {
   EXPECT_FALSE(told.is_undecided());
 }
 
+TEST(ScanJoiner, SeesPartsAfterAGapBehindTheFirstScan) {
+  ScanJoiner joiner(std::nullopt);
+  std::vector<LaserScan> scans = {parts_of(turn_of(360, 2.0 * kPi, 9.0), 4).front()};
+  const std::vector<LaserScan> parts = parts_of_turns(3, 2.0 * kPi, 4);
+  scans.insert(scans.end(), parts.begin(), parts.end());
+  const std::vector<LaserScan> whole = joined(joiner, scans);
+  ASSERT_EQ(whole.size(), 4U);
+  EXPECT_EQ(whole.front().ranges.size(), 90U);
+  expect_same(whole.back(), turn_of(360, 2.0 * kPi, 10.0 + 2.0 * kTurnPeriod));
+}
+
+TEST(ScanJoiner, ASlowLaserIsWatchedForTwoScansMore) {
+  ScanJoiner joiner(std::nullopt);
+  for (int k = 0; k < 4; ++k) {
+    static_cast<void>(joiner.add(turn_of(180, kPi, 10.0 + k)));
+    EXPECT_EQ(joiner.is_undecided(), k < 2) << k;
+    EXPECT_EQ(joiner.take().size(), 1U);
+  }
+}
+
+TEST(ScanJoiner, SaysOnceThatScansDoNotGoOnAsPartsDo) {
+  ScanJoiner joiner(4);
+  for (int k = 0; k < 30; ++k) {
+    static_cast<void>(joiner.add(turn_of(180, kPi, 10.0 + 0.1 * k)));
+    EXPECT_EQ(joiner.take_news().find("scan/join_parts is 4") == 0, k == 10) << k;
+  }
+}
+
 TEST(ScanJoiner, JoinsNoneOfOne) {
   ScanJoiner joiner(1);
   EXPECT_EQ(joined(joiner, parts_of(turn_of(360, 2.0 * kPi, 10.0), 10)).size(), 10U);
