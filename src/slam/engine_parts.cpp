@@ -175,10 +175,9 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(MotionPrediction& predicted,
   }
   const bool was_in_doubt = hypotheses_.is_in_doubt(options().hypotheses);
   const bool was_forked = hypotheses_.is_forked();
-  PoseHypotheses::Outcome weighed =
-      hypotheses_.follow({bundle_.all(), mapping_.compared(), active_key_scans(), recent_, seconds,
-                          predicted, steady, options().slam.update_map},
-                         outcome.match, options().hypotheses);
+  PoseHypotheses::Outcome weighed = hypotheses_.follow(
+      {bundle_.all(), mapping_.compared(), active_key_scans(), recent_, seconds, predicted, steady},
+      outcome.match, options().hypotheses);
   outcome.evidence = weighed.evidence;
   if (hypotheses_.is_forked() && !was_forked) {
     mapping_.fork();

@@ -10,6 +10,7 @@
 #include "matching/wide_search.hpp"
 #include "slam/pose_gate.hpp"
 #include "slam/scan_evidence.hpp"
+#include "slam/scan_profile.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -39,14 +40,6 @@ double independence_of(const PoseHypotheses::Step& step) {
   const Pose2& moved = step.predicted.motion.previous_from_current;
   return std::min(1.0, moved.translation().norm() / kDistance + std::abs(moved.theta) / kAngle +
                            step.seconds / kTime);
-}
-
-/// How surely the robot went on from the scan before, from 0 to 1: by odometry most of what it sees
-/// was seen there, too. A motion that matches tell goes wrong along with them, and in a map that is
-/// kept a robot that goes on may still drift away.
-double seen_on(const PoseHypotheses::Step& step, double explained) {
-  const bool tells = step.is_mapping && step.predicted.motion.is_by_odometry;
-  return tells ? std::max(0.0, 2.0 * explained - 1.0) : 0.0;
 }
 
 bool is_same(const Pose2& a, const Pose2& b) { return are_near(a, b, 0.1, 0.05); }
@@ -81,8 +74,7 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
     leave_out();
     return outcome;
   }
-  const ScanChange change = note_change(step);
-  const double share = std::max(independence_of(step), change.changed);
+  const double share = std::max(independence_of(step), note_change(step));
   outcome.is_jump = is_jump(outcome.match, step.predicted);
   move_others(step, outcome.evidence.log_odds, share);
   note_motion(step, outcome.evidence.log_odds);
@@ -93,30 +85,28 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
     state_.fork->searched = 0.0;
     search(step, outcome, share);
   }
-  weigh_elsewhere(step, share * odds_of_elsewhere(outcome.evidence), change.explained, outcome);
+  weigh_elsewhere(step, share * odds_of_elsewhere(outcome.evidence), outcome);
   drop_refuted(outcome.match.map_from_base, options);
   decide(step, options, outcome);
   return outcome;
 }
 
-/// Whatever the odometry says: a robot that is carried sees something else with each scan, and
-/// errors do not repeat.
-ScanChange PoseHypotheses::note_change(const Step& step) {
+/// The share of what it sees in which a scan is another one than that before. Whatever the odometry
+/// says: a robot that is carried sees something else with each, and errors do not repeat.
+double PoseHypotheses::note_change(const Step& step) {
   const ScanProfile profile = profile_of(step.scan);
-  const ScanChange change =
-      change_since(state_.profile, profile, step.predicted.motion.previous_from_current);
+  const double changed =
+      changed_share(profile, state_.profile, step.predicted.motion.previous_from_current);
   state_.profile = profile;
-  return change;
+  return changed;
 }
 
 /// A jump makes it possible that the robot was carried, and not more: where it is now the scan
 /// tells.
-void PoseHypotheses::weigh_elsewhere(const Step& step, double odds, double explained,
-                                     const Outcome& outcome) {
-  const double least = -kCarried - kSeenOn * seen_on(step, explained);
+void PoseHypotheses::weigh_elsewhere(const Step& step, double odds, const Outcome& outcome) {
   double& elsewhere = state_.elsewhere;
-  elsewhere = std::max(least, elsewhere);
-  elsewhere = std::max(least, elsewhere + odds);
+  elsewhere = std::max(-kCarried, elsewhere);
+  elsewhere = std::max(-kCarried, elsewhere + odds);
   if (outcome.is_jump) {
     const double raised =
         elsewhere + 0.5 * squared_distance(outcome.match.map_from_base, step.predicted);

@@ -12,17 +12,11 @@
 #include "matchbox_slam/slam/hypotheses.hpp"
 #include "matchbox_slam/slam/scan_outcome.hpp"
 #include "motion/motion_tracker.hpp"
-#include "slam/scan_profile.hpp"
 
 namespace matchbox_slam {
 
 /// Log odds, before any scan, against the robot being somewhere unknown, as when it was carried.
 constexpr double kCarried = 9.2;
-
-/// More log odds against it where a scan shows what the one before, moved as odometry tells, leads
-/// to expect: what two scans say at most. With half of it two healthy robots of the zoo get lost,
-/// without it four.
-constexpr double kSeenOn = 12.0;
 
 /// Where the robot may be other than where it is thought to be: on by another motion than odometry
 /// tells, at other maxima of the search, or somewhere unknown. The hypotheses compete by what the
@@ -47,7 +41,6 @@ class PoseHypotheses {
     const MotionPrediction& predicted;
     /// As the last motion goes on, where odometry tells of a step that cannot be.
     const std::optional<MotionPrediction>& steady;
-    bool is_mapping = true;  ///< the map grows; one that is kept has to hold the robot by itself
   };
 
   enum class Verdict {
@@ -97,8 +90,8 @@ class PoseHypotheses {
   void believe();
 
  private:
-  ScanChange note_change(const Step& step);
-  void weigh_elsewhere(const Step& step, double odds, double explained, const Outcome& outcome);
+  double note_change(const Step& step);
+  void weigh_elsewhere(const Step& step, double odds, const Outcome& outcome);
   void move_others(const Step& step, double leading, double share);
   void note_motion(const Step& step, double leading);
   [[nodiscard]] bool is_search_due(const Outcome& outcome, bool is_odometry_improbable) const;

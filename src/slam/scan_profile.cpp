@@ -40,27 +40,22 @@ ScanProfile profile_of(const PointScan& scan) {
   return profile;
 }
 
-ScanChange change_since(const ScanProfile& before, const ScanProfile& profile,
-                        const Pose2& before_from_profile) {
+double changed_share(const ScanProfile& profile, const ScanProfile& before,
+                     const Pose2& before_from_profile) {
   // As much as a wall seen at a slant differs within a sector.
   constexpr float kDistance = 0.2F;  // [m]
   constexpr float kOfRange = 0.1F;
   const ScanProfile expected = moved(before, Transform2(before_from_profile.inverse()));
-  std::size_t seen = 0;
-  std::size_t seen_by_both = 0;
+  std::size_t both = 0;
   std::size_t changed = 0;
   for (std::size_t i = 0; i < profile.size(); ++i) {
-    seen += profile[i] > 0.0F ? 1 : 0;
     if (profile[i] > 0.0F && expected[i] > 0.0F) {
-      ++seen_by_both;
+      ++both;
       const float differs = std::abs(profile[i] - expected[i]);
       changed += differs > kDistance + kOfRange * profile[i] ? 1 : 0;
     }
   }
-  const auto share = [](std::size_t part, std::size_t of) {
-    return of > 0 ? static_cast<double>(part) / static_cast<double>(of) : 0.0;
-  };
-  return {share(changed, seen_by_both), share(seen_by_both - changed, seen)};
+  return both > 0 ? static_cast<double>(changed) / static_cast<double>(both) : 0.0;
 }
 
 }  // namespace matchbox_slam

@@ -20,13 +20,9 @@ constexpr double kSectorWidth = 2.0 * kPi / static_cast<double>(kSectors);  // [
 
 [[nodiscard]] ScanProfile profile_of(const PointScan& scan);
 
-/// What a scan shows beside one before it; shares of directions, 0 where there are none.
-struct ScanChange {
-  double changed = 0.0;    ///< of those in which both saw something: in which it was something else
-  double explained = 0.0;  ///< of those in which it saw something: in which the other saw the same
-};
-
-[[nodiscard]] ScanChange change_since(const ScanProfile& before, const ScanProfile& profile,
-                                      const Pose2& before_from_profile);
+/// Share of the directions, of those in which both saw something, in which a scan saw something
+/// else than one before; 0 where there are none.
+[[nodiscard]] double changed_share(const ScanProfile& profile, const ScanProfile& before,
+                                   const Pose2& before_from_profile);
 
 }  // namespace matchbox_slam

@@ -96,9 +96,6 @@ struct LedDrive {
   Pose2 leading = rooms().truth(5.0);
   double seconds = kInterval;  ///< that are said to have passed
   PlacedScans keys = rooms().keys();
-  const SlamMap* map = &rooms().map();
-  bool is_by_odometry = false;  ///< its motion
-  bool is_mapping = true;
 
   /// The next scan, matched where its motion leads to, or as told.
   Outcome go_on(MatchStatus status = MatchStatus::kAccepted) {
@@ -110,14 +107,13 @@ struct LedDrive {
     const Pose2 moved = rooms().truth(time).inverse() * rooms().truth(time + kInterval);
     time += kInterval;
     leading = leading * moved;
-    MotionPrediction predicted = prediction(leading, moved);
-    predicted.motion.is_by_odometry = is_by_odometry;
+    const MotionPrediction predicted = prediction(leading, moved);
     std::optional<MotionPrediction> steady;
     if (by_velocity != nullptr) {
       steady = prediction(*by_velocity, moved);
     }
     const Outcome outcome =
-        hypotheses.follow({scan, *map, keys, keys, seconds, predicted, steady, is_mapping},
+        hypotheses.follow({scan, rooms().map(), keys, keys, seconds, predicted, steady},
                           match_at(leading, status), options);
     leading = outcome.match.map_from_base;
     return outcome;
@@ -293,40 +289,6 @@ TEST(PoseHypotheses, LeadNowhereWhereScansFitNowhere) {
   EXPECT_GE(scans, 3) << "what is carried takes some scans";
   EXPECT_GE(drive.hypotheses.state().elsewhere, drive.options.decisive);
   EXPECT_TRUE(drive.hypotheses.is_in_doubt(drive.options));
-}
-
-/// Scans that contradict all of a map until the robot is said to be somewhere unknown, of one that
-/// has driven for a while where they fit.
-int contradictions_until_unknown(bool is_by_odometry, bool is_carried, bool is_mapping = true) {
-  constexpr int kMost = 20;
-  const World other_world = make_random_world(8);
-  SlamMap other{MapOptions{}, LikelihoodFieldOptions{}};
-  LedDrive drive;
-  drive.is_by_odometry = is_by_odometry;
-  drive.is_mapping = is_mapping;
-  for (int i = 0; i < 25; ++i) {
-    EXPECT_EQ(drive.go_on().verdict, Verdict::kLeads);
-    insert_scan(look_around(other_world, laser(), drive.truth(), 5), drive.truth(), {}, other);
-  }
-  if (!is_carried) {  // the map is wrong
-    drive.map = &other;
-  }
-  for (int i = 1; i < kMost; ++i) {
-    const Pose2 there = rooms().truth(drive.time + kInterval);
-    const PointScan scan = is_carried ? look_around(other_world, laser(), there, 5)
-                                      : rooms().look(drive.time + kInterval);
-    if (drive.follow(scan, MatchStatus::kRejectedLowScore).verdict == Verdict::kUnknown) {
-      return i;
-    }
-  }
-  return kMost;
-}
-
-TEST(PoseHypotheses, TakeMoreToBelieveThatARobotIsCarriedWhoseScansGoOnByOdometry) {
-  EXPECT_LE(contradictions_until_unknown(true, true), 5);
-  EXPECT_LE(contradictions_until_unknown(false, false), 6) << "by what matches tell";
-  EXPECT_LE(contradictions_until_unknown(true, false, false), 6) << "in a map that is kept";
-  EXPECT_GE(contradictions_until_unknown(true, false), 8);
 }
 
 /// Scans of a robot that odometry has at rest, until it is said to be somewhere unknown.
