@@ -44,18 +44,24 @@ bool answer(Response& response, const Work& work) {
   return true;
 }
 
+/// Of a file: roslaunch starts nodes in a folder of its own, and what cannot be read there is told
+/// with its whole path.
+std::string whole(const std::string& path) { return std::filesystem::absolute(path).string(); }
+
 }  // namespace
 
 void SlamNode::start_services() {
   ros::NodeHandle prompt = node_;
   ros::NodeHandle prompt_private = private_node_;
+  ros::NodeHandle patient = node_;
   ros::NodeHandle patient_private = private_node_;
   prompt.setCallbackQueue(&prompt_queue_);
   prompt_private.setCallbackQueue(&prompt_queue_);
+  patient.setCallbackQueue(&patient_queue_);
   patient_private.setCallbackQueue(&patient_queue_);
   services_ = {
       prompt.advertiseService("dynamic_map", &SlamNode::answer_dynamic_map, this),
-      prompt.advertiseService("global_localization", &SlamNode::answer_global_localization, this),
+      patient.advertiseService("global_localization", &SlamNode::answer_global_localization, this),
       patient_private.advertiseService("save_map", &SlamNode::answer_save_map, this),
       prompt_private.advertiseService("load_map", &SlamNode::answer_load_map, this),
       patient_private.advertiseService("merge_map", &SlamNode::answer_merge_map, this),
@@ -130,8 +136,7 @@ bool SlamNode::answer_reset(std_srvs::Trigger::Request& /*request*/,
 }
 
 LoadMapFile SlamNode::read_load(const std::string& path) {
-  // roslaunch starts nodes in a folder of its own: what cannot be read is told with its whole path.
-  const std::string whole_path = std::filesystem::absolute(path).string();
+  const std::string whole_path = whole(path);
   EngineState map = read_start_map(whole_path, setup());
   return {whole_path, std::make_shared<const EngineState>(std::move(map))};
 }
@@ -182,14 +187,15 @@ void SlamNode::require_mergeable(const EngineState& map) {
 
 bool SlamNode::answer_merge_map(MergeMap::Request& request, MergeMap::Response& response) {
   return answer(response, [&] {
-    EngineState map = read_mergeable_map(request.path, setup().engine);
+    const std::string path = whole(request.path);
+    EngineState map = read_mergeable_map(path, setup().engine);
     require_mergeable(map);
     const std::size_t key_scans = map.key_scans.size();
-    other_maps_->add(request.path, std::move(map));
+    other_maps_->add(path, std::move(map));
     return fmt::format(
         "the {} key scans of '{}' become part of this map where the robot comes to what they saw; "
         "the log tells when",
-        key_scans, request.path);
+        key_scans, path);
   });
 }
 

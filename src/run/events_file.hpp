@@ -10,8 +10,8 @@ namespace matchbox_slam {
 
 /// Events as a YAML list, from which a run is repeated. Each names the scan before which it takes
 /// effect, by its stamp [s] and where need be its laser and the time jumps before it, and one of
-/// set_pose, correct_pose, be_anywhere, reset, load, pause and reconfigure, with frames and units
-/// of RunEvent:
+/// set_pose, correct_pose, be_anywhere, reset, load, pause, reconfigure and leave_out, with frames
+/// and units of RunEvent:
 ///
 ///   - scan: 12.25
 ///     set_pose: {x: 1.0, y: 2.0, theta: 0.5, covariance: [0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.05]}

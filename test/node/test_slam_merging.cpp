@@ -208,6 +208,7 @@ TEST_F(Merging, RefusesWhatCannotComeInAndKeepsItsMap) {
   start();
   play(60);
   expect_refused(folder_ / "none.slam", "none.slam");
+  expect_refused("none.slam", "/none.slam");  // where it was looked for
   expect_refused(folder_ / "other", "is a folder; give the map in it");
   expect_refused(folder_ / "run.bag", "map_bag");
   expect_refused(folder_ / "other/map.yaml", "give the .slam");
