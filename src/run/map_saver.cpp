@@ -41,8 +41,8 @@ MapToSave map_to_save(const SlamRun& run) {
   if (run.scans() == 0) {
     throw std::runtime_error("no scan was mapped yet; nothing is saved, so that no map is lost");
   }
-  return {run.setup(), revision_of(run), run.snapshot(), Trajectory(run.path().poses()),
-          Trajectory(run.odometry_path().poses())};
+  return {run.setup(), revision_of(run), run.snapshot(), Trajectory(run.in_map(run.path().poses())),
+          Trajectory(run.in_map(run.odometry_path().poses()))};
 }
 
 void add_images(const std::string& path, const OccupancyGrid& shown, const std::string& picture,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -416,6 +417,13 @@ bool SlamRun::is_in_map(double stamp) const {
   return std::none_of(disconnected_.begin(), disconnected_.end(), [stamp](const auto& stretch) {
     return stretch.first <= stamp && stamp <= stretch.second;
   });
+}
+
+std::vector<StampedPose2> SlamRun::in_map(const std::vector<StampedPose2>& poses) const {
+  std::vector<StampedPose2> inside;
+  std::copy_if(poses.begin(), poses.end(), std::back_inserter(inside),
+               [this](const StampedPose2& pose) { return is_in_map(pose.stamp); });
+  return inside;
 }
 
 void SlamRun::correct_by(const std::optional<MapCorrection>& correction) {

@@ -163,6 +163,8 @@ class SlamRun {
   /// Whether a pose of the trajectory, by its stamp [s], is in the map: not of a lost robot that
   /// was never found, which is in a frame of its own.
   [[nodiscard]] bool is_in_map(double stamp) const;
+  /// Those of the poses that are, by their stamps: others, drawn over it, would seem to be, too.
+  [[nodiscard]] std::vector<StampedPose2> in_map(const std::vector<StampedPose2>& poses) const;
   /// Raw odometry at the same stamps, or the latest ones; empty when there is none.
   [[nodiscard]] const std::vector<StampedPose2>& odometry() const { return odometry_; }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <iterator>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -125,7 +124,6 @@ class BagMapping {
   void add_images(const OccupancyGrid& shown);
   void write_files();
   void remove_leftovers() const;
-  [[nodiscard]] Trajectory in_map(const std::vector<StampedPose2>& poses) const;
   [[nodiscard]] std::vector<FileContents> hough_pictures() const;
   void tell(const RunFacts& facts);
   void tell_rest() const;
@@ -264,14 +262,6 @@ void BagMapping::handle(const TimeJump& jump) {
   }
 }
 
-/// Maps apart have frames of their own: drawn over the map they would seem to be in it.
-Trajectory BagMapping::in_map(const std::vector<StampedPose2>& poses) const {
-  std::vector<StampedPose2> inside;
-  std::copy_if(poses.begin(), poses.end(), std::back_inserter(inside),
-               [this](const StampedPose2& pose) { return run().is_in_map(pose.stamp); });
-  return Trajectory(std::move(inside));
-}
-
 void BagMapping::add_map_and_trajectories() {
   const auto comment = [this](const std::string& of_continued) {
     return map_file_.empty() ? "" : of_continued + map_file_;
@@ -295,8 +285,9 @@ void BagMapping::add_map_and_trajectories() {
 }
 
 void BagMapping::add_images(const OccupancyGrid& shown) {
-  const Trajectory trajectory = in_map(run().trajectory());
-  const Picture picture = draw_map(shown, trajectory, in_map(run().odometry()), run().graph());
+  const Trajectory trajectory(run().in_map(run().trajectory()));
+  const Picture picture =
+      draw_map(shown, trajectory, Trajectory(run().in_map(run().odometry())), run().graph());
   picture_ = {picture.to_png(), picture.width(), picture.height(),
               frame_of_picture(shown, trajectory)};
   matchbox_slam::add_images(out_ + "/map", shown, picture_.png, map_format(run().setup().run),
@@ -328,7 +319,7 @@ void BagMapping::tell(const RunFacts& facts) {
         "maps of a lost robot that were found nowhere in the map: {}; map.slam alone holds them",
         run().disconnected_components()));
     const std::size_t all = run().trajectory().size();
-    const std::size_t apart = all - in_map(run().trajectory()).size();
+    const std::size_t apart = all - run().in_map(run().trajectory()).size();
     if (apart > 0) {
       dialog_.warn(fmt::format(
           "{} of {} poses are in such maps, each in a frame of its own that has nothing to do with "

@@ -106,6 +106,18 @@ TEST_F(Saver, KeepsAMapThatItDidNotGoOnFrom) {
   EXPECT_LT(key_scans_of(file_), old);
 }
 
+TEST_F(Saver, DrawsNoWayOfALostRobotOverTheMap) {
+  drive(60);
+  run_.begin_drive(drive_.scans[next_].stamp);
+  drive(1);
+  ASSERT_FALSE(run_.is_in_map(drive_.scans[next_ - 1].stamp));
+  const MapToSave now = map_to_save(run_);
+  for (const Trajectory* drawn : {&now.trajectory, &now.odometry}) {
+    ASSERT_FALSE(drawn->empty());
+    EXPECT_TRUE(run_.is_in_map(drawn->poses().back().stamp));
+  }
+}
+
 TEST_F(Saver, KeepsNoMapThatItHasBegunFrom) {
   drive(60);
   (void)saver_.save(map_to_save(run_));
