@@ -14,26 +14,8 @@ namespace matchbox_slam {
 
 namespace {
 
-// Less than this is a message out of order, more is a clock that was set back.
-constexpr double kTimeJump = 1.0;
-
-// A stamp that is this much farther ahead of the time of arrival than the one before [s] is wrong,
-// or tells of another clock. Believed at once, it would make all that follow seem older than it.
-constexpr double kLeap = 60.0;  // a guess: half and double were not tried
-
 // ros::Time throws beyond 2^32 s.
 constexpr double kLatestStamp = 4e9;
-
-// Scans in a row, each later than the one before, that tell a clock that was set back from a stamp
-// that is wrong.
-constexpr int kScansOfATimeJump = 3;  // a guess: half and double were not tried
-
-// For so long after a time jump slow lasers send scans from before it [s].
-constexpr double kStraggling = 2.0;  // a guess: half and double were not tried
-
-// A scan waits this long for those of other lasers [s], and the first of a laser for the next,
-// which tells whether it is a part of a turn; a laser that is silent for as long is off.
-constexpr double kPatienceWithLasers = 0.5;  // of lasers from 4 Hz on two scans or more
 
 // Farther from the base no laser is, and no robot gets while one scan is taken. Beyond, a scan
 // would be torn over more map than any memory holds.
@@ -77,6 +59,7 @@ std::string text_of(const TimeJump& jump, std::size_t scans_before) {
 ScanQueue::ScanQueue(ScanQueueSettings settings)
     : settings_(std::move(settings)),
       transforms_(settings_),
+      stamps_(settings_.lasers),
       sweep_times_(settings_.timing.sweep_time, settings_.projection,
                    settings_.odom_frame && *settings_.odom_frame != kImuHeadingFrame) {}
 
@@ -147,11 +130,11 @@ void ScanQueue::skip_parts(SkipReason reason, const std::string& why) {
 
 void ScanQueue::add_valid_scan(WaitingScan&& scan, const Turn& turn) {
   const ros::Time& stamp = turn.stamp;
-  if (is_straggler(stamp)) {
+  if (stamps_.is_straggler(stamp, *now_)) {
     skip(stamp, SkipReason::kTimeJump, "it is from before time jumped back");
     return;
   }
-  if (was_clock_set_back(turn)) {
+  if (stamps_.is_set_back(stamp, turn.laser, last_ready_ ? &last_ready_->stamp : nullptr)) {
     jump_back(seconds_between(stamp, last_ready_->stamp), *now_);
   }
   if (stopped_) {
@@ -161,44 +144,14 @@ void ScanQueue::add_valid_scan(WaitingScan&& scan, const Turn& turn) {
     skip(stamp, SkipReason::kDuplicateStamp, "there was a scan of this stamp before");
   } else if (last_ready_ && turn < *last_ready_) {
     skip(stamp, SkipReason::kOutOfOrder, "a later scan was used already");
-  } else if (leaps_ahead(stamp)) {
+  } else if (stamps_.leaps_ahead(stamp, *now_)) {
     skip(stamp, SkipReason::kOutOfOrder, "its stamp is far ahead of the scans before it");
     return;  // by it, no other laser would be waited for any more
   } else {
     scan.scan.stamp = stamp.toSec();
     waiting_.emplace(turn, std::move(scan));
   }
-  note_newest(turn);
-}
-
-/// A laser whose scans are older than another's alone is late.
-bool ScanQueue::was_clock_set_back(const Turn& turn) {
-  OldScans& old = old_scans_[turn.laser];
-  if (!last_ready_ || seconds_between(turn.stamp, last_ready_->stamp) <= kTimeJump ||
-      seconds_between(turn.stamp, old.newest) <= kTimeJump) {
-    old.in_a_row = 0;
-    return false;
-  }
-  old.in_a_row = old.in_a_row > 0 && turn.stamp > old.last ? old.in_a_row + 1 : 1;
-  old.last = turn.stamp;
-  return old.in_a_row >= kScansOfATimeJump;
-}
-
-/// Nothing of before a time jump may come among what follows, which would seem older than it.
-bool ScanQueue::is_straggler(const ros::Time& stamp) const {
-  return straggling_ && now_->toSec() < straggling_->last_arrival &&
-         stamp.toSec() > straggling_->least_stamp;
-}
-
-bool ScanQueue::leaps_ahead(const ros::Time& stamp) {
-  const double lead = seconds_between(*now_, stamp);
-  const bool leaps = lead_ && !now_->isZero() && lead > *lead_ + kLeap;
-  leaps_in_a_row_ = leaps ? leaps_in_a_row_ + 1 : 0;
-  if (leaps && leaps_in_a_row_ < kScansOfATimeJump) {
-    return true;
-  }
-  lead_ = now_->isZero() ? lead_ : lead;
-  return false;
+  stamps_.note(stamp, turn.laser);
 }
 
 void ScanQueue::add_transforms(const tf2_msgs::TFMessage& message, bool is_static,
@@ -241,17 +194,9 @@ void ScanQueue::jump_back(double seconds, const ros::Time& now) {
   waiting_.clear();
   skip_parts(SkipReason::kTimeJump, "its other parts were to come when time jumped back");
   sweep_times_.forget();
-  straggling_.reset();
-  if (!newest_.empty()) {
-    const double newest = std::max_element(newest_.begin(), newest_.end())->toSec();
-    straggling_ =
-        Straggling{newest - 0.25 * seconds, now.toSec() + std::min(kStraggling, 0.5 * seconds)};
-  }
-  newest_.clear();
+  stamps_.jump_back(seconds, now);
   transforms_.clear();
   last_ready_.reset();
-  old_scans_.clear();
-  lead_.reset();
   if (!stopped_) {
     stopped_ = settings_.stop_at_time_jump;
     ready_.emplace_back(TimeJump{seconds, stopped_});
@@ -336,25 +281,9 @@ const ScanInput* ScanQueue::deliver(const Turn& turn, ReadyScan&& scan) {
   return &std::get<ReadyScan>(ready_.back()).input;
 }
 
-/// Those not heard of yet count as just before the first scan, so that they are waited for as well.
-void ScanQueue::note_newest(const Turn& turn) {
-  if (newest_.empty()) {
-    newest_.assign(static_cast<std::size_t>(settings_.lasers), turn.stamp - ros::Duration(0, 1));
-  }
-  ros::Time& newest = newest_.at(static_cast<std::size_t>(turn.laser));
-  newest = std::max(newest, turn.stamp);
-  ros::Time& newest_of_all = old_scans_[turn.laser].newest;
-  newest_of_all = std::max(newest_of_all, turn.stamp);
-}
-
 /// Whether no other laser is likely to send an earlier scan.
 bool ScanQueue::is_its_turn(const Turn& turn, const WaitingScan& scan) const {
-  if (seconds_between(scan.arrival, *now_) > kPatienceWithLasers) {
-    return true;
-  }
-  return std::all_of(newest_.begin(), newest_.end(), [&](const ros::Time& newest) {
-    return newest >= turn.stamp || seconds_between(newest, turn.stamp) > kPatienceWithLasers;
-  });
+  return seconds_between(scan.arrival, *now_) > kPatienceWithLasers || stamps_.is_next(turn.stamp);
 }
 
 /// Whether the next scan of its laser may yet tell that it is a part of a turn.

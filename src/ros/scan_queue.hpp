@@ -21,6 +21,7 @@
 #include "ros/robot_transforms.hpp"
 #include "ros/scan_account.hpp"
 #include "ros/scan_message.hpp"
+#include "ros/scan_stamps.hpp"
 #include "run/run_event.hpp"
 #include "sensor/scan_joiner.hpp"
 #include "sensor/scan_timing.hpp"
@@ -178,17 +179,6 @@ class ScanQueue {
     bool has_times = false;
     Turn latest = {};  ///< of those that were whole
   };
-  /// Scans of one laser in a row that are older than time can be.
-  struct OldScans {
-    ros::Time newest;  ///< of all its scans
-    ros::Time last;
-    int in_a_row = 0;
-  };
-  /// Which scans come from before the latest time jump, and how long such ones may come.
-  struct Straggling {
-    double least_stamp = 0.0;   ///< [s]
-    double last_arrival = 0.0;  ///< [s]
-  };
   void advance(const ros::Time& now);
   void jump_back(double seconds, const ros::Time& now);
   void add_valid_scan(WaitingScan&& scan, const Turn& turn);
@@ -196,14 +186,10 @@ class ScanQueue {
   void take_joined(Parts& parts, int laser);
   void skip_parts(SkipReason reason, const std::string& why);
   void choose_sweep_time(const Turn& turn, WaitingScan& waiting);
-  [[nodiscard]] bool was_clock_set_back(const Turn& turn);
-  [[nodiscard]] bool is_straggler(const ros::Time& stamp) const;
-  [[nodiscard]] bool leaps_ahead(const ros::Time& stamp);
   void collect_ready(bool wait_for_more);
   const ScanInput* deliver(const Turn& turn, ReadyScan&& scan);
   void limit_waiting();
   void give_up_late();
-  void note_newest(const Turn& turn);
   [[nodiscard]] std::deque<Item>::const_iterator oldest_ready_scan() const;
   void drop_oldest_ready(SkipReason reason, const std::string& why);
   void leave_out_oldest_ready(SkipReason reason, const std::string& why);
@@ -219,16 +205,12 @@ class ScanQueue {
 
   ScanQueueSettings settings_;
   RobotTransforms transforms_;
+  ScanStamps stamps_;
   Waiting waiting_;
   std::optional<ros::Time> now_;
   std::deque<Item> ready_;
   std::size_t ready_scans_ = 0;  ///< of the items in `ready_`
   std::optional<Turn> last_ready_;
-  std::vector<ros::Time> newest_;      ///< stamp, by laser; empty until a scan comes
-  std::map<int, OldScans> old_scans_;  ///< by laser
-  std::optional<Straggling> straggling_;
-  std::optional<double> lead_;  ///< [s] of the newest scan's stamp before its arrival
-  int leaps_in_a_row_ = 0;
   bool stopped_ = false;
   ScanAccount account_;
   std::vector<SkippedScan> skipped_;

@@ -77,21 +77,26 @@ TEST(ScanQueue, ATimeJumpIsOneWithASlowLaserToo) {
   }
 }
 
-TEST(ScanQueue, ScansOfALaserThatComeLateAllAtOnceAreNoTimeJump) {
-  Feed feed(two_lasers());
+/// Scans of two lasers, 0.1 s apart; `second` gives the other's.
+template <typename Second>
+void feed_both(int scans, Feed& feed, const Second& second) {
   feed.robot_until(120.0, 100.5);
-  for (int k = 0; k < 80; ++k) {
+  for (int k = 0; k < scans; ++k) {
     const double stamp = 101.0 + 0.1 * k;
     feed.scan_of(0, stamp, stamp + 0.01);
-    if (k == 59) {  // two seconds of the other
-      for (int late = 40; late < 60; ++late) {
-        feed.scan_of(1, 101.03 + 0.1 * late, stamp + 0.05);
-      }
-    } else if (k < 40 || k >= 60) {
-      feed.scan_of(1, stamp + 0.03, stamp + 0.05);
-    }
+    second(k, stamp);
   }
   feed.queue.finish();
+}
+
+TEST(ScanQueue, ScansOfALaserThatComeLateAllAtOnceAreNoTimeJump) {
+  Feed feed(two_lasers());
+  feed_both(80, feed, [&](int k, double stamp) {
+    const int first = k == 59 ? 40 : k;  // two seconds at once
+    for (int late = first; late <= k && (k < 40 || k >= 59); ++late) {
+      feed.scan_of(1, 101.03 + 0.1 * late, stamp + 0.05);
+    }
+  });
   const Stamps ready = feed.ready();
   EXPECT_EQ(std::count_if(ready.begin(), ready.end(), [](double s) { return s < 0.0; }), 0);
   EXPECT_EQ(feed.skipped(SkipReason::kTimeJump), 0U);
@@ -101,13 +106,9 @@ TEST(ScanQueue, ScansOfALaserThatComeLateAllAtOnceAreNoTimeJump) {
 
 TEST(ScanQueue, AStampFarAheadDoesNotHaveALaserWaitedForNoMore) {
   Feed feed(two_lasers());
-  feed.robot_until(120.0, 100.5);
-  for (int k = 0; k < 50; ++k) {
-    const double stamp = 101.0 + 0.1 * k;
-    feed.scan_of(0, stamp, stamp + 0.01);
-    feed.scan_of(1, stamp - 0.02 + (k == 10 ? 86400.0 : 0.0), stamp + 0.06);  // slower to arrive
-  }
-  feed.queue.finish();
+  feed_both(50, feed, [&](int k, double stamp) {  // slower to arrive
+    feed.scan_of(1, stamp - 0.02 + (k == 10 ? 86400.0 : 0.0), stamp + 0.06);
+  });
   EXPECT_EQ(feed.ready().size(), 99U);
   EXPECT_EQ(feed.queue.account().skipped_total(), 1U);
 }
