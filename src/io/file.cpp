@@ -160,6 +160,10 @@ void explain_failure(const std::string& path, Work&& work) {
 
 }  // namespace
 
+std::string absolute_path(const std::string& path) {
+  return path.empty() ? path : fs::absolute(path).string();
+}
+
 std::string read_file(const std::string& path) {
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) {

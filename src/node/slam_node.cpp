@@ -23,10 +23,6 @@ namespace {
 
 constexpr std::size_t kRecentScans = 200;
 
-std::string absolute(const std::string& path) {
-  return path.empty() ? path : std::filesystem::absolute(path).string();
-}
-
 LiveConfiguration read_configuration(const ros::NodeHandle& private_node,
                                      const MatcherLoader& loader) {
   const LiveConfiguration configuration =
@@ -38,12 +34,12 @@ LiveConfiguration read_configuration(const ros::NodeHandle& private_node,
   const SlamNodeOptions& options = configuration.setup().node;
   for (const std::string& file : {options.trajectory_file, options.events_file}) {
     if (!file.empty()) {
-      require_writable_folder(std::filesystem::path(absolute(file)).parent_path().string());
+      require_writable_folder(std::filesystem::path(absolute_path(file)).parent_path().string());
     }
   }
   if (options.autosave_period > 0.0) {
     require_writable_folder(
-        std::filesystem::path(absolute(options.map_file)).parent_path().string());
+        std::filesystem::path(absolute_path(options.map_file)).parent_path().string());
   }
   return configuration;
 }
@@ -106,8 +102,8 @@ SlamNode::SlamNode(const ros::NodeHandle& node, const ros::NodeHandle& private_n
                 std::visit([this](const auto& one) { handle(one); }, item);
               }),
       options_(session_.setup().run),
-      trajectory_file_(absolute(session_.setup().node.trajectory_file)),
-      events_file_(absolute(session_.setup().node.events_file)),
+      trajectory_file_(absolute_path(session_.setup().node.trajectory_file)),
+      events_file_(absolute_path(session_.setup().node.events_file)),
       poses_(node_, session_.setup()),
       diagnostic_updater_(node_, private_node_, private_node_.getNamespace()) {
   const SlamSetup& setup = session_.setup();
@@ -174,7 +170,7 @@ void SlamNode::begin_map() {
   if (!setup.node.initial_map.empty()) {
     initial = read_load(setup.node.initial_map);
   }
-  const std::string saved = absolute(setup.node.map_file) + ".slam";
+  const std::string saved = absolute_path(setup.node.map_file) + ".slam";
   const bool goes_on = setup.node.resume && std::filesystem::exists(saved);
   if (goes_on) {
     try {
@@ -186,7 +182,7 @@ void SlamNode::begin_map() {
       if (!setup.engine.slam.update_map) {
         throw FileError(no_new_map(error, saved));
       }
-      set_map_aside(absolute(setup.node.map_file), error.what());
+      set_map_aside(absolute_path(setup.node.map_file), error.what());
     } catch (const FileError& error) {
       throw FileError(no_new_map(error, saved));
     }

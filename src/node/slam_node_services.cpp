@@ -3,12 +3,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <iostream>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "matchbox_slam/io/file.hpp"
 #include "node/slam_node.hpp"
 #include "ros/message_conversion.hpp"
 #include "run/mergeable_map.hpp"
@@ -43,10 +43,6 @@ bool answer(Response& response, const Work& work) {
   }
   return true;
 }
-
-/// Of a file: roslaunch starts nodes in a folder of its own, and what cannot be read there is told
-/// with its whole path.
-std::string whole(const std::string& path) { return std::filesystem::absolute(path).string(); }
 
 }  // namespace
 
@@ -136,7 +132,7 @@ bool SlamNode::answer_reset(std_srvs::Trigger::Request& /*request*/,
 }
 
 LoadMapFile SlamNode::read_load(const std::string& path) {
-  const std::string whole_path = whole(path);
+  const std::string whole_path = absolute_path(path);
   EngineState map = read_start_map(whole_path, setup());
   return {whole_path, std::make_shared<const EngineState>(std::move(map))};
 }
@@ -187,7 +183,7 @@ void SlamNode::require_mergeable(const EngineState& map) {
 
 bool SlamNode::answer_merge_map(MergeMap::Request& request, MergeMap::Response& response) {
   return answer(response, [&] {
-    const std::string path = whole(request.path);
+    const std::string path = absolute_path(request.path);
     EngineState map = read_mergeable_map(path, setup().engine);
     require_mergeable(map);
     const std::size_t key_scans = map.key_scans.size();

@@ -2,11 +2,13 @@
 
 #include <fmt/core.h>
 
+#include <filesystem>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
 
 #include "io/map_picture.hpp"
+#include "matchbox_slam/io/file.hpp"
 #include "run/shown_map.hpp"
 
 namespace matchbox_slam {
@@ -14,9 +16,7 @@ namespace matchbox_slam {
 namespace {
 
 /// Each time anew: `map_file` may change while the mapping goes on.
-std::string path_of(const MapToSave& now) {
-  return std::filesystem::absolute(now.setup.node.map_file).string();
-}
+std::string path_of(const MapToSave& now) { return absolute_path(now.setup.node.map_file); }
 
 /// Lets work fail as files do that cannot be written.
 template <typename Work>

@@ -37,6 +37,12 @@ class FullDisk {
   void (*handler_)(int) = nullptr;
 };
 
+TEST(AbsolutePath, LeadsFromTheFolderThatTheProgramWasStartedIn) {
+  EXPECT_EQ(absolute_path("a/map.slam"), (std::filesystem::current_path() / "a/map.slam").string());
+  EXPECT_EQ(absolute_path("/a/map.slam"), "/a/map.slam");
+  EXPECT_EQ(absolute_path(""), "") << "none";
+}
+
 TEST(ReplaceFile, WritesAndReplacesBytesAsTheyAre) {
   const TemporaryFolder folder;
   const std::string bytes("a\0b\r\n\xff", 6);

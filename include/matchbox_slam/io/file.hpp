@@ -28,6 +28,10 @@ class MissingFile : public FileError {
   using FileError::FileError;
 };
 
+/// The whole path of a file, wherever the program was started, as roslaunch starts nodes in a
+/// folder of its own; an empty one stays so.
+[[nodiscard]] std::string absolute_path(const std::string& path);
+
 /// The whole file as bytes. Throws MissingFile when there is none, FileError when it cannot be
 /// read.
 [[nodiscard]] std::string read_file(const std::string& path);
