@@ -24,42 +24,46 @@ if (($# > 0)); then
   refuse "unknown option $1; to run some tests, see CONTRIBUTING.md"
 fi
 
+if [[ -z ${MATCHBOX_DATA:-} && -d $clone/../shared/data ]]; then
+  MATCHBOX_DATA=$(cd "$clone/../shared/data" && pwd)
+  export MATCHBOX_DATA
+fi
+
 results=$workspace/build/test_results
+# make_tests JOBS TARGET...: by make, as catkin_make may configure anew, and two at once trip over each other. It
+# succeeds also when tests that it runs fail: the results tell.
+make_tests() {
+  local jobs=$1
+  shift
+  make -C "$workspace/build" -j"$jobs" "$@" </dev/null
+}
+
 rm -rf "$results"
-prepare_workspace all
+prepare_workspace all programs_of_node_tests
+# Nodes run one at a time, as a crowd of them would wait for one another; and beside all that follows, as each
+# mostly waits: what waits for nobody lets them go first.
+nodes_log=$workspace/build/node_tests.log
+set -m  # in a group of its own, all of which ends when this script does
+make_tests 1 run_tests_matchbox_slam_rostest &>"$nodes_log" &
+nodes=$!
+set +m
+trap 'kill -- -"$nodes" 2>/dev/null || true; wait "$nodes" || true' EXIT
+renice --priority 10 $$ >/dev/null
+
 if $style; then
   outcome=""
   "$clone/scripts/check_style.sh" || outcome='<failure message="see the output above"/>'
   mkdir -p "$results"
   echo "<testcase classname='scripts' name='check_style'>$outcome</testcase>" >"$results/style.xml"
 fi
-if [[ -z ${MATCHBOX_DATA:-} && -d $clone/../shared/data ]]; then
-  MATCHBOX_DATA=$(cd "$clone/../shared/data" && pwd)
-  export MATCHBOX_DATA
-fi
-say "Building the tests"
-build -DCATKIN_ENABLE_TESTING=ON tests
+say "Building the other tests"
+make_tests "$(job_count)" tests
 say "Running the tests"
-# run_tests JOBS OF...: by make, as catkin_make may configure anew, and two at once trip over each other. It
-# succeeds also when tests fail: the results tell.
-run_tests() {
-  local jobs=$1
-  shift
-  make -C "$workspace/build" -j"$jobs" "${@/#/run_tests_}" </dev/null
-}
-# Nodes run one at a time, as a crowd of them would wait for one another; and beside the other tests, as
-# each mostly waits.
-nodes_log=$workspace/build/node_tests.log
-set -m  # in a group of its own, all of which ends when this script does
-run_tests 1 matchbox_slam_rostest &>"$nodes_log" &
-nodes=$!
-set +m
-trap 'kill -- -"$nodes" 2>/dev/null || true; wait "$nodes" || true' EXIT
-run_tests "$(job_count)" matchbox_slam_gtest matchbox_slam_python
+make_tests "$(job_count)" run_tests_without_nodes
 ran=0
 wait "$nodes" || ran=$?
 trap - EXIT
 cat "$nodes_log"
 ((ran == 0)) || fail "the tests of nodes could not be run: make returned $ran"
-run_tests 1 example_matcher
+make_tests 1 run_tests_example_matcher
 /usr/bin/python3 "$clone/scripts/count_tests.py" "$results"

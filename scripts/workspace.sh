@@ -156,18 +156,20 @@ build() {
     --make-args "$@"
 }
 
-# prepare_workspace programs|all: installs what it takes, builds and sources the workspace. `programs` are
-# those that map and evaluate simulated and recorded bags: no nodes, no tests.
+# prepare_workspace programs|all [TARGET]...: installs what it takes, builds and sources the workspace. `programs` are
+# those that map and evaluate simulated and recorded bags: no nodes, no tests. More targets are built with them.
 prepare_workspace() {
+  local kind=$1
+  shift
   use_system_ros
-  install_dependencies "$1"
+  install_dependencies "$kind"
   use_system_ros  # ROS may be there only now
   say "Building in $workspace"
-  case $1 in
+  case $kind in
     programs)
-      build -DCATKIN_ENABLE_TESTING=OFF evaluate map_bag matchbox_slam_plugins simulate
+      build -DCATKIN_ENABLE_TESTING=OFF evaluate map_bag matchbox_slam_plugins simulate "$@"
       ;;
-    all) build -DCATKIN_ENABLE_TESTING=ON all ;;
+    all) build -DCATKIN_ENABLE_TESTING=ON all "$@" ;;
   esac
   source_setup "$workspace/devel/setup.bash"
 }

@@ -380,10 +380,11 @@ TEST_F(MatchPairsProgram, HoughFindsTheTranslationToo) {
         World{"random", "--world random", 0.95, 0.88, 0.0915}}) {
     SCOPED_TRACE(world.name);
     simulate(world.name, world.options);
-    const Outcome outcome = match(world.name, world.name, "--threads 2 --matcher hough");
+    const Outcome outcome =
+        match(world.name, world.name, "--pairs 500 --threads 2 --matcher hough");
     ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
     const json hough = summary(world.name).at("matchers").at(0);
-    EXPECT_EQ(hough.at("pairs"), 1000);
+    EXPECT_EQ(hough.at("pairs"), 500);
     EXPECT_GE(hough.at("success_rate"), world.success);
     EXPECT_LE(hough.at("translation_mm").at("median"), world.median_mm);
     EXPECT_LE(hough.at("heading_mrad").at("median"), world.median_mrad);
