@@ -28,9 +28,9 @@ struct OdometryTopic {
 };
 
 bool is_elsewhere(const Pose2& first, const Pose2& pose) {
-  constexpr double kMoved = 0.01;  // [m] or [rad]: more than an estimate trembles at rest
+  constexpr double kMinMotion = 0.01;  // [m] or [rad]: more than an estimate trembles at rest
   const Pose2 moved = first.inverse() * pose;
-  return moved.translation().norm() > kMoved || std::abs(moved.theta) > kMoved;
+  return moved.translation().norm() > kMinMotion || std::abs(moved.theta) > kMinMotion;
 }
 
 /// None at the end, and where it cannot be read: that is told when it is mapped.

@@ -217,7 +217,7 @@ bool BagReader::has_begin_between(double from, double to) const {
 }
 
 std::string BagReader::text_of_overlap(const std::vector<std::string>& scan_topics) const {
-  constexpr double kWorthTelling = 1.0;  // [s]: files of a drive that is split meet by less
+  constexpr double kMinOverlap = 1.0;  // [s]: files of a drive that is split meet by less
   std::string names;
   double longest = 0.0;
   std::size_t pairs = 0;
@@ -227,8 +227,8 @@ std::string BagReader::text_of_overlap(const std::vector<std::string>& scan_topi
       for (auto b = a + 1; b != files.end(); ++b) {
         const double both = seconds_between(std::max((*a)->begin_time(), (*b)->begin_time()),
                                             std::min((*a)->end_time(), (*b)->end_time()));
-        pairs += both > kWorthTelling ? 1 : 0;
-        if (both > std::max(longest, kWorthTelling)) {
+        pairs += both > kMinOverlap ? 1 : 0;
+        if (both > std::max(longest, kMinOverlap)) {
           longest = both;
           names = fmt::format("{} and {} both hold scans of {}", (*a)->path(), (*b)->path(), topic);
         }

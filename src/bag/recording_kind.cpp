@@ -67,7 +67,7 @@ bool is_rawlog(const std::string& head) {
 
 /// tinySLAM's recordings have a line of numbers for each scan of hundreds of beams.
 bool is_line_of_numbers(const std::string& line) {
-  constexpr std::size_t kManyNumbers = 100;
+  constexpr std::size_t kMinNumbers = 100;
   std::istringstream words(line);
   std::size_t count = 0;
   for (std::string word; words >> word; ++count) {
@@ -75,7 +75,7 @@ bool is_line_of_numbers(const std::string& line) {
       return false;
     }
   }
-  return count >= kManyNumbers;
+  return count >= kMinNumbers;
 }
 
 std::string unpack_with(const std::string& program, const std::string& packer,

@@ -28,9 +28,9 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::string nearest_name(const std::string& name, const std::vector<std::string>& known) {
-  constexpr std::size_t kBeginning = 3;  // letters that are no slip of the pen
+  constexpr std::size_t kMinLetters = 3;  // letters that are no slip of the pen
   const auto begins = [&name](const std::string& one) { return one.rfind(name, 0) == 0; };
-  if (name.size() >= kBeginning && std::count_if(known.begin(), known.end(), begins) == 1) {
+  if (name.size() >= kMinLetters && std::count_if(known.begin(), known.end(), begins) == 1) {
     return *std::find_if(known.begin(), known.end(), begins);
   }
   std::string nearest;

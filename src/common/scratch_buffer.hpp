@@ -14,13 +14,14 @@ class ScratchBuffer {
   static_assert(std::is_trivial_v<T>);
 
   /// Bytes that are kept when fewer are wanted.
-  static constexpr std::size_t kKept = std::size_t{1} << 21;
+  static constexpr std::size_t kKeptBytes = std::size_t{1} << 21;
 
   /// Makes room for so many elements, of which none is set.
   T* make(std::size_t size) {
-    if (size > capacity_ || (sizeof(T) * capacity_ > kKept && sizeof(T) * size <= kKept)) {
+    if (size > capacity_ ||
+        (sizeof(T) * capacity_ > kKeptBytes && sizeof(T) * size <= kKeptBytes)) {
       // A bit more, since the next use may want a bit more.
-      capacity_ = sizeof(T) * size <= kKept ? size + size / 4 : size;
+      capacity_ = sizeof(T) * size <= kKeptBytes ? size + size / 4 : size;
       elements_.reset();  // before there are both
       elements_.reset(new T[capacity_]);
     }

@@ -36,7 +36,7 @@ double mean_heading_difference(const std::vector<PosePair>& pairs) {
 
 // [m], root mean square of the true positions about their middle: below, the robot rests or turns
 // in place, and which rotation fits the positions best is up to their noise.
-constexpr double kRest = 0.05;
+constexpr double kRestRadius = 0.05;
 
 /// The rotation about the centroids of least squared distance: the sums are the cosine and the sine
 /// of it, times the spread of the positions.
@@ -51,7 +51,7 @@ double rotation_between(const std::vector<PosePair>& pairs, const Centroids& mea
     sine += e.x() * t.y() - e.y() * t.x();
     spread += t.squaredNorm();
   }
-  const bool is_open = spread <= kRest * kRest * static_cast<double>(pairs.size());
+  const bool is_open = spread <= kRestRadius * kRestRadius * static_cast<double>(pairs.size());
   return is_open ? mean_heading_difference(pairs) : std::atan2(sine, cosine);
 }
 

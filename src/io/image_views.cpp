@@ -37,11 +37,11 @@ MeasuredScan view_from(const Eigen::Vector2d& origin, double heading, const Imag
 /// A search takes one key scan of those that are near each other and look the same way, though a
 /// wall may be between them: so of those no two look the same way.
 double free_heading(const Eigen::Vector2d& place, const PlacedScans& others) {
-  constexpr double kNear = 1.1;  // [m], more than spread_out's
+  constexpr double kSamePlaceDistance = 1.1;  // [m], more than spread_out's
   constexpr std::array kHeadings = {0.0, 0.5 * kPi, kPi, -0.5 * kPi};
   const auto is_free = [&](double heading) {
     return std::none_of(others.begin(), others.end(), [&](const PlacedScan& other) {
-      return (other.map_from_base.translation() - place).norm() < kNear &&
+      return (other.map_from_base.translation() - place).norm() < kSamePlaceDistance &&
              std::abs(wrap_angle(other.map_from_base.theta - heading)) < 0.25 * kPi;
     });
   };

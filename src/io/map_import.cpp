@@ -35,9 +35,9 @@ class PlacedImage {
   }
 
   [[nodiscard]] Cell pixel_at(const Eigen::Vector2d& point) const {
-    constexpr double kOnBorder = 1e-5;  // [pixels]; map_saver writes six decimals of a metre
+    constexpr double kBorderTolerance = 1e-5;  // [pixels]; map_saver writes six decimals of a metre
     const Eigen::Vector2d pixels = image_from_map_ * point / resolution_;
-    return {cell_index(pixels.x() + kOnBorder), cell_index(pixels.y() + kOnBorder)};
+    return {cell_index(pixels.x() + kBorderTolerance), cell_index(pixels.y() + kBorderTolerance)};
   }
 
   /// Cells of the map that it covers.

@@ -281,8 +281,8 @@ Picture draw_drives(const OccupancyGrid& map, const std::vector<Trajectory>& dri
   if (has_loops) {
     legend.add_line("loop", kLoopStroke);
   }
-  constexpr std::size_t kNamed = 6;  // that the narrowest picture has room for
-  for (std::size_t i = std::min(kNamed, drives.size()); i-- > 0;) {
+  constexpr std::size_t kMostNamedDrives = 6;  // that the narrowest picture has room for
+  for (std::size_t i = std::min(kMostNamedDrives, drives.size()); i-- > 0;) {
     if (!drives[i].empty()) {
       legend.add_line(std::to_string(i + 1), stroke_of(i));
     }

@@ -8,10 +8,10 @@ namespace {
 
 template <typename Archive, typename Sample>
 void transfer_sample(Archive& archive, Sample& sample) {
-  constexpr double kFast = 1e3;  // [m], [m/s], [rad], [rad/s]
+  constexpr double kLargestSample = 1e3;  // [m], [m/s], [rad], [rad/s]
   for (Eigen::Index i = 0; i < 3; ++i) {
-    archive.number(sample.error(i), kFast);
-    archive.number(sample.velocity(i), kFast);
+    archive.number(sample.error(i), kLargestSample);
+    archive.number(sample.velocity(i), kLargestSample);
   }
   transfer_covariance(archive, "a laser's sample", sample.covariance);
 }

@@ -17,7 +17,7 @@ namespace matchbox_slam {
 namespace {
 
 // An alias to a node around it makes YAML that never ends; nobody nests parameters this deep.
-constexpr int kDeepest = 32;
+constexpr int kMaxDepth = 32;
 
 bool has_empty_part(const std::string& key) {
   return key.empty() || key.front() == '/' || key.back() == '/' ||
@@ -30,8 +30,8 @@ class YamlReader {
   explicit YamlReader(std::string source) : source_(std::move(source)) {}
 
   void read_map(const YAML::Node& map, const std::string& prefix, int depth) {
-    if (depth > kDeepest) {
-      fail(map, fmt::format("maps are nested more than {} deep", kDeepest));
+    if (depth > kMaxDepth) {
+      fail(map, fmt::format("maps are nested more than {} deep", kMaxDepth));
     }
     for (const auto& entry : map) {
       if (!entry.first.IsScalar() || has_empty_part(entry.first.Scalar())) {

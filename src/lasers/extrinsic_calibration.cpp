@@ -28,7 +28,7 @@ constexpr double kKernel = 9.0;  // squared, of three degrees of freedom: 97 % a
 // A correction that is known so well does less harm than a match's own error: [m], [rad]. With half
 // the laser is used later, and the ATE is 2.9 mm; double changes no byte, as kLeastAgreeing
 // decides, with half of which it is 2.2 mm, and with double 3.9.
-constexpr double kSureXy = 0.004;
+constexpr double kMaxSigmaXy = 0.004;
 constexpr double kSureTheta = 0.0025;
 constexpr std::size_t kLeastAgreeing = 10;
 constexpr double kLeastShare = 0.5;  // of samples that agree
@@ -65,10 +65,10 @@ Eigen::Vector4d best_start(const std::vector<ExtrinsicSample>& samples,
     }
     return cost;
   };
-  constexpr std::size_t kTried = 40;  // a guess: half and double were not tried
+  constexpr std::size_t kTrialSamples = 40;  // a guess: half and double were not tried
   Eigen::Vector4d best = Eigen::Vector4d::Zero();
   double least = cost_of(best);
-  for (std::size_t i = 0; i < samples.size(); i += samples.size() / kTried + 1) {
+  for (std::size_t i = 0; i < samples.size(); i += samples.size() / kTrialSamples + 1) {
     for (const double delay : {-0.1, -0.05, 0.0, 0.05, 0.1}) {
       Eigen::Vector4d value;
       value << samples[i].error - delay * samples[i].velocity, delay;
@@ -144,7 +144,7 @@ bool ExtrinsicCalibration::is_found() const {
 
 bool ExtrinsicCalibration::is_sure(const Eigen::Vector3d& velocity) const {
   const Eigen::Vector3d variances = correction_covariance(velocity).diagonal();
-  return is_found() && variances.head<2>().maxCoeff() <= kSureXy * kSureXy &&
+  return is_found() && variances.head<2>().maxCoeff() <= kMaxSigmaXy * kMaxSigmaXy &&
          variances.z() <= kSureTheta * kSureTheta;
 }
 

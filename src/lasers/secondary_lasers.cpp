@@ -11,8 +11,8 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kSilent = 0.5;  // [s], as scans wait for those of other lasers
-constexpr int kSilentScans = 5;  // a guess: half and double were not tried
+constexpr double kMaxSilence = 0.5;  // [s], as scans wait for those of other lasers
+constexpr int kSilentScans = 5;      // a guess: half and double were not tried
 
 Eigen::Isometry3d in_space(const Pose2& pose) {
   return Eigen::Translation3d(pose.x, pose.y, 0.0) *
@@ -88,7 +88,8 @@ bool SecondaryLasers::select_primary(const ScanInput& input, const std::optional
       primary_.silent_since = newest.value_or(input.scan.stamp);
     }
     ++primary_.others;
-    if (primary_.others <= kSilentScans || input.scan.stamp - primary_.silent_since <= kSilent) {
+    if (primary_.others <= kSilentScans ||
+        input.scan.stamp - primary_.silent_since <= kMaxSilence) {
       return false;
     }
     lasers_[input.laser].waiting.reset();
@@ -122,8 +123,8 @@ bool SecondaryLasers::is_sample_due(int laser, const Pose2& newest_from_base) co
   // Guesses. In CONSTANTS.md the ATE of a drive whose second laser is used is 4.1 mm; with half of
   // the way, or of kUsedLaserFactor, 2.4 and 1.4, with double 16 and 15: more samples are more
   // exact, and each takes a search.
-  constexpr double kMoved = 0.1;            // [m]
-  constexpr double kTurned = 0.05;          // [rad]
+  constexpr double kSampleDistance = 0.1;   // [m]
+  constexpr double kSampleAngle = 0.05;     // [rad]
   constexpr double kUsedLaserFactor = 5.0;  // once it is used
   const SecondaryLaser& one = lasers_.at(laser);
   if (!one.newest_from_tried) {
@@ -131,7 +132,8 @@ bool SecondaryLasers::is_sample_due(int laser, const Pose2& newest_from_base) co
   }
   const Pose2 moved = one.newest_from_tried->inverse() * newest_from_base;
   const double part = one.is_used ? kUsedLaserFactor : 1.0;
-  return moved.translation().norm() >= part * kMoved || std::abs(moved.theta) >= part * kTurned;
+  return moved.translation().norm() >= part * kSampleDistance ||
+         std::abs(moved.theta) >= part * kSampleAngle;
 }
 
 void SecondaryLasers::sample(int laser_number, const PointScan& scan, const Pose2& map_from_base,
@@ -142,10 +144,10 @@ void SecondaryLasers::sample(int laser_number, const PointScan& scan, const Pose
   laser.newest_from_tried = newest_from_base;
   const bool is_found = laser.mount.is_found();
   const Pose2 expected = map_from_base * (is_found ? laser.mount.correction(velocity) : Pose2{});
-  constexpr std::size_t kLeastPoints = 30;  // a guess: half and double were not tried
-  constexpr std::size_t kNewest = 3;        // more would tell how the map has drifted
+  constexpr std::size_t kLeastPoints = 30;    // a guess: half and double were not tried
+  constexpr std::size_t kNewestCompared = 3;  // more would tell how the map has drifted
   const SlamMap seen =
-      rendered(newest_of(primary_.laser, keys, kNewest), map_options, field_options);
+      rendered(newest_of(primary_.laser, keys, kNewestCompared), map_options, field_options);
   const PointScan part = seen_part(scan, expected, seen);
   if (part.points.size() < kLeastPoints) {
     return;
@@ -163,7 +165,7 @@ std::map<int, SecondaryScan> SecondaryLasers::take_waiting(double stamp,
                                                            const Pose2& newest_from_base) {
   std::map<int, SecondaryScan> taken;
   for (auto& [number, laser] : lasers_) {
-    if (laser.waiting && stamp - laser.waiting->measured.scan.stamp <= kSilent) {
+    if (laser.waiting && stamp - laser.waiting->measured.scan.stamp <= kMaxSilence) {
       taken[number] = {std::move(laser.waiting->measured),
                        newest_from_base.inverse() * laser.waiting->there_from_base};
     }

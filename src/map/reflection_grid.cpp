@@ -205,7 +205,7 @@ void ReflectionGrid::count(const PointScan& scan, const Pose2& map_from_base) {
 void ReflectionGrid::count(const OccupancyGrid& occupancy) {
   constexpr int kScans = 8;
   constexpr double kWall = 0.5;
-  constexpr auto kSeen = static_cast<std::uint8_t>(kScans * kScan);
+  constexpr auto kFullCount = static_cast<std::uint8_t>(kScans * kScan);
   const CellBox tiles = occupancy.tiles().tile_bounds();
   for (int y = tiles.min.y; y < tiles.max.y; ++y) {
     for (int x = tiles.min.x; x < tiles.max.x; ++x) {
@@ -217,7 +217,7 @@ void ReflectionGrid::count(const OccupancyGrid& occupancy) {
       for (std::size_t i = 0; i < seen->size(); ++i) {
         if ((*seen)[i] != OccupancyGrid::kUnknown) {
           const bool is_wall = OccupancyGrid::to_probability((*seen)[i]) > kWall;
-          counts[i] = is_wall ? Counts{kSeen, 0} : Counts{0, kSeen};
+          counts[i] = is_wall ? Counts{kFullCount, 0} : Counts{0, kFullCount};
         }
       }
     }

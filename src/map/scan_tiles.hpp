@@ -64,8 +64,8 @@ class ScanTiles {
         }
       }
     }
-    constexpr std::size_t kKept = 4'000'000 / sizeof(Tile);
-    tiles_.resize(std::min(tiles_.size(), kKept));
+    constexpr std::size_t kKeptTiles = 4'000'000 / sizeof(Tile);
+    tiles_.resize(std::min(tiles_.size(), kKeptTiles));
   }
 
  private:

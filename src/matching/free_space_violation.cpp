@@ -51,7 +51,8 @@ class BeamWalk {
     const Eigen::Vector2d here = walk.from + walk.at * walk.direction;
     const Cell cell = field_.geometry().cell_at(here);
     const double distance = metres_ * field_.distance(cell);
-    if (distance <= kOn * resolution_ && is_within_wall(here, cell, walk.direction)) {
+    if (distance <= kWallHalfThickness * resolution_ &&
+        is_within_wall(here, cell, walk.direction)) {
       return true;
     }
     walk.at += std::max(distance - resolution_, 0.5 * resolution_);
@@ -62,10 +63,11 @@ class BeamWalk {
   // Of a cell: a wall so near to its centre goes through it, unless it cuts off a corner; half a
   // diagonal is 0.71. With half of it beams slip through, and carried robots do not get lost
   // (CONSTANTS.md: 2.07 m instead of 0.04); with double aces is 14 % worse.
-  static constexpr double kOn = 0.6;
+  static constexpr double kWallHalfThickness = 0.6;
 
   [[nodiscard]] bool is_on_wall(const Eigen::Vector2d& place) const {
-    return metres_ * field_.distance(field_.geometry().cell_at(place)) <= kOn * resolution_;
+    return metres_ * field_.distance(field_.geometry().cell_at(place)) <=
+           kWallHalfThickness * resolution_;
   }
 
   /// Whether a wall that the beam does not go along reaches to both sides: beams pass by the edges
@@ -137,7 +139,7 @@ double free_space_violation(const PointScan& scan, const Pose2& map_from_base,
 double share_on_other_sides(const PointScan& scan, const Pose2& map_from_base,
                             const LikelihoodField& field) {
   // Two cells: what is farther off lies on no wall at all.
-  constexpr double kOnWall = 0.1;  // [m]
+  constexpr double kMaxWallDistance = 0.1;  // [m]
   const Transform2 to_map(map_from_base);
   const double metres = field.options().reach / LikelihoodField::kFar;
   double on_other_sides = 0.0;
@@ -151,7 +153,7 @@ double share_on_other_sides(const PointScan& scan, const Pose2& map_from_base,
     const Cell cell = field.geometry().cell_at(place);
     const Eigen::Vector2d normal = to_map.turned(point.normal);
     Surface surface;
-    if (metres * field.distance(cell) <= kOnWall && field.nearest_surface(cell, surface) &&
+    if (metres * field.distance(cell) <= kMaxWallDistance && field.nearest_surface(cell, surface) &&
         is_other_side(surface, normal)) {
       on_other_sides += point.weight;
     }

@@ -15,7 +15,7 @@ namespace {
 double shown_information(const Correspondences& pairs, const RefinementOptions& options) {
   // The configured noise counts as much as this many residuals, since few points may agree by
   // chance. Half or double of it changes the mean NEES of pairs by 1 to 3 %.
-  constexpr double kBelieved = 10.0;
+  constexpr double kPriorResiduals = 10.0;
   // Least standard deviation, as a share of the configured noise: 2 mm by default, for the error of
   // the map, which even beams without noise have. With these the mean NEES of pairs in clutter is
   // 1.5; with half of it the same, with double 0.7. With 1 cm of noise it has no effect.
@@ -26,7 +26,8 @@ double shown_information(const Correspondences& pairs, const RefinementOptions& 
   constexpr double kKernel = 2.0;
   const double expected = options.noise * options.noise;
   const ResidualSum seen = pairs.residuals(kKernel * options.last_kernel);
-  const double shown = (seen.squares + kBelieved * expected) / (seen.measurements + kBelieved);
+  const double shown =
+      (seen.squares + kPriorResiduals * expected) / (seen.measurements + kPriorResiduals);
   return 1.0 / std::max(shown, kMinDeviationShare * kMinDeviationShare * expected);
 }
 
@@ -110,18 +111,18 @@ bool advance(const Eigen::Vector3d& step, Pose2& pose) {
     return false;
   }
   pose = displaced(pose, step);
-  constexpr double kConverged = 1e-5;  // [m], [rad]: a hundredth of what a scan tells
-  return step.head<2>().norm() >= kConverged || std::abs(step.z()) >= kConverged;
+  constexpr double kMinStep = 1e-5;  // [m], [rad]: a hundredth of what a scan tells
+  return step.head<2>().norm() >= kMinStep || std::abs(step.z()) >= kMinStep;
 }
 
 /// Whether the steps led away from prior and start alike: where neither holds a direction, the
 /// prior's weight having faded far from it, they may lead anywhere.
 bool has_run_off(const Pose2& pose, const Pose2& start, const PosePrior& prior) {
-  constexpr double kFarther = 0.5;  // [m], more than the first kernel reaches
+  constexpr double kMaxDeparture = 0.5;  // [m], more than the first kernel reaches
   const auto off = [&](const Pose2& some) {
     return (some.translation() - prior.map_from_base.translation()).norm();
   };
-  return !(off(pose) <= off(start) + kFarther);
+  return !(off(pose) <= off(start) + kMaxDeparture);
 }
 
 }  // namespace

@@ -19,13 +19,13 @@ constexpr double kMostAgainst = 0.05;
 
 Agreement agreement_of(const PlacedScans& keys, const PlacedScans& others,
                        const EngineOptions& options) {
-  constexpr double kNear = 2.0;  // [m], a guess
+  constexpr double kAgreementRadius = 2.0;  // [m], a guess
   const SlamMap map = rendered(others, options.map, options.field);
   Agreement agreement;
   for (const PlacedScan& key : keys) {
     const Eigen::Vector2d here = key.map_from_base.translation();
     const bool is_near = std::any_of(others.begin(), others.end(), [&](const PlacedScan& other) {
-      return distance(other, here) < kNear;
+      return distance(other, here) < kAgreementRadius;
     });
     if (is_near) {
       ++agreement.near;

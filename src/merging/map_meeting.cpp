@@ -9,7 +9,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kWalked = 1;  // the component that the robot makes; it has no parent
+constexpr std::size_t kWalkedComponent = 1;  // the component that the robot makes; it has no parent
 
 /// Whether two meetings are the same one, by where they have a key scan.
 bool is_same(const Pose2& there_from_map, const Pose2& other, const Pose2& map_from_base) {
@@ -21,15 +21,15 @@ bool is_same(const Pose2& there_from_map, const Pose2& other, const Pose2& map_f
 
 MeetingWalk::MeetingWalk(const MapComponent& there, const EngineOptions& options)
     : options_(options),
-      components_{there, {SlamMap(options.map, options.field), {}, {}, 0.0, kWalked}},
-      index_(components_, kWalked) {}
+      components_{there, {SlamMap(options.map, options.field), {}, {}, 0.0, kWalkedComponent}},
+      index_(components_, kWalkedComponent) {}
 
 std::optional<Pose2> MeetingWalk::go_on_to(const PlacedScan& key) {
-  MapComponent& walked = components_[kWalked];
+  MapComponent& walked = components_[kWalkedComponent];
   walked.key_scans.add(key);
   insert_scan(*key.scan->points(), key.map_from_base, options_.map, walked.map);
   const std::optional<PlaceHypothesis> found =
-      search_places(key.map_from_base, components_, kWalked, index_, options_, search_);
+      search_places(key.map_from_base, components_, kWalkedComponent, index_, options_, search_);
   if (!found) {
     return std::nullopt;
   }

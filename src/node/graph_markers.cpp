@@ -44,8 +44,8 @@ geometry_msgs::Point point_of(const Pose2& pose) {
 
 visualization_msgs::MarkerArray to_markers(const PoseGraph& graph, const std::string& map_frame,
                                            const ros::Time& stamp) {
-  constexpr double kThin = 0.03;   // [m]
-  constexpr double kThick = 0.12;  // [m]
+  constexpr double kThinLineWidth = 0.03;   // [m]
+  constexpr double kThickLineWidth = 0.12;  // [m]
   visualization_msgs::MarkerArray markers;
   const auto add = [&](const std::string& name, double width, const auto& is_in) {
     Marker marker;
@@ -66,9 +66,10 @@ visualization_msgs::MarkerArray to_markers(const PoseGraph& graph, const std::st
     markers.markers.push_back(marker);
   };
   const auto is_motion = [](const PoseEdge& edge) { return edge.kind != EdgeKind::kLoop; };
-  add("motion", kThin, is_motion);
-  add("loops", kThick, [&](const PoseEdge& edge) { return !is_motion(edge) && is_used(edge); });
-  add("refused", kThin, [](const PoseEdge& edge) { return !is_used(edge); });
+  add("motion", kThinLineWidth, is_motion);
+  add("loops", kThickLineWidth,
+      [&](const PoseEdge& edge) { return !is_motion(edge) && is_used(edge); });
+  add("refused", kThinLineWidth, [](const PoseEdge& edge) { return !is_used(edge); });
   return markers;
 }
 

@@ -61,8 +61,9 @@ MapPublisher::Clock::time_point MapPublisher::map_due() const {
 /// Paths of 20,000 poses are 3 MB, which may go through the air.
 MapPublisher::Clock::time_point MapPublisher::paths_due() const {
   constexpr double kMinInterval = 0.2;  // [s]
-  constexpr double kPerPose = 50e-6;
-  return paths_time_ + seconds(std::max(kMinInterval, kPerPose * static_cast<double>(path_poses_)));
+  constexpr double kSecondsPerPose = 50e-6;
+  return paths_time_ +
+         seconds(std::max(kMinInterval, kSecondsPerPose * static_cast<double>(path_poses_)));
 }
 
 void MapPublisher::run() {

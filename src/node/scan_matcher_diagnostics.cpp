@@ -10,7 +10,7 @@ namespace matchbox_slam {
 using diagnostic_msgs::DiagnosticStatus;
 
 void MatchRecord::add(const LaserOdometryOutcome& outcome, double seconds) {
-  constexpr std::size_t kRecent = 200;
+  constexpr std::size_t kRecentMatches = 200;
   ++statuses_[outcome.match.status];
   key_scans_ += outcome.is_key_scan ? 1 : 0;
   restarts_ += outcome.restarted ? 1 : 0;
@@ -18,7 +18,7 @@ void MatchRecord::add(const LaserOdometryOutcome& outcome, double seconds) {
   if (seconds > 0.0) {
     match_seconds_.push_back(static_cast<float>(seconds));
   }
-  if (match_seconds_.size() > kRecent) {
+  if (match_seconds_.size() > kRecentMatches) {
     match_seconds_.pop_front();
   }
 }

@@ -18,11 +18,11 @@ using diagnostic_msgs::DiagnosticStatus;
 using diagnostic_updater::DiagnosticStatusWrapper;
 
 // So many scans in a row that match nowhere: the robot is elsewhere, or was carried away.
-constexpr std::size_t kLost = 20;
+constexpr std::size_t kRejectedInRow = 20;
 
 // Share of the recent scans that may match nowhere without a warning: a guess, half and double were
 // not tried.
-constexpr double kFewRejected = 0.2;
+constexpr double kMaxRejectedShare = 0.2;
 
 bool is_rejected(const ScanHealth& scan) {
   return scan.status != MatchStatus::kAccepted && scan.status != MatchStatus::kRejectedNoReference;
@@ -50,7 +50,8 @@ TrackingState state_of(const std::deque<ScanHealth>& scans) {
 }
 
 bool match_nowhere(const std::deque<ScanHealth>& scans) {
-  return scans.size() >= kLost && std::all_of(scans.end() - kLost, scans.end(), is_rejected);
+  return scans.size() >= kRejectedInRow &&
+         std::all_of(scans.end() - kRejectedInRow, scans.end(), is_rejected);
 }
 
 double rejected_share(const std::deque<ScanHealth>& scans) {
@@ -93,7 +94,7 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
     status.summary(DiagnosticStatus::ERROR,
                    fmt::format("lost: the last {} scans match nowhere near; tell where the robot "
                                "is by initialpose or ~relocalise",
-                               kLost));
+                               kRejectedInRow));
   } else if (state_of(health.recent) == TrackingState::kDoubt) {
     status.summary(DiagnosticStatus::WARN,
                    "in doubt: the robot may be elsewhere than it is thought to be; the next scans "
@@ -123,7 +124,7 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
         "matching takes %.1f ms, longer than the %.1f ms from scan to scan; see max_lag "
         "and the matcher's deadline",
         1e3 * p95, 1e3 * period);
-  } else if (rejected_share(health.recent) > kFewRejected) {
+  } else if (rejected_share(health.recent) > kMaxRejectedShare) {
     status.summaryf(DiagnosticStatus::WARN, "%.0f %% of the recent scans match nowhere near",
                     100.0 * rejected_share(health.recent));
   } else if (!health.set_aside.empty()) {

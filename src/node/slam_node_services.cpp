@@ -20,14 +20,14 @@ namespace {
 
 // The best pose of a relocalisation counts as the only one from this ratio to the second best on: a
 // guess, half and double were not tried.
-constexpr double kUnique = 1.2;
+constexpr double kMinUniqueRatio = 1.2;
 
 /// Why its best pose is not to be taken as the robot's, or nothing.
 std::string doubt_about(const Relocalisation& found) {
   if (found.poses.empty()) {
     return "no pose was found";
   }
-  const bool has_rival = found.ratio != 0.0 && found.ratio < kUnique;
+  const bool has_rival = found.ratio != 0.0 && found.ratio < kMinUniqueRatio;
   return has_rival ? "the second best fits nearly as well" : "";
 }
 

@@ -9,7 +9,7 @@ namespace matchbox_slam {
 namespace {
 
 /// [s] in which a robot may begin to turn and end. A guess: half and double were not tried.
-constexpr double kSteady = 1.0;
+constexpr double kMaxSteadyTime = 1.0;
 
 LaserOdometrySettings settings_of(const ProjectionOptions& options) {
   LaserOdometrySettings settings;
@@ -31,7 +31,7 @@ std::optional<Pose2> ScanMotion::add(const ScanInput& input) {
   }
   last_stamp_ = stamp;
   before_ = std::exchange(newest_, std::nullopt);
-  if (last && stamp - *last > kSteady) {
+  if (last && stamp - *last > kMaxSteadyTime) {
     return std::nullopt;
   }
   ScanInput alone = input;

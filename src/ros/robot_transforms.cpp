@@ -14,7 +14,7 @@ namespace matchbox_slam {
 namespace {
 
 /// Below, a laser that moves on the robot is taken to have the same place for the whole scan [rad].
-constexpr double kLevel = 1e-3;
+constexpr double kMinTilt = 1e-3;
 
 /// The rotation of a frame but for its heading; exactly none where its z axis is upright.
 Eigen::Isometry3d attitude_of(const Eigen::Isometry3d& odom_from_base) {
@@ -179,7 +179,7 @@ bool RobotTransforms::is_by_tf(int laser, const std::string& frame) const {
 
 /// Whether a laser's plane is not that of the base. Its transform is there.
 bool RobotTransforms::is_tilted(int laser, const std::string& frame, const ros::Time& stamp) const {
-  return is_by_tf(laser, frame) && tilt_of(base_from_laser(laser, frame, stamp)) > kLevel;
+  return is_by_tf(laser, frame) && tilt_of(base_from_laser(laser, frame, stamp)) > kMinTilt;
 }
 
 /// Its transform is there.
@@ -242,7 +242,7 @@ Eigen::Isometry3d RobotTransforms::known_odom_from_base(const ros::Time& stamp) 
 Eigen::Isometry3d RobotTransforms::attitude(const Eigen::Isometry3d& odom_from_base,
                                             const ros::Time& stamp) const {
   const Eigen::Isometry3d by_odometry = attitude_of(odom_from_base);
-  return frames_.use_imu && tilt_of(by_odometry) < kLevel
+  return frames_.use_imu && tilt_of(by_odometry) < kMinTilt
              ? attitude_of(*store_.lookup(kImuHeadingFrame, frames_.base_frame, stamp))
              : by_odometry;
 }

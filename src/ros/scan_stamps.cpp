@@ -16,7 +16,7 @@ constexpr double kLeap = 60.0;  // a guess: half and double were not tried
 constexpr int kScansOfATimeJump = 3;  // a guess: half and double were not tried
 
 // For so long after a time jump slow lasers send scans from before it [s].
-constexpr double kStraggling = 2.0;  // a guess: half and double were not tried
+constexpr double kStraggleTime = 2.0;  // a guess: half and double were not tried
 
 }  // namespace
 
@@ -70,7 +70,7 @@ void ScanStamps::jump_back(double seconds, const ros::Time& now) {
   *this = ScanStamps(static_cast<int>(lasers_));
   if (newest) {
     straggling_ = Straggling{newest->toSec() - 0.25 * seconds,
-                             now.toSec() + std::min(kStraggling, 0.5 * seconds)};
+                             now.toSec() + std::min(kStraggleTime, 0.5 * seconds)};
   }
 }
 

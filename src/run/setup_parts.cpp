@@ -42,7 +42,7 @@ std::vector<std::string> all_in_sections(const std::vector<std::string>& section
 
 /// Those of that name, else the only one whose name begins with it.
 std::vector<std::string> meant_of(const std::vector<std::string>& all, const std::string& name) {
-  constexpr std::size_t kBeginning = 3;  // letters, as of nearest_name
+  constexpr std::size_t kMinLetters = 3;  // letters, as of nearest_name
   std::vector<std::string> same;
   std::vector<std::string> longer;
   for (const std::string& whole : all) {
@@ -53,7 +53,7 @@ std::vector<std::string> meant_of(const std::vector<std::string>& all, const std
       longer.push_back(whole);
     }
   }
-  const bool is_beginning = same.empty() && longer.size() == 1 && name.size() >= kBeginning;
+  const bool is_beginning = same.empty() && longer.size() == 1 && name.size() >= kMinLetters;
   return is_beginning ? longer : same;
 }
 
@@ -83,10 +83,11 @@ void reject_former(const std::string& key, const std::string& section) {
                     "see doc/parameters.md",
                     key, key == "doubt/enabled" ? "enabled" : "*"));
   }
-  constexpr std::array kOfConfirmations = {"recovery/key_scans", "recovery/confirmations",
-                                           "recovery/far_confirmations", "recovery/least_score",
-                                           "recovery/distance"};
-  if (std::find(kOfConfirmations.begin(), kOfConfirmations.end(), key) != kOfConfirmations.end()) {
+  constexpr std::array kConfirmationOptions = {"recovery/key_scans", "recovery/confirmations",
+                                               "recovery/far_confirmations", "recovery/least_score",
+                                               "recovery/distance"};
+  if (std::find(kConfirmationOptions.begin(), kConfirmationOptions.end(), key) !=
+      kConfirmationOptions.end()) {
     throw ConfigurationError(fmt::format(
         "{}: there is no such option since version 2; {} took its place: see doc/parameters.md",
         key, key == "recovery/key_scans" ? "recovery/places" : "recovery/sure"));

@@ -26,9 +26,9 @@ constexpr double kFoundHeading = 0.05;
 /// Drops the older half of what has grown too long.
 template <typename Value>
 void keep_recent(std::vector<Value>& values) {
-  constexpr std::ptrdiff_t kRecent = 1000;
-  if (values.size() >= 2 * kRecent) {
-    values.erase(values.begin(), values.end() - kRecent);
+  constexpr std::ptrdiff_t kRecentRecords = 1000;
+  if (values.size() >= 2 * kRecentRecords) {
+    values.erase(values.begin(), values.end() - kRecentRecords);
   }
 }
 

@@ -117,10 +117,10 @@ std::string figures_of(const SlamReport& report) {
 }
 
 std::string hypotheses_of(const SlamReport& report) {
-  constexpr double kWorthTelling = 0.01;
+  constexpr double kMinProbability = 0.01;
   const std::vector<Place>& places = report.hypotheses;
   const bool is_one_place =
-      report.state != "lost" && places.size() == 1 && report.elsewhere < kWorthTelling;
+      report.state != "lost" && places.size() == 1 && report.elsewhere < kMinProbability;
   if (report.match_age > kSilence || places.empty() || is_one_place) {
     return "";
   }

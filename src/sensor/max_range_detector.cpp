@@ -23,12 +23,12 @@ constexpr std::size_t kMostScans = 5000;  // of which stamps may stand still
 constexpr double kFewestInPile = 0.25;    // share of scans that have a reading of the pile
 constexpr double kContrast = 5.0;         // to what lies below, on the same width
 // Added to what lies below: none seen there says little beside a pile of a few.
-constexpr std::size_t kUnseen = 10;
+constexpr std::size_t kPriorBelow = 10;
 constexpr double kDeviations = 5.0;
 constexpr double kLeastDeviation = 3e-3;  // [m], of ranges that are rounded to 1 cm
 constexpr std::size_t kSectors = 12;
 constexpr std::size_t kFewestSectors = 8;
-constexpr float kMoved = 0.5F;  // [m], of what else is seen
+constexpr float kMinChange = 0.5F;  // [m], of what else is seen
 // Of a pile below range_max: arcs of one scan with holes between, how fine they are told apart, and
 // how many scans have so many. A wall that is met head-on is one arc, both ends of a corridor are
 // two, and as the robot turns they go through all directions. In 3,600 simulated turns no scan had
@@ -126,7 +126,7 @@ std::optional<double> MaxRangeDetector::find_first_range() const {
       [least](const Reading& reading) { return static_cast<double>(reading.range) >= least; });
   if (median_range_.size() < kFewestScans ||
       static_cast<double>(pile.size()) <
-          kContrast * static_cast<double>(without_stuck_beam(below) + kUnseen)) {
+          kContrast * static_cast<double>(without_stuck_beam(below) + kPriorBelow)) {
     return std::nullopt;
   }
   const bool is_at_range_max = static_cast<double>(largest_) > range_max_ - 0.5 * kWidth;
@@ -153,7 +153,7 @@ bool MaxRangeDetector::has_moved(const std::vector<Reading>& pile) const {
       farthest = std::max(farthest, median);
     }
   }
-  return farthest - nearest > kMoved;
+  return farthest - nearest > kMinChange;
 }
 
 /// Whether enough scans have the pile in several directions at once, with something else between.

@@ -53,13 +53,13 @@ Eigen::Vector2d surface_normal(const RunningSums& sums, std::size_t index,
                                const Neighbourhood& around) {
   // Squared residual over squared extent of a line, that is one fifth as thick as long. Half or
   // double of it changes the median error of pairs by up to 1 %, that of the heading by up to 4 %.
-  constexpr double kStraight = 0.04;
+  constexpr double kMaxResidualRatio = 0.04;
   // [m], three times a usual noise of 1 cm: sparse points are so far apart that their extent alone
   // would let nearly any three be a line. Half or double: by up to 1 %, and 2 %.
   constexpr double kSparseResidual = 0.03;
   const std::size_t fewest = around.sparse ? 5 : 3;
   RunningSums::Spread best;
-  double best_ratio = kStraight;
+  double best_ratio = kMaxResidualRatio;
   const auto consider = [&](std::size_t from, std::size_t to, double handicap) {
     if (to + 1 - from < fewest) {
       return;
@@ -96,12 +96,12 @@ bool on_one_wall(const ScanPoint& a, const ScanPoint& b, double gap) {
 /// Whether a point without a normal lies on the line of a wall that its beam grazes, and whose
 /// direction neighbouring beams tell. When they were chosen, with pairs of beams as far apart as
 /// they liked, three drives of 250 s through campuses with ten times the noise of odometry, and 32
-/// through corridors, ended with 0.006 and 0.023 m in the mean; with half and double of kGrazing
-/// 0.004 and 0.006, 0.023 both, with double of kBeamsAside 0.005 and 0.025, with half 0.09 and
-/// 0.024: then points on the walls beside are taken for others.
+/// through corridors, ended with 0.006 and 0.023 m in the mean; with half and double of
+/// kMinIncidenceCosine 0.004 and 0.006, 0.023 both, with double of kBeamsAside 0.005 and 0.025,
+/// with half 0.09 and 0.024: then points on the walls beside are taken for others.
 bool lies_on_wall_beside(const std::vector<ScanPoint>& points, std::size_t index) {
-  constexpr std::size_t kBeamsAside = 30;  // beams to either side
-  constexpr double kGrazing = 0.2;         // cosine of the incidence
+  constexpr std::size_t kBeamsAside = 30;      // beams to either side
+  constexpr double kMinIncidenceCosine = 0.2;  // cosine of the incidence
   // [m], two deviations of a usual noise, and what the wall's direction is off. With 3 cm, and 3 mm
   // in a metre, the crack of a corner is taken for the wall beside it: one of the three drives ends
   // with 0.23 m.
@@ -114,7 +114,7 @@ bool lies_on_wall_beside(const std::vector<ScanPoint>& points, std::size_t index
   for (std::size_t other = first; other <= last; ++other) {
     const Eigen::Vector2d& normal = points[other].normal;
     const Eigen::Vector2d apart = point.position - points[other].position;
-    if (!normal.isZero() && std::abs(normal.dot(beam)) < kGrazing &&
+    if (!normal.isZero() && std::abs(normal.dot(beam)) < kMinIncidenceCosine &&
         std::abs(normal.dot(apart)) < kNoise + kBend * apart.norm()) {
       return true;
     }

@@ -7,14 +7,14 @@ namespace matchbox_slam {
 namespace {
 
 // Guesses: half and double were not tried.
-constexpr double kStep = 0.3;       // [m] between samples, or
-constexpr double kTurn = 0.3;       // [rad]
-constexpr double kReach = 1.5;      // [m] from the laser to the farthest part of a robot
-constexpr double kWay = 1.0;        // [m] between two of the samples, at least
-constexpr double kSame = 0.05;      // [m] from the median: the noise of cheap lasers
-constexpr double kRead = 0.7;       // of the samples
-constexpr double kAgreeing = 0.95;  // of those
-constexpr double kMargin = 1.5;     // beams to either side, which may end on the edge
+constexpr double kStep = 0.3;               // [m] between samples, or
+constexpr double kTurn = 0.3;               // [rad]
+constexpr double kReach = 1.5;              // [m] from the laser to the farthest part of a robot
+constexpr double kWay = 1.0;                // [m] between two of the samples, at least
+constexpr double kRangeTolerance = 0.05;    // [m] from the median: the noise of cheap lasers
+constexpr double kMinReadShare = 0.7;       // of the samples
+constexpr double kMinAgreeingShare = 0.95;  // of those
+constexpr double kMargin = 1.5;             // beams to either side, which may end on the edge
 
 }  // namespace
 
@@ -60,10 +60,10 @@ void RobotBeams::take(const LaserScan& scan, const ProjectionOptions& options) {
 }
 
 bool RobotBeams::has_looked_around() const {
-  constexpr std::size_t kEach = 2;
-  return taken_ >= kFewest && farthest_ >= kWay &&
+  constexpr std::size_t kMinLooks = 2;
+  return taken_ >= kMinScans && farthest_ >= kWay &&
          std::all_of(looked_.begin(), looked_.end(),
-                     [](std::size_t samples) { return samples >= kEach; });
+                     [](std::size_t samples) { return samples >= kMinLooks; });
 }
 
 bool RobotBeams::is_on_robot(std::size_t beam) const {
@@ -80,15 +80,15 @@ bool RobotBeams::is_on_robot(std::size_t beam) const {
   const auto share = [](std::size_t part, std::size_t whole) {
     return static_cast<double>(part) / static_cast<double>(whole);
   };
-  if (near.empty() || share(read, taken) < kRead) {
+  if (near.empty() || share(read, taken) < kMinReadShare) {
     return false;
   }
   const auto middle = near.begin() + static_cast<std::ptrdiff_t>(near.size() / 2);
   std::nth_element(near.begin(), middle, near.end());
   const auto same = std::count_if(near.begin(), near.end(), [median = *middle](float range) {
-    return std::abs(static_cast<double>(range - median)) <= kSame;
+    return std::abs(static_cast<double>(range - median)) <= kRangeTolerance;
   });
-  return share(static_cast<std::size_t>(same), read) >= kAgreeing;
+  return share(static_cast<std::size_t>(same), read) >= kMinAgreeingShare;
 }
 
 std::vector<double> RobotBeams::find() const {

@@ -69,10 +69,10 @@ void ScanJoiner::finish() {
 }
 
 void ScanJoiner::note_alone() {
-  constexpr int kTold = 10;  // turns; single ones lose parts, and the first begins anywhere
+  constexpr int kMinTurns = 10;  // turns; single ones lose parts, and the first begins anywhere
   alone_ = joined_ == 1 ? alone_ + 1 : 0;
-  if (parts_ && alone_ == kTold) {
-    news_ = "scan/join_parts is " + std::to_string(*parts_) + ", but " + std::to_string(kTold) +
+  if (parts_ && alone_ == kMinTurns) {
+    news_ = "scan/join_parts is " + std::to_string(*parts_) + ", but " + std::to_string(kMinTurns) +
             " scans in a row do not go on where the one before ended, half a second later at most: "
             "they are used one by one; 'auto' looks whether they are parts";
   }

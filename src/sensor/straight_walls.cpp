@@ -90,13 +90,14 @@ void find_unbroken_runs(const double* gaps, std::size_t size, double max_wall_ga
   // only beyond 87 degrees of incidence; at its end they jump. Half or double of it changes
   // the median error of pairs by up to 1 %.
   constexpr double kJump = 3.0;
-  constexpr double kDense = 0.15;  // [m], three cells by default: shorter gaps are no jump
+  constexpr double kDenseSpacing = 0.15;  // [m], three cells by default: shorter gaps are no jump
   runs.clear();
   std::size_t first = 0;
   double before = max_wall_gap;
   for (std::size_t i = 0; i < size; ++i) {
     const double after = i + 2 < size ? gaps[i + 1] : max_wall_gap;
-    const double widest = std::min(max_wall_gap, std::max(kDense, kJump * std::min(before, after)));
+    const double widest =
+        std::min(max_wall_gap, std::max(kDenseSpacing, kJump * std::min(before, after)));
     if (i + 1 == size || !(gaps[i] <= widest)) {
       runs.push_back({first, i});
       first = i + 1;
@@ -177,7 +178,7 @@ class InverseRangeSums {
 /// Pavlidis and Horowitz, "Segmentation of plane curves", 1974).
 class SplitAndMerge {
  public:
-  static constexpr std::size_t kFewest = 3;  // two points are always on a line
+  static constexpr std::size_t kMinPoints = 3;  // two points are always on a line
 
   SplitAndMerge(const InverseRangeSums& sums, double noise, WallMemory& memory)
       : sums_(sums), variance_(noise * noise), open_(memory.open), pieces_(memory.pieces) {}
@@ -189,7 +190,7 @@ class SplitAndMerge {
     while (!open_.empty()) {
       const Run part = open_.back();
       open_.pop_back();
-      if (part.size() >= kFewest) {
+      if (part.size() >= kMinPoints) {
         const Split split = best_split(part, part.first, part.last - 1);
         if (is_worthwhile(split, sums_.squares(part))) {
           open_.push_back({split.at + 1, part.last});
@@ -203,11 +204,12 @@ class SplitAndMerge {
   }
 
   [[nodiscard]] bool is_straight(const Run& part, const Fit& fit) const {
-    if (part.size() < kFewest) {
+    if (part.size() < kMinPoints) {
       return false;
     }
     const double freedom = static_cast<double>(part.size()) - 2.0;
-    return fit.squares <= variance_ * freedom * (kStraight + 3.0 * std::sqrt(2.0 / freedom));
+    return fit.squares <=
+           variance_ * freedom * (kMaxVarianceRatio + 3.0 * std::sqrt(2.0 / freedom));
   }
 
  private:
@@ -219,7 +221,7 @@ class SplitAndMerge {
   // Mean square up to which a piece counts as straight, in variances: the noise is estimated over
   // the scan, and some walls have more. With 0.75 the median error of pairs in rooms is 3 % larger
   // and that of the heading 12 %, with 3 they stay within 2 %.
-  static constexpr double kStraight = 1.5;
+  static constexpr double kMaxVarianceRatio = 1.5;
 
   struct Split {
     std::size_t at = 0;  ///< last point of the first part
@@ -233,9 +235,9 @@ class SplitAndMerge {
   /// Of the splits after from...to, the best of some, then the best of those around it.
   [[nodiscard]] Split best_split(const Run& part, std::size_t from, std::size_t to) const {
     // At first: the sum of squares changes slowly with the place, so that few show its valley.
-    constexpr std::size_t kTried = 12;
+    constexpr std::size_t kCornerTrials = 12;
     Split best{from, squares_of(part, from)};
-    std::size_t stride = std::max<std::size_t>(1, (to - from) / kTried);
+    std::size_t stride = std::max<std::size_t>(1, (to - from) / kCornerTrials);
     for (;;) {
       for (std::size_t at = from; at <= to; at += stride) {
         if (const double squares = squares_of(part, at); squares < best.squares) {
@@ -373,7 +375,8 @@ void HitRows::assign(const std::vector<ScanPoint>& points, double max_wall_gap) 
 }
 
 double range_noise(const HitRows& hits, WallMemory& memory) {
-  constexpr std::size_t kFewest = 20;     // whose standard deviation is known to 1 / sqrt(40), 16 %
+  constexpr std::size_t kMinResiduals =
+      20;                                 // whose standard deviation is known to 1 / sqrt(40), 16 %
   constexpr double kOutlierSigmas = 3.0;  // standard deviations; with 1.5 the median error of pairs
                                           // is 8 to 13 % larger, with 6 up to 3 %
   std::vector<double>& all = memory.squares_of_all;
@@ -390,7 +393,7 @@ double range_noise(const HitRows& hits, WallMemory& memory) {
       }
     }
   }
-  if (squares.size() < kFewest) {
+  if (squares.size() < kMinResiduals) {
     return 0.0;
   }
   // Two in three lie within a standard deviation, but most of the rest may be corners.
@@ -415,12 +418,12 @@ void straighten_walls(const HitRows& hits, double noise, WallMemory& memory,
   // Largest standard deviation of a wall's direction [rad]; from less certain ones the normals of
   // single points are as good. With 0.1 the median error of pairs in clutter is 10 % larger, with
   // 0.4 4 % smaller.
-  constexpr double kKnown = 0.2;
+  constexpr double kMaxLineError = 0.2;
   memory.sums.reserve(hits.size + 1);
   InverseRangeSums sums(memory.sums);
   SplitAndMerge pieces(sums, noise, memory);
   for (const Run& run : hits.runs) {
-    if (run.size() < SplitAndMerge::kFewest) {
+    if (run.size() < SplitAndMerge::kMinPoints) {
       continue;
     }
     sums.assign(hits, run, points[run.first + run.size() / 2].origin);
@@ -432,7 +435,7 @@ void straighten_walls(const HitRows& hits, double noise, WallMemory& memory,
       Line line{sums.laser() + fit.q / fit.q.squaredNorm(), fit.q.normalized(), 0.0};
       line = improved(hits, part, line, kOutlierSigmas * noise);
       line = improved(hits, part, line, kOutlierSigmas * noise);
-      if (!(line.spread * kKnown * kKnown >= noise * noise)) {
+      if (!(line.spread * kMaxLineError * kMaxLineError >= noise * noise)) {
         continue;
       }
       for (std::size_t i = part.first; i <= part.last; ++i) {

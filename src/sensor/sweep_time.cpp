@@ -23,7 +23,7 @@ constexpr std::size_t kMostStraight = 40;  // scans of a robot that does not tur
 // m, to the reference: farther off other things are seen. With 0.5 nothing is told of one scan a
 // metre; with 4 much the same (benchmark/reports/current/RECORDINGS.md).
 constexpr double kMaxDistance = 2.0;
-constexpr double kRecent = 10.0;  // s
+constexpr double kMaxAge = 10.0;  // s
 constexpr std::size_t kMostRecent = 40;
 
 constexpr int kIterations = 6;
@@ -34,7 +34,7 @@ constexpr std::size_t kFewestPairs = 20;
 constexpr double kLeastNoise = 0.01;  // m
 
 constexpr std::ptrdiff_t kNeighbours = 2;  // neighbours to either side that tell a normal
-constexpr double kFlat = 0.06;             // m: neighbours farther off the line form none
+constexpr double kMaxLineDistance = 0.06;  // m: neighbours farther off the line form none
 constexpr double kSparseSpacing = 8.0;     // beams' distances that neighbours may lie apart
 
 /// The normal of the line through neighbours of hit `k`; zero where they form none.
@@ -57,7 +57,7 @@ Eigen::Vector2d normal_at(const std::vector<Hit>& hits, std::size_t k, double sp
   for (std::ptrdiff_t by = 1 - kNeighbours; by < kNeighbours; ++by) {
     off += std::abs((neighbour(by) - first).dot(normal));
   }
-  return off < kFlat ? normal : Eigen::Vector2d(Eigen::Vector2d::Zero());
+  return off < kMaxLineDistance ? normal : Eigen::Vector2d(Eigen::Vector2d::Zero());
 }
 
 double median_of(std::vector<double> values) {
@@ -190,7 +190,7 @@ const SweepTimeEstimator::Hits* SweepTimeEstimator::reference_for(const Hits& sc
         kArm * std::abs(other.turn_rate - scan.turn_rate) + (other.velocity - scan.velocity).norm();
     const double away =
         (other.odom_from_base.translation() - scan.odom_from_base.translation()).norm();
-    if (away < kMaxDistance && scan.stamp - other.stamp < kRecent && differs > most) {
+    if (away < kMaxDistance && scan.stamp - other.stamp < kMaxAge && differs > most) {
       most = differs;
       reference = &other;
     }

@@ -31,7 +31,7 @@ constexpr double kLikelyTolerance = 0.25;  // of the period: so near to what is 
 constexpr double kNoiseFactor = 2.0;
 constexpr double kLeastSweepDeviation = 0.02;  // s
 constexpr double kMostOfTold = 3.0;
-constexpr double kDecisive = 2.0;
+constexpr double kDecisiveLogOdds = 2.0;
 // Log odds, before any scan, against a sweep that is neither sent nor lasts from scan to scan, as
 // where scans were left out. With half of it, and half or one and a half times what one scan
 // counts for, much the same (benchmark/reports/current/RECORDINGS.md).
@@ -163,7 +163,7 @@ double SweepTimeChoice::log_likelihood_ratio(double sweep) const {
 
 /// [s], the mean of what agrees with the likeliest that was told, each by how well it tells.
 double SweepTimeChoice::likeliest() const {
-  constexpr double kAgrees = 2.0;  // deviations: a guess
+  constexpr double kMaxDeviations = 2.0;  // deviations: a guess
   const ToldSweepTime& best = *std::max_element(
       told_.begin(), told_.end(), [this](const ToldSweepTime& a, const ToldSweepTime& b) {
         return log_likelihood_ratio(a.seconds) < log_likelihood_ratio(b.seconds);
@@ -171,7 +171,7 @@ double SweepTimeChoice::likeliest() const {
   double sum = 0.0;
   double weights = 0.0;
   for (const ToldSweepTime& told : told_) {
-    if (std::abs(told.seconds - best.seconds) <= kAgrees * deviation_of(told)) {
+    if (std::abs(told.seconds - best.seconds) <= kMaxDeviations * deviation_of(told)) {
       const double weight = 1.0 / (deviation_of(told) * deviation_of(told));
       sum += weight * told.seconds;
       weights += weight;
@@ -194,10 +194,10 @@ void SweepTimeChoice::decide(double whole) {
       is_likely(told) ? -kPriorLogOdds : log_likelihood_ratio(told) - kPriorLogOdds;
   is_final_ = estimator_.turning_scans() >= kMostTurningScans;
   const bool is_taken_back = settled_ && !is_likely(*settled_) && for_likely >= for_told;
-  if (!is_likely(told) && (is_final_ || for_told - for_likely >= kDecisive)) {
+  if (!is_likely(told) && (is_final_ || for_told - for_likely >= kDecisiveLogOdds)) {
     settle(told, told, "");
   } else if (is_final_ || is_taken_back ||
-             (std::abs(for_whole) >= kDecisive && for_likely >= for_told)) {
+             (std::abs(for_whole) >= kDecisiveLogOdds && for_likely >= for_told)) {
     const bool is_whole =
         is_final_ ? std::abs(told - whole) < std::abs(told - sent_) : for_whole > 0;
     settle(is_whole ? whole : sent_, told, is_whole ? ", as from scan to scan" : ", as they tell");

@@ -13,9 +13,9 @@ namespace {
 
 // All in metres. The atrium, and the corridor around it, are rectangles with a half circle at
 // either end, about the origin.
-constexpr double kHalfStraight = 8.0;  // from the origin to the middle of a half circle
-constexpr double kRailing = 5.0;       // from the middle line to the railing
-constexpr double kOuterWall = 7.6;     // and to the wall opposite
+constexpr double kStraightHalfLength = 8.0;  // from the origin to the middle of a half circle
+constexpr double kRailing = 5.0;             // from the middle line to the railing
+constexpr double kOuterWall = 7.6;           // and to the wall opposite
 constexpr double kMiddle = 0.5 * (kRailing + kOuterWall);
 constexpr double kRoomDepth = 4.6;
 constexpr double kWallThickness = 0.16;
@@ -35,7 +35,8 @@ WallSurface railing() {
 /// @param side  1 for the end on the right, -1 for that on the left.
 Eigen::Vector2d on_end(double side, double radius, double turn) {
   const double angle = turn - 0.5 * kPi;
-  return side * Eigen::Vector2d(kHalfStraight + radius * std::cos(angle), radius * std::sin(angle));
+  return side *
+         Eigen::Vector2d(kStraightHalfLength + radius * std::cos(angle), radius * std::sin(angle));
 }
 
 /// Counter-clockwise, in steps of `step` [rad].
@@ -87,8 +88,8 @@ struct Side {
 /// @param sign  of y: 1 for the upper side.
 Side draw_side(double sign, Random& random) {
   Room shape;
-  shape.left = -kHalfStraight;
-  shape.right = kHalfStraight;
+  shape.left = -kStraightHalfLength;
+  shape.right = kStraightHalfLength;
   shape.near_y = sign * (kOuterWall + 0.5 * kWallThickness);
   shape.far_y = sign * (kOuterWall + kRoomDepth);
   Side side;
@@ -119,12 +120,12 @@ void add_side(const Side& side, Random& random, FloorPlan& plan) {
   const double far_y = side.rooms.front().far_y;
   std::vector<double> doors;
   for (const Room& room : side.rooms) {
-    doors.push_back(room.door_x + kHalfStraight);
+    doors.push_back(room.door_x + kStraightHalfLength);
   }
-  plan.add_wall({-kHalfStraight, near_y}, {kHalfStraight, near_y}, kWallThickness, doors,
-                kDoorWidth);
-  plan.add_wall({-kHalfStraight, far_y}, {kHalfStraight, far_y}, kWallThickness);
-  plan.add_wall({-kHalfStraight, near_y}, {-kHalfStraight, far_y}, kWallThickness);
+  plan.add_wall({-kStraightHalfLength, near_y}, {kStraightHalfLength, near_y}, kWallThickness,
+                doors, kDoorWidth);
+  plan.add_wall({-kStraightHalfLength, far_y}, {kStraightHalfLength, far_y}, kWallThickness);
+  plan.add_wall({-kStraightHalfLength, near_y}, {-kStraightHalfLength, far_y}, kWallThickness);
   for (const Room& room : side.rooms) {
     plan.add_wall({room.right, near_y}, {room.right, far_y}, kWallThickness);
     furnish_room(room, kDoorWidth, random, plan);
@@ -150,7 +151,7 @@ void fill_atrium(Random& random, FloorPlan& plan) {
   plan.add_if_clear(outline(box({lift_x, random.uniform(-1.5, 1.5)}, {2.2, 1.8}, 0.0)), kClearance,
                     kGap);
   for (int i = 0; i < 6; ++i) {
-    const double x = random.uniform(-kHalfStraight, kHalfStraight);
+    const double x = random.uniform(-kStraightHalfLength, kStraightHalfLength);
     const Eigen::Vector2d centre(x, random.uniform(-3.5, 3.5));
     plan.add_if_clear(outline(regular_polygon(centre, random.uniform(0.2, 0.35), 16, 0.0)),
                       kClearance, kGap);

@@ -43,14 +43,14 @@ void add_ring(const Eigen::Vector2d& corner, Add&& add) {
 /// Open to all four sides, with trees off the ways.
 void cut_courtyard(const Eigen::Vector2d& corner, Random& random, SolidPlan& plan) {
   constexpr int kTrees = 30;
-  constexpr double kOffTheWay = 1.5;
+  constexpr double kTreeClearance = 1.5;
   const Eigen::Vector2d size(kLength, kDepth);
   plan.cut(corner, corner + size);
   for (int i = 0; i < kTrees; ++i) {
     const double thickness = random.uniform(0.3, 0.8);
     const double x = random.uniform(2.0, kLength - 2.0);
     const Eigen::Vector2d tree(x, random.uniform(2.0, kDepth - 2.0));
-    if ((tree - 0.5 * size).cwiseAbs().minCoeff() > kOffTheWay) {
+    if ((tree - 0.5 * size).cwiseAbs().minCoeff() > kTreeClearance) {
       plan.fill(corner + tree, corner + tree + Eigen::Vector2d::Constant(thickness));
     }
   }

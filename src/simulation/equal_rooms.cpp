@@ -57,7 +57,7 @@ void cut_rooms(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const Equ
 }
 
 Route draw_route(const CorridorNet& net, double length, const EqualRooms& rooms, Random& random) {
-  constexpr double kInside = 1.5;  // [m] behind the door
+  constexpr double kRoomEntryDepth = 1.5;  // [m] behind the door
   constexpr double kSwerve = 0.12;
   const std::vector<std::size_t> tour = net.tour(length, random);
   Route route;
@@ -70,7 +70,7 @@ Route draw_route(const CorridorNet& net, double length, const EqualRooms& rooms,
     const Eigen::Vector2d across = draw_side(random) * Eigen::Vector2d(-along.y(), along.x());
     for (const Eigen::Vector2d& door : places_of_doors(from, to, rooms)) {
       if (random.uniform() < rooms.visits) {
-        const double aside = rooms.corridor_half_width + rooms.wall + kInside;
+        const double aside = rooms.corridor_half_width + rooms.wall + kRoomEntryDepth;
         route.waypoints.insert(route.waypoints.end(), {door, door + aside * across, door});
       } else {
         route.waypoints.emplace_back(door + random.uniform(-kSwerve, kSwerve) * across);

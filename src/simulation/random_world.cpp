@@ -8,8 +8,8 @@ namespace matchbox_slam {
 namespace {
 
 // Half the sides of the square of clutter and of the denser ring around it [m].
-constexpr double kInside = 10.0;
-constexpr double kOutside = 12.5;
+constexpr double kClutterHalfSide = 10.0;
+constexpr double kRingHalfSide = 12.5;
 // How many things are tried; a few stand in the robot's way and are left out.
 constexpr int kThingsInside = 260;
 constexpr int kThingsInRing = 480;
@@ -81,12 +81,12 @@ World make_random_world(std::uint64_t seed) {
   Random random(seed);
   FloorPlan plan(draw_route(random));
   for (int i = 0; i < kThingsInside; ++i) {
-    const Eigen::Vector2d centre = draw_point(kInside, random);
+    const Eigen::Vector2d centre = draw_point(kClutterHalfSide, random);
     plan.add_if_clear(draw_thing(centre, random), kClearance, 0.0);
   }
   for (int i = 0; i < kThingsInRing;) {
-    const Eigen::Vector2d centre = draw_point(kOutside, random);
-    if (centre.cwiseAbs().maxCoeff() > kInside) {
+    const Eigen::Vector2d centre = draw_point(kRingHalfSide, random);
+    if (centre.cwiseAbs().maxCoeff() > kClutterHalfSide) {
       plan.add_if_clear(draw_thing(centre, random), kClearance, 0.0);
       ++i;
     }

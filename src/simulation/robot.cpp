@@ -9,12 +9,12 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kStep = 0.01;          // [s]
-constexpr double kLookahead = 0.5;      // [m]
-constexpr double kArrived = 0.01;       // [m] before the end of the route
-constexpr double kTurnOnSpot = 1.0;     // [rad] off the way: stop and turn
-constexpr double kTurnedEnough = 0.03;  // [rad] off the way: drive on
-constexpr double kCrawl = 0.02;         // [m/s], so that the braking curve reaches its end
+constexpr double kStep = 0.01;             // [s]
+constexpr double kLookahead = 0.5;         // [m]
+constexpr double kArrivalDistance = 0.01;  // [m] before the end of the route
+constexpr double kTurnOnSpot = 1.0;        // [rad] off the way: stop and turn
+constexpr double kMaxHeadingError = 0.03;  // [rad] off the way: drive on
+constexpr double kMinSpeed = 0.02;         // [m/s], so that the braking curve reaches its end
 
 /// Moves on a circle, or on a line where the turn is none.
 Pose2 advance(const RobotMotion::Step& step, double time) {
@@ -92,14 +92,14 @@ class Driver {
     const Eigen::Vector2d position = robot.world_from_base.translation();
     const double end = line_.length() + kLookahead;
     while (ahead_ < end && (line_.point(ahead_) - position).norm() < kLookahead) {
-      ahead_ = std::min(ahead_ + 0.1 * kArrived, end);
+      ahead_ = std::min(ahead_ + 0.1 * kArrivalDistance, end);
     }
-    if (end - ahead_ < kArrived) {
+    if (end - ahead_ < kArrivalDistance) {
       return {0.0, 0.0, true};
     }
     const Eigen::Vector2d way = line_.point(ahead_) - position;
     const double off = wrap_angle(std::atan2(way.y(), way.x()) - robot.world_from_base.theta);
-    is_turning_ = std::abs(off) > (is_turning_ ? kTurnedEnough : kTurnOnSpot);
+    is_turning_ = std::abs(off) > (is_turning_ ? kMaxHeadingError : kTurnOnSpot);
     if (is_turning_) {
       const double rate =
           std::min(options_.turn_rate, std::sqrt(options_.turn_acceleration * std::abs(off)));
@@ -131,7 +131,7 @@ class Driver {
           speed_at(2.0 * std::sin(std::min(line_.turn(i), kTurnOnSpot)) / kLookahead);
       speed = std::min(speed, std::sqrt(in_turn * in_turn + 2.0 * braking * remaining));
     }
-    return std::max(speed, kCrawl);
+    return std::max(speed, kMinSpeed);
   }
 
   RouteLine line_;

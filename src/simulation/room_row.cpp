@@ -5,7 +5,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kThroughDoor = 0.9;  // [m] straight on before and behind a door
+constexpr double kDoorApproach = 0.9;  // [m] straight on before and behind a door
 
 }  // namespace
 
@@ -37,7 +37,7 @@ std::vector<Room> draw_visited(const std::vector<Room>& row, std::size_t count, 
 }
 
 void visit_room(const Room& room, double corridor_y, Random& random, Corners& route) {
-  const double inside_door = room.near_y + room.inwards() * kThroughDoor;
+  const double inside_door = room.near_y + room.inwards() * kDoorApproach;
   const double x = room.left + random.uniform(0.4, 0.6) * (room.right - room.left);
   const double deep = random.uniform(0.5, 0.65);
   route.emplace_back(room.door_x, corridor_y);

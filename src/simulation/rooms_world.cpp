@@ -17,7 +17,7 @@ constexpr double kBuildingDepth = 20.0;
 constexpr double kCorridorHalfWidth = 1.1;
 constexpr double kWallThickness = 0.16;
 constexpr double kDoorWidth = 1.1;
-constexpr double kThroughDoor = 0.9;  // the route is straight so far before and behind a door
+constexpr double kDoorApproach = 0.9;  // the route is straight so far before and behind a door
 
 /// The building: a corridor along x with a row of rooms on either side.
 struct Building {
@@ -64,16 +64,16 @@ class RowTour {
 
   void enter(const Room& room) {
     route_.emplace_back(room.door_x, corridor_y_);
-    route_.emplace_back(room.door_x, room.near_y + room.inwards() * kThroughDoor);
+    route_.emplace_back(room.door_x, room.near_y + room.inwards() * kDoorApproach);
   }
 
   void leave(const Room& room) {
-    route_.emplace_back(room.door_x, room.near_y + room.inwards() * kThroughDoor);
+    route_.emplace_back(room.door_x, room.near_y + room.inwards() * kDoorApproach);
     route_.emplace_back(room.door_x, corridor_y_);
   }
 
   void pass(const Room& left, bool rightwards) {
-    const double step = rightwards ? kThroughDoor : -kThroughDoor;
+    const double step = rightwards ? kDoorApproach : -kDoorApproach;
     route_.emplace_back(left.right - step, left.next_door_y);
     route_.emplace_back(left.right + step, left.next_door_y);
   }

@@ -28,11 +28,11 @@ WallSurface hedge() {
 /// Out on one side of the street and back on the other.
 Route draw_route(Random& random) {
   constexpr double kPointSpacing = 6.0;
-  constexpr double kFromEnds = 4.0;
+  constexpr double kEndClearance = 4.0;
   constexpr double kSwerve = 0.25;
   Route route;
   route.start_heading = random.uniform(-0.5, 0.5);
-  for (double x = kFromEnds; x <= kLength - kFromEnds; x += kPointSpacing) {
+  for (double x = kEndClearance; x <= kLength - kEndClearance; x += kPointSpacing) {
     route.waypoints.emplace_back(x, -kHalfWay + random.uniform(-kSwerve, kSwerve));
   }
   const std::size_t out = route.waypoints.size();

@@ -19,8 +19,8 @@ namespace {
 constexpr double kClearance = 0.65;      // between the route and what is put elsewhere, or built
 constexpr double kLeafClearance = 0.42;  // between the route and a door's leaf
 constexpr double kGap = 0.1;             // between one thing and the next
-constexpr double kFromWall = 0.02;       // between a thing and a wall
-constexpr int kTries = 200;
+constexpr double kWallClearance = 0.02;  // between a thing and a wall
+constexpr int kMaxTries = 200;
 
 using Lines = std::vector<WallSegment>;
 
@@ -83,12 +83,12 @@ Lines draw_displaced(const Lines& lines, const std::optional<Eigen::Vector2d>& h
 
 /// How its corners go when a thing is put elsewhere, but for those at the hinge, in the wall.
 Lines ways_of(const Lines& lines, const Lines& there, const std::optional<Eigen::Vector2d>& hinge) {
-  constexpr double kAtHinge = 0.1;  // [m]
+  constexpr double kHingeRadius = 0.1;  // [m]
   Lines ways;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     for (const auto& [from, to] :
          {std::pair(lines[i].start, there[i].start), std::pair(lines[i].end, there[i].end)}) {
-      if (!hinge || (from - *hinge).norm() > kAtHinge) {
+      if (!hinge || (from - *hinge).norm() > kHingeRadius) {
         ways.push_back({from, to});
       }
     }
@@ -101,11 +101,11 @@ Lines ways_of(const Lines& lines, const Lines& there, const std::optional<Eigen:
 std::optional<Lines> elsewhere(const Lines& lines, const std::optional<Eigen::Vector2d>& hinge,
                                const Lines& walls, const Lines& others, const FloorPlan& plan,
                                Random& random) {
-  for (int i = 0; i < kTries; ++i) {
+  for (int i = 0; i < kMaxTries; ++i) {
     Lines there = draw_displaced(lines, hinge, random);
     if (plan.is_clear(there, hinge ? kLeafClearance : kClearance, kGap) &&
         keep_off(there, others, kGap) && keep_off(ways_of(lines, there, hinge), walls, 1e-9) &&
-        (hinge || keep_off(there, walls, kFromWall))) {  // a leaf hangs on a wall
+        (hinge || keep_off(there, walls, kWallClearance))) {  // a leaf hangs on a wall
       return there;
     }
   }
@@ -127,9 +127,9 @@ std::optional<Lines> draw_wall(const World& world, const Lines& walls, const Flo
     return std::nullopt;
   }
   constexpr double kThickness = 0.12;
-  constexpr double kFoot = 0.35;  // so near it is to the wall that it is built from
-  constexpr double kFree = 0.3;   // to all other walls
-  for (int i = 0; i < kTries; ++i) {
+  constexpr double kFoot = 0.35;         // so near it is to the wall that it is built from
+  constexpr double kFreeDistance = 0.3;  // to all other walls
+  for (int i = 0; i < kMaxTries; ++i) {
     const WallSegment& from = walls[random.next() % walls.size()];
     const Eigen::Vector2d foot = from.start + random.uniform(0.1, 0.9) * (from.end - from.start);
     const Eigen::Vector2d along = random.uniform() < 0.5 ? from.normal() : -from.normal();
@@ -137,7 +137,7 @@ std::optional<Lines> draw_wall(const World& world, const Lines& walls, const Flo
     const Eigen::Vector2d middle = foot + 0.5 * length * along;
     const Lines axis = {{foot + kFoot * along, foot + length * along}};
     Lines wall = outline(box(middle, {length, kThickness}, std::atan2(along.y(), along.x())));
-    if (keep_off(axis, walls, kFree) && plan.is_clear(wall, kClearance, kGap) &&
+    if (keep_off(axis, walls, kFreeDistance) && plan.is_clear(wall, kClearance, kGap) &&
         is_seen_from(world.route(), middle, walls)) {
       return wall;
     }
@@ -164,7 +164,7 @@ void add_walkers(const World& world, FloorPlan& plan) {
 }  // namespace
 
 ChangedWorld changed(const World& world, const WorldChangeOptions& options) {
-  constexpr double kAnywhere = -1.0;  // what stood there stays
+  constexpr double kNoClearance = -1.0;  // what stood there stays
   if (!options.any()) {
     return {world};  // with its segments in their order, which chance goes by
   }
@@ -182,7 +182,7 @@ ChangedWorld changed(const World& world, const WorldChangeOptions& options) {
       to_move.push_back(i);
     } else {
       const Thing& thing = world.things()[i];
-      plan.add_if_clear(lines_of(world, thing), kAnywhere, kAnywhere, thing.hinge);
+      plan.add_if_clear(lines_of(world, thing), kNoClearance, kNoClearance, thing.hinge);
     }
   }
   std::size_t moved = 0;
@@ -197,7 +197,7 @@ ChangedWorld changed(const World& world, const WorldChangeOptions& options) {
     });
     const std::optional<Lines> there = elsewhere(lines, thing.hinge, walls, others, plan, random);
     moved += there ? 1 : 0;
-    plan.add_if_clear(there.value_or(lines), kAnywhere, kAnywhere, thing.hinge);
+    plan.add_if_clear(there.value_or(lines), kNoClearance, kNoClearance, thing.hinge);
   }
   Random random(mix_seed(seed, ~std::uint64_t{0}));
   std::size_t built = 0;

@@ -16,7 +16,7 @@ namespace matchbox_slam {
 namespace {
 
 /// Of the weight of a scan, that has to lie on known ground by the match alone.
-constexpr double kDrawn = 0.02;
+constexpr double kMinDrawnShare = 0.02;
 
 class Ground {
  public:
@@ -41,8 +41,8 @@ class Ground {
   [[nodiscard]] bool is_back(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
                              const Eigen::Vector2d& normal) const {
     if (normal.isZero()) {
-      constexpr double kBefore = 0.1;  // [m], less than most walls are thick
-      return is_known(to) && !is_known(to - kBefore * (to - from).normalized());
+      constexpr double kWallThickness = 0.1;  // [m], less than most walls are thick
+      return is_known(to) && !is_known(to - kWallThickness * (to - from).normalized());
     }
     Surface surface;
     return field_.nearest_surface(field_.geometry().cell_at(to), surface) &&
@@ -79,8 +79,9 @@ class Comparison {
 
  private:
   [[nodiscard]] bool is_facing(const ScanPoint& point) const {
-    constexpr double kFacing = 0.5;
-    return point.normal.isZero() || std::abs((heading_ * point.normal).dot(way_)) >= kFacing;
+    constexpr double kMinFacingCosine = 0.5;
+    return point.normal.isZero() ||
+           std::abs((heading_ * point.normal).dot(way_)) >= kMinFacingCosine;
   }
 
   Transform2 match_;
@@ -137,7 +138,7 @@ double prior_log_odds(const MatchProblem& problem, const Pose2& pose) {
   };
   const double expected = -0.5 * square(problem.prior_covariance);
   const double unexpected =
-      -kUnexpected - 0.5 * prior_penalty(square(problem.searched_covariance()));
+      -kPriorAgainstJump - 0.5 * prior_penalty(square(problem.searched_covariance()));
   return std::max(expected, unexpected);
 }
 
@@ -151,7 +152,7 @@ MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProb
   }
   const MatchResult free = let_go(first, problem);
   const Comparison comparison(first.map_from_base, free.map_from_base, map);
-  if (share_drawn(problem.scan, comparison) < kDrawn) {
+  if (share_drawn(problem.scan, comparison) < kMinDrawnShare) {
     return first;
   }
   keep_what_tells(problem.scan, comparison, common_);

@@ -190,7 +190,7 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(MotionPrediction& predicted,
   }
   if (!outcome.match.accepted() && options().hypotheses.enabled) {
     outcome.certainty =
-        weighed.evidence.known < kMostlyKnown ? Certainty::kNewGround : Certainty::kUnmatched;
+        weighed.evidence.known < kMinKnownShare ? Certainty::kNewGround : Certainty::kUnmatched;
   }
   if (weighed.verdict == Verdict::kOvertaken) {
     follow(weighed, predicted, outcome);
@@ -282,7 +282,7 @@ std::vector<WeightedPose> SlamEngine::Parts::likely_poses() const {
             {place.component_from_active * here, std::exp(std::min(place.log_odds, kSurest))});
       }
     }
-    sum = std::exp(kCarried);
+    sum = std::exp(kPriorAgainstCarried);
   } else {
     const PoseHypotheses::State& state = hypotheses_.state();
     poses.push_back({here, 1.0});
@@ -310,12 +310,12 @@ void SlamEngine::Parts::believe() {
 }
 
 bool SlamEngine::Parts::begin_component(double stamp) {
-  constexpr double kDrawn = 0.003;  // [s] a key scan; what is searched is drawn meanwhile
+  constexpr double kDrawingTime = 0.003;  // [s] a key scan; what is searched is drawn meanwhile
   const Mapping::BegunComponent begun = be_lost(stamp);
   // Where another component had just begun, the drawing that was for that one is still under way.
   const double since =
       begun.is_drawn_beside
-          ? stamp + kDrawn * static_cast<double>(mapping_.components().map().key_scans.size())
+          ? stamp + kDrawingTime * static_cast<double>(mapping_.components().map().key_scans.size())
           : relocalizer_.search().stamp;
   relocalizer_.begin(since);
   return begun.gave_up_component;

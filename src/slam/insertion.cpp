@@ -14,7 +14,7 @@ namespace {
 /// leave the band of heights reaches twice as far. Below a hundredth of a radian it sees all either
 /// way.
 bool sees_farther(const ScanInput& input, const KeyScans& key_scans) {
-  constexpr double kLevel = 0.01;  // [rad]
+  constexpr double kMinTilt = 0.01;  // [rad]
   const PlacedScans& all = key_scans.all();
   const auto newest = std::find_if(all.rbegin(), all.rend(), [&](const PlacedScan& placed) {
     return placed.scan->laser() == input.laser && placed.scan->base_from_laser() != nullptr;
@@ -23,7 +23,7 @@ bool sees_farther(const ScanInput& input, const KeyScans& key_scans) {
     return false;
   }
   const double tilt = tilt_of(*newest->scan->base_from_laser());
-  return tilt > kLevel && tilt_of(input.base_from_laser) < 0.5 * tilt;
+  return tilt > kMinTilt && tilt_of(input.base_from_laser) < 0.5 * tilt;
 }
 
 /// Of a match that says so little of its heading, as from within a cupboard, what is 5 m away would
@@ -37,11 +37,11 @@ bool is_heading_known(const MatchResult& match) {
 /// matched better with what is drawn already: what is drawn off its place draws all that follow
 /// after it. Where nothing tells for longer, the map goes on without.
 bool is_to_wait(const ScanOutcome& outcome, const Pose2& moved, const SlamOptions& options) {
-  constexpr double kKnown = 0.05;       // [m], a cell
+  constexpr double kMaxSigma = 0.05;    // [m], a cell
   constexpr double kLongestWait = 3.0;  // of the usual way between key scans
   const MatchResult& match = outcome.match;
   return match.accepted() && match.score > 0.0 &&
-         outcome.covariance.topLeftCorner<2, 2>().trace() > kKnown * kKnown &&
+         outcome.covariance.topLeftCorner<2, 2>().trace() > kMaxSigma * kMaxSigma &&
          moved.translation().norm() < kLongestWait * options.insert_distance &&
          std::abs(moved.theta) < kLongestWait * options.insert_angle;
 }
@@ -106,7 +106,7 @@ bool is_to_be_drawn_over(const PointScan& scan, int laser, const ScanOutcome& ou
   return !options.update_map && !mapping.is_lost() && outcome.match.accepted() &&
          is_heading_known(outcome.match) &&
          is_worth_drawing(outcome, laser, mapping.temporary().last_drawn(), false, options) &&
-         evidence_of(scan, outcome.map_from_base, mapping.lasting()).known >= kMostlyKnown;
+         evidence_of(scan, outcome.map_from_base, mapping.lasting()).known >= kMinKnownShare;
 }
 
 void draw_over(const ScanBundle& bundle, int laser, Mapping& mapping, const ScanOutcome& outcome) {

@@ -14,7 +14,7 @@ constexpr double kLookahead = 10.0;  // [m] to what lies apart, so that the map 
 
 constexpr std::size_t kMaxLocalScans = 100;  // for the time that it takes to render them
 // Key scans, what a robot adds that stays in one room: a guess.
-constexpr std::size_t kFull = 5 * kMaxLocalScans / 2;
+constexpr std::size_t kMaxDrawnScans = 5 * kMaxLocalScans / 2;
 
 /// In their order; of those that are equally near, the newest.
 PlacedScans nearest(const PlacedScans& keys, const Eigen::Vector2d& here) {
@@ -104,7 +104,8 @@ void LocalMap::renumber(const std::vector<std::size_t>& numbers, std::size_t gon
 }
 
 bool LocalMap::is_due(const PlacedScans& keys) const {
-  return !map_ || distance(keys.back(), center_) >= kLocalReach / 3.0 || drawn_.size() >= kFull;
+  return !map_ || distance(keys.back(), center_) >= kLocalReach / 3.0 ||
+         drawn_.size() >= kMaxDrawnScans;
 }
 
 LocalMap::LocalMap(const Eigen::Vector2d& center, const PlacedScans& drawn, std::size_t taken,
@@ -123,7 +124,7 @@ std::optional<LocalMap> LocalMap::with(const LocalScans& near,
   const auto is_shown = [shown = std::set(drawn_.begin(), drawn_.end())](std::uint64_t id) {
     return shown.count(id) > 0;
   };
-  if (!map_ || drawn_.empty() || drawn_.size() >= kFull ||
+  if (!map_ || drawn_.empty() || drawn_.size() >= kMaxDrawnScans ||
       std::any_of(near.apart.begin(), near.apart.end(), is_shown)) {
     return std::nullopt;
   }
@@ -134,7 +135,7 @@ std::optional<LocalMap> LocalMap::with(const LocalScans& near,
     if (is_shown(key.scan->id())) {
       continue;
     }
-    if (key.scan->id() < more.drawn_.back() || more.drawn_.size() == kFull) {
+    if (key.scan->id() < more.drawn_.back() || more.drawn_.size() == kMaxDrawnScans) {
       return std::nullopt;
     }
     more.draw(key, map_options);

@@ -176,9 +176,9 @@ void LoopCloser::join_to_before(const PlacedScans& keys, const Eigen::Matrix3d& 
 /// Whether there are such key scans.
 bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
                                  const LoopOptions& options) {
-  constexpr std::size_t kEarlier = 30;  // key scans: a guess
+  constexpr std::size_t kNewestSkipped = 30;  // key scans: a guess
   const std::size_t newest = keys.size() - 1;
-  const std::size_t since = is_continued ? kEarlier : 0;
+  const std::size_t since = is_continued ? kNewestSkipped : 0;
   const std::vector<FoundLoop> found = match_with_earlier(
       keys.all(), newest - std::min(newest, since), ways(keys), !is_continued, options);
   for (const FoundLoop& one : found) {

@@ -17,7 +17,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kMerged = 8;            // key scans that are searched at once: a guess
+constexpr std::size_t kScansPerSearch = 8;    // key scans that are searched at once: a guess
 constexpr std::size_t kBesideCandidate = 10;  // key scans to each side of the candidate: a guess
 // Of its fine score that a place has at least in the coarse search, whose likelihoods are wider.
 constexpr double kCoarseShare = 0.9;
@@ -64,8 +64,8 @@ PlacedScans in_frame(PlacedScans keys, const Pose2& map_from_frame) {
 /// The newest, with the newest of all at this pose.
 PlacedScans newest_at(const PlacedScans& keys, const Pose2& frame_from_newest) {
   const Pose2 frame_from_map = frame_from_newest * keys.back().map_from_base.inverse();
-  PlacedScans newest(keys.end() - static_cast<std::ptrdiff_t>(std::min(keys.size(), kMerged)),
-                     keys.end());
+  PlacedScans newest(
+      keys.end() - static_cast<std::ptrdiff_t>(std::min(keys.size(), kScansPerSearch)), keys.end());
   for (PlacedScan& key : newest) {
     key.map_from_base = frame_from_map * key.map_from_base;
   }
@@ -123,15 +123,16 @@ OlsonOptions fine_options() {
 /// @param sigma  [m], how well the graph knows where it is.
 double log_odds_of(const PlacedScans& keys, const Pose2& place_from_newest, const SlamMap& place,
                    const Pose2& expected, double sigma) {
-  constexpr double kAlike = 2.2;  // what a beam that tells says at the best wrong place around
-  constexpr double kLeast = -5.0;
-  constexpr double kNear = 0.1;  // [m], as well as maps lie to each other at best
+  constexpr double kMeanOfWrongPlace =
+      2.2;  // what a beam that tells says at the best wrong place around
+  constexpr double kMinOfScan = -5.0;
+  constexpr double kMapFitSigma = 0.1;  // [m], as well as maps lie to each other at best
   const Eigen::Vector2d off = place_from_newest.translation() - expected.translation();
-  double log_odds = -0.5 * off.squaredNorm() / (sigma * sigma + kNear * kNear);
+  double log_odds = -0.5 * off.squaredNorm() / (sigma * sigma + kMapFitSigma * kMapFitSigma);
   for (const PlacedScan& key : newest_at(keys, place_from_newest)) {
     const ScanEvidence says = evidence_of(*key.scan->points(), key.map_from_base, place);
     if (says.telling >= kLeastTelling) {
-      log_odds += std::max(kLeast, says.telling_mean - kAlike);
+      log_odds += std::max(kMinOfScan, says.telling_mean - kMeanOfWrongPlace);
     }
   }
   return log_odds;

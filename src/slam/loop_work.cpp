@@ -52,10 +52,10 @@ ClosedLoop take_loop(const FoundLoop& found, double least_moved, LoopSearch& sea
 
 /// A few are not worth drawing the map anew.
 void leave_out_superfluous(LocalMapRequest& near, LoopTaskDone& done) {
-  constexpr std::size_t kWorthIt = 50;
+  constexpr std::size_t kMinTakenOut = 50;
   std::vector<std::uint64_t> ids =
       superfluous_scans(near.scans->all_belonging, near.scans->newest, near.enough);
-  if (ids.size() >= kWorthIt) {
+  if (ids.size() >= kMinTakenOut) {
     near.scans = without(std::move(*near.scans), ids);
     done.superfluous = std::move(ids);
   }

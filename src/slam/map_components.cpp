@@ -10,8 +10,8 @@ MapComponents::MapComponents(std::vector<MapComponent> components, std::size_t a
     : components_(std::move(components)), active_(active), waiting_(std::move(waiting)) {}
 
 bool MapComponents::has_just_begun() const {
-  constexpr std::size_t kWorthKeeping = 3;  // key scans; a guess: half and double were not tried
-  return is_lost() && active().key_scans.size() < kWorthKeeping;
+  constexpr std::size_t kMinKeyScans = 3;  // key scans; a guess: half and double were not tried
+  return is_lost() && active().key_scans.size() < kMinKeyScans;
 }
 
 bool MapComponents::begin_component(MapComponent empty) {

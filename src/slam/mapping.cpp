@@ -99,9 +99,9 @@ bool Mapping::add(const PointScan& points, const PlacedScan& placed,
 
 /// What waits is no surer than where the robot is.
 std::size_t Mapping::insert_pending() {
-  constexpr int kAtATime = 2;  // so that no scan waits for all of them
+  constexpr int kScansPerStep = 2;  // so that no scan waits for all of them
   std::size_t left_out = 0;
-  for (int i = 0; i < kAtATime && has_pending(); ++i) {
+  for (int i = 0; i < kScansPerStep && has_pending(); ++i) {
     const PlacedScan waiting = components_.next_waiting()->scan;
     const std::shared_ptr<const PointScan> points = waiting.scan->points();
     components_.drop_next_waiting();

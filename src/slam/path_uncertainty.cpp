@@ -41,13 +41,13 @@ void AdjacencyList::take_new(std::size_t nodes, const std::vector<PoseEdge>& edg
 /// [m] from the node to each one by the way of the fewest edges, where that is short enough for
 /// them to lie together; else infinite.
 std::vector<double> PathUncertainty::lengths_within_reach() const {
-  constexpr std::size_t kTogether = 40;   // edges of the graph
-  constexpr double kLongTogether = 60.0;  // [m], where key scans are far from one another
+  constexpr std::size_t kMaxPathEdges = 40;  // edges of the graph
+  constexpr double kMaxPathLength = 60.0;    // [m], where key scans are far from one another
   std::vector<double> lengths(poses_.size(), kInfinity);
   std::vector<std::size_t> reached{node_};
   lengths[node_] = 0.0;
   std::size_t begin = 0;
-  for (std::size_t edges = 1; edges <= kTogether; ++edges) {
+  for (std::size_t edges = 1; edges <= kMaxPathEdges; ++edges) {
     for (const std::size_t end = reached.size(); begin < end; ++begin) {
       const std::size_t from = reached[begin];
       links_->for_each(from, [&](std::size_t edge, std::size_t to) {
@@ -59,7 +59,7 @@ std::vector<double> PathUncertainty::lengths_within_reach() const {
     }
   }
   for (const std::size_t one : reached) {
-    if (lengths[one] > kLongTogether) {
+    if (lengths[one] > kMaxPathLength) {
       lengths[one] = kInfinity;
     }
   }

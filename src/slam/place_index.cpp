@@ -17,10 +17,10 @@ namespace {
 
 constexpr double kReach = 30.0;  // [m]
 /// Of a direction in which no wall is known: unlike all that is seen.
-constexpr std::uint8_t kNothing = 255;
+constexpr std::uint8_t kNoSurface = 255;
 /// From which on a direction looks different, however much: a quarter of the way, and as much of a
 /// metre.
-constexpr std::uint8_t kDifferent = 17;
+constexpr std::uint8_t kMaxDifference = 17;
 
 std::uint8_t look_of(double range) {
   constexpr double kSteps = 68.0;  // 234 at the reach, clearly different from nothing
@@ -30,13 +30,13 @@ std::uint8_t look_of(double range) {
 /// How far it is to a wall [m]; the reach where there is none.
 double range_to_wall(const LikelihoodField& field, const Eigen::Vector2d& from,
                      const Eigen::Vector2d& direction, double reach) {
-  constexpr double kOnWall = 0.6;  // of a cell
+  constexpr double kWallHalfThickness = 0.6;  // of a cell
   const double cell = field.geometry().resolution();
   const double metres = field.options().reach / LikelihoodField::kFar;
   for (double at = 0.0; at < reach;) {
     const double distance =
         metres * field.distance(field.geometry().cell_at(from + at * direction));
-    if (distance <= kOnWall * cell) {
+    if (distance <= kWallHalfThickness * cell) {
       return at;
     }
     at += std::max(distance - cell, 0.5 * cell);
@@ -49,7 +49,7 @@ PlaceLook look_from(const Eigen::Vector2d& place, const LikelihoodField& field) 
   for (std::size_t i = 0; i < kSectors; ++i) {
     const double angle = angle_of(i);
     const double range = range_to_wall(field, place, {std::cos(angle), std::sin(angle)}, kReach);
-    look[i] = range < kReach ? look_of(range) : kNothing;
+    look[i] = range < kReach ? look_of(range) : kNoSurface;
   }
   return look;
 }
@@ -89,37 +89,38 @@ std::vector<SeenWall> walls_of(const PointScan& scan) {
 
 /// So many headings are compared by one instruction. What the compiler makes of loops over bytes
 /// takes four times as long.
-constexpr std::size_t kAtOnce = 16;
-using Bytes = std::uint8_t __attribute__((vector_size(kAtOnce)));
+constexpr std::size_t kVectorLanes = 16;
+using Bytes = std::uint8_t __attribute__((vector_size(kVectorLanes)));
 
 /// Those beyond the last heading are of no meaning.
 template <std::size_t kCount>
-using Differences = std::array<std::uint16_t, (kCount + kAtOnce - 1) / kAtOnce * kAtOnce>;
+using Differences =
+    std::array<std::uint16_t, (kCount + kVectorLanes - 1) / kVectorLanes * kVectorLanes>;
 
 /// Of a place and a scan, by how many sectors the scan is turned. Sums are kept as bytes as long as
 /// they fit.
 template <std::size_t kCount>
 Differences<kCount> differences_of(const std::array<std::uint8_t, kCount>& place,
                                    const std::vector<SeenWall>& walls) {
-  constexpr std::size_t kFit = 255 / kDifferent;
-  const Bytes most = Bytes{} + kDifferent;
+  constexpr std::size_t kFit = 255 / kMaxDifference;
+  const Bytes most = Bytes{} + kMaxDifference;
   Differences<kCount> sums = {};
   std::array<std::uint8_t, kCount + sums.size()> round = {};
   std::copy(place.begin(), place.end(), round.begin());
   std::copy(place.begin(), place.end(), round.begin() + kCount);
   for (std::size_t first = 0; first < walls.size(); first += kFit) {
-    std::array<Bytes, sums.size() / kAtOnce> some = {};
+    std::array<Bytes, sums.size() / kVectorLanes> some = {};
     for (std::size_t k = first; k < std::min(first + kFit, walls.size()); ++k) {
       const Bytes look = Bytes{} + walls[k].look;
       for (std::size_t i = 0; i < some.size(); ++i) {
         Bytes turned;
-        std::memcpy(&turned, round.data() + walls[k].sector + i * kAtOnce, kAtOnce);
+        std::memcpy(&turned, round.data() + walls[k].sector + i * kVectorLanes, kVectorLanes);
         const Bytes apart = (turned > look ? turned : look) - (turned < look ? turned : look);
         some[i] += apart < most ? apart : most;
       }
     }
     for (std::size_t i = 0; i < sums.size(); ++i) {
-      sums[i] = static_cast<std::uint16_t>(sums[i] + some[i / kAtOnce][i % kAtOnce]);
+      sums[i] = static_cast<std::uint16_t>(sums[i] + some[i / kVectorLanes][i % kVectorLanes]);
     }
   }
   return sums;
@@ -147,11 +148,11 @@ std::vector<SeenWall> half_of(const std::vector<SeenWall>& walls) {
 /// time.
 std::vector<std::size_t> worth_a_look(const std::vector<HalfLook>& places,
                                       const std::vector<SeenWall>& walls) {
-  constexpr std::size_t kLeast = 1000;
-  constexpr std::size_t kOfPlaces = 8;
+  constexpr std::size_t kMinCandidates = 1000;
+  constexpr std::size_t kCandidateDivisor = 8;
   std::vector<std::size_t> numbers(places.size());
   std::iota(numbers.begin(), numbers.end(), 0);
-  const std::size_t most = std::max(kLeast, places.size() / kOfPlaces);
+  const std::size_t most = std::max(kMinCandidates, places.size() / kCandidateDivisor);
   if (numbers.size() <= most) {
     return numbers;
   }
@@ -190,8 +191,8 @@ class PlacesAround {
     }
     const auto x = static_cast<int>(std::lround(from.x() / kStep));
     const auto y = static_cast<int>(std::lround(from.y() / kStep));
-    for (int dy = -kBeside; dy <= kBeside; ++dy) {
-      for (int dx = -kBeside; dx <= kBeside; ++dx) {
+    for (int dy = -kNeighbourSteps; dy <= kNeighbourSteps; ++dy) {
+      for (int dx = -kNeighbourSteps; dx <= kNeighbourSteps; ++dx) {
         const LatticePoint point{y + dy, x + dx};
         if (!is_known(point) && is_free(at(point), from)) {
           take(point);
@@ -205,8 +206,8 @@ class PlacesAround {
   }
 
  private:
-  static constexpr double kStep = 1.0;  // [m]
-  static constexpr int kBeside = 2;     // steps
+  static constexpr double kStep = 1.0;       // [m]
+  static constexpr int kNeighbourSteps = 2;  // steps
 
   [[nodiscard]] bool is_free(const Eigen::Vector2d& place, const Eigen::Vector2d& from) const {
     const Eigen::Vector2d way = place - from;
@@ -268,7 +269,7 @@ void PlaceIndex::finish() {
 
 std::vector<LikelyPlace> PlaceIndex::look_up(const PointScan& scan, std::size_t most,
                                              std::vector<LikelyPlace> known) const {
-  constexpr std::size_t kApart = 4;  // sectors between two headings at one place
+  constexpr std::size_t kHeadingSpacing = 4;  // sectors between two headings at one place
   const std::vector<SeenWall> walls = walls_of(scan);
   if (walls.empty()) {
     return {};
@@ -286,12 +287,12 @@ std::vector<LikelyPlace> PlaceIndex::look_up(const PointScan& scan, std::size_t 
       const auto best = std::min_element(differences.begin(), end);
       const auto turned = static_cast<std::size_t>(best - differences.begin());
       all.push_back({*best, static_cast<std::uint16_t>(turned), static_cast<std::uint32_t>(i)});
-      for (std::size_t k = kSectors - kApart; k <= kSectors + kApart; ++k) {
+      for (std::size_t k = kSectors - kHeadingSpacing; k <= kSectors + kHeadingSpacing; ++k) {
         differences[(turned + k) % kSectors] = std::numeric_limits<std::uint16_t>::max();
       }
     }
   }
-  const double worst = static_cast<double>(kDifferent) * static_cast<double>(walls.size());
+  const double worst = static_cast<double>(kMaxDifference) * static_cast<double>(walls.size());
   std::vector<LikelyPlace> likely;
   const auto is_more_alike = [](const Turned& a, const Turned& b) {
     return std::tie(a.difference, a.place, a.sectors) < std::tie(b.difference, b.place, b.sectors);

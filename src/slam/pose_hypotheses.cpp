@@ -16,9 +16,9 @@ namespace matchbox_slam {
 namespace {
 
 /// [m] or [rad], from one search to the next.
-constexpr double kBetweenSearches = 0.2;
+constexpr double kSearchSpacing = 0.2;
 /// [m] without a scan that tells hypotheses apart, after which the leading one is believed.
-constexpr double kUndecided = 10.0;
+constexpr double kMaxUndecidedWay = 10.0;
 constexpr std::size_t kMostOthers = 4;
 
 double limited(double log_odds) { return std::clamp(log_odds, -kMostOfScan, kMostOfScan); }
@@ -105,8 +105,8 @@ double PoseHypotheses::note_change(const Step& step) {
 /// tells.
 void PoseHypotheses::weigh_elsewhere(const Step& step, double odds, const Outcome& outcome) {
   double& elsewhere = state_.elsewhere;
-  elsewhere = std::max(-kCarried, elsewhere);
-  elsewhere = std::max(-kCarried, elsewhere + odds);
+  elsewhere = std::max(-kPriorAgainstCarried, elsewhere);
+  elsewhere = std::max(-kPriorAgainstCarried, elsewhere + odds);
   if (outcome.is_jump) {
     const double raised =
         elsewhere + 0.5 * squared_distance(outcome.match.map_from_base, step.predicted);
@@ -139,8 +139,8 @@ void PoseHypotheses::note_motion(const Step& step, double leading) {
 
 bool PoseHypotheses::is_search_due(const Outcome& outcome, bool is_odometry_improbable) const {
   const bool is_bad = is_badly_explained(outcome.evidence);
-  return is_odometry_improbable || ((is_bad || outcome.is_jump) &&
-                                    (!state_.fork || state_.fork->searched >= kBetweenSearches));
+  return is_odometry_improbable ||
+         ((is_bad || outcome.is_jump) && (!state_.fork || state_.fork->searched >= kSearchSpacing));
 }
 
 void PoseHypotheses::search(const Step& step, const Outcome& outcome, double share) {
@@ -157,11 +157,11 @@ void PoseHypotheses::search(const Step& step, const Outcome& outcome, double sha
   if (step.steady) {
     consider(search_exactly(
                  problem_at(step, step.steady->fixed_from_base, step.steady->search_covariance)),
-             0.5 * kMostChiSquare - kUnexpected);
+             0.5 * kMostChiSquare - kPriorAgainstJump);
   }
   for (const MatchResult& match :
        search_widely(problem_at(step, step.predicted.fixed_from_base, step.predicted.covariance))) {
-    consider(match, -kUnexpected);
+    consider(match, -kPriorAgainstJump);
   }
   std::vector<Hypothesis>& others = state_.others;
   std::stable_sort(others.begin(), others.end(),
@@ -183,7 +183,7 @@ void PoseHypotheses::add(const MatchResult& match, double log_odds) {
 
 void PoseHypotheses::drop_refuted(const Pose2& leading, const HypothesisOptions& options) {
   const auto is_refuted = [&](const Hypothesis& other) {
-    return other.log_odds < -kUnexpected - options.decisive ||
+    return other.log_odds < -kPriorAgainstJump - options.decisive ||
            is_same(other.map_from_base, leading);
   };
   std::vector<Hypothesis>& others = state_.others;
@@ -199,8 +199,8 @@ void PoseHypotheses::decide(const Step& step, const HypothesisOptions& options, 
     lead(best, step, outcome);
   } else if (state_.elsewhere - better >= options.decisive) {
     outcome.verdict = Verdict::kUnknown;
-  } else if (state_.fork && ((state_.others.empty() && state_.elsewhere <= -kCarried) ||
-                             state_.fork->undecided > kUndecided)) {
+  } else if (state_.fork && ((state_.others.empty() && state_.elsewhere <= -kPriorAgainstCarried) ||
+                             state_.fork->undecided > kMaxUndecidedWay)) {
     believe();
   }
 }
@@ -218,7 +218,7 @@ void PoseHypotheses::lead(std::vector<Hypothesis>::iterator overtaking, const St
     before.key_scans.emplace_back(step.key_scans[state_.fork->key_scans + i].map_from_base);
   }
   state_.others.push_back(std::move(before));
-  state_.elsewhere = std::max(-kCarried, state_.elsewhere - leading.log_odds);
+  state_.elsewhere = std::max(-kPriorAgainstCarried, state_.elsewhere - leading.log_odds);
   constexpr double kXy = 0.05;     // [m], how well it is known before it is refined
   constexpr double kTheta = 0.03;  // [rad]
   outcome.verdict = Verdict::kOvertaken;

@@ -16,7 +16,7 @@
 namespace matchbox_slam {
 
 /// Log odds, before any scan, against the robot being somewhere unknown, as when it was carried.
-constexpr double kCarried = 9.2;
+constexpr double kPriorAgainstCarried = 9.2;
 
 /// Where the robot may be other than where it is thought to be: on by another motion than odometry
 /// tells, at other maxima of the search, or somewhere unknown. The hypotheses compete by what the

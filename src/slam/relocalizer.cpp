@@ -22,12 +22,12 @@ constexpr std::size_t kMostExplained = 100;
 constexpr double kMostAgainst = 0.1;
 
 /// How far odometry may be off through a doubt: [m], [rad].
-constexpr double kSaidXy = 0.5;
-constexpr double kSaidTheta = 0.3;
+constexpr double kOdometryErrorXy = 0.5;
+constexpr double kOdometryErrorTheta = 0.3;
 /// Where it sees much that is not known a place is not explained, and another one may be right.
-constexpr double kExplained = 2.0;
+constexpr double kMinMeanEvidence = 2.0;
 /// Share of the evidence that errors of map and model make up between places that are equal.
-constexpr double kDoubtful = 0.1;
+constexpr double kModelErrorShare = 0.1;
 
 /// What a lost robot is looked for with.
 struct Lost {
@@ -77,7 +77,7 @@ double rival_of(const ExplainedScan& explained, std::size_t component,
 }
 
 /// Whether a place is explained so much better than a rival that errors do not make that up.
-double ahead(double log_odds, double rival) { return (1.0 - kDoubtful) * log_odds - rival; }
+double ahead(double log_odds, double rival) { return (1.0 - kModelErrorShare) * log_odds - rival; }
 
 /// Log odds of a place against somewhere unknown, by one scan.
 /// @param most  that a scan says for a place.
@@ -86,7 +86,7 @@ double odds_of(const Explanation& here, double rival, double most) {
   if (elsewhere >= 0.0) {
     return -elsewhere;
   }
-  if (!here.is_held || here.evidence.mean < kExplained) {
+  if (!here.is_held || here.evidence.mean < kMinMeanEvidence) {
     return 0.0;
   }
   return std::clamp(ahead(here.evidence.log_odds, rival), 0.0, most);
@@ -104,10 +104,10 @@ bool is_where_odometry_says(const PlaceHypothesis& place, const Pose2& active_fr
 /// The newest key scan that was not searched yet, of those that say something new; of one laser, as
 /// another one may see little. Null where there is none.
 const PlacedScan* next_key_scan(const Lost& lost, const PlaceSearch& search) {
-  constexpr std::size_t kNewest = 40;
+  constexpr std::size_t kNewestSearched = 40;
   const PlacedScans& all = lost.active.key_scans.all();
   std::size_t looked_at = 0;
-  for (auto key = all.rbegin(); key != all.rend() && looked_at < kNewest; ++key) {
+  for (auto key = all.rbegin(); key != all.rend() && looked_at < kNewestSearched; ++key) {
     if (key->scan->laser() != all.front().scan->laser()) {
       continue;
     }
@@ -205,7 +205,7 @@ std::vector<Explanation> explanations_of(const PointScan& scan, const Pose2& act
   const std::size_t parent = lost.active.parent;
   if (&lost.components[parent] != &lost.active) {
     found.push_back(explained_at(scan, parent, lost.active.parent_from_component * active_from_base,
-                                 kSaidXy, kSaidTheta, lost));
+                                 kOdometryErrorXy, kOdometryErrorTheta, lost));
   }
   for (const Explanation& one : explained_anywhere(scan, std::move(known), lost, index)) {
     found.push_back(one);
@@ -234,15 +234,15 @@ ExplainedScan best_of(const std::vector<Explanation>& explanations, std::uint64_
 /// What a scan says for a place at most: what is not mapped looks like what is, as often as places
 /// of the map look like each other.
 double most_of_scan(const PlaceSearch& search) {
-  constexpr double kAlike = 0.1;  // of one, before any was looked at
-  return std::min(kMostOfScan, std::log((1.0 + search.sampled) / (kAlike + search.alike)));
+  constexpr double kPriorAlike = 0.1;  // of one, before any was looked at
+  return std::min(kMostOfScan, std::log((1.0 + search.sampled) / (kPriorAlike + search.alike)));
 }
 
 /// Looks whether a key scan of the map might as well have been taken elsewhere in it.
 void sample(const Lost& lost, const PlaceIndex& index, PlaceSearch& search) {
   constexpr int kMostSampled = 20;
   constexpr double kGolden = 0.6180339887498949;  // so that they are spread evenly at any time
-  constexpr double kElsewhere = 1.0;              // [m]
+  constexpr double kSamePlaceRadius = 1.0;        // [m]
   const std::size_t component = lost.active.parent;
   const PlacedScans& keys = lost.components[component].key_scans.all();
   if (search.sampled >= kMostSampled || keys.empty() ||
@@ -256,8 +256,8 @@ void sample(const Lost& lost, const PlaceIndex& index, PlaceSearch& search) {
       evidence_of(*scan, key.map_from_base, lost.components[component].map).log_odds;
   const auto is_as_well = [&](const Explanation& there) {
     const Eigen::Vector3d apart = difference(there.component_from_base, key.map_from_base);
-    return (there.component != component || apart.head<2>().norm() > kElsewhere) &&
-           there.evidence.mean >= kExplained && ahead(here, there.evidence.log_odds) < 0.0;
+    return (there.component != component || apart.head<2>().norm() > kSamePlaceRadius) &&
+           there.evidence.mean >= kMinMeanEvidence && ahead(here, there.evidence.log_odds) < 0.0;
   };
   const std::vector<Explanation> found =
       explained_anywhere(*scan, {{component, key.map_from_base, 0.0}}, lost, index);
@@ -443,9 +443,10 @@ std::optional<PlaceHypothesis> Relocalizer::find(double stamp, const Pose2& acti
                                                  const MapComponents& components,
                                                  const EngineOptions& options) {
   // Key scans with each scan: as long as a search takes, some 20 ms.
-  constexpr std::size_t kAtATime = 256;
+  constexpr std::size_t kIndexedPerScan = 256;
   if (!index_.is_complete()) {
-    const bool is_complete = index_.grow(components.all(), components.active_number(), kAtATime);
+    const bool is_complete =
+        index_.grow(components.all(), components.active_number(), kIndexedPerScan);
     search_.indexed = index_.key_scans();
     if (!is_complete) {
       return std::nullopt;

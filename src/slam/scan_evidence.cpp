@@ -22,7 +22,7 @@ constexpr double kMostOfBeam = 3.0;
 /// However long, a way through free ground is one witness, and a weak one.
 constexpr double kMostOfPassage = 0.3;
 /// From which on a beam has gone through a wall.
-constexpr double kThroughWall = 1.0;
+constexpr double kMinWallEvidence = 1.0;
 
 /// Logarithms that the evidence of a cell is made of, by counts in parts of a scan. A cell reflects
 /// with probability (hits + p0) / (hits + passes + 1).
@@ -166,7 +166,7 @@ class BeamWalk {
       ends_on_known = false;
     }
     return {std::clamp(std::min(free_, kMostOfPassage) + through_ + end, -kMostOfBeam, kMostOfBeam),
-            end > 0.0 || through_ < -kThroughWall, ends_on_known};
+            end > 0.0 || through_ < -kMinWallEvidence, ends_on_known};
   }
 
  private:
@@ -205,8 +205,8 @@ class EvenBeams {
   [[nodiscard]] std::size_t size() const { return count_; }
   [[nodiscard]] const ScanPoint& operator[](std::size_t i) const { return *beams_[i]; }
   [[nodiscard]] double length(std::size_t i) const {
-    constexpr double kLeast = 1e-3;
-    return std::max(kLeast, 0.5 * (gap_after(i) + (i > 0 ? gap_after(i - 1) : 0.0)));
+    constexpr double kMinLength = 1e-3;
+    return std::max(kMinLength, 0.5 * (gap_after(i) + (i > 0 ? gap_after(i - 1) : 0.0)));
   }
 
  private:
@@ -265,20 +265,20 @@ ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base, cons
 }
 
 double odds_of_elsewhere(const ScanEvidence& evidence) {
-  constexpr double kContradicts = 1.0;
-  constexpr double kAgrees = 2.0;
+  constexpr double kContradictionMean = 1.0;
+  constexpr double kAgreementMean = 2.0;
   if (evidence.telling < kLeastTelling) {
     return 0.0;
   }
-  if (evidence.telling_mean < kContradicts) {
+  if (evidence.telling_mean < kContradictionMean) {
     return 5.0;
   }
-  return evidence.telling_mean < kAgrees ? 1.0 : -1.0;
+  return evidence.telling_mean < kAgreementMean ? 1.0 : -1.0;
 }
 
 bool is_badly_explained(const ScanEvidence& evidence) {
-  constexpr double kLeast = 1.0;  // of a beam on known ground; right poses have 3 mostly
-  return evidence.mean < std::max(0.0, kLeast * evidence.known);
+  constexpr double kLeastMean = 1.0;  // of a beam on known ground; right poses have 3 mostly
+  return evidence.mean < std::max(0.0, kLeastMean * evidence.known);
 }
 
 }  // namespace matchbox_slam

@@ -30,7 +30,7 @@ constexpr std::size_t kEvidenceBeams = 180;
 constexpr double kMostOfScan = 6.0;
 
 /// Log odds, before any scan, against a pose that the motion does not lead to: a guess.
-constexpr double kUnexpected = 7.0;
+constexpr double kPriorAgainstJump = 7.0;
 
 /// Share of a scan that has to tell of walls for it to say anything.
 constexpr double kLeastTelling = 0.2;
@@ -44,7 +44,7 @@ constexpr double kLeastTelling = 0.2;
 constexpr double kMostViolation = 0.1;
 
 /// Share of a scan that ends on known ground, from which on it is of what is known: more than not.
-constexpr double kMostlyKnown = 0.5;
+constexpr double kMinKnownShare = 0.5;
 
 /// Whether so little of a scan fits what is known where it ends that it may be of elsewhere.
 [[nodiscard]] bool is_badly_explained(const ScanEvidence& evidence);

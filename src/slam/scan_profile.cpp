@@ -44,7 +44,7 @@ double changed_share(const ScanProfile& profile, const ScanProfile& before,
                      const Pose2& before_from_profile) {
   // As much as a wall seen at a slant differs within a sector.
   constexpr float kDistance = 0.2F;  // [m]
-  constexpr float kOfRange = 0.1F;
+  constexpr float kRangeShare = 0.1F;
   const ScanProfile expected = moved(before, Transform2(before_from_profile.inverse()));
   std::size_t both = 0;
   std::size_t changed = 0;
@@ -52,7 +52,7 @@ double changed_share(const ScanProfile& profile, const ScanProfile& before,
     if (profile[i] > 0.0F && expected[i] > 0.0F) {
       ++both;
       const float differs = std::abs(profile[i] - expected[i]);
-      changed += differs > kDistance + kOfRange * profile[i] ? 1 : 0;
+      changed += differs > kDistance + kRangeShare * profile[i] ? 1 : 0;
     }
   }
   return both > 0 ? static_cast<double>(changed) / static_cast<double>(both) : 0.0;

@@ -49,17 +49,18 @@ ScanView::ScanView(const PointScan& scan, const Pose2& map_from_base)
 }
 
 ScanView::Look ScanView::at(const Eigen::Vector2d& place) const {
-  constexpr double kNear = 0.2;  // [m] between what is the same, as seen from a little elsewhere
+  constexpr double kViewTolerance =
+      0.2;  // [m] between what is the same, as seen from a little elsewhere
   const Eigen::Vector2d way = map_from_laser_.inverse() * place;
   const Reach& reach = reaches_[sector_of(way)];
   const double range = way.norm();
   if (reach.farthest < 0.0F) {
     return Look::kNone;
   }
-  if (range > reach.farthest + kNear) {
+  if (range > reach.farthest + kViewTolerance) {
     return Look::kBlocked;
   }
-  return range < reach.nearest - kNear ? Look::kThrough : Look::kHit;
+  return range < reach.nearest - kViewTolerance ? Look::kThrough : Look::kHit;
 }
 
 }  // namespace matchbox_slam

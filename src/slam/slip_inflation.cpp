@@ -10,13 +10,13 @@ namespace matchbox_slam {
 namespace {
 
 // Guesses (benchmark/reports/current/LOOPS.md, "Wheels that slip").
-constexpr double kDrives = 0.2;     // [m/s]
-constexpr double kSlower = 0.6;     // of its speed before and after
-constexpr double kLongest = 6.0;    // [s], else it stands
-constexpr double kMinHidden = 0.3;  // [m] that are hidden
-constexpr double kStraight = 0.3;   // [rad]; who turns slows down for it
-constexpr double kShare = 0.5;      // of what is hidden is its standard deviation
-constexpr double kNotSeen = 0.02;   // [m], standard deviation by scans and odometry
+constexpr double kMinSpeed = 0.2;       // [m/s]
+constexpr double kMaxSpeedRatio = 0.6;  // of its speed before and after
+constexpr double kMaxSlipTime = 6.0;    // [s], else it stands
+constexpr double kMinHidden = 0.3;      // [m] that are hidden
+constexpr double kMaxTurn = 0.3;        // [rad]; who turns slows down for it
+constexpr double kSigmaShare = 0.5;     // of what is hidden is its standard deviation
+constexpr double kMinSigma = 0.02;      // [m], standard deviation by scans and odometry
 
 /// From one key scan to the next.
 struct Leg {
@@ -49,9 +49,9 @@ struct SlowStretch {
   }
   [[nodiscard]] bool is_straight() const {
     const bool turns =
-        std::any_of(legs.begin(), legs.end(), [](const Leg& leg) { return leg.turn >= kStraight; });
-    return !turns && before.turn < kStraight && after.turn < kStraight &&
-           before.way.normalized().dot(after.way.normalized()) > std::cos(kStraight);
+        std::any_of(legs.begin(), legs.end(), [](const Leg& leg) { return leg.turn >= kMaxTurn; });
+    return !turns && before.turn < kMaxTurn && after.turn < kMaxTurn &&
+           before.way.normalized().dot(after.way.normalized()) > std::cos(kMaxTurn);
   }
 };
 
@@ -65,10 +65,10 @@ SlowStretch slow_stretch(const PlacedScans& keys, std::size_t end) {
     if (!stretch.before.is_in_order()) {
       break;
     }
-    if (stretch.before.speed() > kSlower * stretch.after.speed()) {
+    if (stretch.before.speed() > kMaxSpeedRatio * stretch.after.speed()) {
       return stretch;
     }
-    if (seconds > kLongest) {
+    if (seconds > kMaxSlipTime) {
       break;
     }
     stretch.legs.push_back(stretch.before);
@@ -91,7 +91,7 @@ void widen(const Leg& leg, const Eigen::Vector2d& along_in_map, double variance,
       Eigen::Rotation2Dd(-keys[leg.to - 1].map_from_base.theta) * along_in_map;
   const double seen = along.dot(edge->covariance.topLeftCorner<2, 2>() * along) -
                       along.cwiseAbs2().dot(edge->drift.head<2>());
-  if (seen > kNotSeen * kNotSeen) {
+  if (seen > kMinSigma * kMinSigma) {
     edge->covariance.topLeftCorner<2, 2>() += variance * along * along.transpose();
   }
 }
@@ -103,7 +103,7 @@ void inflate_for_slip(const PlacedScans& keys, std::size_t key, std::vector<Pose
     return;
   }
   const SlowStretch stretch = slow_stretch(keys, key);
-  if (stretch.legs.empty() || stretch.usual() < kDrives || !stretch.is_straight()) {
+  if (stretch.legs.empty() || stretch.usual() < kMinSpeed || !stretch.is_straight()) {
     return;
   }
   double hidden = 0.0;
@@ -114,7 +114,7 @@ void inflate_for_slip(const PlacedScans& keys, std::size_t key, std::vector<Pose
     return;
   }
   for (const Leg& leg : stretch.legs) {  // all at once: what is hidden in one is in the others
-    const double variance = kShare * kShare * hidden * stretch.hidden(leg);
+    const double variance = kSigmaShare * kSigmaShare * hidden * stretch.hidden(leg);
     widen(leg, stretch.before.way.normalized(), variance, keys, edges);
   }
 }

@@ -17,18 +17,19 @@ namespace {
 using Look = ScanView::Look;
 
 // Guesses: half and double were not tried.
-constexpr double kBeside = 0.5;           // [m]
-constexpr double kBesideTurned = 0.35;    // [rad]
-constexpr double kAround = 3.0;           // [m], from where most of the same is seen
-constexpr std::uint64_t kUntouched = 60;  // newest key scans
-constexpr double kLost = 0.01;            // share of its hits that nobody else need have seen
-constexpr double kDiffers = 0.15;         // share of its hits that are seen no more where they were
-constexpr std::size_t kAsked = 120;       // hits of a scan
+constexpr double kSameViewDistance = 0.5;  // [m]
+constexpr double kSameViewAngle = 0.35;    // [rad]
+constexpr double kSharedViewRadius = 3.0;  // [m], from where most of the same is seen
+constexpr std::uint64_t kNewestKept = 60;  // newest key scans
+constexpr double kMaxUniqueShare = 0.01;   // share of its hits that nobody else need have seen
+constexpr double kMaxChangedShare =
+    0.15;                                 // share of its hits that are seen no more where they were
+constexpr std::size_t kHitSamples = 120;  // hits of a scan
 
 bool is_beside(const PlacedScan& a, const PlacedScan& b) {
   return (a.map_from_base.translation() - b.map_from_base.translation()).squaredNorm() <=
-             kBeside * kBeside &&
-         std::abs(wrap_angle(a.map_from_base.theta - b.map_from_base.theta)) <= kBesideTurned &&
+             kSameViewDistance * kSameViewDistance &&
+         std::abs(wrap_angle(a.map_from_base.theta - b.map_from_base.theta)) <= kSameViewAngle &&
          a.scan->laser() == b.scan->laser();
 }
 
@@ -37,7 +38,7 @@ std::vector<Eigen::Vector2d> hits_of(const PlacedScan& key) {
   const std::shared_ptr<const PointScan> scan = key.scan->points();
   const Transform2 to_map(key.map_from_base);
   std::vector<Eigen::Vector2d> hits;
-  take_some(*scan, kAsked, [&](const ScanPoint& point) {
+  take_some(*scan, kHitSamples, [&](const ScanPoint& point) {
     if (point.position.norm() < kFarthestPoint) {
       hits.push_back(to_map * point.position);
     }
@@ -54,7 +55,7 @@ class Selection {
     std::vector<std::uint64_t> superfluous;
     for (std::size_t i = 0; i < keys_.size(); ++i) {
       const std::uint64_t id = keys_[i].scan->id();
-      if (id > 0 && id + kUntouched <= newest && is_superfluous(i)) {
+      if (id > 0 && id + kNewestKept <= newest && is_superfluous(i)) {
         stays_[i] = false;
         superfluous.push_back(id);
       }
@@ -87,7 +88,7 @@ class Selection {
       lost += is_seen || is_seen_around(hit, key) ? 0.0 : 1.0;
       differing += 2 * std::max(looks.through, looks.blocked) > newer.size() ? 1.0 : 0.0;
     }
-    return lost <= most(kLost) && (!is_oldest || differing > most(kDiffers));
+    return lost <= most(kMaxUniqueShare) && (!is_oldest || differing > most(kMaxChangedShare));
   }
 
   struct Looks {
@@ -111,7 +112,8 @@ class Selection {
     const Eigen::Vector2d here = keys_[key].map_from_base.translation();
     for (std::size_t i = keys_.size(); i-- > 0;) {  // the newest are the least likely to go
       if (i == key || !stays_[i] ||
-          (keys_[i].map_from_base.translation() - here).squaredNorm() > kAround * kAround) {
+          (keys_[i].map_from_base.translation() - here).squaredNorm() >
+              kSharedViewRadius * kSharedViewRadius) {
         continue;
       }
       const Look look = view_of(i).at(place);

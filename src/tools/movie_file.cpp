@@ -28,9 +28,10 @@ std::string lower_extension(const std::string& name) {
 
 /// A folder may have a point in its name; but who writes one of these wants something else.
 bool is_other_film(const std::string& extension) {
-  constexpr std::array kOthers = {".apng", ".avi", ".m4v", ".mkv",  ".mov",  ".mp4",
-                                  ".mpeg", ".mpg", ".ogv", ".webm", ".webp", ".png"};
-  return std::find(kOthers.begin(), kOthers.end(), extension) != kOthers.end();
+  constexpr std::array kOtherExtensions = {".apng", ".avi", ".m4v", ".mkv",  ".mov",  ".mp4",
+                                           ".mpeg", ".mpg", ".ogv", ".webm", ".webp", ".png"};
+  return std::find(kOtherExtensions.begin(), kOtherExtensions.end(), extension) !=
+         kOtherExtensions.end();
 }
 
 }  // namespace

@@ -10,9 +10,9 @@ namespace matchbox_slam {
 namespace {
 
 bool has_moved(const PlacedScan& drawn, const PlacedScan& now, double cell) {
-  constexpr double kSeen = 5.0;  // [m], so far away is what a turn moves
+  constexpr double kViewDistance = 5.0;  // [m], so far away is what a turn moves
   const Eigen::Vector3d moved = difference(now.map_from_base, drawn.map_from_base);
-  return moved.head<2>().norm() + kSeen * std::abs(moved.z()) > cell;
+  return moved.head<2>().norm() + kViewDistance * std::abs(moved.z()) > cell;
 }
 
 }  // namespace

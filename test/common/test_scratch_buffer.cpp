@@ -17,7 +17,7 @@ TEST(ScratchBuffer, KeepsItsMemoryForFewer) {
 }
 
 TEST(ScratchBuffer, LetsGoOfWhatALargeUseNeeded) {
-  constexpr std::size_t kLarge = 2 * Array::kKept / sizeof(int);
+  constexpr std::size_t kLarge = 2 * Array::kKeptBytes / sizeof(int);
   Array array;
   EXPECT_EQ(array.capacity(), 0U);
   static_cast<void>(array.make(kLarge));
@@ -25,7 +25,7 @@ TEST(ScratchBuffer, LetsGoOfWhatALargeUseNeeded) {
   static_cast<void>(array.make(kLarge / 2 + 1));
   EXPECT_EQ(array.capacity(), kLarge) << "still a large use";
   static_cast<void>(array.make(100));
-  EXPECT_LE(sizeof(int) * array.capacity(), Array::kKept);
+  EXPECT_LE(sizeof(int) * array.capacity(), Array::kKeptBytes);
 }
 
 }  // namespace

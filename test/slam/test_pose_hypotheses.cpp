@@ -186,10 +186,10 @@ TEST(PoseHypotheses, TakeTwoScansToLeadWhereNothingContradictsTheOneThatLeads) {
   drive.seconds = 2.0;
   const Pose2 right = drive.truth();
   drive.leading = {500.0, 0.0, 0.0};  // where nothing is known
-  drive.hypotheses = PoseHypotheses({Fork{50, 0, 0.0, 0.0}, {{right, -kUnexpected}}});
+  drive.hypotheses = PoseHypotheses({Fork{50, 0, 0.0, 0.0}, {{right, -kPriorAgainstJump}}});
   Outcome outcome = drive.go_on();
   EXPECT_EQ(outcome.verdict, Verdict::kLeads) << "rooms are alike";
-  EXPECT_NEAR(drive.hypotheses.state().others.front().log_odds, 6.0 - kUnexpected, 1e-9);
+  EXPECT_NEAR(drive.hypotheses.state().others.front().log_odds, 6.0 - kPriorAgainstJump, 1e-9);
   outcome = drive.go_on();
   ASSERT_EQ(outcome.verdict, Verdict::kOvertaken);
   expect_at(outcome.match.map_from_base, drive.truth());
@@ -270,10 +270,10 @@ TEST(PoseHypotheses, HaveOneScanOfARestingRobotSayLessThanOneOfAMovingOne) {
     EXPECT_FALSE(others.empty()) << seconds;
     return others.empty() ? 0.0 : others.front().log_odds;
   };
-  const double most = log_odds_after(2.0) + kUnexpected;
+  const double most = log_odds_after(2.0) + kPriorAgainstJump;
   EXPECT_NEAR(most, 12.0, 1e-9) << "of any scan: 6 for one, 6 against the other";
-  EXPECT_NEAR(log_odds_after(0.2) + kUnexpected, 0.1 * most, 1e-6);
-  EXPECT_NEAR(log_odds_after(100.0) + kUnexpected, most, 1e-9);
+  EXPECT_NEAR(log_odds_after(0.2) + kPriorAgainstJump, 0.1 * most, 1e-6);
+  EXPECT_NEAR(log_odds_after(100.0) + kPriorAgainstJump, most, 1e-9);
 }
 
 TEST(PoseHypotheses, LeadNowhereWhereScansFitNowhere) {

@@ -40,8 +40,8 @@ struct Surface {
 /// Whether a hit with this normal, in the same frame, shows the other side of a wall, which lies
 /// the wall's thickness behind. A hit without normal shows no side.
 [[nodiscard]] inline bool is_other_side(const Surface& surface, const Eigen::Vector2d& normal) {
-  constexpr double kOpposite = -0.5;
-  return surface.facing.dot(normal) < kOpposite;
+  constexpr double kMaxOppositeCosine = -0.5;
+  return surface.facing.dot(normal) < kMaxOppositeCosine;
 }
 
 /// A hit in the map frame, to be taken into the field.

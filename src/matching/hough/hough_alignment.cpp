@@ -284,7 +284,7 @@ class ShiftCombinations {
   /// Weighted least squares for the translation. Where the columns hold it in one direction only,
   /// the other one is the guess's.
   void solve() {
-    constexpr double kWeakest = 0.01;  // eigenvalue over the largest one
+    constexpr double kMinEigenvalueRatio = 0.01;  // eigenvalue over the largest one
     HoughAlignment alignment;
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     for (const Chosen& one : chosen_) {
@@ -297,7 +297,7 @@ class ShiftCombinations {
     Eigen::Vector2d offset = Eigen::Vector2d::Zero();
     for (int i = 0; i < 2; ++i) {
       const double strength = solver.eigenvalues()(i);
-      if (strength > kWeakest * solver.eigenvalues()(1)) {
+      if (strength > kMinEigenvalueRatio * solver.eigenvalues()(1)) {
         const Eigen::Vector2d axis = solver.eigenvectors().col(i);
         offset += axis * (axis.dot(right) / strength);
       }

@@ -27,11 +27,11 @@ MotionGuess guess_of(const PosePrior& prior, const Pose2& map_from_key) {
 /// A unit vector along which the columns say little of an alignment, in the key scan's frame; none
 /// where they hold every direction.
 std::optional<Eigen::Vector2d> weak_axis(const HoughAlignment& alignment) {
-  constexpr double kWeak =
+  constexpr double kMaxEigenvalueRatio =
       0.1;  // eigenvalue over the largest one; half or double: intel within 3 %
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
   solver.computeDirect(alignment.information);
-  if (solver.eigenvalues()(0) > kWeak * solver.eigenvalues()(1)) {
+  if (solver.eigenvalues()(0) > kMaxEigenvalueRatio * solver.eigenvalues()(1)) {
     return std::nullopt;
   }
   return solver.eigenvectors().col(0);
@@ -43,14 +43,14 @@ std::vector<Pose2> poses_along(const HoughAlignment& alignment, const MotionGues
                                const HoughAlignmentOptions& options) {
   // The mean relation of hough in intel is 0.074 m; with half or double of the step 0.072 and
   // 0.078, of the window 0.088 and 0.153.
-  constexpr double kStep = 0.05;  // [m], a cell of the key scan's field
-  constexpr double kKnown = 0.6;  // [m] to each side; a narrower window is left to the guess
+  constexpr double kStep = 0.05;      // [m], a cell of the key scan's field
+  constexpr double kMinWindow = 0.6;  // [m] to each side; a narrower window is left to the guess
   std::vector<Pose2> poses = {alignment.reference_from_scan};
   if (const std::optional<Eigen::Vector2d> axis = weak_axis(alignment)) {
     const double variance = axis->dot(guess.covariance.topLeftCorner<2, 2>() * *axis);
     const double reach =
         std::min(options.max_window_xy, options.window_sigmas * std::sqrt(std::max(0.0, variance)));
-    for (double step = -reach; reach > kKnown && step <= reach; step += kStep) {
+    for (double step = -reach; reach > kMinWindow && step <= reach; step += kStep) {
       const Eigen::Vector2d at = guess.reference_from_scan.translation();
       const Eigen::Vector2d here = alignment.reference_from_scan.translation();
       const Eigen::Vector2d moved = here + (axis->dot(at - here) + step) * *axis;

@@ -88,7 +88,7 @@ void LikelihoodLookup::turn(const HoughPoints& points, double theta) {
 }
 
 double LikelihoodLookup::mean_at(const Eigen::Vector2d& translation) {
-  constexpr double kTop = 255.0;
+  constexpr double kLargestLikelihood = 255.0;
   const std::size_t count = weight_.size();
   locate(cosine_x_.data(), sine_y_.data(), sine_x_.data(), cosine_y_.data(), count, translation.x(),
          translation.y(), {1.0 / geometry_.resolution(), first_tile_, columns_, rows_},
@@ -107,7 +107,7 @@ double LikelihoodLookup::mean_at(const Eigen::Vector2d& translation) {
     add(i, sums[0]);
   }
   const double sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
-  return total_weight_ > 0.0 ? sum / (kTop * total_weight_) : 0.0;
+  return total_weight_ > 0.0 ? sum / (kLargestLikelihood * total_weight_) : 0.0;
 }
 
 }  // namespace matchbox_slam

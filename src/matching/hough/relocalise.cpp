@@ -83,7 +83,8 @@ Relocalisation relocalise(const PointScan& scan, const PlacedScans& key_scans,
                           std::size_t most) {
   const SearchedScan searched(scan, options.alignment.point_spacing);
   Relocalisation result;
-  constexpr std::size_t kTries = 3;  // for each pose wanted: several may be refined to one place
+  constexpr std::size_t kTriesPerPose =
+      3;  // for each pose wanted: several may be refined to one place
   std::size_t tries = 0;
   const std::optional<std::vector<Candidate>> candidates =
       search_all(searched, spread_out(key_scans), options, is_interrupted);
@@ -95,7 +96,7 @@ Relocalisation relocalise(const PointScan& scan, const PlacedScans& key_scans,
     if (is_near_any(candidate.pose, result.poses)) {
       continue;
     }
-    if (tries++ == kTries * most) {
+    if (tries++ == kTriesPerPose * most) {
       break;
     }
     const PlacedScan& key = candidate.key;

@@ -141,7 +141,7 @@ class SearchScore {
       const double gauss = std::exp(-0.5 * distance * distance / (sigma * sigma));
       const double slope = 1.0 - distance / reach;
       const double value = (1.0 - options.slope_share) * gauss + options.slope_share * slope;
-      values_[i] = static_cast<std::int32_t>(std::lround(kTop * value));
+      values_[i] = static_cast<std::int32_t>(std::lround(kLargestValue * value));
     }
     values_[LikelihoodField::kFar] = 0;
   }
@@ -151,7 +151,7 @@ class SearchScore {
   [[nodiscard]] double operator()(const Pose2& map_from_base, double sigmas_square,
                                   double to_beat) const {
     const auto count = static_cast<std::int32_t>(points_.size());
-    const double top = static_cast<double>(kTop) * count;
+    const double top = static_cast<double>(kLargestValue) * count;
     const double penalty = prior_weight_ * prior_penalty(sigmas_square);
     const double needed_fit = (to_beat + penalty) * top;
     if (!(needed_fit < top)) {
@@ -183,7 +183,7 @@ class SearchScore {
         const int y = static_cast<int>(y0 + (s * point.x() + c * point.y())) - kShift;
         sum += values_[tiles_.distance(x, y)];
       }
-      if (sum + (count - last) * kTop <= needed) {
+      if (sum + (count - last) * kLargestValue <= needed) {
         return to_beat;
       }
     }
@@ -191,7 +191,7 @@ class SearchScore {
   }
 
  private:
-  static constexpr std::int32_t kTop = 1024;  // with a million points the sum still fits
+  static constexpr std::int32_t kLargestValue = 1024;  // with a million points the sum still fits
 
   std::vector<Eigen::Vector2f> points_;
   TilesAround tiles_;
@@ -279,8 +279,8 @@ Eigen::Matrix3d sampled_covariance(const LocalPosterior& posterior,
                                    const Eigen::Matrix3d& covariance, int samples, Random& random) {
   // Wider than the posterior, so that no draw has a weight that rules the sum. The mean
   // NEES of pairs in rooms, 3 if honest, is 3.6; with 1.2 it is 3.5, with 4 it is 12.
-  constexpr double kWider = 2.0;
-  const Eigen::Matrix3d spread = kWider * square_root(covariance);
+  constexpr double kSpreadFactor = 2.0;
+  const Eigen::Matrix3d spread = kSpreadFactor * square_root(covariance);
   std::vector<Eigen::Vector3d> draws;
   std::vector<Eigen::Vector3d> steps;
   for (int i = 0; i < samples; ++i) {

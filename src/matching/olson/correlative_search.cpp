@@ -18,9 +18,9 @@ namespace {
 
 constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::min();
 
-constexpr int kPerAxis = 4;  // blocks of a level in one of the next coarser one
-constexpr auto kPerBlock = static_cast<std::size_t>(kPerAxis * kPerAxis);
-using BlockSums = std::array<std::uint32_t, kPerBlock>;
+constexpr int kChildrenPerAxis = 4;  // blocks of a level in one of the next coarser one
+constexpr auto kChildren = static_cast<std::size_t>(kChildrenPerAxis * kChildrenPerAxis);
+using BlockSums = std::array<std::uint32_t, kChildren>;
 
 /// What is searched as one: a group of rotations with a block of translations, both of one level,
 /// counted from the first group and from the offset 0. On level 1, whose blocks are as wide as
@@ -32,7 +32,7 @@ struct Node {
   int x = 0;
   int y = 0;
   std::uint32_t blocks =
-      (1U << kPerBlock) - 1;  ///< a bit for each of 4 x 4 that may be good enough
+      (1U << kChildren) - 1;  ///< a bit for each of 4 x 4 that may be good enough
 
   /// Whether it is searched later; of equal bounds the finest is searched first.
   [[nodiscard]] bool operator<(const Node& other) const {
@@ -43,7 +43,8 @@ struct Node {
 
 /// One of 4 x 4 blocks.
 Node block_at(const Node& blocks, int i) {
-  return {kNone, blocks.level, blocks.group, blocks.x + i % kPerAxis, blocks.y + i / kPerAxis};
+  return {kNone, blocks.level, blocks.group, blocks.x + i % kChildrenPerAxis,
+          blocks.y + i / kChildrenPerAxis};
 }
 
 }  // namespace
@@ -66,9 +67,9 @@ struct SearchMemory::Parts {
   }
 
   void let_go() {
-    constexpr std::size_t kKept = std::size_t{1} << 20;  // bytes of each
+    constexpr std::size_t kKeptBytes = std::size_t{1} << 20;  // bytes of each
     const auto shrink = [](auto& elements) {
-      if (elements.capacity() * sizeof(elements.front()) > kKept) {
+      if (elements.capacity() * sizeof(elements.front()) > kKeptBytes) {
         elements = {};
       }
     };
@@ -197,7 +198,7 @@ const std::uint32_t* LatticeSearch::sum_root(int group) {
   const PointWindows windows =
       tables_.bounds(blocks_.top(), group, roots_across_.first, roots_across_.first);
   sum_windows(windows, root_rows_, root_columns_, sums);
-  result_.look_ups += windows.count * size / kPerBlock;
+  result_.look_ups += windows.count * size / kChildren;
   const int count = roots_across_.count();
   result_.bounded += static_cast<std::size_t>(count * count);
   return sums;
@@ -285,7 +286,7 @@ void LatticeSearch::dive() {
     Node best;
     sum_within(node, [&](const Node& blocks, const BlockSums& sums) {
       const StepRange thetas = blocks_.thetas_of(blocks.level, blocks.group);
-      for (int i = 0; i < static_cast<int>(kPerBlock); ++i) {
+      for (int i = 0; i < static_cast<int>(kChildren); ++i) {
         const Node block = block_at(blocks, i);
         const StepRange x = blocks_.steps_of(block.level, block.x);
         const StepRange y = blocks_.steps_of(block.level, block.y);
@@ -339,8 +340,8 @@ void LatticeSearch::search(const Node& node) {
 /// Sums of the blocks of the next finer level that are within a node, 4 x 4 at a time.
 template <typename Visitor>
 void LatticeSearch::sum_within(const Node& node, Visitor&& visit) {
-  static_assert(summed_columns(kPerAxis) == kPerAxis &&
-                summed_rows(kPerAxis, kPerAxis) == kPerAxis);
+  static_assert(summed_columns(kChildrenPerAxis) == kChildrenPerAxis &&
+                summed_rows(kChildrenPerAxis, kChildrenPerAxis) == kChildrenPerAxis);
   if (node.level > blocks_.top()) {
     sum_within_root(node.group, visit);
     return;
@@ -357,9 +358,9 @@ void LatticeSearch::sum_within(const Node& node, Visitor&& visit) {
   for (int theta = thetas.first; theta <= thetas.last; theta += turns) {
     blocks.group = blocks_.group_of(blocks.level, theta);
     const PointWindows windows = tables_.bounds(blocks.level, blocks.group, blocks.x, blocks.y);
-    sum_windows(windows, kPerAxis, kPerAxis, sums.data());
+    sum_windows(windows, kChildrenPerAxis, kChildrenPerAxis, sums.data());
     result_.look_ups += windows.count;
-    result_.bounded += kPerBlock;
+    result_.bounded += kChildren;
     visit(blocks, sums);
   }
 }
@@ -371,11 +372,11 @@ void LatticeSearch::sum_within_root(int group, Visitor&& visit) {
                                   ? memory_.sums.data() + size * static_cast<std::size_t>(group)
                                   : sum_root(group);
   BlockSums sums;
-  for (int y = 0; y < roots_across_.count(); y += kPerAxis) {
-    for (int x = 0; x < roots_across_.count(); x += kPerAxis) {
-      for (int i = 0; i < static_cast<int>(kPerBlock); ++i) {
-        const int row = std::min(y + i / kPerAxis, root_rows_ - 1);
-        const int column = std::min(x + i % kPerAxis, root_columns_ - 1);
+  for (int y = 0; y < roots_across_.count(); y += kChildrenPerAxis) {
+    for (int x = 0; x < roots_across_.count(); x += kChildrenPerAxis) {
+      for (int i = 0; i < static_cast<int>(kChildren); ++i) {
+        const int row = std::min(y + i / kChildrenPerAxis, root_rows_ - 1);
+        const int column = std::min(x + i % kChildrenPerAxis, root_columns_ - 1);
         sums[static_cast<std::size_t>(i)] = from[row * root_columns_ + column];
       }
       visit(Node{kNone, blocks_.top(), group, roots_across_.first + x, roots_across_.first + y},
@@ -391,7 +392,7 @@ void LatticeSearch::add_blocks(const Node& blocks, const BlockSums& sums) {
   Node together = blocks;
   together.bound = kNone;
   together.blocks = 0;
-  for (int i = 0; i < static_cast<int>(kPerBlock); ++i) {
+  for (int i = 0; i < static_cast<int>(kChildren); ++i) {
     const std::int64_t most = sums[static_cast<std::size_t>(i)] + unbounded;
     if ((blocks.blocks >> i & 1U) == 0 || most - least < wanted_) {
       continue;
@@ -421,7 +422,7 @@ bool LatticeSearch::is_excluded(const Node& node) const {
   if (node.level > blocks_.top()) {
     return false;
   }
-  const int last = node.level == 1 ? kPerAxis - 1 : 0;  // of the blocks along an axis
+  const int last = node.level == 1 ? kChildrenPerAxis - 1 : 0;  // of the blocks along an axis
   const auto steps = [&](int first) -> StepRange {
     return {blocks_.steps_of(node.level, first).first,
             blocks_.steps_of(node.level, first + last).last};
