@@ -30,40 +30,36 @@ if [[ -z ${MATCHBOX_DATA:-} && -d $clone/../shared/data ]]; then
 fi
 
 results=$workspace/build/test_results
-# make_tests JOBS TARGET...: by make, as catkin_make may configure anew, and two at once trip over each other. It
-# succeeds also when tests that it runs fail: the results tell.
-make_tests() {
-  local jobs=$1
-  shift
-  make -C "$workspace/build" -j"$jobs" "$@" </dev/null
-}
+# By make, as catkin_make may configure anew, and two at once trip over each other. It succeeds also when tests that
+# it runs fail: the results tell.
+make_tests=(make -C "$workspace/build")
+# What waits for nobody lets the nodes go first, which run beside it.
+after_nodes=(nice -n 10)
 
 rm -rf "$results"
 prepare_workspace all programs_of_node_tests
-# Nodes run one at a time, as a crowd of them would wait for one another; and beside all that follows, as each
-# mostly waits: what waits for nobody lets them go first.
-nodes_log=$workspace/build/node_tests.log
-set -m  # in a group of its own, all of which ends when this script does
-make_tests 1 run_tests_matchbox_slam_rostest &>"$nodes_log" &
-nodes=$!
-set +m
-trap 'kill -- -"$nodes" 2>/dev/null || true; wait "$nodes" || true' EXIT
-renice --priority 10 $$ >/dev/null
-
 if $style; then
   outcome=""
   "$clone/scripts/check_style.sh" || outcome='<failure message="see the output above"/>'
   mkdir -p "$results"
   echo "<testcase classname='scripts' name='check_style'>$outcome</testcase>" >"$results/style.xml"
 fi
+# Nodes run one at a time, as a crowd of them would wait for one another; and beside all that follows, as each
+# mostly waits.
+nodes_log=$workspace/build/node_tests.log
+set -m  # in a group of its own, which ends when this script does; rostest ends its nodes
+"${make_tests[@]}" -j1 run_tests_matchbox_slam_rostest </dev/null &>"$nodes_log" &
+nodes=$!
+set +m
+trap 'kill -- -"$nodes" 2>/dev/null || true; wait "$nodes" || true' EXIT
 say "Building the other tests"
-make_tests "$(job_count)" tests
+"${after_nodes[@]}" "${make_tests[@]}" -j"$(job_count)" tests </dev/null
 say "Running the tests"
-make_tests "$(job_count)" run_tests_without_nodes
+"${after_nodes[@]}" "${make_tests[@]}" -j"$(job_count)" run_tests_without_nodes </dev/null
 ran=0
 wait "$nodes" || ran=$?
 trap - EXIT
 cat "$nodes_log"
 ((ran == 0)) || fail "the tests of nodes could not be run: make returned $ran"
-make_tests 1 run_tests_example_matcher
+"${make_tests[@]}" -j1 run_tests_example_matcher </dev/null
 /usr/bin/python3 "$clone/scripts/count_tests.py" "$results"

@@ -16,7 +16,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kReadAhead = 512;  // messages
+constexpr std::size_t kMessagesAhead = 512;  // messages
 
 std::optional<std::string> given(const Parameters& parameters, const std::string& name,
                                  const std::string& value) {
@@ -119,7 +119,7 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
   stream_ = reader_.stream(facts_.scan_topics, request_.period, options.imu_topic, cloud,
                            options.odom_topic);
   if (request_.threads > 1) {
-    stream_ = read_ahead(std::move(stream_), kReadAhead);
+    stream_ = read_ahead(std::move(stream_), kMessagesAhead);
   }
   return options;
 }
@@ -137,10 +137,10 @@ std::string BagScans::text_of_topics() const {
 void BagScans::choose_clock(const BagSurvey& survey, const RunOptions& options) {
   facts_.estimated_clock_offset = survey.scan_time_offset;
   const double estimate = survey.scan_time_offset.value_or(0.0);
-  const bool differs = std::abs(estimate) > kClockOffsetWorthTelling;
+  const bool differs = std::abs(estimate) > kMinToldClockOffset;
   const std::optional<double> fixed = fixed_scan_time_offset(options);
   facts_.scan_time_offset = fixed.value_or(differs ? estimate : 0.0);
-  if (differs && std::abs(estimate - facts_.scan_time_offset) > kClockOffsetWorthTelling) {
+  if (differs && std::abs(estimate - facts_.scan_time_offset) > kMinToldClockOffset) {
     dialog_.warn(
         fmt::format("the clocks of scans and tf differ: scans are {}{}; to correct that give --set "
                     "scan_time_offset=auto",

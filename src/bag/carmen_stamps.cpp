@@ -7,8 +7,8 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kFirstMadeStamp = 1e9;  // [s] of stamps that are not the messages' own
-constexpr double kLeastInOrder = 0.9;    // share of scans that come after the one before
+constexpr double kStampOrigin = 1e9;      // [s] of stamps that are not the messages' own
+constexpr double kMinOrderedShare = 0.9;  // share of scans that come after the one before
 
 using Stamp = std::optional<double> CarmenMoment::*;
 
@@ -27,7 +27,7 @@ bool is_usable(const std::vector<CarmenMoment>& moments, Stamp stamp) {
       last = moment.*stamp;
     }
   }
-  return static_cast<double>(in_order) >= kLeastInOrder * static_cast<double>(steps);
+  return static_cast<double>(in_order) >= kMinOrderedShare * static_cast<double>(steps);
 }
 
 /// The first scan whose stamp says nothing, for people.
@@ -52,7 +52,7 @@ std::vector<double> logger_stamps(const std::vector<CarmenMoment>& moments) {
   std::vector<double> stamps;
   stamps.reserve(moments.size());
   for (const CarmenMoment& moment : moments) {
-    stamps.push_back(kFirstMadeStamp + *moment.logger_stamp);
+    stamps.push_back(kStampOrigin + *moment.logger_stamp);
   }
   return stamps;
 }
@@ -60,7 +60,7 @@ std::vector<double> logger_stamps(const std::vector<CarmenMoment>& moments) {
 std::vector<double> made_up_stamps(const std::vector<CarmenMoment>& moments) {
   std::vector<double> stamps;
   stamps.reserve(moments.size());
-  double beat = kFirstMadeStamp - 1.0;  // of the scan before
+  double beat = kStampOrigin - 1.0;  // of the scan before
   for (auto at = moments.begin(); at != moments.end(); beat += 1.0) {
     const auto next =
         std::find_if(at, moments.end(), [](const CarmenMoment& moment) { return moment.is_beat; });

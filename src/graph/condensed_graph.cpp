@@ -113,13 +113,13 @@ class Condenser {
   /// Of the edges that are no loops the surest one, rather to a place nearby: its other end is
   /// joined to all others. kNone where there is none.
   [[nodiscard]] std::size_t edge_to_heir(const std::vector<std::size_t>& edges) const {
-    constexpr double kVarianceOfLength = 1e-3;  // [m^2] a squared metre: a guess
+    constexpr double kVariancePerSquareMetre = 1e-3;  // [m^2] a squared metre: a guess
     std::size_t best = kNone;
     double least = 0.0;
     for (const std::size_t edge : edges) {
       const PoseEdge& one = graph_.edges[edge];
       const double cost =
-          variance_of(one) + kVarianceOfLength * one.from_to.translation().squaredNorm();
+          variance_of(one) + kVariancePerSquareMetre * one.from_to.translation().squaredNorm();
       if (!is_loop(one) && (best == kNone || cost < least)) {
         best = edge;
         least = cost;

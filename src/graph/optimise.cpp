@@ -58,11 +58,11 @@ void settle(PoseGraph& graph) {
 
 /// Whether there are more inliers when an outlier is taken in first.
 void reconsider(PoseGraph& graph) {
-  constexpr int kMostTried = 8;  // a guess: half and double were not tried
+  constexpr int kMaxTrials = 8;  // a guess: half and double were not tried
   const LoopErrors errors = expect_errors(graph, loops_of(graph, true), true);
   std::vector<std::size_t> best;
   int tried = 0;
-  for (std::size_t i = 0; i < errors.loops.size() && tried < kMostTried; ++i) {
+  for (std::size_t i = 0; i < errors.loops.size() && tried < kMaxTrials; ++i) {
     const auto at = 3 * static_cast<Eigen::Index>(i);
     const Eigen::Vector3d error = errors.error.segment<3>(at);
     if (is_used(graph.edges[errors.loops[i]]) ||

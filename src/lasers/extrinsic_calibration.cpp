@@ -29,11 +29,11 @@ constexpr double kKernel = 9.0;  // squared, of three degrees of freedom: 97 % a
 // the laser is used later, and the ATE is 2.9 mm; double changes no byte, as kLeastAgreeing
 // decides, with half of which it is 2.2 mm, and with double 3.9.
 constexpr double kMaxSigmaXy = 0.004;
-constexpr double kSureTheta = 0.0025;
+constexpr double kMaxSigmaTheta = 0.0025;
 constexpr std::size_t kLeastAgreeing = 10;
 constexpr double kLeastShare = 0.5;  // of samples that agree
-constexpr std::size_t kMinSamplesToContradict =
-    50;  // a guess; half or double changes no byte there
+// A guess; half or double changes no byte there.
+constexpr std::size_t kMinSamplesToContradict = 50;
 
 Jacobian jacobian(const Eigen::Vector3d& velocity) {
   Jacobian matrix;
@@ -145,7 +145,7 @@ bool ExtrinsicCalibration::is_found() const {
 bool ExtrinsicCalibration::is_sure(const Eigen::Vector3d& velocity) const {
   const Eigen::Vector3d variances = correction_covariance(velocity).diagonal();
   return is_found() && variances.head<2>().maxCoeff() <= kMaxSigmaXy * kMaxSigmaXy &&
-         variances.z() <= kSureTheta * kSureTheta;
+         variances.z() <= kMaxSigmaTheta * kMaxSigmaTheta;
 }
 
 bool ExtrinsicCalibration::is_contradictory() const {

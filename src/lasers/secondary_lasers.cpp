@@ -12,7 +12,7 @@ namespace matchbox_slam {
 namespace {
 
 constexpr double kMaxSilence = 0.5;  // [s], as scans wait for those of other lasers
-constexpr int kSilentScans = 5;      // a guess: half and double were not tried
+constexpr int kMaxSilentScans = 5;   // a guess: half and double were not tried
 
 Eigen::Isometry3d in_space(const Pose2& pose) {
   return Eigen::Translation3d(pose.x, pose.y, 0.0) *
@@ -88,7 +88,7 @@ bool SecondaryLasers::select_primary(const ScanInput& input, const std::optional
       primary_.silent_since = newest.value_or(input.scan.stamp);
     }
     ++primary_.others;
-    if (primary_.others <= kSilentScans ||
+    if (primary_.others <= kMaxSilentScans ||
         input.scan.stamp - primary_.silent_since <= kMaxSilence) {
       return false;
     }

@@ -62,12 +62,12 @@ class RayWalk {
 /// How far along a ray a wall is that it meets in a pixel, where the ray is `entered` far.
 double range_to(const SurfaceHit& wall, const Eigen::Vector2d& origin,
                 const Eigen::Vector2d& direction, double entered) {
-  constexpr double kMostFromPixel = 1.5;  // [pixels]; a grazing ray meets the line anywhere
+  constexpr double kMaxPixelDistance = 1.5;  // [pixels]; a grazing ray meets the line anywhere
   const Eigen::Vector2d way = wall.position - origin;
   const double facing = wall.normal.dot(direction);
   const double on_line = wall.normal.dot(way) / facing;  // not finite where it faces nothing
-  return std::abs(on_line - entered) <= kMostFromPixel ? on_line
-                                                       : std::max(entered, way.dot(direction));
+  return std::abs(on_line - entered) <= kMaxPixelDistance ? on_line
+                                                          : std::max(entered, way.dot(direction));
 }
 
 }  // namespace

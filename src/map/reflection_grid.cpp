@@ -110,12 +110,12 @@ void take_tile(std::uint16_t* seen, Counts* counts) {
 }  // namespace
 
 double clearance_of(const ScanPoint& point) {
-  constexpr double kBeforeSurface = 0.08;  // [m], perpendicular to it: a cell and the ranges' noise
+  constexpr double kSurfaceMargin = 0.08;  // [m], perpendicular to it: a cell and the ranges' noise
   constexpr double kMinClearance = 0.1;    // [m] along the beam
   constexpr double kMaxClearance = 1.0;
   const Eigen::Vector2d way = point.position - point.origin;
   const double facing = std::abs(way.normalized().dot(point.normal));
-  return facing > 0.0 ? std::clamp(kBeforeSurface / facing, kMinClearance, kMaxClearance) : 0.3;
+  return facing > 0.0 ? std::clamp(kSurfaceMargin / facing, kMinClearance, kMaxClearance) : 0.3;
 }
 
 /// Beams of one scan by cell.
@@ -205,7 +205,7 @@ void ReflectionGrid::count(const PointScan& scan, const Pose2& map_from_base) {
 void ReflectionGrid::count(const OccupancyGrid& occupancy) {
   constexpr int kScans = 8;
   constexpr double kWall = 0.5;
-  constexpr auto kFullCount = static_cast<std::uint8_t>(kScans * kScan);
+  constexpr auto kImportedCount = static_cast<std::uint8_t>(kScans * kScan);
   const CellBox tiles = occupancy.tiles().tile_bounds();
   for (int y = tiles.min.y; y < tiles.max.y; ++y) {
     for (int x = tiles.min.x; x < tiles.max.x; ++x) {
@@ -217,7 +217,7 @@ void ReflectionGrid::count(const OccupancyGrid& occupancy) {
       for (std::size_t i = 0; i < seen->size(); ++i) {
         if ((*seen)[i] != OccupancyGrid::kUnknown) {
           const bool is_wall = OccupancyGrid::to_probability((*seen)[i]) > kWall;
-          counts[i] = is_wall ? Counts{kFullCount, 0} : Counts{0, kFullCount};
+          counts[i] = is_wall ? Counts{kImportedCount, 0} : Counts{0, kImportedCount};
         }
       }
     }

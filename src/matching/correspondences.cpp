@@ -308,13 +308,13 @@ double Correspondences::facing_information(double kernel, const Eigen::Vector3d&
   // Of the surface's direction with the motion's, as double angles: within 18 degrees of it, and
   // nearer where the hits agree less. Half or double changes no byte of six drives with faults and
   // two logs (benchmark/reports/current/CONSTANTS.md).
-  constexpr double kMinFacingCosine = 0.8;
+  constexpr double kMinDoubledCosine = 0.8;
   const PointRows view = rows();
   const double c = motion.x() * motion.x() - motion.y() * motion.y();
   const double s = 2.0 * motion.x() * motion.y();
   double sum = 0.0;
   for (std::size_t j = 0; j < view.size; ++j) {
-    if (view.c[j] * c + view.s[j] * s > kMinFacingCosine) {
+    if (view.c[j] * c + view.s[j] * s > kMinDoubledCosine) {
       const double square = square_of(view, j, view.offset_x[j], view.offset_y[j]);
       const double closeness = kernel * kernel / (kernel * kernel + square);
       sum += view.information[j] * closeness * closeness *

@@ -51,8 +51,7 @@ class BeamWalk {
     const Eigen::Vector2d here = walk.from + walk.at * walk.direction;
     const Cell cell = field_.geometry().cell_at(here);
     const double distance = metres_ * field_.distance(cell);
-    if (distance <= kWallHalfThickness * resolution_ &&
-        is_within_wall(here, cell, walk.direction)) {
+    if (distance <= kMaxCellsToWall * resolution_ && is_within_wall(here, cell, walk.direction)) {
       return true;
     }
     walk.at += std::max(distance - resolution_, 0.5 * resolution_);
@@ -63,11 +62,11 @@ class BeamWalk {
   // Of a cell: a wall so near to its centre goes through it, unless it cuts off a corner; half a
   // diagonal is 0.71. With half of it beams slip through, and carried robots do not get lost
   // (CONSTANTS.md: 2.07 m instead of 0.04); with double aces is 14 % worse.
-  static constexpr double kWallHalfThickness = 0.6;
+  static constexpr double kMaxCellsToWall = 0.6;
 
   [[nodiscard]] bool is_on_wall(const Eigen::Vector2d& place) const {
     return metres_ * field_.distance(field_.geometry().cell_at(place)) <=
-           kWallHalfThickness * resolution_;
+           kMaxCellsToWall * resolution_;
   }
 
   /// Whether a wall that the beam does not go along reaches to both sides: beams pass by the edges

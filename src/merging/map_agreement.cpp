@@ -13,7 +13,7 @@ namespace {
 // Where both are joined rightly up to 1.3 % of the key scans are spoken against, in five buildings;
 // by how many walls they see through it would be 11.5 % at the right place in a building with a
 // railing (benchmark/reports/current/MERGING.md).
-constexpr double kMostAgainst = 0.05;
+constexpr double kMaxShareAgainst = 0.05;
 
 }  // namespace
 
@@ -37,8 +37,8 @@ Agreement agreement_of(const PlacedScans& keys, const PlacedScans& others,
 }
 
 bool do_agree(const PlacedScans& one, const PlacedScans& other, const EngineOptions& options) {
-  return agreement_of(one, other, options).share_against() <= kMostAgainst &&
-         agreement_of(other, one, options).share_against() <= kMostAgainst;
+  return agreement_of(one, other, options).share_against() <= kMaxShareAgainst &&
+         agreement_of(other, one, options).share_against() <= kMaxShareAgainst;
 }
 
 }  // namespace matchbox_slam

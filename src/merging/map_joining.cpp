@@ -141,7 +141,7 @@ void Joining::join_at(std::size_t key) {
     add_edge({one.key, key, one.key_from_newest, one.covariance}, edges());
   }
   joint_.matched += near.empty() ? 0 : 1;
-  if (way_ >= kBetweenLoopSearches) {
+  if (way_ >= kLoopSearchSpacing) {
     way_ = 0.0;
     search_loop();
   }
@@ -152,7 +152,7 @@ void Joining::search_loop() {
   KeyScans& all = map_.component.key_scans;
   LoopSearch search{keys_, {all.poses(), std::move(edges())}, options_.loops};
   LoopTaskDone done;
-  close_a_loop(search, kLeastMoved * options_.map.resolution, done);
+  close_a_loop(search, kMinMoveInCells * options_.map.resolution, done);
   edges() = std::move(search.graph.edges);
   joint_.tried += done.tries;
   joint_.closed += count_closed(done.loops);

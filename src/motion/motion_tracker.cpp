@@ -12,7 +12,7 @@ namespace matchbox_slam {
 namespace {
 
 // [rad], standard deviation of a turn from scan to scan by an IMU, where nobody has set it.
-constexpr double kTurnByImu = 0.02;
+constexpr double kImuTurnSigma = 0.02;
 
 }  // namespace
 
@@ -61,12 +61,12 @@ std::optional<MotionPrediction> MotionTracker::predict_steadily(const ScanInput&
 /// changes of its velocity and what its last two poses make that uncertain.
 bool MotionTracker::is_improbable(const Pose2& moved, double interval) const {
   // [m/s], as for a prediction by velocity, but of wheels that may be taken at their word.
-  constexpr double kMostSudden = 1.0;
+  constexpr double kMaxVelocityChange = 1.0;
   if (!state_.matched || state_.interval <= 0.0) {  // its motion is not known
     return false;
   }
   MotionPriorOptions options = options_;
-  options.velocity_change = std::max(options.velocity_change, kMostSudden);
+  options.velocity_change = std::max(options.velocity_change, kMaxVelocityChange);
   const MotionEstimate steady =
       motion_at_constant_velocity(state_.motion, state_.interval, interval, options);
   const double share = interval / state_.interval;
@@ -134,7 +134,7 @@ MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const 
   if (has_heading(input) && state_.odom_from_base) {
     return with_measured_turn(
         motion, wrap_angle(input.odometry->odom_from_base.theta - state_.odom_from_base->theta),
-        source_ == GuessSource::kHeading ? heading_sigma_ : kTurnByImu);
+        source_ == GuessSource::kHeading ? heading_sigma_ : kImuTurnSigma);
   }
   return motion;
 }

@@ -13,8 +13,8 @@ constexpr double kMemory = 20.0;  // [m] of way, for the noise
 constexpr double kDeviations = 3.0;
 const Eigen::Vector3d kDrift(2e-4, 4e-4, 1e-4);  // in a metre: wheels wear, and floors differ
 
-constexpr double kMostLeft = 0.5;     // of the prior, in all directions together
-constexpr double kLeastNoise = 1e-8;  // [m^2/m], [rad^2/m]
+constexpr double kMaxPriorLeft = 0.5;  // of the prior, in all directions together
+constexpr double kLeastNoise = 1e-8;   // [m^2/m], [rad^2/m]
 
 /// @param innovation  and `row`, by which errors make it, over the square root of the length.
 void update(double innovation, const Eigen::Vector3d& row, double weight, double& noise,
@@ -60,7 +60,7 @@ Pose2 calibrated(const OdometryCalibration& calibration, const Pose2& moved) {
 
 OdometryCalibration calibrate(OdometryCalibration calibration, const CalibrationStep& step) {
   std::optional<OdometryCalibration::Stretch>& stretch = calibration.stretch;
-  if (left_by_match(step.prior, step.posterior).trace() > kMostLeft) {
+  if (left_by_match(step.prior, step.posterior).trace() > kMaxPriorLeft) {
     stretch.reset();
     return calibration;
   }

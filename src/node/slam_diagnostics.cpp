@@ -103,7 +103,7 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
     status.summary(DiagnosticStatus::ERROR, "no scan can be used: " + health.last_skip);
   } else if (!health.unsaved.empty()) {
     status.summary(DiagnosticStatus::ERROR, "the map is not saved: " + health.unsaved);
-  } else if (std::abs(health.estimated_clock_offset) > kClockOffsetWorthTelling) {
+  } else if (std::abs(health.estimated_clock_offset) > kMinToldClockOffset) {
     status.summaryf(DiagnosticStatus::WARN,
                     "the clocks of scans and tf differ by %.1f s; set scan_time_offset",
                     health.estimated_clock_offset);

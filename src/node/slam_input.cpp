@@ -139,7 +139,7 @@ void SlamInput::settle_clocks(const ros::Time& now, ScanQueue& queue) {
     return;
   }
   const double applied = fixed_scan_time_offset(options_).value_or(*offset);
-  if (std::abs(*offset - applied) > kClockOffsetWorthTelling) {
+  if (std::abs(*offset - applied) > kMinToldClockOffset) {
     untold_clock_offset_ = *offset;
     ROS_WARN_STREAM("the clocks of scans and tf differ: scans are "
                     << std::abs(*offset) << " s " << (*offset > 0.0 ? "behind" : "ahead")

@@ -12,7 +12,7 @@
 namespace matchbox_slam {
 
 /// Offsets between clocks below this [s] are delays in the drivers and no difference.
-constexpr double kClockOffsetWorthTelling = 1.0;
+constexpr double kMinToldClockOffset = 1.0;
 
 /// Compares the clock that stamps scans with the one that stamps tf, by how much stamps are ahead
 /// of the time at which the messages arrived or were recorded. Links that move count, where there

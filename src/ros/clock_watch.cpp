@@ -43,7 +43,7 @@ std::optional<double> ClockWatch::conclude(const ros::Time& now) {
     return std::nullopt;
   }
   is_watching_ = false;
-  return offset && std::abs(*offset) > kClockOffsetWorthTelling ? *offset : 0.0;
+  return offset && std::abs(*offset) > kMinToldClockOffset ? *offset : 0.0;
 }
 
 }  // namespace matchbox_slam

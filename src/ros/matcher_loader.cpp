@@ -24,10 +24,11 @@ std::shared_ptr<ScanMatcher> make() {
 
 /// Those of plugins.xml that are of this package: they are in the program anyway, and to search all
 /// packages for plugins takes half of the time until the first scan.
-const std::map<std::string, Make> kOwn = {{"matchbox_slam/Hough", make<HoughMatcher>},
-                                          {"matchbox_slam/MonteCarlo", make<MonteCarloMatcher>},
-                                          {"matchbox_slam/OdometryOnly", make<OdometryOnlyMatcher>},
-                                          {"matchbox_slam/Olson", make<OlsonMatcher>}};
+const std::map<std::string, Make> kOwnMatchers = {
+    {"matchbox_slam/Hough", make<HoughMatcher>},
+    {"matchbox_slam/MonteCarlo", make<MonteCarloMatcher>},
+    {"matchbox_slam/OdometryOnly", make<OdometryOnlyMatcher>},
+    {"matchbox_slam/Olson", make<OlsonMatcher>}};
 
 }  // namespace
 
@@ -38,7 +39,7 @@ class MatcherLoader::Plugins : public pluginlib::ClassLoader<ScanMatcher> {
 
 std::vector<std::string> MatcherLoader::names_at_hand() const {
   std::vector<std::string> names;
-  std::transform(kOwn.begin(), kOwn.end(), std::back_inserter(names),
+  std::transform(kOwnMatchers.begin(), kOwnMatchers.end(), std::back_inserter(names),
                  [](const auto& own) { return own.first; });
   return names;
 }
@@ -63,7 +64,7 @@ std::vector<std::string> MatcherLoader::lookup_names() const {
 }
 
 std::shared_ptr<ScanMatcher> MatcherLoader::create(const std::string& lookup_name) const {
-  if (const auto own = kOwn.find(lookup_name); own != kOwn.end()) {
+  if (const auto own = kOwnMatchers.find(lookup_name); own != kOwnMatchers.end()) {
     return own->second();
   }
   try {

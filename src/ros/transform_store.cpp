@@ -22,11 +22,11 @@ const ros::Duration kCache(60.0);
 
 // A link whose first two transforms agree is taken to have stood so for this long before. Drivers
 // stamp links that never change half a second ahead, which leaves the first scans uncovered.
-const ros::Duration kHoldBefore(10.0);
+const ros::Duration kHistoryLength(10.0);
 
 // Transforms of a link, each too old for the newest, that tell a stamp that was wrong from one that
 // is.
-constexpr int kOutdatedInARow = 3;
+constexpr int kMinOutdatedInRow = 3;
 
 /// False when the transform is none. Rotations that are nearly of unit length are made exactly so.
 bool make_valid(geometry_msgs::TransformStamped& transform) {
@@ -114,7 +114,7 @@ void TransformStore::add_moving(const geometry_msgs::TransformStamped& transform
   }
   // tf2 refuses repeated and outdated transforms too, but not without a word for each of them.
   const bool outdated = !link.stamps.empty() && *link.stamps.rbegin() > stamp + kCache;
-  if (outdated && ++link.outdated_in_a_row == kOutdatedInARow) {
+  if (outdated && ++link.outdated_in_a_row == kMinOutdatedInRow) {
     clear();  // the newest stamp was the wrong one: tf2 would refuse all that follow
     return add_moving(transform);
   }
@@ -125,9 +125,9 @@ void TransformStore::add_moving(const geometry_msgs::TransformStamped& transform
   ++link.count;
   buffer_.setTransform(transform, "tf");
   if (link.count == 2 && transform.transform == link.first &&
-      link.first_stamp.toSec() > kHoldBefore.toSec()) {
+      link.first_stamp.toSec() > kHistoryLength.toSec()) {
     geometry_msgs::TransformStamped before = transform;
-    before.header.stamp = link.first_stamp - kHoldBefore;
+    before.header.stamp = link.first_stamp - kHistoryLength;
     if (link.stamps.insert(before.header.stamp).second) {
       buffer_.setTransform(before, "tf");
     }

@@ -58,12 +58,12 @@ std::vector<std::string> meant_of(const std::vector<std::string>& all, const std
 }
 
 /// Options of version 1 that have another name now.
-constexpr std::array<std::pair<const char*, const char*>, 2> kRenamed = {
+constexpr std::array<std::pair<const char*, const char*>, 2> kRenamedOptions = {
     {{"loops/apart", "loops/max_relative_sigma"},
      {"motion/least_share", "motion/min_noise_scale"}}};
 
 /// Options that were the same for everybody, and what they are.
-constexpr std::array<std::pair<const char*, const char*>, 5> kSettled = {
+constexpr std::array<std::pair<const char*, const char*>, 5> kSettledOptions = {
     {{"hypotheses/carried", "9.2"},
      {"hypotheses/search_theta", "1 rad"},
      {"hypotheses/search_xy", "0.5 m"},
@@ -92,13 +92,13 @@ void reject_former(const std::string& key, const std::string& section) {
         "{}: there is no such option since version 2; {} took its place: see doc/parameters.md",
         key, key == "recovery/key_scans" ? "recovery/places" : "recovery/sure"));
   }
-  for (const auto& [former, value] : kSettled) {
+  for (const auto& [former, value] : kSettledOptions) {
     if (key == former) {
       throw ConfigurationError(
           fmt::format("{}: this is no option, it is {} for everybody; leave it out", key, value));
     }
   }
-  for (const auto& [former, now] : kRenamed) {
+  for (const auto& [former, now] : kRenamedOptions) {
     if (key == former) {
       throw ConfigurationError(
           fmt::format("{}: since version 2 this option is called {}; write that", key, now));

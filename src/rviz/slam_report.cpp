@@ -11,8 +11,8 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kSilence = 4.0;     // [s]; the node tells how it is once a second
-constexpr double kLoopIsNew = 10.0;  // [s]
+constexpr double kSilence = 4.0;      // [s]; the node tells how it is once a second
+constexpr double kNewLoopAge = 10.0;  // [s]
 constexpr int kError = 2;
 
 constexpr const char* kGreen = "#2e7d32";
@@ -37,7 +37,7 @@ Assessment assess_tracking(const SlamReport& report) {
     return {report.level == kError ? "Error" : "Tracking", report.message,
             report.level == kError ? kRed : kGreen};
   }
-  const bool is_new_loop = report.loop_age < kLoopIsNew;
+  const bool is_new_loop = report.loop_age < kNewLoopAge;
   return {"Tracking",
           is_new_loop ? "A loop was closed: the map has moved, and the robot with it."
                       : "The scans match the map.",

@@ -20,7 +20,7 @@ constexpr double kSeconds = 10.0;
 constexpr std::size_t kScans = 100;
 constexpr double kMaxSeconds = 120.0;
 constexpr std::size_t kMostScans = 5000;  // of which stamps may stand still
-constexpr double kFewestInPile = 0.25;    // share of scans that have a reading of the pile
+constexpr double kMinPileShare = 0.25;    // share of scans that have a reading of the pile
 constexpr double kContrast = 5.0;         // to what lies below, on the same width
 // Added to what lies below: none seen there says little beside a pile of a few.
 constexpr std::size_t kPriorBelow = 10;
@@ -35,7 +35,7 @@ constexpr float kMinChange = 0.5F;  // [m], of what else is seen
 // three; from any start of a log whose laser does so, 5 and more of 60 scans have.
 constexpr std::size_t kFineSectors = 36;
 constexpr std::size_t kFewestArcs = 3;
-constexpr std::size_t kFewestScattered = 5;
+constexpr std::size_t kMinScatteredScans = 5;
 
 using FineSectors = std::bitset<kFineSectors>;
 
@@ -165,7 +165,7 @@ bool MaxRangeDetector::is_scattered(const std::vector<Reading>& pile) const {
   const auto scans = std::count_if(sectors.begin(), sectors.end(), [](const FineSectors& one) {
     return arcs_in(one) >= kFewestArcs;
   });
-  return static_cast<std::size_t>(scans) >= kFewestScattered;
+  return static_cast<std::size_t>(scans) >= kMinScatteredScans;
 }
 
 /// What is range_max or more is no return by itself: the others have to be many.
@@ -185,7 +185,7 @@ std::optional<double> MaxRangeDetector::first_of(const std::vector<Reading>& pil
   const auto sectors = std::count_if(in_sector.begin(), in_sector.end(), [&](std::size_t count) {
     return 100 * count >= pile.size() && count > 0;
   });
-  if (static_cast<double>(scans) < kFewestInPile * static_cast<double>(median_range_.size()) ||
+  if (static_cast<double>(scans) < kMinPileShare * static_cast<double>(median_range_.size()) ||
       static_cast<std::size_t>(sectors) < kFewestSectors) {
     return std::nullopt;
   }

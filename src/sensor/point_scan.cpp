@@ -26,8 +26,8 @@ Reading classify(double range, double min_range, double max_range) {
 /// robot comes to walls, something covers it: that moves along, and would hold the robot where it
 /// is.
 double least_range(const LaserScan& scan, const ProjectionOptions& options) {
-  constexpr double kCover = 0.2;           // [m]
-  constexpr std::size_t kMinSamples = 10;  // a guess: half and double were not tried
+  constexpr double kCover = 0.2;            // [m]
+  constexpr std::size_t kMinReadings = 10;  // a guess: half and double were not tried
   const double least = std::max(options.min_range, scan.range_min);
   std::size_t read = 0;
   std::size_t near = 0;
@@ -36,7 +36,7 @@ double least_range(const LaserScan& scan, const ProjectionOptions& options) {
     read += is_read ? 1 : 0;
     near += is_read && range < kCover ? 1 : 0;
   }
-  return read >= kMinSamples && 2 * near > read ? std::max(least, kCover) : least;
+  return read >= kMinReadings && 2 * near > read ? std::max(least, kCover) : least;
 }
 
 /// Pose of the laser after a fraction of the scan.

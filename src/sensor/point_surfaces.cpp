@@ -97,11 +97,11 @@ bool on_one_wall(const ScanPoint& a, const ScanPoint& b, double gap) {
 /// direction neighbouring beams tell. When they were chosen, with pairs of beams as far apart as
 /// they liked, three drives of 250 s through campuses with ten times the noise of odometry, and 32
 /// through corridors, ended with 0.006 and 0.023 m in the mean; with half and double of
-/// kMinIncidenceCosine 0.004 and 0.006, 0.023 both, with double of kBeamsAside 0.005 and 0.025,
+/// kMaxGrazingCosine 0.004 and 0.006, 0.023 both, with double of kBeamsAside 0.005 and 0.025,
 /// with half 0.09 and 0.024: then points on the walls beside are taken for others.
 bool lies_on_wall_beside(const std::vector<ScanPoint>& points, std::size_t index) {
-  constexpr std::size_t kBeamsAside = 30;      // beams to either side
-  constexpr double kMinIncidenceCosine = 0.2;  // cosine of the incidence
+  constexpr std::size_t kBeamsAside = 30;    // beams to either side
+  constexpr double kMaxGrazingCosine = 0.2;  // cosine of the incidence
   // [m], two deviations of a usual noise, and what the wall's direction is off. With 3 cm, and 3 mm
   // in a metre, the crack of a corner is taken for the wall beside it: one of the three drives ends
   // with 0.23 m.
@@ -114,7 +114,7 @@ bool lies_on_wall_beside(const std::vector<ScanPoint>& points, std::size_t index
   for (std::size_t other = first; other <= last; ++other) {
     const Eigen::Vector2d& normal = points[other].normal;
     const Eigen::Vector2d apart = point.position - points[other].position;
-    if (!normal.isZero() && std::abs(normal.dot(beam)) < kMinIncidenceCosine &&
+    if (!normal.isZero() && std::abs(normal.dot(beam)) < kMaxGrazingCosine &&
         std::abs(normal.dot(apart)) < kNoise + kBend * apart.norm()) {
       return true;
     }

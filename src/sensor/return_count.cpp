@@ -5,7 +5,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kFewestCounted = 50;  // scans
+constexpr std::size_t kMinCountedScans = 50;  // scans
 
 }  // namespace
 
@@ -24,7 +24,7 @@ void ReturnCount::add(const LaserScan& scan, const ProjectionOptions& options) {
 }
 
 std::optional<std::size_t> ReturnCount::median() const {
-  if (total_ < kFewestCounted) {
+  if (total_ < kMinCountedScans) {
     return std::nullopt;
   }
   std::size_t fewer = 0;

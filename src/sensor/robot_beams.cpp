@@ -61,7 +61,7 @@ void RobotBeams::take(const LaserScan& scan, const ProjectionOptions& options) {
 
 bool RobotBeams::has_looked_around() const {
   constexpr std::size_t kMinLooks = 2;
-  return taken_ >= kMinScans && farthest_ >= kWay &&
+  return taken_ >= kMinSamples && farthest_ >= kWay &&
          std::all_of(looked_.begin(), looked_.end(),
                      [](std::size_t samples) { return samples >= kMinLooks; });
 }

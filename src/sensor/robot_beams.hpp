@@ -28,7 +28,7 @@ class RobotBeams {
  private:
   static constexpr std::size_t kDirections = 8;
   static constexpr std::size_t kSamples = 64;  ///< of which the newest count
-  static constexpr std::size_t kMinScans = 32;
+  static constexpr std::size_t kMinSamples = 32;
 
   void take(const LaserScan& scan, const ProjectionOptions& options);
   [[nodiscard]] std::vector<double> find() const;

@@ -235,9 +235,9 @@ class SplitAndMerge {
   /// Of the splits after from...to, the best of some, then the best of those around it.
   [[nodiscard]] Split best_split(const Run& part, std::size_t from, std::size_t to) const {
     // At first: the sum of squares changes slowly with the place, so that few show its valley.
-    constexpr std::size_t kCornerTrials = 12;
+    constexpr std::size_t kSplitTrials = 12;
     Split best{from, squares_of(part, from)};
-    std::size_t stride = std::max<std::size_t>(1, (to - from) / kCornerTrials);
+    std::size_t stride = std::max<std::size_t>(1, (to - from) / kSplitTrials);
     for (;;) {
       for (std::size_t at = from; at <= to; at += stride) {
         if (const double squares = squares_of(part, at); squares < best.squares) {
@@ -260,8 +260,8 @@ class SplitAndMerge {
   /// The first splits are made while there are other bends in the parts, hence not quite where they
   /// are best: each is moved there, or taken back where it gains nothing any more.
   void append(Run piece) {
-    constexpr std::size_t kBendReach =
-        8;  // points; with 4 or 16 the errors of pairs stay within 2 %
+    // Points; with 4 or 16 the errors of pairs stay within 2 %.
+    constexpr std::size_t kBendReach = 8;
     while (!pieces_.empty()) {
       const Run both{pieces_.back().first, piece.last};
       const std::size_t here = pieces_.back().last;
@@ -375,8 +375,8 @@ void HitRows::assign(const std::vector<ScanPoint>& points, double max_wall_gap) 
 }
 
 double range_noise(const HitRows& hits, WallMemory& memory) {
-  constexpr std::size_t kMinResiduals =
-      20;                                 // whose standard deviation is known to 1 / sqrt(40), 16 %
+  // Whose standard deviation is known to 1 / sqrt(40), 16 %.
+  constexpr std::size_t kMinResiduals = 20;
   constexpr double kOutlierSigmas = 3.0;  // standard deviations; with 1.5 the median error of pairs
                                           // is 8 to 13 % larger, with 6 up to 3 %
   std::vector<double>& all = memory.squares_of_all;
@@ -418,7 +418,7 @@ void straighten_walls(const HitRows& hits, double noise, WallMemory& memory,
   // Largest standard deviation of a wall's direction [rad]; from less certain ones the normals of
   // single points are as good. With 0.1 the median error of pairs in clutter is 10 % larger, with
   // 0.4 4 % smaller.
-  constexpr double kMaxLineError = 0.2;
+  constexpr double kMaxDirectionSigma = 0.2;
   memory.sums.reserve(hits.size + 1);
   InverseRangeSums sums(memory.sums);
   SplitAndMerge pieces(sums, noise, memory);
@@ -435,7 +435,7 @@ void straighten_walls(const HitRows& hits, double noise, WallMemory& memory,
       Line line{sums.laser() + fit.q / fit.q.squaredNorm(), fit.q.normalized(), 0.0};
       line = improved(hits, part, line, kOutlierSigmas * noise);
       line = improved(hits, part, line, kOutlierSigmas * noise);
-      if (!(line.spread * kMaxLineError * kMaxLineError >= noise * noise)) {
+      if (!(line.spread * kMaxDirectionSigma * kMaxDirectionSigma >= noise * noise)) {
         continue;
       }
       for (std::size_t i = part.first; i <= part.last; ++i) {

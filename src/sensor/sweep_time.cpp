@@ -11,20 +11,20 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kLinearisedAbout = 0.1;    // s: between no sweep and those of the slowest lasers
+constexpr double kLinearisationTime = 0.1;  // s: between no sweep and those of the slowest lasers
 constexpr double kPriorDeviation = 0.5;     // s, of sweep times
 constexpr double kLargestDeviation = 0.05;  // s, of what one scan tells
 
-constexpr double kTurning = 0.1;           // rad/s; below, scans are hardly bent
-constexpr double kOtherTurnRate = 0.07;    // rad/s, by which that of the reference has to differ
-constexpr double kOtherSpeed = 0.05;       // m/s, likewise of all that moves a hit
-constexpr double kArm = 3.0;               // m, at which turning moves one
-constexpr std::size_t kMostStraight = 40;  // scans of a robot that does not turn
+constexpr double kMinTurnRate = 0.1;     // rad/s; below, scans are hardly bent
+constexpr double kOtherTurnRate = 0.07;  // rad/s, by which that of the reference has to differ
+constexpr double kOtherSpeed = 0.05;     // m/s, likewise of all that moves a hit
+constexpr double kArm = 3.0;             // m, at which turning moves one
+constexpr std::size_t kMaxStraightScans = 40;  // scans of a robot that does not turn
 // m, to the reference: farther off other things are seen. With 0.5 nothing is told of one scan a
 // metre; with 4 much the same (benchmark/reports/current/RECORDINGS.md).
 constexpr double kMaxDistance = 2.0;
 constexpr double kMaxAge = 10.0;  // s
-constexpr std::size_t kMostRecent = 40;
+constexpr std::size_t kMaxRecentScans = 40;
 
 constexpr int kIterations = 6;
 constexpr int kWideIterations = 2;  // of them, while odometry's error is still in the pose
@@ -68,10 +68,10 @@ double median_of(std::vector<double> values) {
 
 }  // namespace
 
-/// Unknown are the pose in the reference and the sweep time, counted from kLinearisedAbout.
+/// Unknown are the pose in the reference and the sweep time, counted from kLinearisationTime.
 struct SweepTimeEstimator::Fit {
   struct Pair {
-    double distance;      ///< [m] off the line, at kLinearisedAbout
+    double distance;      ///< [m] off the line, at kLinearisationTime
     Eigen::Vector4d row;  ///< of the distance by x, y, theta and sweep time
   };
 
@@ -165,7 +165,7 @@ SweepTimeEstimator::Hits SweepTimeEstimator::hits_of(const MovingScan& moving) {
     const Eigen::Vector3d in_laser(range * std::cos(angle), range * std::sin(angle), 0.0);
     const Eigen::Vector2d in_base = (moving.base_from_laser * in_laser).head<2>();
     const double share = static_cast<double>(k) / last;
-    const double time = share * kLinearisedAbout;
+    const double time = share * kLinearisationTime;
     Hit hit;
     hit.position = Eigen::Rotation2Dd(moving.turn_rate * time) * in_base + time * moving.velocity;
     hit.slope = share * (moving.turn_rate * Eigen::Vector2d(-hit.position.y(), hit.position.x()) +
@@ -211,9 +211,9 @@ std::optional<ToldSweepTime> SweepTimeEstimator::fit(const Hits& scan, const Hit
   if (!(variance > 0.0 && variance < kLargestDeviation * kLargestDeviation)) {
     return std::nullopt;
   }
-  const bool is_turning = std::abs(scan.turn_rate) > kTurning &&
+  const bool is_turning = std::abs(scan.turn_rate) > kMinTurnRate &&
                           std::abs(scan.turn_rate - reference.turn_rate) > kOtherTurnRate;
-  return ToldSweepTime{kLinearisedAbout + fit.sweep, std::sqrt(variance), is_turning};
+  return ToldSweepTime{kLinearisationTime + fit.sweep, std::sqrt(variance), is_turning};
 }
 
 std::optional<ToldSweepTime> SweepTimeEstimator::add(const MovingScan& scan) {
@@ -222,19 +222,19 @@ std::optional<ToldSweepTime> SweepTimeEstimator::add(const MovingScan& scan) {
     return std::nullopt;
   }
   std::optional<ToldSweepTime> told;
-  if (std::abs(hits.turn_rate) > kTurning || straight_ < kMostStraight) {
+  if (std::abs(hits.turn_rate) > kMinTurnRate || straight_ < kMaxStraightScans) {
     if (const Hits* reference = reference_for(hits)) {
       told = fit(hits, *reference);
     }
   }
-  if (told && !told->is_turning && straight_ >= kMostStraight) {
+  if (told && !told->is_turning && straight_ >= kMaxStraightScans) {
     told.reset();
   }
   if (told) {
     ++(told->is_turning ? turning_ : straight_);
   }
   recent_.push_back(std::move(hits));
-  if (recent_.size() > kMostRecent) {
+  if (recent_.size() > kMaxRecentScans) {
     recent_.pop_front();
   }
   return told;

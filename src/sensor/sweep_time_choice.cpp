@@ -13,8 +13,8 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kAllRound =
-    degrees_to_radians(330.0);  // a laser that sees so much turns all round
+// A laser that sees so much turns all round.
+constexpr double kMinFullTurn = degrees_to_radians(330.0);
 constexpr std::size_t kMostGaps = 9;
 constexpr double kSlowestScan = 0.5;    // s: rarer scans are not all that the laser took
 constexpr double kFastestSweep = 0.02;  // s: a laser that turns all round takes longer
@@ -30,7 +30,7 @@ constexpr double kLikelyTolerance = 0.25;  // of the period: so near to what is 
 // all wrong, so that none counts for more than so much.
 constexpr double kNoiseFactor = 2.0;
 constexpr double kLeastSweepDeviation = 0.02;  // s
-constexpr double kMostOfTold = 3.0;
+constexpr double kMaxToldLogOdds = 3.0;
 constexpr double kDecisiveLogOdds = 2.0;
 // Log odds, before any scan, against a sweep that is neither sent nor lasts from scan to scan, as
 // where scans were left out. With half of it, and half or one and a half times what one scan
@@ -70,7 +70,7 @@ std::optional<double> SweepTimeChoice::period() const {
 
 bool SweepTimeChoice::may_be_looked_at(const LaserScan& scan) const {
   return !setting_.as_sent && !setting_.seconds && scan.ranges.size() > 1 &&
-         std::abs(scan.angle_increment) * beams_of(scan) >= kAllRound;
+         std::abs(scan.angle_increment) * beams_of(scan) >= kMinFullTurn;
 }
 
 /// Where most scans are left out, the time between them says nothing of a sweep.
@@ -153,7 +153,7 @@ double SweepTimeChoice::log_likelihood_ratio(double sweep) const {
   for (const ToldSweepTime& told : told_) {
     const auto misfit = [&told](double one) {  // of Gauss
       const double off = (told.seconds - one) / deviation_of(told);
-      return std::min(0.5 * off * off, kMostOfTold);
+      return std::min(0.5 * off * off, kMaxToldLogOdds);
     };
     (told.is_turning ? of_turning : of_driving) += misfit(sent_) - misfit(sweep);
   }

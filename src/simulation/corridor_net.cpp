@@ -6,7 +6,7 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kUnreached = std::numeric_limits<double>::infinity();
+constexpr double kUnreachedDistance = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -28,7 +28,7 @@ void CorridorNet::add(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
 }
 
 std::vector<double> CorridorNet::ways_home() const {
-  std::vector<double> ways(crossings_.size(), kUnreached);
+  std::vector<double> ways(crossings_.size(), kUnreachedDistance);
   ways.front() = 0.0;
   for (std::size_t round = 0; round < crossings_.size(); ++round) {
     for (const Corridor& corridor : corridors_) {
@@ -48,7 +48,7 @@ std::vector<std::size_t> CorridorNet::tour(double length, Random& random) const 
   for (double way = 0.0; way < length || tour.back() != 0;) {
     const bool is_going_home = way >= length;
     std::size_t next = corridors_.size();
-    double least = kUnreached;
+    double least = kUnreachedDistance;
     for (std::size_t i = 0; i < corridors_.size(); ++i) {
       const Corridor& corridor = corridors_[i];
       if (corridor.from != tour.back() && corridor.to != tour.back()) {

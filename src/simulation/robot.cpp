@@ -12,8 +12,8 @@ namespace {
 constexpr double kStep = 0.01;             // [s]
 constexpr double kLookahead = 0.5;         // [m]
 constexpr double kArrivalDistance = 0.01;  // [m] before the end of the route
-constexpr double kTurnOnSpot = 1.0;        // [rad] off the way: stop and turn
-constexpr double kMaxHeadingError = 0.03;  // [rad] off the way: drive on
+constexpr double kTurnOnSpotAngle = 1.0;   // [rad] off the way: stop and turn
+constexpr double kDriveOnAngle = 0.03;     // [rad] off the way: drive on
 constexpr double kMinSpeed = 0.02;         // [m/s], so that the braking curve reaches its end
 
 /// Moves on a circle, or on a line where the turn is none.
@@ -99,7 +99,7 @@ class Driver {
     }
     const Eigen::Vector2d way = line_.point(ahead_) - position;
     const double off = wrap_angle(std::atan2(way.y(), way.x()) - robot.world_from_base.theta);
-    is_turning_ = std::abs(off) > (is_turning_ ? kMaxHeadingError : kTurnOnSpot);
+    is_turning_ = std::abs(off) > (is_turning_ ? kDriveOnAngle : kTurnOnSpotAngle);
     if (is_turning_) {
       const double rate =
           std::min(options_.turn_rate, std::sqrt(options_.turn_acceleration * std::abs(off)));
@@ -128,7 +128,7 @@ class Driver {
         break;
       }
       const double in_turn =
-          speed_at(2.0 * std::sin(std::min(line_.turn(i), kTurnOnSpot)) / kLookahead);
+          speed_at(2.0 * std::sin(std::min(line_.turn(i), kTurnOnSpotAngle)) / kLookahead);
       speed = std::min(speed, std::sqrt(in_turn * in_turn + 2.0 * braking * remaining));
     }
     return std::max(speed, kMinSpeed);

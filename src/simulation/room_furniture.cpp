@@ -67,10 +67,10 @@ void add_at_wall(const Room& room, Random& random, FloorPlan& plan) {
 }
 
 Eigen::Vector2d draw_place(const Room& room, Random& random) {
-  constexpr double kWallClearance = 1.0;
-  const double x = random.uniform(room.left + kWallClearance, room.right - kWallClearance);
-  const double y = random.uniform(room.near_y + room.inwards() * kWallClearance,
-                                  room.far_y - room.inwards() * kWallClearance);
+  constexpr double kRoomClearance = 1.0;
+  const double x = random.uniform(room.left + kRoomClearance, room.right - kRoomClearance);
+  const double y = random.uniform(room.near_y + room.inwards() * kRoomClearance,
+                                  room.far_y - room.inwards() * kRoomClearance);
   return {x, y};
 }
 

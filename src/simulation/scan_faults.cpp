@@ -28,8 +28,8 @@ void cover(const Fault& fault, std::uint64_t seed, LaserScan& scan) {
 
 void add_people(double since_start, const Fault& fault, std::uint64_t seed, LaserScan& scan) {
   constexpr double kWidth = 0.05;  // share of the scan's beams that one person hides
-  constexpr double kCrossingRate =
-      0.1;                           // share of the scan's beams passed by one person in a second
+  // Share of the scan's beams passed by one person in a second.
+  constexpr double kMaxCrossingRate = 0.1;
   constexpr double kFarthest = 8.0;  // [m]; behind them a wall, or nothing
   const auto beams = static_cast<double>(scan.ranges.size());
   const auto people = static_cast<int>(std::ceil(fault.amount / kWidth));
@@ -37,7 +37,7 @@ void add_people(double since_start, const Fault& fault, std::uint64_t seed, Lase
     Random random(mix_seed(seed, static_cast<std::uint64_t>(i)));
     // Spread evenly, so that they hide the share that is asked for.
     const double start = (i + random.uniform()) / people;
-    const double wander = kCrossingRate * random.uniform(-1.0, 1.0) * (since_start - fault.time);
+    const double wander = kMaxCrossingRate * random.uniform(-1.0, 1.0) * (since_start - fault.time);
     const double share = random.uniform(0.2, 0.9);
     const double place = start + wander - std::floor(start + wander);
     for_beams(place * beams, std::round(fault.amount / people * beams), scan, [&](float& range) {

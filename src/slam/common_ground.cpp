@@ -41,8 +41,8 @@ class Ground {
   [[nodiscard]] bool is_back(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
                              const Eigen::Vector2d& normal) const {
     if (normal.isZero()) {
-      constexpr double kWallThickness = 0.1;  // [m], less than most walls are thick
-      return is_known(to) && !is_known(to - kWallThickness * (to - from).normalized());
+      constexpr double kMinWallThickness = 0.1;  // [m], less than most walls are thick
+      return is_known(to) && !is_known(to - kMinWallThickness * (to - from).normalized());
     }
     Surface surface;
     return field_.nearest_surface(field_.geometry().cell_at(to), surface) &&

@@ -277,9 +277,9 @@ std::vector<WeightedPose> SlamEngine::Parts::likely_poses() const {
     for (const PlaceHypothesis& place : relocalizer_.search().hypotheses) {
       if (place.component == 0) {
         // It may be as sure as it likes, and stay a number.
-        constexpr double kSurest = 100.0;
+        constexpr double kMaxLogOdds = 100.0;
         poses.push_back(
-            {place.component_from_active * here, std::exp(std::min(place.log_odds, kSurest))});
+            {place.component_from_active * here, std::exp(std::min(place.log_odds, kMaxLogOdds))});
       }
     }
     sum = std::exp(kPriorAgainstCarried);
@@ -310,12 +310,14 @@ void SlamEngine::Parts::believe() {
 }
 
 bool SlamEngine::Parts::begin_component(double stamp) {
-  constexpr double kDrawingTime = 0.003;  // [s] a key scan; what is searched is drawn meanwhile
+  // [s] a key scan; what is searched is drawn meanwhile.
+  constexpr double kDrawingTimePerScan = 0.003;
   const Mapping::BegunComponent begun = be_lost(stamp);
   // Where another component had just begun, the drawing that was for that one is still under way.
   const double since =
       begun.is_drawn_beside
-          ? stamp + kDrawingTime * static_cast<double>(mapping_.components().map().key_scans.size())
+          ? stamp + kDrawingTimePerScan *
+                        static_cast<double>(mapping_.components().map().key_scans.size())
           : relocalizer_.search().stamp;
   relocalizer_.begin(since);
   return begun.gave_up_component;

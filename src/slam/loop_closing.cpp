@@ -192,8 +192,8 @@ void LoopCloser::begin(const KeyScans& keys, LocalMapRequest near, const LoopOpt
   if (is_pending()) {
     return;
   }
-  const bool is_search_due = state_.way >= kBetweenLoopSearches &&
-                             !loop_candidates(keys.all(), ways(keys), options).empty();
+  const bool is_search_due =
+      state_.way >= kLoopSearchSpacing && !loop_candidates(keys.all(), ways(keys), options).empty();
   if (!is_search_due && !near.scans) {
     return;
   }

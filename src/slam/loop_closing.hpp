@@ -27,10 +27,10 @@ struct LocalMapRequest {
 
 /// A loop moves nothing unless it would move a key scan by more than this share of a cell: what is
 /// matched lies better than that, and the map and the robot in it stay together.
-constexpr double kLeastMoved = 0.1;
+constexpr double kMinMoveInCells = 0.1;
 
 /// [m] of way between two searches for a loop.
-constexpr double kBetweenLoopSearches = 1.0;
+constexpr double kLoopSearchSpacing = 1.0;
 
 /// How well a place is known that was found anew, over (x, y, theta).
 [[nodiscard]] Eigen::Matrix3d covariance_where_found();

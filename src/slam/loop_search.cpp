@@ -17,8 +17,9 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr std::size_t kScansPerSearch = 8;    // key scans that are searched at once: a guess
-constexpr std::size_t kBesideCandidate = 10;  // key scans to each side of the candidate: a guess
+constexpr std::size_t kScansPerSearch = 8;  // key scans that are searched at once: a guess
+// Key scans to each side of the candidate: a guess.
+constexpr std::size_t kCandidateNeighbours = 10;
 // Of its fine score that a place has at least in the coarse search, whose likelihoods are wider.
 constexpr double kCoarseShare = 0.9;
 
@@ -48,8 +49,8 @@ LikelihoodField field_of(const std::vector<SurfaceHit>& walls, double resolution
 }
 
 PlacedScans around(const PlacedScans& keys, std::size_t candidate) {
-  const std::size_t begin = candidate - std::min(candidate, kBesideCandidate);
-  const std::size_t end = std::min(keys.size(), candidate + kBesideCandidate + 1);
+  const std::size_t begin = candidate - std::min(candidate, kCandidateNeighbours);
+  const std::size_t end = std::min(keys.size(), candidate + kCandidateNeighbours + 1);
   return {keys.begin() + static_cast<std::ptrdiff_t>(begin),
           keys.begin() + static_cast<std::ptrdiff_t>(end)};
 }
@@ -123,15 +124,15 @@ OlsonOptions fine_options() {
 /// @param sigma  [m], how well the graph knows where it is.
 double log_odds_of(const PlacedScans& keys, const Pose2& place_from_newest, const SlamMap& place,
                    const Pose2& expected, double sigma) {
-  constexpr double kMeanOfWrongPlace =
-      2.2;  // what a beam that tells says at the best wrong place around
+  // What a beam that tells says at the best wrong place around.
+  constexpr double kMeanOfWrongPlace = 2.2;
   constexpr double kMinOfScan = -5.0;
   constexpr double kMapFitSigma = 0.1;  // [m], as well as maps lie to each other at best
   const Eigen::Vector2d off = place_from_newest.translation() - expected.translation();
   double log_odds = -0.5 * off.squaredNorm() / (sigma * sigma + kMapFitSigma * kMapFitSigma);
   for (const PlacedScan& key : newest_at(keys, place_from_newest)) {
     const ScanEvidence says = evidence_of(*key.scan->points(), key.map_from_base, place);
-    if (says.telling >= kLeastTelling) {
+    if (says.telling >= kMinTellingShare) {
       log_odds += std::max(kMinOfScan, says.telling_mean - kMeanOfWrongPlace);
     }
   }

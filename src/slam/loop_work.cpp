@@ -75,7 +75,7 @@ void draw_near(const LoopTask& task, LoopTaskDone& done) {
 LoopTaskDone do_loop_task(LoopTask task) {
   LoopTaskDone done;
   if (task.search) {
-    close_a_loop(*task.search, kLeastMoved * task.near.map.resolution, done);
+    close_a_loop(*task.search, kMinMoveInCells * task.near.map.resolution, done);
   }
   if (task.near.scans && done.loops.empty()) {
     leave_out_superfluous(task.near, done);

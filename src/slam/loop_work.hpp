@@ -41,7 +41,7 @@ struct LoopTaskDone {
 
 /// Searches the places where the newest key scan may have been taken, too, until one is an
 /// inlier. The key scans may be the first ones of those that the graph has.
-/// @param least_moved  [m]; see kLeastMoved
+/// @param least_moved  [m]; see kMinMoveInCells
 /// @param done         its loops, tries and whether the graph's poses have moved.
 void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done);
 

@@ -30,13 +30,13 @@ std::uint8_t look_of(double range) {
 /// How far it is to a wall [m]; the reach where there is none.
 double range_to_wall(const LikelihoodField& field, const Eigen::Vector2d& from,
                      const Eigen::Vector2d& direction, double reach) {
-  constexpr double kWallHalfThickness = 0.6;  // of a cell
+  constexpr double kMaxCellsToWall = 0.6;  // of a cell
   const double cell = field.geometry().resolution();
   const double metres = field.options().reach / LikelihoodField::kFar;
   for (double at = 0.0; at < reach;) {
     const double distance =
         metres * field.distance(field.geometry().cell_at(from + at * direction));
-    if (distance <= kWallHalfThickness * cell) {
+    if (distance <= kMaxCellsToWall * cell) {
       return at;
     }
     at += std::max(distance - cell, 0.5 * cell);
@@ -102,15 +102,15 @@ using Differences =
 template <std::size_t kCount>
 Differences<kCount> differences_of(const std::array<std::uint8_t, kCount>& place,
                                    const std::vector<SeenWall>& walls) {
-  constexpr std::size_t kFit = 255 / kMaxDifference;
+  constexpr std::size_t kWallsPerByte = 255 / kMaxDifference;
   const Bytes most = Bytes{} + kMaxDifference;
   Differences<kCount> sums = {};
   std::array<std::uint8_t, kCount + sums.size()> round = {};
   std::copy(place.begin(), place.end(), round.begin());
   std::copy(place.begin(), place.end(), round.begin() + kCount);
-  for (std::size_t first = 0; first < walls.size(); first += kFit) {
+  for (std::size_t first = 0; first < walls.size(); first += kWallsPerByte) {
     std::array<Bytes, sums.size() / kVectorLanes> some = {};
-    for (std::size_t k = first; k < std::min(first + kFit, walls.size()); ++k) {
+    for (std::size_t k = first; k < std::min(first + kWallsPerByte, walls.size()); ++k) {
       const Bytes look = Bytes{} + walls[k].look;
       for (std::size_t i = 0; i < some.size(); ++i) {
         Bytes turned;

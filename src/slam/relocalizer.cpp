@@ -15,11 +15,11 @@ namespace matchbox_slam {
 namespace {
 
 constexpr std::size_t kMostHypotheses = 30;
-constexpr std::size_t kMostExplained = 100;
+constexpr std::size_t kMaxExplainedScans = 100;
 
 /// Share of key scans that speak against a place, of two maps that are joined at the right one, at
 /// most: a guess.
-constexpr double kMostAgainst = 0.1;
+constexpr double kMaxShareAgainst = 0.1;
 
 /// How far odometry may be off through a doubt: [m], [rad].
 constexpr double kOdometryErrorXy = 0.5;
@@ -157,10 +157,10 @@ double rough_fit(const std::vector<Eigen::Vector2d>& points, const Pose2& map_fr
 /// Of the places that look most alike, those where the scan fits best.
 std::vector<LikelyPlace> places_to_search(const PointScan& scan, const Lost& lost,
                                           const PlaceIndex& index, std::vector<LikelyPlace> known) {
-  constexpr std::size_t kTimesAsMany = 8;
+  constexpr std::size_t kCandidateFactor = 8;
   constexpr std::size_t kPoints = 40;
   const auto most = static_cast<std::size_t>(lost.options.recovery.places);
-  std::vector<LikelyPlace> places = index.look_up(scan, kTimesAsMany * most, std::move(known));
+  std::vector<LikelyPlace> places = index.look_up(scan, kCandidateFactor * most, std::move(known));
   std::vector<Eigen::Vector2d> points;
   const std::size_t stride = scan.points.size() / kPoints + 1;
   for (std::size_t i = stride / 2; i < scan.points.size(); i += stride) {
@@ -240,12 +240,12 @@ double most_of_scan(const PlaceSearch& search) {
 
 /// Looks whether a key scan of the map might as well have been taken elsewhere in it.
 void sample(const Lost& lost, const PlaceIndex& index, PlaceSearch& search) {
-  constexpr int kMostSampled = 20;
+  constexpr int kMaxSampledScans = 20;
   constexpr double kGolden = 0.6180339887498949;  // so that they are spread evenly at any time
   constexpr double kSamePlaceRadius = 1.0;        // [m]
   const std::size_t component = lost.active.parent;
   const PlacedScans& keys = lost.components[component].key_scans.all();
-  if (search.sampled >= kMostSampled || keys.empty() ||
+  if (search.sampled >= kMaxSampledScans || keys.empty() ||
       &lost.components[component] == &lost.active) {
     return;
   }
@@ -340,7 +340,7 @@ void weigh(const PlacedScan& key, const Lost& lost, const PlaceIndex& index, Pla
   kept.resize(std::min(kept.size(), kMostHypotheses));
   hypotheses = std::move(kept);
   search.explained.push_back(explained);
-  if (search.explained.size() > kMostExplained) {
+  if (search.explained.size() > kMaxExplainedScans) {
     search.explained.erase(search.explained.begin());
   }
 }
@@ -357,7 +357,7 @@ bool speaks_against(const PointScan& scan, const Pose2& map_from_base,
 /// of so many of them, spread evenly, that no scan waits long.
 double share_against(const PlacedScans& keys, const MapComponent& other,
                      const Pose2& other_from_component) {
-  constexpr std::size_t kMaxLookedAt = 30;  // a guess: half and double were not tried
+  constexpr std::size_t kMaxCheckedScans = 30;  // a guess: half and double were not tried
   const CellBox known = other.map.occupancy.known_bounds();
   PlacedScans within;
   for (const PlacedScan& key : keys) {
@@ -366,7 +366,7 @@ double share_against(const PlacedScans& keys, const MapComponent& other,
       within.push_back({key.scan, other_from_base});
     }
   }
-  const std::size_t stride = within.size() / kMaxLookedAt + 1;
+  const std::size_t stride = within.size() / kMaxCheckedScans + 1;
   std::size_t looked_at = 0;
   std::size_t against = 0;
   for (std::size_t i = 0; i < within.size(); i += stride) {
@@ -388,7 +388,7 @@ double share_against(const Lost& lost, const PlaceHypothesis& place) {
 /// The first place, if it is the right one; where it cannot be, it is one no more.
 std::optional<PlaceHypothesis> take_first(const Lost& lost,
                                           std::vector<PlaceHypothesis>& hypotheses) {
-  constexpr double kMinShareRefuted = 0.3;
+  constexpr double kMinRefutingShare = 0.3;
   const PlaceHypothesis best = hypotheses.front();
   const auto is_rival = [&](const PlaceHypothesis& other) {
     return other.behind - best.behind < lost.options.hypotheses.decisive;
@@ -397,10 +397,10 @@ std::optional<PlaceHypothesis> take_first(const Lost& lost,
     return std::nullopt;
   }
   const double against = share_against(lost, best);
-  if (against > kMinShareRefuted) {
+  if (against > kMinRefutingShare) {
     hypotheses.erase(hypotheses.begin());
   }
-  return against <= kMostAgainst ? std::optional(best) : std::nullopt;
+  return against <= kMaxShareAgainst ? std::optional(best) : std::nullopt;
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ using Counts = ReflectionGrid::Counts;
 
 constexpr double kWallOfWitness = 0.5;  // [m]
 /// Probability that a cell that nothing is known of reflects a beam.
-constexpr double kUnknownReflects = 0.02;
+constexpr double kUnknownReflectance = 0.02;
 /// What a beam says at most. More would take it for impossible that something has moved.
 constexpr double kMostOfBeam = 3.0;
 /// However long, a way through free ground is one witness, and a weak one.
@@ -31,9 +31,9 @@ class CellEvidence {
   CellEvidence() {
     for (std::size_t i = 0; i < kSize; ++i) {
       const double scans = static_cast<double>(i) / ReflectionGrid::kScan;
-      hits_[i] = static_cast<float>(std::log((scans + kUnknownReflects) / kUnknownReflects));
-      passes_[i] =
-          static_cast<float>(std::log((scans + 1.0 - kUnknownReflects) / (1.0 - kUnknownReflects)));
+      hits_[i] = static_cast<float>(std::log((scans + kUnknownReflectance) / kUnknownReflectance));
+      passes_[i] = static_cast<float>(
+          std::log((scans + 1.0 - kUnknownReflectance) / (1.0 - kUnknownReflectance)));
       all_[i] = static_cast<float>(std::log(scans + 1.0));
     }
   }
@@ -267,7 +267,7 @@ ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base, cons
 double odds_of_elsewhere(const ScanEvidence& evidence) {
   constexpr double kContradictionMean = 1.0;
   constexpr double kAgreementMean = 2.0;
-  if (evidence.telling < kLeastTelling) {
+  if (evidence.telling < kMinTellingShare) {
     return 0.0;
   }
   if (evidence.telling_mean < kContradictionMean) {

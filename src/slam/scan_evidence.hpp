@@ -33,7 +33,7 @@ constexpr double kMostOfScan = 6.0;
 constexpr double kPriorAgainstJump = 7.0;
 
 /// Share of a scan that has to tell of walls for it to say anything.
-constexpr double kLeastTelling = 0.2;
+constexpr double kMinTellingShare = 0.2;
 
 /// Log odds of somewhere unknown against a pose, by one scan; 0 where too little of it tells of
 /// walls. By how often scans at right poses, and of a robot that is carried, say so little.

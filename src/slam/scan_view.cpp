@@ -49,8 +49,8 @@ ScanView::ScanView(const PointScan& scan, const Pose2& map_from_base)
 }
 
 ScanView::Look ScanView::at(const Eigen::Vector2d& place) const {
-  constexpr double kViewTolerance =
-      0.2;  // [m] between what is the same, as seen from a little elsewhere
+  // [m] between what is the same, as seen from a little elsewhere.
+  constexpr double kViewTolerance = 0.2;
   const Eigen::Vector2d way = map_from_laser_.inverse() * place;
   const Reach& reach = reaches_[sector_of(way)];
   const double range = way.norm();

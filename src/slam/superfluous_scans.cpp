@@ -22,8 +22,8 @@ constexpr double kSameViewAngle = 0.35;    // [rad]
 constexpr double kSharedViewRadius = 3.0;  // [m], from where most of the same is seen
 constexpr std::uint64_t kNewestKept = 60;  // newest key scans
 constexpr double kMaxUniqueShare = 0.01;   // share of its hits that nobody else need have seen
-constexpr double kMaxChangedShare =
-    0.15;                                 // share of its hits that are seen no more where they were
+// Share of its hits that are seen no more where they were.
+constexpr double kMinChangedShare = 0.15;
 constexpr std::size_t kHitSamples = 120;  // hits of a scan
 
 bool is_beside(const PlacedScan& a, const PlacedScan& b) {
@@ -88,7 +88,7 @@ class Selection {
       lost += is_seen || is_seen_around(hit, key) ? 0.0 : 1.0;
       differing += 2 * std::max(looks.through, looks.blocked) > newer.size() ? 1.0 : 0.0;
     }
-    return lost <= most(kMaxUniqueShare) && (!is_oldest || differing > most(kMaxChangedShare));
+    return lost <= most(kMaxUniqueShare) && (!is_oldest || differing > most(kMinChangedShare));
   }
 
   struct Looks {

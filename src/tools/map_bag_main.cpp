@@ -72,10 +72,10 @@ bool is_conversion(const CLI::App& app) {
     }
     return false;
   }
-  static const std::set<std::string> kAllowed = {
+  static const std::set<std::string> kAllowedOptions = {
       "BAG", "--convert", "--scan-topic", "--start", "--duration", "--threads", "--quiet"};
   for (const CLI::Option* option : app.get_options()) {
-    if (option->count() > 0 && kAllowed.count(option->get_name()) == 0) {
+    if (option->count() > 0 && kAllowedOptions.count(option->get_name()) == 0) {
       throw ConfigurationError(
           fmt::format("--convert: {} is for maps, and none is made; leave one of them out",
                       option->get_name()));

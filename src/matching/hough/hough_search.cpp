@@ -13,8 +13,8 @@
 namespace matchbox_slam {
 namespace {
 
-constexpr double kFarthestKeyScan =
-    2.0 * kFarthestPoint;  // [m]; beyond, none sees what another does
+// [m]; beyond, none sees what another does.
+constexpr double kFarthestKeyScan = 2.0 * kFarthestPoint;
 
 /// The prior as seen from the key scan.
 MotionGuess guess_of(const PosePrior& prior, const Pose2& map_from_key) {
@@ -27,8 +27,8 @@ MotionGuess guess_of(const PosePrior& prior, const Pose2& map_from_key) {
 /// A unit vector along which the columns say little of an alignment, in the key scan's frame; none
 /// where they hold every direction.
 std::optional<Eigen::Vector2d> weak_axis(const HoughAlignment& alignment) {
-  constexpr double kMaxEigenvalueRatio =
-      0.1;  // eigenvalue over the largest one; half or double: intel within 3 %
+  // Eigenvalue over the largest one; half or double: intel within 3 %.
+  constexpr double kMaxEigenvalueRatio = 0.1;
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
   solver.computeDirect(alignment.information);
   if (solver.eigenvalues()(0) > kMaxEigenvalueRatio * solver.eigenvalues()(1)) {

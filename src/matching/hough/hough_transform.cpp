@@ -98,10 +98,10 @@ class WallLengths {
  private:
   /// Of the wall from a point to the next.
   [[nodiscard]] double piece(std::size_t i) const {
-    constexpr double kJump =
-        0.2;  // [m]; longer gaps are no wall, unless joined; half or double: intel 7 % worse
-    constexpr double kMaxPiece =
-        0.3;  // [m] of wall between two points at most; with 0.15 hough loses its way in intel
+    // [m]; longer gaps are no wall, unless joined; half or double: intel 7 % worse.
+    constexpr double kJump = 0.2;
+    // [m] of wall between two points at most; with 0.15 hough loses its way in intel.
+    constexpr double kMaxPiece = 0.3;
     const double gap = (points_[i + 1].position - points_[i].position).norm();
     if (!points_[i].joined_to_next && !(gap < kJump)) {
       return 0.0;

@@ -83,8 +83,8 @@ Relocalisation relocalise(const PointScan& scan, const PlacedScans& key_scans,
                           std::size_t most) {
   const SearchedScan searched(scan, options.alignment.point_spacing);
   Relocalisation result;
-  constexpr std::size_t kTriesPerPose =
-      3;  // for each pose wanted: several may be refined to one place
+  // For each pose wanted: several may be refined to one place.
+  constexpr std::size_t kTriesPerPose = 3;
   std::size_t tries = 0;
   const std::optional<std::vector<Candidate>> candidates =
       search_all(searched, spread_out(key_scans), options, is_interrupted);

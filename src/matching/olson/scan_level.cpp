@@ -11,7 +11,7 @@ constexpr int kMostClusterWeight = 255;  // that sum_windows adds up
 
 // Share of the slack that turns take up, at the useful range; the rest is for neighbours. With half
 // of it a search in rooms takes a tenth longer, with 0.8 as long.
-constexpr double kTurning = 0.625;
+constexpr double kTurnShare = 0.625;
 
 // Rounding, of coordinates as far as the search goes, is less.
 constexpr double kRounding = 1e-3;  // [cells]
@@ -81,7 +81,7 @@ void ScanLevels::assign(const PointArrays& points, const SearchLattice& lattice,
     }
     const double slack = resolution * (0.5 * FieldWindow::kBounds.at(i).slack - kRounding);
     const int finer = levels_[i - 1].turns;
-    const double most = std::min(2.0 * kTurning * slack / arc, 2.0 * lattice.half_theta);
+    const double most = std::min(2.0 * kTurnShare * slack / arc, 2.0 * lattice.half_theta);
     level.turns = finer * std::max(1, (1 + static_cast<int>(most)) / finer);
     const double angle = 0.5 * lattice.step_theta * (level.turns - 1);
     Cluster cluster(points.x[0], points.y[0], points.weights[0]);

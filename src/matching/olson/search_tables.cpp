@@ -104,9 +104,9 @@ void SearchTables::assign(const PointArrays& points, const LatticeBlocks& blocks
   need_around(points, reach, farthest);
   likelihoods_.read(field, value_of_likelihood);
   likelihoods_.make_bounds(top, bounds_);
-  constexpr int kMostLocated = 256;  // groups of a level at a time, to bound the memory
+  constexpr int kMaxLocatedGroups = 256;  // groups of a level at a time, to bound the memory
   for (int level = 0; level <= top; ++level) {
-    const int slots = std::min(kMostLocated, blocks.last_group(level) + 1);
+    const int slots = std::min(kMaxLocatedGroups, blocks.last_group(level) + 1);
     located_[static_cast<std::size_t>(level)].clear(static_cast<std::size_t>(slots),
                                                     blocks.scan_of(level).points.x.size());
   }
