@@ -66,6 +66,9 @@ TEST_F(EvaluationPlot, OnlyPngIsDrawn) {
 }
 
 TEST_F(EvaluationPlot, TheScriptAloneSaysWhatItWantsInOneLine) {
+  if (!has_matplotlib()) {
+    GTEST_SKIP() << "SKIPPED: /usr/bin/python3 has no matplotlib; install python3-matplotlib";
+  }
   const std::string script =
       std::string("\"$(dirname ") + MATCHBOX_EVALUATE + ")/plot_evaluation\"";
   const auto run_script = [&](const std::string& arguments) {
