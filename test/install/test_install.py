@@ -1,7 +1,7 @@
 """What is installed serves who builds against it: a program that embeds the core, and a matcher of one's own.
 So does the workspace that it is built in.
-Environment: MATCHBOX_BUILD, the package's build folder, where all is built, and MATCHBOX_DEVEL, with ROS
-the workspace's devel space."""
+Environment: MATCHBOX_BUILD, the package's build folder, where all is built, MATCHBOX_CXX, the compiler that
+built it, and MATCHBOX_DEVEL, with ROS the workspace's devel space."""
 
 import math
 import os
@@ -35,7 +35,7 @@ class Install(unittest.TestCase):
         """Returns the build folder. Nothing but what lies below `prefix` is in sight."""
         prefix = prefix or self.prefix
         build = os.path.join(self.folder.name, 'build', prefix.name, source.name)
-        environment = {'PATH': '/usr/bin:/bin'}
+        environment = {'PATH': '/usr/bin:/bin', 'CXX': os.environ['MATCHBOX_CXX']}
         run('cmake', '-S', source, '-B', build, f'-DCMAKE_PREFIX_PATH={prefix};/usr',
             '-DPYTHON_EXECUTABLE=/usr/bin/python3', env=environment)
         run('cmake', '--build', build, env=environment)
