@@ -23,8 +23,8 @@ class TemporaryMapTest : public testing::Test {
   }
 
   const PlacedScans keys_ = drive_through_rooms(6);
-  const MapOptions map_;
-  const LikelihoodFieldOptions field_;
+  const MapOptions map_{};  // braces, as clang asks for them
+  const LikelihoodFieldOptions field_{};
   const SlamMap lasting_ = rendered({keys_[0], keys_[1]}, map_, field_);
   TemporaryMap temporary_;
 };
