@@ -34,7 +34,7 @@ results=$workspace/build/test_results
 # it runs fail: the results tell.
 make_tests=(make -C "$workspace/build")
 # What waits for nobody lets the nodes go first, which run beside it.
-after_nodes=(nice -n 10)
+with_low_priority=(nice -n 10)
 
 rm -rf "$results"
 prepare_workspace all programs_of_node_tests
@@ -53,9 +53,9 @@ nodes=$!
 set +m
 trap 'kill -- -"$nodes" 2>/dev/null || true; wait "$nodes" || true' EXIT
 say "Building the other tests"
-"${after_nodes[@]}" "${make_tests[@]}" -j"$(job_count)" tests </dev/null
+"${with_low_priority[@]}" "${make_tests[@]}" -j"$(job_count)" tests </dev/null
 say "Running the tests"
-"${after_nodes[@]}" "${make_tests[@]}" -j"$(job_count)" run_tests_without_nodes </dev/null
+"${with_low_priority[@]}" "${make_tests[@]}" -j"$(job_count)" run_tests_without_nodes </dev/null
 ran=0
 wait "$nodes" || ran=$?
 trap - EXIT

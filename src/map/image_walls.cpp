@@ -156,9 +156,9 @@ std::vector<SurfaceHit> ImageWalls::faces() const {
 }
 
 bool ImageWalls::is_free_towards(const SurfaceHit& wall, const Eigen::Vector2d& direction) const {
-  constexpr double kStep = 0.5;  // [pixels]
-  bool is_behind = false;        // the wall itself, which may be some pixels thick
-  for (double way = 0.0; way <= kNeighbourhood; way += kStep) {
+  constexpr double kWayStep = 0.5;  // [pixels]
+  bool is_behind = false;           // the wall itself, which may be some pixels thick
+  for (double way = 0.0; way <= kNeighbourhood; way += kWayStep) {
     const Eigen::Vector2d here = wall.position + way * direction;
     const CellState there = state({cell_index(here.x()), cell_index(here.y())});
     if (there == CellState::kFree) {

@@ -31,12 +31,12 @@ OdometryNoiseScale updated_noise_scale(const OdometryNoiseScale& scale, const Po
                                        const Pose2& predicted, const Eigen::Matrix3d& prior,
                                        const Pose2& matched, const Eigen::Matrix3d& posterior,
                                        double min_scale) {
-  constexpr double kMemory = 2.0;  // [m] of way; worse with more
+  constexpr double kNoiseMemory = 2.0;  // [m] of way; worse with more
   const Eigen::LLT<Eigen::Matrix2d> factor(prior.topLeftCorner<2, 2>());
   if (factor.info() != Eigen::Success || !(prior(2, 2) > 0.0)) {
     return scale;
   }
-  const double weight = 1.0 - std::exp(-way_with_turn(moved) / kMemory);
+  const double weight = 1.0 - std::exp(-way_with_turn(moved) / kNoiseMemory);
   OdometryNoiseScale result = scale;
   if (posterior(2, 2) < kMostVarianceLeft * prior(2, 2)) {
     const double turned = wrap_angle(matched.theta - predicted.theta);

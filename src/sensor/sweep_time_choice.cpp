@@ -163,7 +163,7 @@ double SweepTimeChoice::log_likelihood_ratio(double sweep) const {
 
 /// [s], the mean of what agrees with the likeliest that was told, each by how well it tells.
 double SweepTimeChoice::likeliest() const {
-  constexpr double kMaxDeviations = 2.0;  // deviations: a guess
+  constexpr double kMaxDeviations = 2.0;  // a guess
   const ToldSweepTime& best = *std::max_element(
       told_.begin(), told_.end(), [this](const ToldSweepTime& a, const ToldSweepTime& b) {
         return log_likelihood_ratio(a.seconds) < log_likelihood_ratio(b.seconds);

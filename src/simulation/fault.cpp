@@ -135,11 +135,11 @@ std::string fault_help() {
 
 std::vector<Fault> with_drawn_times(std::vector<Fault> faults, double run_duration,
                                     std::uint64_t seed) {
-  constexpr double kMargin = 10.0;  // [s], so that there is a map before and a drive after
+  constexpr double kTimeMargin = 10.0;  // [s], so that there is a map before and a drive after
   for (std::size_t i = 0; i < faults.size(); ++i) {
     if (std::isnan(faults[i].time)) {
       const double room = std::max(0.0, run_duration - faults[i].duration);
-      const double margin = std::min(kMargin, 0.25 * room);
+      const double margin = std::min(kTimeMargin, 0.25 * room);
       faults[i].time = Random(mix_seed(seed, i)).uniform(margin, room - margin);
     }
     if (faults[i].time >= run_duration) {
