@@ -213,8 +213,8 @@ TEST(SharedManager, TwoSlamNodeletsDoNotTouchEachOther) {
   const ros::Subscriber poses_two = count_on("/two/pose", two);
   auto played = std::async(std::launch::async, [&] {
     return run_command(
-        "rosbag", "play --quiet --clock --queue=100000 --wait-for-subscribers --rate=2 " + folder +
-                      "/one.bag " + folder + "/two.bag");
+        "rosbag", "play --quiet --clock --queue=100000 --delay=1 --wait-for-subscribers --rate=2 " +
+                      folder + "/one.bag " + folder + "/two.bag");
   });
   EXPECT_TRUE(wait_for([&] { return one == expected_one && two == expected_two; }, 120.0))
       << one << " of " << expected_one << " and " << two << " of " << expected_two << " scans";

@@ -92,7 +92,7 @@ class SlamNodelet : public testing::Test {
   static void play() {
     auto played = std::async(std::launch::async, [] {
       return run_command("rosbag",
-                         "play --quiet --clock --queue=100000 --wait-for-subscribers "
+                         "play --quiet --clock --queue=100000 --delay=1 --wait-for-subscribers "
                          "--rate=3 " +
                              folder_ + "/run.bag --topics /base_scan /tf /tf_static");
     });
