@@ -82,9 +82,9 @@ install_missing() {
 packages configured?)"
 }
 
-# install_dependencies programs|all
-install_dependencies() {
-  local kind=$1 system list packages reader=(python3-catkin-pkg python3-yaml)
+# list_dependencies programs|all: one a line; none where the system is unknown. Installs what it takes to tell.
+list_dependencies() {
+  local kind=$1 system list reader=(python3-catkin-pkg python3-yaml)
   if [[ $kind == programs ]]; then
     local -x MATCHBOX_WITH_RVIZ=OFF MATCHBOX_WITH_OPENCV=OFF
   fi
@@ -100,7 +100,7 @@ install_dependencies() {
   list=$workspace/packages-$kind
   if [[ ! -s $list || -n $(find "$clone/package.xml" "$clone/doc/example_matcher/package.xml" \
     "$clone"/scripts/{list_packages.py,rosdep.yaml,workspace.sh} -newer "$list") ]]; then
-    install_missing "${reader[@]}"
+    install_missing "${reader[@]}" >&2
     mkdir -p "$workspace"
     # Besides what reads package.xml, what that does not name by custom: a compiler and make.
     {
@@ -110,8 +110,15 @@ install_dependencies() {
     } >"$list.new"
     mv "$list.new" "$list"
   fi
-  mapfile -t packages <"$list"
-  install_missing "${packages[@]}"
+  cat "$list"
+}
+
+# install_dependencies programs|all
+install_dependencies() {
+  local packages
+  packages=$(list_dependencies "$1")
+  # shellcheck disable=SC2086  # one word each
+  install_missing $packages
 }
 
 # Compilers need about 1 GB each.
@@ -156,19 +163,43 @@ build() {
     --make-args "$@"
 }
 
-# prepare_workspace programs|all [TARGET]...: installs what it takes, builds and sources the workspace. `programs` are
-# those that map and evaluate simulated and recorded bags: no nodes, no tests. More targets are built with them.
+# The programs that map and evaluate simulated and recorded bags: no nodes, no tests.
+build_programs() {
+  build -DCATKIN_ENABLE_TESTING=OFF evaluate map_bag matchbox_slam_plugins simulate
+}
+
+# Installs what nodes and tests need, where it is missing, while the programs are built.
+install_while_building() {
+  local packages missing installing state=0
+  packages=$(list_dependencies all)
+  # shellcheck disable=SC2086  # one word each
+  missing=$(not_installed $packages)
+  [[ -n $missing ]] || return 0
+  say "Building the programs in $workspace, while more packages are installed"
+  # Configured before, as half of a package would mislead it.
+  build -DCATKIN_ENABLE_TESTING=OFF cmake_check_build_system
+  # shellcheck disable=SC2086  # one word each
+  install_missing $missing &
+  installing=$!
+  build_programs || state=$?
+  wait "$installing" || state=$?  # not left alone, whatever became of the programs
+  return "$state"
+}
+
+# prepare_workspace programs|all [TARGET]...: installs what it takes, builds and sources the workspace. More targets
+# are built with `all`.
 prepare_workspace() {
   local kind=$1
   shift
   use_system_ros
-  install_dependencies "$kind"
+  install_dependencies programs
   use_system_ros  # ROS may be there only now
+  if [[ $kind == all ]]; then
+    install_while_building
+  fi
   say "Building in $workspace"
   case $kind in
-    programs)
-      build -DCATKIN_ENABLE_TESTING=OFF evaluate map_bag matchbox_slam_plugins simulate "$@"
-      ;;
+    programs) build_programs ;;
     all) build -DCATKIN_ENABLE_TESTING=ON all "$@" ;;
   esac
   source_setup "$workspace/devel/setup.bash"
