@@ -108,6 +108,7 @@ class BagMapping {
       saved_ = read_engine_state(map_file_, configuration_.setup().engine);
     }
     require_writable_folders(request);
+    out_lock_.emplace(request.out);
     if (movie_file_) {
       movie_file_->require_writable();
     }
@@ -136,6 +137,7 @@ class BagMapping {
   void begin_drive_if_new(double stamp);
 
   const std::string& out_;
+  std::optional<FolderLock> out_lock_;
   const std::string& map_file_;
   const std::string& debug_;
   const std::optional<MovieFile> movie_file_;
@@ -307,10 +309,11 @@ std::vector<FileContents> BagMapping::hough_pictures() const {
 
 void BagMapping::tell(const RunFacts& facts) {
   const ScanAccount& account = scans_.account();
-  dialog_.inform(fmt::format("{} of {} scans used, {} matched, {}, in {}, {} of bag; results in {}",
-                             account.delivered, account.received, fit_.matched(),
-                             text_of_loops(run()), seconds_text(facts.used.wall_seconds),
-                             seconds_text(facts.bag.seconds), out_));
+  const std::string lost = fit_.lost() > 0 ? fmt::format(", lost in {}", fit_.lost()) : "";
+  dialog_.inform(
+      fmt::format("{} of {} scans used, {} matched{}, {}, in {}, {} of bag; results in {}",
+                  account.delivered, account.received, fit_.matched(), lost, text_of_loops(run()),
+                  seconds_text(facts.used.wall_seconds), seconds_text(facts.bag.seconds), out_));
   for (const auto& [number, laser] : run().secondary_lasers()) {
     (laser.is_used ? dialog_.inform : dialog_.warn)(text_of(laser, run().scan_topic(number)));
   }

@@ -35,6 +35,7 @@ void FitRecord::add(const ScanOutcome& outcome) {
     return;
   }
   ++scans_;
+  lost_ += outcome.state == TrackingState::kLost ? 1 : 0;
   ++statuses_[outcome.match.status];
   if (outcome.match.accepted()) {
     scores_.push_back(static_cast<float>(outcome.match.score));

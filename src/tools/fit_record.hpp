@@ -18,6 +18,10 @@ class FitRecord {
 
   [[nodiscard]] std::size_t matched() const { return count_of(MatchStatus::kAccepted); }
 
+  /// Scans at which the robot might have been anywhere: those that match do so in a map of their
+  /// own.
+  [[nodiscard]] std::size_t lost() const { return lost_; }
+
   /// One text each, for people: that a tenth of the scans or more match nowhere; that for 5 % of
   /// the time, or for half a minute at a stretch, it was not sure where the robot is; that matches
   /// fit poorly in the median; that the pose jumps
@@ -33,6 +37,7 @@ class FitRecord {
   [[nodiscard]] std::string text_of_jumps(const std::string& place_told_by) const;
 
   std::size_t scans_ = 0;
+  std::size_t lost_ = 0;
   std::map<MatchStatus, std::size_t> statuses_;
   std::vector<float> scores_;           ///< of accepted matches
   std::vector<float> evidences_;        ///< of a beam, likewise

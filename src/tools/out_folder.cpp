@@ -1,7 +1,11 @@
 #include "tools/out_folder.hpp"
 
+#include <fcntl.h>
 #include <fmt/core.h>
+#include <sys/file.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -22,6 +26,23 @@ void require_other_folder(const std::string& map, const std::string& out) {
         fmt::format("--out: '{}' is the folder of {}, which would be written over; give another "
                     "--out, or --overwrite",
                     out, map));
+  }
+}
+
+FolderLock::FolderLock(const std::string& folder)
+    : descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (descriptor_ >= 0 && ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    ::close(descriptor_);
+    throw ConfigurationError(fmt::format(
+        "--out: another program is writing its results into '{}'; give another --out, or wait "
+        "until it has ended",
+        folder));
+  }
+}
+
+FolderLock::~FolderLock() {
+  if (descriptor_ >= 0) {
+    ::close(descriptor_);
   }
 }
 

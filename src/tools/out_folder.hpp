@@ -11,6 +11,20 @@ namespace matchbox_slam {
 /// lies in the folder of the results, among which one may have its name.
 void require_other_folder(const std::string& map, const std::string& out);
 
+/// Keeps other programs from writing their results into a folder at the same time, of which the
+/// last one would win. Throws ConfigurationError where another one does. Where files cannot be
+/// locked (some that are shared over a network) nothing is held.
+class FolderLock {
+ public:
+  explicit FolderLock(const std::string& folder);
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  ~FolderLock();
+
+ private:
+  int descriptor_;
+};
+
 /// Takes away at its end a folder that was not there at its beginning and that nothing was written
 /// into, as of a run that is refused.
 class EmptyFolderRemoval {

@@ -211,5 +211,27 @@ TEST(SlamNotices, CutsBeamsThatReadTheLargestRangePlusNoise) {
   EXPECT_EQ(process.exit_code_after(SIGINT), 0);
 }
 
+TEST(SlamNotices, WhereNoScanCouldBeUsedSaveMapSaysWhy) {
+  LogWatch log("(no_transform)");
+  ros::NodeHandle node;
+  const ros::Publisher scans = node.advertise<sensor_msgs::LaserScan>("/scan", 100);
+  const TemporaryFolder folder;
+  NodeProcess process("useless", folder);
+  ASSERT_TRUE(log.hears_the_node());
+  ASSERT_TRUE(wait_until([&] { return scans.getNumSubscribers() > 0; }));
+  double stamp = 1000.0;
+  ASSERT_TRUE(wait_until([&] {
+    scans.publish(make_scan(stamp += 0.05, "nowhere"));
+    return !log.line().empty();
+  })) << "it says nothing";
+  const std_srvs::Trigger::Response saved = save("useless");
+  EXPECT_FALSE(saved.success);
+  EXPECT_TRUE(contains(saved.message, "no scan was mapped yet, nothing is saved: of "))
+      << saved.message;
+  EXPECT_TRUE(contains(saved.message, "; the last: ")) << saved.message;
+  EXPECT_TRUE(contains(saved.message, "'nowhere'")) << saved.message;
+  EXPECT_EQ(process.exit_code_after(SIGINT), 0);
+}
+
 }  // namespace
 }  // namespace matchbox_slam

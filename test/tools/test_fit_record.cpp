@@ -73,6 +73,7 @@ TEST(FitRecord, SaysForHowLongItWasNotSure) {
       record.warnings(),
       Texts{"for 3.0 of 10.0 s it was not sure where the robot is, the longest 3.0 s from the "
             "scan of 2.000 s on; scans.csv has the state of each scan"});
+  EXPECT_EQ(record.lost(), 30U);
 }
 
 TEST(FitRecord, SaysThatThePosesJumpAgainstTheOdometry) {

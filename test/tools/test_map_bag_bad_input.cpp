@@ -13,6 +13,7 @@
 #include "ros/messages.hpp"
 #include "ros/scan_types.hpp"
 #include "tools/map_bag_run.hpp"
+#include "tools/out_folder.hpp"
 #include "tools/run_command.hpp"
 
 namespace matchbox_slam {
@@ -36,6 +37,16 @@ TEST_F(MapBag, ARunThatIsRefusedLeavesNoFolder) {
   std::filesystem::create_directory(out_);
   EXPECT_EQ(run("--start 1000").exit_code, 1);
   EXPECT_TRUE(std::filesystem::exists(out_)) << "it was there";
+}
+
+TEST_F(MapBag, TwoDoNotWriteIntoOneFolderAtOnce) {
+  write_small_bag(bag_, {});
+  std::filesystem::create_directories(out_);
+  {
+    const FolderLock of_another(out_);
+    expect_one_line(run(""), 2, "another program is writing its results into '" + out_ + "'");
+  }
+  EXPECT_EQ(run("").exit_code, 0);
 }
 
 TEST_F(MapBag, AdvisesToMaskBeamsThatEndOnTheRobot) {
