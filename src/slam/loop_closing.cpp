@@ -303,7 +303,7 @@ MapCorrection LoopCloser::correction_of(const PlacedScans& keys,
 
 MapCorrection LoopCloser::take_in(const FoundMap& found, KeyScans& keys) {
   const std::vector<Pose2> moved = moved_with(found.own_moved(), keys.all());
-  const MapCorrection correction = correction_of(keys.all(), moved);
+  MapCorrection correction = correction_of(keys.all(), moved);
   keys.move(moved);
   keys.insert(1, others_of(found));
   state_.nodes = keys.size();

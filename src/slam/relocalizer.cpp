@@ -137,7 +137,7 @@ double rough_fit(const std::vector<Eigen::Vector2d>& points, const Pose2& map_fr
     std::vector<Eigen::Vector2d> turned;
     turned.reserve(points.size());
     for (const Eigen::Vector2d& point : points) {
-      turned.push_back(map_from_base.translation() + rotation * point);
+      turned.emplace_back(map_from_base.translation() + rotation * point);
     }
     for (int y = -kSteps; y <= kSteps; ++y) {
       for (int x = -kSteps; x <= kSteps; ++x) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -34,7 +35,7 @@ class KeyScan {
                    std::shared_ptr<KeyScanCache> cache = make_key_scan_cache());
 
   /// The same scan by another number.
-  KeyScan(const KeyScan& other, std::uint64_t id) : KeyScan(other) { id_ = id; }
+  KeyScan(KeyScan other, std::uint64_t id) : KeyScan(std::move(other)) { id_ = id; }
 
   [[nodiscard]] std::uint64_t id() const { return id_; }
   [[nodiscard]] int laser() const { return laser_; }
