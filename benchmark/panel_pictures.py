@@ -72,7 +72,7 @@ def scan_topics(bag):
 
 def play(bag, rate, environment):
     return subprocess.Popen(
-        ['rosbag', 'play', '--quiet', '--clock', '--queue=100000', '--wait-for-subscribers', '--rate',
+        ['rosbag', 'play', '--quiet', '--clock', '--queue=100000', '--delay=1', '--wait-for-subscribers', '--rate',
          str(rate), bag, '--topics', '/tf', '/tf_static', *scan_topics(bag)], env=environment)
 
 

@@ -68,7 +68,7 @@ lint_package() {
 tidy_files() {
   local database=$workspace/build/compile_commands.json
   if [[ ! -f $database ]]; then
-    fail "clang-tidy needs $database; run scripts/test.sh first"
+    fail "clang-tidy needs $database; run scripts/build.sh first"
   fi
   # Headers that GCC has precompiled clang cannot read; and sources that are built as one it is to read one by one.
   mkdir -p "$workspace/tidy"

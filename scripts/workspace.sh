@@ -107,7 +107,7 @@ list_dependencies() {
       printf '%s\n' "${reader[@]}" build-essential cmake
       /usr/bin/python3 "$clone/scripts/list_packages.py" "$system" "$kind" \
         "$clone/package.xml" "$clone/doc/example_matcher/package.xml"
-    } >"$list.new"
+    } >"$list.new" || return  # in a substitution bash goes on by itself
     mv "$list.new" "$list"
   fi
   cat "$list"
@@ -178,11 +178,12 @@ install_while_building() {
   say "Building the programs in $workspace, while more packages are installed"
   # Configured before, as half of a package would mislead it.
   build -DCATKIN_ENABLE_TESTING=OFF cmake_check_build_system
+  as_root true  # asks for a password while nobody else writes
   # shellcheck disable=SC2086  # one word each
   install_missing $missing &
   installing=$!
   build_programs || state=$?
-  wait "$installing" || state=$?  # not left alone, whatever became of the programs
+  wait "$installing" || fail "packages could not be installed: see above"
   return "$state"
 }
 

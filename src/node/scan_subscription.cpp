@@ -23,12 +23,12 @@ using sensor_msgs::PointCloud2;
 using HeaderPtr = boost::shared_ptr<ros::M_string>;
 
 const std::string& value_of(const HeaderPtr& header, const std::string& key) {
-  static const std::string none;
+  static const std::string kNone;
   if (header == nullptr) {
-    return none;
+    return kNone;
   }
   const auto found = header->find(key);
-  return found == header->end() ? none : found->second;
+  return found == header->end() ? kNone : found->second;
 }
 
 /// Whether a publisher says that it sends messages of this type, in the definition that we know.

@@ -95,7 +95,7 @@ class SlamNode {
   [[nodiscard]] MapSnapshot map_snapshot();
   [[nodiscard]] PathSnapshot path_snapshot();
   [[nodiscard]] MapToSave read_map_to_save();
-  void require_mapped_scan();
+  void require_used_scan();
   std::string save_map_files();
   [[nodiscard]] bool is_saved();
   [[nodiscard]] std::size_t unsaved_scans();

@@ -104,6 +104,7 @@ bool SlamNode::answer_global_localization(std_srvs::Empty::Request& /*request*/,
 bool SlamNode::answer_save_map(std_srvs::Trigger::Request& /*request*/,
                                std_srvs::Trigger::Response& response) {
   return answer(response, [&] {
+    require_used_scan();
     finish_loops();
     const std::string saved = save_map_files();
     if (autosave_) {
@@ -290,10 +291,10 @@ MapToSave SlamNode::read_map_to_save() {
   return map_to_save(run());
 }
 
-/// Throws std::runtime_error, which says why, where scans have come and none was mapped.
-void SlamNode::require_mapped_scan() {
+/// Throws std::runtime_error, which says why, where scans have come and none could be used.
+void SlamNode::require_used_scan() {
   const QueueHealth queue = worker_.health();
-  if (map_revision().scans == 0 && !queue.last_skip.empty()) {
+  if (map_revision().scans == 0 && queue.account.delivered == 0 && !queue.last_skip.empty()) {
     throw std::runtime_error(fmt::format(
         "no scan was mapped yet, nothing is saved: of {} that came {} were skipped; the last: {}",
         queue.account.received, queue.account.skipped_total(), queue.last_skip));
@@ -302,7 +303,6 @@ void SlamNode::require_mapped_scan() {
 
 /// Returns what was saved, for people.
 std::string SlamNode::save_map_files() {
-  require_mapped_scan();
   const std::lock_guard<std::mutex> saving(save_mutex_);
   const MapToSave now = read_map_to_save();
   const std::string where = saver_.save(now);

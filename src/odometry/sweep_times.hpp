@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "matchbox_slam/geometry/pose2.hpp"
 #include "matchbox_slam/sensor/point_scan.hpp"
@@ -20,9 +21,8 @@ class SweepTimes {
  public:
   /// @param projection  as the scans are projected afterwards.
   /// @param has_odometry  that tells how the base drives, and not only how it turns.
-  SweepTimes(const SweepTimeSetting& setting, const ProjectionOptions& projection,
-             bool has_odometry)
-      : setting_(setting), projection_(projection), has_odometry_(has_odometry) {}
+  SweepTimes(const SweepTimeSetting& setting, ProjectionOptions projection, bool has_odometry)
+      : setting_(setting), projection_(std::move(projection)), has_odometry_(has_odometry) {}
 
   [[nodiscard]] bool has_odometry() const { return has_odometry_; }
 

@@ -108,10 +108,11 @@ bool LocalMap::is_due(const PlacedScans& keys) const {
          drawn_.size() >= kMaxDrawnScans;
 }
 
-LocalMap::LocalMap(Eigen::Vector2d center, const PlacedScans& drawn, std::size_t taken,
-                   const MapOptions& map_options, const LikelihoodFieldOptions& field_options)
+LocalMap::LocalMap(const Eigen::Vector2d& center,  // NOLINT(modernize-pass-by-value): two doubles
+                   const PlacedScans& drawn, std::size_t taken, const MapOptions& map_options,
+                   const LikelihoodFieldOptions& field_options)
     : map_(rendered(drawn, map_options, field_options)),
-      center_(std::move(center)),
+      center_(center),
       taken_(taken),
       drawn_(ids_of(drawn)) {}
 

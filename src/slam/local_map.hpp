@@ -55,7 +55,7 @@ class LocalMap {
   /// @param center  where the newest key scan of its making was taken.
   /// @param drawn   those that it shows, in the order in which they are drawn.
   /// @param taken   how many key scans there were then.
-  LocalMap(Eigen::Vector2d center, const PlacedScans& drawn, std::size_t taken,
+  LocalMap(const Eigen::Vector2d& center, const PlacedScans& drawn, std::size_t taken,
            const MapOptions& map_options, const LikelihoodFieldOptions& field_options);
 
   /// @param near  of these.

@@ -309,7 +309,8 @@ std::vector<FileContents> BagMapping::hough_pictures() const {
 
 void BagMapping::tell(const RunFacts& facts) {
   const ScanAccount& account = scans_.account();
-  const std::string lost = fit_.lost() > 0 ? fmt::format(", lost in {}", fit_.lost()) : "";
+  const std::string lost =
+      fit_.lost() > 0 ? fmt::format(", the robot lost at {} of these", fit_.lost()) : "";
   dialog_.inform(
       fmt::format("{} of {} scans used, {} matched{}, {}, in {}, {} of bag; results in {}",
                   account.delivered, account.received, fit_.matched(), lost, text_of_loops(run()),
@@ -337,6 +338,12 @@ void BagMapping::tell(const RunFacts& facts) {
                     "{}/trajectory.1.tum{}, those since the last one in trajectory.tum; likewise "
                     "the other .tum files but key_scans.tum",
                     out_, steps > 1 ? ", the next in trajectory.2.tum and so on" : ""));
+  }
+  if (!map_file_.empty() && 10 * fit_.lost() >= 9 * account.delivered) {
+    dialog_.warn(fmt::format(
+        "the robot was hardly ever found in {}: is it of this building? --pose says where in it "
+        "the recording begins",
+        map_file_));
   }
   const bool is_by_tf = run().setup().run.laser_pose.empty();
   for (const std::string& warning : fit_.warnings(is_by_tf ? "in tf" : "by --laser-pose")) {

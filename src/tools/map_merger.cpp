@@ -112,6 +112,7 @@ class MapMerger {
   LiveConfiguration configuration_;
   EngineOptions options_;
   bool is_out_new_ = false;
+  std::optional<FolderLock> out_lock_;
   std::vector<EngineState> inputs_;
   std::vector<MergedMap> maps_;
 };
@@ -136,6 +137,7 @@ MapMerger::MapMerger(const MergeMapsRequest& request, const RunDialog& dialog)
   take_cells_of_first();
   is_out_new_ = !fs::exists(request.out);
   require_writable_folder(request.out);
+  out_lock_.emplace(request.out);
 }
 
 /// What a map was drawn in does not matter, as all are drawn anew.

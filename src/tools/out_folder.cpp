@@ -52,9 +52,14 @@ EmptyFolderRemoval::EmptyFolderRemoval(std::string folder) : folder_(std::move(f
 }
 
 EmptyFolderRemoval::~EmptyFolderRemoval() {
-  if (!was_there_) {
+  if (was_there_) {
+    return;
+  }
+  try {
+    const FolderLock lock(folder_);
     std::error_code is_not_empty;
     std::filesystem::remove(folder_, is_not_empty);
+  } catch (const ConfigurationError&) {  // another program has not written into it yet
   }
 }
 

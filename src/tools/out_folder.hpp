@@ -11,9 +11,9 @@ namespace matchbox_slam {
 /// lies in the folder of the results, among which one may have its name.
 void require_other_folder(const std::string& map, const std::string& out);
 
-/// Keeps other programs from writing their results into a folder at the same time, of which the
-/// last one would win. Throws ConfigurationError where another one does. Where files cannot be
-/// locked (some that are shared over a network) nothing is held.
+/// Keeps other runs of map_bag and merge_maps from writing their results into a folder at the same
+/// time, of which the last one would win. Throws ConfigurationError where another one does. Where
+/// files cannot be locked (some that are shared over a network) nothing is held.
 class FolderLock {
  public:
   explicit FolderLock(const std::string& folder);
@@ -26,7 +26,7 @@ class FolderLock {
 };
 
 /// Takes away at its end a folder that was not there at its beginning and that nothing was written
-/// into, as of a run that is refused.
+/// into, as of a run that is refused; not one that another program holds (FolderLock).
 class EmptyFolderRemoval {
  public:
   explicit EmptyFolderRemoval(std::string folder);

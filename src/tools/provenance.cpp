@@ -1,6 +1,6 @@
 #include "tools/provenance.hpp"
 
-#include <time.h>
+#include <time.h>  // NOLINT(modernize-deprecated-headers): gmtime_r is POSIX's
 #include <unistd.h>
 
 #include <array>

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 
 #include "common/error_text.hpp"
 #include "io/tum.hpp"
@@ -47,6 +48,20 @@ TEST_F(MapBag, TwoDoNotWriteIntoOneFolderAtOnce) {
     expect_one_line(run(""), 2, "another program is writing its results into '" + out_ + "'");
   }
   EXPECT_EQ(run("").exit_code, 0);
+}
+
+TEST_F(MapBag, ARunThatIsRefusedLeavesTheFolderToTheOneThatWrites) {
+  {
+    const EmptyFolderRemoval of_the_second(out_);
+    std::filesystem::create_directories(out_);
+    const FolderLock of_the_first(out_);
+  }
+  EXPECT_FALSE(std::filesystem::exists(out_)) << "nobody writes there any more";
+  std::optional<EmptyFolderRemoval> of_the_second(out_);
+  std::filesystem::create_directories(out_);
+  const FolderLock of_the_first(out_);
+  of_the_second.reset();
+  EXPECT_TRUE(std::filesystem::exists(out_)) << "the first one was about to write there";
 }
 
 TEST_F(MapBag, AdvisesToMaskBeamsThatEndOnTheRobot) {

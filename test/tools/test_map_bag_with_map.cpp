@@ -29,6 +29,27 @@ std::string last_lines(const std::string& text, std::size_t lines) {
   return text.substr(at);
 }
 
+TEST_F(MapBag, OfTheMapOfAnotherBuildingItSaysThatTheRobotWasNotFoundThere) {
+  const auto simulate = [this](const std::string& world) {
+    const std::string bag = folder_ / "drive.bag";
+    const std::string options = " --duration 20 --scan-rate 5 --beams 360 --bag " + bag;
+    EXPECT_EQ(run_command(MATCHBOX_SIMULATE,
+                          "--world " + world + options + " --truth " + (folder_ / "truth.tum"))
+                  .exit_code,
+              0);
+    return bag;
+  };
+  const std::string there = folder_ / "there";
+  ASSERT_EQ(run_command(MATCHBOX_MAP_BAG, simulate("atrium") + " --out " + there).exit_code, 0);
+  const std::string drive = simulate("rooms");
+  const Outcome outcome =
+      run_command(MATCHBOX_MAP_BAG, drive + " --out " + out_ + " --map " + there + "/map.slam");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "the robot lost at 10")) << outcome.output;
+  EXPECT_TRUE(contains(outcome.output, "the robot was hardly ever found in " + there + "/map.slam"))
+      << outcome.output;
+}
+
 TEST_F(MapBag, GoesOnWithItsMapAsIfItHadNeverStopped) {
   const std::string every = " --set slam/insert_distance=0 --set slam/insert_angle=0";
   for (const std::string matcher : {"olson", "hough", "monte_carlo"}) {
