@@ -312,8 +312,8 @@ void BagMapping::tell(const RunFacts& facts) {
   const std::string lost =
       fit_.lost() > 0 ? fmt::format(", the robot lost at {} of these", fit_.lost()) : "";
   dialog_.inform(
-      fmt::format("{} of {} scans used, {} matched{}, {}, in {}, {} of bag; results in {}",
-                  account.delivered, account.received, fit_.matched(), lost, text_of_loops(run()),
+      fmt::format("{} of {} scans used{}, {} matched, {}, in {}, {} of bag; results in {}",
+                  account.delivered, account.received, lost, fit_.matched(), text_of_loops(run()),
                   seconds_text(facts.used.wall_seconds), seconds_text(facts.bag.seconds), out_));
   for (const auto& [number, laser] : run().secondary_lasers()) {
     (laser.is_used ? dialog_.inform : dialog_.warn)(text_of(laser, run().scan_topic(number)));
@@ -339,7 +339,7 @@ void BagMapping::tell(const RunFacts& facts) {
                     "the other .tum files but key_scans.tum",
                     out_, steps > 1 ? ", the next in trajectory.2.tum and so on" : ""));
   }
-  if (!map_file_.empty() && 10 * fit_.lost() >= 9 * account.delivered) {
+  if (!map_file_.empty() && fit_.is_mostly_lost()) {
     dialog_.warn(fmt::format(
         "the robot was hardly ever found in {}: is it of this building? --pose says where in it "
         "the recording begins",

@@ -15,6 +15,7 @@ namespace {
 constexpr double kMinMatchedShare = 0.9;
 constexpr double kMaxUnsureShare = 0.05;
 constexpr double kMaxUnsureTime = 30.0;  // s
+constexpr double kMostlyLostShare = 0.9;
 constexpr float kPoorScore = 0.5F;
 constexpr float kPoorEvidence = 1.0F;
 // Both lasers of a robot whose tf is a little off: 60 % of the steps; one alone, and all others: 0.
@@ -65,6 +66,10 @@ void FitRecord::add(const ScanOutcome& outcome) {
   unsure_since_ = is_sure(outcome.state)
                       ? std::nullopt
                       : std::optional<double>(unsure_since_.value_or(outcome.stamp));
+}
+
+bool FitRecord::is_mostly_lost() const {
+  return scans_ > 0 && static_cast<double>(lost_) >= kMostlyLostShare * static_cast<double>(scans_);
 }
 
 std::size_t FitRecord::count_of(MatchStatus status) const {

@@ -21,6 +21,8 @@ class FitRecord {
   /// Scans at which the robot might have been anywhere: those that match do so in a map of their
   /// own.
   [[nodiscard]] std::size_t lost() const { return lost_; }
+  /// At nine tenths of the scans or more.
+  [[nodiscard]] bool is_mostly_lost() const;
 
   /// One text each, for people: that a tenth of the scans or more match nowhere; that for 5 % of
   /// the time, or for half a minute at a stretch, it was not sure where the robot is; that matches

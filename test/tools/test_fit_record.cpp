@@ -74,6 +74,21 @@ TEST(FitRecord, SaysForHowLongItWasNotSure) {
       Texts{"for 3.0 of 10.0 s it was not sure where the robot is, the longest 3.0 s from the "
             "scan of 2.000 s on; scans.csv has the state of each scan"});
   EXPECT_EQ(record.lost(), 30U);
+  EXPECT_FALSE(record.is_mostly_lost());
+}
+
+TEST(FitRecord, CountsTheLostAmongTheScansOfTheMainLaserAlone) {
+  FitRecord record;
+  EXPECT_FALSE(record.is_mostly_lost()) << "of no scan there is nothing to say";
+  for (int k = 0; k < 100; ++k) {
+    ScanOutcome outcome = outcome_of(0.1 * k);
+    outcome.state = k < 9 ? TrackingState::kTracking : TrackingState::kLost;
+    record.add(outcome);
+    outcome.is_of_secondary_laser = true;
+    record.add(outcome);
+  }
+  EXPECT_EQ(record.lost(), 91U);
+  EXPECT_TRUE(record.is_mostly_lost());
 }
 
 TEST(FitRecord, SaysThatThePosesJumpAgainstTheOdometry) {
