@@ -34,7 +34,7 @@ std::set<std::string> scan_topics_of(const BagReader& reader,
     }
   }
   if (topics.empty()) {
-    throw ConfigurationError("the bag has no topic of type " + join(scan_types()));
+    throw no_scans_error(reader);
   }
   return topics;
 }

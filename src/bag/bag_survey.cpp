@@ -365,6 +365,16 @@ std::optional<double> find_no_returns(const BagReader& reader,
   return std::nullopt;
 }
 
+ConfigurationError no_scans_error(const BagReader& reader) {
+  std::vector<std::string> topics;
+  for (const BagTopic& topic : reader.topics()) {
+    topics.push_back(fmt::format("{} ({})", topic.name, topic.type));
+  }
+  return ConfigurationError(
+      fmt::format("the bag has no topic of type {}; it has: {}; record the laser's topic, too",
+                  join(scan_types()), list_of(topics)));
+}
+
 std::vector<std::string> choose_scan_topics(const BagReader& reader,
                                             const std::vector<std::string>& asked) {
   std::vector<std::string> chosen;
@@ -382,7 +392,7 @@ std::vector<std::string> choose_scan_topics(const BagReader& reader,
     candidates = reader.topics_of(*type);
   }
   if (candidates.empty()) {
-    throw ConfigurationError("the bag has no topic of type " + join(scan_types()));
+    throw no_scans_error(reader);
   }
   if (candidates.size() > 1) {
     throw ConfigurationError(

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bag/bag_reader.hpp"
+#include "matchbox_slam/common/options.hpp"
 #include "ros/clock_comparison.hpp"
 
 namespace matchbox_slam {
@@ -46,6 +47,9 @@ struct BagSurvey {
                                                     const std::vector<std::string>& scan_topics,
                                                     const std::function<bool()>& is_interrupted,
                                                     const CloudOptions& cloud);
+
+/// That a bag has no laser scans, and what it has instead.
+[[nodiscard]] ConfigurationError no_scans_error(const BagReader& reader);
 
 /// The topics asked for, or the only one that there is: with laser scans, else with those of
 /// several echoes, else with clouds. Throws ConfigurationError listing the scan topics when there

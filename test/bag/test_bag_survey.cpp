@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
 #include <std_msgs/String.h>
 
@@ -189,6 +190,19 @@ TEST_F(SurveyBag, ChoosesTheOnlyScanTopic) {
   EXPECT_EQ(error_text<ConfigurationError>(
                 [&] { (void)choose_scan_topics(BagReader({path_}), {"/laser"}); }),
             "the bag has no topic '/laser'; topics with laser scans: /scan");
+}
+
+TEST_F(SurveyBag, TellsWhatThereIsWhereNoTopicHasScans) {
+  {
+    rosbag::Bag bag(path_, rosbag::bagmode::Write);
+    bag.write("/chatter", ros::Time(1000.0), std_msgs::String());
+    bag.write("/odom", ros::Time(1000.0), nav_msgs::Odometry());
+  }
+  EXPECT_EQ(
+      error_text<ConfigurationError>([&] { (void)choose_scan_topics(BagReader({path_}), {}); }),
+      "the bag has no topic of type sensor_msgs/LaserScan, sensor_msgs/MultiEchoLaserScan, "
+      "sensor_msgs/PointCloud2; it has: /chatter (std_msgs/String), /odom (nav_msgs/Odometry); "
+      "record the laser's topic, too");
 }
 
 TEST_F(SurveyBag, DoesNotChooseBetweenScanTopics) {
