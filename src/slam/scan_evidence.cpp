@@ -267,13 +267,11 @@ ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base, cons
 double odds_of_elsewhere(const ScanEvidence& evidence) {
   constexpr double kContradictionMean = 1.0;
   constexpr double kAgreementMean = 2.0;
-  if (evidence.telling < kMinTellingShare) {
-    return 0.0;
-  }
+  const double share = std::min(1.0, evidence.telling / kMinTellingShare);
   if (evidence.telling_mean < kContradictionMean) {
-    return 5.0;
+    return 5.0 * share;
   }
-  return evidence.telling_mean < kAgreementMean ? 1.0 : -1.0;
+  return evidence.telling_mean < kAgreementMean ? share : -share;
 }
 
 bool is_badly_explained(const ScanEvidence& evidence) {

@@ -32,11 +32,12 @@ constexpr double kMostOfScan = 6.0;
 /// Log odds, before any scan, against a pose that the motion does not lead to: a guess.
 constexpr double kPriorAgainstJump = 7.0;
 
-/// Share of a scan that has to tell of walls for it to say anything.
+/// Share of a scan that has to tell of walls for it to count whole.
 constexpr double kMinTellingShare = 0.2;
 
-/// Log odds of somewhere unknown against a pose, by one scan; 0 where too little of it tells of
-/// walls. By how often scans at right poses, and of a robot that is carried, say so little.
+/// Log odds of somewhere unknown against a pose, by one scan: in proportion to how much of it tells
+/// of walls, up to kMinTellingShare. By how often scans at right poses, and of a robot that is
+/// carried, say so little.
 [[nodiscard]] double odds_of_elsewhere(const ScanEvidence& evidence);
 
 /// Free-space violation: share of a scan's beams that go through walls, above which a place is

@@ -344,5 +344,19 @@ TEST(ScanEvidence, SpeaksForElsewhereWhereItContradicts) {
   EXPECT_FALSE(is_badly_explained(unknown));
 }
 
+TEST(ScanEvidence, SpeaksOfElsewhereAsFarAsItTellsOfWalls) {
+  ScanEvidence evidence;
+  const auto with = [&evidence](double telling, double mean) {
+    evidence.telling = telling;
+    evidence.telling_mean = mean;
+    return odds_of_elsewhere(evidence);
+  };
+  EXPECT_DOUBLE_EQ(with(0.05, -3.0), 1.25) << "a few beams through walls, as of a carried robot";
+  EXPECT_DOUBLE_EQ(with(0.1, 3.0), -0.5);
+  EXPECT_DOUBLE_EQ(with(0.1, 1.5), 0.5);
+  EXPECT_DOUBLE_EQ(with(0.2, -3.0), 5.0);
+  EXPECT_DOUBLE_EQ(with(0.9, -3.0), 5.0) << "from a fifth on it counts whole";
+}
+
 }  // namespace
 }  // namespace matchbox_slam
