@@ -8,6 +8,7 @@
 
 #include "matchbox_slam/geometry/transform2.hpp"
 #include "matchbox_slam/matching/pose_prior.hpp"
+#include "matchbox_slam/matching/refinement.hpp"
 #include "sensor/take_some.hpp"
 #include "slam/pose_gate.hpp"
 #include "slam/scan_evidence.hpp"
@@ -129,6 +130,11 @@ MatchResult let_go(const MatchResult& match, const MatchProblem& problem) {
   return free;
 }
 
+/// Whether the points that were left out make no difference.
+bool is_held_as(const Pose2& without, const Pose2& with) {
+  return are_near(without, with, 0.01, 0.005);
+}
+
 /// Log density of the prior at a pose, against that of its mean. What earlier matches taught holds
 /// but for the unexpected, for which the wide prior of the search holds.
 double prior_log_odds(const MatchProblem& problem, const Pose2& pose) {
@@ -144,6 +150,21 @@ double prior_log_odds(const MatchProblem& problem, const Pose2& pose) {
 
 }  // namespace
 
+/// Whether what tells leads to the match alone, from there and from where odometry would have it.
+bool CommonGroundMatch::stays_without_the_rest(const MatchResult& match, const MatchResult& free,
+                                               const MatchProblem& problem) {
+  const auto leads_to_match = [&](const Pose2& start) {
+    pairs_.assign(common_.points, problem.field, start);
+    const RefinedPose refined =
+        refine(pairs_, start, {problem.predicted_map_from_base, problem.prior_covariance},
+               RefinementOptions{});
+    return is_held_as(refined.map_from_base, match.map_from_base);
+  };
+  return leads_to_match(match.map_from_base) &&
+         (is_held_as(free.map_from_base, match.map_from_base) ||
+          leads_to_match(free.map_from_base));
+}
+
 MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProblem& problem,
                                      const SlamMap& map) {
   MatchResult first = matcher.match(problem);
@@ -156,6 +177,9 @@ MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProb
     return first;
   }
   keep_what_tells(problem.scan, comparison, common_);
+  if (stays_without_the_rest(first, free, problem)) {
+    return first;
+  }
   const MatchProblem common{common_,
                             problem.predicted_map_from_base,
                             problem.prior_covariance,
@@ -167,7 +191,7 @@ MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProb
   if (!second.accepted()) {
     second = free;  // the rest tells nothing
   }
-  if (are_near(second.map_from_base, first.map_from_base, 0.01, 0.005)) {
+  if (is_held_as(second.map_from_base, first.map_from_base)) {
     return first;  // which all points have told
   }
   const double for_first = evidence_of(common_, first.map_from_base, map).log_odds -
