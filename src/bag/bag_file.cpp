@@ -168,7 +168,7 @@ BagFile::BagFile(std::string path) : path_(std::move(path)), number_(next_bag_nu
 
 void BagFile::read_all(BagRecordReader& records) {
   const BagRecord header = records.read(kVersionLine, BagOperation::kBagHeader);
-  std::uint64_t next = header.fields.number<std::uint64_t>("index_pos");
+  auto next = header.fields.number<std::uint64_t>("index_pos");
   if (next == 0) {
     throw BagError(fmt::format("bag '{}' has no index, as its recording did not end properly{}",
                                path_, repair(path_)));
