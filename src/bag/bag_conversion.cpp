@@ -34,7 +34,7 @@ std::set<std::string> scan_topics_of(const BagReader& reader,
     }
   }
   if (topics.empty()) {
-    throw no_scans_error(reader);
+    throw ConfigurationError(text_of_no_scans(reader));
   }
   return topics;
 }

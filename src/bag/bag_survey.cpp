@@ -365,14 +365,13 @@ std::optional<double> find_no_returns(const BagReader& reader,
   return std::nullopt;
 }
 
-ConfigurationError no_scans_error(const BagReader& reader) {
+std::string text_of_no_scans(const BagReader& reader) {
   std::vector<std::string> topics;
   for (const BagTopic& topic : reader.topics()) {
     topics.push_back(fmt::format("{} ({})", topic.name, topic.type));
   }
-  return ConfigurationError(
-      fmt::format("the bag has no topic of type {}; it has: {}; record the laser's topic, too",
-                  join(scan_types()), list_of(topics)));
+  return fmt::format("the bag has no topic of type {}; it has: {}; record the laser's topic, too",
+                     join(scan_types()), list_of(topics));
 }
 
 std::vector<std::string> choose_scan_topics(const BagReader& reader,
@@ -392,7 +391,7 @@ std::vector<std::string> choose_scan_topics(const BagReader& reader,
     candidates = reader.topics_of(*type);
   }
   if (candidates.empty()) {
-    throw no_scans_error(reader);
+    throw ConfigurationError(text_of_no_scans(reader));
   }
   if (candidates.size() > 1) {
     throw ConfigurationError(

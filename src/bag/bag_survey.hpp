@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "bag/bag_reader.hpp"
-#include "matchbox_slam/common/options.hpp"
 #include "ros/clock_comparison.hpp"
 
 namespace matchbox_slam {
@@ -48,8 +47,8 @@ struct BagSurvey {
                                                     const std::function<bool()>& is_interrupted,
                                                     const CloudOptions& cloud);
 
-/// That a bag has no laser scans, and what it has instead.
-[[nodiscard]] ConfigurationError no_scans_error(const BagReader& reader);
+/// That a bag has no laser scans, and what it has instead, for people.
+[[nodiscard]] std::string text_of_no_scans(const BagReader& reader);
 
 /// The topics asked for, or the only one that there is: with laser scans, else with those of
 /// several echoes, else with clouds. Throws ConfigurationError listing the scan topics when there

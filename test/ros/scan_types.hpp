@@ -83,7 +83,7 @@ inline sensor_msgs::PointCloud2 make_cloud(const std_msgs::Header& header,
 inline sensor_msgs::PointCloud2 to_cloud(const sensor_msgs::LaserScan& scan) {
   std::vector<CloudPoint> points;
   for (std::size_t k = 0; k < scan.ranges.size(); ++k) {
-    const double range = static_cast<double>(scan.ranges[k]);
+    const auto range = static_cast<double>(scan.ranges[k]);
     if (!(range >= static_cast<double>(scan.range_min) &&
           range < static_cast<double>(scan.range_max))) {
       points.push_back({NAN, NAN, NAN, 3});
