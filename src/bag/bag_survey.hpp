@@ -52,7 +52,8 @@ struct BagSurvey {
 
 /// The topics asked for, or the only one that there is: with laser scans, else with those of
 /// several echoes, else with clouds. Throws ConfigurationError listing the scan topics when there
-/// is more than one to choose from, none, or when one asked for carries something else.
+/// is more than one to choose from, or when one asked for carries something else, and all topics
+/// when there is none.
 [[nodiscard]] std::vector<std::string> choose_scan_topics(const BagReader& reader,
                                                           const std::vector<std::string>& asked);
 

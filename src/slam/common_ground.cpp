@@ -130,10 +130,7 @@ MatchResult let_go(const MatchResult& match, const MatchProblem& problem) {
   return free;
 }
 
-/// Whether the points that were left out make no difference.
-bool is_held_as(const Pose2& without, const Pose2& with) {
-  return are_near(without, with, 0.01, 0.005);
-}
+bool is_same_match(const Pose2& a, const Pose2& b) { return are_near(a, b, 0.01, 0.005); }
 
 /// Log density of the prior at a pose, against that of its mean. What earlier matches taught holds
 /// but for the unexpected, for which the wide prior of the search holds.
@@ -150,7 +147,8 @@ double prior_log_odds(const MatchProblem& problem, const Pose2& pose) {
 
 }  // namespace
 
-/// Whether what tells leads to the match alone, from there and from where odometry would have it.
+/// Whether what tells leads to the match, from there and from where it is let go. Whatever the
+/// matcher's own options are: a refinement that ends elsewhere costs a second match, and no more.
 bool CommonGroundMatch::stays_without_the_rest(const MatchResult& match, const MatchResult& free,
                                                const MatchProblem& problem) {
   const auto leads_to_match = [&](const Pose2& start) {
@@ -158,10 +156,10 @@ bool CommonGroundMatch::stays_without_the_rest(const MatchResult& match, const M
     const RefinedPose refined =
         refine(pairs_, start, {problem.predicted_map_from_base, problem.prior_covariance},
                RefinementOptions{});
-    return is_held_as(refined.map_from_base, match.map_from_base);
+    return is_same_match(refined.map_from_base, match.map_from_base);
   };
   return leads_to_match(match.map_from_base) &&
-         (is_held_as(free.map_from_base, match.map_from_base) ||
+         (is_same_match(free.map_from_base, match.map_from_base) ||
           leads_to_match(free.map_from_base));
 }
 
@@ -191,7 +189,7 @@ MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProb
   if (!second.accepted()) {
     second = free;  // the rest tells nothing
   }
-  if (is_held_as(second.map_from_base, first.map_from_base)) {
+  if (is_same_match(second.map_from_base, first.map_from_base)) {
     return first;  // which all points have told
   }
   const double for_first = evidence_of(common_, first.map_from_base, map).log_odds -

@@ -299,7 +299,8 @@ std::optional<PlaceHypothesis> weighed(const PlaceHypothesis* before, const Expl
   place.log_odds += says;
   place.behind += std::clamp(explained.best - here.evidence.log_odds, 0.0, kMostOfScan);
   const bool is_refuted = says < -1.0 && place.log_odds < -lost.options.hypotheses.decisive;
-  const bool is_agreed_with = odds_of_elsewhere(here.evidence) < 0.0;
+  const bool is_agreed_with =
+      here.evidence.telling >= kMinTellingShare && odds_of_elsewhere(here.evidence) < 0.0;
   if (before != nullptr ? is_refuted : !is_agreed_with) {
     return std::nullopt;
   }

@@ -32,7 +32,7 @@ constexpr double kMostOfScan = 6.0;
 /// Log odds, before any scan, against a pose that the motion does not lead to: a guess.
 constexpr double kPriorAgainstJump = 7.0;
 
-/// Share of a scan that has to tell of walls for it to count whole.
+/// Share of a scan that has to tell of walls for it to count whole; of a loop, to count at all.
 constexpr double kMinTellingShare = 0.2;
 
 /// Log odds of somewhere unknown against a pose, by one scan: in proportion to how much of it tells
