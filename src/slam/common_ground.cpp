@@ -8,7 +8,6 @@
 
 #include "matchbox_slam/geometry/transform2.hpp"
 #include "matchbox_slam/matching/pose_prior.hpp"
-#include "matchbox_slam/matching/refinement.hpp"
 #include "sensor/take_some.hpp"
 #include "slam/pose_gate.hpp"
 #include "slam/scan_evidence.hpp"
@@ -130,8 +129,6 @@ MatchResult let_go(const MatchResult& match, const MatchProblem& problem) {
   return free;
 }
 
-bool is_same_match(const Pose2& a, const Pose2& b) { return are_near(a, b, 0.01, 0.005); }
-
 /// Log density of the prior at a pose, against that of its mean. What earlier matches taught holds
 /// but for the unexpected, for which the wide prior of the search holds.
 double prior_log_odds(const MatchProblem& problem, const Pose2& pose) {
@@ -147,22 +144,6 @@ double prior_log_odds(const MatchProblem& problem, const Pose2& pose) {
 
 }  // namespace
 
-/// Whether what tells leads to the match, from there and from where it is let go. Whatever the
-/// matcher's own options are: a refinement that ends elsewhere costs a second match, and no more.
-bool CommonGroundMatch::stays_without_the_rest(const MatchResult& match, const MatchResult& free,
-                                               const MatchProblem& problem) {
-  const auto leads_to_match = [&](const Pose2& start) {
-    pairs_.assign(common_.points, problem.field, start);
-    const RefinedPose refined =
-        refine(pairs_, start, {problem.predicted_map_from_base, problem.prior_covariance},
-               RefinementOptions{});
-    return is_same_match(refined.map_from_base, match.map_from_base);
-  };
-  return leads_to_match(match.map_from_base) &&
-         (is_same_match(free.map_from_base, match.map_from_base) ||
-          leads_to_match(free.map_from_base));
-}
-
 MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProblem& problem,
                                      const SlamMap& map) {
   MatchResult first = matcher.match(problem);
@@ -175,9 +156,6 @@ MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProb
     return first;
   }
   keep_what_tells(problem.scan, comparison, common_);
-  if (stays_without_the_rest(first, free, problem)) {
-    return first;
-  }
   const MatchProblem common{common_,
                             problem.predicted_map_from_base,
                             problem.prior_covariance,
@@ -189,7 +167,7 @@ MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProb
   if (!second.accepted()) {
     second = free;  // the rest tells nothing
   }
-  if (is_same_match(second.map_from_base, first.map_from_base)) {
+  if (are_near(second.map_from_base, first.map_from_base, 0.01, 0.005)) {
     return first;  // which all points have told
   }
   const double for_first = evidence_of(common_, first.map_from_base, map).log_odds -

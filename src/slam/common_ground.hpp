@@ -1,7 +1,6 @@
 #pragma once
 
 #include "matchbox_slam/map/scan_inserter.hpp"
-#include "matchbox_slam/matching/correspondences.hpp"
 #include "matchbox_slam/matching/scan_matcher.hpp"
 
 namespace matchbox_slam {
@@ -10,9 +9,8 @@ namespace matchbox_slam {
 /// walls: at the border of what is mapped that is one further back than the robot is, since what it
 /// sees anew lies on none. Between two poses a point tells only where both have it on known ground.
 /// So where a match has points on known ground that lie on none by odometry, along the way between
-/// both or on the other side of a wall, the others have to lead to the same answer, from there and
-/// from where odometry has it. Else the scan is matched once more without those points, and the
-/// first answer stands only where the others speak for it, too.
+/// both or on the other side of a wall, the scan is matched once more without them, and the first
+/// answer stands only where the others speak for it, too.
 class CommonGroundMatch {
  public:
   /// @param map  the one that the problem's field is of.
@@ -20,11 +18,7 @@ class CommonGroundMatch {
                                   const SlamMap& map);
 
  private:
-  [[nodiscard]] bool stays_without_the_rest(const MatchResult& match, const MatchResult& free,
-                                            const MatchProblem& problem);
-
   PointScan common_;
-  Correspondences pairs_;
 };
 
 }  // namespace matchbox_slam
