@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Takes pictures of rviz with its panel in each state, of simulated drives, on a screen of its own.
 
-Build and source the workspace, build the program that looks (`cd .workspace && catkin_make panel_pictures`),
+Build and source the workspace, build the program that looks (`ninja -C .workspace/build panel_pictures`),
 have Xvfb installed (package xvfb), then:
 
     benchmark/panel_pictures.py --out DIR [--only NAME]...

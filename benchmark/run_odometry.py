@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs laser odometry with every matcher over bags and writes a report of its drift.
 
-Build what it runs (`catkin_make scan_odometry_bag`, besides the package), source the workspace, then:
+Build what it runs (`ninja -C .workspace/build scan_odometry_bag`, besides the package), source the workspace, then:
 
     benchmark/run_odometry.py [--out DIR] [--data DIR] [--matcher NAME]...
 

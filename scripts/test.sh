@@ -30,11 +30,17 @@ if [[ -z ${MATCHBOX_DATA:-} && -d $clone/../shared/data ]]; then
 fi
 
 results=$workspace/build/test_results
-# By make, as catkin_make may configure anew, and two at once trip over each other. It succeeds also when tests that
-# it runs fail: the results tell.
-make_tests=(make -C "$workspace/build")
+# run_tests PRIORITY OPTION...: those of the built tests that CTest's options choose. Fails only when they could not
+# be run: of what failed their results tell.
+run_tests() {
+  local state=0
+  (cd "$workspace/build" && nice -n "$1" ctest --no-tests=error --timeout 3600 --output-on-failure "${@:2}") </dev/null ||
+    state=$?
+  ((state == 0 || state == 8))
+}
+
 # What waits for nobody lets the nodes go first, which run beside it.
-with_low_priority=(nice -n 10)
+low=10
 
 rm -rf "$results"
 prepare_workspace all programs_of_node_tests
@@ -48,18 +54,17 @@ fi
 # mostly waits.
 nodes_log=$workspace/build/node_tests.log
 set -m  # in a group of its own, which ends when this script does; rostest ends its nodes
-"${make_tests[@]}" -j1 run_tests_matchbox_slam_rostest </dev/null &>"$nodes_log" &
+run_tests 0 -R _rostest_ &>"$nodes_log" &
 nodes=$!
 set +m
 trap 'kill -- -"$nodes" 2>/dev/null || true; wait "$nodes" || true' EXIT
 say "Building the other tests"
-"${with_low_priority[@]}" "${make_tests[@]}" -j"$(job_count)" tests </dev/null
+nice -n "$low" ninja -C "$workspace/build" -j"$(job_count)" tests </dev/null
 say "Running the tests"
-"${with_low_priority[@]}" "${make_tests[@]}" -j"$(job_count)" run_tests_without_nodes </dev/null
+run_tests "$low" -E _rostest_ -j"$(job_count)"
 ran=0
 wait "$nodes" || ran=$?
 trap - EXIT
 cat "$nodes_log"
-((ran == 0)) || fail "the tests of nodes could not be run: make returned $ran"
-"${make_tests[@]}" -j1 run_tests_example_matcher </dev/null
+((ran == 0)) || fail "the tests of nodes could not be run: see above"
 /usr/bin/python3 "$clone/scripts/count_tests.py" "$results"

@@ -102,9 +102,9 @@ list_dependencies() {
     "$clone"/scripts/{list_packages.py,rosdep.yaml,workspace.sh} -newer "$list") ]]; then
     install_missing "${reader[@]}" >&2
     mkdir -p "$workspace"
-    # Besides what reads package.xml, what that does not name by custom: a compiler and make.
+    # Besides what reads package.xml, what that does not name by custom: a compiler and what calls it.
     {
-      printf '%s\n' "${reader[@]}" build-essential cmake
+      printf '%s\n' "${reader[@]}" build-essential cmake ninja-build
       /usr/bin/python3 "$clone/scripts/list_packages.py" "$system" "$kind" \
         "$clone/package.xml" "$clone/doc/example_matcher/package.xml"
     } >"$list.new" || return  # in a substitution bash goes on by itself
@@ -157,8 +157,16 @@ build() {
     fail "catkin cannot build below a folder with a space in its name: $clone"
   fi
   link_packages
-  command -v catkin_make >/dev/null || fail "catkin_make is not installed"
-  catkin_make --directory "$workspace" -j"$(job_count)" -DCMAKE_BUILD_TYPE=Release \
+  local program
+  for program in catkin_make ninja; do
+    command -v "$program" >/dev/null || fail "$program is not installed"
+  done
+  # What make had built ninja cannot go on with.
+  if [[ -f $workspace/build/Makefile ]]; then
+    rm -r "$workspace/build"
+  fi
+  # By ninja, as make compiles nothing of a library before all that it is linked with is there.
+  catkin_make --use-ninja --directory "$workspace" -j"$(job_count)" -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DPYTHON_EXECUTABLE=/usr/bin/python3 "${options[@]}" \
     --make-args "$@"
 }
@@ -177,7 +185,7 @@ install_while_building() {
   [[ -n $missing ]] || return 0
   say "Building the programs in $workspace, while more packages are installed"
   # Configured before, as half of a package would mislead it.
-  build -DCATKIN_ENABLE_TESTING=OFF cmake_check_build_system
+  build -DCATKIN_ENABLE_TESTING=OFF build.ninja
   as_root true  # asks for a password while nobody else writes
   # shellcheck disable=SC2086  # one word each
   install_missing $missing &
