@@ -161,8 +161,9 @@ build() {
   for program in catkin_make ninja; do
     command -v "$program" >/dev/null || fail "$program is not installed"
   done
-  # What make had built ninja cannot go on with.
-  if [[ -f $workspace/build/Makefile ]]; then
+  # What was configured for make ninja cannot go on with.
+  local cache=$workspace/build/CMakeCache.txt
+  if [[ -f $cache ]] && ! grep -q '^CMAKE_GENERATOR:INTERNAL=Ninja$' "$cache"; then
     rm -r "$workspace/build"
   fi
   # By ninja, as make compiles nothing of a library before all that it is linked with is there.

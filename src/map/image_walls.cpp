@@ -96,7 +96,8 @@ std::vector<Eigen::Vector2d> ImageWalls::touching_around(const Cell& pixel) cons
     const int x = near.x - pixel.x + kNeighbourhood;
     const int y = near.y - pixel.y + kNeighbourhood;
     return x >= 0 && x < kSide && y >= 0 && y < kSide && state(near) == CellState::kOccupied &&
-           !std::exchange(is_taken[static_cast<std::size_t>(y * kSide + x)], true);
+           !std::exchange(
+               is_taken[static_cast<std::size_t>(y) * kSide + static_cast<std::size_t>(x)], true);
   };
   std::vector<Cell> touching;
   if (take(pixel)) {

@@ -123,7 +123,8 @@ class ReflectionGrid::Tally : public ScanTiles<std::uint16_t> {
  public:
   /// Counted beside those that pass, where a row has room.
   void end_in(const Cell& cell) {
-    ++touch(tile_of(cell))[static_cast<std::size_t>(position_in_tile(cell) + kTileSize)];
+    const auto position = static_cast<std::size_t>(position_in_tile(cell));
+    ++touch(tile_of(cell))[position + kTileSize];
   }
 
   /// The cells of a segment, without its last one: Bresenham's walk in integers, which steps along
