@@ -57,8 +57,8 @@ case ${1:-} in
     ;;
   -*) refuse "$1: the bag comes first: demo.sh [BAG [map_bag options]]" ;;
 esac
-if (($# > 0)) && [[ ! -f $1 ]]; then
-  refuse "$1: there is no such file"
+if (($# > 0)) && [[ ! -e $1 ]]; then
+  refuse "$1: there is no such file or folder"
 fi
 prepare_workspace programs
 if (($# > 0)); then

@@ -146,6 +146,8 @@ link_packages() {
   ln -sfn "$clone/doc/example_matcher" "$workspace/src/example_matcher"
 }
 
+has_tests() { grep -qs '^CATKIN_ENABLE_TESTING:BOOL=ON$' "$workspace/build/CMakeCache.txt"; }
+
 # build [-DOPTION]... TARGET...
 build() {
   local options=()
@@ -172,9 +174,10 @@ build() {
     --make-args "$@"
 }
 
-# The programs that map and evaluate simulated and recorded bags: no nodes, no tests.
+# The programs that map and evaluate simulated and recorded bags: no nodes, no tests. Where tests were configured they
+# stay so.
 build_programs() {
-  build -DCATKIN_ENABLE_TESTING=OFF evaluate map_bag matchbox_slam_plugins simulate
+  build "-DCATKIN_ENABLE_TESTING=$(has_tests && echo ON || echo OFF)" evaluate map_bag matchbox_slam_plugins simulate
 }
 
 # Installs what nodes and tests need, where it is missing, while the programs are built.
