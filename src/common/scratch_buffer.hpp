@@ -33,7 +33,7 @@ class ScratchBuffer {
   [[nodiscard]] const T* data() const { return elements_.get(); }
 
  private:
-  std::unique_ptr<T[]> elements_;
+  std::unique_ptr<T[]> elements_;  // NOLINT(modernize-avoid-c-arrays): as many as it takes
   std::size_t capacity_ = 0;
 };
 

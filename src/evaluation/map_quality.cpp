@@ -94,12 +94,13 @@ double ideal_corner_response() {
 /// The pixels that no other within the corner distance excels. Unlike in a search from the highest
 /// response down, it does not matter which of several equal ones comes first.
 cv::Mat1b distinct_pixels(const cv::Mat1f& response) {
-  static const double ideal = ideal_corner_response();
+  static const double kIdeal = ideal_corner_response();
   cv::Mat1w steps;  // saturates far above an ideal corner
-  response.convertTo(steps, CV_16U, kResponseSteps / ideal);
+  response.convertTo(steps, CV_16U, kResponseSteps / kIdeal);
   cv::Mat1w highest_around;
   constexpr int kWidth = 2 * kCornerDistance + 1;
   cv::dilate(steps, highest_around, cv::getStructuringElement(cv::MORPH_RECT, {kWidth, kWidth}));
+  // Its constructor is explicit. NOLINTNEXTLINE(modernize-return-braced-init-list)
   return cv::Mat1b((steps == highest_around) & (steps > kCornerThreshold * kResponseSteps));
 }
 

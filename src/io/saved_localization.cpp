@@ -98,7 +98,7 @@ template <typename Archive, typename State>
 void transfer_hypotheses(Archive& archive, State& state) {
   constexpr std::size_t kMostOthers = 100;
   for (auto& range : state.profile) {
-    double metres = static_cast<double>(range);
+    auto metres = static_cast<double>(range);
     archive.number(metres);
     if constexpr (Archive::kReads) {
       range = static_cast<float>(metres);

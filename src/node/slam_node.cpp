@@ -25,7 +25,7 @@ constexpr std::size_t kRecentScans = 200;
 
 LiveConfiguration read_configuration(const ros::NodeHandle& private_node,
                                      const MatcherLoader& loader) {
-  const LiveConfiguration configuration =
+  LiveConfiguration configuration =
       from_ros_parameters(private_node, [&](const Parameters& parameters) {
         LiveConfiguration read(parameters, loader);
         check_frames(read.setup().run);

@@ -106,7 +106,7 @@ bool SlamNode::answer_save_map(std_srvs::Trigger::Request& /*request*/,
   return answer(response, [&] {
     require_used_scan();
     finish_loops();
-    const std::string saved = save_map_files();
+    std::string saved = save_map_files();
     if (autosave_) {
       autosave_->postpone();
     }

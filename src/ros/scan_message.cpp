@@ -9,11 +9,11 @@
 namespace matchbox_slam {
 
 const std::vector<std::string>& scan_types() {
-  static const std::vector<std::string> types = {
+  static const std::vector<std::string> kTypes = {
       ros::message_traits::datatype<sensor_msgs::LaserScan>(),
       ros::message_traits::datatype<sensor_msgs::MultiEchoLaserScan>(),
       ros::message_traits::datatype<sensor_msgs::PointCloud2>()};
-  return types;
+  return kTypes;
 }
 
 bool is_scan_type(const std::string& type) {

@@ -58,7 +58,7 @@ std::string text_of(const TimeJump& jump, std::size_t scans_before) {
 
 ScanQueue::ScanQueue(ScanQueueSettings settings)
     : settings_(std::move(settings)),
-      transforms_(settings_),
+      transforms_(static_cast<const RobotFrames&>(settings_)),
       stamps_(settings_.lasers),
       sweep_times_(settings_.timing.sweep_time, settings_.projection,
                    settings_.odom_frame && *settings_.odom_frame != kImuHeadingFrame) {}

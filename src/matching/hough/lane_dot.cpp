@@ -13,7 +13,7 @@ constexpr std::size_t kDotLanes = 16;
 
 MATCHBOX_SIMD_CLONES void add_products(const float* __restrict__ a, const float* __restrict__ b,
                                        std::size_t count, float* __restrict__ lanes) {
-  float sums[kDotLanes] = {};
+  float sums[kDotLanes] = {};  // NOLINT(modernize-avoid-c-arrays): kept in registers
   for (std::size_t i = 0; i < count; i += kDotLanes) {
     for (std::size_t k = 0; k < kDotLanes; ++k) {
       sums[k] += a[i + k] * b[i + k];

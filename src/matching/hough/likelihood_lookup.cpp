@@ -61,7 +61,9 @@ LikelihoodLookup::LikelihoodLookup(const LikelihoodField& field) : geometry_(fie
     for (int column = 0; column < columns_; ++column) {
       const auto* tile = field.tiles().find({first_tile_.x + column, first_tile_.y + row});
       if (tile != nullptr) {
-        tiles_[static_cast<std::size_t>(row * columns_ + column)] = tile->likelihood.data();
+        const std::size_t first =
+            static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_);
+        tiles_[first + static_cast<std::size_t>(column)] = tile->likelihood.data();
       }
     }
   }

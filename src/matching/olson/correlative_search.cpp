@@ -19,7 +19,7 @@ namespace {
 constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::min();
 
 constexpr int kChildrenPerAxis = 4;  // blocks of a level in one of the next coarser one
-constexpr auto kChildren = static_cast<std::size_t>(kChildrenPerAxis * kChildrenPerAxis);
+constexpr auto kChildren = std::size_t{kChildrenPerAxis} * kChildrenPerAxis;
 using BlockSums = std::array<std::uint32_t, kChildren>;
 
 /// What is searched as one: a group of rotations with a block of translations, both of one level,
@@ -130,6 +130,9 @@ class LatticeSearch {
   void add_blocks(const Node& blocks, const BlockSums& sums);
   void add(const Node& node);
   void search(const Node& node);
+  [[nodiscard]] std::size_t root_size() const {
+    return static_cast<std::size_t>(root_columns_) * static_cast<std::size_t>(root_rows_);
+  }
   const std::uint32_t* sum_root(int group);
   [[nodiscard]] std::int64_t bound_of(const Node& block, std::int64_t most) const;
   [[nodiscard]] bool is_excluded(const Node& node) const;
@@ -192,15 +195,15 @@ LatticeSearch::LatticeSearch(const std::vector<SearchPoint>& points, const Likel
 
 /// Makes the sums of the coarsest blocks at a group of rotations, row by row.
 const std::uint32_t* LatticeSearch::sum_root(int group) {
-  const auto size = static_cast<std::size_t>(root_columns_ * root_rows_);
+  const std::size_t size = root_size();
   const std::size_t first = keeps_root_sums_ ? size * static_cast<std::size_t>(group) : 0;
   std::uint32_t* sums = memory_.sums.data() + first;
   const PointWindows windows =
       tables_.bounds(blocks_.top(), group, roots_across_.first, roots_across_.first);
   sum_windows(windows, root_rows_, root_columns_, sums);
   result_.look_ups += windows.count * size / kChildren;
-  const int count = roots_across_.count();
-  result_.bounded += static_cast<std::size_t>(count * count);
+  const auto count = static_cast<std::size_t>(roots_across_.count());
+  result_.bounded += count * count;
   return sums;
 }
 
@@ -209,7 +212,7 @@ const std::uint32_t* LatticeSearch::sum_root(int group) {
 void LatticeSearch::bound_roots() {
   const int last = blocks_.last_group(blocks_.top());
   const int center = blocks_.group_of(blocks_.top(), 0);
-  const auto size = static_cast<std::size_t>(root_columns_ * root_rows_);
+  const std::size_t size = root_size();
   const auto groups = static_cast<std::size_t>(last + 1);
   keeps_root_sums_ = size * groups <= memory_.limits.sums;
   memory_.sums.resize(keeps_root_sums_ ? size * groups : size);
@@ -367,7 +370,7 @@ void LatticeSearch::sum_within(const Node& node, Visitor&& visit) {
 
 template <typename Visitor>
 void LatticeSearch::sum_within_root(int group, Visitor&& visit) {
-  const auto size = static_cast<std::size_t>(root_columns_ * root_rows_);
+  const std::size_t size = root_size();
   const std::uint32_t* from = keeps_root_sums_
                                   ? memory_.sums.data() + size * static_cast<std::size_t>(group)
                                   : sum_root(group);

@@ -93,7 +93,7 @@ void FieldWindow::read(const LikelihoodField& field, const Values& values) {
       const std::uint8_t* from =
           tile == nullptr ? nullptr : tile->likelihood.data() + Tiles::index_in_tile(cell);
       std::uint8_t* to = row(band * NeededCells::kRows) + (x - corner.x);
-      for (int i = 0; i < NeededCells::kRows; ++i, to += layout_.pitch) {
+      for (std::ptrdiff_t i = 0; i < NeededCells::kRows; ++i, to += layout_.pitch) {
         if (tile == nullptr) {
           std::fill_n(to, count, std::uint8_t{0});
         } else if (is_copy) {
@@ -195,7 +195,7 @@ void NeededCells::include(const CellBox& cells) {
   newest_ = parts;
   for (std::int32_t band = first_band; band < last_band; ++band) {
     for (std::int32_t i = first; i < last; ++i) {
-      is_needed_[static_cast<std::size_t>(band * across_ + i)] = 1;
+      is_needed_[start_of(band) + static_cast<std::size_t>(i)] = 1;
     }
   }
 }

@@ -55,7 +55,7 @@ class NeededCells {
   template <typename Visitor>
   void visit(Visitor&& visit) const {
     for (std::int32_t band = 0; band < bands_; ++band) {
-      const std::uint8_t* needed = &is_needed_[static_cast<std::size_t>(band * across_)];
+      const std::uint8_t* needed = &is_needed_[start_of(band)];
       for (std::int32_t i = 0; i < across_; ++i) {
         const std::int32_t first = i;
         while (i < across_ && needed[i] != 0) {
@@ -69,6 +69,11 @@ class NeededCells {
   }
 
  private:
+  /// Of a band, in is_needed_.
+  [[nodiscard]] std::size_t start_of(std::int32_t band) const {
+    return static_cast<std::size_t>(band) * static_cast<std::size_t>(across_);
+  }
+
   std::int32_t columns_ = 0;
   std::int32_t across_ = 0;
   std::int32_t bands_ = 0;

@@ -34,7 +34,8 @@ Eigen::Matrix3d volume_covariance(const LocalPosterior& posterior,
   std::vector<Eigen::Vector3d>& steps = memory.steps;
   steps.clear();
   for (int i = 0; i < kSide * kSide * kSide / 2; ++i) {
-    const Eigen::Vector3d at(i % kSide, i / kSide % kSide, i / (kSide * kSide));
+    const int layer = i / (kSide * kSide);
+    const Eigen::Vector3d at(i % kSide, i / kSide % kSide, layer);
     steps.emplace_back(spread * (kSpacing * (at.array() - kSide / 2).matrix()));
   }
   Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
