@@ -34,10 +34,10 @@ std::set<std::string> operator+(std::set<std::string> a, const std::set<std::str
 }
 
 const std::map<std::string, Module>& modules() {
-  static const std::set<std::string> files = kCore + std::set<std::string>{"evaluation", "io"};
-  static const std::set<std::string> run = files + std::set<std::string>{"odometry", "merging"};
-  static const std::set<std::string> ros = run + std::set<std::string>{"run", "ros"};
-  static const std::map<std::string, Module> all = {
+  static const std::set<std::string> kFiles = kCore + std::set<std::string>{"evaluation", "io"};
+  static const std::set<std::string> kRun = kFiles + std::set<std::string>{"odometry", "merging"};
+  static const std::set<std::string> kRos = kRun + std::set<std::string>{"run", "ros"};
+  static const std::map<std::string, Module> kAll = {
       {"geometry", {{}, {"Eigen"}}},
       {"common", {{"geometry"}, {"Eigen"}}},
       {"sensor", {{"geometry", "common"}, {"Eigen"}}},
@@ -54,14 +54,14 @@ const std::map<std::string, Module>& modules() {
       {"simulation", {{"geometry", "common", "sensor"}, {"Eigen"}}},
       {"evaluation", {kCore, {"Eigen", "opencv2"}}},
       {"io", {kCore + std::set<std::string>{"evaluation"}, {"Eigen", "fmt", "yaml-cpp", "sys"}}},
-      {"run", {run, {"Eigen", "fmt", "sys"}}},
-      {"ros", {run + std::set<std::string>{"run"}, {}, true}},
-      {"bag", {ros + std::set<std::string>{"simulation"}, {}, true}},
-      {"node", {ros, {}, true}},
+      {"run", {kRun, {"Eigen", "fmt", "sys"}}},
+      {"ros", {kRun + std::set<std::string>{"run"}, {}, true}},
+      {"bag", {kRos + std::set<std::string>{"simulation"}, {}, true}},
+      {"node", {kRos, {}, true}},
       {"rviz", {{"geometry", "common"}, {}, true}},
-      {"tools", {ros + std::set<std::string>{"simulation", "bag"}, {}, true}},
+      {"tools", {kRos + std::set<std::string>{"simulation", "bag"}, {}, true}},
   };
-  return all;
+  return kAll;
 }
 
 /// Of a header, the module that its name begins with; none: it is no header of this package.

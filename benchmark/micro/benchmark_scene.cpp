@@ -15,8 +15,8 @@ constexpr double kTime = 30.0;  ///< [s] since the start of the route
 }  // namespace
 
 const World& benchmark_world() {
-  static const World world = make_rooms_world(kSeed);
-  return world;
+  static const World kWorld = make_rooms_world(kSeed);
+  return kWorld;
 }
 
 LaserOptions laser_of(int beams) {

@@ -126,7 +126,7 @@ std::int64_t naive(const MatchScene& scene, const Search& search) {
           const int shift = 4 * lattice.half_xy;
           const int cell_x = turned.cells[i].x + (turned.steps[i].x + x + n * shift) / n - shift;
           const int cell_y = turned.cells[i].y + (turned.steps[i].y + y + n * shift) / n - shift;
-          sum += search.points[i].weight *
+          sum += std::int64_t{search.points[i].weight} *
                  table.data()[(cell_y - table.layout().corner.y) * table.pitch() + cell_x -
                               table.layout().corner.x];
         }

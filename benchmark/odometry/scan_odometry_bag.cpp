@@ -95,7 +95,7 @@ void run(const Request& request, const RunDialog& dialog) {
   require_writable_folder(request.out);
   BagScans scans(request.recording, dialog);
   const Parameters frames = frame_parameters(request.recording);
-  RunOptions options = read_options<RunOptions>(frames, "");
+  auto options = read_options<RunOptions>(frames, "");
   options.scan_time_offset = to_string(setup.node.scan_time_offset);
   options = scans.prepare(frames, options);
 

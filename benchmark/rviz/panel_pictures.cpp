@@ -80,7 +80,7 @@ class Photographer {
     return frame_.findChild<QLabel*>(label)->text().toStdString();
   }
 
-  bool shows(const std::string& part, const std::string& words) const {
+  [[nodiscard]] bool shows(const std::string& part, const std::string& words) const {
     if (part == "places") {
       return frame_.findChild<QListWidget*>("places")->count() > 0;
     }

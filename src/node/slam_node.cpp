@@ -431,4 +431,11 @@ void SlamNode::save_records() {
   files.finish();
 }
 
+std::vector<OptionDescription> describe_node_options() {
+  std::vector<OptionDescription> options = describe_options(RunOptions{});
+  const std::vector<OptionDescription> own = describe_options(SlamNodeOptions{});
+  options.insert(options.end(), own.begin(), own.end());
+  return options;
+}
+
 }  // namespace matchbox_slam

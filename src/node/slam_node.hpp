@@ -36,6 +36,9 @@
 
 namespace matchbox_slam {
 
+/// Of a run and of the node, for help and for what is no option.
+[[nodiscard]] std::vector<OptionDescription> describe_node_options();
+
 /// The SLAM node: messages in, the same queue and run as in map_bag, messages out. Callbacks only
 /// fill the queue; the worker's thread does the mapping, another publishes maps. What changes the
 /// mapping goes through the queue too, as an event. Two more threads answer services: one those

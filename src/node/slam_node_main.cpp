@@ -5,11 +5,8 @@
 
 int main(int argc, char** argv) {
   using namespace matchbox_slam;
-  std::vector<OptionDescription> options = describe_options(RunOptions());
-  for (const OptionDescription& option : describe_options(SlamNodeOptions{})) {
-    options.push_back(option);
-  }
-  return run_node(argc, argv, "slam", options, [](const auto& node, const auto& private_node) {
-    return std::make_shared<SlamNode>(node, private_node);
-  });
+  return run_node(argc, argv, "slam", describe_node_options(),
+                  [](const auto& node, const auto& private_node) {
+                    return std::make_shared<SlamNode>(node, private_node);
+                  });
 }

@@ -54,7 +54,7 @@ TEST(LruCache, GivesAllThreadsTheirValues) {
     threads.emplace_back([&] {
       for (std::uint64_t i = 0; i < 2000; ++i) {
         const std::string expected(1 + i % 7, 'x');
-        wrong += *cache.get(i % 7, [&] { return expected; }) == expected ? 0 : 1;
+        wrong += *cache.get(i % 7, [&] { return std::string(expected); }) == expected ? 0 : 1;
       }
     });
   }

@@ -269,7 +269,7 @@ TEST(Reports, AreEachInTheIndex) {
 /// What may quote a report: pages, the changelog, sources, and the programs that make reports.
 std::vector<std::string> files_with_quotes() {
   std::vector<std::string> files = pages();
-  files.push_back("CHANGELOG.rst");
+  files.emplace_back("CHANGELOG.rst");
   const std::set<std::string> kinds = {".cpp", ".hpp", ".py", ".yaml"};
   for (const std::string folder : {"src", "include", "config", "test", "benchmark"}) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(

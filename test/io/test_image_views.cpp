@@ -15,11 +15,12 @@ MapImage image_of_room() {
   MapImage image;
   image.width = 240;
   image.height = 160;
-  image.pixels.assign(240 * 160, MapImage::kFreePixel);
+  image.pixels.assign(std::size_t{240} * 160, MapImage::kFreePixel);
   for (int y = 0; y < 160; ++y) {
     for (int x = 0; x < 240; ++x) {
       if (x == 0 || y == 0 || x == 239 || y == 159) {
-        image.pixels[static_cast<std::size_t>(240 * y + x)] = MapImage::kOccupiedPixel;
+        image.pixels[240 * static_cast<std::size_t>(y) + static_cast<std::size_t>(x)] =
+            MapImage::kOccupiedPixel;
       }
     }
   }
@@ -66,7 +67,8 @@ TEST(ImageViews, ThoseNearEachOtherLookDifferentWays) {
   MapImage image = image_of_room();
   for (int y = 0; y < 160; ++y) {  // rooms of 0.8 m side by side
     for (int x = 0; x < 240; x += 16) {
-      image.pixels[static_cast<std::size_t>(240 * y + x)] = MapImage::kOccupiedPixel;
+      image.pixels[240 * static_cast<std::size_t>(y) + static_cast<std::size_t>(x)] =
+          MapImage::kOccupiedPixel;
     }
   }
   const KeyScans views = image_views(ImageWalls(image), image.resolution, {});

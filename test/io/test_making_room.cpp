@@ -57,8 +57,8 @@ SimulatedRun drive_round(const Box& furniture, int rounds, double start_stamp) {
 }
 
 const SimulatedRun& rounds() {
-  static const SimulatedRun run = drive_round(kShelf, kRounds, 1000.0);
-  return run;
+  static const SimulatedRun kRun = drive_round(kShelf, kRounds, 1000.0);
+  return kRun;
 }
 
 SlamEngine make_engine(int enough_views) {

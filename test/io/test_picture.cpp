@@ -163,10 +163,9 @@ TEST(Picture, PngFileIsDecodedToTheSamePixels) {
   ASSERT_EQ(cairo_image_surface_get_height(decoded), 2);
   const auto pixel_at = [&](int x, int y) {
     std::uint32_t pixel = 0;
-    std::memcpy(
-        &pixel,
-        cairo_image_surface_get_data(decoded) + y * cairo_image_surface_get_stride(decoded) + 4 * x,
-        sizeof pixel);
+    const std::ptrdiff_t stride = cairo_image_surface_get_stride(decoded);
+    const std::ptrdiff_t at = y * stride + std::ptrdiff_t{4} * x;
+    std::memcpy(&pixel, cairo_image_surface_get_data(decoded) + at, sizeof pixel);
     return pixel & 0xFFFFFFU;
   };
   EXPECT_EQ(pixel_at(0, 0), 0x0A141EU);

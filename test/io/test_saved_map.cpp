@@ -30,13 +30,13 @@ namespace {
 constexpr std::size_t kMapped = 160;  // scans, of 240
 
 const SimulatedRun& drive() {
-  static const SimulatedRun run = [] {
+  static const SimulatedRun kRun = [] {
     SimulationOptions options;
     options.time.duration = 12.0;
     const World world = make_world("rooms", 5);
     return simulate_run(world, world.route(), options, 5);
   }();
-  return run;
+  return kRun;
 }
 
 SlamEngine make_engine() {
@@ -385,7 +385,8 @@ std::string map_with_cells_at(const Cell& known, const Cell& wall) {
   map.occupancy.restore({2, 0}, 1);
   map.field.update({{{0.01, 0.01}, {1.0, 0.0}}}, {});
   std::string bytes = decompress(to_saved_map({map, {}, {}, {}, 0}), "map");
-  const std::size_t first_cell = std::string("matchbox_slam map, version 17\n").size() + 4 * 8;
+  // Behind four numbers of 8 bytes.
+  const std::size_t first_cell = std::string("matchbox_slam map, version 17\n").size() + 32;
   for (const auto& [at, cell] :
        {std::make_pair(first_cell + 14, known), std::make_pair(first_cell + 36, wall)}) {
     const std::array<std::int32_t, 2> image = {cell.x, cell.y};
@@ -455,7 +456,8 @@ TEST_F(SavedMap, RefusesCellsThatSpanMoreThanTheOptionAllows) {
 
 TEST_F(SavedMap, RefusesRowsOfCellsThatAreNone) {
   std::string bytes = map_with_cells_at({2, 0}, {0, 0});
-  const std::size_t count = std::string("matchbox_slam map, version 17\n").size() + 4 * 8 + 2 * 4;
+  // Behind four numbers of 8 bytes and two of 4.
+  const std::size_t count = std::string("matchbox_slam map, version 17\n").size() + 40;
   for (const auto& [cells, text] :
        {std::make_pair(std::uint32_t{0}, "is damaged: 0 cells of a row are known from 0, 0 on"),
         std::make_pair(std::uint32_t{0xffffffff}, "is damaged: 4294967295 cells of a row"),

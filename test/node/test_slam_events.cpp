@@ -521,7 +521,8 @@ TEST_F(SlamLoop, MovesAllThatTheNodePublishes) {
   ASSERT_EQ(static_cast<int>(map_.info.height), image.height);
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
-      if (map_.data[static_cast<std::size_t>(y * image.width + x)] > 65) {
+      const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width);
+      if (map_.data[row + static_cast<std::size_t>(x)] > 65) {
         ASSERT_EQ(image.state({x, y}), CellState::kOccupied) << x << " " << y;
       }
     }

@@ -264,7 +264,7 @@ TEST(SlamFaults, AFullDiskLeavesTheOldMapAndTheMapping) {
   elsewhere.request.config.strs[0].value = new_folder + "/map";
   ASSERT_TRUE(ros::service::call("/on_full_disk/set_parameters", elsewhere));
   EXPECT_TRUE(save("on_full_disk").success) << "the folder is made";
-  EXPECT_TRUE(read_file(new_folder + "/map.yaml").size() > 0);
+  EXPECT_FALSE(read_file(new_folder + "/map.yaml").empty());
   std::filesystem::remove_all(folder / "new");
   elsewhere.request.config.strs[0].value = folder / "map";
   ASSERT_TRUE(ros::service::call("/on_full_disk/set_parameters", elsewhere));

@@ -103,9 +103,10 @@ TEST(SlamNotices, ASecondOdometryIsToldInTheLogAndByDiagnostics) {
   ASSERT_TRUE(wait_until([&] { return robot.is_heard(); }));
   ASSERT_TRUE(robot.drive(20));
   EXPECT_EQ(log.line(), "");
-  Process other({"rostopic", "pub", "-r", "20", "/tf", "tf2_msgs/TFMessage",
-                 "{transforms: [{header: {frame_id: odom, stamp: {secs: 1000}}, child_frame_id: "
-                 "cart, transform: {rotation: {w: 1}}}]}"});
+  const std::string message =
+      "{transforms: [{header: {frame_id: odom, stamp: {secs: 1000}}, child_frame_id: cart, "
+      "transform: {rotation: {w: 1}}}]}";
+  Process other({"rostopic", "pub", "-r", "20", "/tf", "tf2_msgs/TFMessage", message});
   const auto drives_until = [&](const std::function<bool()>& is_so) {
     return wait_until([&] { return is_so() || (robot.drive(1) && is_so()); });
   };

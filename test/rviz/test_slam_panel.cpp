@@ -93,8 +93,8 @@ class Panel {
  private:
   static pluginlib::ClassLoader<rviz::Panel>& loader() {
     // Kept to the end: when it goes, what it needs may be gone.
-    static auto* const loader = new pluginlib::ClassLoader<rviz::Panel>("rviz", "rviz::Panel");
-    return *loader;
+    static auto* const kLoader = new pluginlib::ClassLoader<rviz::Panel>("rviz", "rviz::Panel");
+    return *kLoader;
   }
 
   const std::unique_ptr<rviz::Panel> widget_;

@@ -354,7 +354,7 @@ TEST(Heights, ABeamCountsUpToWhereItLeavesTheBand) {
   ASSERT_EQ(both.free_rays.size(), 2U);
   EXPECT_NEAR(both.free_rays[1].end.x(), -5.0 * std::cos(0.1), 1e-9);
   // What meets nothing clears no more.
-  const PointScan nothing = look_down(0.1, kInf, options);
+  const PointScan nothing = look_down(0.1, static_cast<double>(kInf), options);
   ASSERT_EQ(nothing.free_rays.size(), 4U);
   EXPECT_NEAR(nothing.free_rays[0].end.x(), 0.2 / std::tan(0.1), 1e-9);
   EXPECT_NEAR(nothing.free_rays[1].end.y(), 5.0, 1e-9);

@@ -38,7 +38,7 @@ int told(const PlaceIndex& index, const SimulatedRun& run, const LaserOptions& l
          std::size_t most) {
   int told = 0;
   for (int i = 0; i < 10; ++i) {
-    Pose2 place = run.world_from_base[static_cast<std::size_t>(14 * i)];
+    Pose2 place = run.world_from_base[14 * static_cast<std::size_t>(i)];
     place = {place.x + 0.2, place.y - 0.15, wrap_angle(2.0 * i)};
     bool is_told = false;
     for (const LikelyPlace& likely : index.look_up(seen_from(place, laser), most)) {

@@ -112,7 +112,7 @@ struct LedDrive {
     if (by_velocity != nullptr) {
       steady = prediction(*by_velocity, moved);
     }
-    const Outcome outcome =
+    Outcome outcome =
         hypotheses.follow({scan, rooms().map(), keys, keys, seconds, predicted, steady},
                           match_at(leading, status), options);
     leading = outcome.match.map_from_base;

@@ -23,7 +23,7 @@ namespace {
 
 /// A lap and more on a ring, with odometry that is half a metre off when it comes home.
 const SimulatedRun& drive_round_a_block() {
-  static const SimulatedRun run = [] {
+  static const SimulatedRun kRun = [] {
     SimulationOptions options;
     options.laser.beams = 130;
     options.laser.scan_rate = 4.0;
@@ -33,7 +33,7 @@ const SimulatedRun& drive_round_a_block() {
     const World world = make_world("loop", 2);
     return simulate_run(world, world.route(), options, 2);
   }();
-  return run;
+  return kRun;
 }
 
 /// Believes odometry, and remembers what it was given to match against.

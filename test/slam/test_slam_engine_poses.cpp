@@ -119,7 +119,7 @@ std::vector<ScanOutcome> localised(const SimulatedRun& run, SlamEngine& mapped) 
   EngineState start = mapped.snapshot();
   start.begin_anew(run.world_from_base.front(), start.motion.covariance);
   engine.start_from(start);
-  const std::vector<ScanOutcome> outcomes = process(run, engine);
+  std::vector<ScanOutcome> outcomes = process(run, engine);
   EXPECT_TRUE(std::none_of(outcomes.begin(), outcomes.end(),
                            [](const ScanOutcome& outcome) { return outcome.inserted; }));
   EXPECT_TRUE(same_map(engine.map(), mapped.map()));

@@ -46,7 +46,7 @@ struct Outcome {
 [[nodiscard]] inline Outcome run_on_full_disk(const std::string& program,
                                               const std::string& arguments) {
   return run_command(
-      "/bin/sh", "-c 'trap \"\" XFSZ; ulimit -f 1; exec \"$@\"' sh '" + program + "' " + arguments);
+      "/bin/sh", R"(-c 'trap "" XFSZ; ulimit -f 1; exec "$@"' sh ')" + program + "' " + arguments);
 }
 
 }  // namespace matchbox_slam

@@ -59,9 +59,9 @@ TEST_F(EvaluateMap, PrintsJson) {
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.output.front(), '{');
   for (const char* part :
-       {"\"metric\": \"map\"", "\"corners\": 4", "\"enclosed_areas\": 1", "\"free_cells\": 1600",
-        "\"known_cells\": 1764", "\"occupied_cells\": 164", "\"occupied_of_free\": 0.1025",
-        "\"occupied_of_known\": 0.0929", "\"resolution_m\": 0.05", "\"width_m\": 2.1"}) {
+       {R"("metric": "map")", R"("corners": 4)", R"("enclosed_areas": 1)", R"("free_cells": 1600)",
+        R"("known_cells": 1764)", R"("occupied_cells": 164)", R"("occupied_of_free": 0.1025)",
+        R"("occupied_of_known": 0.0929)", R"("resolution_m": 0.05)", R"("width_m": 2.1)"}) {
     EXPECT_TRUE(contains(outcome.output, part)) << part << " in " << outcome.output;
   }
 }

@@ -76,7 +76,7 @@ TEST_F(EvaluationPlot, TheScriptAloneSaysWhatItWantsInOneLine) {
   };
   const std::string figure = folder_ / "figure.json";
   for (const std::string text :
-       {"", "nonsense", "[]", "{}", "{\"metric\": \"none\"}", "{\"metric\": \"ate\"}", "\xff"}) {
+       {"", "nonsense", "[]", "{}", R"({"metric": "none"})", R"({"metric": "ate"})", "\xff"}) {
     replace_file(figure, text);
     const Outcome outcome = run_script("<" + figure);
     EXPECT_EQ(outcome.exit_code, 2) << text;

@@ -31,7 +31,7 @@ std::string last_lines(const std::string& text, std::size_t lines) {
 
 TEST_F(MapBag, OfTheMapOfAnotherBuildingItSaysThatTheRobotWasNotFoundThere) {
   const auto simulate = [this](const std::string& world) {
-    const std::string bag = folder_ / "drive.bag";
+    std::string bag = folder_ / "drive.bag";
     const std::string options = " --duration 20 --scan-rate 5 --beams 360 --bag " + bag;
     EXPECT_EQ(run_command(MATCHBOX_SIMULATE,
                           "--world " + world + options + " --truth " + (folder_ / "truth.tum"))

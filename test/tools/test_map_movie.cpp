@@ -51,7 +51,9 @@ DecodedGif decode(const std::string& path) {
       const int y = image.ImageDesc.Top + k / image.ImageDesc.Width;
       if (index != control.TransparentColor) {
         const GifColorType& color = gif->SColorMap->Colors[index];
-        std::uint8_t* const pixel = &shown[static_cast<std::size_t>(3 * (y * gif->SWidth + x))];
+        std::uint8_t* const pixel =
+            &shown[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(gif->SWidth) +
+                        static_cast<std::size_t>(x))];
         pixel[0] = color.Red;
         pixel[1] = color.Green;
         pixel[2] = color.Blue;

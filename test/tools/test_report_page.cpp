@@ -30,7 +30,7 @@ std::string between(const std::string& page, const std::string& before, const st
 }
 
 json data_in(const std::string& page) {
-  return json::parse(between(page, "<script type=\"application/json\" id=\"data\">", "</script>"));
+  return json::parse(between(page, R"(<script type="application/json" id="data">)", "</script>"));
 }
 
 std::size_t count_of(const std::string& text, const std::string& part) {

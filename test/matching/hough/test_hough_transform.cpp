@@ -71,8 +71,8 @@ TEST(HoughColumn, IsTheSumOverAllPointsByBruteForce) {
                          static_cast<double>(points.y[i]) * std::sin(theta);
       for (int cell = -half; cell <= half; ++cell) {
         const double away = std::abs(rho / kGrid.rho_cell - cell);
-        expected[static_cast<std::size_t>(cell + half)] +=
-            static_cast<double>(points.weight[i]) * std::max(0.0, 1.0 - away);
+        const auto at = static_cast<std::size_t>(cell) + static_cast<std::size_t>(half);
+        expected[at] += static_cast<double>(points.weight[i]) * std::max(0.0, 1.0 - away);
       }
     }
     const std::vector<float> column = hough_column(points, theta, kGrid.rho_cell, half);

@@ -35,8 +35,8 @@ SearchLattice lattice_of_turns(int steps_per_cell, int half_theta, double step_t
   return lattice;
 }
 
-int sum(const std::vector<std::uint16_t>& weights) {
-  return std::accumulate(weights.begin(), weights.end(), 0);
+std::int64_t sum(const std::vector<std::uint16_t>& weights) {
+  return std::accumulate(weights.begin(), weights.end(), std::int64_t{0});
 }
 
 /// Whether all of a scan's points are, at each rotation of a group, within half the slack of the
@@ -67,7 +67,7 @@ void expect_stands_for(const PointArrays& points, const ScanLevel& level, double
       weight = points.weights[i];
     } else {
       ASSERT_EQ(weight, 0) << "point " << i;
-      unbounded += 255 * points.weights[i];
+      unbounded += std::int64_t{255} * points.weights[i];
     }
     if (next < level.points.weights.size() && weight == level.points.weights[next]) {
       weight = 0;

@@ -96,7 +96,7 @@ TEST(SearchTables, BoundWhatTheScanMeetsInABlockAtAGroupOfRotations) {
       const PointWindows windows = tables.bounds(level, group, x, y);
       std::int64_t bound = blocks.scan_of(level).unbounded;
       for (std::size_t p = 0; p < windows.count; ++p) {
-        bound += windows.weights[p] * windows.table[windows.offsets[p]];
+        bound += std::int64_t{windows.weights[p]} * windows.table[windows.offsets[p]];
       }
       const auto any_of = [&](const StepRange& steps) {
         return steps.first + static_cast<int>(random.uniform() * steps.count());
@@ -106,7 +106,7 @@ TEST(SearchTables, BoundWhatTheScanMeetsInABlockAtAGroupOfRotations) {
                                any_of(blocks.thetas_of(level, group))};
         std::int64_t fit = 0;
         for (std::size_t p = 0; p < scene.points.x.size(); ++p) {
-          fit += scene.points.weights[p] * likelihood_at(scene, p, pose);
+          fit += std::int64_t{scene.points.weights[p]} * likelihood_at(scene, p, pose);
         }
         EXPECT_LE(fit, bound) << "level " << level;
       }
