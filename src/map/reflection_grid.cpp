@@ -54,7 +54,7 @@ MATCHBOX_SIMD_CLONES void take_row(const std::uint16_t* __restrict__ seen,
                                    Counts* __restrict__ counts) {
   constexpr std::uint16_t kMostSeen = 255;
   constexpr Half kScan = ReflectionGrid::kScan;
-  constexpr Half kMost = ReflectionGrid::kMost;
+  constexpr Half kMaxCount = ReflectionGrid::kMaxCount;
   // Both counts of a cell as one number: bytes apart would be gathered one by one.
   static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ && sizeof(Counts) == 2);
   std::array<std::uint16_t, kRow> both;
@@ -77,18 +77,18 @@ MATCHBOX_SIMD_CLONES void take_row(const std::uint16_t* __restrict__ seen,
     const auto grown = static_cast<Half>(old_hits + hits[i]);
     const auto all = static_cast<Half>(old_hits + old_passes + kScan);
     const auto twice = static_cast<Half>(2 * all);
-    // grown * kMost / all, rounded
-    const auto more = static_cast<Half>(grown * static_cast<Half>(all - kMost) - (all >> 1));
+    // grown * kMaxCount / all, rounded
+    const auto more = static_cast<Half>(grown * static_cast<Half>(all - kMaxCount) - (all >> 1));
     const auto kept =
         static_cast<Half>(grown - one_if(more > 0) - one_if(more > all) - one_if(more > twice) -
                           one_if(more > static_cast<Half>(twice + all)));
     // Where rounding would keep a few old hits, or passes, for ever one makes room.
     const Half keeps_hits = one_if((hits[i] == 0) & (kept > 0) & (kept == old_hits));
-    const Half keeps_passes = one_if((hits[i] == kScan) & (kept < kMost) &
-                                     (static_cast<Half>(kMost - kept) == old_passes));
+    const Half keeps_passes = one_if((hits[i] == kScan) & (kept < kMaxCount) &
+                                     (static_cast<Half>(kMaxCount - kept) == old_passes));
     const auto shrunk = static_cast<Half>(kept + keeps_passes - keeps_hits);
-    new_hits[i] = all > kMost ? shrunk : grown;
-    new_passes[i] = static_cast<Half>((all > kMost ? kMost : all) - new_hits[i]);
+    new_hits[i] = all > kMaxCount ? shrunk : grown;
+    new_passes[i] = static_cast<Half>((all > kMaxCount ? kMaxCount : all) - new_hits[i]);
   }
   for (std::size_t i = 0; i < kRow; ++i) {
     const auto now = static_cast<std::uint16_t>(new_hits[i] | (new_passes[i] << 8));

@@ -48,7 +48,7 @@ class CellEvidence {
   }
 
  private:
-  static constexpr std::size_t kSize = ReflectionGrid::kMost + 1;
+  static constexpr std::size_t kSize = ReflectionGrid::kMaxCount + 1;
 
   [[nodiscard]] float of_both(const Counts& counts) const {
     return all_[static_cast<std::size_t>(counts.hits + counts.passes)];

@@ -173,7 +173,7 @@ TEST(ReflectionGrid, ARailingStaysHalfHoweverOftenItIsSeen) {
   }
   for (int i = 0; i < 50; ++i) {
     const Counts counts = grid.counts({40, 2 * (i - 25)});
-    EXPECT_EQ(counts.hits + counts.passes, ReflectionGrid::kMost) << i;
+    EXPECT_EQ(counts.hits + counts.passes, ReflectionGrid::kMaxCount) << i;
     EXPECT_NEAR(hit_share(counts), 0.5, 0.1) << i;
   }
 }
@@ -198,11 +198,11 @@ TEST(ReflectionGrid, CountsTheShareOfBeamsThatPassByChance) {
 TEST(ReflectionGrid, CountsSaturateAtTheirMost) {
   ReflectionGrid grid(kResolution);
   count(wall(), 24, grid);
-  EXPECT_TRUE(grid.counts({40, 0}) == (Counts{ReflectionGrid::kMost, 0}));
-  EXPECT_TRUE(grid.counts({20, 0}) == (Counts{0, ReflectionGrid::kMost}));
+  EXPECT_TRUE(grid.counts({40, 0}) == (Counts{ReflectionGrid::kMaxCount, 0}));
+  EXPECT_TRUE(grid.counts({20, 0}) == (Counts{0, ReflectionGrid::kMaxCount}));
   count(wall(), 200, grid);
-  EXPECT_TRUE(grid.counts({40, 0}) == (Counts{ReflectionGrid::kMost, 0}));
-  EXPECT_TRUE(grid.counts({20, 0}) == (Counts{0, ReflectionGrid::kMost}));
+  EXPECT_TRUE(grid.counts({40, 0}) == (Counts{ReflectionGrid::kMaxCount, 0}));
+  EXPECT_TRUE(grid.counts({20, 0}) == (Counts{0, ReflectionGrid::kMaxCount}));
 }
 
 TEST(ReflectionGrid, HitsAndPassesTogetherAreNeverMoreThanTheirMost) {
@@ -220,7 +220,7 @@ TEST(ReflectionGrid, HitsAndPassesTogetherAreNeverMoreThanTheirMost) {
       const Counts counts = grid.counts({x, 0});
       const Counts old = before.counts({x, 0});
       known += counts.is_known() ? 1 : 0;
-      ASSERT_LE(counts.hits + counts.passes, ReflectionGrid::kMost) << x;
+      ASSERT_LE(counts.hits + counts.passes, ReflectionGrid::kMaxCount) << x;
       ASSERT_GE(counts.hits + counts.passes, old.hits + old.passes) << x;
     }
   }
@@ -321,18 +321,18 @@ class CellByCell {
  private:
   static void take(int seen_hits, int seen_passes, Counts& counts) {
     constexpr int kScan = ReflectionGrid::kScan;
-    constexpr int kMost = ReflectionGrid::kMost;
+    constexpr int kMaxCount = ReflectionGrid::kMaxCount;
     const int beams = seen_hits + seen_passes;
     const int hits = (kScan * seen_hits + beams / 2) / beams;
     int all_hits = counts.hits + hits;
     int all_passes = counts.passes + kScan - hits;
-    if (const int all = all_hits + all_passes; all > kMost) {
-      all_hits = (all_hits * kMost + all / 2) / all;
+    if (const int all = all_hits + all_passes; all > kMaxCount) {
+      all_hits = (all_hits * kMaxCount + all / 2) / all;
       const bool keeps_hits = hits == 0 && all_hits > 0 && all_hits == counts.hits;
       const bool keeps_passes =
-          hits == kScan && all_hits < kMost && kMost - all_hits == counts.passes;
+          hits == kScan && all_hits < kMaxCount && kMaxCount - all_hits == counts.passes;
       all_hits += (keeps_passes ? 1 : 0) - (keeps_hits ? 1 : 0);
-      all_passes = kMost - all_hits;
+      all_passes = kMaxCount - all_hits;
     }
     counts = {static_cast<std::uint8_t>(all_hits), static_cast<std::uint8_t>(all_passes)};
   }
@@ -360,7 +360,7 @@ TEST(ReflectionGrid, CountsAsCellByCell) {
     for (int x = -150; x < 150; ++x) {
       const Counts counts = grid.counts({x, y});
       ASSERT_TRUE(counts == oracle.counts(x, y)) << x << " " << y;
-      full += counts.hits > 0 && counts.hits + counts.passes == ReflectionGrid::kMost ? 1 : 0;
+      full += counts.hits > 0 && counts.hits + counts.passes == ReflectionGrid::kMaxCount ? 1 : 0;
     }
   }
   EXPECT_GT(full, 900);

@@ -29,8 +29,8 @@ class ReflectionGrid {
 
     [[nodiscard]] bool is_known() const { return (hits | passes) != 0; }
   };
-  static constexpr int kScan = 4;       ///< what one scan counts
-  static constexpr int kMost = 4 * 24;  ///< of hits and passes together
+  static constexpr int kScan = 4;           ///< what one scan counts
+  static constexpr int kMaxCount = 4 * 24;  ///< of hits and passes together
 
   using Tile = std::array<Counts, std::size_t{64} * 64>;
   using Tiles = TiledGrid<Tile, 6>;
