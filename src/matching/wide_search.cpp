@@ -32,13 +32,13 @@ MatchResult search_exactly(const MatchProblem& problem) {
 
 std::vector<MatchResult> search_widely(const MatchProblem& problem) {
   // Standard deviations that are added to the prior's.
-  constexpr double kXy = 0.5;           // [m]
+  constexpr double kWideXy = 0.5;       // [m]
   constexpr double kNarrowTheta = 0.2;  // [rad], its window twice that, below a quarter of a turn
-  constexpr double kTheta = 1.0;        // [rad]
+  constexpr double kWideTheta = 1.0;    // [rad]
   std::vector<MatchResult> found;
-  for (const double sigma_theta : {kNarrowTheta, kTheta}) {
+  for (const double sigma_theta : {kNarrowTheta, kWideTheta}) {
     MatchProblem wide = problem;
-    wide.prior_covariance += covariance_of(kXy, sigma_theta);
+    wide.prior_covariance += covariance_of(kWideXy, sigma_theta);
     MatchResult match = search_exactly(wide);
     if (match.accepted()) {
       found.push_back(std::move(match));

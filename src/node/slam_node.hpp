@@ -36,7 +36,7 @@
 
 namespace matchbox_slam {
 
-/// Of a run and of the node, for help and for what is no option.
+/// Of a run, and the node's own.
 [[nodiscard]] std::vector<OptionDescription> describe_node_options();
 
 /// The SLAM node: messages in, the same queue and run as in map_bag, messages out. Callbacks only

@@ -26,9 +26,9 @@ constexpr std::size_t kMostDelay = 5;
 }  // namespace
 
 Eigen::Matrix3d covariance_where_found() {
-  constexpr double kXy = 0.1;      // [m], a guess, as the next
-  constexpr double kTheta = 0.05;  // [rad]
-  return covariance_of(kXy, kTheta);
+  constexpr double kSigmaXy = 0.1;      // [m], a guess, as the next
+  constexpr double kSigmaTheta = 0.05;  // [rad]
+  return covariance_of(kSigmaXy, kSigmaTheta);
 }
 
 std::vector<FoundLoop> match_with_earlier(const PlacedScans& keys, std::size_t before,
@@ -111,8 +111,8 @@ void LoopCloser::add(const KeyScans& keys, const Eigen::Matrix3d& map_covariance
 }
 
 void LoopCloser::move_since(std::size_t first, const KeyScans& keys) {
-  constexpr double kXy = 0.3;     // [m], how well it is known how the robot came there: a guess
-  constexpr double kTheta = 0.1;  // [rad], likewise
+  constexpr double kSigmaXy = 0.3;  // [m], how well it is known how the robot came there: a guess
+  constexpr double kSigmaTheta = 0.1;  // [rad], likewise
   const PlacedScans& all = keys.all();
   std::vector<PoseEdge>& edges = state_.edges;
   const auto is_refuted = [first](const PoseEdge& edge) {
@@ -124,7 +124,7 @@ void LoopCloser::move_since(std::size_t first, const KeyScans& keys) {
       edge.from_to = all[edge.from].map_from_base.inverse() * all[edge.to].map_from_base;
     }
     if (edge.to == first) {
-      edge.covariance += covariance_of(kXy, kTheta);
+      edge.covariance += covariance_of(kSigmaXy, kSigmaTheta);
     }
   }
   index_edges();
@@ -146,12 +146,12 @@ void LoopCloser::forget_since(std::size_t first) {
 /// Of a map that comes without its graph nobody knows how it drifted: it stays as it is.
 void LoopCloser::join_rigidly(const PlacedScans& keys) {
   // So little that no loop bends it, and not nothing, as information is its inverse.
-  constexpr double kXy = 1e-3;     // [m]
-  constexpr double kTheta = 1e-4;  // [rad]
+  constexpr double kSigmaXy = 1e-3;     // [m]
+  constexpr double kSigmaTheta = 1e-4;  // [rad]
   const std::size_t node = state_.nodes++;
   if (node > 0) {
     const Pose2 moved = keys[node - 1].map_from_base.inverse() * keys[node].map_from_base;
-    add_edge({node - 1, node, moved, covariance_of(kXy, kTheta)}, state_.edges);
+    add_edge({node - 1, node, moved, covariance_of(kSigmaXy, kSigmaTheta)}, state_.edges);
   }
 }
 

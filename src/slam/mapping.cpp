@@ -27,9 +27,9 @@ LocalMapRequest near_request(const EngineOptions& options, const LocalMap& befor
 }  // namespace
 
 Eigen::Matrix3d covariance_of_waiting() {
-  constexpr double kXy = 0.05;     // [m], a cell: a guess
-  constexpr double kTheta = 0.02;  // [rad], a point 2.5 m away by a cell
-  return covariance_of(kXy, kTheta);
+  constexpr double kSigmaXy = 0.05;     // [m], a cell: a guess
+  constexpr double kSigmaTheta = 0.02;  // [rad], a point 2.5 m away by a cell
+  return covariance_of(kSigmaXy, kSigmaTheta);
 }
 
 Mapping::Mapping(const EngineOptions& options)

@@ -219,11 +219,11 @@ void PoseHypotheses::lead(std::vector<Hypothesis>::iterator overtaking, const St
   }
   state_.others.push_back(std::move(before));
   state_.elsewhere = std::max(-kPriorAgainstCarried, state_.elsewhere - leading.log_odds);
-  constexpr double kXy = 0.05;     // [m], how well it is known before it is refined
-  constexpr double kTheta = 0.03;  // [rad]
+  constexpr double kSigmaXy = 0.05;     // [m], how well it is known before it is refined
+  constexpr double kSigmaTheta = 0.03;  // [rad]
   outcome.verdict = Verdict::kOvertaken;
   outcome.match =
-      search_exactly(problem_at(step, leading.map_from_base, covariance_of(kXy, kTheta)));
+      search_exactly(problem_at(step, leading.map_from_base, covariance_of(kSigmaXy, kSigmaTheta)));
   outcome.key_scans = leading.key_scans;
 }
 

@@ -45,9 +45,9 @@ struct Explanation {
 };
 
 bool is_near(std::size_t component_a, const Pose2& a, std::size_t component_b, const Pose2& b) {
-  constexpr double kXy = 0.3;  // [m], twice as far as a place is known to; so the next
-  constexpr double kTheta = 0.15;
-  return component_a == component_b && are_near(a, b, kXy, kTheta);
+  constexpr double kDistance = 0.3;  // [m], twice as far as a place is known to; so the next
+  constexpr double kAngle = 0.15;
+  return component_a == component_b && are_near(a, b, kDistance, kAngle);
 }
 
 Explanation explained_at(const PointScan& scan, std::size_t component,
@@ -64,9 +64,9 @@ Explanation explained_at(const PointScan& scan, std::size_t component,
 /// Where it is known about as well as a search that found it says.
 Explanation explained_near(const PointScan& scan, std::size_t component,
                            const Pose2& component_from_base, const Lost& lost) {
-  constexpr double kXy = 0.15;
-  constexpr double kTheta = 0.08;
-  return explained_at(scan, component, component_from_base, kXy, kTheta, lost);
+  constexpr double kSigmaXy = 0.15;
+  constexpr double kSigmaTheta = 0.08;
+  return explained_at(scan, component, component_from_base, kSigmaXy, kSigmaTheta, lost);
 }
 
 double rival_of(const ExplainedScan& explained, std::size_t component,
@@ -181,12 +181,12 @@ std::vector<LikelyPlace> places_to_search(const PointScan& scan, const Lost& los
 /// By exact search at places that look alike.
 std::vector<Explanation> explained_anywhere(const PointScan& scan, std::vector<LikelyPlace> known,
                                             const Lost& lost, const PlaceIndex& index) {
-  constexpr double kXy = 0.5;      // [m], half of what is between places of the index
-  constexpr double kTheta = 0.08;  // [rad], twice as far as it knows a heading
+  constexpr double kSigmaXy = 0.5;      // [m], half of what is between places of the index
+  constexpr double kSigmaTheta = 0.08;  // [rad], twice as far as it knows a heading
   std::vector<Explanation> found;
   for (const LikelyPlace& place : places_to_search(scan, lost, index, std::move(known))) {
-    found.push_back(
-        explained_at(scan, place.component, place.component_from_base, kXy, kTheta, lost));
+    found.push_back(explained_at(scan, place.component, place.component_from_base, kSigmaXy,
+                                 kSigmaTheta, lost));
   }
   return found;
 }
