@@ -14,6 +14,8 @@ const char* to_string(MatchStatus status) {
       return "rejected_too_few_points";
     case MatchStatus::kRejectedLowScore:
       return "rejected_low_score";
+    case MatchStatus::kRejectedUnexpected:
+      return "rejected_unexpected";
     case MatchStatus::kRejectedInvalidPrior:
       return "rejected_invalid_prior";
   }

@@ -7,9 +7,9 @@
 #include <cstddef>
 
 #include "matchbox_slam/geometry/transform2.hpp"
-#include "matchbox_slam/matching/pose_prior.hpp"
 #include "sensor/take_some.hpp"
 #include "slam/pose_gate.hpp"
+#include "slam/prior_odds.hpp"
 #include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {
@@ -127,19 +127,6 @@ MatchResult let_go(const MatchResult& match, const MatchProblem& problem) {
       weakest.dot(problem.prior_covariance.topLeftCorner<2, 2>() * weakest) * weakest *
       weakest.transpose();
   return free;
-}
-
-/// Log density of the prior at a pose, against that of its mean. What earlier matches taught holds
-/// but for the unexpected, for which the wide prior of the search holds.
-double prior_log_odds(const MatchProblem& problem, const Pose2& pose) {
-  const Eigen::Vector3d off = difference(pose, problem.predicted_map_from_base);
-  const auto square = [&off](const Eigen::Matrix3d& covariance) {
-    return off.dot(prior_information(covariance) * off);
-  };
-  const double expected = -0.5 * square(problem.prior_covariance);
-  const double unexpected =
-      -kPriorAgainstJump - 0.5 * prior_penalty(square(problem.searched_covariance()));
-  return std::max(expected, unexpected);
 }
 
 }  // namespace

@@ -179,6 +179,7 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(MotionPrediction& predicted,
       {bundle_.all(), mapping_.compared(), active_key_scans(), recent_, seconds, predicted, steady},
       outcome.match, options().hypotheses);
   outcome.evidence = weighed.evidence;
+  outcome.match = weighed.match;
   if (hypotheses_.is_forked() && !was_forked) {
     mapping_.fork();
   } else if (weighed.is_jump && was_in_doubt && hypotheses_.is_forked()) {
@@ -211,14 +212,13 @@ void SlamEngine::Parts::search_anew_if_lost() {
 /// The robot, and what it saw since the fork, is where another hypothesis has it.
 void SlamEngine::Parts::follow(const PoseHypotheses::Outcome& overtaken,
                                MotionPrediction& predicted, ScanOutcome& outcome) {
-  const Pose2 new_from_old = overtaken.match.map_from_base * outcome.match.map_from_base.inverse();
+  const Pose2 new_from_old = overtaken.match.map_from_base * overtaken.led.inverse();
   outcome.corrected = mapping_.move_since_fork(overtaken.key_scans, new_from_old, outcome.stamp);
   search_anew_if_lost();
   tracker_.change_frame(new_from_old);
   tracker_.forget_motion();  // from where it was wrongly thought to be there is none
   predicted.fixed_from_base = new_from_old * predicted.fixed_from_base;
   outcome.predicted_map_from_base = predicted.fixed_from_base;
-  outcome.match = overtaken.match;
   outcome.certainty = Certainty::kOvertaken;
 }
 

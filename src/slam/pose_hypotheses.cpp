@@ -9,6 +9,7 @@
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matching/wide_search.hpp"
 #include "slam/pose_gate.hpp"
+#include "slam/prior_odds.hpp"
 #include "slam/scan_evidence.hpp"
 #include "slam/scan_profile.hpp"
 
@@ -75,15 +76,20 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
     return outcome;
   }
   const double share = std::max(independence_of(step), note_change(step));
+  const std::optional<Hypothesis> refused = refuse_unexpected(step, outcome);
+  outcome.led = outcome.match.map_from_base;
   outcome.is_jump = is_jump(outcome.match, step.predicted);
   move_others(step, outcome.evidence.log_odds, share);
   note_motion(step, outcome.evidence.log_odds);
   if (is_search_due(outcome, step.steady.has_value())) {
-    if (!state_.fork) {
-      state_.fork = Fork{step.key_scans.size()};
-    }
+    begin_fork(step);
     state_.fork->searched = 0.0;
     search(step, outcome, share);
+  }
+  if (refused) {
+    begin_fork(step);
+    add(refused->map_from_base, refused->log_odds);
+    keep_likeliest();
   }
   weigh_elsewhere(step, share * odds_of_elsewhere(outcome.evidence), outcome);
   drop_refuted(outcome.match.map_from_base, options);
@@ -112,6 +118,31 @@ void PoseHypotheses::weigh_elsewhere(const Step& step, double odds, const Outcom
         elsewhere + 0.5 * squared_distance(outcome.match.map_from_base, step.predicted);
     elsewhere = std::max(elsewhere, std::min(0.0, raised));
   }
+}
+
+/// What is found where the motion hardly leads to has to be likelier than what the motion tells:
+/// evidence and prior decide which of both leads. Poses that evidence can hardly tell apart are
+/// the match's to decide.
+/// @returns the match, as another hypothesis, where it does not lead.
+std::optional<PoseHypotheses::Hypothesis> PoseHypotheses::refuse_unexpected(const Step& step,
+                                                                            Outcome& outcome) {
+  const Pose2& found = outcome.match.map_from_base;
+  const Pose2& expected = step.predicted.fixed_from_base;
+  MatchProblem problem = problem_at(step, expected, step.predicted.covariance);
+  problem.search_covariance = step.predicted.search_covariance;
+  if (!outcome.match.accepted() || is_same(found, expected) || !is_unexpected(problem, found)) {
+    return std::nullopt;
+  }
+  const ScanEvidence there = evidence_of(step.scan, expected, step.map);
+  const double for_found =
+      outcome.evidence.log_odds - there.log_odds + prior_log_odds(problem, found);
+  if (for_found >= 0.0) {
+    return std::nullopt;
+  }
+  const Hypothesis refused{found, for_found};
+  outcome.match = rejected(problem, MatchStatus::kRejectedUnexpected);
+  outcome.evidence = there;
+  return refused;
 }
 
 void PoseHypotheses::move_others(const Step& step, double leading, double share) {
@@ -151,7 +182,7 @@ void PoseHypotheses::search(const Step& step, const Outcome& outcome, double sha
     }
     const ScanEvidence there = evidence_of(step.scan, match.map_from_base, step.map);
     if (there.log_odds > leading) {
-      add(match, log_odds + share * relative_log_odds(there.log_odds, leading));
+      add(match.map_from_base, log_odds + share * relative_log_odds(there.log_odds, leading));
     }
   };
   if (step.steady) {
@@ -163,22 +194,32 @@ void PoseHypotheses::search(const Step& step, const Outcome& outcome, double sha
        search_widely(problem_at(step, step.predicted.fixed_from_base, step.predicted.covariance))) {
     consider(match, -kPriorAgainstJump);
   }
+  keep_likeliest();
+}
+
+void PoseHypotheses::keep_likeliest() {
   std::vector<Hypothesis>& others = state_.others;
   std::stable_sort(others.begin(), others.end(),
                    [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
   others.resize(std::min(others.size(), kMostOthers));
 }
 
-void PoseHypotheses::add(const MatchResult& match, double log_odds) {
-  const auto same = std::find_if(
-      state_.others.begin(), state_.others.end(),
-      [&](const auto& other) { return is_same(other.map_from_base, match.map_from_base); });
+void PoseHypotheses::begin_fork(const Step& step) {
+  if (!state_.fork) {
+    state_.fork = Fork{step.key_scans.size()};
+  }
+}
+
+void PoseHypotheses::add(const Pose2& map_from_base, double log_odds) {
+  const auto same =
+      std::find_if(state_.others.begin(), state_.others.end(),
+                   [&](const auto& other) { return is_same(other.map_from_base, map_from_base); });
   if (same != state_.others.end()) {
     same->log_odds = std::max(same->log_odds, log_odds);
     return;
   }
   state_.others.push_back(
-      {match.map_from_base, log_odds, std::vector<std::optional<Pose2>>(state_.fork->inserted)});
+      {map_from_base, log_odds, std::vector<std::optional<Pose2>>(state_.fork->inserted)});
 }
 
 void PoseHypotheses::drop_refuted(const Pose2& leading, const HypothesisOptions& options) {

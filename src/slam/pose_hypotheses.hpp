@@ -51,6 +51,7 @@ class PoseHypotheses {
   struct Outcome {
     Verdict verdict = Verdict::kLeads;
     MatchResult match;      ///< of the hypothesis that leads now
+    Pose2 led;              ///< where the one that led before has the robot
     ScanEvidence evidence;  ///< for the one that led before
     bool is_jump = false;   ///< the match is where no motion leads to
     /// Where the hypothesis that overtook has the key scans since the fork.
@@ -65,7 +66,9 @@ class PoseHypotheses {
   [[nodiscard]] static bool is_jump(const MatchResult& match, const MotionPrediction& predicted);
 
   /// Weighs a scan.
-  /// @param match  of the leading hypothesis; a rejected one has its prediction.
+  /// @param match  of the leading hypothesis; a rejected one has its prediction. An accepted one
+  /// that
+  ///               is unexpected stands where evidence and prior speak for it.
   [[nodiscard]] Outcome follow(const Step& step, MatchResult match,
                                const HypothesisOptions& options);
 
@@ -91,12 +94,16 @@ class PoseHypotheses {
 
  private:
   double note_change(const Step& step);
+  [[nodiscard]] static std::optional<Hypothesis> refuse_unexpected(const Step& step,
+                                                                   Outcome& outcome);
   void weigh_elsewhere(const Step& step, double odds, const Outcome& outcome);
   void move_others(const Step& step, double leading, double share);
   void note_motion(const Step& step, double leading);
   [[nodiscard]] bool is_search_due(const Outcome& outcome, bool is_odometry_improbable) const;
   void search(const Step& step, const Outcome& outcome, double share);
-  void add(const MatchResult& match, double log_odds);
+  void begin_fork(const Step& step);
+  void add(const Pose2& map_from_base, double log_odds);
+  void keep_likeliest();
   void drop_refuted(const Pose2& leading, const HypothesisOptions& options);
   void decide(const Step& step, const HypothesisOptions& options, Outcome& outcome);
   void lead(std::vector<Hypothesis>::iterator overtaking, const Step& step, Outcome& outcome);

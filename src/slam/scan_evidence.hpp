@@ -29,9 +29,6 @@ constexpr std::size_t kEvidenceBeams = 180;
 /// is wrong it is wrong for all beams.
 constexpr double kMostOfScan = 6.0;
 
-/// Log odds, before any scan, against a pose that the motion does not lead to: a guess.
-constexpr double kPriorAgainstJump = 7.0;
-
 /// Share of a scan that has to tell of walls for it to count whole; of a loop, to count at all.
 constexpr double kMinTellingShare = 0.2;
 

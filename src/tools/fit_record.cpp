@@ -108,6 +108,8 @@ std::string FitRecord::text_of_few_matches() const {
       "have too few hits: see slam/min_points and what scan/* leaves out");
   add(count_of(MatchStatus::kRejectedLowScore),
       "fit nowhere near the prediction: see motion/* and the matcher's window");
+  add(count_of(MatchStatus::kRejectedUnexpected),
+      "fit where their motion hardly leads to: see motion/*");
   add(without_map - starting, "met no map: see slam/update_map and what scan/* leaves out");
   return text;
 }

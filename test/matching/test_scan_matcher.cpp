@@ -22,7 +22,8 @@ TEST(MatchStatus, HasAWordForEach) {
   std::set<std::string> words;
   for (const MatchStatus status :
        {MatchStatus::kRejectedNoReference, MatchStatus::kRejectedTooFewPoints,
-        MatchStatus::kRejectedLowScore, MatchStatus::kRejectedInvalidPrior}) {
+        MatchStatus::kRejectedLowScore, MatchStatus::kRejectedUnexpected,
+        MatchStatus::kRejectedInvalidPrior}) {
     const std::string word = to_string(status);
     EXPECT_EQ(word.rfind("rejected_", 0), 0U) << word;
     EXPECT_TRUE(words.insert(word).second) << word;

@@ -16,6 +16,7 @@
 #include "simulation/robot.hpp"
 #include "slam/pose_distance.hpp"
 #include "slam/pose_hypotheses.hpp"
+#include "slam/prior_odds.hpp"
 #include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {
@@ -375,6 +376,49 @@ TEST(PoseHypotheses, AJumpThatFitsStandsAndIsWatched) {
   EXPECT_TRUE(hypotheses.is_forked());
   EXPECT_LE(hypotheses.state().elsewhere, 0.0);
   EXPECT_TRUE(hypotheses.is_in_doubt({})) << "the robot may have been carried";
+}
+
+TEST(PoseHypotheses, AnUnexpectedMatchThatFitsWorseFollowsTheMotionThatLeads) {
+  const Rooms& place = rooms();
+  const Pose2 truth = place.truth(8.0);
+  const PointScan scan = place.look(8.0);
+  MotionPrediction predicted = prediction(truth, {0.2, 0.0, 0.0});
+  predicted.covariance *= 0.04;  // by what odometry has shown
+  const MatchResult wrong = match_at(off_by_much(truth));
+  PoseHypotheses hypotheses;
+  const Outcome outcome = hypotheses.follow(
+      {scan, place.map(), place.keys(), place.keys(), kInterval, predicted, std::nullopt}, wrong,
+      {});
+  EXPECT_EQ(outcome.verdict, Verdict::kLeads);
+  EXPECT_EQ(outcome.match.status, MatchStatus::kRejectedUnexpected);
+  EXPECT_EQ(outcome.match.map_from_base, truth);
+  EXPECT_EQ(outcome.led, truth);
+  EXPECT_EQ(outcome.match.covariance, predicted.covariance);
+  EXPECT_GT(outcome.evidence.mean, 2.0) << "of where the robot is told to be";
+  EXPECT_FALSE(outcome.is_jump);
+  EXPECT_FALSE(hypotheses.is_forked()) << "what is refuted at once is none";
+}
+
+TEST(PoseHypotheses, AnUnexpectedMatchThatMayBeRightIsAnother) {
+  // Nothing is known where the motion leads to, and little more where the match is.
+  const Rooms& place = rooms();
+  const Pose2 unknown{500.0, 0.0, 0.0};
+  const PointScan all = place.look(8.0);
+  PointScan scan;
+  for (std::size_t beam = 0; beam < all.points.size(); beam += all.points.size() / 6) {
+    scan.points.push_back(all.points[beam]);
+  }
+  MotionPrediction predicted = prediction(unknown, {0.2, 0.0, 0.0});
+  predicted.covariance *= 0.04;
+  LedDrive drive;
+  const Outcome outcome = drive.hypotheses.follow(
+      {scan, place.map(), place.keys(), place.keys(), kInterval, predicted, std::nullopt},
+      match_at(place.truth(8.0)), {});
+  ASSERT_EQ(outcome.match.status, MatchStatus::kRejectedUnexpected);
+  EXPECT_EQ(outcome.match.map_from_base, unknown);
+  ASSERT_EQ(drive.hypotheses.state().others.size(), 1U);
+  EXPECT_EQ(drive.hypotheses.state().others.front().map_from_base, place.truth(8.0));
+  EXPECT_LT(drive.hypotheses.state().others.front().log_odds, 0.0);
 }
 
 TEST(PoseHypotheses, ARejectedMatchIsNoJump) {

@@ -13,6 +13,7 @@
 #include "simulation/world_changes.hpp"
 #include "slam/engine_runs.hpp"
 #include "slam/map_equality.hpp"
+#include "slam/pose_distance.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -63,6 +64,31 @@ TEST(SlamEngine, RecoversAfterRejectedMatches) {
     last = engine.process(scan_input(run, i)).map_from_base;
   }
   EXPECT_LT((last.translation() - run.world_from_base.back().translation()).norm(), 0.02);
+}
+
+/// Finds each scan far from where it is.
+class AstrayMatcher : public ScanMatcher {
+ public:
+  void configure(const Parameters& /*parameters*/) override {}
+  [[nodiscard]] std::vector<OptionDescription> options() const override { return {}; }
+  [[nodiscard]] MatchResult match(const MatchProblem& problem) const override {
+    MatchResult result = monte_carlo()->match(problem);
+    result.map_from_base = displaced(result.map_from_base, {0.4, -0.3, 0.05});
+    return result;
+  }
+};
+
+TEST(SlamEngine, WhereOdometryHasBeenGoodAMatchElsewhereHasToBeLikelier) {
+  const SimulatedRun run = drive_through("rooms", 12.0, 3);
+  SlamEngine engine = make_engine(run);
+  for (std::size_t i = 0; i < run.scans.size(); ++i) {
+    const bool is_astray = i == 100;
+    engine.set_matcher(is_astray ? std::make_shared<AstrayMatcher>() : monte_carlo());
+    const ScanOutcome outcome = engine.process(scan_input(run, i));
+    ASSERT_EQ(outcome.match.status == MatchStatus::kRejectedUnexpected, is_astray) << i;
+    ASSERT_LT(distance(outcome.map_from_base, run.world_from_base[i]), 0.03) << i;
+    ASSERT_EQ(outcome.state, TrackingState::kTracking) << i;
+  }
 }
 
 TEST(SlamEngine, GoesOnFromThePoseThatItIsTold) {

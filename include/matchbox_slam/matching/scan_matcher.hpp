@@ -38,6 +38,7 @@ enum class MatchStatus {
   kRejectedNoReference,   ///< nothing to match against yet
   kRejectedTooFewPoints,  ///< the scan says too little
   kRejectedLowScore,      ///< even the best pose explains too little of the scan
+  kRejectedUnexpected,    ///< by the engine: it is likelier where its motion leads to
   kRejectedInvalidPrior,  ///< the prediction or its covariance is not a number
 };
 
