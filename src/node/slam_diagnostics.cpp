@@ -24,8 +24,11 @@ constexpr std::size_t kRejectedInRow = 20;
 // not tried.
 constexpr double kMaxRejectedShare = 0.2;
 
+/// Whether it matches nowhere. One that is likelier where its motion leads to fits there.
 bool is_rejected(const ScanHealth& scan) {
-  return scan.status != MatchStatus::kAccepted && scan.status != MatchStatus::kRejectedNoReference;
+  return scan.status != MatchStatus::kAccepted &&
+         scan.status != MatchStatus::kRejectedNoReference &&
+         scan.status != MatchStatus::kRejectedUnexpected;
 }
 
 /// Seconds from scan to scan; 0 while there are too few.

@@ -175,9 +175,10 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(MotionPrediction& predicted,
   }
   const bool was_in_doubt = hypotheses_.is_in_doubt(options().hypotheses);
   const bool was_forked = hypotheses_.is_forked();
-  PoseHypotheses::Outcome weighed = hypotheses_.follow(
-      {bundle_.all(), mapping_.compared(), active_key_scans(), recent_, seconds, predicted, steady},
-      outcome.match, options().hypotheses);
+  PoseHypotheses::Outcome weighed =
+      hypotheses_.follow({bundle_.all(), mapping_.compared(), mapping_.matched(),
+                          active_key_scans(), recent_, seconds, predicted, steady},
+                         outcome.match, options().hypotheses);
   outcome.evidence = weighed.evidence;
   outcome.match = weighed.match;
   if (hypotheses_.is_forked() && !was_forked) {
@@ -212,7 +213,7 @@ void SlamEngine::Parts::search_anew_if_lost() {
 /// The robot, and what it saw since the fork, is where another hypothesis has it.
 void SlamEngine::Parts::follow(const PoseHypotheses::Outcome& overtaken,
                                MotionPrediction& predicted, ScanOutcome& outcome) {
-  const Pose2 new_from_old = overtaken.match.map_from_base * overtaken.led.inverse();
+  const Pose2 new_from_old = overtaken.match.map_from_base * overtaken.before.inverse();
   outcome.corrected = mapping_.move_since_fork(overtaken.key_scans, new_from_old, outcome.stamp);
   search_anew_if_lost();
   tracker_.change_frame(new_from_old);

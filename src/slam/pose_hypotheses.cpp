@@ -45,6 +45,10 @@ double independence_of(const PoseHypotheses::Step& step) {
 
 bool is_same(const Pose2& a, const Pose2& b) { return are_near(a, b, 0.1, 0.05); }
 
+bool is_refuted(double log_odds, const HypothesisOptions& options) {
+  return log_odds < -kPriorAgainstJump - options.decisive;
+}
+
 /// Where a hypothesis goes on: [m], [rad] that it may be off besides its motion.
 Eigen::Matrix3d covariance_around(const MotionEstimate& motion) {
   return motion.unscaled + covariance_of(0.1, 0.05);
@@ -76,8 +80,7 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
     return outcome;
   }
   const double share = std::max(independence_of(step), note_change(step));
-  const std::optional<Hypothesis> refused = refuse_unexpected(step, outcome);
-  outcome.led = outcome.match.map_from_base;
+  const std::optional<Hypothesis> refused = refuse_unexpected(step, options, outcome);
   outcome.is_jump = is_jump(outcome.match, step.predicted);
   move_others(step, outcome.evidence.log_odds, share);
   note_motion(step, outcome.evidence.log_odds);
@@ -121,28 +124,34 @@ void PoseHypotheses::weigh_elsewhere(const Step& step, double odds, const Outcom
 }
 
 /// What is found where the motion hardly leads to has to be likelier than what the motion tells:
-/// evidence and prior decide which of both leads. Poses that evidence can hardly tell apart are
-/// the match's to decide.
-/// @returns the match, as another hypothesis, where it does not lead.
-std::optional<PoseHypotheses::Hypothesis> PoseHypotheses::refuse_unexpected(const Step& step,
-                                                                            Outcome& outcome) {
-  const Pose2& found = outcome.match.map_from_base;
+/// evidence, in the map that it was found in, and prior decide which of both leads. Poses that
+/// evidence can hardly tell apart are the match's to decide.
+/// @returns the match, as another hypothesis, where it does not lead and may be right.
+std::optional<PoseHypotheses::Hypothesis> PoseHypotheses::refuse_unexpected(
+    const Step& step, const HypothesisOptions& options, Outcome& outcome) {
+  MatchResult& match = outcome.match;
   const Pose2& expected = step.predicted.fixed_from_base;
+  if (!match.accepted() || is_same(match.map_from_base, expected)) {
+    return std::nullopt;
+  }
   MatchProblem problem = problem_at(step, expected, step.predicted.covariance);
   problem.search_covariance = step.predicted.search_covariance;
-  if (!outcome.match.accepted() || is_same(found, expected) || !is_unexpected(problem, found)) {
+  if (!is_unexpected(problem, match.map_from_base)) {
     return std::nullopt;
   }
-  const ScanEvidence there = evidence_of(step.scan, expected, step.map);
-  const double for_found =
-      outcome.evidence.log_odds - there.log_odds + prior_log_odds(problem, found);
-  if (for_found >= 0.0) {
+  const double for_match = evidence_of(step.scan, match.map_from_base, step.matched).log_odds -
+                           evidence_of(step.scan, expected, step.matched).log_odds +
+                           prior_log_odds(problem, match.map_from_base);
+  if (for_match >= 0.0) {
     return std::nullopt;
   }
-  const Hypothesis refused{found, for_found};
-  outcome.match = rejected(problem, MatchStatus::kRejectedUnexpected);
-  outcome.evidence = there;
-  return refused;
+  const Hypothesis refused{match.map_from_base, for_match};
+  match.status = MatchStatus::kRejectedUnexpected;
+  match.map_from_base = expected;
+  match.covariance = step.predicted.covariance;
+  match.refined_by.setZero();
+  outcome.evidence = evidence_of(step.scan, expected, step.map);
+  return is_refuted(for_match, options) ? std::nullopt : std::optional(refused);
 }
 
 void PoseHypotheses::move_others(const Step& step, double leading, double share) {
@@ -207,6 +216,7 @@ void PoseHypotheses::keep_likeliest() {
 void PoseHypotheses::begin_fork(const Step& step) {
   if (!state_.fork) {
     state_.fork = Fork{step.key_scans.size()};
+    state_.fork->searched = kSearchSpacing;  // nothing was yet
   }
 }
 
@@ -223,12 +233,11 @@ void PoseHypotheses::add(const Pose2& map_from_base, double log_odds) {
 }
 
 void PoseHypotheses::drop_refuted(const Pose2& leading, const HypothesisOptions& options) {
-  const auto is_refuted = [&](const Hypothesis& other) {
-    return other.log_odds < -kPriorAgainstJump - options.decisive ||
-           is_same(other.map_from_base, leading);
-  };
   std::vector<Hypothesis>& others = state_.others;
-  others.erase(std::remove_if(others.begin(), others.end(), is_refuted), others.end());
+  const auto is_over = [&](const Hypothesis& other) {
+    return is_refuted(other.log_odds, options) || is_same(other.map_from_base, leading);
+  };
+  others.erase(std::remove_if(others.begin(), others.end(), is_over), others.end());
 }
 
 void PoseHypotheses::decide(const Step& step, const HypothesisOptions& options, Outcome& outcome) {
@@ -263,6 +272,7 @@ void PoseHypotheses::lead(std::vector<Hypothesis>::iterator overtaking, const St
   constexpr double kSigmaXy = 0.05;     // [m], how well it is known before it is refined
   constexpr double kSigmaTheta = 0.03;  // [rad]
   outcome.verdict = Verdict::kOvertaken;
+  outcome.before = outcome.match.map_from_base;
   outcome.match =
       search_exactly(problem_at(step, leading.map_from_base, covariance_of(kSigmaXy, kSigmaTheta)));
   outcome.key_scans = leading.key_scans;

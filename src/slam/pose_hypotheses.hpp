@@ -34,7 +34,8 @@ class PoseHypotheses {
   /// A scan, and what it is compared in.
   struct Step {
     const PointScan& scan;
-    const SlamMap& map;  ///< of the fork, if there is one
+    const SlamMap& map;      ///< of the fork, if there is one
+    const SlamMap& matched;  ///< that the match of the leading hypothesis was made in
     const PlacedScans& key_scans;
     const PlacedScans& recent;  ///< of these, for the matchers
     double seconds;             ///< since the scan before
@@ -51,7 +52,7 @@ class PoseHypotheses {
   struct Outcome {
     Verdict verdict = Verdict::kLeads;
     MatchResult match;      ///< of the hypothesis that leads now
-    Pose2 led;              ///< where the one that led before has the robot
+    Pose2 before;           ///< where the one has the robot that led before, of kOvertaken
     ScanEvidence evidence;  ///< for the one that led before
     bool is_jump = false;   ///< the match is where no motion leads to
     /// Where the hypothesis that overtook has the key scans since the fork.
@@ -66,9 +67,8 @@ class PoseHypotheses {
   [[nodiscard]] static bool is_jump(const MatchResult& match, const MotionPrediction& predicted);
 
   /// Weighs a scan.
-  /// @param match  of the leading hypothesis; a rejected one has its prediction. An accepted one
-  /// that
-  ///               is unexpected stands where evidence and prior speak for it.
+  /// @param match  of the leading hypothesis; a rejected one has its prediction. Where an accepted
+  ///               one is unexpected, evidence and prior have to speak for it.
   [[nodiscard]] Outcome follow(const Step& step, MatchResult match,
                                const HypothesisOptions& options);
 
@@ -95,6 +95,7 @@ class PoseHypotheses {
  private:
   double note_change(const Step& step);
   [[nodiscard]] static std::optional<Hypothesis> refuse_unexpected(const Step& step,
+                                                                   const HypothesisOptions& options,
                                                                    Outcome& outcome);
   void weigh_elsewhere(const Step& step, double odds, const Outcome& outcome);
   void move_others(const Step& step, double leading, double share);

@@ -175,6 +175,14 @@ TEST(SlamDiagnostics, SaysWhenTheRobotIsLost) {
   EXPECT_TRUE(contains(judge(health).message, "lost"));
 }
 
+TEST(SlamDiagnostics, AScanThatFitsWhereItsMotionLeadsIsNotLost) {
+  SlamHealth health = healthy();
+  for (std::size_t k = 100; k < 200; ++k) {
+    health.recent[k].status = MatchStatus::kRejectedUnexpected;
+  }
+  EXPECT_EQ(judge(health).level, DiagnosticStatus::OK) << judge(health).message;
+}
+
 TEST(SlamDiagnostics, TellsOfClocksThatDifferAndOfAStop) {
   SlamHealth health = healthy();
   health.estimated_clock_offset = 82.2;

@@ -113,9 +113,9 @@ struct LedDrive {
     if (by_velocity != nullptr) {
       steady = prediction(*by_velocity, moved);
     }
-    Outcome outcome =
-        hypotheses.follow({scan, rooms().map(), keys, keys, seconds, predicted, steady},
-                          match_at(leading, status), options);
+    Outcome outcome = hypotheses.follow(
+        {scan, rooms().map(), rooms().map(), keys, keys, seconds, predicted, steady},
+        match_at(leading, status), options);
     leading = outcome.match.map_from_base;
     return outcome;
   }
@@ -226,6 +226,7 @@ TEST(PoseHypotheses, TheOneThatLedBeforeGoesOnAndIsSoonRefuted) {
   ASSERT_FALSE(drive.hypotheses.state().others.empty());
   const Hypothesis before = drive.hypotheses.state().others.back();
   EXPECT_LT(distance(before.map_from_base, wrong), 1e-9);
+  EXPECT_EQ(outcome.before, before.map_from_base);
   EXPECT_LT(before.log_odds, -drive.options.decisive);
   int scans = 0;
   for (; drive.hypotheses.is_forked() && scans < 20; ++scans) {
@@ -367,9 +368,9 @@ TEST(PoseHypotheses, AJumpThatFitsStandsAndIsWatched) {
   const PointScan scan = place.look(time);
   const MotionPrediction predicted = prediction(off_by_much(place.truth(time)), {0.2, 0.0, 0.0});
   PoseHypotheses hypotheses;
-  const Outcome outcome = hypotheses.follow(
-      {scan, place.map(), place.keys(), place.keys(), kInterval, predicted, std::nullopt},
-      match_at(place.truth(time)), {});
+  const Outcome outcome = hypotheses.follow({scan, place.map(), place.map(), place.keys(),
+                                             place.keys(), kInterval, predicted, std::nullopt},
+                                            match_at(place.truth(time)), {});
   EXPECT_TRUE(outcome.is_jump);
   EXPECT_EQ(outcome.verdict, Verdict::kLeads);
   EXPECT_EQ(outcome.match.map_from_base, place.truth(time));
@@ -386,34 +387,39 @@ TEST(PoseHypotheses, AnUnexpectedMatchThatFitsWorseFollowsTheMotionThatLeads) {
   predicted.covariance *= 0.04;  // by what odometry has shown
   const MatchResult wrong = match_at(off_by_much(truth));
   PoseHypotheses hypotheses;
-  const Outcome outcome = hypotheses.follow(
-      {scan, place.map(), place.keys(), place.keys(), kInterval, predicted, std::nullopt}, wrong,
-      {});
+  const Outcome outcome = hypotheses.follow({scan, place.map(), place.map(), place.keys(),
+                                             place.keys(), kInterval, predicted, std::nullopt},
+                                            wrong, {});
   EXPECT_EQ(outcome.verdict, Verdict::kLeads);
   EXPECT_EQ(outcome.match.status, MatchStatus::kRejectedUnexpected);
   EXPECT_EQ(outcome.match.map_from_base, truth);
-  EXPECT_EQ(outcome.led, truth);
   EXPECT_EQ(outcome.match.covariance, predicted.covariance);
   EXPECT_GT(outcome.evidence.mean, 2.0) << "of where the robot is told to be";
   EXPECT_FALSE(outcome.is_jump);
   EXPECT_FALSE(hypotheses.is_forked()) << "what is refuted at once is none";
 }
 
+/// Some six of them, which tell little.
+PointScan few_beams(const PointScan& all) {
+  PointScan few;
+  for (std::size_t beam = 0; beam < all.points.size(); beam += all.points.size() / 6) {
+    few.points.push_back(all.points[beam]);
+  }
+  return few;
+}
+
 TEST(PoseHypotheses, AnUnexpectedMatchThatMayBeRightIsAnother) {
   // Nothing is known where the motion leads to, and little more where the match is.
   const Rooms& place = rooms();
   const Pose2 unknown{500.0, 0.0, 0.0};
-  const PointScan all = place.look(8.0);
-  PointScan scan;
-  for (std::size_t beam = 0; beam < all.points.size(); beam += all.points.size() / 6) {
-    scan.points.push_back(all.points[beam]);
-  }
+  const PointScan scan = few_beams(place.look(8.0));
   MotionPrediction predicted = prediction(unknown, {0.2, 0.0, 0.0});
   predicted.covariance *= 0.04;
   LedDrive drive;
-  const Outcome outcome = drive.hypotheses.follow(
-      {scan, place.map(), place.keys(), place.keys(), kInterval, predicted, std::nullopt},
-      match_at(place.truth(8.0)), {});
+  const Outcome outcome =
+      drive.hypotheses.follow({scan, place.map(), place.map(), place.keys(), place.keys(),
+                               kInterval, predicted, std::nullopt},
+                              match_at(place.truth(8.0)), {});
   ASSERT_EQ(outcome.match.status, MatchStatus::kRejectedUnexpected);
   EXPECT_EQ(outcome.match.map_from_base, unknown);
   ASSERT_EQ(drive.hypotheses.state().others.size(), 1U);
@@ -421,14 +427,55 @@ TEST(PoseHypotheses, AnUnexpectedMatchThatMayBeRightIsAnother) {
   EXPECT_LT(drive.hypotheses.state().others.front().log_odds, 0.0);
 }
 
+TEST(PoseHypotheses, AfterARefusedMatchAnotherPoseIsSearchedForAtOnce) {
+  const Rooms& place = rooms();
+  const Pose2 truth = place.truth(8.0);
+  HypothesisOptions options;
+  options.decisive = 50.0;  // so that none decides
+  PoseHypotheses hypotheses;
+  const auto follow = [&](const PointScan& scan, const Pose2& predicted, double learned,
+                          const MatchResult& match) {
+    MotionPrediction motion = prediction(predicted, {});  // odometry tells of no way
+    motion.covariance *= learned;
+    return hypotheses.follow(
+        {scan, place.map(), place.map(), place.keys(), place.keys(), 0.1, motion, std::nullopt},
+        match, options);
+  };
+  const Pose2 wrong = off_by_much(truth);
+  const Outcome refused =
+      follow(few_beams(place.look(8.0)), {500.0, 0.0, 0.0}, 0.04, match_at(wrong));
+  ASSERT_EQ(refused.match.status, MatchStatus::kRejectedUnexpected);
+  ASSERT_EQ(hypotheses.state().others.size(), 1U);
+  follow(place.look(8.0), wrong, 1.0, match_at(wrong));
+  ASSERT_FALSE(hypotheses.state().others.empty());
+  expect_at(hypotheses.state().others.front().map_from_base, truth);
+}
+
+TEST(PoseHypotheses, AMatchIsComparedInTheMapThatItWasMadeIn) {
+  // The fork's map knows nothing; what was drawn since does.
+  const Rooms& place = rooms();
+  const Pose2 truth = place.truth(8.0);
+  SlamMap of_fork{MapOptions{}, LikelihoodFieldOptions{}};
+  MotionPrediction predicted = prediction(off_by_much(truth), {0.2, 0.0, 0.0});
+  predicted.covariance *= 0.04;
+  PoseHypotheses hypotheses({Fork{50, 0, 0.0, 0.0}, {{{100.0, 0.0, 0.0}, -5.0}}});
+  const Outcome outcome = hypotheses.follow({place.look(8.0), of_fork, place.map(), place.keys(),
+                                             place.keys(), kInterval, predicted, std::nullopt},
+                                            match_at(truth), {});
+  EXPECT_TRUE(outcome.match.accepted());
+  EXPECT_EQ(outcome.match.map_from_base, truth);
+  EXPECT_EQ(outcome.evidence.log_odds, 0.0) << "in the fork's map";
+}
+
 TEST(PoseHypotheses, ARejectedMatchIsNoJump) {
   LedDrive drive;
   const Pose2 far = off_by_much(rooms().truth(8.0));
   const PointScan scan = rooms().look(8.0);
   const MotionPrediction predicted = prediction(rooms().truth(8.0), {0.2, 0.0, 0.0});
-  const Outcome outcome = drive.hypotheses.follow(
-      {scan, rooms().map(), drive.keys, drive.keys, kInterval, predicted, std::nullopt},
-      match_at(far, MatchStatus::kRejectedLowScore), drive.options);
+  const Outcome outcome =
+      drive.hypotheses.follow({scan, rooms().map(), rooms().map(), drive.keys, drive.keys,
+                               kInterval, predicted, std::nullopt},
+                              match_at(far, MatchStatus::kRejectedLowScore), drive.options);
   EXPECT_FALSE(outcome.is_jump);
 }
 

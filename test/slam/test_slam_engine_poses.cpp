@@ -78,7 +78,7 @@ class AstrayMatcher : public ScanMatcher {
   }
 };
 
-TEST(SlamEngine, WhereOdometryHasBeenGoodAMatchElsewhereHasToBeLikelier) {
+TEST(SlamEngine, AMatchElsewhereHasToBeLikelierThanTheMotion) {
   const SimulatedRun run = drive_through("rooms", 12.0, 3);
   SlamEngine engine = make_engine(run);
   for (std::size_t i = 0; i < run.scans.size(); ++i) {

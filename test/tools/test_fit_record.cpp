@@ -36,6 +36,23 @@ TEST(FitRecord, HasNothingToSayOfAGoodRun) {
   EXPECT_EQ(record.warnings(), Texts{});
 }
 
+TEST(FitRecord, SaysWhyFewScansMatch) {
+  FitRecord record;
+  for (int k = 0; k < 100; ++k) {
+    ScanOutcome outcome = outcome_of(0.1 * k);
+    if (k % 2 == 0) {
+      outcome.match.status =
+          k < 50 ? MatchStatus::kRejectedLowScore : MatchStatus::kRejectedUnexpected;
+    }
+    record.add(outcome);
+  }
+  ASSERT_FALSE(record.warnings().empty());
+  EXPECT_TRUE(contains(record.warnings().front(), "25 fit nowhere near the prediction"))
+      << record.warnings().front();
+  EXPECT_TRUE(contains(record.warnings().front(), "25 fit where their motion hardly leads to"))
+      << record.warnings().front();
+}
+
 TEST(FitRecord, SaysThatMatchesArePoorButNothingOfAMatcherThatMatchesNothing) {
   for (const double score : {0.4, 0.0}) {
     FitRecord record;

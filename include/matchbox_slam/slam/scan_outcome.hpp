@@ -26,7 +26,7 @@ enum class Certainty {
   kSure,       ///< the match, or the matcher was not asked for one
   kOvertaken,  ///< the match of another hypothesis than led before
   kNewGround,  ///< the prediction: what the scan sees is hardly mapped yet
-  kUnmatched,  ///< the prediction: the scan fits nowhere near, though what it sees is mapped
+  kUnmatched,  ///< the prediction: no match near is likelier, though what the scan sees is mapped
 };
 
 /// A word for logs and reports, such as "new_ground".
