@@ -57,10 +57,16 @@ bool match_nowhere(const std::deque<ScanHealth>& scans) {
          std::all_of(scans.end() - kRejectedInRow, scans.end(), is_rejected);
 }
 
-double rejected_share(const std::deque<ScanHealth>& scans) {
-  const auto count = std::count_if(scans.begin(), scans.end(), is_rejected);
+bool is_unexpected(const ScanHealth& scan) {
+  return scan.status == MatchStatus::kRejectedUnexpected;
+}
+
+double share_of(const std::deque<ScanHealth>& scans, bool (*is_such)(const ScanHealth&)) {
+  const auto count = std::count_if(scans.begin(), scans.end(), is_such);
   return scans.empty() ? 0.0 : static_cast<double>(count) / static_cast<double>(scans.size());
 }
+
+double rejected_share(const std::deque<ScanHealth>& scans) { return share_of(scans, is_rejected); }
 
 std::size_t skipped_for_transforms(const ScanAccount& account) {
   const auto found = account.skipped.find(SkipReason::kNoTransform);
@@ -130,6 +136,11 @@ void summarize(const SlamHealth& health, const ScanAccount& before,
   } else if (rejected_share(health.recent) > kMaxRejectedShare) {
     status.summaryf(DiagnosticStatus::WARN, "%.0f %% of the recent scans match nowhere near",
                     100.0 * rejected_share(health.recent));
+  } else if (share_of(health.recent, is_unexpected) > kMaxRejectedShare) {
+    status.summaryf(DiagnosticStatus::WARN,
+                    "%.0f %% of the recent scans match where their motion hardly leads to; see "
+                    "motion/*",
+                    100.0 * share_of(health.recent, is_unexpected));
   } else if (!health.set_aside.empty()) {
     status.summary(DiagnosticStatus::WARN,
                    fmt::format("mapping anew: the map to go on with could not be read, and is in "

@@ -191,8 +191,10 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(MotionPrediction& predicted,
     search_anew_if_lost();
   }
   if (!outcome.match.accepted() && options().hypotheses.enabled) {
-    outcome.certainty =
-        weighed.evidence.known < kMinKnownShare ? Certainty::kNewGround : Certainty::kUnmatched;
+    // Where the next match may be believed that this one was refused for, nothing is drawn.
+    const bool is_new_ground = outcome.match.status != MatchStatus::kRejectedUnexpected &&
+                               weighed.evidence.known < kMinKnownShare;
+    outcome.certainty = is_new_ground ? Certainty::kNewGround : Certainty::kUnmatched;
   }
   if (weighed.verdict == Verdict::kOvertaken) {
     follow(weighed, predicted, outcome);

@@ -91,8 +91,10 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
   }
   if (refused) {
     begin_fork(step);
-    add(refused->map_from_base, refused->log_odds);
-    keep_likeliest();
+    if (!is_one(refused->map_from_base)) {  // else it has its odds, of more than this scan
+      add(refused->map_from_base, refused->log_odds);
+      keep_likeliest();
+    }
   }
   weigh_elsewhere(step, share * odds_of_elsewhere(outcome.evidence), outcome);
   drop_refuted(outcome.match.map_from_base, options);
@@ -146,10 +148,9 @@ std::optional<PoseHypotheses::Hypothesis> PoseHypotheses::refuse_unexpected(
     return std::nullopt;
   }
   const Hypothesis refused{match.map_from_base, for_match};
-  match.status = MatchStatus::kRejectedUnexpected;
-  match.map_from_base = expected;
-  match.covariance = step.predicted.covariance;
-  match.refined_by.setZero();
+  const std::size_t candidates = match.candidates;
+  match = rejected(problem, MatchStatus::kRejectedUnexpected);
+  match.candidates = candidates;
   outcome.evidence = evidence_of(step.scan, expected, step.map);
   return is_refuted(for_match, options) ? std::nullopt : std::optional(refused);
 }
@@ -218,6 +219,12 @@ void PoseHypotheses::begin_fork(const Step& step) {
     state_.fork = Fork{step.key_scans.size()};
     state_.fork->searched = kSearchSpacing;  // nothing was yet
   }
+}
+
+bool PoseHypotheses::is_one(const Pose2& map_from_base) const {
+  return std::any_of(state_.others.begin(), state_.others.end(), [&](const auto& other) {
+    return is_same(other.map_from_base, map_from_base);
+  });
 }
 
 void PoseHypotheses::add(const Pose2& map_from_base, double log_odds) {

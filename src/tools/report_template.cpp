@@ -96,7 +96,7 @@ const kinds = {
   doubt: {name: 'doubt', color: '#e69f00', why: 'Another place, or one that is not known, might have been right as well. The map grew meanwhile.'},
   recovered: {name: 'recovered', color: '#56b4e9', why: 'The lost robot was found; what it had mapped apart was being joined to the map.'},
   overtaken: {name: 'overtaken', color: '#b5468f', why: 'Another hypothesis than the one that led before fitted better, and took its place.'},
-  unmatched: {name: 'unmatched', color: '#7a5230', why: 'The scan fitted nowhere near, though what it saw was mapped: the pose is the predicted one.'},
+  unmatched: {name: 'unmatched', color: '#7a5230', why: 'No match near was likelier, though what the scan saw was mapped: the pose is the predicted one.'},
   new_ground: {name: 'new ground', color: '#009e73', why: 'Most of what the scan saw was not mapped yet: the pose is the predicted one.'}
 };
 const byId = id => document.getElementById(id);
@@ -399,7 +399,7 @@ for (const row of data.stretches) {
   element('span', '', what, 'swatch').style.background = kinds[row.reason].color;
   what.appendChild(document.createTextNode(kinds[row.reason].name));
   element('td', kinds[row.reason].why + (row.reason !== 'unmatched' && row.unmatched ?
-    ' ' + grouped(row.unmatched) + ' of these scans matched nowhere.' : ''), line);
+    ' ' + grouped(row.unmatched) + ' of these scans were not matched.' : ''), line);
   line.addEventListener('click', () => {
     body.querySelectorAll('.picked').forEach(one => one.classList.remove('picked'));
     line.classList.add('picked');

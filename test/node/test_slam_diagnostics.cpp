@@ -180,7 +180,10 @@ TEST(SlamDiagnostics, AScanThatFitsWhereItsMotionLeadsIsNotLost) {
   for (std::size_t k = 100; k < 200; ++k) {
     health.recent[k].status = MatchStatus::kRejectedUnexpected;
   }
-  EXPECT_EQ(judge(health).level, DiagnosticStatus::OK) << judge(health).message;
+  EXPECT_EQ(judge(health).level, DiagnosticStatus::WARN);
+  EXPECT_TRUE(contains(judge(health).message,
+                       "50 % of the recent scans match where their motion hardly leads to"))
+      << judge(health).message;
 }
 
 TEST(SlamDiagnostics, TellsOfClocksThatDifferAndOfAStop) {

@@ -427,6 +427,30 @@ TEST(PoseHypotheses, AnUnexpectedMatchThatMayBeRightIsAnother) {
   EXPECT_LT(drive.hypotheses.state().others.front().log_odds, 0.0);
 }
 
+TEST(PoseHypotheses, AMatchThatIsRefusedAgainKeepsItsOdds) {
+  const Rooms& place = rooms();
+  const PointScan scan = few_beams(place.look(8.0));
+  MotionPrediction predicted = prediction({500.0, 0.0, 0.0}, {});  // at rest
+  predicted.covariance *= 0.04;
+  PoseHypotheses hypotheses;
+  const auto follow = [&] {
+    return hypotheses
+        .follow({scan, place.map(), place.map(), place.keys(), place.keys(), 0.02, predicted,
+                 std::nullopt},
+                match_at(place.truth(8.0)), {})
+        .match.status;
+  };
+  ASSERT_EQ(follow(), MatchStatus::kRejectedUnexpected);
+  State state = hypotheses.state();
+  ASSERT_EQ(state.others.size(), 1U);
+  ASSERT_GT(state.others.front().log_odds, -8.0);
+  state.others.front().log_odds = -10.0;  // as scans since have it
+  hypotheses = PoseHypotheses(state);
+  ASSERT_EQ(follow(), MatchStatus::kRejectedUnexpected);
+  ASSERT_EQ(hypotheses.state().others.size(), 1U);
+  EXPECT_NEAR(hypotheses.state().others.front().log_odds, -10.0, 0.1);
+}
+
 TEST(PoseHypotheses, AfterARefusedMatchAnotherPoseIsSearchedForAtOnce) {
   const Rooms& place = rooms();
   const Pose2 truth = place.truth(8.0);

@@ -91,6 +91,33 @@ TEST(SlamEngine, AMatchElsewhereHasToBeLikelierThanTheMotion) {
   }
 }
 
+/// Matches each scan beside where it is predicted.
+class BesideMatcher : public ScanMatcher {
+ public:
+  void configure(const Parameters& /*parameters*/) override {}
+  [[nodiscard]] std::vector<OptionDescription> options() const override { return {}; }
+  [[nodiscard]] MatchResult match(const MatchProblem& problem) const override {
+    MatchResult result = rejected(problem, MatchStatus::kAccepted);
+    result.map_from_base = displaced(problem.predicted_map_from_base, {0.4, -0.3, 0.05});
+    result.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+    result.score = 0.8;
+    return result;
+  }
+};
+
+TEST(SlamEngine, WhatWasMatchedBesideTheMotionIsNotDrawnOnNewGround) {
+  const SimulatedRun run = drive_through("rooms", 2.0, 3);
+  SlamEngine engine = make_engine(run);
+  engine.process(scan_input(run, 0));
+  engine.set_matcher(std::make_shared<BesideMatcher>());
+  engine.set_pose({500.0, 0.0, 0.0}, 1e-6 * Eigen::Matrix3d::Identity());
+  const ScanOutcome outcome = engine.process(scan_input(run, 1));
+  EXPECT_EQ(outcome.match.status, MatchStatus::kRejectedUnexpected);
+  EXPECT_EQ(outcome.map_from_base, outcome.predicted_map_from_base);
+  EXPECT_EQ(outcome.certainty, Certainty::kUnmatched);
+  EXPECT_FALSE(outcome.inserted);
+}
+
 TEST(SlamEngine, GoesOnFromThePoseThatItIsTold) {
   const SimulatedRun run = drive_through("rooms", 2.0, 3);
   SlamEngine engine = make_engine(run);
