@@ -91,7 +91,8 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
   }
   if (refused) {
     begin_fork(step);
-    if (!is_one(refused->map_from_base)) {  // else it has its odds, of more than this scan
+    // One that is there already has its odds, of more than this scan.
+    if (same_as(refused->map_from_base) == state_.others.end()) {
       add(refused->map_from_base, refused->log_odds);
       keep_likeliest();
     }
@@ -221,16 +222,14 @@ void PoseHypotheses::begin_fork(const Step& step) {
   }
 }
 
-bool PoseHypotheses::is_one(const Pose2& map_from_base) const {
-  return std::any_of(state_.others.begin(), state_.others.end(), [&](const auto& other) {
+std::vector<PoseHypothesis>::iterator PoseHypotheses::same_as(const Pose2& map_from_base) {
+  return std::find_if(state_.others.begin(), state_.others.end(), [&](const auto& other) {
     return is_same(other.map_from_base, map_from_base);
   });
 }
 
 void PoseHypotheses::add(const Pose2& map_from_base, double log_odds) {
-  const auto same =
-      std::find_if(state_.others.begin(), state_.others.end(),
-                   [&](const auto& other) { return is_same(other.map_from_base, map_from_base); });
+  const auto same = same_as(map_from_base);
   if (same != state_.others.end()) {
     same->log_odds = std::max(same->log_odds, log_odds);
     return;

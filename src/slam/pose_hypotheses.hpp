@@ -103,7 +103,8 @@ class PoseHypotheses {
   [[nodiscard]] bool is_search_due(const Outcome& outcome, bool is_odometry_improbable) const;
   void search(const Step& step, const Outcome& outcome, double share);
   void begin_fork(const Step& step);
-  [[nodiscard]] bool is_one(const Pose2& map_from_base) const;
+  /// The other one at a pose, or the end of all.
+  [[nodiscard]] std::vector<Hypothesis>::iterator same_as(const Pose2& map_from_base);
   void add(const Pose2& map_from_base, double log_odds);
   void keep_likeliest();
   void drop_refuted(const Pose2& leading, const HypothesisOptions& options);
