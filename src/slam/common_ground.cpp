@@ -131,6 +131,20 @@ MatchResult let_go(const MatchResult& match, const MatchProblem& problem) {
 
 }  // namespace
 
+double evidence_between(const PointScan& scan, const Pose2& one, const Pose2& other,
+                        const SlamMap& map) {
+  const Comparison by_one(one, other, map);
+  const Comparison by_other(other, one, map);
+  PointScan common;
+  common.stamp = scan.stamp;
+  for (const ScanPoint& point : scan.points) {
+    if (!by_one.tells_nothing(point) && !by_other.tells_nothing(point)) {
+      common.points.push_back(point);
+    }
+  }
+  return evidence_of(common, one, map).log_odds - evidence_of(common, other, map).log_odds;
+}
+
 MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProblem& problem,
                                      const SlamMap& map) {
   MatchResult first = matcher.match(problem);
@@ -157,10 +171,9 @@ MatchResult CommonGroundMatch::match(const ScanMatcher& matcher, const MatchProb
   if (are_near(second.map_from_base, first.map_from_base, 0.01, 0.005)) {
     return first;  // which all points have told
   }
-  const double for_first = evidence_of(common_, first.map_from_base, map).log_odds -
-                           evidence_of(common_, second.map_from_base, map).log_odds +
-                           prior_log_odds(problem, first.map_from_base) -
-                           prior_log_odds(problem, second.map_from_base);
+  const double for_first =
+      evidence_between(common_, first.map_from_base, second.map_from_base, map) +
+      prior_log_odds(problem, first.map_from_base) - prior_log_odds(problem, second.map_from_base);
   return for_first > 0.0 ? first : second;
 }
 

@@ -5,6 +5,13 @@
 
 namespace matchbox_slam {
 
+/// Log odds of a scan for one pose and against another, by the points that both have on known
+/// ground, and by walls that lie across the way between both: that one of them has more of the scan
+/// on ground that nobody has seen says nothing.
+/// @param map  with its field rendered.
+[[nodiscard]] double evidence_between(const PointScan& scan, const Pose2& one, const Pose2& other,
+                                      const SlamMap& map);
+
 /// Matches so that unknown ground draws nobody. A search finds the pose that lays most of a scan on
 /// walls: at the border of what is mapped that is one further back than the robot is, since what it
 /// sees anew lies on none. Between two poses a point tells only where both have it on known ground.

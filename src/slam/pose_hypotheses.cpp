@@ -8,6 +8,7 @@
 #include "matchbox_slam/geometry/chi_square.hpp"
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matching/wide_search.hpp"
+#include "slam/common_ground.hpp"
 #include "slam/pose_gate.hpp"
 #include "slam/prior_odds.hpp"
 #include "slam/scan_evidence.hpp"
@@ -142,9 +143,9 @@ std::optional<PoseHypotheses::Hypothesis> PoseHypotheses::refuse_unexpected(
   if (!is_unexpected(problem, match.map_from_base)) {
     return std::nullopt;
   }
-  const double for_match = evidence_of(step.scan, match.map_from_base, step.matched).log_odds -
-                           evidence_of(step.scan, expected, step.matched).log_odds +
-                           prior_log_odds(problem, match.map_from_base);
+  const double for_match =
+      evidence_between(step.scan, match.map_from_base, expected, step.matched) +
+      prior_log_odds(problem, match.map_from_base);
   if (for_match >= 0.0) {
     return std::nullopt;
   }

@@ -8,6 +8,7 @@
 #include "simulation/make_world.hpp"
 #include "simulation/simulated_run.hpp"
 #include "slam/common_ground.hpp"
+#include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -78,6 +79,69 @@ TEST(CommonGround, LeavesItToOdometryWhereNothingElseTells) {
   EXPECT_NEAR(match.map_from_base.y, 0.001, 1e-9) << "across the wall it is as matched";
   EXPECT_NEAR(match.covariance(0, 0), 0.3 * 0.3 + 1e-4, 1e-9) << "known no better";
   EXPECT_NEAR(match.covariance(1, 1), 1e-5, 1e-9);
+}
+
+/// Finds a scan of so many points at one pose, and one of fewer at another.
+class MatcherOfTwoMinds : public MatcherOfWholeScans {
+ public:
+  MatcherOfTwoMinds(std::size_t points, const Pose2& of_whole, const Pose2& of_part)
+      : MatcherOfWholeScans(points, of_whole), of_part_(0, of_part) {}
+  [[nodiscard]] MatchResult match(const MatchProblem& problem) const override {
+    const MatchResult whole = MatcherOfWholeScans::match(problem);
+    return whole.accepted() ? whole : of_part_.match(problem);
+  }
+
+ private:
+  MatcherOfWholeScans of_part_;
+};
+
+/// Of two walls one tells nothing of how far it is along it; what is left shows the other, of which
+/// more is known further along that one.
+TEST(CommonGround, IsNotDrawnByWhatIsLeftOfTheScan) {
+  const auto two_walls = [](double from, double to, double from_y, double to_y, double x) {
+    PointScan scan = wall_between(from, to);
+    for (double y = from_y; y <= to_y; y += 0.05) {
+      ScanPoint point{{x, y}};
+      point.normal = {-1.0, 0.0};
+      point.weight = 0.05;
+      scan.points.push_back(point);
+    }
+    return scan;
+  };
+  SlamMap map{MapOptions{}, LikelihoodFieldOptions{}};
+  insert_scan(two_walls(-9.0, 0.0, -9.0, 0.0, 3.0), {}, {}, map);
+  const PointScan scan = two_walls(-1.0, 2.6, -1.0, 4.0, 2.7);
+  const PlacedScans none;
+  const MatchProblem problem{scan, {0.6, 0.0, 0.0}, prior_of(2.0, 0.02), map.field, none, 1};
+  const MatcherOfTwoMinds matcher(scan.points.size(), {0.3, 0.0, 0.0}, {0.3, -4.0, 0.0});
+  EXPECT_EQ(CommonGroundMatch().match(matcher, problem, map).map_from_base.y, 0.0);
+}
+
+/// Where a pose has more of a wall on the part that is known, it has more evidence, and yet nothing
+/// tells it from one further along.
+TEST(EvidenceBetween, GroundThatIsUnknownByOnePoseSaysNothing) {
+  SlamMap map{MapOptions{}, LikelihoodFieldOptions{}};
+  insert_scan(wall_between(-2.0, 0.0), {}, {}, map);
+  const PointScan scan = wall_between(-0.6, 1.4);
+  const Pose2 drawn{-1.0, 0.0, 0.0};
+  const Pose2 further{0.5, 0.0, 0.0};
+  EXPECT_GT(evidence_of(scan, drawn, map).log_odds - evidence_of(scan, further, map).log_odds, 5.0);
+  EXPECT_EQ(evidence_between(scan, drawn, further, map), 0.0);
+  EXPECT_EQ(evidence_between(scan, further, drawn, map), 0.0);
+}
+
+TEST(EvidenceBetween, AWallAcrossTheWaySpeaksForThePoseThatHasItThere) {
+  SlamMap map{MapOptions{}, LikelihoodFieldOptions{}};
+  const PointScan scan = wall_between(-2.0, 2.0);
+  insert_scan(scan, {}, {}, map);
+  const Pose2 before_it{0.0, -0.4, 0.0};
+  const double for_truth = evidence_between(scan, {}, before_it, map);
+  EXPECT_GT(for_truth, 10.0);
+  EXPECT_EQ(evidence_between(scan, before_it, {}, map), -for_truth);
+  EXPECT_NEAR(for_truth,
+              evidence_of(scan, {}, map).log_odds - evidence_of(scan, before_it, map).log_odds,
+              1e-9)
+      << "all of it tells";
 }
 
 /// A laser of 120 degrees in rooms, which maps what it saw up to half a metre ago: how often a

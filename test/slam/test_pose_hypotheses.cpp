@@ -399,56 +399,75 @@ TEST(PoseHypotheses, AnUnexpectedMatchThatFitsWorseFollowsTheMotionThatLeads) {
   EXPECT_FALSE(hypotheses.is_forked()) << "what is refuted at once is none";
 }
 
-/// Some six of them, which tell little.
-PointScan few_beams(const PointScan& all) {
-  PointScan few;
-  for (std::size_t beam = 0; beam < all.points.size(); beam += all.points.size() / 6) {
-    few.points.push_back(all.points[beam]);
+/// A match on ground that nobody has seen, beside where its motion leads to: the prior decides.
+struct MatchOnNewGround {
+  PointScan scan = rooms().look(8.0);
+  Pose2 expected = {500.0, 0.0, 0.0};
+  Pose2 match = {500.3, 0.0, 0.0};
+  PoseHypotheses hypotheses;
+
+  MatchStatus follow(const Pose2& moved) {
+    MotionPrediction predicted = prediction(expected, moved);
+    predicted.covariance *= 0.04;
+    HypothesisOptions options;
+    options.decisive = 50.0;  // so that it is not refuted at once
+    const Outcome outcome = hypotheses.follow({scan, rooms().map(), rooms().map(), rooms().keys(),
+                                               rooms().keys(), 0.02, predicted, std::nullopt},
+                                              match_at(match), options);
+    EXPECT_EQ(outcome.match.map_from_base, expected);
+    return outcome.match.status;
   }
-  return few;
-}
+};
 
 TEST(PoseHypotheses, AnUnexpectedMatchThatMayBeRightIsAnother) {
-  // Nothing is known where the motion leads to, and little more where the match is.
-  const Rooms& place = rooms();
-  const Pose2 unknown{500.0, 0.0, 0.0};
-  const PointScan scan = few_beams(place.look(8.0));
-  MotionPrediction predicted = prediction(unknown, {0.2, 0.0, 0.0});
-  predicted.covariance *= 0.04;
-  LedDrive drive;
-  const Outcome outcome =
-      drive.hypotheses.follow({scan, place.map(), place.map(), place.keys(), place.keys(),
-                               kInterval, predicted, std::nullopt},
-                              match_at(place.truth(8.0)), {});
-  ASSERT_EQ(outcome.match.status, MatchStatus::kRejectedUnexpected);
-  EXPECT_EQ(outcome.match.map_from_base, unknown);
-  ASSERT_EQ(drive.hypotheses.state().others.size(), 1U);
-  EXPECT_EQ(drive.hypotheses.state().others.front().map_from_base, place.truth(8.0));
-  EXPECT_LT(drive.hypotheses.state().others.front().log_odds, 0.0);
+  MatchOnNewGround place;
+  ASSERT_EQ(place.follow({0.2, 0.0, 0.0}), MatchStatus::kRejectedUnexpected);
+  ASSERT_EQ(place.hypotheses.state().others.size(), 1U);
+  EXPECT_EQ(place.hypotheses.state().others.front().map_from_base, place.match);
+  EXPECT_LT(place.hypotheses.state().others.front().log_odds, 0.0);
 }
 
 TEST(PoseHypotheses, AMatchThatIsRefusedAgainKeepsItsOdds) {
-  const Rooms& place = rooms();
-  const PointScan scan = few_beams(place.look(8.0));
-  MotionPrediction predicted = prediction({500.0, 0.0, 0.0}, {});  // at rest
-  predicted.covariance *= 0.04;
-  PoseHypotheses hypotheses;
-  const auto follow = [&] {
-    return hypotheses
-        .follow({scan, place.map(), place.map(), place.keys(), place.keys(), 0.02, predicted,
-                 std::nullopt},
-                match_at(place.truth(8.0)), {})
-        .match.status;
-  };
-  ASSERT_EQ(follow(), MatchStatus::kRejectedUnexpected);
-  State state = hypotheses.state();
+  MatchOnNewGround place;
+  const Pose2 at_rest;
+  ASSERT_EQ(place.follow(at_rest), MatchStatus::kRejectedUnexpected);
+  State state = place.hypotheses.state();
   ASSERT_EQ(state.others.size(), 1U);
-  ASSERT_GT(state.others.front().log_odds, -8.0);
-  state.others.front().log_odds = -10.0;  // as scans since have it
-  hypotheses = PoseHypotheses(state);
-  ASSERT_EQ(follow(), MatchStatus::kRejectedUnexpected);
-  ASSERT_EQ(hypotheses.state().others.size(), 1U);
-  EXPECT_NEAR(hypotheses.state().others.front().log_odds, -10.0, 0.1);
+  ASSERT_GT(state.others.front().log_odds, -35.0);
+  state.others.front().log_odds = -40.0;  // as scans since have it
+  place.hypotheses = PoseHypotheses(state);
+  ASSERT_EQ(place.follow(at_rest), MatchStatus::kRejectedUnexpected);
+  ASSERT_EQ(place.hypotheses.state().others.size(), 1U);
+  EXPECT_NEAR(place.hypotheses.state().others.front().log_odds, -40.0, 0.1);
+}
+
+/// A piece of a straight wall, 1 m beside the robot.
+PointScan wall_between(double from, double to) {
+  PointScan scan;
+  for (double x = from; x <= to; x += 0.05) {
+    ScanPoint point{{x, 1.0}};
+    point.normal = {0.0, -1.0};
+    point.weight = 0.05;
+    scan.points.push_back(point);
+  }
+  return scan;
+}
+
+TEST(PoseHypotheses, TheKnownPartOfAWallDoesNotDrawAnUnexpectedMatch) {
+  SlamMap map{MapOptions{}, LikelihoodFieldOptions{}};
+  insert_scan(wall_between(-9.0, 0.0), {}, {}, map);
+  const PointScan scan = wall_between(-0.6, 9.0);
+  MotionPrediction predicted = prediction({0.5, 0.0, 0.0}, {0.3, 0.0, 0.0});
+  const Pose2 drawn{-5.0, 0.0, 0.0};
+  ASSERT_GT(evidence_of(scan, drawn, map).log_odds, 5.0);
+  predicted.covariance = prior_of(1.0, 0.03);
+  predicted.search_covariance = prior_of(4.0, 0.03);
+  const PlacedScans none;
+  PoseHypotheses hypotheses;
+  const Outcome outcome = hypotheses.follow(
+      {scan, map, map, none, none, kInterval, predicted, std::nullopt}, match_at(drawn), {});
+  EXPECT_EQ(outcome.match.status, MatchStatus::kRejectedUnexpected);
+  EXPECT_EQ(outcome.match.map_from_base, predicted.fixed_from_base);
 }
 
 TEST(PoseHypotheses, AfterARefusedMatchAnotherPoseIsSearchedForAtOnce) {
@@ -467,7 +486,7 @@ TEST(PoseHypotheses, AfterARefusedMatchAnotherPoseIsSearchedForAtOnce) {
   };
   const Pose2 wrong = off_by_much(truth);
   const Outcome refused =
-      follow(few_beams(place.look(8.0)), {500.0, 0.0, 0.0}, 0.04, match_at(wrong));
+      follow(place.look(8.0), {500.0, 0.0, 0.0}, 0.04, match_at({500.3, 0.0, 0.0}));
   ASSERT_EQ(refused.match.status, MatchStatus::kRejectedUnexpected);
   ASSERT_EQ(hypotheses.state().others.size(), 1U);
   follow(place.look(8.0), wrong, 1.0, match_at(wrong));
