@@ -21,10 +21,6 @@ double follow(double share, double squared, double weight, double min_scale) {
 }  // namespace
 
 MotionEstimate scaled_by(const OdometryNoiseScale& scale, MotionEstimate estimate) {
-  constexpr double kLeastWay = 0.001;  // [m] that encoders tell
-  if (way_with_turn(estimate.previous_from_current) < kLeastWay) {
-    return estimate;
-  }
   const Eigen::Vector3d shares(scale.translation, scale.translation, scale.rotation);
   estimate.covariance = shares.asDiagonal() * estimate.covariance * shares.asDiagonal();
   estimate.floor = shares.asDiagonal() * estimate.floor * shares.asDiagonal();

@@ -109,7 +109,6 @@ TEST(OdometryNoiseScale, WithoutAPriorThereIsNothingToLearn) {
 
 TEST(OdometryNoiseScale, ScalesStandardDeviations) {
   MotionEstimate estimate;
-  estimate.previous_from_current = kStep;
   estimate.covariance = diagonal_covariance(4.0, 4.0, 1.0);
   estimate.covariance(1, 2) = estimate.covariance(2, 1) = 0.5;
   estimate.floor = kPrior;
@@ -118,20 +117,6 @@ TEST(OdometryNoiseScale, ScalesStandardDeviations) {
   EXPECT_NEAR(scaled.covariance(2, 2), 0.01, 1e-12);
   EXPECT_NEAR(scaled.covariance(1, 2), 0.5 * 0.05, 1e-12);
   EXPECT_NEAR(scaled.floor(0, 0), 0.25 * kPrior(0, 0), 1e-15);
-}
-
-TEST(OdometryNoiseScale, WhereOdometryTellsOfNoMotionItsErrorsAreAsSet) {
-  MotionEstimate estimate;
-  estimate.covariance = kPrior;
-  estimate.floor = kPrior;
-  for (const double way : {0.0, 0.0009}) {
-    estimate.previous_from_current = {way, 0.0, 0.0};
-    const MotionEstimate as_set = scaled_by({0.5, 0.1}, estimate);
-    EXPECT_EQ(as_set.covariance, kPrior);
-    EXPECT_EQ(as_set.floor, kPrior);
-  }
-  estimate.previous_from_current = {0.0, 0.0, 0.01};
-  EXPECT_NEAR(scaled_by({0.5, 0.1}, estimate).covariance(2, 2), 0.01 * kPrior(2, 2), 1e-15);
 }
 
 }  // namespace

@@ -15,9 +15,7 @@ struct OdometryNoiseScale {
   double rotation = 1.0;
 };
 
-/// An estimate whose errors are by these shares of what its options make them. Shares are learned
-/// while odometry tells of motion: where it tells of none it may as well hang, and its errors are
-/// what its options make them.
+/// An estimate whose errors are by these shares of what its options make them.
 [[nodiscard]] MotionEstimate scaled_by(const OdometryNoiseScale& scale, MotionEstimate estimate);
 
 /// What a match teaches about the odometry that predicted it. An error of the prediction by
