@@ -120,11 +120,10 @@ void MotionTracker::add_errors(MotionPrediction& predicted) const {
 MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const {
   const double interval = input.scan.stamp - *state_.stamp;
   if (has_odometry(input) && state_.odom_from_base) {
-    MotionEstimate estimate = motion_from_odometry(
-        *state_.odom_from_base, input.odometry->odom_from_base, interval, options_);
-    if (!seems_to_hang(estimate.previous_from_current)) {
-      estimate = scaled_by(state_.noise_scale, estimate);
-    }
+    MotionEstimate estimate =
+        scaled_by(state_.noise_scale,
+                  motion_from_odometry(*state_.odom_from_base, input.odometry->odom_from_base,
+                                       interval, options_));
     if (options_.calibrate) {
       estimate.previous_from_current =
           calibrated(state_.calibration, estimate.previous_from_current);
@@ -138,15 +137,6 @@ MotionEstimate MotionTracker::motion_since_newest(const ScanInput& input) const 
         source_ == GuessSource::kHeading ? heading_sigma_ : kImuTurnSigma);
   }
   return motion;
-}
-
-/// Whether odometry tells of no motion where the last matches tell of one that does not end from
-/// one scan to the next: what it has shown while it told of some says nothing of that.
-bool MotionTracker::seems_to_hang(const Pose2& told) const {
-  constexpr double kLeastWay = 0.001;  // [m] that encoders tell: a guess, as the next
-  constexpr double kLeastSpeed = 0.1;  // [m/s]
-  return state_.matched && way_with_turn(told) < kLeastWay &&
-         way_with_turn(state_.motion) > kLeastSpeed * state_.interval;
 }
 
 Pose2 MotionTracker::motion_during_scan(const ScanInput& input, const Pose2& moved,

@@ -90,7 +90,6 @@ class MotionTracker {
   [[nodiscard]] MotionPrediction predict_by(const MotionEstimate& motion,
                                             const ScanInput& input) const;
   [[nodiscard]] bool is_improbable(const Pose2& moved, double interval) const;
-  [[nodiscard]] bool seems_to_hang(const Pose2& told) const;
   [[nodiscard]] bool measures_sweep(const ScanInput& input) const;
   void add_errors(MotionPrediction& predicted) const;
   void correct_velocity(double interval, const MotionPrediction& predicted,

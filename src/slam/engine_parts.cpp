@@ -232,8 +232,12 @@ void SlamEngine::Parts::remember(const ScanInput& input, const MotionPrediction&
   } else if (outcome.match.accepted()) {
     tracker_.learn(input, predicted, outcome.match);
   }
-  tracker_.remember(input, predicted, outcome.map_from_base,
-                    outcome.inserted ? beside_drawn(outcome.covariance) : outcome.covariance,
+  Eigen::Matrix3d covariance = outcome.covariance;
+  if (outcome.inserted) {
+    const bool begins_map = outcome.match.status == MatchStatus::kRejectedNoReference;
+    covariance = begins_map ? Eigen::Matrix3d::Zero() : beside_drawn(outcome.covariance);
+  }
+  tracker_.remember(input, predicted, outcome.map_from_base, covariance,
                     outcome.match.accepted() || outcome.inserted);
 }
 

@@ -460,27 +460,6 @@ TEST(MotionTracker, TrustsOdometryThatWasGood) {
   EXPECT_NEAR(next_covariance(tracker)(0, 0), as_set(0, 0), 1e-12);
 }
 
-/// By odometry that stands where it stood at the last scan.
-Eigen::Matrix3d covariance_at_rest(const MotionTracker& tracker, double stamp) {
-  const Pose2 stands = *tracker.state().odom_from_base;
-  return tracker.predict(scan_with_odometry(stamp, stands, stands)).covariance;
-}
-
-TEST(MotionTracker, TrustsNoGoodOdometryThatHangs) {
-  const MotionTracker good = tracker_of_good_odometry(GuessSource::kOdometry, 0.2);
-  const MotionTracker as_set = tracker_of_good_odometry(GuessSource::kOdometry, 1.0);
-  EXPECT_NEAR(covariance_at_rest(good, 20.0)(0, 0), covariance_at_rest(as_set, 20.0)(0, 0), 1e-12);
-}
-
-TEST(MotionTracker, TrustsGoodOdometryOfARobotThatStands) {
-  MotionTracker tracker = tracker_of_good_odometry(GuessSource::kOdometry, 0.2);
-  const double as_set = covariance_at_rest(tracker, 20.0)(0, 0);
-  const Pose2 stands = tracker.state().fixed_from_base;
-  const ScanInput input = scan_with_odometry(20.0, stands, stands);
-  tracker.remember(input, tracker.predict(input), stands, 1e-8 * Eigen::Matrix3d::Identity(), true);
-  EXPECT_NEAR(covariance_at_rest(tracker, 20.1)(0, 0), 0.04 * as_set, 1e-6);
-}
-
 /// Of 100 m straight on, in a frame that moves meanwhile, whose odometry tells 2 % too much.
 MotionTracker tracker_of_long_odometry(bool calibrate) {
   MotionPriorOptions options;
