@@ -6,8 +6,9 @@
 namespace matchbox_slam {
 
 /// Log odds of a scan for one pose and against another, by the points that both have on known
-/// ground, and by walls that lie across the way between both: that one of them has more of the scan
-/// on ground that nobody has seen says nothing.
+/// ground, and by those that lie across the way between both, as all without normal do: that one of
+/// them has more of the scan along walls that nobody has seen, or on their other side, says
+/// nothing.
 /// @param map  with its field rendered.
 [[nodiscard]] double evidence_between(const PointScan& scan, const Pose2& one, const Pose2& other,
                                       const SlamMap& map);

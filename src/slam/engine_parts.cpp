@@ -233,7 +233,7 @@ void SlamEngine::Parts::remember(const ScanInput& input, const MotionPrediction&
     tracker_.learn(input, predicted, outcome.match);
   }
   Eigen::Matrix3d covariance = outcome.covariance;
-  if (outcome.inserted) {
+  if (outcome.inserted) {  // the frame of a map lies where its first scan does
     const bool begins_map = outcome.match.status == MatchStatus::kRejectedNoReference;
     covariance = begins_map ? Eigen::Matrix3d::Zero() : beside_drawn(outcome.covariance);
   }

@@ -9,6 +9,7 @@
 #include "simulation/simulated_run.hpp"
 #include "slam/common_ground.hpp"
 #include "slam/scan_evidence.hpp"
+#include "slam/wall_scan.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -28,18 +29,6 @@ TEST(CommonGround, FollowsAScanThatIsKnownWherePredictionsAreWrong) {
     const MatchResult found = common.match(matcher, problem, scene.map);
     EXPECT_LT(shift_between(scene.map_from_base, found.map_from_base).head<2>().norm(), 0.01);
   }
-}
-
-/// A piece of a straight wall, 1 m beside the robot.
-PointScan wall_between(double from, double to) {
-  PointScan scan;
-  for (double x = from; x <= to; x += 0.05) {
-    ScanPoint point{{x, 1.0}};
-    point.normal = {0.0, -1.0};
-    point.weight = 0.05;
-    scan.points.push_back(point);
-  }
-  return scan;
 }
 
 /// Finds a scan of so many points at a pose, and one of fewer nowhere.
