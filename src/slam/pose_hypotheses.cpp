@@ -186,25 +186,38 @@ bool PoseHypotheses::is_search_due(const Outcome& outcome, bool is_odometry_impr
          ((is_bad || outcome.is_jump) && (!state_.fork || state_.fork->searched >= kSearchSpacing));
 }
 
+/// On by the last motion the robot is only where evidence speaks for that: odometry that catches up
+/// after it hung tells of such a step, too, and leads to where less is known.
+void PoseHypotheses::consider_steady(const Step& step, const Pose2& leading, double share) {
+  const MatchResult match = search_exactly(
+      problem_at(step, step.steady->fixed_from_base, step.steady->search_covariance));
+  if (!match.accepted() || is_same(match.map_from_base, leading)) {
+    return;
+  }
+  const double error =
+      kModelErrorShare * evidence_of(step.scan, match.map_from_base, step.map).log_odds;
+  const double better =
+      evidence_between(step.scan, match.map_from_base, leading, step.map) - std::max(0.0, error);
+  if (better > 0.0) {
+    add(match.map_from_base, 0.5 * kMostChiSquare - kPriorAgainstJump + share * limited(better));
+  }
+}
+
 void PoseHypotheses::search(const Step& step, const Outcome& outcome, double share) {
-  const double leading = outcome.evidence.log_odds;
-  const auto consider = [&](const MatchResult& match, double log_odds) {
-    if (!match.accepted() || is_same(match.map_from_base, outcome.match.map_from_base)) {
-      return;
-    }
-    const ScanEvidence there = evidence_of(step.scan, match.map_from_base, step.map);
-    if (there.log_odds > leading) {
-      add(match.map_from_base, log_odds + share * relative_log_odds(there.log_odds, leading));
-    }
-  };
+  const Pose2& leading = outcome.match.map_from_base;
+  const double for_leading = outcome.evidence.log_odds;
   if (step.steady) {
-    consider(search_exactly(
-                 problem_at(step, step.steady->fixed_from_base, step.steady->search_covariance)),
-             0.5 * kMostChiSquare - kPriorAgainstJump);
+    consider_steady(step, leading, share);
   }
   for (const MatchResult& match :
        search_widely(problem_at(step, step.predicted.fixed_from_base, step.predicted.covariance))) {
-    consider(match, -kPriorAgainstJump);
+    if (!match.accepted() || is_same(match.map_from_base, leading)) {
+      continue;
+    }
+    const double there = evidence_of(step.scan, match.map_from_base, step.map).log_odds;
+    if (there > for_leading) {
+      add(match.map_from_base, share * relative_log_odds(there, for_leading) - kPriorAgainstJump);
+    }
   }
   keep_likeliest();
 }

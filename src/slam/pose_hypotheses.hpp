@@ -101,6 +101,7 @@ class PoseHypotheses {
   void move_others(const Step& step, double leading, double share);
   void note_motion(const Step& step, double leading);
   [[nodiscard]] bool is_search_due(const Outcome& outcome, bool is_odometry_improbable) const;
+  void consider_steady(const Step& step, const Pose2& leading, double share);
   void search(const Step& step, const Outcome& outcome, double share);
   void begin_fork(const Step& step);
   /// The other one at a pose, or the end of all.

@@ -26,8 +26,6 @@ constexpr double kOdometryErrorXy = 0.5;
 constexpr double kOdometryErrorTheta = 0.3;
 /// Where it sees much that is not known a place is not explained, and another one may be right.
 constexpr double kMinMeanEvidence = 2.0;
-/// Share of the evidence that errors of map and model make up between places that are equal.
-constexpr double kModelErrorShare = 0.1;
 
 /// What a lost robot is looked for with.
 struct Lost {

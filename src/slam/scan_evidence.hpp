@@ -29,6 +29,9 @@ constexpr std::size_t kEvidenceBeams = 180;
 /// is wrong it is wrong for all beams.
 constexpr double kMostOfScan = 6.0;
 
+/// Share of the evidence that errors of map and model make up between places that are equal.
+constexpr double kModelErrorShare = 0.1;
+
 /// Share of a scan that has to tell of walls for it to count whole; of a loop, to count at all.
 constexpr double kMinTellingShare = 0.2;
 

@@ -469,6 +469,21 @@ TEST(PoseHypotheses, TheKnownPartOfAWallDoesNotDrawAnUnexpectedMatch) {
   EXPECT_EQ(outcome.match.map_from_base, predicted.fixed_from_base);
 }
 
+/// Along a wall nothing tells that odometry which goes on where the robot is now was wrong to. Back
+/// where it stood still more of the wall is known.
+TEST(PoseHypotheses, TheKnownPartOfAWallDoesNotSpeakAgainstOdometryThatCatchesUp) {
+  SlamMap map{MapOptions{}, LikelihoodFieldOptions{}};
+  insert_scan(wall_between(-4.0, 4.0), {}, {}, map);
+  const PlacedScans none;
+  const Pose2 there{1.5, 0.0, 0.0};
+  PoseHypotheses hypotheses;
+  const Outcome outcome = hypotheses.follow({wall_between(-4.0, 4.0), map, map, none, none, 0.1,
+                                             prediction(there, there), prediction({}, {})},
+                                            match_at(there), {});
+  EXPECT_EQ(outcome.verdict, Verdict::kLeads);
+  EXPECT_EQ(outcome.match.map_from_base, there);
+}
+
 TEST(PoseHypotheses, AfterARefusedMatchAnotherPoseIsSearchedForAtOnce) {
   const Rooms& place = rooms();
   const Pose2 truth = place.truth(8.0);
