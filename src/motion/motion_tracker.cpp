@@ -60,8 +60,8 @@ std::optional<MotionPrediction> MotionTracker::predict_steadily(const ScanInput&
 /// Whether no robot moves so in this time that has just moved as this one did, but for the usual
 /// changes of its velocity and what its last two poses make that uncertain.
 bool MotionTracker::is_improbable(const Pose2& moved, double interval) const {
-  // [m/s], standard deviation of what wheels tell of, from scan to scan. Four of these, which is too
-  // many, are as fast as robots drive in buildings.
+  // [m/s], standard deviation of what wheels tell of, from scan to scan. Four of these, which is
+  // too many, are as fast as robots drive in buildings.
   constexpr double kMaxVelocityChange = 0.5;
   if (!state_.matched || state_.interval <= 0.0) {  // its motion is not known
     return false;
