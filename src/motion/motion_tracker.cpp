@@ -57,17 +57,17 @@ std::optional<MotionPrediction> MotionTracker::predict_steadily(const ScanInput&
              : std::nullopt;
 }
 
-/// Whether no robot moves so in this time that has just moved as this one did, but for the usual
-/// changes of its velocity and what its last two poses make that uncertain.
+/// Whether robots hardly ever move so in this time that have just moved as this one did: by the
+/// usual changes of their velocity and what its last two poses make that uncertain.
 bool MotionTracker::is_improbable(const Pose2& moved, double interval) const {
-  // [m/s], standard deviation of what wheels tell of, from scan to scan. Four of these, which is
-  // too many, are as fast as robots drive in buildings.
-  constexpr double kMaxVelocityChange = 0.5;
+  // [m/s], standard deviation of the change of velocity, at least. A change four times as large is
+  // doubted: it is as fast as robots drive in buildings.
+  constexpr double kMinVelocityChange = 0.5;
   if (!state_.matched || state_.interval <= 0.0) {  // its motion is not known
     return false;
   }
   MotionPriorOptions options = options_;
-  options.velocity_change = std::max(options.velocity_change, kMaxVelocityChange);
+  options.velocity_change = std::max(options.velocity_change, kMinVelocityChange);
   const MotionEstimate steady =
       motion_at_constant_velocity(state_.motion, state_.interval, interval, options);
   const double share = interval / state_.interval;

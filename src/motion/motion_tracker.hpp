@@ -44,9 +44,9 @@ class MotionTracker {
   /// laser's pose is no number.
   [[nodiscard]] MotionPrediction predict(const ScanInput& input) const;
 
-  /// The prediction by the last motion alone, where what odometry tells of this step can be no
-  /// motion of a robot that has moved like that: it was set, say, or catches up after it hung. The
-  /// input is one that predict() takes.
+  /// The prediction by the last motion alone, where what odometry tells of this step is improbable
+  /// for a robot that has moved like that: it was set, say, or catches up after it hung. The input
+  /// is one that predict() takes.
   [[nodiscard]] std::optional<MotionPrediction> predict_steadily(const ScanInput& input) const;
 
   /// What a match, accepted or not, says of the scan that was predicted so.

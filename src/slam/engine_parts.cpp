@@ -132,7 +132,7 @@ ScanOutcome SlamEngine::Parts::take_secondary(const ScanInput& input,
   return outcome;
 }
 
-/// Where odometry tells of a step that cannot be, nobody knows where between the lasers' scans it
+/// Where odometry tells of an improbable step, nobody knows where between the lasers' scans it
 /// lies: then the primary one's counts alone.
 void SlamEngine::Parts::collect_scans(const ScanInput& input, const MotionPrediction& predicted,
                                       bool with_secondary_lasers) {

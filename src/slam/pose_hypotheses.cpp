@@ -186,20 +186,21 @@ bool PoseHypotheses::is_search_due(const Outcome& outcome, bool is_odometry_impr
          ((is_bad || outcome.is_jump) && (!state_.fork || state_.fork->searched >= kSearchSpacing));
 }
 
-/// On by the last motion the robot is only where evidence speaks for that: odometry that catches up
-/// after it hung tells of such a step, too, and leads to where less is known.
+/// Adds the pose that the last motion leads to, where ground that both poses know speaks for it.
+/// Odometry that catches up is right, though its step is improbable: by all beams the pose behind
+/// would win, as more is known there. Once added it competes as any other.
 void PoseHypotheses::consider_steady(const Step& step, const Pose2& leading, double share) {
+  constexpr double kPrior = 0.5 * kMostChiSquare - kPriorAgainstJump;  // the step's own odds, too
   const MatchResult match = search_exactly(
       problem_at(step, step.steady->fixed_from_base, step.steady->search_covariance));
   if (!match.accepted() || is_same(match.map_from_base, leading)) {
     return;
   }
-  const double error =
-      kModelErrorShare * evidence_of(step.scan, match.map_from_base, step.map).log_odds;
-  const double better =
-      evidence_between(step.scan, match.map_from_base, leading, step.map) - std::max(0.0, error);
+  const double there = evidence_of(step.scan, match.map_from_base, step.map).log_odds;
+  const double error = kModelErrorShare * std::max(0.0, there);
+  const double better = evidence_between(step.scan, match.map_from_base, leading, step.map) - error;
   if (better > 0.0) {
-    add(match.map_from_base, 0.5 * kMostChiSquare - kPriorAgainstJump + share * limited(better));
+    add(match.map_from_base, kPrior + share * limited(better));
   }
 }
 

@@ -40,7 +40,7 @@ class PoseHypotheses {
     const PlacedScans& recent;  ///< of these, for the matchers
     double seconds;             ///< since the scan before
     const MotionPrediction& predicted;
-    /// As the last motion goes on, where odometry tells of a step that cannot be.
+    /// As the last motion goes on, where odometry tells of an improbable step.
     const std::optional<MotionPrediction>& steady;
   };
 

@@ -29,7 +29,8 @@ constexpr std::size_t kEvidenceBeams = 180;
 /// is wrong it is wrong for all beams.
 constexpr double kMostOfScan = 6.0;
 
-/// Share of the evidence that errors of map and model make up between places that are equal.
+/// Errors of map and model may favour one of two poses that are equally good by this share of the
+/// evidence.
 constexpr double kModelErrorShare = 0.1;
 
 /// Share of a scan that has to tell of walls for it to count whole; of a loop, to count at all.

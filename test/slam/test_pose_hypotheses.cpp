@@ -249,15 +249,23 @@ TEST(PoseHypotheses, OvertakeARejectedMatchWhenThatIsClear) {
   expect_at(outcome.match.map_from_base, drive.truth());
 }
 
+/// Odometry was set to a pose that lies too far away to be searched around.
 TEST(PoseHypotheses, FollowTheLastMotionWhereOdometryIsImprobable) {
-  LedDrive drive;
-  drive.seconds = 2.0;
-  drive.leading = off_by_much(drive.leading);
-  const Pose2 by_velocity = shifted(rooms().truth(drive.time + kInterval), {0.02, -0.02, 0.01});
-  const Outcome outcome =
-      drive.follow(rooms().look(drive.time + kInterval), MatchStatus::kAccepted, &by_velocity);
-  ASSERT_EQ(outcome.verdict, Verdict::kOvertaken);
-  expect_at(outcome.match.map_from_base, drive.truth());
+  const auto verdict_with = [](bool is_improbable) {
+    LedDrive drive;
+    drive.seconds = 2.0;
+    drive.leading = shifted(drive.leading, {4.0, 0.0, 0.0});
+    const Pose2 by_velocity = shifted(rooms().truth(drive.time + kInterval), {0.02, -0.02, 0.01});
+    const Outcome outcome =
+        drive.follow(rooms().look(drive.time + kInterval), MatchStatus::kAccepted,
+                     is_improbable ? &by_velocity : nullptr);
+    if (is_improbable) {
+      expect_at(outcome.match.map_from_base, drive.truth());
+    }
+    return outcome.verdict;
+  };
+  EXPECT_EQ(verdict_with(true), Verdict::kOvertaken);
+  EXPECT_EQ(verdict_with(false), Verdict::kLeads);
 }
 
 TEST(PoseHypotheses, HaveOneScanOfARestingRobotSayLessThanOneOfAMovingOne) {
@@ -469,19 +477,42 @@ TEST(PoseHypotheses, TheKnownPartOfAWallDoesNotDrawAnUnexpectedMatch) {
   EXPECT_EQ(outcome.match.map_from_base, predicted.fixed_from_base);
 }
 
-/// Along a wall nothing tells that odometry which goes on where the robot is now was wrong to. Back
-/// where it stood still more of the wall is known.
+/// What a robot at a place sees whose odometry caught up, by a scan. It hung at the origin.
+void expect_believed(const PointScan& scan, const SlamMap& map, const Pose2& there) {
+  const PlacedScans none;
+  PoseHypotheses hypotheses;
+  const Outcome outcome = hypotheses.follow(
+      {scan, map, map, none, none, 0.1, prediction(there, there), prediction({}, {})},
+      match_at(there), {});
+  EXPECT_EQ(outcome.verdict, Verdict::kLeads);
+  EXPECT_EQ(outcome.match.map_from_base, there);
+  for (const Hypothesis& other : hypotheses.state().others) {
+    EXPECT_GT(other.map_from_base.translation().norm(), 0.5);
+  }
+}
+
+/// Along a wall no scan tells whether odometry that caught up is right. More of the wall is known
+/// where it hung; that says nothing.
 TEST(PoseHypotheses, TheKnownPartOfAWallDoesNotSpeakAgainstOdometryThatCatchesUp) {
   SlamMap map{MapOptions{}, LikelihoodFieldOptions{}};
   insert_scan(wall_between(-4.0, 4.0), {}, {}, map);
-  const PlacedScans none;
+  expect_believed(wall_between(-4.0, 4.0), map, {1.5, 0.0, 0.0});
+}
+
+/// A quarter of a metre that fits where odometry hung, of eight metres that fit there and here.
+TEST(PoseHypotheses, ALittleThatFitsDoesNotSpeakAgainstOdometryThatCatchesUp) {
+  PointScan scan = wall_between(-4.0, 4.0);
+  for (double y = 0.7; y < 0.95; y += 0.05) {
+    ScanPoint point{{4.2, y}};
+    point.normal = {-1.0, 0.0};
+    point.weight = 0.05;
+    scan.points.push_back(point);
+  }
+  SlamMap map{MapOptions{}, LikelihoodFieldOptions{}};
+  insert_scan(scan, {}, {}, map);
   const Pose2 there{1.5, 0.0, 0.0};
-  PoseHypotheses hypotheses;
-  const Outcome outcome = hypotheses.follow({wall_between(-4.0, 4.0), map, map, none, none, 0.1,
-                                             prediction(there, there), prediction({}, {})},
-                                            match_at(there), {});
-  EXPECT_EQ(outcome.verdict, Verdict::kLeads);
-  EXPECT_EQ(outcome.match.map_from_base, there);
+  ASSERT_GT(evidence_between(scan, {}, there, map), 0.5);
+  expect_believed(scan, map, there);
 }
 
 TEST(PoseHypotheses, AfterARefusedMatchAnotherPoseIsSearchedForAtOnce) {
