@@ -7,6 +7,7 @@
 #include <iterator>
 #include <utility>
 
+#include "bag/sweep_survey.hpp"
 #include "common/interrupted.hpp"
 #include "ros/message_conversion.hpp"
 #include "ros/queue_settings.hpp"
@@ -115,6 +116,17 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
       queue_settings(options, read_projection_options(parameters),
                      read_scan_timing_options(parameters), facts_.scan_time_offset);
   settings.is_live = false;
+  if (events_.empty()) {  // else they were of a node, which had to go by the scans before each
+    for (auto& [laser, shown] :
+         survey_sweeps(reader_, settings, facts_.scan_topics, options.imu_topic, cloud,
+                       options.odom_topic, dialog_.is_interrupted)) {
+      settings.timing.shown_sweeps[laser] = shown.seconds;
+      if (!shown.text.empty()) {
+        dialog_.warn(shown.text);
+      }
+    }
+    require_not_interrupted();
+  }
   queue_.emplace(std::move(settings));
   stream_ = reader_.stream(facts_.scan_topics, request_.period, options.imu_topic, cloud,
                            options.odom_topic);
@@ -238,21 +250,16 @@ void BagScans::read_message() {
 }
 
 void BagScans::take(const BagMessage& message) {
-  if (const auto* transforms = std::get_if<BagTransforms>(&message.content)) {
-    queue_->add_transforms(*transforms->message, transforms->is_static, message.time);
+  const std::string defect = add_message(message, *queue_);
+  if (std::holds_alternative<BagTransforms>(message.content)) {
     warn_of_map_link();
     return;
   }
-  if (const auto* imu = std::get_if<sensor_msgs::Imu::ConstPtr>(&message.content)) {
-    warn_of_ignored("the IMU", queue_->add_imu(**imu, message.time));
+  if (!std::holds_alternative<ScanMessage>(message.content)) {
+    const bool is_imu = std::holds_alternative<sensor_msgs::Imu::ConstPtr>(message.content);
+    warn_of_ignored(is_imu ? "the IMU" : "the odometry", defect);
     return;
   }
-  if (const auto* odometry = std::get_if<nav_msgs::Odometry::ConstPtr>(&message.content)) {
-    warn_of_ignored("the odometry", queue_->add_odometry(**odometry, message.time));
-    return;
-  }
-  const auto& scan = std::get<ScanMessage>(message.content);
-  queue_->add_scan(scan, message.time, message.laser);
   first_time_ = first_time_ ? first_time_ : message.time;
   facts_.seconds = seconds_between(*first_time_, message.time);
   show_progress(message.time);

@@ -1,5 +1,7 @@
 #include "odometry/sweep_times.hpp"
 
+#include <algorithm>
+
 namespace matchbox_slam {
 
 void SweepTimes::add(const ScanInput& input, double sent_increment) {
@@ -20,6 +22,30 @@ void SweepTimes::add(const ScanInput& input, double sent_increment) {
                      [&](double stamp) { return motion.odom_from_base_at(stamp); });
     choice.add(input.scan, sent_increment, input.base_from_laser, *odom_from_base);
   }
+}
+
+SweepTimeChoice& SweepTimes::choice_of(int laser) {
+  SweepTimeSetting setting = timing_.sweep_time;
+  const auto shown = timing_.shown_sweeps.find(laser);
+  if (!setting.as_sent && !setting.seconds && shown != timing_.shown_sweeps.end()) {
+    setting.seconds = shown->second;
+  }
+  return choices_.try_emplace(laser, setting).first->second;
+}
+
+bool SweepTimes::is_any_open() const {
+  return std::any_of(choices_.begin(), choices_.end(),
+                     [](const auto& choice) { return choice.second.is_open(); });
+}
+
+std::map<int, ShownSweep> SweepTimes::shown() const {
+  std::map<int, ShownSweep> all;
+  for (const auto& [laser, choice] : choices_) {
+    if (std::optional<ShownSweep> shown = choice.shown()) {
+      all.emplace(laser, *std::move(shown));
+    }
+  }
+  return all;
 }
 
 void SweepTimes::forget() {

@@ -10,6 +10,7 @@
 #include "matchbox_slam/sensor/point_scan.hpp"
 #include "matchbox_slam/sensor/scan_input.hpp"
 #include "odometry/scan_motion.hpp"
+#include "sensor/scan_timing.hpp"
 #include "sensor/sweep_time_choice.hpp"
 
 namespace matchbox_slam {
@@ -21,8 +22,10 @@ class SweepTimes {
  public:
   /// @param projection  as the scans are projected afterwards.
   /// @param has_odometry  that tells how the base drives, and not only how it turns.
-  SweepTimes(const SweepTimeSetting& setting, ProjectionOptions projection, bool has_odometry)
-      : setting_(setting), projection_(std::move(projection)), has_odometry_(has_odometry) {}
+  SweepTimes(ScanTiming timing, ProjectionOptions projection, bool has_odometry)
+      : timing_(std::move(timing)),
+        projection_(std::move(projection)),
+        has_odometry_(has_odometry) {}
 
   [[nodiscard]] bool has_odometry() const { return has_odometry_; }
 
@@ -41,6 +44,11 @@ class SweepTimes {
   /// @param sent_increment  [s] between beams, by the message.
   void add(const ScanInput& input, double sent_increment);
 
+  /// Whether scans of any laser may still show its sweep, of those that have sent one.
+  [[nodiscard]] bool is_any_open() const;
+  /// What scans have shown so far, by laser.
+  [[nodiscard]] std::map<int, ShownSweep> shown() const;
+
   /// What was decided of a laser since the last call, for people; empty: nothing.
   [[nodiscard]] std::string take_news(int laser) { return choice_of(laser).take_news(); }
 
@@ -48,11 +56,9 @@ class SweepTimes {
   void forget();
 
  private:
-  SweepTimeChoice& choice_of(int laser) {
-    return choices_.try_emplace(laser, setting_).first->second;
-  }
+  SweepTimeChoice& choice_of(int laser);
 
-  SweepTimeSetting setting_;
+  ScanTiming timing_;
   ProjectionOptions projection_;
   bool has_odometry_;
   std::map<int, SweepTimeChoice> choices_;  ///< by laser, as the next

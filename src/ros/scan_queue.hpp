@@ -145,6 +145,8 @@ class ScanQueue {
   [[nodiscard]] const ScanAccount& account() const { return account_; }
   /// Scans that were neither delivered nor skipped yet.
   [[nodiscard]] std::size_t waiting() const { return waiting_.size() + ready_scans_; }
+  /// What is known of the lasers' sweeps.
+  [[nodiscard]] const SweepTimes& sweep_times() const { return sweep_times_; }
   [[nodiscard]] const TransformStore& transforms() const { return transforms_.store(); }
   [[nodiscard]] const ScanQueueSettings& settings() const { return settings_; }
 

@@ -23,7 +23,7 @@ constexpr double kMinSweepShare = 0.5;
 constexpr double kMaxSweepShare = 1.1;
 
 constexpr double kMotionTime = 0.2;  // s at most, over which odometry tells how fast the robot is
-constexpr std::size_t kMostTurningScans = 9;  // of the turning robot that are asked
+constexpr std::size_t kMostTurningScans = 30;  // of the turning robot that are asked
 constexpr double kLikelyTolerance = 0.25;  // of the period: so near to what is likely, it is that
 
 // What scans tell is off by more than their noise (measured: twice, and 0.02 s), and now and then
@@ -87,9 +87,11 @@ bool SweepTimeChoice::can_be(const LaserScan& as_sent, double sent_scan_time) co
 
 double SweepTimeChoice::time_increment(const LaserScan& as_sent, double sent_scan_time) {
   if (setting_.seconds) {
+    is_believed_ = true;
     return as_sent.ranges.size() > 1 ? *setting_.seconds / (beams_of(as_sent) - 1.0) : 0.0;
   }
-  if (!may_be_looked_at(as_sent)) {
+  is_believed_ = !may_be_looked_at(as_sent);
+  if (is_believed_) {
     return as_sent.time_increment;
   }
   note_stamp(as_sent.stamp);
@@ -212,16 +214,28 @@ void SweepTimeChoice::decide(double whole) {
 /// @param which  of the likely ones it is, for people.
 void SweepTimeChoice::settle(double sweep, double told, const std::string& which) {
   settled_ = sweep;
+  finding_ = "scans of the moving robot show a sweep of " + fixed_text(told, 3) +
+             " s from the first beam to the last, and messages tell " + fixed_text(sent_, 3) +
+             " s; taken is " + fixed_text(sweep, 3) + " s" + which +
+             "; scan/sweep_time sets it, as_sent for what messages tell";
   if (known_ ? std::abs(sweep - *known_) <= kLeastSweepDeviation
              : !has_told_ && std::abs(sweep - sent_) <= kSameSweep) {
     return;
   }
   known_ = sweep;
   has_told_ = true;
-  news_ = "scans of the moving robot show a sweep of " + fixed_text(told, 3) +
-          " s from the first beam to the last, and messages tell " + fixed_text(sent_, 3) +
-          " s; taken is " + fixed_text(sweep, 3) + " s" + which +
-          "; scan/sweep_time sets it, as_sent for what messages tell";
+  news_ = finding_;
+}
+
+bool SweepTimeChoice::is_open() const {
+  return !is_believed_ && !is_final_ && (is_doubtful_ || gaps_.size() < kMostGaps);
+}
+
+std::optional<ShownSweep> SweepTimeChoice::shown() const {
+  if (!settled_) {
+    return std::nullopt;
+  }
+  return ShownSweep{*settled_, std::abs(*settled_ - sent_) > kSameSweep ? finding_ : ""};
 }
 
 std::string SweepTimeChoice::take_news() { return std::exchange(news_, {}); }

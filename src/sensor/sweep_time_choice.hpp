@@ -14,6 +14,12 @@
 
 namespace matchbox_slam {
 
+/// The sweep of a laser as its scans have shown it.
+struct ShownSweep {
+  double seconds = 0.0;  ///< from the first beam to the last
+  std::string text;      ///< for people, with what messages tell; empty: that is the same
+};
+
 /// Decides how long the sweep of one laser's scans takes. Drivers of lasers that turn all round
 /// often send times that cannot be: 0, or an increment that is twenty times too small. By itself it
 /// believes what can be. Where what is sent cannot be, it takes a sweep to last from scan to scan,
@@ -43,6 +49,12 @@ class SweepTimeChoice {
   [[nodiscard]] bool is_undecided() const { return is_doubtful_ && !is_final_; }
   [[nodiscard]] bool is_final() const { return is_final_; }
 
+  /// Whether scans that are still to come may show a sweep of the laser: it is not known yet
+  /// whether what is sent can be, or it cannot, and scans are asked.
+  [[nodiscard]] bool is_open() const;
+  /// What scans have shown so far; none: nothing.
+  [[nodiscard]] std::optional<ShownSweep> shown() const;
+
   /// What was decided since the last call, for people; empty: nothing.
   [[nodiscard]] std::string take_news();
 
@@ -59,6 +71,7 @@ class SweepTimeChoice {
   SweepTimeSetting setting_;
   std::optional<double> last_stamp_;
   std::deque<double> gaps_;   ///< [s] between the latest scans
+  bool is_believed_ = false;  ///< as it has to be: set so, or not of a laser that turns all round
   bool is_doubtful_ = false;  ///< what is sent can not be, or says nothing
   bool has_told_ = false;     ///< that it cannot be
   std::optional<double>
@@ -69,6 +82,7 @@ class SweepTimeChoice {
   std::vector<ToldSweepTime> told_;
   std::optional<MovingScan> last_;  ///< whose motion the next scan tells
   double sent_ = 0.0;               ///< [s] that its sweep takes by the message
+  std::string finding_;             ///< what was settled last, for people
   std::string news_;
 };
 

@@ -1,0 +1,119 @@
+// Of bag/sweep_survey.hpp, and of BagScans as far as it goes by that.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "bag/bag_scans.hpp"
+#include "bag/simulated_bag.hpp"
+#include "bag/sweep_survey.hpp"
+#include "io/temporary_folder.hpp"
+#include "simulation/simulation_support.hpp"
+
+namespace matchbox_slam {
+namespace {
+
+constexpr double kTurn = 0.18;  // [s] of the laser
+
+LaserOptions turning_laser() {
+  LaserOptions laser;
+  laser.beams = 360;
+  laser.field_of_view = 2.0 * kPi * 359.0 / 360.0;
+  laser.time_increment = kTurn / 360.0;
+  return laser;
+}
+
+class SweepSurvey : public testing::Test {
+ protected:
+  /// @param sent  [s] between beams, as messages tell it.
+  void record(double sent, bool sweeps = true, double seconds = 20.0, double rate = 1.0 / kTurn) {
+    SimulationOptions options;
+    options.laser = turning_laser();
+    options.laser.time_increment = sweeps ? options.laser.time_increment : 0.0;
+    options.laser.sent_time_increment = sent;
+    options.laser.scan_rate = rate;
+    SimulatedBagWriter(path_, {"bz2"})
+        .write(drive_through("rooms", seconds, 3, options), {"rooms", 3, options.laser, {}});
+  }
+
+  /// Times between the beams of all scans that are mapped [s].
+  std::vector<double> increments(const BagPeriod& period = {},
+                                 std::vector<TimedEvent> events = {}) {
+    BagRequest request;
+    request.bags = {path_};
+    request.period = period;
+    told_.clear();
+    const RunDialog dialog{[](const std::string&) {},
+                           [this](const std::string& line) { told_.push_back(line); },
+                           [](double, const std::string&) {}, [] { return false; }};
+    BagScans scans(request, dialog);
+    scans.schedule(std::move(events));
+    const Parameters frames = frame_parameters(request);
+    (void)scans.prepare(frames, read_options<RunOptions>(frames, ""));
+    std::vector<double> all;
+    while (const std::optional<ScanQueue::Item> item = scans.next()) {
+      if (const auto* scan = std::get_if<ReadyScan>(&*item)) {
+        all.push_back(scan->input.scan.time_increment);
+      }
+    }
+    return all;
+  }
+
+  TemporaryFolder folder_;
+  const std::string path_ = folder_ / "drive.bag";
+  std::vector<std::string> told_;
+};
+
+TEST_F(SweepSurvey, ScansAreMappedFromTheFirstOnWithWhatAllOfThemShow) {
+  record(0.0);
+  const std::vector<double> all = increments();
+  ASSERT_GT(all.size(), 100U);
+  EXPECT_NEAR(all.front(), kTurn / 360.0, 0.02 * kTurn / 360.0);
+  EXPECT_EQ(all, std::vector<double>(all.size(), all.front()));
+  ASSERT_EQ(told_.size(), 1U);
+  EXPECT_NE(told_.front().find("scans of the moving robot show a sweep of "), std::string::npos);
+}
+
+TEST_F(SweepSurvey, IsTheSameForEachPartOfARecording) {
+  record(0.0);
+  const double whole = increments().front();
+  EXPECT_EQ(increments({0.0, 2.0}).front(), whole);
+  EXPECT_EQ(increments({15.0, 2.0}).front(), whole);
+}
+
+TEST_F(SweepSurvey, LeavesAloneWhatCanBe) {
+  record(kTurn / 360.0);
+  const std::vector<double> all = increments();
+  EXPECT_EQ(all, std::vector<double>(all.size(), all.front()));
+  EXPECT_NEAR(all.front(), kTurn / 360.0, 1e-9);
+  EXPECT_TRUE(told_.empty());
+  record(0.0, false);
+  EXPECT_EQ(increments().front(), 0.0);
+  EXPECT_TRUE(told_.empty());
+}
+
+/// It had not seen yet what came later.
+TEST_F(SweepSurvey, RepeatsANodeThatWentByTheScansBeforeEach) {
+  record(0.0);
+  const std::vector<double> all = increments({}, {{{0, 1e6, 0}, Reset{}}});
+  EXPECT_EQ(all.front(), 0.0);
+  EXPECT_NEAR(all.back(), kTurn / 360.0, 0.02 * kTurn / 360.0);
+}
+
+TEST_F(SweepSurvey, GoesAsFarAsADamagedBagCanBeRead) {
+  record(0.0, true, 90.0, 0.5);  // it is reached before enough scans of a turning robot are seen
+  const auto size = static_cast<std::streamoff>(std::filesystem::file_size(path_));
+  std::fstream file(path_, std::ios::binary | std::ios::in | std::ios::out);
+  file.seekp(size / 2);
+  file << "damaged";
+  file.close();
+  EXPECT_NEAR(increments().front(), kTurn / 360.0, 0.15 * kTurn / 360.0);  // by few scans
+}
+
+}  // namespace
+}  // namespace matchbox_slam
