@@ -7,6 +7,7 @@
 #include <iterator>
 #include <utility>
 
+#include "bag/queued_message.hpp"
 #include "bag/sweep_survey.hpp"
 #include "common/interrupted.hpp"
 #include "ros/message_conversion.hpp"
@@ -116,17 +117,7 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
       queue_settings(options, read_projection_options(parameters),
                      read_scan_timing_options(parameters), facts_.scan_time_offset);
   settings.is_live = false;
-  if (events_.empty()) {  // else they were of a node, which had to go by the scans before each
-    for (auto& [laser, shown] :
-         survey_sweeps(reader_, settings, facts_.scan_topics, options.imu_topic, cloud,
-                       options.odom_topic, dialog_.is_interrupted)) {
-      settings.timing.shown_sweeps[laser] = shown.seconds;
-      if (!shown.text.empty()) {
-        dialog_.warn(shown.text);
-      }
-    }
-    require_not_interrupted();
-  }
+  settings.shown_sweeps = shown_sweeps(settings, options, cloud);
   queue_.emplace(std::move(settings));
   stream_ = reader_.stream(facts_.scan_topics, request_.period, options.imu_topic, cloud,
                            options.odom_topic);
@@ -134,6 +125,29 @@ RunOptions BagScans::prepare(const Parameters& parameters, RunOptions options) {
     stream_ = read_ahead(std::move(stream_), kMessagesAhead);
   }
   return options;
+}
+
+/// [s] by laser, where they have to be found out.
+std::map<int, double> BagScans::shown_sweeps(const ScanQueueSettings& settings,
+                                             const RunOptions& options,
+                                             const CloudOptions& cloud) const {
+  const SweepTimeSetting& asked = settings.timing.sweep_time;
+  if (request_.is_repetition || asked.as_sent || asked.seconds) {
+    return {};
+  }
+  const std::map<int, ShownSweep> all =
+      survey_sweeps(reader_, settings, facts_.scan_topics, options.imu_topic, cloud,
+                    options.odom_topic, dialog_.is_interrupted);
+  require_not_interrupted();
+  std::map<int, double> sweeps;
+  for (const auto& [laser, shown] : all) {
+    sweeps.emplace(laser, shown.seconds);
+    if (!shown.text.empty()) {
+      const std::string& topic = facts_.scan_topics.at(static_cast<std::size_t>(laser));
+      dialog_.warn(all.size() > 1 ? fmt::format("{}: {}", topic, shown.text) : shown.text);
+    }
+  }
+  return sweeps;
 }
 
 /// With what they hold where it is not laser scans as such.

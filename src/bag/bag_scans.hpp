@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -29,6 +30,8 @@ struct BagRequest {
   std::vector<std::string> laser_poses;  ///< each X,Y,YAW, in the order of the scan topics
   BagPeriod period;
   int threads = 1;  ///< from 2 on, the bag is read by a thread of its own
+  /// Of a node, which went by the scans before each: nothing of a scan is known before it comes.
+  bool is_repetition = false;
 };
 
 /// The frames and the like that were asked for as parameters, which have the same meaning. Throws
@@ -103,6 +106,9 @@ class BagScans {
  private:
   [[nodiscard]] std::string text_of_topics() const;
   void choose_clock(const BagSurvey& survey, const RunOptions& options);
+  [[nodiscard]] std::map<int, double> shown_sweeps(const ScanQueueSettings& settings,
+                                                   const RunOptions& options,
+                                                   const CloudOptions& cloud) const;
   void leave_out_next(const ScanMoment& moment);
   [[nodiscard]] BagMotion motion_before_damage(const BagSurvey& survey, const AskedFrames& asked,
                                                const RunOptions& options) const;

@@ -1,15 +1,19 @@
 #include "bag/sweep_survey.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <variant>
-#include <vector>
+
+#include "bag/queued_message.hpp"
 
 namespace matchbox_slam {
 namespace {
 
-constexpr double kLongestWait = 120.0;    // [s] for lasers that send too little
+constexpr double kLongestSurvey = 600.0;  // [s] of scans; most robots have turned by then
+constexpr double kLongestWait = 120.0;    // [s] for lasers that send little or nothing
 constexpr std::size_t kEnoughScans = 10;  // of a laser, to see whether what it sends can be
 
 /// None, too, where the bag is damaged, which whoever maps it is told.
@@ -21,22 +25,54 @@ std::optional<BagMessage> next_of(BagStream& stream) {
   }
 }
 
-}  // namespace
+/// A queue that nothing is mapped of.
+class Survey {
+ public:
+  Survey(ScanQueueSettings settings, std::size_t lasers)
+      : queue_(std::move(settings)), scans_(lasers, 0) {}
 
-std::string add_message(const BagMessage& message, ScanQueue& queue) {
-  if (const auto* transforms = std::get_if<BagTransforms>(&message.content)) {
-    queue.add_transforms(*transforms->message, transforms->is_static, message.time);
-    return {};
+  void add(const BagMessage& message) {
+    if (!begin_ && std::holds_alternative<ScanMessage>(message.content)) {
+      begin_ = message.time;
+    }
+    seconds_ = begin_ ? (message.time - *begin_).toSec() : 0.0;
+    static_cast<void>(add_message(message, queue_));
+    while (const std::optional<ScanQueue::Item> item = queue_.next()) {
+      if (const auto* scan = std::get_if<ReadyScan>(&*item)) {
+        ++scans_.at(static_cast<std::size_t>(scan->input.laser));
+        keep_shown();
+      }
+    }
+    static_cast<void>(queue_.take_skipped());
+    static_cast<void>(queue_.take_news());
   }
-  if (const auto* imu = std::get_if<sensor_msgs::Imu::ConstPtr>(&message.content)) {
-    return queue.add_imu(**imu, message.time);
+
+  [[nodiscard]] bool is_over() const {
+    const bool has_enough =
+        seconds_ > kLongestWait ||
+        std::all_of(scans_.begin(), scans_.end(), [](auto count) { return count >= kEnoughScans; });
+    return queue_.stopped() || seconds_ > kLongestSurvey ||
+           (has_enough && !queue_.sweep_times().is_any_open());
   }
-  if (const auto* odometry = std::get_if<nav_msgs::Odometry::ConstPtr>(&message.content)) {
-    return queue.add_odometry(**odometry, message.time);
+
+  [[nodiscard]] const std::map<int, ShownSweep>& shown() const { return shown_; }
+
+ private:
+  /// Where time jumps back, the queue forgets it.
+  void keep_shown() {
+    for (auto& [laser, shown] : queue_.sweep_times().shown()) {
+      shown_.insert_or_assign(laser, shown);
+    }
   }
-  queue.add_scan(std::get<ScanMessage>(message.content), message.time, message.laser);
-  return {};
-}
+
+  ScanQueue queue_;
+  std::vector<std::size_t> scans_;  ///< of each laser
+  std::optional<ros::Time> begin_;  ///< of scans
+  double seconds_ = 0.0;            ///< since then
+  std::map<int, ShownSweep> shown_;
+};
+
+}  // namespace
 
 std::map<int, ShownSweep> survey_sweeps(const BagReader& reader, ScanQueueSettings settings,
                                         const std::vector<std::string>& scan_topics,
@@ -45,28 +81,14 @@ std::map<int, ShownSweep> survey_sweeps(const BagReader& reader, ScanQueueSettin
                                         const std::function<bool()>& is_interrupted) {
   const std::unique_ptr<BagStream> stream =
       reader.stream(scan_topics, {}, imu_topic, cloud, odom_topic);
-  settings.max_lag = 0.0;
-  ScanQueue queue(std::move(settings));
-  std::vector<std::size_t> scans(scan_topics.size(), 0);
-  std::optional<ros::Time> begin;
+  Survey survey(std::move(settings), scan_topics.size());
   while (const std::optional<BagMessage> message = next_of(*stream)) {
-    begin = begin ? begin : message->time;
-    static_cast<void>(add_message(*message, queue));
-    while (const std::optional<ScanQueue::Item> item = queue.next()) {
-      if (const auto* scan = std::get_if<ReadyScan>(&*item)) {
-        ++scans.at(static_cast<std::size_t>(scan->input.laser));
-      }
-    }
-    const bool has_waited = (message->time - *begin).toSec() > kLongestWait;
-    const bool has_enough = has_waited || std::all_of(scans.begin(), scans.end(), [](auto count) {
-                              return count >= kEnoughScans;
-                            });
-    if ((has_enough && !queue.sweep_times().is_any_open()) ||
-        (is_interrupted && is_interrupted())) {
+    survey.add(*message);
+    if (survey.is_over() || (is_interrupted && is_interrupted())) {
       break;
     }
   }
-  return queue.sweep_times().shown();
+  return survey.shown();
 }
 
 }  // namespace matchbox_slam

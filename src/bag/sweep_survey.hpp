@@ -9,15 +9,13 @@
 
 namespace matchbox_slam {
 
-/// A message of a bag goes into the queue. Returns what is wrong with odometry or an IMU's
-/// message, as the queue tells it, for people; empty: nothing.
-std::string add_message(const BagMessage& message, ScanQueue& queue);
-
 /// What the scans of a recording show of its lasers' sweeps, by laser, where messages tell what
 /// cannot be: from the beginning of the recording, whatever part of it is asked for, until it is
-/// known for good, as the robot has turned, or to its end. So a map is drawn from its first scan on
-/// with what is known later, and who maps it in pieces has the same for all of them. Ends early
-/// when interrupted, or where the bag is damaged.
+/// known for good, as the robot has turned. So a map is drawn from its first scan on with what is
+/// known later, and who maps it in pieces has the same for all of them. Ten minutes of scans have
+/// to do. Ends early when interrupted, or where the bag is damaged.
+/// Cost: of lasers whose messages tell what can be, ten scans; else that of reading the bag up to
+/// there, and without odometry of matching its scans.
 /// @param settings     as of who maps it.
 /// @param scan_topics, imu_topic, cloud, odom_topic  as of BagReader::stream.
 [[nodiscard]] std::map<int, ShownSweep> survey_sweeps(const BagReader& reader,

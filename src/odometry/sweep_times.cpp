@@ -25,12 +25,10 @@ void SweepTimes::add(const ScanInput& input, double sent_increment) {
 }
 
 SweepTimeChoice& SweepTimes::choice_of(int laser) {
-  SweepTimeSetting setting = timing_.sweep_time;
-  const auto shown = timing_.shown_sweeps.find(laser);
-  if (!setting.as_sent && !setting.seconds && shown != timing_.shown_sweeps.end()) {
-    setting.seconds = shown->second;
-  }
-  return choices_.try_emplace(laser, setting).first->second;
+  const auto shown = shown_.find(laser);
+  const std::optional<double> sweep =
+      shown != shown_.end() ? std::optional(shown->second) : std::nullopt;
+  return choices_.try_emplace(laser, setting_, sweep).first->second;
 }
 
 bool SweepTimes::is_any_open() const {

@@ -20,10 +20,13 @@ namespace matchbox_slam {
 /// sweep.
 class SweepTimes {
  public:
+  /// @param shown       [s] by laser: their sweeps, as scans have shown them before.
   /// @param projection  as the scans are projected afterwards.
   /// @param has_odometry  that tells how the base drives, and not only how it turns.
-  SweepTimes(ScanTiming timing, ProjectionOptions projection, bool has_odometry)
-      : timing_(std::move(timing)),
+  SweepTimes(const SweepTimeSetting& setting, std::map<int, double> shown,
+             ProjectionOptions projection, bool has_odometry)
+      : setting_(setting),
+        shown_(std::move(shown)),
         projection_(std::move(projection)),
         has_odometry_(has_odometry) {}
 
@@ -58,7 +61,8 @@ class SweepTimes {
  private:
   SweepTimeChoice& choice_of(int laser);
 
-  ScanTiming timing_;
+  SweepTimeSetting setting_;
+  std::map<int, double> shown_;
   ProjectionOptions projection_;
   bool has_odometry_;
   std::map<int, SweepTimeChoice> choices_;  ///< by laser, as the next

@@ -60,7 +60,7 @@ ScanQueue::ScanQueue(ScanQueueSettings settings)
     : settings_(std::move(settings)),
       transforms_(static_cast<const RobotFrames&>(settings_)),
       stamps_(settings_.lasers),
-      sweep_times_(settings_.timing, settings_.projection,
+      sweep_times_(settings_.timing.sweep_time, settings_.shown_sweeps, settings_.projection,
                    settings_.odom_frame && *settings_.odom_frame != kImuHeadingFrame) {}
 
 void ScanQueue::add_scan(const sensor_msgs::LaserScan& message, const ros::Time& now, int laser) {

@@ -62,13 +62,17 @@ struct ScanQueueSettings : RobotFrames {
   double max_lag = 0.0;             ///< [s] after its arrival a scan is given up; 0: never
   ProjectionOptions projection;     ///< max_tilt, and that of scans that tell how the robot moves
   ScanTiming timing;
+  /// [s] by laser, where their sweeps are to be found out: whoever has looked at the recording
+  /// before knows them.
+  std::map<int, double> shown_sweeps;
 };
 
 /// Scans and transforms go in as they arrive, scans ready to be processed come out in the order of
 /// their stamps, and events between them; in the place of one that there was no time for, that. A
 /// scan is ready when its transforms cover its first beam and its last (RobotTransforms); they are
 /// looked up at that moment. What comes out depends on the messages and not on how scans and
-/// transforms interleave, so a replayed bag gives what reading it gives. No scan is lost uncounted.
+/// transforms interleave, so a replayed bag gives what reading it gives, but for sweeps that
+/// whoever reads it has seen before. No scan is lost uncounted.
 ///
 /// The first scan of a laser waits for the next one, but not for long, since that tells whether
 /// they are parts of a turn.

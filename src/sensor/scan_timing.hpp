@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,9 +37,6 @@ struct SweepTimeSetting {
 struct ScanTiming {
   SweepTimeSetting sweep_time;
   std::optional<int> join_parts;  ///< none: found out
-  /// [s] by laser, where their sweeps are to be found out: a recording that was looked at before
-  /// has shown them.
-  std::map<int, double> shown_sweeps = {};
 };
 
 /// What the texts mean. Throws ConfigurationError.

@@ -87,7 +87,6 @@ bool SweepTimeChoice::can_be(const LaserScan& as_sent, double sent_scan_time) co
 
 double SweepTimeChoice::time_increment(const LaserScan& as_sent, double sent_scan_time) {
   if (setting_.seconds) {
-    is_believed_ = true;
     return as_sent.ranges.size() > 1 ? *setting_.seconds / (beams_of(as_sent) - 1.0) : 0.0;
   }
   is_believed_ = !may_be_looked_at(as_sent);
@@ -228,7 +227,7 @@ void SweepTimeChoice::settle(double sweep, double told, const std::string& which
 }
 
 bool SweepTimeChoice::is_open() const {
-  return !is_believed_ && !is_final_ && (is_doubtful_ || gaps_.size() < kMostGaps);
+  return is_undecided() || (!is_believed_ && !is_final_ && gaps_.size() < kMostGaps);
 }
 
 std::optional<ShownSweep> SweepTimeChoice::shown() const {

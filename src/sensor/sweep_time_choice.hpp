@@ -28,7 +28,9 @@ struct ShownSweep {
 /// one whose scans tell so.
 class SweepTimeChoice {
  public:
-  explicit SweepTimeChoice(SweepTimeSetting setting) : setting_(setting) {}
+  /// @param shown  [s]: the sweep, as scans have shown it before; they are not asked again.
+  explicit SweepTimeChoice(const SweepTimeSetting& setting, std::optional<double> shown = {})
+      : setting_(setting), settled_(shown), is_final_(shown.has_value()) {}
 
   /// Where the base is at the stamp [s] of the next scan, before what is asked of that: it tells
   /// how the robot moved while the scan before was taken. Once more for the same scan is allowed.
@@ -49,8 +51,8 @@ class SweepTimeChoice {
   [[nodiscard]] bool is_undecided() const { return is_doubtful_ && !is_final_; }
   [[nodiscard]] bool is_final() const { return is_final_; }
 
-  /// Whether scans that are still to come may show a sweep of the laser: it is not known yet
-  /// whether what is sent can be, or it cannot, and scans are asked.
+  /// Whether scans that are still to come may show a sweep of the laser: they are asked, or too few
+  /// have come to know whether what is sent can be.
   [[nodiscard]] bool is_open() const;
   /// What scans have shown so far; none: nothing.
   [[nodiscard]] std::optional<ShownSweep> shown() const;
@@ -71,7 +73,7 @@ class SweepTimeChoice {
   SweepTimeSetting setting_;
   std::optional<double> last_stamp_;
   std::deque<double> gaps_;   ///< [s] between the latest scans
-  bool is_believed_ = false;  ///< as it has to be: set so, or not of a laser that turns all round
+  bool is_believed_ = false;  ///< it is not of a laser that turns all round, or set
   bool is_doubtful_ = false;  ///< what is sent can not be, or says nothing
   bool has_told_ = false;     ///< that it cannot be
   std::optional<double>

@@ -120,6 +120,7 @@ int main(int argc, char** argv) {
       },
       argc, argv,
       [&] {
+        request.recording.is_repetition = !request.events.empty();
         const bool converts = is_conversion(*given);
         Terminal terminal(request.quiet);
         if (converts) {

@@ -48,7 +48,7 @@ class SweepTimesTest : public testing::TestWithParam<bool> {
 };
 
 TEST_P(SweepTimesTest, AreSeenAndForgotten) {
-  SweepTimes times({}, {}, GetParam());
+  SweepTimes times({}, {}, {}, GetParam());
   EXPECT_NEAR(sweep_of_last(times), kTurn, 0.01);
   EXPECT_NE(times.take_news(2).find("scans of the moving robot show"), std::string::npos);
   times.forget();
@@ -59,16 +59,16 @@ TEST_P(SweepTimesTest, AreSeenAndForgotten) {
 }
 
 TEST_P(SweepTimesTest, AreWhatTheyAreSetTo) {
-  SweepTimes times({{false, 0.1}, {}}, {}, GetParam());
+  SweepTimes times({false, 0.1}, {}, {}, GetParam());
   EXPECT_NEAR(sweep_of_last(times), 0.1, 1e-9);
   EXPECT_EQ(times.take_news(2), "");
 }
 
 TEST_P(SweepTimesTest, AreWhatTheRecordingHasShownOfThatLaser) {
-  SweepTimes times({{}, {}, {{2, 0.15}}}, {}, GetParam());
+  SweepTimes times({}, {{2, 0.15}}, {}, GetParam());
   EXPECT_NEAR(sweep_of_last(times), 0.15, 1e-9);
   EXPECT_FALSE(times.is_any_open());
-  SweepTimes of_another({{}, {}, {{1, 0.15}}}, {}, GetParam());
+  SweepTimes of_another({}, {{1, 0.15}}, {}, GetParam());
   EXPECT_NEAR(sweep_of_last(of_another), kTurn, 0.01);
   ASSERT_EQ(of_another.shown().count(2), 1U);
   EXPECT_NEAR(of_another.shown().at(2).seconds, kTurn, 0.01);
