@@ -184,9 +184,9 @@ void Correspondences::move_to(const Pose2& map_from_base) {
                field.field->geometry().resolution(), field.cell_x.data(), field.cell_y.data(),
                moved_.data());
   }
-  bool is_weighed = find_surfaces();
-  if (turn_normals(map_from_base.theta)) {
-    is_weighed = false;
+  const bool are_turned = turn_normals(map_from_base.theta);
+  const bool is_weighed = find_surfaces(!are_turned) && !are_turned;
+  if (are_turned) {
     for (std::size_t i = 0; i < count_; ++i) {
       find_own(i);
     }
@@ -199,7 +199,8 @@ void Correspondences::move_to(const Pose2& map_from_base) {
 }
 
 /// Of the points that came into another cell. Whether all are as they were.
-bool Correspondences::find_surfaces() {
+/// @param finds_own  whether nobody else does it afterwards.
+bool Correspondences::find_surfaces(bool finds_own) {
   const std::size_t stride = blocks_ * Block().size();
   bool is_as_before = true;
   for (std::size_t i = 0; i < count_; ++i) {
@@ -217,7 +218,9 @@ bool Correspondences::find_surfaces() {
         is_as_before = is_as_before && number[k * stride] == surface[k];
         number[k * stride] = surface[k];
       }
-      find_own(i);
+      if (finds_own) {
+        find_own(i);
+      }
     }
   }
   return is_as_before;

@@ -187,20 +187,19 @@ void add_facing_pairs(std::vector<ScanPoint>& points) {
 }
 
 void add_spacings(std::vector<ScanPoint>& points) {
-  const auto beam = [&points](std::size_t i) -> Eigen::Vector2d {
-    return points[i].position - points[i].origin;
-  };
+  Eigen::Vector2d before = Eigen::Vector2d::Zero();
+  double before_range = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector2d here = beam(i);
-    double spacing = std::numeric_limits<double>::infinity();
-    for (const std::size_t other : {i - 1, i + 1}) {  // of which one may wrap around
-      if (other < points.size()) {
-        const Eigen::Vector2d there = beam(other);
-        spacing =
-            std::min(spacing, std::abs(there.x() * here.y() - there.y() * here.x()) / there.norm());
-      }
+    const Eigen::Vector2d here = points[i].position - points[i].origin;
+    const double range = here.norm();
+    points[i].spacing = range;
+    if (i > 0) {
+      const double across = std::abs(here.x() * before.y() - here.y() * before.x());
+      points[i - 1].spacing = std::min(points[i - 1].spacing, across / range);
+      points[i].spacing = std::min(range, across / before_range);
     }
-    points[i].spacing = std::min(spacing, here.norm());
+    before = here;
+    before_range = range;
   }
 }
 
