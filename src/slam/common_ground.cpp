@@ -60,6 +60,7 @@ class Comparison {
   Comparison(const Pose2& match, const Pose2& other, const SlamMap& map)
       : match_(match), other_(other), heading_(match.theta), ground_(map) {
     const Eigen::Vector2d between = match.translation() - other.translation();
+    is_one_place_ = between.norm() < kOnePlace;
     way_ = between.norm() > 1e-6 ? between.normalized() : Eigen::Vector2d::Zero();
   }
 
@@ -67,17 +68,24 @@ class Comparison {
   /// ground by the other pose, on a wall along the way between both, which cannot tell them apart
   /// but by where it is known.
   [[nodiscard]] bool tells_nothing(const ScanPoint& point) const {
-    return ground_.is_back(match_ * point.origin, match_ * point.position,
-                           match_.turned(point.normal)) ||
+    return is_back(match_, point) ||
            (!ground_.is_known(other_ * point.position) && !is_facing(point));
   }
 
-  /// Whether it is known by the match alone.
+  /// Whether it is known by the match alone. What lies on the other side of a wall by both draws to
+  /// neither where they are one place; where they are not it does (COMMON_GROUND.md).
   [[nodiscard]] bool draws(const ScanPoint& point) const {
-    return tells_nothing(point) && ground_.is_known(match_ * point.position);
+    return tells_nothing(point) && ground_.is_known(match_ * point.position) &&
+           !(is_one_place_ && is_back(other_, point));
   }
 
  private:
+  static constexpr double kOnePlace = 0.002;  // [m]
+
+  [[nodiscard]] bool is_back(const Transform2& map_from_base, const ScanPoint& point) const {
+    return ground_.is_back(map_from_base * point.origin, map_from_base * point.position,
+                           map_from_base.turned(point.normal));
+  }
   [[nodiscard]] bool is_facing(const ScanPoint& point) const {
     constexpr double kMinFacingCosine = 0.5;
     return point.normal.isZero() ||
@@ -87,6 +95,7 @@ class Comparison {
   Transform2 match_;
   Transform2 other_;
   Eigen::Rotation2Dd heading_;
+  bool is_one_place_;
   Eigen::Vector2d way_;
   Ground ground_;
 };

@@ -106,6 +106,43 @@ TEST(CommonGround, IsNotDrawnByWhatIsLeftOfTheScan) {
   EXPECT_EQ(CommonGroundMatch().match(matcher, problem, map).map_from_base.y, 0.0);
 }
 
+/// Counts how often it is asked.
+class CountedMatcher : public MatcherOfWholeScans {
+ public:
+  using MatcherOfWholeScans::MatcherOfWholeScans;
+  [[nodiscard]] MatchResult match(const MatchProblem& problem) const override {
+    ++matches;
+    return MatcherOfWholeScans::match(problem);
+  }
+  mutable int matches = 0;
+};
+
+/// Of two walls one is seen from its other side.
+TEST(CommonGround, MatchesOnceWhereOdometryHasTheSamePlace) {
+  const auto two_walls = [](double facing) {
+    PointScan scan = wall_between(-2.0, 2.0);
+    for (double y = -1.0; y <= 1.0; y += 0.05) {
+      ScanPoint point{{3.0, y}};
+      point.normal = {facing, 0.0};
+      point.weight = 0.05;
+      scan.points.push_back(point);
+    }
+    return scan;
+  };
+  SlamMap map{MapOptions{}, LikelihoodFieldOptions{}};
+  insert_scan(two_walls(-1.0), {}, {}, map);
+  const PointScan scan = two_walls(1.0);
+  const PlacedScans none;
+  const auto matches_by = [&](const Pose2& odometry) {
+    const MatchProblem problem{scan, odometry, prior_of(0.3, 0.02), map.field, none, 1};
+    const CountedMatcher matcher(scan.points.size(), {});
+    (void)CommonGroundMatch().match(matcher, problem, map);
+    return matcher.matches;
+  };
+  EXPECT_EQ(matches_by({0.001, 0.0, 0.0}), 1);
+  EXPECT_EQ(matches_by({0.01, 0.0, 0.0}), 2);
+}
+
 /// Where a pose has more of a wall on the part that is known, it has more evidence, and yet nothing
 /// tells it from one further along.
 TEST(EvidenceBetween, GroundThatIsUnknownByOnePoseSaysNothing) {
