@@ -144,7 +144,8 @@ std::map<int, double> BagScans::shown_sweeps(const ScanQueueSettings& settings,
     sweeps.emplace(laser, shown.seconds);
     if (!shown.text.empty()) {
       const std::string& topic = facts_.scan_topics.at(static_cast<std::size_t>(laser));
-      dialog_.warn(all.size() > 1 ? fmt::format("{}: {}", topic, shown.text) : shown.text);
+      dialog_.warn(facts_.scan_topics.size() > 1 ? fmt::format("{}: {}", topic, shown.text)
+                                                 : shown.text);
     }
   }
   return sweeps;

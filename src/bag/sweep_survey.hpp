@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "bag/bag_reader.hpp"
 #include "ros/scan_queue.hpp"

@@ -185,9 +185,9 @@ void Correspondences::move_to(const Pose2& map_from_base) {
                moved_.data());
   }
   const bool are_turned = turn_normals(map_from_base.theta);
-  const bool is_weighed = find_surfaces(!are_turned) && !are_turned;
-  if (are_turned) {
-    for (std::size_t i = 0; i < count_; ++i) {
+  const bool is_weighed = find_surfaces() && !are_turned;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (are_turned || moved_[i] != 0) {
       find_own(i);
     }
   }
@@ -199,8 +199,7 @@ void Correspondences::move_to(const Pose2& map_from_base) {
 }
 
 /// Of the points that came into another cell. Whether all are as they were.
-/// @param finds_own  whether nobody else does it afterwards.
-bool Correspondences::find_surfaces(bool finds_own) {
+bool Correspondences::find_surfaces() {
   const std::size_t stride = blocks_ * Block().size();
   bool is_as_before = true;
   for (std::size_t i = 0; i < count_; ++i) {
@@ -217,9 +216,6 @@ bool Correspondences::find_surfaces(bool finds_own) {
       for (std::size_t k = 0; k < kSurfaceRows; ++k) {
         is_as_before = is_as_before && number[k * stride] == surface[k];
         number[k * stride] = surface[k];
-      }
-      if (finds_own) {
-        find_own(i);
       }
     }
   }

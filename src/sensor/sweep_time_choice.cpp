@@ -87,6 +87,7 @@ bool SweepTimeChoice::can_be(const LaserScan& as_sent, double sent_scan_time) co
 
 double SweepTimeChoice::time_increment(const LaserScan& as_sent, double sent_scan_time) {
   if (setting_.seconds) {
+    is_believed_ = true;
     return as_sent.ranges.size() > 1 ? *setting_.seconds / (beams_of(as_sent) - 1.0) : 0.0;
   }
   is_believed_ = !may_be_looked_at(as_sent);
@@ -213,6 +214,7 @@ void SweepTimeChoice::decide(double whole) {
 /// @param which  of the likely ones it is, for people.
 void SweepTimeChoice::settle(double sweep, double told, const std::string& which) {
   settled_ = sweep;
+  finding_scans_ = told_.size();
   finding_ = "scans of the moving robot show a sweep of " + fixed_text(told, 3) +
              " s from the first beam to the last, and messages tell " + fixed_text(sent_, 3) +
              " s; taken is " + fixed_text(sweep, 3) + " s" + which +
@@ -234,7 +236,8 @@ std::optional<ShownSweep> SweepTimeChoice::shown() const {
   if (!settled_) {
     return std::nullopt;
   }
-  return ShownSweep{*settled_, std::abs(*settled_ - sent_) > kSameSweep ? finding_ : ""};
+  return ShownSweep{*settled_, finding_scans_,
+                    std::abs(*settled_ - sent_) > kSameSweep ? finding_ : ""};
 }
 
 std::string SweepTimeChoice::take_news() { return std::exchange(news_, {}); }

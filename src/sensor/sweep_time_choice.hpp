@@ -16,8 +16,9 @@ namespace matchbox_slam {
 
 /// The sweep of a laser as its scans have shown it.
 struct ShownSweep {
-  double seconds = 0.0;  ///< from the first beam to the last
-  std::string text;      ///< for people, with what messages tell; empty: that is the same
+  double seconds = 0.0;   ///< from the first beam to the last
+  std::size_t scans = 0;  ///< that have told of it
+  std::string text;       ///< for people, with what messages tell; empty: that is the same
 };
 
 /// Decides how long the sweep of one laser's scans takes. Drivers of lasers that turn all round
@@ -85,6 +86,7 @@ class SweepTimeChoice {
   std::optional<MovingScan> last_;  ///< whose motion the next scan tells
   double sent_ = 0.0;               ///< [s] that its sweep takes by the message
   std::string finding_;             ///< what was settled last, for people
+  std::size_t finding_scans_ = 0;   ///< that had told then
   std::string news_;
 };
 

@@ -72,8 +72,8 @@ class Comparison {
            (!ground_.is_known(other_ * point.position) && !is_facing(point));
   }
 
-  /// Whether it is known by the match alone. What shows the other side of a wall by both draws to
-  /// neither where they are one place; where they are not it does (COMMON_GROUND.md).
+  /// Whether it is known by the match alone. What shows the other side of a wall by the other pose,
+  /// too, draws to neither where both are one place; where they are not it does (COMMON_GROUND.md).
   [[nodiscard]] bool draws(const ScanPoint& point) const {
     return tells_nothing(point) && ground_.is_known(match_ * point.position) &&
            !(is_one_place_ && !point.normal.isZero() && is_back(other_, point));

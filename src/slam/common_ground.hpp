@@ -18,7 +18,8 @@ namespace matchbox_slam {
 /// sees anew lies on none. Between two poses a point tells only where both have it on known ground.
 /// So where a match has points on known ground that lie on none by odometry, along the way between
 /// both or on the other side of a wall, the scan is matched once more without them, and the first
-/// answer stands only where the others speak for it, too.
+/// answer stands only where the others speak for it, too. What shows the other side of a wall by
+/// odometry, too, is no reason for that where both agree along the way that the scan holds least.
 class CommonGroundMatch {
  public:
   /// @param map  the one that the problem's field is of.

@@ -134,7 +134,7 @@ TEST_F(SweepSurvey, RepeatsANodeThatWentByTheScansBeforeEach) {
   EXPECT_NEAR(all.back(), kTurn / 360.0, 0.02 * kTurn / 360.0);
 }
 
-TEST_F(SweepSurvey, WaitsForALaserThatBeginsLate) {
+TEST_F(SweepSurvey, CountsItsTimeFromTheFirstScanOn) {
   record(0.0);
   copy({{0.0, 20.0, 0.0}}, -200.0);
   EXPECT_NEAR(increments().front(), kTurn / 360.0, 0.02 * kTurn / 360.0);

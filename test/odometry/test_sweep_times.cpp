@@ -61,6 +61,7 @@ TEST_P(SweepTimesTest, AreSeenAndForgotten) {
 TEST_P(SweepTimesTest, AreWhatTheyAreSetTo) {
   SweepTimes times({false, 0.1}, {}, {}, GetParam());
   EXPECT_NEAR(sweep_of_last(times), 0.1, 1e-9);
+  EXPECT_FALSE(times.is_any_open());
   EXPECT_EQ(times.take_news(2), "");
 }
 

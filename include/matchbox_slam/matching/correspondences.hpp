@@ -167,7 +167,7 @@ class Correspondences {
   [[nodiscard]] PointRows rows() const;
   [[nodiscard]] SurfaceNumbers nearest_surface(std::size_t point) const;
   [[nodiscard]] bool is_with_the_one_before(std::size_t point) const;
-  [[nodiscard]] bool find_surfaces(bool finds_own);
+  [[nodiscard]] bool find_surfaces();
   [[nodiscard]] bool turn_normals(double heading);
   void find_own(std::size_t point);
   void weigh();
