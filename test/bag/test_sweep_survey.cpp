@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "bag/bag_scans.hpp"
+#include "bag/scans_of_bag.hpp"
 #include "bag/simulated_bag.hpp"
 #include "bag/sweep_survey.hpp"
 #include "io/temporary_folder.hpp"
@@ -48,20 +48,13 @@ class SweepSurvey : public testing::Test {
   std::vector<double> increments(const BagPeriod& period = {}, bool is_repetition = false) {
     BagRequest request;
     request.bags = {path_};
+    request.scan_topics = topics_;
     request.period = period;
     request.is_repetition = is_repetition;
     told_.clear();
-    const RunDialog dialog{[](const std::string&) {},
-                           [this](const std::string& line) { told_.push_back(line); },
-                           [](double, const std::string&) {}, [] { return false; }};
-    BagScans scans(request, dialog);
-    const Parameters frames = frame_parameters(request);
-    (void)scans.prepare(frames, read_options<RunOptions>(frames, ""));
     std::vector<double> all;
-    while (const std::optional<ScanQueue::Item> item = scans.next()) {
-      if (const auto* scan = std::get_if<ReadyScan>(&*item)) {
-        all.push_back(scan->input.scan.time_increment);
-      }
+    for (const ScanInput& input : scans_of_bag(request, told_)) {
+      all.push_back(input.scan.time_increment);
     }
     return all;
   }
@@ -95,6 +88,7 @@ class SweepSurvey : public testing::Test {
 
   TemporaryFolder folder_;
   const std::string path_ = folder_ / "drive.bag";
+  std::vector<std::string> topics_;  ///< none: the only one
   std::vector<std::string> told_;
 };
 
@@ -147,6 +141,35 @@ TEST_F(SweepSurvey, KeepsWhatWasShownBeforeTimeJumpedBack) {
   const std::vector<double> all = increments();
   EXPECT_EQ(all, std::vector<double>(all.size(), all.front()));
   EXPECT_NEAR(all.front(), whole, 0.01 * whole);  // the last scan before tells, too
+}
+
+TEST_F(SweepSurvey, GoesOnWithSeveralLasersWhereTimeJumpsBack) {
+  SimulationOptions options;
+  options.laser = turning_laser();
+  options.laser.sent_time_increment = 0.0;
+  options.laser.scan_rate = 1.0 / kTurn;
+  options.drive.rest = 4.0;
+  options.second_laser = SecondLaserOptions{{-0.2, 0.0, kPi}, {-0.2, 0.0, kPi}};
+  SimulatedBagWriter(path_, {}).write(drive_through("rooms", 20.0, 3, options),
+                                      {"rooms", 3, options.laser, {}});
+  topics_ = {"/base_scan", "/second_scan"};
+  const double whole = increments().front();
+  ASSERT_EQ(told_.size(), 2U);
+  EXPECT_EQ(told_[0].find("/base_scan: scans of the moving robot"), 0U) << told_[0];
+  copy({{0.0, 4.0, 0.0}, {0.0, 20.0, 5.0}});
+  EXPECT_NEAR(increments().front(), whole, 0.01 * whole);
+}
+
+/// It stands longer than that.
+TEST_F(SweepSurvey, LooksAtTenMinutesOfScans) {
+  SimulationOptions options;
+  options.laser = turning_laser();
+  options.laser.sent_time_increment = 0.0;
+  options.laser.scan_rate = 1.0;
+  options.drive.rest = 620.0;
+  SimulatedBagWriter(path_, {}).write(drive_through("rooms", 680.0, 3, options),
+                                      {"rooms", 3, options.laser, {}});
+  EXPECT_EQ(increments().front(), 0.0);
 }
 
 TEST_F(SweepSurvey, GoesAsFarAsADamagedBagCanBeRead) {

@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "bag/bag_scans.hpp"
+#include "bag/scans_of_bag.hpp"
 #include "bag/simulated_bag.hpp"
 #include "common/error_text.hpp"
 #include "evaluation/relative_pose_error.hpp"
@@ -161,14 +161,10 @@ std::vector<Pose2> odometry_of_bag(const std::string& bag, const std::string& ya
   request.bags = {bag};
   request.no_odometry = setup.guess == GuessSource::kVelocity;
   request.base_frame = "base_footprint";
-  const RunDialog dialog{[](const std::string&) {}, [](const std::string&) {},
-                         [](double, const std::string&) {}, [] { return false; }};
-  BagScans scans(request, dialog);
-  const Parameters frames = frame_parameters(request);
-  (void)scans.prepare(frames, read_options<RunOptions>(frames, ""));
+  std::vector<std::string> told;
   std::vector<Pose2> poses;
-  while (const std::optional<ScanQueue::Item> item = scans.next()) {
-    poses.push_back(odometry.process(std::get<ReadyScan>(*item).input).odom_from_base);
+  for (const ScanInput& input : scans_of_bag(request, told)) {
+    poses.push_back(odometry.process(input).odom_from_base);
   }
   return poses;
 }

@@ -117,30 +117,43 @@ class CountedMatcher : public MatcherOfWholeScans {
   mutable int matches = 0;
 };
 
-/// Of two walls one is seen from its other side.
-TEST(CommonGround, MatchesOnceWhereOdometryHasTheSamePlace) {
-  const auto two_walls = [](double facing) {
+/// Of two walls one is mapped from its other side.
+class SeenFromBehind : public testing::Test {
+ protected:
+  SeenFromBehind() { insert_scan(two_walls({5.0, 0.0}, {1.0, 0.0}), {}, {}, map_); }
+
+  static PointScan two_walls(const Eigen::Vector2d& origin, const Eigen::Vector2d& normal) {
     PointScan scan = wall_between(-2.0, 2.0);
     for (double y = -1.0; y <= 1.0; y += 0.05) {
       ScanPoint point{{3.0, y}};
-      point.normal = {facing, 0.0};
+      point.origin = origin;
+      point.normal = normal;
       point.weight = 0.05;
       scan.points.push_back(point);
     }
     return scan;
-  };
-  SlamMap map{MapOptions{}, LikelihoodFieldOptions{}};
-  insert_scan(two_walls(-1.0), {}, {}, map);
-  const PointScan scan = two_walls(1.0);
-  const PlacedScans none;
-  const auto matches_by = [&](const Pose2& odometry) {
-    const MatchProblem problem{scan, odometry, prior_of(0.3, 0.02), map.field, none, 1};
+  }
+
+  /// How often a scan is matched that the match has where it was seen.
+  int matches_by(const Pose2& odometry, const PointScan& scan) {
+    const PlacedScans none;
+    const MatchProblem problem{scan, odometry, prior_of(0.3, 0.02), map_.field, none, 1};
     const CountedMatcher matcher(scan.points.size(), {});
-    (void)CommonGroundMatch().match(matcher, problem, map);
+    (void)CommonGroundMatch().match(matcher, problem, map_);
     return matcher.matches;
-  };
-  EXPECT_EQ(matches_by({0.001, 0.0, 0.0}), 1);
-  EXPECT_EQ(matches_by({0.01, 0.0, 0.0}), 2);
+  }
+
+  SlamMap map_{MapOptions{}, LikelihoodFieldOptions{}};
+};
+
+TEST_F(SeenFromBehind, IsMatchedOnceWhereOdometryHasTheSamePlace) {
+  const PointScan scan = two_walls({0.0, 0.0}, {-1.0, 0.0});
+  EXPECT_EQ(matches_by({0.001, 0.0, 0.0}, scan), 1);
+  EXPECT_EQ(matches_by({0.01, 0.0, 0.0}, scan), 2);
+}
+
+TEST_F(SeenFromBehind, IsMatchedAgainWhereItsSideIsAGuess) {
+  EXPECT_EQ(matches_by({0.001, 0.0, 0.0}, two_walls({0.0, 0.0}, {0.0, 0.0})), 2);
 }
 
 /// Where a pose has more of a wall on the part that is known, it has more evidence, and yet nothing
