@@ -43,7 +43,6 @@ MECHANISMS = {
     "calibrate": ["motion/calibrate=false"],
     "share": ["motion/min_noise_scale=1"],
     "straighten": ["scan/straighten_walls=false"],
-    "widen": ["olson/widenings=0"],  # of the search while the best pose lies on its edge
     "clear": ["map/no_return_quality=0"],  # of the map, by beams without return
 }
 

@@ -55,7 +55,6 @@ void match_in(const SlamMap& map, int beams, double half_window, benchmark::Stat
   OlsonOptions options;
   options.window_xy = half_window;
   options.max_window_xy = std::max(options.max_window_xy, half_window);
-  options.widenings = 0;
   const OlsonMatcher matcher(options);
   const Pose2 predicted = shifted(scene.map_from_base, {0.04, -0.03, degrees_to_radians(2.0)});
   const double sigma = half_window > 0.0 ? half_window / 3.0 : 0.05;

@@ -53,7 +53,7 @@ Complexity = collections.namedtuple('Complexity', 'matcher quantity unit paper h
 
 # Every beam counts, as in the paper; by default the matchers thin their points out first.
 ALL_POINTS = {'monte_carlo': {'monte_carlo/search_points': 1000000, 'monte_carlo/enough_score': 1},
-              'olson': {'olson/point_spacing': 0, 'olson/widenings': 0},
+              'olson': {'olson/point_spacing': 0},
               'hough': {'hough/point_spacing': 0}}
 PAPER_COST = {'monte_carlo': 'n · tries', 'olson': 'n · n_x · n_y · n_θ', 'hough': 'n + n_ρ · n_θ'}
 BEAMS = (260, 520, 1040, 2080, 4160)
@@ -81,7 +81,7 @@ def lattice_sweep():
         poses = (2 * round(xy / step_xy) + 1) ** 2 * (2 * round(theta / step_theta) + 1)
         points.append((poses, 1040, {
             'olson/window_xy': xy, 'olson/window_theta': theta, 'olson/step_xy': step_xy,
-            'olson/step_theta': step_theta, 'olson/widenings': 0, 'olson/least_rival': 1}))
+            'olson/step_theta': step_theta, 'olson/least_rival': 1}))
     return Complexity('olson', 'n_x · n_y · n_θ', 'poses', PAPER_COST['olson'],
                       'poses of the lattice; bounds rule most of them out unseen', points)
 
@@ -113,7 +113,7 @@ Budget = collections.namedtuple('Budget', 'matcher title limit error settings')
 
 def olson_window(xy, theta, step_xy, step_theta):
     return {'olson/window_xy': xy, 'olson/window_theta': theta, 'olson/step_xy': step_xy,
-            'olson/step_theta': step_theta, 'olson/widenings': 0}
+            'olson/step_theta': step_theta}
 
 
 BUDGETS = {

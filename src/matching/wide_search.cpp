@@ -20,7 +20,6 @@ OlsonOptions search_options() {
   options.most_look_ups = 2500000;  // some 10 ms
   options.window_sigmas = 2.0;
   options.max_window_xy = 1.5;  // [m]
-  options.widenings = 0;
   return options;
 }
 

@@ -92,6 +92,11 @@ void reject_former(const std::string& key, const std::string& section) {
         "{}: there is no such option since version 2; {} took its place: see doc/parameters.md",
         key, key == "recovery/key_scans" ? "recovery/places" : "recovery/sure"));
   }
+  if (key == "olson/widenings") {
+    throw ConfigurationError(
+        "olson/widenings: there is no such option since version 2; windows are not widened, "
+        "olson/window_sigmas, window_xy and window_theta say how wide they are");
+  }
   for (const auto& [former, value] : kSettledOptions) {
     if (key == former) {
       throw ConfigurationError(

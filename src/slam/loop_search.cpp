@@ -90,7 +90,6 @@ OlsonOptions coarse_options(double sigma, const LoopOptions& options) {
   coarse.step_xy = 0.1;
   coarse.window_xy = std::min(options.max_window, std::max(1.0, 3.0 * sigma));
   coarse.window_theta = 0.5;
-  coarse.widenings = 0;
   coarse.point_spacing = 0.1;
   coarse.search_floor = kCoarseShare * options.least_score;
   coarse.rival_distance = 0.5;
@@ -108,7 +107,6 @@ OlsonOptions fine_options() {
   fine.step_xy = 0.05;
   fine.window_xy = 0.2;
   fine.window_theta = 0.04;
-  fine.widenings = 1;
   fine.least_rival = 1.0;
   // A wrong loop costs more than a missed one: a few beams do not make one. With 1 cm of
   // noise this is 0.004 of the strongest direction.

@@ -186,6 +186,8 @@ TEST(SlamSetup, SaysWhatTookThePlaceOfAFormerOption) {
   EXPECT_TRUE(contains(refusal_of("recovery: {key_scans: 2}"), "recovery/places took its place"));
   EXPECT_TRUE(
       contains(refusal_of("recovery: {far_confirmations: 2}"), "recovery/sure took its place"));
+  EXPECT_TRUE(contains(refusal_of("olson: {widenings: 2}"),
+                       "olson/widenings: there is no such option since version 2"));
 }
 
 TEST(SlamSetup, SaysHowARenamedOptionIsCalledNow) {

@@ -155,30 +155,13 @@ SearchScoring make_scoring(const MatchProblem& problem, double top, const OlsonO
   return scoring;
 }
 
-/// Which edges of the window a pose lies on. Beyond a whole turn, or where the prior leaves one
-/// pose alone, there is none.
-struct Edges {
-  Edges(const LatticePose& pose, const SearchLattice& lattice)
-      : xy(lattice.half_xy > 0 && std::max(std::abs(pose.x), std::abs(pose.y)) == lattice.half_xy),
-        theta(lattice.half_theta > 0 && std::abs(pose.theta) == lattice.half_theta &&
-              lattice.half_theta < steps_in(kPi, lattice.step_theta)) {}
-  bool xy;
-  bool theta;
-};
-
-/// Doubles what the best pose lies on the edge of. False when there is nothing to widen.
-bool widen(const LatticePose& best, double most_xy, SearchLattice& lattice, double resolution) {
-  const int most = steps_xy(most_xy, lattice, resolution);
-  const int most_theta = steps_in(kPi, lattice.step_theta);
-  const Edges on(best, lattice);
-  const SearchLattice before = lattice;
-  if (on.xy) {
-    lattice.half_xy = std::max(lattice.half_xy, std::min(2 * lattice.half_xy, most));
-  }
-  if (on.theta) {
-    lattice.half_theta = std::max(lattice.half_theta, std::min(2 * lattice.half_theta, most_theta));
-  }
-  return lattice.half_xy > before.half_xy || lattice.half_theta > before.half_theta;
+/// Beyond a whole turn, or where the prior leaves one pose alone, there is no edge.
+bool is_on_edge(const LatticePose& pose, const SearchLattice& lattice) {
+  const bool on_xy =
+      lattice.half_xy > 0 && std::max(std::abs(pose.x), std::abs(pose.y)) == lattice.half_xy;
+  const bool on_theta = lattice.half_theta > 0 && std::abs(pose.theta) == lattice.half_theta &&
+                        lattice.half_theta < steps_in(kPi, lattice.step_theta);
+  return on_xy || on_theta;
 }
 
 /// How likely a coordinate with this standard deviation lies within the one limit to each side, but
@@ -201,66 +184,32 @@ SearchDeadline deadline_of(const OlsonOptions& options) {
   return deadline;
 }
 
-/// What to search, and how. The points are the memory's.
-struct Search {
-  const MatchProblem& problem;
-  const std::vector<SearchPoint>& points;
-  double top;  ///< the highest score
-  double resolution;
-  Window window;
-  SearchScoring scoring;
-  RivalSearch rivals;
-};
-
-/// Widens the window as long as the best pose is on its edge. Returns the candidates that were
-/// looked at.
-std::size_t search_ever_wider(const Search& search, const OlsonOptions& options,
-                              SearchLattice& lattice, SearchMemory& memory, SearchResult& result) {
-  SearchDeadline deadline = deadline_of(options);
-  const auto search_once = [&] {
-    return search_lattice(search.points, search.problem.field, lattice, search.scoring,
-                          search.rivals, deadline, memory);
-  };
-  result = search_once();
-  std::size_t candidates = result.candidates;
-  for (int widening = 0;
-       result.is_found && widening < options.widenings && result.bound <= result.score &&
-       widen(result.best, options.max_window_xy, lattice, search.resolution);
-       ++widening) {
-    deadline.look_ups -= std::min(deadline.look_ups, result.look_ups);
-    SearchResult wider = search_once();
-    candidates += wider.candidates;
-    if (wider.score < result.score) {  // the deadline ended the wider search early
-      wider.best = result.best;
-      wider.score = result.score;
-    }
-    result = wider;
-  }
-  return candidates;
-}
-
 /// In metres and shares.
-void tell(const Search& search, const SearchLattice& lattice, const SearchResult& result,
-          FoundInWindow& found) {
-  found.proof.remaining_bound = static_cast<double>(result.bound) / search.top;
+/// @param top  the highest score.
+FoundInWindow found_of(const MatchProblem& problem, const Window& window, double top,
+                       const SearchLattice& lattice, const SearchResult& result) {
+  FoundInWindow found;
   found.is_any = result.is_found;
+  found.candidates = result.candidates;
+  found.proof.map_from_base = problem.predicted_map_from_base;
+  found.proof.remaining_bound = static_cast<double>(result.bound) / top;
   if (!result.is_found) {
-    return;
+    return found;
   }
-  found.step_xy = lattice.step_xy(search.resolution);
+  const double resolution = problem.field.geometry().resolution();
+  found.step_xy = lattice.step_xy(resolution);
   found.step_theta = lattice.step_theta;
-  found.proof.map_from_base = pose_at(lattice, result.best, search.resolution);
-  found.proof.best_score = static_cast<double>(result.score) / search.top;
-  const Edges on(result.best, lattice);
-  found.proof.on_edge = on.xy || on.theta;
-  const double searched_xy = lattice.half_xy * lattice.step_xy(search.resolution);
-  if (searched_xy < (1.0 - 1e-9) * search.window.asked_xy) {
+  found.proof.map_from_base = pose_at(lattice, result.best, resolution);
+  found.proof.best_score = static_cast<double>(result.score) / top;
+  found.proof.on_edge = is_on_edge(result.best, lattice);
+  const double searched_xy = lattice.half_xy * found.step_xy;
+  if (searched_xy < (1.0 - 1e-9) * window.asked_xy) {
     found.proof.clipped = true;
-    const double variance = search.problem.searched_covariance().diagonal().head<2>().maxCoeff();
-    found.share_beyond = share_between(search.window.asked_xy, searched_xy, std::sqrt(variance));
+    const double variance = problem.searched_covariance().diagonal().head<2>().maxCoeff();
+    found.share_beyond = share_between(window.asked_xy, searched_xy, std::sqrt(variance));
   }
   if (result.rival) {
-    found.rival = pose_at(lattice, result.rival->pose, search.resolution);
+    found.rival = pose_at(lattice, result.rival->pose, resolution);
   }
   if (const std::int64_t rival =
           std::max(result.rivals_left, result.rival ? result.rival->score : 0);
@@ -268,6 +217,7 @@ void tell(const Search& search, const SearchLattice& lattice, const SearchResult
     found.rival_share =
         std::min(1.0, static_cast<double>(rival) / static_cast<double>(result.score));
   }
+  return found;
 }
 
 }  // namespace
@@ -276,10 +226,10 @@ FoundInWindow find_in_window(const MatchProblem& problem, const OlsonOptions& op
                              WindowSearchMemory& memory) {
   find_search_points(problem.scan.points, options, memory.points);
   const std::vector<SearchPoint>& points = memory.points;
-  FoundInWindow found;
-  found.proof.map_from_base = problem.predicted_map_from_base;
   if (points.empty()) {
-    return found;
+    FoundInWindow nothing;
+    nothing.proof.map_from_base = problem.predicted_map_from_base;
+    return nothing;
   }
   double top = 0.0;
   for (const SearchPoint& point : points) {
@@ -288,21 +238,15 @@ FoundInWindow find_in_window(const MatchProblem& problem, const OlsonOptions& op
   const double range = useful_range(points, memory.ranges);
   const double resolution = problem.field.geometry().resolution();
   const Window window = make_window(problem, options);
-  SearchLattice lattice = make_lattice(problem, window, range, options);
+  const SearchLattice lattice = make_lattice(problem, window, range, options);
   const double far = std::max(range, options.rival_distance);
-  const Search search{
-      problem,
-      points,
-      top,
-      resolution,
-      window,
-      make_scoring(problem, top, options),
-      {steps_in(options.rival_distance, lattice.step_xy(resolution)),
-       steps_in(options.rival_distance / far, lattice.step_theta), options.least_rival}};
-  SearchResult result;
-  found.candidates = search_ever_wider(search, options, lattice, memory.search, result);
-  tell(search, lattice, result, found);
-  return found;
+  const RivalSearch rivals{steps_in(options.rival_distance, lattice.step_xy(resolution)),
+                           steps_in(options.rival_distance / far, lattice.step_theta),
+                           options.least_rival};
+  const SearchResult result =
+      search_lattice(points, problem.field, lattice, make_scoring(problem, top, options), rivals,
+                     deadline_of(options), memory.search);
+  return found_of(problem, window, top, lattice, result);
 }
 
 }  // namespace matchbox_slam

@@ -32,9 +32,8 @@ struct WindowSearchMemory {
 };
 
 /// Searches the window of a problem's prior, or the configured one, for the pose of the highest
-/// score: the scan's points are merged, window and steps chosen by how far they reach, and the
-/// window is widened as long as the best pose lies on its edge. The search itself is
-/// search_lattice's.
+/// score: the scan's points are merged, window and steps chosen by how far they reach. The search
+/// itself is search_lattice's.
 [[nodiscard]] FoundInWindow find_in_window(const MatchProblem& problem, const OlsonOptions& options,
                                            WindowSearchMemory& memory);
 

@@ -103,26 +103,6 @@ TEST(Olson, TheCovarianceHoldsTheStepWhereNothingRefines) {
   }
 }
 
-TEST(Olson, WidensTheWindowWhoseEdgeIsBest) {
-  OlsonOptions options = search_only();
-  options.window_xy = 0.1;
-  options.window_theta = 0.02;
-  options.prior_weight = 0.001;
-  options.widenings = 0;
-  const Eigen::Vector3d off(0.3, 0.0, 0.05);
-  const Eigen::Matrix3d prior = prior_of(0.3, 0.1);
-  EXPECT_GT(error_of(match(options, off, prior)).norm(), 0.15);
-  options.widenings = 2;
-  EXPECT_LT(error_of(match(options, off, prior)).norm(), 0.04);
-  const Eigen::Vector3d turned(0.0, 0.0, 0.06);
-  EXPECT_LT(std::abs(error_of(match(options, turned, prior)).z()), 0.006);
-  options.widenings = 0;
-  EXPECT_GT(std::abs(error_of(match(options, turned, prior)).z()), 0.03);
-  options.widenings = 2;
-  options.max_window_xy = 0.15;
-  EXPECT_GT(error_of(match(options, off, prior)).norm(), 0.1);
-}
-
 TEST(Olson, FindsItsWayFromFar) {
   Random random(3);
   for (int i = 0; i < 20; ++i) {
@@ -168,13 +148,10 @@ TEST(Olson, TellsThatTheBestPoseLiesOnTheEdge) {
   OlsonOptions options;
   options.window_xy = 0.1;
   options.window_theta = 0.02;
-  options.widenings = 0;
   const Eigen::Matrix3d prior = prior_of(0.3, 0.1);
   EXPECT_TRUE(match(options, {0.3, 0.0, 0.0}, prior).proof->on_edge);
   EXPECT_TRUE(match(options, {0.0, 0.0, 0.06}, prior).proof->on_edge);
   EXPECT_FALSE(match(options, {0.03, 0.03, 0.005}, prior).proof->on_edge);
-  options.widenings = 3;
-  EXPECT_FALSE(match(options, {0.3, 0.0, 0.06}, prior).proof->on_edge);
   EXPECT_FALSE(match({}, {0.0, 0.0, 0.0}, Eigen::Matrix3d::Zero()).proof->on_edge);
   options = {};
   options.window_theta = kPi;  // has no edge
@@ -397,7 +374,6 @@ TEST(Olson, ALogarithmForgivesSmallMisfitsMore) {
   OlsonOptions options = search_only();
   options.min_score = 0.0;
   options.window_xy = options.window_theta = 1e-6;
-  options.widenings = 0;
   const Eigen::Vector3d off(0.03, 0.03, 0.0);
   const double linear = match(options, off, prior_of(0.3, 0.1)).proof->best_score;
   options.likelihood = "log";

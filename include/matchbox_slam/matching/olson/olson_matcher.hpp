@@ -15,7 +15,6 @@ struct OlsonOptions {
   double window_theta = 0.0;
   double window_sigmas = 3.0;
   double max_window_xy = 5.0;
-  int widenings = 2;
   std::string likelihood = "linear";
   double outliers = 0.05;
   std::string weighting = "walls";
@@ -42,9 +41,7 @@ struct OlsonOptions {
     option(self.window_sigmas, "window_sigmas", between(0.1, 10.0), "",
            "Half width of a window from the prior, in the prior's standard deviations.");
     option(self.max_window_xy, "max_window_xy", between(0.05, 100.0), "m",
-           "Largest half width of a window from the prior, and of a widened one.");
-    option(self.widenings, "widenings", between(0, 6), "",
-           "How often the window is doubled while the best pose lies on its edge.");
+           "Largest half width of a window from the prior.");
     option(self.likelihood, "likelihood", one_of({"linear", "log"}), "",
            "linear: the mean likelihood of the points, robust; log: the product of their "
            "likelihoods, as in Olson (2009).");
