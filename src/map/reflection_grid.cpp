@@ -18,7 +18,7 @@ namespace {
 
 using Counts = ReflectionGrid::Counts;
 
-constexpr std::size_t kBeams = 360;  // of a scan, that are counted
+constexpr std::size_t kBeams = 400;  // of a scan, that are counted; some lasers have 361
 constexpr std::size_t kRow = ReflectionGrid::Tiles::kTileSize;
 
 /// Where a beam counts as passing.

@@ -15,6 +15,7 @@
 #include "map/scan_surfaces.hpp"
 #include "map/scan_tiles.hpp"
 #include "matchbox_slam/geometry/transform2.hpp"
+#include "sensor/take_some.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -135,8 +136,9 @@ CellBox cells_of(const PointScan& scan, const Transform2& to_map, double half_ho
 }
 
 void observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
-             const Pose2& map_from_base, const MapOptions& options, Hole& hole,
+             const Pose2& map_from_base, const MapOptions& options, MapUse use, Hole& hole,
              Observations& observations) {
+  constexpr std::size_t kMatchedBeams = 400;  // that tell what is free; as many as are counted
   const Transform2 to_map(map_from_base);
   const GridGeometry geometry(options.resolution);
   hole.assign(0.5 * options.hole_width, options.resolution);
@@ -146,7 +148,9 @@ void observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
                               Observations::kFreeNoReturn);
   }
   // What is more occupied comes later.
-  for (const ScanPoint& point : scan.points) {
+  const std::size_t most =
+      use == MapUse::kMatched ? kMatchedBeams : std::max<std::size_t>(1, scan.points.size());
+  take_some(scan, most, [&](const ScanPoint& point) {
     const Eigen::Vector2d origin = to_map * point.origin;
     const Eigen::Vector2d way = to_map * point.position - origin;
     const double range = way.norm();
@@ -154,7 +158,7 @@ void observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
       observations.mark_segment(origin, origin + (range - hole.half) * (way / range), geometry,
                                 Observations::kFree);
     }
-  }
+  });
   for (const ScanPoint& point : scan.points) {
     const Eigen::Vector2d hit = to_map * point.position;
     const Eigen::Vector2d way = hit - to_map * point.origin;
@@ -281,8 +285,8 @@ namespace {
 
 /// Draws all but the field and the reflections.
 InsertionMemory::Parts& draw(const PointScan& scan, const Pose2& map_from_base,
-                             const MapOptions& options, SlamMap& map) {
-  draw_occupancy(scan, map_from_base, options, map.insertion, map.occupancy);
+                             const MapOptions& options, MapUse use, SlamMap& map) {
+  draw_occupancy(scan, map_from_base, options, use, map.insertion, map.occupancy);
   InsertionMemory::Parts& parts = map.insertion.parts();
   std::vector<SurfaceHit>& hits = parts.hits;
   add_surfaces_at_hits(scan, map_from_base, hits);
@@ -321,30 +325,25 @@ bool has_room(const PointScan& scan, const Pose2& map_from_base, const MapOption
 }
 
 void draw_occupancy(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
-                    InsertionMemory& memory, OccupancyGrid& occupancy) {
+                    MapUse use, InsertionMemory& memory, OccupancyGrid& occupancy) {
   InsertionMemory::Parts& parts = memory.parts();
   parts.hits.clear();
   add_surfaces_between_hits(scan, map_from_base, options.resolution, parts.hits);
-  observe(scan, parts.hits, map_from_base, options, parts.hole, parts.observations);
+  observe(scan, parts.hits, map_from_base, options, use, parts.hole, parts.observations);
   blend(parts.observations, options, occupancy, parts.cleared);
 }
 
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                  SlamMap& map) {
-  const InsertionMemory::Parts& change = draw(scan, map_from_base, options, map);
+  const InsertionMemory::Parts& change = draw(scan, map_from_base, options, MapUse::kShown, map);
   map.reflection.count(scan, map_from_base);
   map.field.update(change.hits, change.cleared);
 }
 
 void insert_unrendered(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
-                       SlamMap& map) {
-  insert_uncounted(scan, map_from_base, options, map);
+                       MapUse use, SlamMap& map) {
+  const InsertionMemory::Parts& change = draw(scan, map_from_base, options, use, map);
   map.reflection.count(scan, map_from_base);
-}
-
-void insert_uncounted(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
-                      SlamMap& map) {
-  const InsertionMemory::Parts& change = draw(scan, map_from_base, options, map);
   map.field.take(change.hits, change.cleared);
 }
 

@@ -7,6 +7,6 @@ namespace matchbox_slam {
 
 /// The map that key scans make, in their order.
 [[nodiscard]] SlamMap rendered(const PlacedScans& keys, const MapOptions& map_options,
-                               const LikelihoodFieldOptions& field_options);
+                               const LikelihoodFieldOptions& field_options, MapUse use);
 
 }  // namespace matchbox_slam

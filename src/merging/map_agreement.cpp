@@ -20,7 +20,7 @@ constexpr double kMaxShareAgainst = 0.05;
 Agreement agreement_of(const PlacedScans& keys, const PlacedScans& others,
                        const EngineOptions& options) {
   constexpr double kAgreementRadius = 2.0;  // [m], a guess
-  const SlamMap map = rendered(others, options.map, options.field);
+  const SlamMap map = rendered(others, options.map, options.field, MapUse::kMatched);
   Agreement agreement;
   for (const PlacedScan& key : keys) {
     const Eigen::Vector2d here = key.map_from_base.translation();

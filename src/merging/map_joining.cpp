@@ -174,7 +174,7 @@ void Joining::optimise_poses() {
 }  // namespace
 
 void draw(const EngineOptions& options, MapComponent& component) {
-  component.map = rendered(component.key_scans.all(), options.map, options.field);
+  component.map = rendered(component.key_scans.all(), options.map, options.field, MapUse::kShown);
 }
 
 std::optional<MergedMap> joined(const MergedMap& map, const MergedMap& there,

@@ -385,7 +385,7 @@ MapSnapshot SlamNode::map_snapshot() {
   const PlacedScans keys = run().key_scans().all();
   const EngineOptions options = session_.setup().engine;
   lock.unlock();
-  SlamMap map = rendered(keys, options.map, options.field);
+  SlamMap map = rendered(keys, options.map, options.field, MapUse::kShown);
   snapshot.occupancy = shown_occupancy(map, keys, options.map);
   lock.lock();
   session_.take_rendered(std::move(map), keys);

@@ -17,7 +17,7 @@ OccupancyGrid shown_occupancy(const SlamMap& map, const PlacedScans& keys,
   OccupancyGrid twice = map.occupancy;
   InsertionMemory memory;
   for (const PlacedScan& key : keys) {
-    draw_occupancy(*key.scan->points(), key.map_from_base, options, memory, twice);
+    draw_occupancy(*key.scan->points(), key.map_from_base, options, MapUse::kShown, memory, twice);
   }
   return twice;
 }

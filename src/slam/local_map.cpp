@@ -111,7 +111,7 @@ bool LocalMap::is_due(const PlacedScans& keys) const {
 LocalMap::LocalMap(const Eigen::Vector2d& center,  // NOLINT(modernize-pass-by-value): two doubles
                    const PlacedScans& drawn, std::size_t taken, const MapOptions& map_options,
                    const LikelihoodFieldOptions& field_options)
-    : map_(rendered(drawn, map_options, field_options)),
+    : map_(rendered(drawn, map_options, field_options, MapUse::kMatched)),
       center_(center),
       taken_(taken),
       drawn_(ids_of(drawn)) {}
@@ -160,7 +160,7 @@ LocalMap LocalMap::as_of(std::size_t taken, const PlacedScans& keys, const MapOp
 }
 
 void LocalMap::draw(const PlacedScan& key, const MapOptions& map_options) {
-  insert_unrendered(*key.scan->points(), key.map_from_base, map_options, *map_);
+  insert_unrendered(*key.scan->points(), key.map_from_base, map_options, MapUse::kMatched, *map_);
   drawn_.push_back(key.scan->id());
 }
 

@@ -219,7 +219,7 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, const LoopCandidate&
       kMostViolation) {
     return std::nullopt;
   }
-  const SlamMap place = rendered(in_frame(there, map_from_key), {}, {});
+  const SlamMap place = rendered(in_frame(there, map_from_key), {}, {}, MapUse::kMatched);
   FoundLoop found{key,
                   match.map_from_base,
                   match.covariance,

@@ -20,7 +20,7 @@ const SlamMap& MapRenderer::drawn(MapComponent& component, const EngineOptions& 
     is_outdated_ = true;  // unless all of it can be drawn
     for (; drawn_ < keys.size(); ++drawn_) {
       insert_unrendered(*keys[drawn_].scan->points(), keys[drawn_].map_from_base, options.map,
-                        component.map);
+                        MapUse::kShown, component.map);
     }
     component.map.field.settle();
   }
@@ -69,7 +69,7 @@ bool MapRenderer::begin_whole(const MapComponent& component, const EngineOptions
     is_outdated_ = true;
     rendering_ = std::make_shared<Rendering>(Rendering{
         keys, std::async(std::launch::async, [keys, map = options.map, field = options.field] {
-          return rendered(keys, map, field);
+          return rendered(keys, map, field, MapUse::kShown);
         })});
   }
   return may_take_long;

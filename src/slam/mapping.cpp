@@ -205,7 +205,7 @@ void Mapping::fork_as_of(std::size_t key_scans, std::map<int, Pose2> last_insert
     return;
   }
   const PlacedScans then(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(key_scans));
-  fork_->map = rendered(then, options_.map, options_.field);
+  fork_->map = rendered(then, options_.map, options_.field, MapUse::kShown);
   if (!is_lost()) {
     fork_->drawing = MapRenderer({}, renderer_.is_moved(), key_scans);
   }

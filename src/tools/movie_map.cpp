@@ -38,7 +38,7 @@ void MovieMap::begin() {
 }
 
 void MovieMap::add(const PlacedScan& key) {
-  draw_occupancy(*key.scan->points(), key.map_from_base, options_, memory_, grid_);
+  draw_occupancy(*key.scan->points(), key.map_from_base, options_, MapUse::kShown, memory_, grid_);
   drawn_.push_back(key);
 }
 

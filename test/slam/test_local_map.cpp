@@ -26,7 +26,7 @@ SlamMap inserted(const PlacedScans& keys) {
 
 TEST(LocalMap, WhatIsRenderedIsAsInserted) {
   const PlacedScans keys = drive_through_rooms(6);
-  EXPECT_TRUE(same_map(rendered(keys, kMap, kField), inserted(keys)));
+  EXPECT_TRUE(same_map(rendered(keys, kMap, kField, MapUse::kShown), inserted(keys)));
 }
 
 std::vector<double> stamps(const PlacedScans& keys) {

@@ -20,7 +20,7 @@ void add(const PlacedScan& key, MapComponent& component, MapRenderer& drawing) {
 }
 
 SlamMap rendered_all(const MapComponent& component) {
-  return rendered(component.key_scans.all(), kDefaults.map, kDefaults.field);
+  return rendered(component.key_scans.all(), kDefaults.map, kDefaults.field, MapUse::kShown);
 }
 
 /// Moves a key scan by a metre.
@@ -55,8 +55,9 @@ TEST_F(MapRendererTest, DrawsTheWholeWhenAskedWhileWhatLiesNearIsMatchedAgainst)
   const SlamMap before = component_.map;
   add(keys_[4], component_, renderer_);
   EXPECT_TRUE(same_map(component_.map, before));
-  EXPECT_TRUE(same_map(renderer_.matched(component_),
-                       rendered({keys_[2], keys_[3], keys_[4]}, kDefaults.map, kDefaults.field)));
+  EXPECT_TRUE(same_map(
+      renderer_.matched(component_),
+      rendered({keys_[2], keys_[3], keys_[4]}, kDefaults.map, kDefaults.field, MapUse::kShown)));
   EXPECT_TRUE(same_map(renderer_.whole(component_, kDefaults), rendered_all(component_)));
   renderer_.match_whole(component_, kDefaults);
   add(keys_[5], component_, renderer_);

@@ -52,8 +52,8 @@ TEST_F(MappingTest, MakesScansKeyScansOfMapAndGraph) {
   EXPECT_EQ(mapped(), 3U);
   EXPECT_EQ(mapping_.loops().state().nodes, 3U);
   EXPECT_EQ(mapping_.components().map().last_inserted.at(0), keys_[2].map_from_base);
-  EXPECT_TRUE(same_map(mapping_.matched(),
-                       rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field)));
+  EXPECT_TRUE(same_map(mapping_.matched(), rendered({keys_[0], keys_[1], keys_[2]}, options_.map,
+                                                    options_.field, MapUse::kShown)));
 }
 
 TEST_F(MappingTest, LeavesOutWhatTheMapHasNoRoomFor) {
@@ -94,8 +94,8 @@ TEST_F(MappingTest, ShowsNothingSinceTheForkWhereItIsGoneOnWithAndThatIsForgotte
   near_by.fork_as_of(2, {});
   near_by.forget_since_fork();
   EXPECT_EQ(near_by.components().map().key_scans.size(), 2U);
-  EXPECT_TRUE(
-      same_map(near_by.whole(), rendered({keys_[0], keys_[1]}, options_.map, options_.field)));
+  EXPECT_TRUE(same_map(near_by.whole(), rendered({keys_[0], keys_[1]}, options_.map, options_.field,
+                                                 MapUse::kShown)));
 }
 
 TEST_F(MappingTest, KeepsTheMapAsItIsWhereALostRobotMayBeElsewhere) {
@@ -106,13 +106,15 @@ TEST_F(MappingTest, KeepsTheMapAsItIsWhereALostRobotMayBeElsewhere) {
   mapping_.fork_as_of(1, {});
   mapping_.forget_since_fork();
   EXPECT_EQ(mapping_.components().active().key_scans.size(), 1U);
-  EXPECT_TRUE(same_map(mapping_.matched(), rendered({keys_[3]}, options_.map, options_.field)));
-  EXPECT_TRUE(same_map(mapping_.drawn(),
-                       rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field)));
+  EXPECT_TRUE(same_map(mapping_.matched(),
+                       rendered({keys_[3]}, options_.map, options_.field, MapUse::kShown)));
+  EXPECT_TRUE(same_map(mapping_.drawn(), rendered({keys_[0], keys_[1], keys_[2]}, options_.map,
+                                                  options_.field, MapUse::kShown)));
 }
 
 TEST_F(MappingTest, KeepsWallsThatCameWithoutKeyScans) {
-  const SlamMap walls = rendered({keys_[0], keys_[1]}, options_.map, options_.field);
+  const SlamMap walls =
+      rendered({keys_[0], keys_[1]}, options_.map, options_.field, MapUse::kShown);
   Mapping of_image{
       MapComponents({{walls, {}, {}, 0.0}}, 0, {}), {}, {{}, false, 0}, false, false, options_};
   of_image.fork_as_of(0, {});
@@ -187,8 +189,8 @@ TEST_F(MappingTest, IsDrawnOverWhileItIsNotToChangeAndStaysAsItIs) {
   mapping_.set_options(options_);
   const auto draw_over = [this] {
     mapping_.draw_over(*keys_[2].scan->points(), 0, keys_[2].map_from_base);
-    return same_map(mapping_.matched(),
-                    rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field));
+    return same_map(mapping_.matched(), rendered({keys_[0], keys_[1], keys_[2]}, options_.map,
+                                                 options_.field, MapUse::kShown));
   };
   EXPECT_TRUE(draw_over());
   EXPECT_EQ(mapping_.temporary().last_drawn().at(0), keys_[2].map_from_base);
@@ -238,7 +240,8 @@ TEST_F(MappingTest, DrawsWhatWaitedIntoWhatLiesNearAtOnce) {
   EXPECT_EQ(near_by.insert_pending(), 0U);
   const PlacedScans& all = near_by.components().map().key_scans.all();
   ASSERT_EQ(all.size(), 3U);
-  EXPECT_TRUE(same_map(near_by.matched(), rendered(all, options_.map, options_.field)));
+  EXPECT_TRUE(
+      same_map(near_by.matched(), rendered(all, options_.map, options_.field, MapUse::kShown)));
 }
 
 TEST_F(MappingTest, MatchesTheWholeMapWhereItIsGoneOnWithWithoutLoops) {
@@ -248,8 +251,8 @@ TEST_F(MappingTest, MatchesTheWholeMapWhereItIsGoneOnWithWithoutLoops) {
   Mapping gone_on = gone_on_with_local_map();
   EXPECT_EQ(gone_on.renderer().local_map().map(), nullptr);
   ASSERT_TRUE(gone_on.insert(*keys_[2].scan->points(), keys_[2], covariance_of(0.01, 0.01)));
-  EXPECT_TRUE(same_map(gone_on.matched(),
-                       rendered({keys_[0], keys_[1], keys_[2]}, options_.map, options_.field)));
+  EXPECT_TRUE(same_map(gone_on.matched(), rendered({keys_[0], keys_[1], keys_[2]}, options_.map,
+                                                   options_.field, MapUse::kShown)));
 }
 
 }  // namespace

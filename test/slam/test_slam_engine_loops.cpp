@@ -100,7 +100,9 @@ TEST(SlamEngineLoops, TakesAMapThatWasRenderedBesideTheMapping) {
   LoopDrive drive;
   SlamEngine& engine = *drive.engine;
   PlacedScans keys;
-  const auto render = [&] { return rendered(keys, drive.options.map, drive.options.field); };
+  const auto render = [&] {
+    return rendered(keys, drive.options.map, drive.options.field, MapUse::kShown);
+  };
   do {
     keys = engine.key_scans().all();
     ASSERT_FALSE(engine.is_outdated());
@@ -160,8 +162,8 @@ TEST(SlamEngineLoops, AClosedLoopMovesAllThatTheEngineKnows) {
   EXPECT_EQ(now.last_inserted.at(0), outcome.map_from_base);
   EXPECT_EQ(now.loops.nodes, now.key_scans.size());
   now.map.field.render();  // until then it lacks likelihoods, as it is not matched against
-  EXPECT_TRUE(
-      same_map(now.map, rendered(now.key_scans.all(), drive.options.map, drive.options.field)));
+  EXPECT_TRUE(same_map(now.map, rendered(now.key_scans.all(), drive.options.map,
+                                         drive.options.field, MapUse::kShown)));
   // Nothing waits for the map to be rendered: the next scan goes on from there.
   drive.process_next();
   EXPECT_LT(error(at + 1, drive.outcomes.back().map_from_base), 0.03);
@@ -173,8 +175,8 @@ TEST(SlamEngineLoops, AnotherDriveIsMatchedAgainstAMapThatIsRendered) {
   EngineState start = drive.engine->snapshot();
   EXPECT_FALSE(start.map.field.is_rendered());
   start.begin_anew(drive.outcomes.back().map_from_base, 1e-4 * Eigen::Matrix3d::Identity());
-  EXPECT_TRUE(
-      same_map(start.map, rendered(start.key_scans.all(), drive.options.map, drive.options.field)));
+  EXPECT_TRUE(same_map(start.map, rendered(start.key_scans.all(), drive.options.map,
+                                           drive.options.field, MapUse::kShown)));
 }
 
 /// Share of the surfaces [0, 1] that lie farther than this [m] from any of another map.
@@ -208,7 +210,7 @@ TEST(SlamEngineLoops, NoWallIsDrawnTwiceWhereTheLoopWasClosed) {
         keys.push_back({key.scan, at_true_places ? pose : key.map_from_base});
       }
     }
-    return rendered(keys, drive.options.map, drive.options.field);
+    return rendered(keys, drive.options.map, drive.options.field, MapUse::kShown);
   };
   LoopDrive closing;
   closing.process_all();
@@ -277,8 +279,9 @@ TEST(SlamEngineLoops, WhereNoneIsClosedTheyChangeNothing) {
   }
   open.process_all();
   EXPECT_TRUE(open.engine->graph().poses.empty());
-  EXPECT_TRUE(same_map(open.engine->map(), rendered(open.engine->key_scans().all(),
-                                                    open.options.map, open.options.field)));
+  EXPECT_TRUE(
+      same_map(open.engine->map(), rendered(open.engine->key_scans().all(), open.options.map,
+                                            open.options.field, MapUse::kShown)));
 }
 
 }  // namespace

@@ -164,7 +164,7 @@ TEST(SuperfluousScans, KeepWhatNobodyElseSaw) {
     static_cast<void>(tidy(keys));
   }
   EXPECT_LE(keys.size(), 7 * kOfPass);
-  const SlamMap map = rendered(keys.all(), {}, {});
+  const SlamMap map = rendered(keys.all(), {}, {}, MapUse::kShown);
   std::size_t walls = 0;
   for (double x = 3.3; x < 5.6; x += 0.1) {
     const Cell cell = map.field.geometry().cell_at(Eigen::Vector2d(x, 4.0));

@@ -19,13 +19,13 @@ class TemporaryMapTest : public testing::Test {
   [[nodiscard]] bool shows(const PlacedScans& scans) const {
     PlacedScans all{keys_[0], keys_[1]};
     all.insert(all.end(), scans.begin(), scans.end());
-    return same_map(*temporary_.map(), rendered(all, map_, field_));
+    return same_map(*temporary_.map(), rendered(all, map_, field_, MapUse::kShown));
   }
 
   const PlacedScans keys_ = drive_through_rooms(6);
   const MapOptions map_{};  // braces, as clang asks for them
   const LikelihoodFieldOptions field_{};
-  const SlamMap lasting_ = rendered({keys_[0], keys_[1]}, map_, field_);
+  const SlamMap lasting_ = rendered({keys_[0], keys_[1]}, map_, field_, MapUse::kShown);
   TemporaryMap temporary_;
 };
 
@@ -35,7 +35,7 @@ TEST_F(TemporaryMapTest, ShowsTheMapAndWhatWasSeenSince) {
   add(keys_[3]);
   EXPECT_TRUE(shows({keys_[2], keys_[3]}));
   EXPECT_EQ(temporary_.last_drawn().at(1), keys_[3].map_from_base);
-  EXPECT_TRUE(same_map(lasting_, rendered({keys_[0], keys_[1]}, map_, field_)));
+  EXPECT_TRUE(same_map(lasting_, rendered({keys_[0], keys_[1]}, map_, field_, MapUse::kShown)));
   temporary_.clear();
   EXPECT_EQ(temporary_.map(), nullptr);
   EXPECT_TRUE(temporary_.last_drawn().empty());

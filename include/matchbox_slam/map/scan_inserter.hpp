@@ -83,9 +83,15 @@ struct SlamMap {
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                  SlamMap& map);
 
+/// What a map is drawn for.
+enum class MapUse {
+  kShown,    ///< people look at it, too
+  kMatched,  ///< nobody does: of beams side by side, which say the same, some tell what is free
+};
+
 /// The same into a map whose field is to be rendered before it is read: many scans then cost a
 /// third of what they cost one by one.
 void insert_unrendered(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
-                       SlamMap& map);
+                       MapUse use, SlamMap& map);
 
 }  // namespace matchbox_slam
