@@ -47,13 +47,32 @@ Eigen::Isometry3d laser_at(double fraction, const Eigen::Isometry3d& base_from_l
          Eigen::Quaterniond::Identity().slerp(fraction, turn);
 }
 
+/// Unit vectors at angles of even steps [rad], by turning on some from few, since a cosine and a
+/// sine take much longer than a product. Off by less than 1e-15.
+void find_directions(double first, double step, std::size_t count,
+                     std::vector<Eigen::Vector2d>& directions) {
+  constexpr std::size_t kBlockSize = 32;
+  const auto direction = [](double angle) {
+    return Eigen::Vector2d(std::cos(angle), std::sin(angle));
+  };
+  std::array<Eigen::Vector2d, kBlockSize> turns;
+  for (std::size_t i = 0; i < kBlockSize; ++i) {
+    turns[i] = direction(static_cast<double>(i) * step);
+  }
+  directions.resize(count);
+  for (std::size_t k = 0; k < count; k += kBlockSize) {
+    const Eigen::Vector2d begin = direction(first + static_cast<double>(k) * step);
+    for (std::size_t i = 0; i < std::min(kBlockSize, count - k); ++i) {
+      directions[k + i] = {begin.x() * turns[i].x() - begin.y() * turns[i].y(),
+                           begin.y() * turns[i].x() + begin.x() * turns[i].y()};
+    }
+  }
+}
+
 /// Unit vectors along the beams of a laser, in its plane.
 class BeamDirections {
  public:
-  /// By turning on some from few, since a cosine and a sine take much longer than a product. Off by
-  /// less than 1e-15.
   const std::vector<Eigen::Vector2d>& of(const LaserScan& scan) {
-    constexpr std::size_t kBlockSize = 32;
     const std::size_t count = scan.ranges.size();
     if (count == beams_.size() && scan.angle_min == angle_min_ &&
         scan.angle_increment == angle_increment_) {
@@ -61,22 +80,7 @@ class BeamDirections {
     }
     angle_min_ = scan.angle_min;
     angle_increment_ = scan.angle_increment;
-    const auto direction = [](double angle) {
-      return Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    };
-    std::array<Eigen::Vector2d, kBlockSize> turns;
-    for (std::size_t i = 0; i < kBlockSize; ++i) {
-      turns[i] = direction(static_cast<double>(i) * scan.angle_increment);
-    }
-    beams_.resize(count);
-    for (std::size_t k = 0; k < count; k += kBlockSize) {
-      const Eigen::Vector2d first =
-          direction(scan.angle_min + static_cast<double>(k) * scan.angle_increment);
-      for (std::size_t i = 0; i < std::min(kBlockSize, count - k); ++i) {
-        beams_[k + i] = {first.x() * turns[i].x() - first.y() * turns[i].y(),
-                         first.y() * turns[i].x() + first.x() * turns[i].y()};
-      }
-    }
+    find_directions(scan.angle_min, scan.angle_increment, count, beams_);
     return beams_;
   }
 
@@ -100,19 +104,51 @@ void take_noise_out(const ProjectionOptions& options, HitRows& hits, WallMemory&
   }
 }
 
+/// The base during a scan, in its frame at the first beam: it moves evenly.
+class MovingBase {
+ public:
+  /// @param turns  for the directions that it faces.
+  MovingBase(const Pose2& motion, std::size_t beams, std::vector<Eigen::Vector2d>& turns)
+      : is_moving_(motion != Pose2{} && beams > 1), turns_(turns) {
+    if (is_moving_) {
+      const auto steps = static_cast<double>(beams - 1);
+      per_beam_ = motion.translation() / steps;
+      find_directions(0.0, wrap_angle(motion.theta) / steps, beams, turns_);
+    }
+  }
+
+  /// @param point  as seen by the base at this beam.
+  [[nodiscard]] Eigen::Vector2d at_first(std::size_t beam, const Eigen::Vector2d& point) const {
+    if (!is_moving_) {
+      return point;
+    }
+    const Eigen::Vector2d& turn = turns_[beam];
+    return static_cast<double>(beam) * per_beam_ +
+           Eigen::Vector2d(turn.x() * point.x() - turn.y() * point.y(),
+                           turn.y() * point.x() + turn.x() * point.y());
+  }
+
+ private:
+  bool is_moving_;
+  Eigen::Vector2d per_beam_ = Eigen::Vector2d::Zero();  ///< [m]
+  std::vector<Eigen::Vector2d>& turns_;
+};
+
 /// Where each beam ends, or what it says to be free, in the frame of the base at the first beam.
 /// @param beams      directions in the laser's plane.
+/// @param turns      of the base, on the way.
 /// @param cut_after  points that a beam follows which was cut at the band of heights.
 void place_beams(const LaserScan& scan, const std::vector<Eigen::Vector2d>& beams,
                  const Eigen::Isometry3d& base_from_laser, const Pose2& motion,
                  const ProjectionOptions& options, const Eigen::Isometry3d& laser_motion,
-                 std::vector<std::size_t>& cut_after, PointScan& result) {
+                 std::vector<Eigen::Vector2d>& turns, std::vector<std::size_t>& cut_after,
+                 PointScan& result) {
   const double min_range = least_range(scan, options);
   const double max_range = std::min(options.max_range, scan.range_max);
   const double free_range = std::min(options.free_range, max_range);
   const std::size_t count = scan.ranges.size();
-  const bool moving = motion != Pose2{} && count > 1;
   const bool swaying = laser_motion.matrix() != Eigen::Matrix4d::Identity() && count > 1;
+  const MovingBase base(motion, count, turns);
   Eigen::Isometry3d laser = base_from_laser;
   cut_after.clear();
   result.stamp = scan.stamp;
@@ -122,13 +158,13 @@ void place_beams(const LaserScan& scan, const std::vector<Eigen::Vector2d>& beam
   result.free_rays.reserve(count);
   for (std::size_t k = 0; k < count; ++k) {
     const auto range = static_cast<double>(scan.ranges[k]);
-    const double fraction = static_cast<double>(k) / static_cast<double>(count - 1);
     Reading reading = classify(range, min_range, max_range);
     const double angle = scan.angle_min + static_cast<double>(k) * scan.angle_increment;
     if (reading == Reading::kIgnored || is_masked(angle, options.masked_angles)) {
       continue;
     }
     if (swaying) {
+      const double fraction = static_cast<double>(k) / static_cast<double>(count - 1);
       laser = laser_at(fraction, base_from_laser, laser_motion);
     }
     double length = reading == Reading::kHit ? range : free_range;
@@ -145,13 +181,10 @@ void place_beams(const LaserScan& scan, const std::vector<Eigen::Vector2d>& beam
     if (length <= 0.0) {
       continue;
     }
-    Eigen::Vector2d origin = laser.translation().head<2>();
-    Eigen::Vector2d end = origin + laser.linear().topLeftCorner<2, 2>() * (length * beam);
-    if (moving) {
-      const Transform2 first_from_here(interpolate(Pose2{}, motion, fraction));
-      origin = first_from_here * origin;
-      end = first_from_here * end;
-    }
+    const Eigen::Vector2d here = laser.translation().head<2>();
+    const Eigen::Vector2d ahead = laser.linear().topLeftCorner<2, 2>() * (length * beam);
+    const Eigen::Vector2d origin = base.at_first(k, here);
+    const Eigen::Vector2d end = base.at_first(k, here + ahead);
     if (reading == Reading::kNoReturn) {
       result.free_rays.push_back({origin, end});
     } else {
@@ -204,6 +237,7 @@ double tilt_of(const Eigen::Isometry3d& base_from_laser) {
 
 struct ScanProjector::Memory {
   BeamDirections beams;
+  std::vector<Eigen::Vector2d> turns;  ///< of the base during the scan
   std::vector<std::size_t> cut_after;  ///< points that a cut beam follows, where a door may be
   std::vector<double> gaps;
   RunningSums sums;
@@ -221,7 +255,7 @@ void ScanProjector::project(const LaserScan& scan, const Eigen::Isometry3d& base
                             const Eigen::Isometry3d& laser_motion, PointScan& result) {
   std::vector<std::size_t>& cut_after = memory_->cut_after;
   place_beams(scan, memory_->beams.of(scan), base_from_laser, motion, options, laser_motion,
-              cut_after, result);
+              memory_->turns, cut_after, result);
   if (options.straighten_walls) {
     take_noise_out(options, memory_->hits, memory_->walls, result.points);
   }

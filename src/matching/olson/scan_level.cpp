@@ -46,15 +46,15 @@ class Cluster {
 };
 
 /// Range below which nine tenths of the points lie [m].
-/// @param ranges  on the way.
-double useful_range(const PointArrays& points, std::vector<double>& ranges) {
-  ranges.resize(points.x.size());
-  for (std::size_t i = 0; i < ranges.size(); ++i) {
-    ranges[i] = std::hypot(points.x[i], points.y[i]);
+/// @param squares  of ranges, on the way.
+double useful_range(const PointArrays& points, std::vector<double>& squares) {
+  squares.resize(points.x.size());
+  for (std::size_t i = 0; i < squares.size(); ++i) {
+    squares[i] = points.x[i] * points.x[i] + points.y[i] * points.y[i];
   }
-  const auto rank = static_cast<std::ptrdiff_t>(ranges.size() * 9 / 10);
-  std::nth_element(ranges.begin(), ranges.begin() + rank, ranges.end());
-  return ranges[static_cast<std::size_t>(rank)];
+  const auto rank = static_cast<std::ptrdiff_t>(squares.size() * 9 / 10);
+  std::nth_element(squares.begin(), squares.begin() + rank, squares.end());
+  return std::sqrt(squares[static_cast<std::size_t>(rank)]);
 }
 
 void add(const Cluster& cluster, double angle, double slack, ScanLevel& level) {
@@ -72,7 +72,7 @@ void add(const Cluster& cluster, double angle, double slack, ScanLevel& level) {
 void ScanLevels::assign(const PointArrays& points, const SearchLattice& lattice, double resolution,
                         int top) {
   levels_.front().points = points;
-  const double arc = points.x.empty() ? 0.0 : lattice.step_theta * useful_range(points, ranges_);
+  const double arc = points.x.empty() ? 0.0 : lattice.step_theta * useful_range(points, squares_);
   for (std::size_t i = 1; i <= static_cast<std::size_t>(top); ++i) {
     ScanLevel& level = levels_[i];
     level.clear();

@@ -40,7 +40,7 @@ class ScanLevels {
 
  private:
   std::array<ScanLevel, FieldWindow::kLevels> levels_;
-  std::vector<double> ranges_;  ///< of the points, on the way
+  std::vector<double> squares_;  ///< of the points' ranges, on the way
 };
 
 }  // namespace matchbox_slam

@@ -18,8 +18,9 @@ class PointGroup {
  public:
   explicit PointGroup(const ScanPoint& first) : first_(first.position) { add(first); }
 
-  [[nodiscard]] bool takes(const ScanPoint& point, double spacing) const {
-    return (point.position - first_).norm() < spacing;
+  /// @param spacing_square  [m^2]
+  [[nodiscard]] bool takes(const ScanPoint& point, double spacing_square) const {
+    return (point.position - first_).squaredNorm() < spacing_square;
   }
 
   void add(const ScanPoint& point) {
@@ -59,13 +60,14 @@ void find_search_points(const std::vector<ScanPoint>& points, const OlsonOptions
                         std::vector<SearchPoint>& merged) {
   constexpr double kWallUnit = 0.00625;  // [m]; the usual cap of 0.1 m is 16 of them
   const double unit = options.weighting == "walls" ? kWallUnit : 0.0;
+  const double spacing_square = options.point_spacing * options.point_spacing;
   merged.clear();
   std::optional<PointGroup> group;
   for (const ScanPoint& point : points) {
-    if (!(point.position.norm() < kFarthest) || !std::isfinite(point.weight)) {
+    if (!(point.position.squaredNorm() < kFarthest * kFarthest) || !std::isfinite(point.weight)) {
       continue;
     }
-    if (group && group->takes(point, options.point_spacing)) {
+    if (group && group->takes(point, spacing_square)) {
       group->add(point);
       continue;
     }
@@ -82,15 +84,15 @@ void find_search_points(const std::vector<ScanPoint>& points, const OlsonOptions
 
 /// Range below which nine tenths of the points lie [m]: a few far ones would make the steps of
 /// rotation much finer for little.
-/// @param ranges  on the way.
-double useful_range(const std::vector<SearchPoint>& points, std::vector<double>& ranges) {
-  ranges.clear();
+/// @param squares  of ranges, on the way.
+double useful_range(const std::vector<SearchPoint>& points, std::vector<double>& squares) {
+  squares.clear();
   for (const SearchPoint& point : points) {
-    ranges.push_back(point.position.norm());
+    squares.push_back(point.position.squaredNorm());
   }
-  const auto rank = static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(ranges.size() - 1));
-  std::nth_element(ranges.begin(), ranges.begin() + rank, ranges.end());
-  return std::min(kFarthestPoint, ranges[static_cast<std::size_t>(rank)]);
+  const auto rank = static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(squares.size() - 1));
+  std::nth_element(squares.begin(), squares.begin() + rank, squares.end());
+  return std::min(kFarthestPoint, std::sqrt(squares[static_cast<std::size_t>(rank)]));
 }
 
 int steps_in(double window, double step, int most = kMostSteps) {
@@ -235,7 +237,7 @@ FoundInWindow find_in_window(const MatchProblem& problem, const OlsonOptions& op
   for (const SearchPoint& point : points) {
     top += kTopLikelihood * point.weight;
   }
-  const double range = useful_range(points, memory.ranges);
+  const double range = useful_range(points, memory.squares);
   const double resolution = problem.field.geometry().resolution();
   const Window window = make_window(problem, options);
   const SearchLattice lattice = make_lattice(problem, window, range, options);

@@ -27,7 +27,7 @@ struct FoundInWindow {
 /// What a search works in.
 struct WindowSearchMemory {
   std::vector<SearchPoint> points;
-  std::vector<double> ranges;
+  std::vector<double> squares;  ///< of ranges
   SearchMemory search;
 };
 
