@@ -147,7 +147,7 @@ void SecondaryLasers::sample(int laser_number, const PointScan& scan, const Pose
   constexpr std::size_t kLeastPoints = 30;    // a guess: half and double were not tried
   constexpr std::size_t kNewestCompared = 3;  // more would tell how the map has drifted
   const SlamMap seen = rendered(newest_of(primary_.laser, keys, kNewestCompared), map_options,
-                                field_options, MapUse::kMatched);
+                                field_options, MapUse::kShown);
   const PointScan part = seen_part(scan, expected, seen);
   if (part.points.size() < kLeastPoints) {
     return;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/simd.hpp"
+#include "map/scan_drawing.hpp"
 #include "map/scan_tiles.hpp"
 #include "matchbox_slam/geometry/transform2.hpp"
 
@@ -18,7 +19,6 @@ namespace {
 
 using Counts = ReflectionGrid::Counts;
 
-constexpr std::size_t kBeams = 400;  // of a scan, that are counted; some lasers have 361
 constexpr std::size_t kRow = ReflectionGrid::Tiles::kTileSize;
 
 /// Where a beam counts as passing.
@@ -189,8 +189,7 @@ void ReflectionGrid::count(const PointScan& scan, const Pose2& map_from_base) {
     tally_ = std::make_unique<Tally>();
   }
   tally_->assign(cells);
-  // Beams side by side say the same: a thousand of them would take as long as all else together.
-  const std::size_t stride = (scan.points.size() + kBeams - 1) / kBeams;
+  const std::size_t stride = (scan.points.size() + kPassingBeams - 1) / kPassingBeams;
   for (std::size_t i = 0; i < scan.points.size(); i += stride) {
     const ScanPoint& point = scan.points[i];
     const Passage passage = passage_of(point, to_map);

@@ -138,7 +138,6 @@ CellBox cells_of(const PointScan& scan, const Transform2& to_map, double half_ho
 void observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
              const Pose2& map_from_base, const MapOptions& options, MapUse use, Hole& hole,
              Observations& observations) {
-  constexpr std::size_t kMatchedBeams = 400;  // that tell what is free; as many as are counted
   const Transform2 to_map(map_from_base);
   const GridGeometry geometry(options.resolution);
   hole.assign(0.5 * options.hole_width, options.resolution);
@@ -149,7 +148,7 @@ void observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
   }
   // What is more occupied comes later.
   const std::size_t most =
-      use == MapUse::kMatched ? kMatchedBeams : std::max<std::size_t>(1, scan.points.size());
+      use == MapUse::kMatched ? kPassingBeams : std::max<std::size_t>(1, scan.points.size());
   take_some(scan, most, [&](const ScanPoint& point) {
     const Eigen::Vector2d origin = to_map * point.origin;
     const Eigen::Vector2d way = to_map * point.position - origin;

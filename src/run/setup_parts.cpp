@@ -95,7 +95,7 @@ void reject_former(const std::string& key, const std::string& section) {
   if (key == "olson/widenings") {
     throw ConfigurationError(
         "olson/widenings: there is no such option since version 2; windows are not widened, "
-        "olson/window_sigmas, window_xy and window_theta say how wide they are");
+        "olson/window_sigmas, window_xy and window_theta say how wide they are; leave it out");
   }
   for (const auto& [former, value] : kSettledOptions) {
     if (key == former) {

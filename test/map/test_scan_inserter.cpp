@@ -341,6 +341,9 @@ TEST(ScanInserter, ItsPartsDrawWhatTheWholeDraws) {
       ASSERT_EQ(whole.occupancy.stored({x, y}), occupancy.stored({x, y})) << x << " " << y;
       ASSERT_EQ(whole.occupancy.stored({x, y}), unrendered.occupancy.stored({x, y}));
       ASSERT_EQ(whole.field.likelihood({x, y}), unrendered.field.likelihood({x, y}));
+      const ReflectionGrid::Counts counts = whole.reflection.counts({x, y});
+      ASSERT_EQ(counts.hits, unrendered.reflection.counts({x, y}).hits);
+      ASSERT_EQ(counts.passes, unrendered.reflection.counts({x, y}).passes);
     }
   }
 }

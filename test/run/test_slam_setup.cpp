@@ -186,8 +186,9 @@ TEST(SlamSetup, SaysWhatTookThePlaceOfAFormerOption) {
   EXPECT_TRUE(contains(refusal_of("recovery: {key_scans: 2}"), "recovery/places took its place"));
   EXPECT_TRUE(
       contains(refusal_of("recovery: {far_confirmations: 2}"), "recovery/sure took its place"));
-  EXPECT_TRUE(contains(refusal_of("olson: {widenings: 2}"),
-                       "olson/widenings: there is no such option since version 2"));
+  EXPECT_EQ(refusal_of("olson: {widenings: 2}"),
+            "olson/widenings: there is no such option since version 2; windows are not widened, "
+            "olson/window_sigmas, window_xy and window_theta say how wide they are; leave it out");
 }
 
 TEST(SlamSetup, SaysHowARenamedOptionIsCalledNow) {

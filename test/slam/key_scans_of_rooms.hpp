@@ -12,9 +12,9 @@
 namespace matchbox_slam {
 
 /// Key scans a metre apart through rooms.
-[[nodiscard]] inline PlacedScans drive_through_rooms(std::size_t scans) {
+[[nodiscard]] inline PlacedScans drive_through_rooms(std::size_t scans, int beams = 90) {
   LaserOptions laser;
-  laser.beams = 90;
+  laser.beams = beams;
   const World world = make_rooms_world(3);
   const RobotMotion motion = drive(world.route(), {});
   KeyScans keys;

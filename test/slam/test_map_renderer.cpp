@@ -38,7 +38,7 @@ class MapRendererTest : public testing::Test {
     }
   }
 
-  const PlacedScans keys_ = drive_through_rooms(6);
+  const PlacedScans keys_ = drive_through_rooms(6, 1000);  // more than a map to match is drawn by
   MapComponent component_ = empty_component();
   MapRenderer renderer_;
 };
@@ -55,9 +55,11 @@ TEST_F(MapRendererTest, DrawsTheWholeWhenAskedWhileWhatLiesNearIsMatchedAgainst)
   const SlamMap before = component_.map;
   add(keys_[4], component_, renderer_);
   EXPECT_TRUE(same_map(component_.map, before));
-  EXPECT_TRUE(same_map(
-      renderer_.matched(component_),
-      rendered({keys_[2], keys_[3], keys_[4]}, kDefaults.map, kDefaults.field, MapUse::kShown)));
+  const auto near = [this](MapUse use) {
+    return rendered({keys_[2], keys_[3], keys_[4]}, kDefaults.map, kDefaults.field, use);
+  };
+  EXPECT_TRUE(same_map(renderer_.matched(component_), near(MapUse::kMatched)));
+  EXPECT_FALSE(same_map(near(MapUse::kMatched), near(MapUse::kShown)));
   EXPECT_TRUE(same_map(renderer_.whole(component_, kDefaults), rendered_all(component_)));
   renderer_.match_whole(component_, kDefaults);
   add(keys_[5], component_, renderer_);

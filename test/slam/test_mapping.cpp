@@ -241,7 +241,7 @@ TEST_F(MappingTest, DrawsWhatWaitedIntoWhatLiesNearAtOnce) {
   const PlacedScans& all = near_by.components().map().key_scans.all();
   ASSERT_EQ(all.size(), 3U);
   EXPECT_TRUE(
-      same_map(near_by.matched(), rendered(all, options_.map, options_.field, MapUse::kShown)));
+      same_map(near_by.matched(), rendered(all, options_.map, options_.field, MapUse::kMatched)));
 }
 
 TEST_F(MappingTest, MatchesTheWholeMapWhereItIsGoneOnWithWithoutLoops) {

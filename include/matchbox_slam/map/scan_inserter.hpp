@@ -75,6 +75,12 @@ struct SlamMap {
 [[nodiscard]] bool has_room(const PointScan& scan, const Pose2& map_from_base,
                             const MapOptions& options, const SlamMap& map);
 
+/// What a map is drawn for.
+enum class MapUse {
+  kShown,    ///< people look at it, too
+  kMatched,  ///< nobody does: of beams side by side, which say the same, some tell what is free
+};
+
 /// Draws a scan into the map: free along each beam, an obstacle profile around its hit (tinySLAM's
 /// "hole"), and the hits as surfaces into the likelihood field.
 /// Each cell is blended once a scan, with the most occupied value that any beam gave it, so that
@@ -83,14 +89,9 @@ struct SlamMap {
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                  SlamMap& map);
 
-/// What a map is drawn for.
-enum class MapUse {
-  kShown,    ///< people look at it, too
-  kMatched,  ///< nobody does: of beams side by side, which say the same, some tell what is free
-};
-
 /// The same into a map whose field is to be rendered before it is read: many scans then cost a
 /// third of what they cost one by one.
+/// @param use  of the map.
 void insert_unrendered(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                        MapUse use, SlamMap& map);
 

@@ -53,7 +53,7 @@ struct OptimalityProof {
   Pose2 map_from_base;           ///< the best pose of the lattice
   /// The window is narrower than the prior, or the configuration, asks for: nobody looked beyond.
   bool clipped = false;
-  /// The best pose lies on the edge of the last window: a better one may lie beyond.
+  /// The best pose lies on the edge of the window: a better one may lie beyond.
   bool on_edge = false;
 
   /// By how much a pose of the window might score more at most.

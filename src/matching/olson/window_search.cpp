@@ -99,11 +99,6 @@ int steps_in(double window, double step, int most = kMostSteps) {
   return static_cast<int>(std::min(std::ceil(window / step), static_cast<double>(most)));
 }
 
-/// Steps of translation to each side.
-int steps_xy(double window, const SearchLattice& lattice, double resolution) {
-  return steps_in(window, lattice.step_xy(resolution), kMostCells * lattice.steps_per_cell);
-}
-
 /// How far to search to each side.
 struct Window {
   double xy;        ///< [m]
@@ -133,7 +128,7 @@ SearchLattice make_lattice(const MatchProblem& problem, const Window& window, do
                            ? options.step_theta
                            : 2.0 * std::asin(std::min(0.7, 0.5 * step / std::max(range, step)));
   lattice.step_theta = std::max(lattice.step_theta, window.theta / kMostSteps);
-  lattice.half_xy = steps_xy(window.xy, lattice, resolution);
+  lattice.half_xy = steps_in(window.xy, step, kMostCells * lattice.steps_per_cell);
   lattice.half_theta = steps_in(window.theta, lattice.step_theta);
   return lattice;
 }
@@ -188,15 +183,13 @@ SearchDeadline deadline_of(const OlsonOptions& options) {
 
 /// In metres and shares.
 /// @param top  the highest score.
-FoundInWindow found_of(const MatchProblem& problem, const Window& window, double top,
-                       const SearchLattice& lattice, const SearchResult& result) {
-  FoundInWindow found;
+void tell(const MatchProblem& problem, const Window& window, double top,
+          const SearchLattice& lattice, const SearchResult& result, FoundInWindow& found) {
   found.is_any = result.is_found;
   found.candidates = result.candidates;
-  found.proof.map_from_base = problem.predicted_map_from_base;
   found.proof.remaining_bound = static_cast<double>(result.bound) / top;
   if (!result.is_found) {
-    return found;
+    return;
   }
   const double resolution = problem.field.geometry().resolution();
   found.step_xy = lattice.step_xy(resolution);
@@ -219,7 +212,6 @@ FoundInWindow found_of(const MatchProblem& problem, const Window& window, double
     found.rival_share =
         std::min(1.0, static_cast<double>(rival) / static_cast<double>(result.score));
   }
-  return found;
 }
 
 }  // namespace
@@ -228,10 +220,10 @@ FoundInWindow find_in_window(const MatchProblem& problem, const OlsonOptions& op
                              WindowSearchMemory& memory) {
   find_search_points(problem.scan.points, options, memory.points);
   const std::vector<SearchPoint>& points = memory.points;
+  FoundInWindow found;
+  found.proof.map_from_base = problem.predicted_map_from_base;
   if (points.empty()) {
-    FoundInWindow nothing;
-    nothing.proof.map_from_base = problem.predicted_map_from_base;
-    return nothing;
+    return found;
   }
   double top = 0.0;
   for (const SearchPoint& point : points) {
@@ -248,7 +240,8 @@ FoundInWindow find_in_window(const MatchProblem& problem, const OlsonOptions& op
   const SearchResult result =
       search_lattice(points, problem.field, lattice, make_scoring(problem, top, options), rivals,
                      deadline_of(options), memory.search);
-  return found_of(problem, window, top, lattice, result);
+  tell(problem, window, top, lattice, result, found);
+  return found;
 }
 
 }  // namespace matchbox_slam
