@@ -135,13 +135,18 @@ CellBox cells_of(const PointScan& scan, const Transform2& to_map, double half_ho
   return {first, {last.x + 1, last.y + 1}};
 }
 
+/// Whether a scan is of a size that can be drawn. Others are of damaged files alone.
+bool is_drawable(const CellBox& cells) {
+  constexpr int kMostAlong = 1 << 24;  // 800 km by default
+  constexpr double kMostCells = 1e9;
+  return cells.width() < kMostAlong && cells.height() < kMostAlong &&
+         static_cast<double>(cells.width()) * cells.height() <= kMostCells;
+}
+
 void observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
-             const Pose2& map_from_base, const MapOptions& options, MapUse use, Hole& hole,
+             const Transform2& to_map, const MapOptions& options, MapUse use, const Hole& hole,
              Observations& observations) {
-  const Transform2 to_map(map_from_base);
   const GridGeometry geometry(options.resolution);
-  hole.assign(0.5 * options.hole_width, options.resolution);
-  observations.assign(cells_of(scan, to_map, hole.half, geometry));
   for (const FreeRay& ray : scan.free_rays) {
     observations.mark_segment(to_map * ray.origin, to_map * ray.end, geometry,
                               Observations::kFreeNoReturn);
@@ -285,9 +290,13 @@ namespace {
 /// Draws all but the field and the reflections.
 InsertionMemory::Parts& draw(const PointScan& scan, const Pose2& map_from_base,
                              const MapOptions& options, MapUse use, SlamMap& map) {
-  draw_occupancy(scan, map_from_base, options, use, map.insertion, map.occupancy);
   InsertionMemory::Parts& parts = map.insertion.parts();
   std::vector<SurfaceHit>& hits = parts.hits;
+  if (!draw_occupancy(scan, map_from_base, options, use, map.insertion, map.occupancy)) {
+    hits.clear();
+    parts.cleared.clear();
+    return parts;
+  }
   add_surfaces_at_hits(scan, map_from_base, hits);
   const auto is_free = [&](const SurfaceHit& hit) {
     return map.occupancy.occupancy(map.occupancy.geometry().cell_at(hit.position)) <
@@ -323,13 +332,21 @@ bool has_room(const PointScan& scan, const Pose2& map_from_base, const MapOption
   return box.isEmpty() || sides.x() * sides.y() <= options.max_cells * cell_area;
 }
 
-void draw_occupancy(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
+bool draw_occupancy(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                     MapUse use, InsertionMemory& memory, OccupancyGrid& occupancy) {
+  const Transform2 to_map(map_from_base);
   InsertionMemory::Parts& parts = memory.parts();
+  parts.hole.assign(0.5 * options.hole_width, options.resolution);
+  const CellBox cells = cells_of(scan, to_map, parts.hole.half, GridGeometry(options.resolution));
+  if (!is_drawable(cells)) {
+    return false;
+  }
   parts.hits.clear();
   add_surfaces_between_hits(scan, map_from_base, options.resolution, parts.hits);
-  observe(scan, parts.hits, map_from_base, options, use, parts.hole, parts.observations);
+  parts.observations.assign(cells);
+  observe(scan, parts.hits, to_map, options, use, parts.hole, parts.observations);
   blend(parts.observations, options, occupancy, parts.cleared);
+  return true;
 }
 
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,

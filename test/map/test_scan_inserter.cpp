@@ -317,6 +317,18 @@ TEST(ScanInserter, AMapThatNobodyLooksAtHasTheSameHitsAndSomeOfTheBeams) {
   EXPECT_GT(free_matched, 0.7 * free_shown);
 }
 
+TEST(ScanInserter, AScanLargerThanAnyMapChangesNothing) {
+  for (const double far : {1e7, 1e9, 4e25}) {  // [m]
+    for (const Eigen::Vector2d& at : {Eigen::Vector2d(far, 0.01), Eigen::Vector2d(far, -far)}) {
+      SlamMap map = make_map();
+      insert_scan(scan_of({hit(1.05, 0.05), hit(at.x(), at.y())}), {}, tidy_options(), map);
+      EXPECT_TRUE(map.occupancy.known_bounds().empty()) << at.transpose();
+      EXPECT_TRUE(map.field.empty()) << at.transpose();
+      EXPECT_TRUE(map.reflection.empty()) << at.transpose();
+    }
+  }
+}
+
 TEST(ScanInserter, ItsPartsDrawWhatTheWholeDraws) {
   Random random(3);
   SlamMap whole = make_map();
