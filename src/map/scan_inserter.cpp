@@ -135,11 +135,15 @@ CellBox cells_of(const PointScan& scan, const Transform2& to_map, double half_ho
   return {first, {last.x + 1, last.y + 1}};
 }
 
-/// Whether a scan is of a size that can be drawn. Others are of damaged files alone.
+/// Whether a scan is of a size, and lies so near the origin, that it can be drawn. Others are of
+/// damaged files alone.
 bool is_drawable(const CellBox& cells) {
-  constexpr int kMostAlong = 1 << 24;  // 800 km by default
+  constexpr int kFarthest = 1 << 27;  // cells, half of what a grid counts
+  constexpr int kMostAlong = 1 << 24;
   constexpr double kMostCells = 1e9;
-  return cells.width() < kMostAlong && cells.height() < kMostAlong &&
+  const bool is_near = std::min(cells.min.x, cells.min.y) > -kFarthest &&
+                       std::max(cells.max.x, cells.max.y) < kFarthest;
+  return is_near && cells.width() < kMostAlong && cells.height() < kMostAlong &&
          static_cast<double>(cells.width()) * cells.height() <= kMostCells;
 }
 

@@ -329,6 +329,15 @@ TEST(ScanInserter, AScanLargerThanAnyMapChangesNothing) {
   }
 }
 
+TEST(ScanInserter, AScanFartherAwayThanCellsAreCountedChangesNothing) {
+  for (const double far : {1.4e7, 1e9, 4e25}) {  // [m]
+    SlamMap map = make_map();
+    insert_scan(scan_of({hit(1.05, 0.05), hit(1.05, 1.05)}), {far, 0.0, 0.0}, tidy_options(), map);
+    EXPECT_TRUE(map.occupancy.known_bounds().empty()) << far;
+    EXPECT_TRUE(map.field.empty()) << far;
+  }
+}
+
 TEST(ScanInserter, ItsPartsDrawWhatTheWholeDraws) {
   Random random(3);
   SlamMap whole = make_map();

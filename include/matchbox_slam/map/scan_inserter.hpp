@@ -85,7 +85,7 @@ enum class MapUse {
 /// "hole"), and the hits as surfaces into the likelihood field.
 /// Each cell is blended once a scan, with the most occupied value that any beam gave it, so that
 /// beams grazing along a wall do not erase it and the order of the beams does not matter.
-/// Nothing is drawn of a scan that spans more than 1e9 cells.
+/// Nothing is drawn of a scan that spans more than 1e9 cells, or lies 2^27 from the origin.
 /// @param map_from_base  pose at the scan's stamp.
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                  SlamMap& map);
