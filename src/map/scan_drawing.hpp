@@ -12,7 +12,7 @@ namespace matchbox_slam {
 constexpr std::size_t kPassingBeams = 400;
 
 /// Draws a scan as insert_scan does, but into the occupancy grid alone.
-/// @returns false, and draws nothing, where it spans more than 1e9 cells or is 2^27 away.
+/// @returns false, and draws nothing, where insert_scan does not.
 bool draw_occupancy(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                     MapUse use, InsertionMemory& memory, OccupancyGrid& occupancy);
 

@@ -114,7 +114,7 @@ struct Hole {
   std::vector<std::pair<double, std::uint8_t>> marks;  ///< by the way beyond the hit [m]
 };
 
-/// Cells that a scan's beams and holes lie in.
+/// Cells that a scan's beams and holes lie in; none of one that says nothing.
 CellBox cells_of(const PointScan& scan, const Transform2& to_map, double half_hole,
                  const GridGeometry& geometry) {
   Eigen::AlignedBox2d box;
@@ -127,7 +127,7 @@ CellBox cells_of(const PointScan& scan, const Transform2& to_map, double half_ho
     box.extend(to_map * point.position);
   }
   if (box.isEmpty()) {
-    return {{0, 0}, {1, 1}};
+    return {};
   }
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(half_hole + geometry.resolution());
   const Cell first = geometry.cell_at(box.min() - margin);
@@ -135,16 +135,22 @@ CellBox cells_of(const PointScan& scan, const Transform2& to_map, double half_ho
   return {first, {last.x + 1, last.y + 1}};
 }
 
-/// Whether a scan is of a size, and lies so near the origin, that it can be drawn. Others are of
-/// damaged files alone.
-bool is_drawable(const CellBox& cells) {
-  constexpr int kFarthest = 1 << 27;  // cells, half of what a grid counts
-  constexpr int kMostAlong = 1 << 24;
-  constexpr double kMostCells = 1e9;
-  const bool is_near = std::min(cells.min.x, cells.min.y) > -kFarthest &&
-                       std::max(cells.max.x, cells.max.y) < kFarthest;
-  return is_near && cells.width() < kMostAlong && cells.height() < kMostAlong &&
-         static_cast<double>(cells.width()) * cells.height() <= kMostCells;
+/// Whether the grid with these cells in it is no larger than `max_cells`, and they lie where cells
+/// are told apart.
+bool has_room_for(const CellBox& cells, const OccupancyGrid& grid, double max_cells) {
+  constexpr int kFarthest = (1 << 28) - (1 << 10);  // see cell_index
+  if (cells.empty()) {
+    return true;
+  }
+  CellBox all = cells;
+  if (const CellBox tiles = grid.tiles().tile_bounds(); !tiles.empty()) {
+    all.include({tiles.min.x * kTileSize, tiles.min.y * kTileSize});
+    all.include({tiles.max.x * kTileSize - 1, tiles.max.y * kTileSize - 1});
+  }
+  // A map as thin as a line has few cells, and yet its tiles.
+  return std::min(cells.min.x, cells.min.y) > -kFarthest &&
+         std::max(cells.max.x, cells.max.y) < kFarthest &&
+         (all.width() + double{kTileSize}) * (all.height() + double{kTileSize}) <= max_cells;
 }
 
 void observe(const PointScan& scan, const std::vector<SurfaceHit>& wall_between,
@@ -292,48 +298,29 @@ InsertionMemory::Parts& InsertionMemory::parts() {
 namespace {
 
 /// Draws all but the field and the reflections.
-InsertionMemory::Parts& draw(const PointScan& scan, const Pose2& map_from_base,
-                             const MapOptions& options, MapUse use, SlamMap& map) {
+/// @returns what that changes in the field; null where nothing can be drawn.
+const InsertionMemory::Parts* draw(const PointScan& scan, const Pose2& map_from_base,
+                                   const MapOptions& options, MapUse use, SlamMap& map) {
+  if (!draw_occupancy(scan, map_from_base, options, use, map.insertion, map.occupancy)) {
+    return nullptr;
+  }
   InsertionMemory::Parts& parts = map.insertion.parts();
   std::vector<SurfaceHit>& hits = parts.hits;
-  if (!draw_occupancy(scan, map_from_base, options, use, map.insertion, map.occupancy)) {
-    hits.clear();
-    parts.cleared.clear();
-    return parts;
-  }
   add_surfaces_at_hits(scan, map_from_base, hits);
   const auto is_free = [&](const SurfaceHit& hit) {
     return map.occupancy.occupancy(map.occupancy.geometry().cell_at(hit.position)) <
            options.occupied_threshold;
   };
   hits.erase(std::remove_if(hits.begin(), hits.end(), is_free), hits.end());
-  return parts;
+  return &parts;
 }
 
 }  // namespace
 
 bool has_room(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
               const SlamMap& map) {
-  constexpr int kSize = OccupancyGrid::Tiles::kTileSize;
-  Eigen::AlignedBox2d box;
-  const CellBox tiles = map.occupancy.tiles().tile_bounds();
-  if (!tiles.empty()) {
-    const double tile = kSize * options.resolution;
-    box.extend(Eigen::Vector2d(tiles.min.x * tile, tiles.min.y * tile));
-    box.extend(Eigen::Vector2d(tiles.max.x * tile, tiles.max.y * tile));
-  }
-  for (const ScanPoint& point : scan.points) {
-    box.extend(map_from_base * point.origin);
-    box.extend(map_from_base * point.position);
-  }
-  for (const FreeRay& ray : scan.free_rays) {
-    box.extend(map_from_base * ray.origin);
-    box.extend(map_from_base * ray.end);
-  }
-  const double cell_area = options.resolution * options.resolution;
-  // A map as thin as a line has no area, and yet its tiles.
-  const Eigen::Vector2d sides = box.sizes().array() + kSize * options.resolution;
-  return box.isEmpty() || sides.x() * sides.y() <= options.max_cells * cell_area;
+  const CellBox cells = cells_of(scan, Transform2(map_from_base), 0.0, map.occupancy.geometry());
+  return has_room_for(cells, map.occupancy, options.max_cells);
 }
 
 bool draw_occupancy(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
@@ -342,12 +329,14 @@ bool draw_occupancy(const PointScan& scan, const Pose2& map_from_base, const Map
   InsertionMemory::Parts& parts = memory.parts();
   parts.hole.assign(0.5 * options.hole_width, options.resolution);
   const CellBox cells = cells_of(scan, to_map, parts.hole.half, GridGeometry(options.resolution));
-  if (!is_drawable(cells)) {
+  // Whoever allows fewer cells is told so of scans that come, not of key scans that are drawn
+  // again.
+  if (!has_room_for(cells, occupancy, std::max(options.max_cells, MapOptions{}.max_cells))) {
     return false;
   }
   parts.hits.clear();
   add_surfaces_between_hits(scan, map_from_base, options.resolution, parts.hits);
-  parts.observations.assign(cells);
+  parts.observations.assign(cells.empty() ? CellBox{{0, 0}, {1, 1}} : cells);
   observe(scan, parts.hits, to_map, options, use, parts.hole, parts.observations);
   blend(parts.observations, options, occupancy, parts.cleared);
   return true;
@@ -355,16 +344,18 @@ bool draw_occupancy(const PointScan& scan, const Pose2& map_from_base, const Map
 
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                  SlamMap& map) {
-  const InsertionMemory::Parts& change = draw(scan, map_from_base, options, MapUse::kShown, map);
-  map.reflection.count(scan, map_from_base);
-  map.field.update(change.hits, change.cleared);
+  if (const auto* change = draw(scan, map_from_base, options, MapUse::kShown, map)) {
+    map.reflection.count(scan, map_from_base);
+    map.field.update(change->hits, change->cleared);
+  }
 }
 
 void insert_unrendered(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                        MapUse use, SlamMap& map) {
-  const InsertionMemory::Parts& change = draw(scan, map_from_base, options, use, map);
-  map.reflection.count(scan, map_from_base);
-  map.field.take(change.hits, change.cleared);
+  if (const auto* change = draw(scan, map_from_base, options, use, map)) {
+    map.reflection.count(scan, map_from_base);
+    map.field.take(change->hits, change->cleared);
+  }
 }
 
 }  // namespace matchbox_slam

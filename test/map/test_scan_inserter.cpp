@@ -317,25 +317,46 @@ TEST(ScanInserter, AMapThatNobodyLooksAtHasTheSameHitsAndSomeOfTheBeams) {
   EXPECT_GT(free_matched, 0.7 * free_shown);
 }
 
-TEST(ScanInserter, AScanLargerThanAnyMapChangesNothing) {
+/// Of a map with a wall.
+void expect_no_change(const PointScan& scan, const Pose2& pose) {
+  SlamMap map = make_map();
+  insert_scan(scan_of({hit(1.05, 0.05), hit(1.05, 0.15)}), {}, tidy_options(), map);
+  const CellBox known = map.occupancy.known_bounds();
+  const std::size_t bytes = map.occupancy.bytes() + map.field.bytes() + map.reflection.bytes();
+  EXPECT_FALSE(has_room(scan, pose, tidy_options(), map));
+  insert_scan(scan, pose, tidy_options(), map);
+  insert_unrendered(scan, pose, tidy_options(), MapUse::kMatched, map);
+  EXPECT_EQ(map.occupancy.known_bounds().min, known.min);
+  EXPECT_EQ(map.occupancy.known_bounds().max, known.max);
+  EXPECT_EQ(map.occupancy.bytes() + map.field.bytes() + map.reflection.bytes(), bytes);
+}
+
+TEST(ScanInserter, AScanThatNoMapHasRoomForChangesNothing) {
   for (const double far : {1e7, 1e9, 4e25}) {  // [m]
-    for (const Eigen::Vector2d& at : {Eigen::Vector2d(far, 0.01), Eigen::Vector2d(far, -far)}) {
-      SlamMap map = make_map();
-      insert_scan(scan_of({hit(1.05, 0.05), hit(at.x(), at.y())}), {}, tidy_options(), map);
-      EXPECT_TRUE(map.occupancy.known_bounds().empty()) << at.transpose();
-      EXPECT_TRUE(map.field.empty()) << at.transpose();
-      EXPECT_TRUE(map.reflection.empty()) << at.transpose();
-    }
+    SCOPED_TRACE(far);
+    expect_no_change(scan_of({hit(1.05, 0.05), hit(far, 0.01)}), {});
+    expect_no_change(scan_of({hit(1.05, 0.05), hit(far, -far)}), {});
+    expect_no_change(scan_of({hit(1.05, 0.05), hit(1.05, 1.05)}), {far, 0.0, 0.0});
   }
 }
 
-TEST(ScanInserter, AScanFartherAwayThanCellsAreCountedChangesNothing) {
-  for (const double far : {1.4e7, 1e9, 4e25}) {  // [m]
-    SlamMap map = make_map();
-    insert_scan(scan_of({hit(1.05, 0.05), hit(1.05, 1.05)}), {far, 0.0, 0.0}, tidy_options(), map);
-    EXPECT_TRUE(map.occupancy.known_bounds().empty()) << far;
-    EXPECT_TRUE(map.field.empty()) << far;
-  }
+TEST(ScanInserter, AMapMayBeAsFarAwayAsCellsAreCounted) {
+  SlamMap map = make_map();
+  const Pose2 pose{2.6e7, -2.6e7, 0.0};
+  insert_scan(scan_of({hit(1.05, 0.05)}), pose, tidy_options(), map);
+  EXPECT_TRUE(
+      map.occupancy.is_known(map.occupancy.geometry().cell_at(pose * Eigen::Vector2d(1.05, 0.05))));
+  EXPECT_FALSE(has_room(scan_of({hit(1.05, 0.05)}), {2.7e7, 0.0, 0.0}, tidy_options(), make_map()));
+}
+
+TEST(ScanInserter, AKeyScanIsDrawnAgainThoughFewerCellsAreAllowedByNow) {
+  MapOptions options = tidy_options();
+  options.max_cells = 1e5;  // 300 x 300
+  const PointScan scan = scan_of({hit(30.0, 30.0), hit(-30.0, -30.0)});
+  SlamMap map = make_map();
+  EXPECT_FALSE(has_room(scan, {}, options, map));
+  insert_unrendered(scan, {}, options, MapUse::kMatched, map);
+  EXPECT_TRUE(map.occupancy.is_known(map.occupancy.geometry().cell_at({30.0, 30.0})));
 }
 
 TEST(ScanInserter, ItsPartsDrawWhatTheWholeDraws) {

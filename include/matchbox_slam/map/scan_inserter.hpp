@@ -71,7 +71,8 @@ struct SlamMap {
   InsertionMemory insertion;
 };
 
-/// Whether the map with the scan in it is no larger than the options allow.
+/// Whether the map with the scan in it is no larger than the options allow, and lies within the
+/// cells that are counted, 2^28 to each side of the origin.
 [[nodiscard]] bool has_room(const PointScan& scan, const Pose2& map_from_base,
                             const MapOptions& options, const SlamMap& map);
 
@@ -85,7 +86,8 @@ enum class MapUse {
 /// "hole"), and the hits as surfaces into the likelihood field.
 /// Each cell is blended once a scan, with the most occupied value that any beam gave it, so that
 /// beams grazing along a wall do not erase it and the order of the beams does not matter.
-/// Nothing is drawn of a scan that spans more than 1e9 cells, or lies 2^27 from the origin.
+/// Nothing is drawn of a scan with which the map would have more than 4e8 cells and `max_cells`, as
+/// damaged files alone have them, or that lies beyond the cells that are counted.
 /// @param map_from_base  pose at the scan's stamp.
 void insert_scan(const PointScan& scan, const Pose2& map_from_base, const MapOptions& options,
                  SlamMap& map);
