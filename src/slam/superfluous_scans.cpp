@@ -3,18 +3,15 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
-#include <utility>
 
 #include "matchbox_slam/geometry/angles.hpp"
 #include "matchbox_slam/geometry/transform2.hpp"
 #include "sensor/take_some.hpp"
-#include "slam/scan_view.hpp"
 
 namespace matchbox_slam {
 namespace {
-
-using Look = ScanView::Look;
 
 // Guesses: half and double were not tried.
 constexpr double kSameViewDistance = 0.5;  // [m]
@@ -45,6 +42,79 @@ std::vector<Eigen::Vector2d> hits_of(const PlacedScan& key) {
   });
   return hits;
 }
+
+/// Of a place, by one scan.
+enum class Look {
+  kNone,     ///< it did not look there, or not so far
+  kHit,      ///< something is there
+  kThrough,  ///< it saw what lies behind: nothing is there
+  kBlocked,  ///< something stands before it
+};
+
+/// How far a scan saw in each direction: tells of any place whether the scan looked at it.
+class SeenReach {
+ public:
+  SeenReach(const PointScan& scan, const Pose2& map_from_base) : reaches_(kSectorCount) {
+    const Eigen::Vector2d laser = laser_of(scan);
+    map_from_laser_ = map_from_base * Pose2{laser.x(), laser.y(), 0.0};
+    for (const ScanPoint& point : scan.points) {
+      see(point.position - laser);
+    }
+    for (const FreeRay& ray : scan.free_rays) {
+      see(ray.end - laser);
+    }
+  }
+
+  [[nodiscard]] Look at(const Eigen::Vector2d& place) const {
+    // [m] between what is the same, as seen from a little elsewhere.
+    constexpr double kViewTolerance = 0.2;
+    const Eigen::Vector2d way = map_from_laser_.inverse() * place;
+    const Reach& reach = reaches_[sector_of(way)];
+    const double range = way.norm();
+    if (reach.farthest < 0.0F) {
+      return Look::kNone;
+    }
+    if (range > reach.farthest + kViewTolerance) {
+      return Look::kBlocked;
+    }
+    return range < reach.nearest - kViewTolerance ? Look::kThrough : Look::kHit;
+  }
+
+ private:
+  static constexpr float kNever = std::numeric_limits<float>::infinity();
+  // Of 2 degrees, as lasers have a beam a degree and more.
+  static constexpr std::size_t kSectorCount = 180;
+
+  struct Reach {
+    float nearest = kNever;  ///< [m]
+    float farthest = -kNever;
+  };
+
+  static std::size_t sector_of(const Eigen::Vector2d& direction) {
+    const double turns = (std::atan2(direction.y(), direction.x()) + kPi) / (2.0 * kPi);
+    return std::min(kSectorCount - 1, static_cast<std::size_t>(turns * kSectorCount));
+  }
+
+  static Eigen::Vector2d laser_of(const PointScan& scan) {
+    if (!scan.points.empty()) {
+      return scan.points.front().origin;
+    }
+    return scan.free_rays.empty() ? Eigen::Vector2d::Zero().eval() : scan.free_rays.front().origin;
+  }
+
+  void see(const Eigen::Vector2d& way) {
+    if (!way.allFinite()) {
+      return;
+    }
+    Reach& reach = reaches_[sector_of(way)];
+    const auto range = static_cast<float>(way.norm());
+    reach.nearest = std::min(reach.nearest, range);
+    reach.farthest = std::max(reach.farthest, range);
+  }
+
+  Pose2 map_from_laser_;  ///< at the first beam
+  std::vector<Reach> reaches_;
+};
 
 class Selection {
  public:
@@ -124,18 +194,19 @@ class Selection {
     return false;
   }
 
-  [[nodiscard]] const ScanView& view_of(std::size_t key) {
+  [[nodiscard]] const SeenReach& view_of(std::size_t key) {
     const auto known = views_.find(key);
     return known != views_.end()
                ? known->second
-               : views_.emplace(key, ScanView(*keys_[key].scan->points(), keys_[key].map_from_base))
+               : views_
+                     .emplace(key, SeenReach(*keys_[key].scan->points(), keys_[key].map_from_base))
                      .first->second;
   }
 
   const PlacedScans& keys_;
   std::size_t enough_;
   std::vector<bool> stays_;
-  std::map<std::size_t, ScanView> views_;  ///< those that were asked
+  std::map<std::size_t, SeenReach> views_;  ///< those that were asked
 };
 
 }  // namespace
