@@ -150,9 +150,9 @@ void Joining::join_at(std::size_t key) {
 
 void Joining::search_loop() {
   KeyScans& all = map_.component.key_scans;
-  LoopSearch search{keys_, {all.poses(), std::move(edges())}, options_.loops};
+  LoopSearch search{keys_, {all.poses(), std::move(edges())}};
   LoopTaskDone done;
-  close_a_loop(search, kMinMoveInCells * options_.map.resolution, done);
+  close_a_loop(options_, search, done);
   edges() = std::move(search.graph.edges);
   joint_.tried += done.tries;
   joint_.closed += count_closed(done.loops);

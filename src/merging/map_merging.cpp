@@ -15,10 +15,11 @@ namespace {
 
 // --- maps as they are given ---
 
-/// What was begun to be searched takes effect, as where a drive ends.
-void finish_loops(const EngineOptions& options, KeyScans& keys, LoopState& state) {
+/// What was begun to be searched takes effect, as where a drive ends; all key scans are kept.
+void finish_loops(EngineOptions options, KeyScans& keys, LoopState& state) {
+  options.slam.enough_views = 0;
   LoopCloser loops(std::move(state));
-  loops.begin_again(keys, {std::nullopt, options.map, options.field, 0}, options.loops);
+  loops.begin_again(keys, {}, options);
   if (loops.is_pending()) {
     static_cast<void>(loops.finish(keys));
   }

@@ -11,7 +11,6 @@
 #include "slam/found_map.hpp"
 #include "slam/local_map.hpp"
 #include "slam/loop_search.hpp"
-#include "slam/loop_work.hpp"
 #include "slam/slip_inflation.hpp"
 
 namespace matchbox_slam {
@@ -188,28 +187,28 @@ bool LoopCloser::join_to_earlier(const KeyScans& keys, bool is_continued,
   return !found.empty();
 }
 
-void LoopCloser::begin(const KeyScans& keys, LocalMapRequest near, const LoopOptions& options) {
+void LoopCloser::begin(const KeyScans& keys, LocalMapRequest near, const EngineOptions& options) {
   if (is_pending()) {
     return;
   }
-  const bool is_search_due =
-      state_.way >= kLoopSearchSpacing && !loop_candidates(keys.all(), ways(keys), options).empty();
+  const bool is_search_due = state_.way >= kLoopSearchSpacing &&
+                             !loop_candidates(keys.all(), ways(keys), options.loops).empty();
   if (!is_search_due && !near.scans) {
     return;
   }
   const Pending begun{keys.size() - 1, state_.edges.size(), is_search_due, near.scans.has_value()};
-  LoopTask task{std::nullopt, std::move(near)};
+  LoopTask task{options, std::move(near)};
   if (is_search_due) {
-    task.search = LoopSearch{keys.all(), graph_of(keys, state_), options};
+    task.search = LoopSearch{keys.all(), graph_of(keys, state_)};
   }
   work_ = begin_work(std::move(task));
   state_.pending = begun;
   state_.way = is_search_due ? 0.0 : state_.way;
 }
 
-void LoopCloser::begin_again(const KeyScans& keys, LocalMapRequest near,
-                             const LoopOptions& options) {
-  if (!is_pending() || work_ != nullptr) {
+void LoopCloser::begin_again(const KeyScans& keys, const LocalMap& before,
+                             const EngineOptions& options) {
+  if (!is_pending() || work_.valid()) {
     return;
   }
   const Pending& pending = *state_.pending;
@@ -219,14 +218,12 @@ void LoopCloser::begin_again(const KeyScans& keys, LocalMapRequest near,
   }
   const std::size_t nodes = pending.newest + 1;
   LoopSearch then{{keys.all().begin(), keys.all().begin() + static_cast<std::ptrdiff_t>(nodes)},
-                  graph_as_of(pending, keys, state_),
-                  options};
-  near.scans.reset();
+                  graph_as_of(pending, keys, state_)};
+  LoopTask task{options, {}};
   if (pending.is_near_due) {
-    near.before = near.before.as_of(nodes, keys.all(), near.map, near.field);
-    near.scans = local_scans_of(then);
+    task.near = {local_scans_of(then, options.loops),
+                 before.as_of(nodes, keys.all(), options.map, options.field)};
   }
-  LoopTask task{std::nullopt, std::move(near)};
   if (pending.is_search_due) {
     task.search = std::move(then);
   }
@@ -243,8 +240,7 @@ bool LoopCloser::is_due(const KeyScans& keys) const {
 
 LoopCloser::Result LoopCloser::finish(KeyScans& keys) {
   const Pending pending = *std::exchange(state_.pending, std::nullopt);
-  LoopTaskDone done = result_of(work_);
-  work_.reset();
+  LoopTaskDone done = work_.get();
   if (pending.is_abandoned) {
     inflate_for_slips(keys.all(), pending.newest);
     return {};

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
+#include <future>
 #include <optional>
 #include <vector>
 
@@ -12,22 +12,10 @@
 #include "matchbox_slam/slam/key_scans.hpp"
 #include "matchbox_slam/slam/loops.hpp"
 #include "slam/local_map.hpp"
+#include "slam/loop_work.hpp"
 #include "slam/path_uncertainty.hpp"
 
 namespace matchbox_slam {
-
-/// A map of what lies near, to be made beside the mapping.
-struct LocalMapRequest {
-  std::optional<LocalScans> scans;  ///< none: only when a loop moves the key scans
-  MapOptions map;
-  LikelihoodFieldOptions field;
-  std::size_t enough = 0;  ///< see superfluous_scans; 0: all are kept
-  LocalMap before = {};    ///< what it may go on from while nothing moves
-};
-
-/// A loop moves nothing unless it would move a key scan by more than this share of a cell: what is
-/// matched lies better than that, and the map and the robot in it stay together.
-constexpr double kMinMoveInCells = 0.1;
 
 /// [m] of way between two searches for a loop.
 constexpr double kLoopSearchSpacing = 1.0;
@@ -50,14 +38,12 @@ constexpr double kLoopSearchSpacing = 1.0;
 [[nodiscard]] std::vector<Pose2> moved_with(std::vector<Pose2> first, const PlacedScans& keys);
 
 struct FoundMap;
-struct LoopTaskDone;
-struct LoopWork;
 
-/// Keeps the edges of the graph whose nodes are the key scans of a map, and closes loops in it: a
-/// value, to be copied and saved. Copies share the work under way, and are finished in one thread.
-/// Key scans are joined to the one before, and to some seen earlier that they are matched with;
-/// where the way between two says little of where one is from the other, a search has to find it
-/// (several scans at once, against the key scans there; exact, Olson 2009).
+/// Keeps the edges of the graph whose nodes are the key scans of a map, and closes loops in it.
+/// What it takes to go on is a value, to be copied and saved: its state, with which work under way
+/// is begun again. Key scans are joined to the one before, and to some seen earlier that they are
+/// matched with; where the way between two says little of where one is from the other, a search has
+/// to find it (several scans at once, against the key scans there; exact, Olson 2009).
 ///
 /// What takes long is begun with one key scan, done in a thread of its own, and takes effect with a
 /// later one that does not depend on how long it took: the same drive gives the same bits.
@@ -92,10 +78,11 @@ class LoopCloser {
 
   /// Begins to search for a loop with the newest key scan, if it is time to, and to make a map of
   /// what lies near; nothing if there is neither to do or work is under way.
-  void begin(const KeyScans& keys, LocalMapRequest near, const LoopOptions& options);
+  void begin(const KeyScans& keys, LocalMapRequest near, const EngineOptions& options);
 
   /// Begins work again that was under way when the state was taken.
-  void begin_again(const KeyScans& keys, LocalMapRequest near, const LoopOptions& options);
+  /// @param before  the local map as it is now.
+  void begin_again(const KeyScans& keys, const LocalMap& before, const EngineOptions& options);
 
   /// Whether something was begun that has not taken effect.
   [[nodiscard]] bool is_pending() const { return state_.pending.has_value(); }
@@ -137,7 +124,7 @@ class LoopCloser {
 
   State state_;
   AdjacencyList links_;             ///< of the edges
-  std::shared_ptr<LoopWork> work_;  ///< of what is pending; copies share it
+  std::future<LoopTaskDone> work_;  ///< of what is pending
 };
 
 }  // namespace matchbox_slam

@@ -20,10 +20,9 @@ double most_moved(const PlacedScans& keys, const std::vector<Pose2>& poses) {
   return most;
 }
 
-std::vector<LoopCandidate> candidates_of(const LoopSearch& search) {
+std::vector<LoopCandidate> candidates_of(const LoopSearch& search, const LoopOptions& options) {
   const AdjacencyList links(search.graph);
-  return loop_candidates(search.keys, {search.graph, links, search.keys.size() - 1},
-                         search.options);
+  return loop_candidates(search.keys, {search.graph, links, search.keys.size() - 1}, options);
 }
 
 /// Adds a loop to the search's graph, which is left as it was but for the loop unless that is
@@ -51,36 +50,38 @@ ClosedLoop take_loop(const FoundLoop& found, double least_moved, LoopSearch& sea
 }
 
 /// A few are not worth drawing the map anew.
-void leave_out_superfluous(LocalMapRequest& near, LoopTaskDone& done) {
+void leave_out_superfluous(int enough, LocalScans& near, LoopTaskDone& done) {
   constexpr std::size_t kMinTakenOut = 50;
   std::vector<std::uint64_t> ids =
-      superfluous_scans(near.scans->all_belonging, near.scans->newest, near.enough);
+      superfluous_scans(near.all_belonging, near.newest, static_cast<std::size_t>(enough));
   if (ids.size() >= kMinTakenOut) {
-    near.scans = without(std::move(*near.scans), ids);
+    near = without(std::move(near), ids);
     done.superfluous = std::move(ids);
   }
 }
 
 void draw_near(const LoopTask& task, LoopTaskDone& done) {
-  const LocalMapRequest& near = task.near;
-  const LocalScans scans = done.loops.empty() ? *near.scans : local_scans_of(*task.search);
+  const EngineOptions& options = task.options;
+  const LocalScans scans =
+      done.loops.empty() ? *task.near.scans : local_scans_of(*task.search, options.loops);
   if (!done.has_moved && done.superfluous.empty()) {
-    done.near = near.before.with(scans, near.map);
+    done.near = task.near.before.with(scans, options.map);
   }
   if (!done.near) {
-    done.near = LocalMap(scans, near.map, near.field);
+    done.near = LocalMap(scans, options.map, options.field);
   }
 }
 
 LoopTaskDone do_loop_task(LoopTask task) {
   LoopTaskDone done;
+  std::optional<LocalScans>& near = task.near.scans;
   if (task.search) {
-    close_a_loop(*task.search, kMinMoveInCells * task.near.map.resolution, done);
+    close_a_loop(task.options, *task.search, done);
   }
-  if (task.near.scans && done.loops.empty()) {
-    leave_out_superfluous(task.near, done);
+  if (near && done.loops.empty()) {
+    leave_out_superfluous(task.options.slam.enough_views, *near, done);
   }
-  if (done.has_moved || task.near.scans) {
+  if (near || done.has_moved) {
     draw_near(task, done);
   }
   if (task.search) {
@@ -91,20 +92,20 @@ LoopTaskDone do_loop_task(LoopTask task) {
 
 }  // namespace
 
-LocalScans local_scans_of(const LoopSearch& search) {
+LocalScans local_scans_of(const LoopSearch& search, const LoopOptions& options) {
   PlacedScans keys = search.keys;
   for (std::size_t i = 0; i < keys.size(); ++i) {
     keys[i].map_from_base = search.graph.poses[i];
   }
   const AdjacencyList links(search.graph);
-  return local_scans(keys, {search.graph, links, keys.size() - 1},
-                     search.options.max_relative_sigma);
+  return local_scans(keys, {search.graph, links, keys.size() - 1}, options.max_relative_sigma);
 }
 
-void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done) {
-  for (const LoopCandidate& candidate : candidates_of(search)) {
+void close_a_loop(const EngineOptions& options, LoopSearch& search, LoopTaskDone& done) {
+  const double least_moved = kMinMoveInCells * options.map.resolution;
+  for (const LoopCandidate& candidate : candidates_of(search, options.loops)) {
     ++done.tries;
-    const std::optional<FoundLoop> found = find_loop(search.keys, candidate, search.options);
+    const std::optional<FoundLoop> found = find_loop(search.keys, candidate, options.loops);
     if (!found) {
       continue;
     }
@@ -116,19 +117,8 @@ void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done) {
   }
 }
 
-std::shared_ptr<LoopWork> begin_work(LoopTask task) {
-  auto work = [task = std::move(task)]() mutable {
-    return std::make_shared<LoopTaskDone>(do_loop_task(std::move(task)));
-  };
-  return std::make_shared<LoopWork>(LoopWork{std::async(std::launch::async, std::move(work))});
-}
-
-LoopTaskDone result_of(const std::shared_ptr<LoopWork>& work) {
-  const std::shared_ptr<LoopTaskDone> done = work->done.get();
-  if (work.use_count() > 1) {
-    return *done;
-  }
-  return std::move(*done);
+std::future<LoopTaskDone> begin_work(LoopTask task) {
+  return std::async(std::launch::async, do_loop_task, std::move(task));
 }
 
 }  // namespace matchbox_slam

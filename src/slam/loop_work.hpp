@@ -3,27 +3,37 @@
 #include <cstddef>
 #include <cstdint>
 #include <future>
-#include <memory>
 #include <optional>
 #include <vector>
 
 #include "matchbox_slam/graph/pose_graph.hpp"
+#include "matchbox_slam/slam/engine_options.hpp"
+#include "matchbox_slam/slam/loops.hpp"
 #include "slam/local_map.hpp"
-#include "slam/loop_closing.hpp"
 
 namespace matchbox_slam {
+
+/// A loop moves nothing unless it would move a key scan by more than this share of a cell: what is
+/// matched lies better than that, and the map and the robot in it stay together.
+constexpr double kMinMoveInCells = 0.1;
+
+/// A map of what lies near, to be made beside the mapping.
+struct LocalMapRequest {
+  std::optional<LocalScans> scans;  ///< none: only when a loop moves the key scans
+  LocalMap before = {};             ///< what it may go on from while nothing moves
+};
 
 /// A loop to be searched for in a map as it was when one of its key scans was the newest.
 struct LoopSearch {
   PlacedScans keys;
   PoseGraph graph;
-  LoopOptions options;
 };
 
 /// What is to be done beside the mapping: a search, a map of what lies near, or both.
 struct LoopTask {
-  std::optional<LoopSearch> search;
+  EngineOptions options;
   LocalMapRequest near;
+  std::optional<LoopSearch> search = {};
 };
 
 struct LoopTaskDone {
@@ -37,22 +47,14 @@ struct LoopTaskDone {
 };
 
 /// Of the search's key scans where its graph has them, in which it is known how they lie.
-[[nodiscard]] LocalScans local_scans_of(const LoopSearch& search);
+[[nodiscard]] LocalScans local_scans_of(const LoopSearch& search, const LoopOptions& options);
 
 /// Searches the places where the newest key scan may have been taken, too, until one is an
 /// inlier. The key scans may be the first ones of those that the graph has.
-/// @param least_moved  [m]; see kMinMoveInCells
-/// @param done         its loops, tries and whether the graph's poses have moved.
-void close_a_loop(LoopSearch& search, double least_moved, LoopTaskDone& done);
+/// @param done  its loops, tries and whether the graph's poses have moved.
+void close_a_loop(const EngineOptions& options, LoopSearch& search, LoopTaskDone& done);
 
-/// A task under way, in a thread of its own.
-struct LoopWork {
-  std::shared_future<std::shared_ptr<LoopTaskDone>> done;
-};
-
-[[nodiscard]] std::shared_ptr<LoopWork> begin_work(LoopTask task);
-
-/// Waits for it. What came of it is copied only where others still want it; else it is gone.
-[[nodiscard]] LoopTaskDone result_of(const std::shared_ptr<LoopWork>& work);
+/// Begins a task in a thread of its own.
+[[nodiscard]] std::future<LoopTaskDone> begin_work(LoopTask task);
 
 }  // namespace matchbox_slam

@@ -19,11 +19,6 @@ MapComponent empty_component(const EngineOptions& options, double begin) {
   return {SlamMap(options.map, options.field), {}, {}, begin};
 }
 
-LocalMapRequest near_request(const EngineOptions& options, const LocalMap& before) {
-  return {std::nullopt, options.map, options.field,
-          static_cast<std::size_t>(options.slam.enough_views), before};
-}
-
 }  // namespace
 
 Eigen::Matrix3d covariance_of_waiting() {
@@ -43,8 +38,7 @@ Mapping::Mapping(MapComponents components, LoopCloser loops, MapRenderer drawing
       renderer_(std::move(drawing)),
       is_continued_(is_continued),
       is_of_key_scans_(is_of_key_scans) {
-  loops_.begin_again(components_.map().key_scans, near_request(options, renderer_.local_map()),
-                     options.loops);
+  loops_.begin_again(components_.map().key_scans, renderer_.local_map(), options);
   match_as();
 }
 
@@ -231,9 +225,9 @@ std::optional<MapCorrection> Mapping::close_loops() {
   if (is_near_due) {
     catch_up();  // so that what is begun goes on from a map of all key scans
   }
-  LocalMapRequest near = near_request(options_, is_near_due ? renderer_.local_map() : LocalMap());
+  LocalMapRequest near{std::nullopt, is_near_due ? renderer_.local_map() : LocalMap()};
   LocalScans scans = scans_around();
-  if (is_crowded(key_scans.all(), near.enough)) {
+  if (is_crowded(key_scans.all(), static_cast<std::size_t>(options_.slam.enough_views))) {
     renderer_.expect_local_map();  // with which what is superfluous is found
   }
   if (!scans.apart.empty() || renderer_.is_moved()) {
@@ -244,7 +238,7 @@ std::optional<MapCorrection> Mapping::close_loops() {
     match_whole_map();
   }
   if (!has_pending()) {
-    loops_.begin(key_scans, std::move(near), options_.loops);
+    loops_.begin(key_scans, std::move(near), options_);
   }
   return correction;
 }

@@ -27,8 +27,7 @@ struct FoundMap;
 
 /// What scans are mapped into: the components of the map, their key scans, and for the map the
 /// graph of its key scans and how much of it is drawn. Takes scans in, and moves what it took when
-/// a loop is closed. Where the robot is, it is told. A value, but for work under way that copies
-/// share.
+/// a loop is closed. Where the robot is, it is told.
 class Mapping {
  public:
   /// An empty map.

@@ -34,7 +34,7 @@ class MappingTest : public testing::Test {
     LocalMap near(local_scans_where(all, std::vector<bool>(all.size(), false)), options_.map,
                   options_.field);
     return {mapping_.components(),
-            mapping_.loops(),
+            LoopCloser(mapping_.loops().state()),
             {std::move(near), true, all.size()},
             true,
             true,
@@ -65,8 +65,12 @@ TEST_F(MappingTest, LeavesOutWhatTheMapHasNoRoomFor) {
 
 TEST_F(MappingTest, IsNotContinuedByWhatItLeavesOut) {
   insert_first(1);
-  Mapping from_elsewhere{
-      mapping_.components(), mapping_.loops(), {{}, false, 1}, false, true, options_};
+  Mapping from_elsewhere{mapping_.components(),
+                         LoopCloser(mapping_.loops().state()),
+                         {{}, false, 1},
+                         false,
+                         true,
+                         options_};
   const PlacedScan too_far{keys_[1].scan, {1e7, 0.0, 0.0}};
   const Eigen::Matrix3d covariance = covariance_of(0.01, 0.01);
   EXPECT_FALSE(from_elsewhere.insert(*too_far.scan->points(), too_far, covariance));
@@ -77,7 +81,12 @@ TEST_F(MappingTest, IsNotContinuedByWhatItLeavesOut) {
 
 TEST_F(MappingTest, FinishesNoLoopsWhileTheRobotMayBeElsewhere) {
   insert_first(6);
-  Mapping moved{mapping_.components(), mapping_.loops(), {{}, true, 6}, true, true, options_};
+  Mapping moved{mapping_.components(),
+                LoopCloser(mapping_.loops().state()),
+                {{}, true, 6},
+                true,
+                true,
+                options_};
   static_cast<void>(moved.close_loops());
   ASSERT_TRUE(moved.loops().is_pending());
   moved.fork();
