@@ -144,7 +144,8 @@ EngineState SlamRun::snapshot() const {
 }
 
 LoopCount SlamRun::all_loops() const {
-  return {loops().size(), count_closed(loops()), engine_->loop_tries()};
+  const LoopState& state = loop_state();
+  return {state.loops.size(), count_closed(state.loops), state.tries};
 }
 
 LoopCount SlamRun::new_loops() const {

@@ -25,7 +25,7 @@ namespace matchbox_slam {
 
 /// Loops of a map, counted.
 struct LoopCount {
-  std::size_t found = 0;   ///< of SlamEngine::loops(), refused ones, too
+  std::size_t found = 0;   ///< of LoopState::loops, refused ones, too
   std::size_t closed = 0;  ///< of these
   std::size_t tries = 0;
 };
@@ -108,9 +108,6 @@ class SlamRun {
   [[nodiscard]] const KeyScans& key_scans() const { return engine_->key_scans(); }
   [[nodiscard]] PoseGraph graph() const { return engine_->graph(); }
   [[nodiscard]] const LoopState& loop_state() const { return engine_->loop_state(); }
-  [[nodiscard]] std::size_t loop_tries() const { return engine_->loop_tries(); }
-  /// Those of a map that it went on with, too.
-  [[nodiscard]] const std::vector<ClosedLoop>& loops() const { return engine_->loops(); }
   [[nodiscard]] const LoopCount& brought_loops() const { return brought_loops_; }
   /// Those that were found since the run began or went on with a map.
   [[nodiscard]] LoopCount new_loops() const;

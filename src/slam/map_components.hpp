@@ -41,9 +41,6 @@ class MapComponents {
   /// The robot is in the map, whatever was thought before; nothing waits any more.
   void go_to_map();
 
-  void wait(const std::vector<WaitingScan>& scans) {
-    waiting_.insert(waiting_.end(), scans.begin(), scans.end());
-  }
   /// The oldest scan that waits for the component that the robot is in.
   [[nodiscard]] const WaitingScan* next_waiting() const;
   /// Takes it out.

@@ -71,8 +71,6 @@ class Mapping {
   void draw_over(const PointScan& points, int laser, const Pose2& map_from_base);
   /// The robot is elsewhere than where the newest key scan and the motion since say.
   void break_off() { is_continued_ = false; }
-  /// Scans are to be inserted, a few with each of the next ones.
-  void wait(const std::vector<WaitingScan>& scans) { components_.wait(scans); }
   /// Draws the key scans that have come since, where only what lies near is matched against. To be
   /// called before the next scan is matched or the map is saved, and after `close_loops`, which may
   /// replace or drop what would be drawn into.

@@ -39,10 +39,6 @@ PoseGraph SlamEngine::graph() const { return graph_of(key_scans(), loop_state())
 
 const LoopState& SlamEngine::loop_state() const { return parts_->mapping_.loops().state(); }
 
-const std::vector<ClosedLoop>& SlamEngine::loops() const { return loop_state().loops; }
-
-std::size_t SlamEngine::loop_tries() const { return loop_state().tries; }
-
 std::size_t SlamEngine::disconnected_components() const {
   return parts_->mapping_.components().all().size() - 1;
 }

@@ -103,7 +103,7 @@ json laser_facts(const SlamRun& run) {
 /// map brought that it went on with.
 json loop_facts(const SlamRun& run) {
   const PlacedScans& keys = run.key_scans().all();
-  const std::vector<ClosedLoop>& loops = run.loops();
+  const std::vector<ClosedLoop>& loops = run.loop_state().loops;
   const LoopCount count = run.new_loops();
   json closed = json::array();
   std::for_each(loops.end() - static_cast<std::ptrdiff_t>(count.found), loops.end(),

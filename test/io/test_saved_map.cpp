@@ -181,8 +181,8 @@ TEST_F(SavedMap, LoopsAreClosedToTheBitAsIfItHadNeverStopped) {
       again.start_from(read_saved_map(path_));
     }
   }
-  ASSERT_FALSE(uninterrupted.loops().empty());
-  EXPECT_GT(uninterrupted.loops().front().moved, 0.1);
+  ASSERT_FALSE(uninterrupted.loop_state().loops.empty());
+  EXPECT_GT(uninterrupted.loop_state().loops.front().moved, 0.1);
   EXPECT_TRUE(to_saved_map(again.snapshot()) == to_saved_map(uninterrupted.snapshot()));
 }
 

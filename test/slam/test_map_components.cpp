@@ -20,6 +20,11 @@ MapComponent component(std::size_t key_scans, double begin = 0.0) {
   return made;
 }
 
+/// The same with these that wait.
+MapComponents waiting(const MapComponents& components, const std::vector<WaitingScan>& scans) {
+  return MapComponents(components.all(), components.active_number(), scans);
+}
+
 const Pose2 kMapFromComponent{3.0, 1.0, 0.5};
 
 TEST(MapComponents, ALostRobotGetsAComponentOfItsOwn) {
@@ -35,7 +40,7 @@ TEST(MapComponents, ALostRobotGetsAComponentOfItsOwn) {
 TEST(MapComponents, AComponentThatHoldsHardlyAnythingIsBegunAnew) {
   MapComponents components({component(3)});
   static_cast<void>(components.begin_component(component(2, 7.0)));
-  components.wait({{1, keys()[0]}, {0, keys()[1]}});
+  components = waiting(components, {{1, keys()[0]}, {0, keys()[1]}});
   static_cast<void>(components.begin_component(component(0, 9.0)));
   EXPECT_EQ(components.all().size(), 2U);
   EXPECT_EQ(components.active().begin, 7.0) << "since then nobody knows where the robot is";
@@ -46,7 +51,7 @@ TEST(MapComponents, AComponentThatHoldsHardlyAnythingIsBegunAnew) {
 TEST(MapComponents, JoinedKeyScansWaitWhereTheyBelong) {
   MapComponents components({component(1)});
   static_cast<void>(components.begin_component(component(2)));
-  components.wait({{1, keys()[2]}});
+  components = waiting(components, {{1, keys()[2]}});
   components.join(0, kMapFromComponent, true);
   EXPECT_FALSE(components.is_lost());
   EXPECT_EQ(components.all().size(), 1U);
@@ -73,7 +78,7 @@ TEST(MapComponents, ComponentsThatFollowedAJoinedOneFollowItsHeir) {
   MapComponents components({component(1)});
   static_cast<void>(components.begin_component(component(3)));
   static_cast<void>(components.begin_component(component(3)));
-  components.wait({{2, keys()[0]}});
+  components = waiting(components, {{2, keys()[0]}});
   const Pose2 first_from_second{0.0, 2.0, 0.1};
   components.active().parent_from_component = first_from_second;
   EXPECT_EQ(components.active().parent, 1U);
@@ -92,7 +97,7 @@ TEST(MapComponents, TheSmallestIsGivenUpWhenThereAreTooMany) {
   for (std::size_t i = 0; i < kMostDisconnectedComponents; ++i) {
     EXPECT_FALSE(components.begin_component(component(i == 4 ? 3 : 4, static_cast<double>(i))));
   }
-  components.wait({{5, keys()[0]}, {6, keys()[1]}});
+  components = waiting(components, {{5, keys()[0]}, {6, keys()[1]}});
   EXPECT_TRUE(components.begin_component(component(0, 99.0)));
   ASSERT_EQ(components.all().size(), kMostDisconnectedComponents + 1);
   for (const MapComponent& one : components.all()) {
@@ -108,7 +113,7 @@ TEST(MapComponents, TheSmallestIsGivenUpWhenThereAreTooMany) {
 TEST(MapComponents, ARobotThatIsToldItsPlaceIsInTheMap) {
   MapComponents components({component(1)});
   static_cast<void>(components.begin_component(component(3, 7.0)));
-  components.wait({{1, keys()[0]}});
+  components = waiting(components, {{1, keys()[0]}});
   components.go_to_map();
   EXPECT_FALSE(components.is_lost());
   EXPECT_TRUE(components.waiting().empty());
@@ -118,7 +123,7 @@ TEST(MapComponents, ARobotThatIsToldItsPlaceIsInTheMap) {
 TEST(MapComponents, ACorrectionOfTheMapMovesWhatWaitsForIt) {
   MapComponents components({component(1)});
   static_cast<void>(components.begin_component(component(3)));
-  components.wait({{0, keys()[0]}, {1, keys()[1]}});
+  components = waiting(components, {{0, keys()[0]}, {1, keys()[1]}});
   components.move_waiting_for_map(kMapFromComponent);
   EXPECT_EQ(components.waiting()[0].scan.map_from_base,
             kMapFromComponent * keys()[0].map_from_base);

@@ -28,12 +28,18 @@ class MappingTest : public testing::Test {
       ASSERT_TRUE(insert(keys_[i]));
     }
   }
+  /// From what is saved while a scan waits.
+  void wait(const PlacedScan& scan) {
+    mapping_ =
+        Mapping(MapComponents(mapping_.components().all(), 0, {{0, scan}}),
+                LoopCloser(mapping_.loops().state()), mapping_.renderer(), true, true, options_);
+  }
   /// From what is saved while only what lies near is matched against.
-  [[nodiscard]] Mapping gone_on_with_local_map() const {
+  [[nodiscard]] Mapping gone_on_with_local_map(const std::vector<WaitingScan>& waiting = {}) const {
     const PlacedScans& all = mapping_.components().map().key_scans.all();
     LocalMap near(local_scans_where(all, std::vector<bool>(all.size(), false)), options_.map,
                   options_.field);
-    return {mapping_.components(),
+    return {MapComponents(mapping_.components().all(), 0, waiting),
             LoopCloser(mapping_.loops().state()),
             {std::move(near), true, all.size()},
             true,
@@ -158,7 +164,7 @@ TEST_F(MappingTest, MapsALostRobotIntoAComponentAndPutsThatWhereItBelongs) {
 TEST_F(MappingTest, DropsWhatWaitedAndWouldSeeThroughWalls) {
   insert_first(5);
   const Pose2& seen_from = keys_[0].map_from_base;
-  mapping_.wait({{0, {keys_[0].scan, {seen_from.x, seen_from.y, seen_from.theta + 0.8}}}});
+  wait({keys_[0].scan, {seen_from.x, seen_from.y, seen_from.theta + 0.8}});
   EXPECT_EQ(mapping_.insert_pending(), 0U);
   EXPECT_FALSE(mapping_.has_pending());
   EXPECT_EQ(mapped(), 5U);
@@ -172,7 +178,7 @@ TEST_F(MappingTest, DropsWhatWaitedAndDoesNotFitWhatIsMapped) {
   for (float& range : close_by.scan.ranges) {
     range *= 0.7F;
   }
-  mapping_.wait({{0, {std::make_shared<const KeyScan>(close_by, 0, 0), keys_[2].map_from_base}}});
+  wait({std::make_shared<const KeyScan>(close_by, 0, 0), keys_[2].map_from_base});
   EXPECT_EQ(mapping_.insert_pending(), 0U);
   EXPECT_FALSE(mapping_.has_pending());
   EXPECT_EQ(mapped(), 5U);
@@ -180,7 +186,7 @@ TEST_F(MappingTest, DropsWhatWaitedAndDoesNotFitWhatIsMapped) {
 
 TEST_F(MappingTest, KeepsWhatWaitsWhileTheMapIsNotToGrow) {
   insert_first(2);
-  mapping_.wait({{0, keys_[2]}});
+  wait(keys_[2]);
   options_.slam.update_map = false;
   mapping_.set_options(options_);
   EXPECT_EQ(mapping_.insert_pending(), 0U);
@@ -244,8 +250,7 @@ TEST_F(MappingTest, MatchesTheWholeMapWhileItIsNotToChange) {
 
 TEST_F(MappingTest, DrawsWhatWaitedIntoWhatLiesNearAtOnce) {
   insert_first(2);
-  Mapping near_by = gone_on_with_local_map();
-  near_by.wait({{0, keys_[2]}});
+  Mapping near_by = gone_on_with_local_map({{0, keys_[2]}});
   EXPECT_EQ(near_by.insert_pending(), 0U);
   const PlacedScans& all = near_by.components().map().key_scans.all();
   ASSERT_EQ(all.size(), 3U);

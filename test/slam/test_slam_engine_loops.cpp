@@ -266,7 +266,7 @@ TEST(SlamEngineLoops, AreNotClosedInAMapWithWallsOfItsOwn) {
   start.is_of_key_scans = false;
   drive.engine->start_from(start);
   drive.process_all();
-  EXPECT_EQ(drive.engine->loop_tries(), 0U);
+  EXPECT_EQ(drive.engine->loop_state().tries, 0U);
 }
 
 TEST(SlamEngineLoops, WhereNoneIsClosedTheyChangeNothing) {

@@ -88,11 +88,11 @@ struct PendingLoopWork {
 /// What it takes to go on closing loops: a value, to be copied and saved. With the key scans, which
 /// are its nodes, this is the map's graph.
 struct LoopState {
-  std::vector<PoseEdge> edges;  ///< of the graph
-  std::size_t nodes = 0;        ///< key scans that it has: the first ones
-  std::vector<ClosedLoop> loops;
-  double way = 0.0;  ///< [m] since the last search
-  std::size_t tries = 0;
+  std::vector<PoseEdge> edges;    ///< of the graph
+  std::size_t nodes = 0;          ///< key scans that it has: the first ones
+  std::vector<ClosedLoop> loops;  ///< that were tried, inliers and outliers
+  double way = 0.0;               ///< [m] since the last search
+  std::size_t tries = 0;          ///< places where a loop was searched for
   std::optional<PendingLoopWork> pending = {};
   /// Of each key scan whether it is another robot's, whose stamps say nothing of this one's way; of
   /// those behind the last none is.

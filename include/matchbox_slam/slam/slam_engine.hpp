@@ -63,13 +63,8 @@ class SlamEngine {
   [[nodiscard]] const KeyScans& key_scans() const;
   /// Of the key scans, as it is now: how they are joined.
   [[nodiscard]] PoseGraph graph() const;
-  /// The same without poses.
+  /// The same without poses, with the loops that were tried.
   [[nodiscard]] const LoopState& loop_state() const;
-
-  /// Loops that were tried, inliers and outliers.
-  [[nodiscard]] const std::vector<ClosedLoop>& loops() const;
-  /// Places where a loop was searched for.
-  [[nodiscard]] std::size_t loop_tries() const;
 
   /// Components that the robot made while it was lost, and that were not joined to the map.
   [[nodiscard]] std::size_t disconnected_components() const;
