@@ -79,10 +79,9 @@ LocalScans local_scans(const PlacedScans& keys, const PathUncertainty& ways, dou
     if (is_apart[i]) {
       near.apart.push_back(key.scan->id());
     } else if (distance(key, here) < kLocalReach) {
-      near.all_belonging.push_back(key);
+      near.belonging.push_back(key);
     }
   }
-  near.belonging = nearest(near.all_belonging, here);
   return near;
 }
 
@@ -90,9 +89,8 @@ LocalScans without(LocalScans near, const std::vector<std::uint64_t>& ids) {
   const auto is_out = [&ids](const PlacedScan& key) {
     return std::binary_search(ids.begin(), ids.end(), key.scan->id());
   };
-  PlacedScans& all = near.all_belonging;
-  all.erase(std::remove_if(all.begin(), all.end(), is_out), all.end());
-  near.belonging = nearest(all, near.center);
+  PlacedScans& keys = near.belonging;
+  keys.erase(std::remove_if(keys.begin(), keys.end(), is_out), keys.end());
   return near;
 }
 
@@ -118,7 +116,8 @@ LocalMap::LocalMap(const Eigen::Vector2d& center,  // NOLINT(modernize-pass-by-v
 
 LocalMap::LocalMap(const LocalScans& near, const MapOptions& map_options,
                    const LikelihoodFieldOptions& field_options)
-    : LocalMap(near.center, near.belonging, near.newest + 1, map_options, field_options) {}
+    : LocalMap(near.center, nearest(near.belonging, near.center), near.newest + 1, map_options,
+               field_options) {}
 
 std::optional<LocalMap> LocalMap::with(const LocalScans& near,
                                        const MapOptions& map_options) const {
@@ -132,7 +131,7 @@ std::optional<LocalMap> LocalMap::with(const LocalScans& near,
   LocalMap more = *this;
   more.center_ = near.center;
   more.taken_ = near.newest + 1;
-  for (const PlacedScan& key : near.belonging) {
+  for (const PlacedScan& key : nearest(near.belonging, near.center)) {
     if (is_shown(key.scan->id())) {
       continue;
     }

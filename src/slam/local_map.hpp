@@ -17,8 +17,7 @@ namespace matchbox_slam {
 struct LocalScans {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();  ///< where the newest was taken
   std::size_t newest = 0;                            ///< its number
-  PlacedScans belonging;      ///< with the newest, the nearest ones: many of one place say the same
-  PlacedScans all_belonging;  ///< with the newest, all that are near
+  PlacedScans belonging;                             ///< with the newest
   /// Those that are near, or will be soon, and do not lie well to the newest; by id, in their
   /// order.
   std::vector<std::uint64_t> apart;
@@ -58,7 +57,7 @@ class LocalMap {
   LocalMap(const Eigen::Vector2d& center, const PlacedScans& drawn, std::size_t taken,
            const MapOptions& map_options, const LikelihoodFieldOptions& field_options);
 
-  /// @param near  of these.
+  /// @param near  of the nearest of these: many of one place say the same.
   LocalMap(const LocalScans& near, const MapOptions& map_options,
            const LikelihoodFieldOptions& field_options);
 
@@ -79,9 +78,9 @@ class LocalMap {
   /// drifted apart, or are many.
   [[nodiscard]] bool is_due(const PlacedScans& keys) const;
 
-  /// The same map with those of the near ones that it does not show: where nothing has moved, most
-  /// were shown before. What it shows farther off stays. None where it would show one that lies
-  /// apart by now, too many, or an older one drawn after a newer: where they differ the newer
+  /// The same map with those of the nearest ones that it does not show: where nothing has moved,
+  /// most were shown before. What it shows farther off stays. None where it would show one that
+  /// lies apart by now, too many, or an older one drawn after a newer: where they differ the newer
   /// counts.
   [[nodiscard]] std::optional<LocalMap> with(const LocalScans& near,
                                              const MapOptions& map_options) const;

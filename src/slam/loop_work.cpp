@@ -53,7 +53,7 @@ ClosedLoop take_loop(const FoundLoop& found, double least_moved, LoopSearch& sea
 void leave_out_superfluous(int enough, LocalScans& near, LoopTaskDone& done) {
   constexpr std::size_t kMinTakenOut = 50;
   std::vector<std::uint64_t> ids =
-      superfluous_scans(near.all_belonging, near.newest, static_cast<std::size_t>(enough));
+      superfluous_scans(near.belonging, near.newest, static_cast<std::size_t>(enough));
   if (ids.size() >= kMinTakenOut) {
     near = without(std::move(near), ids);
     done.superfluous = std::move(ids);
