@@ -23,54 +23,46 @@ constexpr std::size_t kCandidateNeighbours = 10;
 // Of its fine score that a place has at least in the coarse search, whose likelihoods are wider.
 constexpr double kCoarseShare = 0.9;
 
-/// The walls that key scans saw, in the frame of one of them.
-std::vector<SurfaceHit> walls_of(const PlacedScans& keys, const Pose2& map_from_frame,
-                                 double resolution) {
+PlacedScans in_frame(PlacedScans keys, const Pose2& frame_from_map) {
+  for (PlacedScan& key : keys) {
+    key.map_from_base = frame_from_map * key.map_from_base;
+  }
+  return keys;
+}
+
+/// The walls that key scans saw.
+LikelihoodField field_of(const PlacedScans& keys, double resolution,
+                         const LikelihoodFieldOptions& options) {
   std::vector<SurfaceHit> hits;
   for (const PlacedScan& key : keys) {
-    const Pose2 frame_from_base = map_from_frame.inverse() * key.map_from_base;
     const std::shared_ptr<const PointScan> points = key.scan->points();
     for (const std::vector<SurfaceHit>& some :
-         {surfaces_between_hits(*points, frame_from_base, resolution),
-          surfaces_at_hits(*points, frame_from_base)}) {
+         {surfaces_between_hits(*points, key.map_from_base, resolution),
+          surfaces_at_hits(*points, key.map_from_base)}) {
       std::copy_if(some.begin(), some.end(), std::back_inserter(hits), [](const SurfaceHit& hit) {
         return hit.position.norm() < kFarthestPoint && hit.normal.allFinite();
       });
     }
   }
-  return hits;
-}
-
-LikelihoodField field_of(const std::vector<SurfaceHit>& walls, double resolution,
-                         const LikelihoodFieldOptions& options) {
   LikelihoodField field(resolution, options);
-  field.update(walls, {});
+  field.update(hits, {});
   return field;
 }
 
+/// Those around one, in its frame.
 PlacedScans around(const PlacedScans& keys, std::size_t candidate) {
   const std::size_t begin = candidate - std::min(candidate, kCandidateNeighbours);
   const std::size_t end = std::min(keys.size(), candidate + kCandidateNeighbours + 1);
-  return {keys.begin() + static_cast<std::ptrdiff_t>(begin),
-          keys.begin() + static_cast<std::ptrdiff_t>(end)};
-}
-
-PlacedScans in_frame(PlacedScans keys, const Pose2& map_from_frame) {
-  for (PlacedScan& key : keys) {
-    key.map_from_base = map_from_frame.inverse() * key.map_from_base;
-  }
-  return keys;
+  return in_frame({keys.begin() + static_cast<std::ptrdiff_t>(begin),
+                   keys.begin() + static_cast<std::ptrdiff_t>(end)},
+                  keys[candidate].map_from_base.inverse());
 }
 
 /// The newest, with the newest of all at this pose.
 PlacedScans newest_at(const PlacedScans& keys, const Pose2& frame_from_newest) {
-  const Pose2 frame_from_map = frame_from_newest * keys.back().map_from_base.inverse();
-  PlacedScans newest(
-      keys.end() - static_cast<std::ptrdiff_t>(std::min(keys.size(), kScansPerSearch)), keys.end());
-  for (PlacedScan& key : newest) {
-    key.map_from_base = frame_from_map * key.map_from_base;
-  }
-  return newest;
+  const std::size_t count = std::min(keys.size(), kScansPerSearch);
+  return in_frame({keys.end() - static_cast<std::ptrdiff_t>(count), keys.end()},
+                  frame_from_newest * keys.back().map_from_base.inverse());
 }
 
 PointScan merged_newest(const PlacedScans& keys) {
@@ -191,12 +183,11 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, const LoopCandidate&
                                    const LoopOptions& options) {
   const auto [key, sigma] = candidate;
   const PlacedScans there = around(keys, key);
-  const Pose2& map_from_key = keys[key].map_from_base;
-  const Pose2 guess = map_from_key.inverse() * keys.back().map_from_base;
+  const Pose2 guess = keys[key].map_from_base.inverse() * keys.back().map_from_base;
   const PointScan scan = merged_newest(keys);
   const PlacedScans none;
 
-  const LikelihoodField wide_field = field_of(walls_of(there, map_from_key, 0.1), 0.1, {0.1, 0.4});
+  const LikelihoodField wide_field = field_of(there, 0.1, {0.1, 0.4});
   const MatchResult rough =
       OlsonMatcher(coarse_options(sigma, options))
           .match({scan, guess, covariance_of(std::max(1.0, sigma), 0.3), wide_field, none, 0});
@@ -204,8 +195,7 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, const LoopCandidate&
     return std::nullopt;
   }
 
-  const double resolution = MapOptions{}.resolution;
-  const LikelihoodField field = field_of(walls_of(there, map_from_key, resolution), resolution, {});
+  const LikelihoodField field = field_of(there, MapOptions{}.resolution, {});
   const MatchResult match =
       OlsonMatcher(fine_options())
           .match({scan, rough.map_from_base, covariance_of(1.0, 1.0), field, none, 0});
@@ -219,7 +209,7 @@ std::optional<FoundLoop> find_loop(const PlacedScans& keys, const LoopCandidate&
       kMostViolation) {
     return std::nullopt;
   }
-  const SlamMap place = rendered(in_frame(there, map_from_key), {}, {}, MapUse::kMatched);
+  const SlamMap place = rendered(there, {}, {}, MapUse::kMatched);
   FoundLoop found{key,
                   match.map_from_base,
                   match.covariance,
