@@ -4,8 +4,6 @@
 #include <memory>
 #include <vector>
 
-#include "slam/pose_gate.hpp"
-
 namespace matchbox_slam {
 namespace {
 

@@ -8,7 +8,6 @@
 
 #include "matchbox_slam/geometry/transform2.hpp"
 #include "sensor/take_some.hpp"
-#include "slam/pose_gate.hpp"
 #include "slam/prior_odds.hpp"
 #include "slam/scan_evidence.hpp"
 

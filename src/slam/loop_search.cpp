@@ -11,7 +11,6 @@
 #include "matchbox_slam/matching/free_space_violation.hpp"
 #include "matchbox_slam/matching/olson/olson_matcher.hpp"
 #include "matching/rendered_map.hpp"
-#include "slam/pose_gate.hpp"
 #include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "matchbox_slam/geometry/angles.hpp"
-#include "slam/pose_gate.hpp"
 
 namespace matchbox_slam {
 namespace {

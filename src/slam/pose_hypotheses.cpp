@@ -9,7 +9,6 @@
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matching/wide_search.hpp"
 #include "slam/common_ground.hpp"
-#include "slam/pose_gate.hpp"
 #include "slam/prior_odds.hpp"
 #include "slam/scan_evidence.hpp"
 #include "slam/scan_profile.hpp"

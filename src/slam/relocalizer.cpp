@@ -8,7 +8,6 @@
 #include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "matchbox_slam/matching/free_space_violation.hpp"
 #include "matching/wide_search.hpp"
-#include "slam/pose_gate.hpp"
 #include "slam/scan_evidence.hpp"
 
 namespace matchbox_slam {

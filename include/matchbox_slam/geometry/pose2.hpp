@@ -52,6 +52,13 @@ struct Pose2 {
   return {pose.x - from.x, pose.y - from.y, wrap_angle(pose.theta - from.theta)};
 }
 
+/// Whether two poses are nearer to each other than that: [m] and [rad]. (Places on a lattice lie as
+/// far apart as its step is, which is not nearer.)
+[[nodiscard]] inline bool are_near(const Pose2& a, const Pose2& b, double distance, double angle) {
+  const Eigen::Vector3d apart = difference(a, b);
+  return apart.head<2>().norm() < distance && std::abs(apart.z()) < angle;
+}
+
 /// The pose that differs by so much from another one: `difference(displaced(from, by), from) == by`
 /// but for rounding and whole turns.
 [[nodiscard]] inline Pose2 displaced(const Pose2& from, const Eigen::Vector3d& by) {
