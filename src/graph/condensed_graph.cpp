@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "graph/adjacency_list.hpp"
 #include "graph/joined_nodes.hpp"
 #include "graph/relative_motion.hpp"
 
@@ -56,12 +56,8 @@ class Condenser {
       : graph_(std::move(graph)),
         is_taken_(is_taken),
         is_gone_(graph_.edges.size(), false),
-        edges_of_(graph_.poses.size()),
-        heirs_(graph_.poses.size(), kNone) {
-    for (std::size_t edge = 0; edge < graph_.edges.size(); ++edge) {
-      note(edge);
-    }
-  }
+        links_(graph_),
+        heirs_(graph_.poses.size(), kNone) {}
 
   CondensedGraph run() {
     for (std::size_t node = 1; node < is_taken_.size(); ++node) {
@@ -73,27 +69,25 @@ class Condenser {
   }
 
  private:
-  void note(std::size_t edge) {
-    edges_of_[graph_.edges[edge].from].push_back(edge);
-    edges_of_[graph_.edges[edge].to].push_back(edge);
-  }
-
   [[nodiscard]] std::vector<std::size_t> edges_at(std::size_t node) const {
     std::vector<std::size_t> edges;
-    std::copy_if(edges_of_[node].begin(), edges_of_[node].end(), std::back_inserter(edges),
-                 [this](std::size_t edge) { return !is_gone_[edge]; });
+    links_.for_each(node, [&](std::size_t edge, std::size_t /*to*/) {
+      if (!is_gone_[edge]) {
+        edges.push_back(edge);
+      }
+    });
     return edges;
   }
 
   /// An edge between two nodes that is no loop; kNone where there is none.
   [[nodiscard]] std::size_t edge_between(std::size_t a, std::size_t b) const {
-    for (const std::size_t edge : edges_of_[a]) {
-      const PoseEdge& one = graph_.edges[edge];
-      if (!is_gone_[edge] && !is_loop(one) && other_end(one, a) == b) {
-        return edge;
+    std::size_t found = kNone;
+    links_.for_each(a, [&](std::size_t edge, std::size_t to) {
+      if (found == kNone && to == b && !is_gone_[edge] && !is_loop(graph_.edges[edge])) {
+        found = edge;
       }
-    }
-    return kNone;
+    });
+    return found;
   }
 
   void add(const PoseEdge& edge) {
@@ -101,7 +95,7 @@ class Condenser {
     if (same == kNone) {
       graph_.edges.push_back(edge);
       is_gone_.push_back(false);
-      note(graph_.edges.size() - 1);
+      links_.take_new(graph_.poses.size(), graph_.edges);
     } else {
       PoseEdge& kept = graph_.edges[same];
       kept = edge_of(edge.from, edge.to,
@@ -217,7 +211,7 @@ class Condenser {
   PoseGraph graph_;
   const std::vector<bool>& is_taken_;
   std::vector<bool> is_gone_;  ///< by edge
-  std::vector<std::vector<std::size_t>> edges_of_;
+  AdjacencyList links_;
   std::vector<std::size_t> heirs_;  ///< by node that was taken out
 };
 

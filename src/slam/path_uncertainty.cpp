@@ -5,8 +5,6 @@
 #include <queue>
 #include <utility>
 
-#include "common/append.hpp"
-
 namespace matchbox_slam {
 
 namespace {
@@ -24,19 +22,6 @@ double length_of(const PoseEdge& edge) {
 }
 
 }  // namespace
-
-void AdjacencyList::take_new(std::size_t nodes, const std::vector<PoseEdge>& edges) {
-  first_.resize(nodes, kNone);
-  last_.resize(nodes, kNone);
-  for (std::size_t edge = ends_.size() / 2; edge < edges.size(); ++edge) {
-    for (const std::size_t node : {edges[edge].from, edges[edge].to}) {
-      const auto end = static_cast<Number>(ends_.size());
-      (first_[node] == kNone ? first_[node] : ends_[last_[node]].next) = end;
-      last_[node] = end;
-      append_sparingly({static_cast<Number>(node), kNone}, ends_);
-    }
-  }
-}
 
 /// [m] from the node to each one by the way of the fewest edges, where that is short enough for
 /// them to lie together; else infinite.
