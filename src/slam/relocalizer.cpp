@@ -66,28 +66,8 @@ Explanation explained_near(const PointScan& scan, std::size_t component,
   return explained_at(scan, component, component_from_base, kSigmaXy, kSigmaTheta, lost);
 }
 
-double rival_of(const ExplainedScan& explained, std::size_t component,
-                const Pose2& component_from_base) {
-  const bool is_best =
-      is_near(component, component_from_base, explained.component, explained.component_from_base);
-  return std::max(0.0, is_best ? explained.elsewhere : explained.best);
-}
-
 /// Whether a place is explained so much better than a rival that errors do not make that up.
 double ahead(double log_odds, double rival) { return (1.0 - kModelErrorShare) * log_odds - rival; }
-
-/// Log odds of a place against somewhere unknown, by one scan.
-/// @param most  that a scan says for a place.
-double odds_of(const Explanation& here, double rival, double most) {
-  const double elsewhere = odds_of_elsewhere(here.evidence);
-  if (elsewhere >= 0.0) {
-    return -elsewhere;
-  }
-  if (!here.is_held || here.evidence.mean < kMinMeanEvidence) {
-    return 0.0;
-  }
-  return std::clamp(ahead(here.evidence.log_odds, rival), 0.0, most);
-}
 
 /// Robots are seldom carried away: what odometry says of the way through a doubt is about right. It
 /// says nothing of components other than the one that the robot was in before, its parent.
@@ -228,11 +208,24 @@ ExplainedScan best_of(const std::vector<Explanation>& explanations, std::uint64_
   return explained;
 }
 
-/// What a scan says for a place at most: what is not mapped looks like what is, as often as places
-/// of the map look like each other.
-double most_of_scan(const PlaceSearch& search) {
+/// Log odds of a place against somewhere unknown, by one scan. For a place it says at most as much
+/// as what is mapped differs from what is not: as places of the map differ from each other.
+/// @param explained  that scan.
+double odds_of(const Explanation& here, const ExplainedScan& explained, const PlaceSearch& search) {
   constexpr double kPriorAlike = 0.1;  // of one, before any was looked at
-  return std::min(kMostOfScan, std::log((1.0 + search.sampled) / (kPriorAlike + search.alike)));
+  const double elsewhere = odds_of_elsewhere(here.evidence);
+  if (elsewhere >= 0.0) {
+    return -elsewhere;
+  }
+  if (!here.is_held || here.evidence.mean < kMinMeanEvidence) {
+    return 0.0;
+  }
+  const bool is_best = is_near(here.component, here.component_from_base, explained.component,
+                               explained.component_from_base);
+  const double rival = std::max(0.0, is_best ? explained.elsewhere : explained.best);
+  const double most =
+      std::min(kMostOfScan, std::log((1.0 + search.sampled) / (kPriorAlike + search.alike)));
+  return std::clamp(ahead(here.evidence.log_odds, rival), 0.0, most);
 }
 
 /// Looks whether a key scan of the map might as well have been taken elsewhere in it.
@@ -272,8 +265,7 @@ double odds_of_way(const PlaceHypothesis& place, const Lost& lost, const PlaceSe
     const PlacedScan& key = lost.active.key_scans.all()[explained->key_scan];
     const Explanation here = explained_near(*key.scan->points(), place.component,
                                             place.component_from_active * key.map_from_base, lost);
-    log_odds += odds_of(here, rival_of(*explained, here.component, here.component_from_base),
-                        most_of_scan(search));
+    log_odds += odds_of(here, *explained, search);
   }
   return log_odds;
 }
@@ -291,8 +283,7 @@ std::optional<PlaceHypothesis> weighed(const PlaceHypothesis* before, const Expl
                                        const Lost& lost, const PlaceSearch& search) {
   PlaceHypothesis place =
       before != nullptr ? *before : PlaceHypothesis{here.component, {}, 0.0, 0.0};
-  const double says = odds_of(here, rival_of(explained, here.component, here.component_from_base),
-                              most_of_scan(search));
+  const double says = odds_of(here, explained, search);
   place.log_odds += says;
   place.behind += std::clamp(explained.best - here.evidence.log_odds, 0.0, kMostOfScan);
   const bool is_refuted = says < -1.0 && place.log_odds < -lost.options.hypotheses.decisive;
