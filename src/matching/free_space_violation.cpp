@@ -150,10 +150,8 @@ double share_on_other_sides(const PointScan& scan, const Pose2& map_from_base,
     }
     all += point.weight;
     const Cell cell = field.geometry().cell_at(place);
-    const Eigen::Vector2d normal = to_map.turned(point.normal);
-    Surface surface;
-    if (metres * field.distance(cell) <= kMaxWallDistance && field.nearest_surface(cell, surface) &&
-        is_other_side(surface, normal)) {
+    if (metres * field.distance(cell) <= kMaxWallDistance &&
+        field.shows_other_side(cell, to_map.turned(point.normal))) {
       on_other_sides += point.weight;
     }
   }

@@ -43,9 +43,7 @@ class Ground {
       constexpr double kMinWallThickness = 0.1;  // [m], less than most walls are thick
       return is_known(to) && !is_known(to - kMinWallThickness * (to - from).normalized());
     }
-    Surface surface;
-    return field_.nearest_surface(field_.geometry().cell_at(to), surface) &&
-           is_other_side(surface, normal);
+    return field_.shows_other_side(field_.geometry().cell_at(to), normal);
   }
 
  private:

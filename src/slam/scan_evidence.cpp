@@ -161,7 +161,7 @@ class BeamWalk {
     const Cell last = geometry_.cell_at(to_);
     double end = of_end_near(last, cells, ground_);
     bool ends_on_known = ground_.counts(last).is_known();
-    if (end > 0.0 && shows_other_side(last, normal)) {
+    if (end > 0.0 && field_.shows_other_side(last, normal)) {  // of which nothing is known
       end = 0.0;
       ends_on_known = false;
     }
@@ -170,12 +170,6 @@ class BeamWalk {
   }
 
  private:
-  /// Of a wall, of which nothing is known.
-  [[nodiscard]] bool shows_other_side(const Cell& end, const Eigen::Vector2d& normal) const {
-    Surface surface;
-    return field_.nearest_surface(end, surface) && is_other_side(surface, normal);
-  }
-
   const LikelihoodField& field_;
   GridGeometry geometry_;
   double metres_;  ///< a step of the field's distances

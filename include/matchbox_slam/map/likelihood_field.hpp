@@ -109,6 +109,13 @@ class LikelihoodField {
   /// The surface nearest to the cell's centre. False when there is none within reach.
   [[nodiscard]] bool nearest_surface(const Cell& cell, Surface& surface) const;
 
+  /// Whether a hit in this cell, with this normal in the field's frame, shows the other side of the
+  /// wall there; see is_other_side.
+  [[nodiscard]] bool shows_other_side(const Cell& cell, const Eigen::Vector2d& normal) const {
+    Surface surface;
+    return nearest_surface(cell, surface) && is_other_side(surface, normal);
+  }
+
   /// Cells that hold a surface, by rows of tiles; for pictures and tests.
   [[nodiscard]] std::vector<Cell> surface_cells() const;
 
