@@ -35,7 +35,7 @@ class BeamWalk {
   explicit BeamWalk(const LikelihoodField& field)
       : field_(field),
         resolution_(field.geometry().resolution()),
-        metres_(field.options().reach / LikelihoodField::kFar) {}
+        metres_(field.metres_per_step()) {}
 
   [[nodiscard]] static Walk begin(std::size_t beam, const Eigen::Vector2d& from,
                                   const Eigen::Vector2d& to) {
@@ -51,7 +51,8 @@ class BeamWalk {
     const Eigen::Vector2d here = walk.from + walk.at * walk.direction;
     const Cell cell = field_.geometry().cell_at(here);
     const double distance = metres_ * field_.distance(cell);
-    if (distance <= kMaxCellsToWall * resolution_ && is_within_wall(here, cell, walk.direction)) {
+    if (distance <= LikelihoodField::kMaxCellsToWall * resolution_ &&
+        is_within_wall(here, cell, walk.direction)) {
       return true;
     }
     walk.at += std::max(distance - resolution_, 0.5 * resolution_);
@@ -59,14 +60,9 @@ class BeamWalk {
   }
 
  private:
-  // Of a cell: a wall so near to its centre goes through it, unless it cuts off a corner; half a
-  // diagonal is 0.71. With half of it beams slip through, and carried robots do not get lost
-  // (CONSTANTS.md: 2.07 m instead of 0.04); with double aces is 14 % worse.
-  static constexpr double kMaxCellsToWall = 0.6;
-
   [[nodiscard]] bool is_on_wall(const Eigen::Vector2d& place) const {
     return metres_ * field_.distance(field_.geometry().cell_at(place)) <=
-           kMaxCellsToWall * resolution_;
+           LikelihoodField::kMaxCellsToWall * resolution_;
   }
 
   /// Whether a wall that the beam does not go along reaches to both sides: beams pass by the edges
@@ -140,7 +136,7 @@ double share_on_other_sides(const PointScan& scan, const Pose2& map_from_base,
   // Two cells: what is farther off lies on no wall at all.
   constexpr double kMaxWallDistance = 0.1;  // [m]
   const Transform2 to_map(map_from_base);
-  const double metres = field.options().reach / LikelihoodField::kFar;
+  const double metres = field.metres_per_step();
   double on_other_sides = 0.0;
   double all = 0.0;
   for (const ScanPoint& point : scan.points) {

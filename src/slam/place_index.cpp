@@ -29,13 +29,12 @@ std::uint8_t look_of(double range) {
 /// How far it is to a wall [m]; the reach where there is none.
 double range_to_wall(const LikelihoodField& field, const Eigen::Vector2d& from,
                      const Eigen::Vector2d& direction, double reach) {
-  constexpr double kMaxCellsToWall = 0.6;  // of a cell
   const double cell = field.geometry().resolution();
-  const double metres = field.options().reach / LikelihoodField::kFar;
+  const double metres = field.metres_per_step();
   for (double at = 0.0; at < reach;) {
     const double distance =
         metres * field.distance(field.geometry().cell_at(from + at * direction));
-    if (distance <= kMaxCellsToWall * cell) {
+    if (distance <= LikelihoodField::kMaxCellsToWall * cell) {
       return at;
     }
     at += std::max(distance - cell, 0.5 * cell);

@@ -126,7 +126,7 @@ class BeamWalk {
   explicit BeamWalk(const SlamMap& map)
       : field_(map.field),
         geometry_(map.field.geometry()),
-        metres_(map.field.options().reach / LikelihoodField::kFar),
+        metres_(map.field.metres_per_step()),
         ground_(map) {}
 
   /// @param clearance  see clearance_of
