@@ -291,9 +291,9 @@ std::vector<WeightedPose> SlamEngine::Parts::likely_poses() const {
     }
     sum = std::exp(kPriorAgainstCarried);
   } else {
-    const PoseHypotheses::State& state = hypotheses_.state();
+    const HypothesesState& state = hypotheses_.state();
     poses.push_back({here, 1.0});
-    for (const PoseHypotheses::Hypothesis& other : state.others) {
+    for (const PoseHypothesis& other : state.others) {
       poses.push_back({other.map_from_base, std::exp(other.log_odds)});
     }
     sum = std::exp(state.elsewhere);

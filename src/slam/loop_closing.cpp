@@ -68,7 +68,7 @@ std::vector<Pose2> moved_with(std::vector<Pose2> first, const PlacedScans& keys)
   return first;
 }
 
-LoopCloser::LoopCloser(State state) : state_(std::move(state)) { index_edges(); }
+LoopCloser::LoopCloser(LoopState state) : state_(std::move(state)) { index_edges(); }
 
 PoseGraph graph_of(const KeyScans& keys, const LoopState& state) {
   return {keys.poses(state.nodes), state.edges};
@@ -196,7 +196,8 @@ void LoopCloser::begin(const KeyScans& keys, LocalMapRequest near, const EngineO
   if (!is_search_due && !near.scans) {
     return;
   }
-  const Pending begun{keys.size() - 1, state_.edges.size(), is_search_due, near.scans.has_value()};
+  const PendingLoopWork begun{keys.size() - 1, state_.edges.size(), is_search_due,
+                              near.scans.has_value()};
   LoopTask task{options, std::move(near)};
   if (is_search_due) {
     task.search = LoopSearch{keys.all(), graph_of(keys, state_)};
@@ -211,7 +212,7 @@ void LoopCloser::begin_again(const KeyScans& keys, const LocalMap& before,
   if (!is_pending() || work_.valid()) {
     return;
   }
-  const Pending& pending = *state_.pending;
+  const PendingLoopWork& pending = *state_.pending;
   if (pending.newest >= keys.size()) {
     state_.pending.reset();  // of a map that is gone on with without its key scans
     return;
@@ -232,14 +233,14 @@ void LoopCloser::begin_again(const KeyScans& keys, const LocalMap& before,
 
 bool LoopCloser::is_due(const KeyScans& keys) const {
   const PlacedScans& all = keys.all();
-  const std::optional<Pending>& pending = state_.pending;
+  const std::optional<PendingLoopWork>& pending = state_.pending;
   return pending &&
          (all.size() > pending->newest + kMostDelay ||
           distance(all[pending->newest], all.back().map_from_base.translation()) >= kDelayWay);
 }
 
 LoopCloser::Result LoopCloser::finish(KeyScans& keys) {
-  const Pending pending = *std::exchange(state_.pending, std::nullopt);
+  const PendingLoopWork pending = *std::exchange(state_.pending, std::nullopt);
   LoopTaskDone done = work_.get();
   if (pending.is_abandoned) {
     inflate_for_slips(keys.all(), pending.newest);
@@ -262,7 +263,7 @@ LoopCloser::Result LoopCloser::finish(KeyScans& keys) {
   return result;
 }
 
-void LoopCloser::take_loops(LoopTaskDone done, const Pending& pending) {
+void LoopCloser::take_loops(LoopTaskDone done, const PendingLoopWork& pending) {
   std::vector<PoseEdge> since = std::move(state_.edges);
   state_.edges = std::move(done.graph.edges);
   for (std::size_t i = pending.edges; i < since.size(); ++i) {

@@ -49,9 +49,6 @@ struct FoundMap;
 /// later one that does not depend on how long it took: the same drive gives the same bits.
 class LoopCloser {
  public:
-  using Pending = PendingLoopWork;
-  using State = LoopState;
-
   /// What has come of it.
   struct Result {
     std::optional<MapCorrection> correction;  ///< poses of all key scans that fit together
@@ -60,8 +57,8 @@ class LoopCloser {
   };
 
   LoopCloser() = default;
-  explicit LoopCloser(State state);
-  [[nodiscard]] const State& state() const { return state_; }
+  explicit LoopCloser(LoopState state);
+  [[nodiscard]] const LoopState& state() const { return state_; }
 
   /// Takes the newest key scan.
   /// @param map_covariance  of its pose by its match, in the map frame.
@@ -117,12 +114,12 @@ class LoopCloser {
   bool join_to_earlier(const KeyScans& keys, bool is_continued, const LoopOptions& options);
   void join_rigidly(const PlacedScans& keys);
   void inflate_for_slips(const PlacedScans& keys, std::size_t since);
-  void take_loops(LoopTaskDone done, const Pending& pending);
+  void take_loops(LoopTaskDone done, const PendingLoopWork& pending);
   [[nodiscard]] MapCorrection correction_of(const PlacedScans& keys,
                                             const std::vector<Pose2>& new_map_from_base) const;
   void index_edges() { links_ = AdjacencyList(state_.nodes, state_.edges); }
 
-  State state_;
+  LoopState state_;
   AdjacencyList links_;             ///< of the edges
   std::future<LoopTaskDone> work_;  ///< of what is pending
 };

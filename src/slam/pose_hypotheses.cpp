@@ -80,7 +80,7 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
     return outcome;
   }
   const double share = std::max(independence_of(step), note_change(step));
-  const std::optional<Hypothesis> refused = refuse_unexpected(step, options, outcome);
+  const std::optional<PoseHypothesis> refused = refuse_unexpected(step, options, outcome);
   outcome.is_jump = is_jump(outcome.match, step.predicted);
   move_others(step, outcome.evidence.log_odds, share);
   note_motion(step, outcome.evidence.log_odds);
@@ -130,8 +130,9 @@ void PoseHypotheses::weigh_elsewhere(const Step& step, double odds, const Outcom
 /// evidence, in the map that it was found in, and prior decide which of both leads. Poses that
 /// evidence can hardly tell apart are the match's to decide.
 /// @returns the match, as another hypothesis, where it does not lead and may be right.
-std::optional<PoseHypotheses::Hypothesis> PoseHypotheses::refuse_unexpected(
-    const Step& step, const HypothesisOptions& options, Outcome& outcome) {
+std::optional<PoseHypothesis> PoseHypotheses::refuse_unexpected(const Step& step,
+                                                                const HypothesisOptions& options,
+                                                                Outcome& outcome) {
   MatchResult& match = outcome.match;
   const Pose2& expected = step.predicted.fixed_from_base;
   if (!match.accepted() || is_same(match.map_from_base, expected)) {
@@ -148,7 +149,7 @@ std::optional<PoseHypotheses::Hypothesis> PoseHypotheses::refuse_unexpected(
   if (for_match >= 0.0) {
     return std::nullopt;
   }
-  const Hypothesis refused{match.map_from_base, for_match};
+  const PoseHypothesis refused{match.map_from_base, for_match};
   const std::size_t candidates = match.candidates;
   match = rejected(problem, MatchStatus::kRejectedUnexpected);
   match.candidates = candidates;
@@ -158,7 +159,7 @@ std::optional<PoseHypotheses::Hypothesis> PoseHypotheses::refuse_unexpected(
 
 void PoseHypotheses::move_others(const Step& step, double leading, double share) {
   const MotionEstimate& motion = step.predicted.motion;
-  for (Hypothesis& other : state_.others) {
+  for (PoseHypothesis& other : state_.others) {
     const Pose2 predicted = other.map_from_base * motion.previous_from_current;
     other.map_from_base =
         search_exactly(problem_at(step, predicted, covariance_around(motion))).map_from_base;
@@ -223,7 +224,7 @@ void PoseHypotheses::search(const Step& step, const Outcome& outcome, double sha
 }
 
 void PoseHypotheses::keep_likeliest() {
-  std::vector<Hypothesis>& others = state_.others;
+  std::vector<PoseHypothesis>& others = state_.others;
   std::stable_sort(others.begin(), others.end(),
                    [](const auto& a, const auto& b) { return a.log_odds > b.log_odds; });
   others.resize(std::min(others.size(), kMostOthers));
@@ -231,7 +232,7 @@ void PoseHypotheses::keep_likeliest() {
 
 void PoseHypotheses::begin_fork(const Step& step) {
   if (!state_.fork) {
-    state_.fork = Fork{step.key_scans.size()};
+    state_.fork = HypothesesFork{step.key_scans.size()};
     state_.fork->searched = kSearchSpacing;  // nothing was yet
   }
 }
@@ -253,8 +254,8 @@ void PoseHypotheses::add(const Pose2& map_from_base, double log_odds) {
 }
 
 void PoseHypotheses::drop_refuted(const Pose2& leading, const HypothesisOptions& options) {
-  std::vector<Hypothesis>& others = state_.others;
-  const auto is_over = [&](const Hypothesis& other) {
+  std::vector<PoseHypothesis>& others = state_.others;
+  const auto is_over = [&](const PoseHypothesis& other) {
     return is_refuted(other.log_odds, options) || is_same(other.map_from_base, leading);
   };
   others.erase(std::remove_if(others.begin(), others.end(), is_over), others.end());
@@ -276,14 +277,14 @@ void PoseHypotheses::decide(const Step& step, const HypothesisOptions& options, 
 }
 
 /// The one that led before goes on as another one.
-void PoseHypotheses::lead(std::vector<Hypothesis>::iterator overtaking, const Step& step,
+void PoseHypotheses::lead(std::vector<PoseHypothesis>::iterator overtaking, const Step& step,
                           Outcome& outcome) {
-  const Hypothesis leading = std::move(*overtaking);
+  const PoseHypothesis leading = std::move(*overtaking);
   state_.others.erase(overtaking);
-  for (Hypothesis& other : state_.others) {
+  for (PoseHypothesis& other : state_.others) {
     other.log_odds -= leading.log_odds;
   }
-  Hypothesis before{outcome.match.map_from_base, -leading.log_odds};
+  PoseHypothesis before{outcome.match.map_from_base, -leading.log_odds};
   for (std::size_t i = 0; i < state_.fork->inserted; ++i) {
     before.key_scans.emplace_back(step.key_scans[state_.fork->key_scans + i].map_from_base);
   }
@@ -309,7 +310,7 @@ bool PoseHypotheses::is_in_doubt(const HypothesisOptions& options) const {
 Eigen::Matrix3d PoseHypotheses::spread_around(const Pose2& leading) const {
   double all = 1.0;
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  for (const Hypothesis& other : state_.others) {
+  for (const PoseHypothesis& other : state_.others) {
     const double odds = std::exp(std::min(other.log_odds, kMostOfScan));
     const Eigen::Vector3d apart = difference(other.map_from_base, leading);
     spread += odds * apart * apart.transpose();
@@ -325,7 +326,7 @@ void PoseHypotheses::note_key_scans(const PlacedScans& all, const Pose2& leading
   for (; state_.fork->key_scans + state_.fork->inserted < all.size(); ++state_.fork->inserted) {
     const PlacedScan& key = all[state_.fork->key_scans + state_.fork->inserted];
     const Pose2 base_from_key = leading.inverse() * key.map_from_base;
-    for (Hypothesis& other : state_.others) {
+    for (PoseHypothesis& other : state_.others) {
       other.key_scans.emplace_back(other.map_from_base * base_from_key);
     }
   }
@@ -333,7 +334,7 @@ void PoseHypotheses::note_key_scans(const PlacedScans& all, const Pose2& leading
 
 void PoseHypotheses::forget_key_scans() {
   state_.fork->inserted = 0;
-  for (Hypothesis& other : state_.others) {
+  for (PoseHypothesis& other : state_.others) {
     other.key_scans.clear();
   }
 }

@@ -27,10 +27,6 @@ constexpr double kPriorAgainstCarried = 9.2;
 /// since is drawn where the leading one has it, and would speak for that. A value.
 class PoseHypotheses {
  public:
-  using Hypothesis = PoseHypothesis;
-  using Fork = HypothesesFork;
-  using State = HypothesesState;
-
   /// A scan, and what it is compared in.
   struct Step {
     const PointScan& scan;
@@ -60,8 +56,8 @@ class PoseHypotheses {
   };
 
   PoseHypotheses() = default;
-  explicit PoseHypotheses(State state) : state_(std::move(state)) {}
-  [[nodiscard]] const State& state() const { return state_; }
+  explicit PoseHypotheses(HypothesesState state) : state_(std::move(state)) {}
+  [[nodiscard]] const HypothesesState& state() const { return state_; }
 
   /// Whether a match is where no motion leads to.
   [[nodiscard]] static bool is_jump(const MatchResult& match, const MotionPrediction& predicted);
@@ -94,9 +90,8 @@ class PoseHypotheses {
 
  private:
   double note_change(const Step& step);
-  [[nodiscard]] static std::optional<Hypothesis> refuse_unexpected(const Step& step,
-                                                                   const HypothesisOptions& options,
-                                                                   Outcome& outcome);
+  [[nodiscard]] static std::optional<PoseHypothesis> refuse_unexpected(
+      const Step& step, const HypothesisOptions& options, Outcome& outcome);
   void weigh_elsewhere(const Step& step, double odds, const Outcome& outcome);
   void move_others(const Step& step, double leading, double share);
   void note_motion(const Step& step, double leading);
@@ -105,14 +100,14 @@ class PoseHypotheses {
   void search(const Step& step, const Outcome& outcome, double share);
   void begin_fork(const Step& step);
   /// The other one at a pose, or the end of all.
-  [[nodiscard]] std::vector<Hypothesis>::iterator same_as(const Pose2& map_from_base);
+  [[nodiscard]] std::vector<PoseHypothesis>::iterator same_as(const Pose2& map_from_base);
   void add(const Pose2& map_from_base, double log_odds);
   void keep_likeliest();
   void drop_refuted(const Pose2& leading, const HypothesisOptions& options);
   void decide(const Step& step, const HypothesisOptions& options, Outcome& outcome);
-  void lead(std::vector<Hypothesis>::iterator overtaking, const Step& step, Outcome& outcome);
+  void lead(std::vector<PoseHypothesis>::iterator overtaking, const Step& step, Outcome& outcome);
 
-  State state_;
+  HypothesesState state_;
 };
 
 }  // namespace matchbox_slam

@@ -24,9 +24,9 @@
 namespace matchbox_slam {
 namespace {
 
-using Hypothesis = PoseHypotheses::Hypothesis;
-using Fork = PoseHypotheses::Fork;
-using State = PoseHypotheses::State;
+using Hypothesis = PoseHypothesis;
+using Fork = HypothesesFork;
+using State = HypothesesState;
 using Outcome = PoseHypotheses::Outcome;
 using Verdict = PoseHypotheses::Verdict;
 
