@@ -1,7 +1,6 @@
 #include "slam/common_ground.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -55,7 +54,7 @@ class Ground {
 class Comparison {
  public:
   Comparison(const Pose2& match, const Pose2& other, const SlamMap& map)
-      : match_(match), other_(other), heading_(match.theta), ground_(map) {
+      : match_(match), other_(other), ground_(map) {
     const Eigen::Vector2d between = match.translation() - other.translation();
     is_one_place_ = between.norm() < kOnePlace;
     way_ = between.norm() > 1e-6 ? between.normalized() : Eigen::Vector2d::Zero();
@@ -86,12 +85,11 @@ class Comparison {
   [[nodiscard]] bool is_facing(const ScanPoint& point) const {
     constexpr double kMinFacingCosine = 0.5;
     return point.normal.isZero() ||
-           std::abs((heading_ * point.normal).dot(way_)) >= kMinFacingCosine;
+           std::abs(match_.turned(point.normal).dot(way_)) >= kMinFacingCosine;
   }
 
   Transform2 match_;
   Transform2 other_;
-  Eigen::Rotation2Dd heading_;
   bool is_one_place_;
   Eigen::Vector2d way_;
   Ground ground_;
