@@ -68,9 +68,9 @@ std::vector<SeenWall> walls_of(const PointScan& scan) {
     if (!(point.weight > 0.0 && range < kReach)) {
       continue;
     }
-    const double turns = (std::atan2(point.position.y(), point.position.x()) + kPi) / kSectorWidth;
-    const auto sector = std::min(static_cast<std::size_t>(turns), kSectors - 1);
-    const double beside = std::abs(turns - static_cast<double>(sector) - 0.5);
+    const double sectors = sectors_to(point.position);
+    const auto sector = std::min(static_cast<std::size_t>(sectors), kSectors - 1);
+    const double beside = std::abs(sectors - static_cast<double>(sector) - 0.5);
     if (beside < off[sector]) {
       off[sector] = beside;
       look[sector] = look_of(range);

@@ -10,8 +10,7 @@ namespace matchbox_slam {
 namespace {
 
 void see(const Eigen::Vector2d& point, ScanProfile& profile) {
-  const double angle = std::atan2(point.y(), point.x()) + kPi;
-  const auto sector = std::min(static_cast<std::size_t>(angle / kSectorWidth), kSectors - 1);
+  const auto sector = std::min(static_cast<std::size_t>(sectors_to(point)), kSectors - 1);
   const auto range = static_cast<float>(point.norm());
   float& nearest = profile[sector];
   nearest = nearest == 0.0F ? range : std::min(nearest, range);

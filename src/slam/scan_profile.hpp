@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <cmath>
 #include <cstddef>
 #include <tuple>
 
@@ -16,6 +18,11 @@ constexpr double kSectorWidth = 2.0 * kPi / static_cast<double>(kSectors);  // [
 /// [rad] in the middle of a sector.
 [[nodiscard]] constexpr double angle_of(std::size_t sector) {
   return (static_cast<double>(sector) + 0.5) * kSectorWidth - kPi;
+}
+
+/// So many sectors lie before a direction.
+[[nodiscard]] inline double sectors_to(const Eigen::Vector2d& direction) {
+  return (std::atan2(direction.y(), direction.x()) + kPi) / kSectorWidth;
 }
 
 [[nodiscard]] ScanProfile profile_of(const PointScan& scan);
