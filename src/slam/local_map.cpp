@@ -164,9 +164,6 @@ void LocalMap::draw(const PlacedScan& key, const MapOptions& map_options) {
 }
 
 void LocalMap::take_new(const PlacedScans& keys, const MapOptions& map_options) {
-  if (taken_ == keys.size()) {
-    return;
-  }
   for (; taken_ < keys.size(); ++taken_) {
     const PlacedScan& key = keys[taken_];
     if (map_ && distance(key, center_) < kLocalReach) {
