@@ -7,6 +7,7 @@
 #include <string>
 
 #include "matchbox_slam/geometry/chi_square.hpp"
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 
 namespace matchbox_slam {
 namespace {
@@ -102,11 +103,8 @@ void MotionTracker::add_errors(MotionPrediction& predicted) const {
       predicted.fixed_from_base.translation() - state_.fixed_from_base.translation();
   Eigen::Matrix3d moved = Eigen::Matrix3d::Identity();
   moved.topRightCorner<2, 1>() << -way.y(), way.x();
-  Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
-  turned.topLeftCorner<2, 2>() =
-      Eigen::Rotation2Dd(state_.fixed_from_base.theta).toRotationMatrix();
   const Eigen::Matrix3d since_match = moved * state_.by_velocity;
-  const Eigen::Matrix3d added = turned * motion.by_velocity * turned.transpose();
+  const Eigen::Matrix3d added = in_turned_frame(motion.by_velocity, -state_.fixed_from_base.theta);
   const Eigen::Matrix3d both = since_match * added.transpose();
   predicted.by_velocity = since_match + added;
   predicted.covariance =
@@ -253,11 +251,9 @@ void MotionTracker::set_pose(const Pose2& fixed_from_base, const Eigen::Matrix3d
 }
 
 void MotionTracker::change_frame(const Pose2& new_from_fixed) {
-  Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
-  turned.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(new_from_fixed.theta).toRotationMatrix();
   state_.fixed_from_base = new_from_fixed * state_.fixed_from_base;
-  state_.covariance = turned * state_.covariance * turned.transpose();
-  state_.by_velocity = turned * state_.by_velocity * turned.transpose();
+  state_.covariance = in_turned_frame(state_.covariance, -new_from_fixed.theta);
+  state_.by_velocity = in_turned_frame(state_.by_velocity, -new_from_fixed.theta);
   if (auto& stretch = state_.calibration.stretch) {
     stretch->fixed_from_first = new_from_fixed * stretch->fixed_from_first;
   }
