@@ -6,13 +6,10 @@
 #include <algorithm>
 
 #include "graph/map_drift.hpp"
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 
 namespace matchbox_slam {
 namespace {
-
-Eigen::Matrix3d symmetric(const Eigen::Matrix3d& matrix) {
-  return 0.5 * (matrix + matrix.transpose());
-}
 
 Eigen::Matrix3d propagated(const Eigen::Matrix3d& covariance, const Eigen::Matrix3d& by) {
   return symmetric(by * covariance * by.transpose());

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "matchbox_slam/common/random.hpp"
+#include "matchbox_slam/geometry/pose_covariance.hpp"
 #include "motion/motion_tracker.hpp"
 #include "odometry/local_map_covariance.hpp"
 
@@ -39,11 +40,6 @@ Eigen::Matrix3d velocity_from_motion(double theta, double interval) {
   Eigen::Matrix3d matrix;
   matrix << along, half, 0.0, -half, along, 0.0, 0.0, 0.0, 1.0;
   return matrix / interval;
-}
-
-/// Rounding leaves products that ought to be symmetric not quite so.
-Eigen::Matrix3d symmetric(const Eigen::Matrix3d& matrix) {
-  return 0.5 * (matrix + matrix.transpose());
 }
 
 }  // namespace

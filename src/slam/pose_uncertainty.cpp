@@ -44,8 +44,7 @@ Eigen::Matrix3d reported_covariance(const ScanOutcome& outcome, const MapCompone
 
 Eigen::Matrix3d beside_drawn(const Eigen::Matrix3d& covariance) {
   const Eigen::Matrix3d drawn = covariance_of(0.15, 0.05);  // [m], [rad]
-  const Eigen::Matrix3d beside = covariance * (covariance + drawn).inverse() * drawn;
-  return 0.5 * (beside + beside.transpose());
+  return symmetric(covariance * (covariance + drawn).inverse() * drawn);
 }
 
 }  // namespace matchbox_slam

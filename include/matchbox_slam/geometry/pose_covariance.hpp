@@ -22,4 +22,9 @@ namespace matchbox_slam {
   return turn * covariance * turn.transpose();
 }
 
+/// Rounding leaves products that ought to be symmetric not quite so.
+[[nodiscard]] inline Eigen::Matrix3d symmetric(const Eigen::Matrix3d& matrix) {
+  return 0.5 * (matrix + matrix.transpose());
+}
+
 }  // namespace matchbox_slam
