@@ -10,6 +10,7 @@ workspace sourced, or with --bin:
     run_zoo.py --out DIR --quick              # a dozen drives by the default alone, within a minute
     run_zoo.py --out DIR --compare OLD.json   # ... and what changed since
     run_zoo.py --out DIR --others 1           # none of these, and no recording: to judge on
+    run_zoo.py --out DIR --unseen             # likewise, in worlds that the zoo does not have
 
 Writes DIR/ZOO.md and DIR/zoo.json. What was run before by the same programs is not run again: DIR keeps the simulated bags
 and a line for each run. With --from ZOO.json nothing is run: tables, page and comparison are made of that file.
@@ -34,7 +35,7 @@ import report
 import zoo_report
 from run_bags import RECORDINGS
 from run_faults import SURE, output_of, path_of, read_scans, sets_of
-from zoo_drives import FACTORS, all_drives, quick_drives
+from zoo_drives import FACTORS, all_drives, quick_drives, unseen_drives
 
 # What switches each off, by options of map_bag. Those that it does not know are told and left out of the run.
 MECHANISMS = {
@@ -284,13 +285,14 @@ def recordings_in(data, space):
 
 
 def chosen(arguments, space):
-    drives = all_drives(arguments.others)
+    drives = (unseen_drives if arguments.unseen else all_drives)(arguments.others)
     if arguments.quick:
         drives = quick_drives(drives)
     drives = [Simulated(drive, space) for drive in drives
               if drive.kinds["world"] not in arguments.leave_out and (
                   not arguments.only_world or drive.kinds["world"] in arguments.only_world)]
-    if not (arguments.quick or arguments.no_recordings or arguments.only_world or arguments.others is not None):
+    if not (arguments.quick or arguments.no_recordings or arguments.only_world or arguments.unseen
+            or arguments.others is not None):
         drives += recordings_in(arguments.data, space)
     return [drive for drive in drives if re.search(arguments.only, drive.name)]
 
@@ -355,6 +357,7 @@ def parsed(words=None):
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--quick", action="store_true", help="a dozen simulated drives, the default alone")
     parser.add_argument("--others", type=int, metavar="N", help="drives of which none is in the zoo, another set for each N")
+    parser.add_argument("--unseen", action="store_true", help="drives of worlds that the zoo does not have; with --others N another set")
     parser.add_argument("--no-mechanisms", action="store_true", help="the default alone")
     parser.add_argument("--no-recordings", action="store_true")
     parser.add_argument("--only", default="", metavar="REGEX", help="drives whose name has this")

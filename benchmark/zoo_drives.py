@@ -8,6 +8,7 @@ import zlib
 from run_faults import FAULTS as FAULT_OPTIONS
 
 WORLDS = ("rooms", "atrium", "glass", "street", "hall", "hotel", "corridor", "loop", "campus", "random")
+UNSEEN_WORLDS = ("warehouse", "garage", "park", "mine", "greenhouse")  # no number was ever chosen on these
 SENSORS = ("utm30", "sick180", "lds01", "lds01_as_sent", "rplidar_a1", "narrow120", "narrow90", "depth_camera",
            "ranger32", "in_parts")
 ODOMETRY = ("perfect", "good", "bad", "awful", "none")
@@ -18,7 +19,8 @@ FACTORS = {"world": WORLDS, "sensor": SENSORS, "odometry": ODOMETRY, "distance":
 SPEED = 0.5  # [m/s], at most
 WAYS = {0.03: 24, 0.1: 60, 0.3: 120, 1.0: 250, 1.5: 330}  # [m] driven, by the distance between scans
 ENDING = {"corridor": 50, "loop": 118, "random": 42}  # [m]; ways that end there, and not where they begin
-LAPS = {"rooms": 100, "atrium": 100, "glass": 100, "street": 60, "hall": 100}  # [m], at least; others are longer than any drive, or end
+LAPS = {"rooms": 100, "atrium": 100, "glass": 100, "street": 60, "hall": 100,
+        "warehouse": 180, "garage": 120, "park": 85, "mine": 90, "greenhouse": 180}  # [m], at least; others are longer than any drive, or end
 SHORTER = {"in_parts": 0.25}  # drives of a sensor that sends ten scans a turn
 SWEEPS = {"lds01": 5.0, "lds01_as_sent": 5.0, "rplidar_a1": 5.5, "in_parts": 10.0}  # turns [1/s]; a scan takes one, however seldom it is
 OF_ODOMETRY = ("freeze", "heading slip", "jump 1 rad")
@@ -138,6 +140,14 @@ def all_drives(others=None):
     known = {drive.name for drive in all_drives()}
     drives = [Drive(*(value for _, value in row)) for row in covering_rows(shuffled(FACTORS, others), DRIVES)]
     return [drive for drive in drives if drive.name not in known]
+
+
+def unseen_drives(others=None):
+    """Of the worlds that the zoo does not have; or others of these, a set for each number."""
+    factors = {**FACTORS, "world": UNSEEN_WORLDS}
+    if others is not None:
+        factors = shuffled(factors, others)
+    return [Drive(*(value for _, value in row)) for row in covering_rows(factors, DRIVES // 2)]
 
 
 def quick_drives(drives, number=12):

@@ -12,7 +12,7 @@ struct NamedWorld {
   World (*make)(std::uint64_t seed);
 };
 
-constexpr std::array<NamedWorld, 10> kWorlds = {{{"rooms", make_rooms_world},
+constexpr std::array<NamedWorld, 15> kWorlds = {{{"rooms", make_rooms_world},
                                                  {"random", make_random_world},
                                                  {"corridor", make_corridor_world},
                                                  {"loop", make_loop_world},
@@ -21,7 +21,12 @@ constexpr std::array<NamedWorld, 10> kWorlds = {{{"rooms", make_rooms_world},
                                                  {"atrium", make_atrium_world},
                                                  {"glass", make_glass_world},
                                                  {"street", make_street_world},
-                                                 {"hall", make_hall_world}}};
+                                                 {"hall", make_hall_world},
+                                                 {"warehouse", make_warehouse_world},
+                                                 {"garage", make_garage_world},
+                                                 {"park", make_park_world},
+                                                 {"mine", make_mine_world},
+                                                 {"greenhouse", make_greenhouse_world}}};
 
 }  // namespace
 

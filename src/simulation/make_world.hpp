@@ -53,6 +53,25 @@ namespace matchbox_slam {
 /// twelve people who walk. The route is a tour that ends where it started.
 [[nodiscard]] World make_hall_world(std::uint64_t seed);
 
+/// A warehouse of 44 m x 27 m: five double racks with uprights and pallets, of which a third is
+/// missing. The route goes through all aisles, 170 m.
+[[nodiscard]] World make_warehouse_world(std::uint64_t seed);
+
+/// A garage of 62 m x 32 m: two lanes with parked cars and pillars on both sides. The route leads
+/// out along one lane and back along the other.
+[[nodiscard]] World make_garage_world(std::uint64_t seed);
+
+/// A park of 54 m x 54 m without any wall: trunks, bushes whose returns scatter over 0.3 m of
+/// depth, and benches. The route is a winding path around its middle, of about 95 m.
+[[nodiscard]] World make_park_world(std::uint64_t seed);
+
+/// A tunnel through rough rock, 3.4 m wide and about 100 m around. The route is one lap.
+[[nodiscard]] World make_mine_world(std::uint64_t seed);
+
+/// A greenhouse of 34 m x 19 m: seven rows of plants, whose returns scatter over 0.25 m of depth
+/// and which let a fifth of the beams pass, with posts at times. The route goes between all rows.
+[[nodiscard]] World make_greenhouse_world(std::uint64_t seed);
+
 /// The names that make_world knows.
 [[nodiscard]] std::vector<std::string> world_names();
 

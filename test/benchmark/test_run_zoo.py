@@ -118,8 +118,18 @@ class Drives(unittest.TestCase):
         there = set(itertools.chain.from_iterable(map(zoo_drives.pairs_of, rows)))
         self.assertGreater(len(there), 0.95 * len(zoo_drives.allowed_pairs(zoo_drives.FACTORS)))
 
+    def test_unseen_ones_are_of_other_worlds_and_have_all_pairs(self):
+        self.assertFalse(set(zoo_drives.UNSEEN_WORLDS) & set(zoo_drives.WORLDS))
+        factors = {**zoo_drives.FACTORS, 'world': zoo_drives.UNSEEN_WORLDS}
+        first, one = (zoo_drives.unseen_drives(number) for number in (None, 1))
+        self.assertFalse({drive.name for drive in first} == {drive.name for drive in one})
+        for drives in (first, one):
+            rows = [tuple(drive.kinds.items()) for drive in drives]
+            there = set(itertools.chain.from_iterable(map(zoo_drives.pairs_of, rows)))
+            self.assertEqual(there, set(zoo_drives.allowed_pairs(factors)))
+
     def test_scans_lie_as_far_apart_as_said(self):
-        for drive in zoo_drives.all_drives():
+        for drive in zoo_drives.all_drives() + zoo_drives.unseen_drives():
             options = drive.simulate_options()
             speed, rate = (float(options[options.index(name) + 1]) for name in ('--speed', '--scan-rate'))
             self.assertAlmostEqual(speed / rate, drive.kinds['distance'], 3)

@@ -80,6 +80,21 @@ TEST(NewWorlds, TheirRoutesAreToursThatComeBackInMinutes) {
   }
 }
 
+TEST(NewWorlds, OthersComeBackAfterAHundredMetres) {
+  for (const char* name : {"warehouse", "garage", "park", "mine", "greenhouse"}) {
+    for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+      const std::vector<Eigen::Vector2d> points = make_world(name, seed).route().waypoints;
+      EXPECT_EQ(points.front(), points.back()) << name;
+      double length = 0.0;
+      for (std::size_t i = 1; i < points.size(); ++i) {
+        length += (points[i] - points[i - 1]).norm();
+      }
+      EXPECT_GT(length, 80.0) << name << ' ' << seed;
+      EXPECT_LT(length, 260.0) << name << ' ' << seed;
+    }
+  }
+}
+
 TEST(AtriumWorld, TheRailingLetsHalfOfTheBeamsPass) {
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
     const std::vector<Beam> beams = beams_along_route(make_atrium_world(seed));
@@ -265,6 +280,90 @@ TEST(HallWorld, LegsAndPillarsAreThin) {
       ASSERT_LE(segment.length(), 0.05 + 1e-9);
     }
   }
+}
+
+/// Outlines of four sides that lie within these lengths [m].
+int count_boxes(const World& world, double least, double most) {
+  const std::vector<WallSegment>& segments = world.segments();
+  int boxes = 0;
+  for (std::size_t i = 0; i + 3 < segments.size(); ++i) {
+    const auto is_side = [&](std::size_t k) {
+      const double length = segments[i + k].length();
+      return length >= least && length <= most;
+    };
+    if (segments[i].start == segments[i + 3].end && is_side(0) && is_side(1) && is_side(2) &&
+        is_side(3)) {
+      ++boxes;
+    }
+  }
+  return boxes;
+}
+
+TEST(WarehouseWorld, AThirdOfThePalletsIsMissing) {
+  constexpr double kPlaces = 5 * 2 * 12 * 2;
+  double pallets = 0.0;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    pallets += count_boxes(make_warehouse_world(seed), 0.7, 0.95);
+  }
+  EXPECT_NEAR(pallets / static_cast<double>(kSeeds), 0.7 * kPlaces, 0.04 * kPlaces);
+}
+
+TEST(GarageWorld, CarsStandInThreeBaysOfFive) {
+  constexpr double kBays = 4 * 20;
+  double cars = 0.0;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    cars += count_boxes(make_garage_world(seed), 1.6, 4.6);
+  }
+  EXPECT_NEAR(cars / static_cast<double>(kSeeds), 0.6 * kBays, 0.08 * kBays);
+}
+
+TEST(ParkWorld, NothingIsLongerThanABench) {
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const World world = make_park_world(seed);
+    for (const WallSegment& segment : world.segments()) {
+      ASSERT_LE(segment.length(), 1.6 + 1e-9);
+    }
+    EXPECT_GT(world.things().size(), 100U);
+  }
+}
+
+TEST(MineWorld, TheTunnelIsNarrowAndShutOnBothSides) {
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const World world = make_mine_world(seed);
+    const Eigen::Vector2d place = world.route().waypoints[3];
+    const PoseAtTime pose = [&](double /*time*/) { return Pose2{place.x(), place.y(), 0.0}; };
+    for (const BeamTruth& beam : trace_beams(world, all_round(), pose, 0.0)) {
+      EXPECT_TRUE(beam.segment);
+    }
+    for (const Eigen::Vector2d& point : world.route().waypoints) {
+      double nearest = 100.0;
+      for (const WallSegment& segment : world.segments()) {
+        nearest = std::min(nearest, distance(segment, point));
+      }
+      EXPECT_GT(nearest, 0.7) << seed;
+      EXPECT_LT(nearest, 1.7 + 0.5) << seed;
+    }
+  }
+}
+
+TEST(GreenhouseWorld, LeavesReturnWithinTheirDepthAndLetAFifthPass) {
+  double met = 0.0;
+  double passed = 0.0;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    for (const Beam& beam : beams_along_route(make_greenhouse_world(seed))) {
+      if (beam.first == nullptr || beam.first->surface.depth == 0.0) {
+        continue;
+      }
+      met += 1.0;
+      if (goes_on(beam)) {
+        passed += 1.0;
+      } else {
+        ASSERT_LE(beam.met.range - beam.opaque.range, 0.25 + 1e-9);
+      }
+    }
+  }
+  ASSERT_GT(met, 1000.0);
+  EXPECT_NEAR(passed / met, 0.2, 0.01);
 }
 
 }  // namespace

@@ -210,7 +210,8 @@ TEST_P(NamedWorld, TheRobotKeepsClearOfTheWalls) {
 
 INSTANTIATE_TEST_SUITE_P(All, NamedWorld,
                          testing::Values("rooms", "random", "corridor", "loop", "campus", "hotel",
-                                         "atrium", "glass", "street", "hall"),
+                                         "atrium", "glass", "street", "hall", "warehouse", "garage",
+                                         "park", "mine", "greenhouse"),
                          [](const auto& test) { return std::string(test.param); });
 
 TEST(MakeWorld, KnowsItsNamesAndNamesWhatItKnows) {
@@ -222,8 +223,9 @@ TEST(MakeWorld, KnowsItsNamesAndNamesWhatItKnows) {
     FAIL() << "accepted an unknown name";
   } catch (const ConfigurationError& error) {
     const std::string text = error.what();
-    for (const char* word : {"'room'", "rooms", "random", "corridor", "loop", "campus", "hotel",
-                             "atrium", "glass", "street", "hall"}) {
+    for (const char* word :
+         {"'room'", "rooms", "random", "corridor", "loop", "campus", "hotel", "atrium", "glass",
+          "street", "hall", "warehouse", "garage", "park", "mine", "greenhouse"}) {
       EXPECT_NE(text.find(word), std::string::npos) << text;
     }
   }
