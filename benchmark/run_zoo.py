@@ -35,7 +35,7 @@ import report
 import zoo_report
 from run_bags import RECORDINGS
 from run_faults import SURE, output_of, path_of, read_scans, sets_of
-from zoo_drives import FACTORS, all_drives, quick_drives, unseen_drives
+from zoo_drives import UNSEEN_WORLDS, WORLDS, all_drives, quick_drives, unseen_drives
 
 # What switches each off, by options of map_bag. Those that it does not know are told and left out of the run.
 MECHANISMS = {
@@ -284,8 +284,12 @@ def recordings_in(data, space):
     return found
 
 
+def drives_of(arguments):
+    return (unseen_drives if arguments.unseen else all_drives)(arguments.others)
+
+
 def chosen(arguments, space):
-    drives = (unseen_drives if arguments.unseen else all_drives)(arguments.others)
+    drives = drives_of(arguments)
     if arguments.quick:
         drives = quick_drives(drives)
     drives = [Simulated(drive, space) for drive in drives
@@ -361,8 +365,8 @@ def parsed(words=None):
     parser.add_argument("--no-mechanisms", action="store_true", help="the default alone")
     parser.add_argument("--no-recordings", action="store_true")
     parser.add_argument("--only", default="", metavar="REGEX", help="drives whose name has this")
-    parser.add_argument("--only-world", action="append", default=[], choices=FACTORS["world"])
-    parser.add_argument("--leave-out", action="append", default=[], choices=FACTORS["world"], metavar="WORLD",
+    parser.add_argument("--only-world", action="append", default=[], choices=WORLDS + UNSEEN_WORLDS)
+    parser.add_argument("--leave-out", action="append", default=[], choices=WORLDS + UNSEEN_WORLDS, metavar="WORLD",
                         help="a world that is not looked at while a number is fitted")
     parser.add_argument("--set", action="append", default=[], dest="overrides", metavar="KEY=VALUE", help="in every run")
     parser.add_argument("--drop-bags", action="store_true", help="delete the simulated and thinned bags at the end")
@@ -396,7 +400,7 @@ def main():
     arguments = parsed()
     if arguments.list:
         print("\n".join(f"{drive.name}: simulate {' '.join(drive.simulate_options())}" for drive in
-                        all_drives(arguments.others)))
+                        drives_of(arguments)))
         return
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     zoo = json.loads(arguments.source.read_text()) if arguments.source else run_zoo(arguments)

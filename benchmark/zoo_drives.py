@@ -143,16 +143,18 @@ def all_drives(others=None):
 
 
 def unseen_drives(others=None):
-    """Of the worlds that the zoo does not have; or others of these, a set for each number."""
+    """Of the worlds that the zoo does not have; or others, of which none is among these, a set for each number."""
     factors = {**FACTORS, "world": UNSEEN_WORLDS}
-    if others is not None:
-        factors = shuffled(factors, others)
-    return [Drive(*(value for _, value in row)) for row in covering_rows(factors, DRIVES // 2)]
+    if others is None:
+        return [Drive(*(value for _, value in row)) for row in covering_rows(factors, DRIVES // 2)]
+    known = {drive.name for drive in unseen_drives()}
+    drives = [Drive(*(value for _, value in row)) for row in covering_rows(shuffled(factors, others), DRIVES // 2)]
+    return [drive for drive in drives if drive.name not in known]
 
 
 def quick_drives(drives, number=12):
     """So many that have most values of all factors."""
-    missing = {(name, value) for name, values in FACTORS.items() for value in values}
+    missing = {one for drive in drives for one in drive.kinds.items()}
     chosen = []
     while len(chosen) < number:
         best = max((drive for drive in drives if drive not in chosen),

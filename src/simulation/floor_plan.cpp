@@ -20,6 +20,10 @@ bool is_any_nearer(const std::vector<WallSegment>& lines, const std::vector<Wall
 
 }  // namespace
 
+Eigen::Vector2d polar(double radius, double angle) {
+  return radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+}
+
 Corners box(const Eigen::Vector2d& centre, const Eigen::Vector2d& size, double angle) {
   const Pose2 pose{centre.x(), centre.y(), angle};
   const Eigen::Vector2d half = 0.5 * size;

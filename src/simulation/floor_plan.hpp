@@ -13,6 +13,9 @@ namespace matchbox_slam {
 /// Corners in order, counter-clockwise when closed.
 using Corners = std::vector<Eigen::Vector2d>;
 
+/// The point in this direction [rad] from the origin, and so far from it.
+[[nodiscard]] Eigen::Vector2d polar(double radius, double angle);
+
 /// A rectangle whose sides `size` are turned by `angle` about its centre.
 [[nodiscard]] Corners box(const Eigen::Vector2d& centre, const Eigen::Vector2d& size, double angle);
 

@@ -1,5 +1,3 @@
-#include <vector>
-
 #include "matchbox_slam/common/random.hpp"
 #include "simulation/floor_plan.hpp"
 #include "simulation/make_world.hpp"
@@ -43,11 +41,13 @@ void add_row(double y, double pillar_y, Random& random, FloorPlan& plan) {
       plan.add(outline(box({left, pillar_y}, {0.4, 0.6}, 0.0)));
     }
     if (random.uniform() < 0.6) {
-      const Eigen::Vector2d centre(left + 0.5 * kBayWidth + random.uniform(-0.12, 0.12),
-                                   y + random.uniform(-0.25, 0.25));
+      const double along = random.uniform(-0.25, 0.25);
+      const double aside = random.uniform(-0.12, 0.12);
       const double width = random.uniform(1.6, 1.8);
+      const double angle = random.uniform(-0.04, 0.04);
+      const double length = random.uniform(3.6, 4.6);
       plan.add_if_clear(
-          outline(box(centre, {width, random.uniform(3.6, 4.6)}, random.uniform(-0.04, 0.04))),
+          outline(box({left + 0.5 * kBayWidth + aside, y + along}, {width, length}, angle)),
           kClearance, 0.02);
     }
   }

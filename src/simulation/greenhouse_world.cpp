@@ -1,5 +1,3 @@
-#include <vector>
-
 #include "matchbox_slam/common/random.hpp"
 #include "simulation/floor_plan.hpp"
 #include "simulation/make_world.hpp"

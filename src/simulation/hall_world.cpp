@@ -20,10 +20,6 @@ constexpr int kPeople = 12;
 constexpr double kPersonRadius = 0.25;
 constexpr double kPersonClearance = 0.5;  // between a person and the route, or a thing
 
-Eigen::Vector2d polar(double radius, double angle) {
-  return radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-}
-
 /// Around in the hall, with a bend into its middle.
 Route draw_route(Random& random) {
   const Corners way = {{7.0, 6.0},   {24.0, 5.5},  {41.0, 6.0},  {42.0, 16.0}, {41.0, 26.0},

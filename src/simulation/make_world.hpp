@@ -53,8 +53,8 @@ namespace matchbox_slam {
 /// twelve people who walk. The route is a tour that ends where it started.
 [[nodiscard]] World make_hall_world(std::uint64_t seed);
 
-/// A warehouse of 44 m x 27 m: five double racks with uprights and pallets, of which a third is
-/// missing. The route goes through all aisles, 170 m.
+/// A warehouse of 44 m x 27 m: five double racks with uprights and pallets, of which three in
+/// ten are missing. The route goes through all aisles, 182 m.
 [[nodiscard]] World make_warehouse_world(std::uint64_t seed);
 
 /// A garage of 62 m x 32 m: two lanes with parked cars and pillars on both sides. The route leads
@@ -69,7 +69,8 @@ namespace matchbox_slam {
 [[nodiscard]] World make_mine_world(std::uint64_t seed);
 
 /// A greenhouse of 34 m x 19 m: seven rows of plants, whose returns scatter over 0.25 m of depth
-/// and which let a fifth of the beams pass, with posts at times. The route goes between all rows.
+/// and each face of which lets a fifth of the beams pass, with posts at times. The route goes
+/// between all rows.
 [[nodiscard]] World make_greenhouse_world(std::uint64_t seed);
 
 /// The names that make_world knows.

@@ -21,7 +21,7 @@ struct Ring {
   [[nodiscard]] Eigen::Vector2d at(double angle, double outwards) const {
     const double radius = 15.0 + 3.5 * std::sin(2.0 * angle + phase_of_two) +
                           2.0 * std::sin(3.0 * angle + phase_of_three) + outwards;
-    return radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    return polar(radius, angle);
   }
 };
 
@@ -39,7 +39,7 @@ Route draw_route(const Ring& ring, Random& random) {
   return route;
 }
 
-/// One wall of the tunnel: rough rock, as a walk of chance that is drawn back to the middle.
+/// One wall of the tunnel: rough rock, as a random walk that is drawn back to the middle.
 Corners draw_wall(const Ring& ring, double outwards, Random& random) {
   Corners corners;
   double rough = 0.0;

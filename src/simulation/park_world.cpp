@@ -12,10 +12,6 @@ constexpr double kHalfSide = 27.0;   // [m] of the square in which things stand
 constexpr double kClearance = 0.65;  // [m] between the route and everything
 constexpr double kGap = 0.4;         // [m] between one thing and the next
 
-Eigen::Vector2d polar(double radius, double angle) {
-  return radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-}
-
 /// A winding path around the middle.
 Route draw_route(Random& random) {
   constexpr int kPoints = 16;

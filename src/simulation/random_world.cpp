@@ -15,10 +15,6 @@ constexpr int kThingsInside = 260;
 constexpr int kThingsInRing = 480;
 constexpr double kClearance = 0.7;  // [m] between the route and everything
 
-Eigen::Vector2d polar(double radius, double angle) {
-  return radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-}
-
 Route draw_route(Random& random) {
   constexpr int kPoints = 9;
   Route route;
@@ -56,7 +52,8 @@ std::vector<WallSegment> draw_zigzag(const Eigen::Vector2d& centre, Random& rand
   for (int i = 0; i < count; ++i) {
     corners.emplace_back(corners.back() + polar(random.uniform(0.1, 0.35), angle));
     // At least 20 degrees off straight on, so that the pieces do not make one line.
-    angle += random.uniform(0.35, 1.8) * (random.uniform() < 0.5 ? -1.0 : 1.0);
+    const double turn = random.uniform(0.35, 1.8);
+    angle += random.uniform() < 0.5 ? -turn : turn;
   }
   return open_line(corners);
 }

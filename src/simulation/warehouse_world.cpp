@@ -1,6 +1,3 @@
-#include <cmath>
-#include <vector>
-
 #include "matchbox_slam/common/random.hpp"
 #include "matchbox_slam/geometry/angles.hpp"
 #include "simulation/floor_plan.hpp"
@@ -54,9 +51,10 @@ void add_rack(double middle_y, Random& random, FloorPlan& plan) {
         }
         const double x = kRackBegin + (bay + at) * kBay + random.uniform(-0.06, 0.06);
         const double back = random.uniform(0.0, 0.25);
-        const Eigen::Vector2d centre(x, front - side * (0.5 + back));
-        plan.add(outline(box(centre, {random.uniform(0.75, 0.95), random.uniform(0.7, 0.9)},
-                             random.uniform(-0.04, 0.04))));
+        const double angle = random.uniform(-0.04, 0.04);
+        const double width = random.uniform(0.75, 0.95);
+        const double depth = random.uniform(0.7, 0.9);
+        plan.add(outline(box({x, front - side * (0.5 + back)}, {width, depth}, angle)));
       }
     }
   }
@@ -74,9 +72,9 @@ World make_warehouse_world(std::uint64_t seed) {
   constexpr int kPalletsOnTheFloor = 14;
   for (int i = 0; i < kPalletsOnTheFloor; ++i) {
     const double x = random.uniform() < 0.5 ? random.uniform(0.8, 4.5) : random.uniform(39.5, 43.0);
-    plan.add_if_clear(
-        outline(box({x, random.uniform(1.0, kWidth - 1.0)}, {1.2, 0.8}, random.uniform(-kPi, kPi))),
-        kClearance, 0.3);
+    const double angle = random.uniform(-kPi, kPi);
+    const double y = random.uniform(1.0, kWidth - 1.0);
+    plan.add_if_clear(outline(box({x, y}, {1.2, 0.8}, angle)), kClearance, 0.3);
   }
   return plan.world(seed);
 }

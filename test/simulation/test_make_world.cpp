@@ -80,7 +80,7 @@ TEST(NewWorlds, TheirRoutesAreToursThatComeBackInMinutes) {
   }
 }
 
-TEST(NewWorlds, OthersComeBackAfterAHundredMetres) {
+TEST(NewWorlds, OthersComeBackToo) {
   for (const char* name : {"warehouse", "garage", "park", "mine", "greenhouse"}) {
     for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
       const std::vector<Eigen::Vector2d> points = make_world(name, seed).route().waypoints;
@@ -299,7 +299,7 @@ int count_boxes(const World& world, double least, double most) {
   return boxes;
 }
 
-TEST(WarehouseWorld, AThirdOfThePalletsIsMissing) {
+TEST(WarehouseWorld, ThreePalletsOfTenAreMissing) {
   constexpr double kPlaces = 5 * 2 * 12 * 2;
   double pallets = 0.0;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
@@ -346,7 +346,7 @@ TEST(MineWorld, TheTunnelIsNarrowAndShutOnBothSides) {
   }
 }
 
-TEST(GreenhouseWorld, LeavesReturnWithinTheirDepthAndLetAFifthPass) {
+TEST(GreenhouseWorld, LeavesReturnWithinTheirDepthAndEachFaceLetsAFifthPass) {
   double met = 0.0;
   double passed = 0.0;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
