@@ -207,7 +207,7 @@ void LoopCloser::begin(const KeyScans& keys, LocalMapRequest near, const EngineO
   state_.way = is_search_due ? 0.0 : state_.way;
 }
 
-void LoopCloser::begin_again(const KeyScans& keys, const LocalMap& before,
+void LoopCloser::begin_again(const KeyScans& keys, const LocalMap& local_map,
                              const EngineOptions& options) {
   if (!is_pending() || work_.valid()) {
     return;
@@ -223,7 +223,7 @@ void LoopCloser::begin_again(const KeyScans& keys, const LocalMap& before,
   LoopTask task{options, {}};
   if (pending.is_near_due) {
     task.near = {local_scans_of(then, options.loops),
-                 before.as_of(nodes, keys.all(), options.map, options.field)};
+                 local_map.as_of(nodes, keys.all(), options.map, options.field)};
   }
   if (pending.is_search_due) {
     task.search = std::move(then);

@@ -46,7 +46,8 @@ struct FoundMap;
 /// to find it (several scans at once, against the key scans there; exact, Olson 2009).
 ///
 /// What takes long is begun with one key scan, done in a thread of its own, and takes effect with a
-/// later one that does not depend on how long it took: the same drive gives the same bits.
+/// later one that does not depend on how long it took: the same drive gives the same bits. Whoever
+/// destroys one, or assigns to it, waits for what it does.
 class LoopCloser {
  public:
   /// What has come of it.
@@ -78,8 +79,8 @@ class LoopCloser {
   void begin(const KeyScans& keys, LocalMapRequest near, const EngineOptions& options);
 
   /// Begins work again that was under way when the state was taken.
-  /// @param before  the local map as it is now.
-  void begin_again(const KeyScans& keys, const LocalMap& before, const EngineOptions& options);
+  /// @param local_map  as it is now.
+  void begin_again(const KeyScans& keys, const LocalMap& local_map, const EngineOptions& options);
 
   /// Whether something was begun that has not taken effect.
   [[nodiscard]] bool is_pending() const { return state_.pending.has_value(); }

@@ -20,7 +20,7 @@ constexpr double kSectorWidth = 2.0 * kPi / static_cast<double>(kSectors);  // [
   return (static_cast<double>(sector) + 0.5) * kSectorWidth - kPi;
 }
 
-/// So many sectors lie before a direction.
+/// [sectors] from -pi to a direction.
 [[nodiscard]] inline double sectors_to(const Eigen::Vector2d& direction) {
   return (std::atan2(direction.y(), direction.x()) + kPi) / kSectorWidth;
 }

@@ -170,7 +170,7 @@ class Selection {
   [[nodiscard]] Looks looks_at(const Eigen::Vector2d& place, const std::vector<std::size_t>& from) {
     Looks looks;
     for (const std::size_t i : from) {
-      const Look look = view_of(i).at(place);
+      const Look look = reach_of(i).at(place);
       looks.hits += look == Look::kHit ? 1 : 0;
       looks.through += look == Look::kThrough ? 1 : 0;
       looks.blocked += look == Look::kBlocked ? 1 : 0;
@@ -186,7 +186,7 @@ class Selection {
               kSharedViewRadius * kSharedViewRadius) {
         continue;
       }
-      const Look look = view_of(i).at(place);
+      const Look look = reach_of(i).at(place);
       if (look == Look::kHit || look == Look::kThrough) {
         return true;
       }
@@ -194,19 +194,18 @@ class Selection {
     return false;
   }
 
-  [[nodiscard]] const SeenReach& view_of(std::size_t key) {
-    const auto known = views_.find(key);
-    return known != views_.end()
+  [[nodiscard]] const SeenReach& reach_of(std::size_t key) {
+    const auto known = seen_.find(key);
+    return known != seen_.end()
                ? known->second
-               : views_
-                     .emplace(key, SeenReach(*keys_[key].scan->points(), keys_[key].map_from_base))
+               : seen_.emplace(key, SeenReach(*keys_[key].scan->points(), keys_[key].map_from_base))
                      .first->second;
   }
 
   const PlacedScans& keys_;
   std::size_t enough_;
   std::vector<bool> stays_;
-  std::map<std::size_t, SeenReach> views_;  ///< those that were asked
+  std::map<std::size_t, SeenReach> seen_;  ///< those that were asked
 };
 
 }  // namespace

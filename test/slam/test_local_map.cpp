@@ -63,11 +63,16 @@ TEST(LocalScans, AreNoFartherThanTheRobotSees) {
             stamps({keys[0], keys[3]}));
 }
 
-/// Of 150 that are near.
-bool shows_last_100(const PlacedScans& keys) {
-  const LocalMap near(local_scans_where(keys, std::vector<bool>(150, false)), kMap, kField);
-  return near.drawn().size() == 100 &&
-         same_map(*near.map(), inserted({keys.begin() + 50, keys.end()}));
+/// Of 150 that are near, all of which belong there.
+void expect_last_100_drawn(const PlacedScans& keys) {
+  const LocalScans scans = local_scans_where(keys, std::vector<bool>(150, false));
+  EXPECT_EQ(scans.belonging.size(), 150U);
+  const LocalMap near(scans, kMap, kField);
+  ASSERT_EQ(near.drawn().size(), 100U);
+  for (std::size_t i = 0; i < 100; ++i) {
+    EXPECT_EQ(near.drawn()[i], keys[50 + i].scan->id()) << i;
+  }
+  EXPECT_TRUE(same_map(*near.map(), inserted({keys.begin() + 50, keys.end()})));
 }
 
 TEST(LocalMap, ShowsTheNearestOfMany) {
@@ -76,7 +81,7 @@ TEST(LocalMap, ShowsTheNearestOfMany) {
   for (std::size_t i = 0; i < 150; ++i) {  // from 7.45 m to 0
     keys.push_back({few[i % 6].scan, {0.05 * static_cast<double>(149 - i), 0.0, 0.0}});
   }
-  EXPECT_TRUE(shows_last_100(keys));
+  expect_last_100_drawn(keys);
 }
 
 /// As where the robot turns, or stands and is seen anew.
@@ -86,7 +91,7 @@ TEST(LocalMap, ShowsTheNewestOfManyThatAreEquallyNear) {
   for (std::size_t i = 0; i < 150; ++i) {
     keys.push_back({few[i % 6].scan, {1.0, 2.0, 0.01 * static_cast<double>(i)}});
   }
-  EXPECT_TRUE(shows_last_100(keys));
+  expect_last_100_drawn(keys);
 }
 
 TEST(LocalMap, TakesInWhatCameSince) {

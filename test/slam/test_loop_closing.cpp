@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -355,6 +356,15 @@ TEST_F(HiddenBesideTest, AMapOfWhatLiesNearIsGoneOnWith) {
                          drawn.begin(), drawn.end() - 5));
   EXPECT_EQ(gone_on.near->drawn(), drawn);
   EXPECT_TRUE(same_map(*gone_on.near->map(), *never_stopped.near->map()));
+}
+
+static_assert(!std::is_copy_constructible_v<LoopCloser>, "its work under way is its own");
+
+TEST_F(HiddenBesideTest, IsDestroyedWithWorkUnderWay) {
+  ASSERT_TRUE(drive_.closer().is_pending());
+  const LoopState state = drive_.closer().state();
+  drive_.closer() = LoopCloser(state);
+  EXPECT_TRUE(drive_.closer().is_pending()) << "to be begun again";
 }
 
 TEST(LoopClosing, CorrectionsAreStepsInOrderOfTime) {

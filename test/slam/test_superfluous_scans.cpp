@@ -171,7 +171,8 @@ TEST(SuperfluousScans, KeepWhatNobodyElseSaw) {
   EXPECT_GE(walls, 20U);
 }
 
-/// What lies behind its end only the first way saw, where those that came since look ahead alone.
+/// The shelf ends behind the last key scan: only the first drive saw it from there, where those
+/// that came since look ahead alone.
 TEST(SuperfluousScans, KeepWhatOthersLookedAwayFrom) {
   std::vector<WallSegment> shelf;
   add_wall(-1.0, -0.8, 9.0, -0.8, shelf);
@@ -186,6 +187,20 @@ TEST(SuperfluousScans, KeepWhatOthersLookedAwayFrom) {
   };
   EXPECT_TRUE(is_last_superfluous(2.0 * kPi));
   EXPECT_FALSE(is_last_superfluous(kPi));
+}
+
+TEST(SuperfluousScans, AreTheSameHoweverTheMapLies) {
+  KeyScans keys;
+  for (int pass = 0; pass < 8; ++pass) {
+    map_through(hall(true), keys);
+  }
+  PlacedScans turned = keys.all();
+  for (PlacedScan& key : turned) {
+    key.map_from_base = Pose2{-7.0, 3.0, 0.5 * kPi} * key.map_from_base;
+  }
+  const std::vector<std::uint64_t> ids = superfluous(keys);
+  EXPECT_GT(ids.size(), 20U);
+  EXPECT_EQ(superfluous_scans(turned, turned.size() - 1, kEnough), ids);
 }
 
 TEST(SuperfluousScans, AreLookedForWhereThereAreMany) {

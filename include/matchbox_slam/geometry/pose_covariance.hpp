@@ -22,7 +22,8 @@ namespace matchbox_slam {
   return turn * covariance * turn.transpose();
 }
 
-/// Rounding leaves products that ought to be symmetric not quite so.
+/// Mean of a matrix and its transpose: rounding leaves products that ought to be symmetric not
+/// quite so.
 [[nodiscard]] inline Eigen::Matrix3d symmetric(const Eigen::Matrix3d& matrix) {
   return 0.5 * (matrix + matrix.transpose());
 }
