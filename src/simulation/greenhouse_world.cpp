@@ -31,13 +31,11 @@ Route draw_route(Random& random) {
 
 /// Plants as they grow, with gaps, and a post at times.
 void add_row(double y, Random& random, FloorPlan& plan) {
-  WallSurface leaves;
-  leaves.depth = 0.25;
-  leaves.passing = 0.2;
   for (double x = kRowBegin; x < kRowEnd;) {
     const double length = random.uniform(0.3, 1.2);
     const double width = random.uniform(0.3, 0.8);
-    plan.add(with_surface(outline(box({x + 0.5 * length, y}, {length, width}, 0.0)), leaves));
+    plan.add(
+        with_surface(outline(box({x + 0.5 * length, y}, {length, width}, 0.0)), leaves(0.25, 0.2)));
     x += length + random.uniform(0.02, 0.4);
   }
   constexpr double kPosts = 6.0;

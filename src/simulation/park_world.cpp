@@ -49,12 +49,10 @@ World make_park_world(std::uint64_t seed) {
         outline(regular_polygon(centre, random.uniform(0.08, 0.35), kTrunkCorners, 0.0)),
         kClearance, kGap);
   }
-  WallSurface leaves;
-  leaves.depth = 0.3;
   for (int i = 0; i < kBushes; ++i) {
     const Eigen::Vector2d centre = draw_place(random);
     const double radius = random.uniform(0.4, 1.2);
-    plan.add_if_clear(with_surface(outline(regular_polygon(centre, radius, 9, 0.0)), leaves),
+    plan.add_if_clear(with_surface(outline(regular_polygon(centre, radius, 9, 0.0)), leaves(0.3)),
                       kClearance, kGap);
   }
   for (int i = 0; i < kBenches; ++i) {

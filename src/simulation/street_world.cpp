@@ -18,13 +18,6 @@ constexpr double kFronts = 9.5;      // and to the nearest fronts
 constexpr double kClearance = 0.65;  // between the route and everything
 constexpr double kGap = 0.3;         // between one thing and the next
 
-// Leaves return beams from anywhere in the first decimetres.
-WallSurface hedge() {
-  WallSurface surface;
-  surface.depth = 0.3;
-  return surface;
-}
-
 /// Out on one side of the street and back on the other.
 Route draw_route(Random& random) {
   constexpr double kPointSpacing = 6.0;
@@ -78,7 +71,7 @@ void add_hedges(double side, Random& random, FloorPlan& plan) {
     const double y = side * (kHedges + random.uniform(-0.3, 0.3));
     plan.add_if_clear(with_surface(outline(box({left + 0.5 * length, y}, {length, kThickness},
                                                random.uniform(-0.05, 0.05))),
-                                   hedge()),
+                                   leaves(0.3)),
                       kClearance, kGap);
     left += length + random.uniform(4.0, 14.0);
   }

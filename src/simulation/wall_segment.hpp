@@ -23,6 +23,16 @@ struct WallSurface {
   std::optional<std::size_t> walk;
 };
 
+/// Leaves return beams from anywhere in their first decimetres.
+/// @param depth    [m]
+/// @param passing  share of the beams that pass.
+[[nodiscard]] inline WallSurface leaves(double depth, double passing = 0.0) {
+  WallSurface surface;
+  surface.depth = depth;
+  surface.passing = passing;
+  return surface;
+}
+
 /// A straight piece of wall in the world, without thickness.
 struct WallSegment {
   Eigen::Vector2d start;  ///< [m]

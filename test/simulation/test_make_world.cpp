@@ -38,7 +38,7 @@ LaserOptions all_round() {
 struct Beam {
   BeamTruth met;
   BeamTruth opaque;
-  const WallSegment* first = nullptr;  ///< of opaque walls; null: it meets none
+  std::optional<WallSegment> first;  ///< of opaque walls
 };
 
 /// The beams of scans all along the route.
@@ -52,9 +52,20 @@ std::vector<Beam> beams_along_route(const World& world) {
     const auto without = trace_beams(opaque, all_round(), pose, time);
     for (std::size_t k = 0; k < met.size(); ++k) {
       const std::optional<std::size_t> segment = without[k].segment;
-      beams.push_back({met[k], without[k], segment ? &world.segments()[*segment] : nullptr});
+      beams.push_back(
+          {met[k], without[k], segment ? std::optional(world.segments()[*segment]) : std::nullopt});
     }
   }
+  return beams;
+}
+
+/// Of these the ones that meet leaves first.
+std::vector<Beam> leaves_along_route(const World& world) {
+  std::vector<Beam> beams = beams_along_route(world);
+  beams.erase(std::remove_if(
+                  beams.begin(), beams.end(),
+                  [](const Beam& beam) { return !beam.first || beam.first->surface.depth == 0.0; }),
+              beams.end());
   return beams;
 }
 
@@ -62,9 +73,7 @@ double count(const std::vector<Beam>& beams, const std::function<bool(const Beam
   return static_cast<double>(std::count_if(beams.begin(), beams.end(), is_counted));
 }
 
-bool is_railing(const Beam& beam) {
-  return beam.first != nullptr && beam.first->surface.passing > 0.0;
-}
+bool is_railing(const Beam& beam) { return beam.first && beam.first->surface.passing > 0.0; }
 bool is_pane(const WallSegment& segment) { return segment.surface.widest_incidence < 0.5 * kPi; }
 bool goes_on(const Beam& beam) { return beam.met.segment != beam.opaque.segment; }
 
@@ -144,7 +153,7 @@ TEST(GlassWorld, PanesReturnOnlyBeamsWithinTwelveDegreesOfTheirNormals) {
         EXPECT_GE(beam.met.cos_incidence, least_cosine - 1e-12);
         returned += 1.0;
       }
-      if (beam.first != nullptr && is_pane(*beam.first)) {
+      if (beam.first && is_pane(*beam.first)) {
         ASSERT_EQ(goes_on(beam), beam.opaque.cos_incidence < least_cosine);
         passed += goes_on(beam) ? 1.0 : 0.0;
       }
@@ -158,7 +167,7 @@ TEST(GlassWorld, FramesReturnWhateverTheAngle) {
   const World world = make_glass_world(1);
   double oblique = 0.0;
   for (const Beam& beam : beams_along_route(world)) {
-    if (beam.first == nullptr || std::abs(beam.first->length() - 0.05) > 1e-9) {
+    if (!beam.first || std::abs(beam.first->length() - 0.05) > 1e-9) {
       continue;  // no side of a post
     }
     EXPECT_FALSE(goes_on(beam));
@@ -181,10 +190,7 @@ TEST(StreetWorld, HedgesReturnFromAnywhereInTheirDepth) {
   double sum = 0.0;
   double sum_of_squares = 0.0;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-    for (const Beam& beam : beams_along_route(make_street_world(seed))) {
-      if (beam.first == nullptr || beam.first->surface.depth == 0.0) {
-        continue;
-      }
+    for (const Beam& beam : leaves_along_route(make_street_world(seed))) {
       const double depth = beam.met.range - beam.opaque.range;
       ASSERT_GE(depth, 0.0);
       ASSERT_LE(depth, 0.3);
@@ -350,10 +356,7 @@ TEST(GreenhouseWorld, LeavesReturnWithinTheirDepthAndEachFaceLetsAFifthPass) {
   double met = 0.0;
   double passed = 0.0;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-    for (const Beam& beam : beams_along_route(make_greenhouse_world(seed))) {
-      if (beam.first == nullptr || beam.first->surface.depth == 0.0) {
-        continue;
-      }
+    for (const Beam& beam : leaves_along_route(make_greenhouse_world(seed))) {
       met += 1.0;
       if (goes_on(beam)) {
         passed += 1.0;

@@ -28,23 +28,24 @@ class MappingTest : public testing::Test {
       ASSERT_TRUE(insert(keys_[i]));
     }
   }
-  /// From what is saved while a scan waits.
-  void wait(const PlacedScan& scan) {
-    mapping_ =
-        Mapping(MapComponents(mapping_.components().all(), 0, {{0, scan}}),
-                LoopCloser(mapping_.loops().state()), mapping_.renderer(), true, true, options_);
+  /// From what is saved.
+  [[nodiscard]] Mapping gone_on(MapRenderer drawing, bool is_continued,
+                                const std::vector<WaitingScan>& waiting = {}) const {
+    return {MapComponents(mapping_.components().all(), 0, waiting),
+            LoopCloser(mapping_.loops().state()),
+            std::move(drawing),
+            is_continued,
+            true,
+            options_};
   }
+  /// From what is saved while a scan waits.
+  void wait(const PlacedScan& scan) { mapping_ = gone_on(mapping_.renderer(), true, {{0, scan}}); }
   /// From what is saved while only what lies near is matched against.
   [[nodiscard]] Mapping gone_on_with_local_map(const std::vector<WaitingScan>& waiting = {}) const {
     const PlacedScans& all = mapping_.components().map().key_scans.all();
     LocalMap near(local_scans_where(all, std::vector<bool>(all.size(), false)), options_.map,
                   options_.field);
-    return {MapComponents(mapping_.components().all(), 0, waiting),
-            LoopCloser(mapping_.loops().state()),
-            {std::move(near), true, all.size()},
-            true,
-            true,
-            options_};
+    return gone_on({std::move(near), true, all.size()}, true, waiting);
   }
   [[nodiscard]] std::size_t mapped() const { return mapping_.components().map().key_scans.size(); }
 
@@ -71,12 +72,7 @@ TEST_F(MappingTest, LeavesOutWhatTheMapHasNoRoomFor) {
 
 TEST_F(MappingTest, IsNotContinuedByWhatItLeavesOut) {
   insert_first(1);
-  Mapping from_elsewhere{mapping_.components(),
-                         LoopCloser(mapping_.loops().state()),
-                         {{}, false, 1},
-                         false,
-                         true,
-                         options_};
+  Mapping from_elsewhere = gone_on({{}, false, 1}, false);
   const PlacedScan too_far{keys_[1].scan, {1e7, 0.0, 0.0}};
   const Eigen::Matrix3d covariance = covariance_of(0.01, 0.01);
   EXPECT_FALSE(from_elsewhere.insert(*too_far.scan->points(), too_far, covariance));
@@ -87,12 +83,7 @@ TEST_F(MappingTest, IsNotContinuedByWhatItLeavesOut) {
 
 TEST_F(MappingTest, FinishesNoLoopsWhileTheRobotMayBeElsewhere) {
   insert_first(6);
-  Mapping moved{mapping_.components(),
-                LoopCloser(mapping_.loops().state()),
-                {{}, true, 6},
-                true,
-                true,
-                options_};
+  Mapping moved = gone_on({{}, true, 6}, true);
   static_cast<void>(moved.close_loops());
   ASSERT_TRUE(moved.loops().is_pending());
   moved.fork();
