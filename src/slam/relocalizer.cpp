@@ -208,8 +208,8 @@ ExplainedScan best_of(const std::vector<Explanation>& explanations, std::uint64_
   return explained;
 }
 
-/// Log odds of a place against somewhere unknown, by one scan: for a place at most as much as
-/// places of the map differ from each other.
+/// Log odds of a place against somewhere unknown, by one scan. What is not mapped looks like what
+/// is as often as places of the map look like each other: that bounds what it says for a place.
 /// @param explained  that scan.
 double odds_of(const Explanation& here, const ExplainedScan& explained, const PlaceSearch& search) {
   constexpr double kPriorAlike = 0.1;  // of one, before any was looked at
