@@ -17,7 +17,8 @@ using Counts = ReflectionGrid::Counts;
 constexpr double kWallOfWitness = 0.5;  // [m]
 /// Probability that a cell that nothing is known of reflects a beam.
 constexpr double kUnknownReflectance = 0.02;
-/// What a beam says at most. More would take it for impossible that something has moved.
+/// What a beam says at most, and what the walls say that it crosses: a pane of glass is one, and
+/// seen aslant a wall. More would take it for impossible that something has moved.
 constexpr double kMostOfBeam = 3.0;
 /// However long, a way through free ground is one witness, and a weak one.
 constexpr double kMostOfPassage = 0.3;
@@ -143,7 +144,7 @@ class BeamWalk {
 
   /// Whether it was not yet at its end.
   bool step(const CellEvidence& cells) {
-    if (!(at_ < end_ && through_ > -2.0 * kMostOfBeam)) {
+    if (!(at_ < end_ && through_ > -kMostOfBeam)) {
       return false;
     }
     const Cell cell = geometry_.cell_at(from_ + at_ * direction_);
@@ -165,7 +166,8 @@ class BeamWalk {
       end = 0.0;
       ends_on_known = false;
     }
-    return {std::clamp(std::min(free_, kMostOfPassage) + through_ + end, -kMostOfBeam, kMostOfBeam),
+    const double way = std::min(free_, kMostOfPassage) + std::max(through_, -kMostOfBeam);
+    return {std::clamp(way + end, -kMostOfBeam, kMostOfBeam),
             end > 0.0 || through_ < -kMinWallEvidence, ends_on_known};
   }
 

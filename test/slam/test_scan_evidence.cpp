@@ -160,6 +160,22 @@ TEST(ScanEvidence, WhatStandsInTheWayTellsNothingOfWalls) {
   EXPECT_GT(evidence.telling_mean, 2.9);
 }
 
+TEST(ScanEvidence, BeamsThroughGlassThatEndOnAWallDoNotSpeakAgainstAPose) {
+  PointScan from_between = behind();  // as in a room that is seen from both sides of a pane
+  for (ScanPoint& point : from_between.points) {
+    point.origin = 0.75 * point.position;
+  }
+  const Pose2 aslant{0.0, 0.0, 0.25 * kPi};  // so that the pane is several cells thick
+  SlamMap map = empty_map();
+  for (int i = 0; i < 20; ++i) {
+    insert_scan(wall(), aslant, {}, map);
+    insert_scan(from_between, aslant, {}, map);
+  }
+  const ScanEvidence evidence = evidence_of(behind(), aslant, map);
+  EXPECT_GT(evidence.known, 0.95);
+  EXPECT_GT(evidence.mean, 0.8);
+}
+
 TEST(ScanEvidence, TakesARailingForBothWallAndWay) {
   const SlamMap map = map_of_railing();
   EXPECT_GT(evidence_of(behind(), {}, map).mean, 1.0);
