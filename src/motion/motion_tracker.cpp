@@ -178,7 +178,7 @@ void MotionTracker::learn(const ScanInput& input, const MotionPrediction& predic
     return;
   }
   if (!predicted.motion.is_by_odometry) {
-    distrust_odometry();  // it told of a step that was none
+    state_.noise_scale = {};  // it told of a step that was none
   } else if (state_.matched) {
     state_.noise_scale = updated_noise_scale(
         state_.noise_scale, predicted.motion.previous_from_current, predicted.fixed_from_base,

@@ -54,12 +54,9 @@ class MotionTracker {
                                           const MatchResult& match) const;
 
   /// Learns how good odometry is, from a match that nothing speaks against. Where that was
-  /// predicted by the last motion though odometry told of one, odometry is distrusted; a scan
-  /// without odometry says nothing of it. Before remember().
+  /// predicted by the last motion though odometry told of one, odometry may have become as bad as
+  /// the options say; a scan without odometry says nothing of it. Before remember().
   void learn(const ScanInput& input, const MotionPrediction& predicted, const MatchResult& match);
-
-  /// Odometry may have become as bad as the options say.
-  void distrust_odometry() { state_.noise_scale = {}; }
 
   /// Takes a scan as the newest one.
   /// @param predicted   of this scan.

@@ -227,9 +227,9 @@ void SlamEngine::Parts::follow(const PoseHypotheses::Outcome& overtaken,
 
 void SlamEngine::Parts::remember(const ScanInput& input, const MotionPrediction& predicted,
                                  const ScanOutcome& outcome) {
-  if (hypotheses_.is_in_doubt(options().hypotheses) || outcome.certainty == Certainty::kOvertaken) {
-    tracker_.distrust_odometry();
-  } else if (outcome.match.accepted()) {
+  const bool is_believed =
+      !hypotheses_.is_in_doubt(options().hypotheses) && outcome.certainty != Certainty::kOvertaken;
+  if (is_believed && outcome.match.accepted()) {
     tracker_.learn(input, predicted, outcome.match);
   }
   Eigen::Matrix3d covariance = outcome.covariance;
