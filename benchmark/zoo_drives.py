@@ -8,7 +8,7 @@ import zlib
 from run_faults import FAULTS as FAULT_OPTIONS
 
 WORLDS = ("rooms", "atrium", "glass", "street", "hall", "hotel", "corridor", "loop", "campus", "random")
-UNSEEN_WORLDS = ("warehouse", "garage", "park", "mine", "greenhouse")  # no number was ever chosen on these
+UNSEEN_WORLDS = ("warehouse", "garage", "park", "mine", "greenhouse")  # no number of the engine was chosen on these
 SENSORS = ("utm30", "sick180", "lds01", "lds01_as_sent", "rplidar_a1", "narrow120", "narrow90", "depth_camera",
            "ranger32", "in_parts")
 ODOMETRY = ("perfect", "good", "bad", "awful", "none")

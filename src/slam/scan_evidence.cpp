@@ -17,8 +17,8 @@ using Counts = ReflectionGrid::Counts;
 constexpr double kWallOfWitness = 0.5;  // [m]
 /// Probability that a cell that nothing is known of reflects a beam.
 constexpr double kUnknownReflectance = 0.02;
-/// What a beam says at most, and what the walls say that it crosses: a pane of glass is one, and
-/// seen aslant a wall. More would take it for impossible that something has moved.
+/// What a beam says at most, and what all says against it that it crosses: a pane of glass is one
+/// wall, however many cells. More would take it for impossible that something has moved.
 constexpr double kMostOfBeam = 3.0;
 /// However long, a way through free ground is one witness, and a weak one.
 constexpr double kMostOfPassage = 0.3;
