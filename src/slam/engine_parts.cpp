@@ -170,7 +170,7 @@ SlamEngine::Parts::Verdict SlamEngine::Parts::weigh(MotionPrediction& predicted,
   const bool is_prediction_only = outcome.match.accepted() && outcome.match.score == 0.0;
   if (status == MatchStatus::kRejectedNoReference || status == MatchStatus::kRejectedTooFewPoints ||
       is_prediction_only || predicted.covariance.isZero(0.0)) {
-    hypotheses_.leave_out();
+    hypotheses_.leave_out(predicted.motion);
     return Verdict::kLeads;
   }
   const bool was_in_doubt = hypotheses_.is_in_doubt(options().hypotheses);

@@ -76,14 +76,14 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
   outcome.match = std::move(match);
   outcome.evidence = evidence_of(step.scan, outcome.match.map_from_base, step.map);
   if (!options.enabled || step.scan.points.empty()) {
-    leave_out();
+    leave_out(step.predicted.motion);
     return outcome;
   }
   const double share = std::max(independence_of(step), note_change(step));
   const std::optional<PoseHypothesis> refused = refuse_unexpected(step, options, outcome);
   outcome.is_jump = is_jump(outcome.match, step.predicted);
   move_others(step, outcome.evidence.log_odds, share);
-  note_motion(step, outcome.evidence.log_odds);
+  note_motion(step.predicted.motion, outcome.evidence.log_odds);
   if (is_search_due(outcome, step.steady.has_value())) {
     begin_fork(step);
     state_.fork->searched = 0.0;
@@ -101,6 +101,14 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
   drop_refuted(outcome.match.map_from_base, options);
   decide(step, options, outcome);
   return outcome;
+}
+
+void PoseHypotheses::leave_out(const MotionEstimate& motion) {
+  state_.profile = {};
+  for (PoseHypothesis& other : state_.others) {
+    other.map_from_base = other.map_from_base * motion.previous_from_current;
+  }
+  note_motion(motion, 0.0);
 }
 
 /// The share of what it sees in which a scan is another one than that before. Whatever the odometry
@@ -168,11 +176,11 @@ void PoseHypotheses::move_others(const Step& step, double leading, double share)
   }
 }
 
-void PoseHypotheses::note_motion(const Step& step, double leading) {
+void PoseHypotheses::note_motion(const MotionEstimate& motion, double leading) {
   if (!state_.fork) {
     return;
   }
-  const Pose2& moved = step.predicted.motion.previous_from_current;
+  const Pose2& moved = motion.previous_from_current;
   const double distance = moved.translation().norm();
   state_.fork->searched += distance + std::abs(moved.theta);
   // What lies on unknown ground says nothing of any of them.

@@ -81,8 +81,9 @@ class PoseHypotheses {
   void note_key_scans(const PlacedScans& all, const Pose2& leading);
   /// Those since the fork are no more.
   void forget_key_scans();
-  /// A scan is not weighed: what the next one sees is not compared with the one before.
-  void leave_out() { state_.profile = {}; }
+  /// A scan is not weighed: all others go on by its motion, and what the next one sees is not
+  /// compared with the one before.
+  void leave_out(const MotionEstimate& motion);
   /// Nothing is known but that the robot was carried, and may be carried on.
   void begin_lost();
   /// The leading hypothesis is right.
@@ -94,7 +95,7 @@ class PoseHypotheses {
       const Step& step, const HypothesisOptions& options, Outcome& outcome);
   void weigh_elsewhere(const Step& step, double odds, const Outcome& outcome);
   void move_others(const Step& step, double leading, double share);
-  void note_motion(const Step& step, double leading);
+  void note_motion(const MotionEstimate& motion, double leading);
   [[nodiscard]] bool is_search_due(const Outcome& outcome, bool is_odometry_improbable) const;
   void consider_steady(const Step& step, const Pose2& leading, double share);
   void search(const Step& step, const Outcome& outcome, double share);

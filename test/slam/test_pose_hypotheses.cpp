@@ -567,14 +567,30 @@ TEST(PoseHypotheses, ARejectedMatchIsNoJump) {
   EXPECT_FALSE(outcome.is_jump);
 }
 
-TEST(PoseHypotheses, AnEmptyScanChangesNothing) {
+TEST(PoseHypotheses, AnEmptyScanMovesAllAndTellsNothingOfThem) {
   LedDrive drive;
   drive.hypotheses = PoseHypotheses({Fork{50}, {{{1.0, 2.0, 0.0}, 100.0}}, 100.0});
-  const State before = drive.hypotheses.state();
+  const Pose2 moved = drive.truth().inverse() * rooms().truth(drive.time + kInterval);
   const Outcome outcome = drive.follow({}, MatchStatus::kRejectedTooFewPoints);
   EXPECT_EQ(outcome.verdict, Verdict::kLeads);
   EXPECT_EQ(outcome.evidence.log_odds, 0.0);
-  expect_same(drive.hypotheses.state(), before);
+  const Hypothesis& other = drive.hypotheses.state().others.front();
+  EXPECT_LT(distance(other.map_from_base, Pose2{1.0, 2.0, 0.0} * moved), 1e-12);
+  EXPECT_EQ(other.log_odds, 100.0);
+  EXPECT_EQ(drive.hypotheses.state().elsewhere, 100.0);
+}
+
+/// As where nothing is in reach: those that stood still would be somewhere else afterwards.
+TEST(PoseHypotheses, GoOnByTheMotionOfAScanThatIsNotWeighed) {
+  const Pose2 other{3.0, 1.0, 0.5};
+  PoseHypotheses hypotheses({Fork{50, 0, 1.0, 0.0}, {{other, -1.0}}});
+  const Pose2 moved{0.3, 0.0, 0.1};
+  hypotheses.leave_out(prediction({}, moved).motion);
+  hypotheses.leave_out(prediction({}, moved).motion);
+  const State& state = hypotheses.state();
+  EXPECT_LT(distance(state.others.front().map_from_base, other * moved * moved), 1e-12);
+  EXPECT_EQ(state.others.front().log_odds, -1.0);
+  EXPECT_NEAR(state.fork->undecided, 1.6, 1e-12) << "nothing told them apart on this way either";
 }
 
 TEST(PoseHypotheses, DisabledTheyLeaveAllAlone) {
