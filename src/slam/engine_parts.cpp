@@ -123,7 +123,7 @@ ScanOutcome SlamEngine::Parts::take_secondary(const ScanInput& input,
   secondary_lasers_.wait(input, newest.velocity(), newest_from_base, predicted.during_scan,
                          options().scan);
   ScanOutcome outcome = outcome_of(input, predicted);
-  outcome.covariance += hypotheses_.spread_around(outcome.map_from_base);
+  outcome.covariance += hypotheses_.spread_around(newest.fixed_from_base);
   outcome.covariance = reported_covariance(outcome, mapping_.components(), false);
   outcome.match.map_from_base = predicted.fixed_from_base;
   outcome.match.covariance = predicted.covariance;

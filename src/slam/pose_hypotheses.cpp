@@ -83,7 +83,7 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
   const std::optional<PoseHypothesis> refused = refuse_unexpected(step, options, outcome);
   outcome.is_jump = is_jump(outcome.match, step.predicted);
   move_others(step, outcome.evidence.log_odds, share);
-  note_motion(step.predicted.motion, outcome.evidence.log_odds);
+  note_motion(step, outcome.evidence.log_odds);
   if (is_search_due(outcome, step.steady.has_value())) {
     begin_fork(step);
     state_.fork->searched = 0.0;
@@ -108,7 +108,6 @@ void PoseHypotheses::leave_out(const MotionEstimate& motion) {
   for (PoseHypothesis& other : state_.others) {
     other.map_from_base = other.map_from_base * motion.previous_from_current;
   }
-  note_motion(motion, 0.0);
 }
 
 /// The share of what it sees in which a scan is another one than that before. Whatever the odometry
@@ -176,11 +175,11 @@ void PoseHypotheses::move_others(const Step& step, double leading, double share)
   }
 }
 
-void PoseHypotheses::note_motion(const MotionEstimate& motion, double leading) {
+void PoseHypotheses::note_motion(const Step& step, double leading) {
   if (!state_.fork) {
     return;
   }
-  const Pose2& moved = motion.previous_from_current;
+  const Pose2& moved = step.predicted.motion.previous_from_current;
   const double distance = moved.translation().norm();
   state_.fork->searched += distance + std::abs(moved.theta);
   // What lies on unknown ground says nothing of any of them.

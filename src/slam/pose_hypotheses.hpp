@@ -95,7 +95,7 @@ class PoseHypotheses {
       const Step& step, const HypothesisOptions& options, Outcome& outcome);
   void weigh_elsewhere(const Step& step, double odds, const Outcome& outcome);
   void move_others(const Step& step, double leading, double share);
-  void note_motion(const MotionEstimate& motion, double leading);
+  void note_motion(const Step& step, double leading);
   [[nodiscard]] bool is_search_due(const Outcome& outcome, bool is_odometry_improbable) const;
   void consider_steady(const Step& step, const Pose2& leading, double share);
   void search(const Step& step, const Outcome& outcome, double share);

@@ -229,6 +229,7 @@ ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base, cons
   double sum = 0.0;
   double known = 0.0;
   double telling = 0.0;
+  double telling_witnesses = 0.0;
   double telling_sum = 0.0;
   for (std::size_t first = 0; first < beams.size(); first += walks.size()) {
     const std::size_t count = std::min(walks.size(), beams.size() - first);
@@ -245,29 +246,30 @@ ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base, cons
     for (std::size_t k = 0; k < count; ++k) {
       const ScanPoint& point = beams[first + k];
       const BeamSays says = walks[k].says(to_map.turned(point.normal), kCells);
-      log_odds += known_share(point) * beams.length(first + k) / kWallOfWitness * says.log_odds;
+      const double witnesses = known_share(point) * beams.length(first + k) / kWallOfWitness;
+      log_odds += witnesses * says.log_odds;
       all += point.weight;
       sum += point.weight * says.log_odds;
       telling += says.tells_of_walls ? point.weight : 0.0;
-      telling_sum += says.tells_of_walls ? point.weight * says.log_odds : 0.0;
+      telling_witnesses += says.tells_of_walls ? witnesses : 0.0;
+      telling_sum += says.tells_of_walls ? witnesses * says.log_odds : 0.0;
       known += says.ends_on_known ? point.weight : 0.0;
     }
   }
   if (!(all > 0.0)) {
     return {};
   }
-  return {log_odds, sum / all, known / all, telling / all,
-          telling > 0.0 ? telling_sum / telling : 0.0};
+  const double telling_mean = telling_witnesses > 0.0 ? telling_sum / telling_witnesses : 0.0;
+  return {log_odds, sum / all, known / all, telling / all, telling_witnesses, telling_mean};
 }
 
 double odds_of_elsewhere(const ScanEvidence& evidence) {
-  constexpr double kContradictionMean = 1.0;
   constexpr double kAgreementMean = 2.0;
-  const double share = std::min(1.0, evidence.telling / kMinTellingShare);
-  if (evidence.telling_mean < kContradictionMean) {
-    return 5.0 * share;
-  }
-  return evidence.telling_mean < kAgreementMean ? share : -share;
+  constexpr double kMostContradiction = 9.0;  // below kPriorAgainstCarried: one is not enough
+  constexpr double kWholeScan = 4.0;          // witnesses
+  const double share = std::min(1.0, evidence.telling_witnesses / kWholeScan);
+  const double missing = kAgreementMean - evidence.telling_mean;
+  return share * (missing > 0.0 ? std::min(missing * missing, kMostContradiction) : -1.0);
 }
 
 bool is_badly_explained(const ScanEvidence& evidence) {

@@ -25,20 +25,21 @@ constexpr std::size_t kEvidenceBeams = 180;
 [[nodiscard]] ScanEvidence evidence_of(const PointScan& scan, const Pose2& map_from_base,
                                        const SlamMap& map);
 
-/// What one scan says at most for a pose, in log odds, and at most against one: where map or model
-/// is wrong it is wrong for all beams.
+/// What one scan says at most for a pose and against another, in log odds: where map or model is
+/// wrong it is wrong for all beams.
 constexpr double kMostOfScan = 6.0;
 
 /// Errors of map and model may favour one of two poses that are equally good by this share of the
 /// evidence.
 constexpr double kModelErrorShare = 0.1;
 
-/// Share of a scan that has to tell of walls for it to count whole; of a loop, to count at all.
+/// Share of a scan that has to tell of walls for it to count for a loop, or to make a place a
+/// hypothesis.
 constexpr double kMinTellingShare = 0.2;
 
-/// Log odds of somewhere unknown against a pose, by one scan: in proportion to how much of it tells
-/// of walls, up to kMinTellingShare. By how often scans at right poses, and of a robot that is
-/// carried, say so little.
+/// Log odds of somewhere unknown against a pose, by one scan: by how far beams that tell of walls
+/// fall short of agreeing, and in proportion to how much wall they tell of, up to two metres.
+/// Chosen by how often scans at right poses, and of a robot that is carried, say so little.
 [[nodiscard]] double odds_of_elsewhere(const ScanEvidence& evidence);
 
 /// Free-space violation: share of a scan's beams that go through walls, above which a place is

@@ -18,7 +18,8 @@ struct ScanEvidence {
   /// Share of the beams that tell of walls: that end on a known one, or would have gone through
   /// one. Those that end on free ground, where something new stands in the way, do not.
   double telling = 0.0;
-  double telling_mean = 0.0;  ///< of one of these, -3 to 3
+  double telling_witnesses = 0.0;  ///< half metres of wall that these see
+  double telling_mean = 0.0;       ///< of a beam, by these, -3 to 3
 };
 
 /// What a scan's pose rests on.
