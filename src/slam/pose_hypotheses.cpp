@@ -82,7 +82,7 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
   const double share = std::max(independence_of(step), note_change(step));
   const std::optional<PoseHypothesis> refused = refuse_unexpected(step, options, outcome);
   outcome.is_jump = is_jump(outcome.match, step.predicted);
-  move_others(step, outcome.evidence.log_odds, share);
+  weigh_others(step, outcome.evidence.log_odds, share);
   note_motion(step, outcome.evidence.log_odds);
   if (is_search_due(outcome, step.steady.has_value())) {
     begin_fork(step);
@@ -105,8 +105,12 @@ PoseHypotheses::Outcome PoseHypotheses::follow(const Step& step, MatchResult mat
 
 void PoseHypotheses::leave_out(const MotionEstimate& motion) {
   state_.profile = {};
+  move_others(motion.previous_from_current);
+}
+
+void PoseHypotheses::move_others(const Pose2& previous_from_current) {
   for (PoseHypothesis& other : state_.others) {
-    other.map_from_base = other.map_from_base * motion.previous_from_current;
+    other.map_from_base = other.map_from_base * previous_from_current;
   }
 }
 
@@ -164,12 +168,13 @@ std::optional<PoseHypothesis> PoseHypotheses::refuse_unexpected(const Step& step
   return is_refuted(for_match, options) ? std::nullopt : std::optional(refused);
 }
 
-void PoseHypotheses::move_others(const Step& step, double leading, double share) {
+void PoseHypotheses::weigh_others(const Step& step, double leading, double share) {
   const MotionEstimate& motion = step.predicted.motion;
+  move_others(motion.previous_from_current);
   for (PoseHypothesis& other : state_.others) {
-    const Pose2 predicted = other.map_from_base * motion.previous_from_current;
     other.map_from_base =
-        search_exactly(problem_at(step, predicted, covariance_around(motion))).map_from_base;
+        search_exactly(problem_at(step, other.map_from_base, covariance_around(motion)))
+            .map_from_base;
     const ScanEvidence there = evidence_of(step.scan, other.map_from_base, step.map);
     other.log_odds += share * relative_log_odds(there.log_odds, leading);
   }

@@ -94,7 +94,8 @@ class PoseHypotheses {
   [[nodiscard]] static std::optional<PoseHypothesis> refuse_unexpected(
       const Step& step, const HypothesisOptions& options, Outcome& outcome);
   void weigh_elsewhere(const Step& step, double odds, const Outcome& outcome);
-  void move_others(const Step& step, double leading, double share);
+  void move_others(const Pose2& previous_from_current);
+  void weigh_others(const Step& step, double leading, double share);
   void note_motion(const Step& step, double leading);
   [[nodiscard]] bool is_search_due(const Outcome& outcome, bool is_odometry_improbable) const;
   void consider_steady(const Step& step, const Pose2& leading, double share);

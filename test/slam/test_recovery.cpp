@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -178,6 +179,29 @@ TEST(Recovery, AMatchInDoubtTeachesNothingOfOdometry) {
   }
   EXPECT_GT(doubtful, 0U);
   EXPECT_LT(least, 0.5);
+}
+
+TEST(Recovery, AllHypothesesGoOnWhereNothingIsInReach) {
+  SimulatedRun run = drive_with("jump:random::1");
+  SlamEngine engine(EngineOptions{}, kOlson, 1, run.world_from_base.front());
+  std::size_t i = 0;
+  while (engine.likely_poses().size() < 2) {
+    ASSERT_LT(i, run.scans.size()) << "never in doubt";
+    static_cast<void>(engine.process(scan_input(run, i++)));
+  }
+  const auto apart = [&engine] {
+    const std::vector<WeightedPose> poses = engine.likely_poses();
+    return poses.size() < 2 ? Pose2{} : poses[1].map_from_base * poses[0].map_from_base.inverse();
+  };
+  const Pose2 before = apart();
+  const Pose2 from = engine.likely_poses().front().map_from_base;
+  for (const std::size_t end = i + 20; i < end; ++i) {
+    std::fill(run.scans[i].ranges.begin(), run.scans[i].ranges.end(),
+              std::numeric_limits<float>::infinity());
+    ASSERT_EQ(engine.process(scan_input(run, i)).match.status, MatchStatus::kRejectedTooFewPoints);
+  }
+  EXPECT_GT(distance(engine.likely_poses().front().map_from_base, from), 0.5);
+  EXPECT_LT(distance(apart(), before), 1e-9);
 }
 
 TEST(Recovery, OdometryThatMissesATurnDoesNoHarm) {
